@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from pairsim.fem.meshes.quadrature import assembled
 from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
 from pairsim.fem.scene import Body, Scene
 from pairsim.physics.conformation import exponential, polymer_stress, trace
@@ -43,12 +43,9 @@ def elastic_stress(body: Body, h: Array) -> Array:
     stress = np.stack(solid.stress((B[..., 0, 0], B[..., 0, 1], B[..., 1, 1], hoop)), axis=-1)
     w = quadrature.weights(mesh.points)
     local = np.einsum("mq,qa,qb->mab", w, shapes, shapes)
-    row, column = np.repeat(mesh.cells, 6, axis=1), np.tile(mesh.cells, (1, 6))
-    n = len(mesh.points)
-    mass = sparse.csc_matrix(sparse.coo_matrix((local.ravel(), (row.ravel(), column.ravel())), shape=(n, n)))
-    load = np.zeros((n, 4))
+    mass, load = assembled(local, mesh.cells, len(mesh.points)), np.zeros((len(mesh.points), 4))
     np.add.at(load, mesh.cells, np.einsum("mq,qa,mqs->mas", w, shapes, stress))
-    return np.asarray(splu(mass).solve(load))
+    return np.asarray(splu(mass.tocsc()).solve(load))
 
 
 @dataclass(frozen=True)

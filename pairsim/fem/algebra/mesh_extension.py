@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import basix
 import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from pairsim.fem.algebra.scene_constraints import extension_constraints
-from pairsim.fem.meshes.six_node_mesh import shape_gradients
+from pairsim.fem.meshes.quadrature import CellQuadrature, assembled
 from pairsim.fem.phases.compiled_phase import QUADRATURE_DEGREE
 from pairsim.fem.scene import Scene
 from pairsim.runtime.arrays import Array
@@ -44,17 +43,9 @@ class MeshExtension:
 def _stiffness(scene: Scene) -> sparse.csr_matrix:
     """The matrix of the extension in the numbering of the full vector, shape (n, n)."""
     mesh, liquid = scene.liquid.six_node_mesh, scene.liquid
-    points, weights = basix.make_quadrature(basix.CellType.triangle, QUADRATURE_DEGREE)
-    local = shape_gradients(points)
-    dx = np.einsum("qak,mai->mqik", local, mesh.points[mesh.cells])
-    gradients = np.einsum("qak,mqki->mqai", local, np.linalg.inv(dx))
-    # The stiffness 1/|det dX| cancels the determinant of the integral.
-    flat = gradients.reshape(len(mesh.cells), len(points), 12)
-    both = (flat.transpose(0, 2, 1) @ (weights[:, None] * flat)).reshape(-1, 6, 2, 6, 2)
+    both = CellQuadrature(mesh, QUADRATURE_DEGREE).gradient_products
     # 2 e : e' + div div' of the displacement a i and the test function b j.
     cells = both + both.transpose(0, 1, 4, 3, 2)
     cells += both.trace(axis1=2, axis2=4)[:, :, None, :, None] * np.eye(2)[:, None, :]
-    index = np.stack([liquid.index("eta", mesh.cells, c) for c in range(2)], axis=2).reshape(len(mesh.cells), 12)
-    row, column = np.repeat(index, 12, axis=1).ravel(), np.tile(index, (1, 12)).ravel()
-    shape = (scene.size, scene.size)
-    return sparse.csr_matrix(sparse.coo_matrix((cells.reshape(len(mesh.cells), 144).ravel(), (row, column)), shape))
+    index = np.stack([liquid.index("eta", mesh.cells, c) for c in range(2)], axis=2)
+    return assembled(cells, index.reshape(-1, 12), scene.size)

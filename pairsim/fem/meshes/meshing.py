@@ -14,14 +14,14 @@ from itertools import pairwise
 
 import gmsh
 import numpy as np
-from scipy import sparse
 from scipy.sparse.linalg import spsolve
 
 from pairsim.fem.meshes.cell_sizes import liquid_size
 from pairsim.fem.meshes.columns import LONGEST, stations
 from pairsim.fem.meshes.extruded_cells import extruded, graded_ends
 from pairsim.fem.meshes.geometry import Geometry, MeshSettings, Outline, Reference
-from pairsim.fem.meshes.six_node_mesh import MIRRORED_CELL, SixNodeMesh, jacobians, nodes_at, shape_gradients
+from pairsim.fem.meshes.quadrature import CellQuadrature, assembled
+from pairsim.fem.meshes.six_node_mesh import MIRRORED_CELL, SixNodeMesh, jacobians, nodes_at
 from pairsim.physics.scales import TUBE_RADIUS
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure
@@ -259,7 +259,8 @@ def _curved(straight: SixNodeMesh, curves: Sequence[Array], spread: bool) -> Six
         shift = points - straight.points
         on_curve = np.zeros(len(points), dtype=bool)
         on_curve[np.concatenate(boundary)] = True
-        stiffness = _harmonic(straight)
+        products = CellQuadrature(straight, 2).gradient_products
+        stiffness = assembled(np.einsum("maibi->mab", products), straight.cells, len(points))
         for component in range(2):
             fixed = on_curve | _on_boundary(straight, axis=component == 1)
             free = ~fixed
@@ -274,15 +275,3 @@ def _on_boundary(mesh: SixNodeMesh, axis: bool) -> np.ndarray:
     z, r = mesh.points.T
     outer = (r > TUBE_RADIUS - 1e-9) | (z < z.min() + 1e-9) | (z > z.max() - 1e-9)
     return np.asarray(outer | (r < 1e-12) if axis else outer)
-
-
-def _harmonic(mesh: SixNodeMesh) -> sparse.csr_matrix:
-    """P2 stiffness matrix of the Laplacian, weighted by the inverse of the cell area."""
-    points, weights = np.array([[1 / 6, 1 / 6], [2 / 3, 1 / 6], [1 / 6, 2 / 3]]), np.full(3, 1 / 6)
-    local = shape_gradients(points)
-    dx = np.einsum("qak,mai->mqik", local, mesh.points[mesh.cells])
-    gradients = np.einsum("qak,mqki->mqai", local, np.linalg.inv(dx))
-    # The weight, the inverse of the area, cancels the area in the integral over a cell.
-    values = np.einsum("q,mqai,mqbi->mab", weights, gradients, gradients)
-    row, column = np.repeat(mesh.cells, 6, axis=1).ravel(), np.tile(mesh.cells, (1, 6)).ravel()
-    return sparse.csr_matrix(sparse.coo_matrix((values.ravel(), (row, column)), shape=(len(mesh.points),) * 2))

@@ -8,24 +8,27 @@ from math import pi
 
 import basix
 import numpy as np
+from scipy import sparse
 
-from pairsim.fem.meshes.six_node_mesh import SixNodeMesh, shape_gradients, shape_values
+from pairsim.fem.meshes.six_node_mesh import SixNodeMesh, barycentric, shape_gradients, shape_values
 from pairsim.runtime.arrays import Array, Indices
 
 
 @dataclass(frozen=True)
 class CellQuadrature:
-    """Quadrature over the m cells of a mesh with q points in each, exact for degree 6 on cells with straight sides.
+    """Quadrature over the m cells of a mesh with q points in each.
 
     Attributes:
         mesh: The reference mesh, with n nodes and v vertices.
+        degree: Degree of the polynomials that are integrated exactly on cells with straight sides.
     """
 
     mesh: SixNodeMesh
+    degree: int = 6
 
     @cached_property
     def _rule(self) -> tuple[Array, Array]:
-        points, weights = basix.make_quadrature(basix.CellType.triangle, 6)
+        points, weights = basix.make_quadrature(basix.CellType.triangle, self.degree)
         return points, weights
 
     @cached_property
@@ -34,16 +37,28 @@ class CellQuadrature:
         return shape_values(self._rule[0])
 
     @cached_property
+    def _local_gradients(self) -> Array:
+        return shape_gradients(self._rule[0])
+
+    @cached_property
     def gradients(self) -> Array:
         """Gradients of the shape functions with respect to the reference coordinates, shape (m, q, 6, 2)."""
-        local = shape_gradients(self._rule[0])
-        dx = np.einsum("qak,mai->mqik", local, self.mesh.points[self.mesh.cells])
-        return np.asarray(np.einsum("qak,mqki->mqai", local, np.linalg.inv(dx)))
+        dx = np.einsum("qak,mai->mqik", self._local_gradients, self.mesh.points[self.mesh.cells])
+        return np.asarray(np.einsum("qak,mqki->mqai", self._local_gradients, np.linalg.inv(dx)))
+
+    @property
+    def gradient_products(self) -> Array:
+        """Integrals of d_i N_a d_j N_b/|det dX| over the cells for shape functions N, shape (m, 6, 2, 6, 2).
+
+        With this factor, which cancels the determinant of the integral, small cells are stiffer than large ones.
+        """
+        flat = self.gradients.reshape(*self.gradients.shape[:2], 12)
+        return (flat.transpose(0, 2, 1) @ (self._rule[1][:, None] * flat)).reshape(-1, 6, 2, 6, 2)
 
     def weights(self, points: Array) -> Array:
         """Weights of volume integrals, 2 pi R dA, with the nodes at `points`, shape (n, 2); returns shape (m, q)."""
         x = points[self.mesh.cells]
-        dx = np.einsum("qak,mai->mqik", shape_gradients(self._rule[0]), x, optimize=True)
+        dx = np.einsum("qak,mai->mqik", self._local_gradients, x, optimize=True)
         det = dx[..., 0, 0] * dx[..., 1, 1] - dx[..., 0, 1] * dx[..., 1, 0]
         radius = np.einsum("qa,ma->mq", self.shapes, x[..., 1], optimize=True)
         return np.asarray(2 * pi * radius * det * self._rule[1])
@@ -60,8 +75,7 @@ class CellQuadrature:
 
     def integrals(self, weights: Array) -> Array:
         """Integrals of the P1 shape functions with weights at the quadrature points, (m, q); returns shape (v,)."""
-        s, t = self._rule[0].T
-        linear = np.stack([1 - s - t, s, t], axis=1)
+        linear = barycentric(self._rule[0])
         load = np.zeros(len(self.mesh.points))
         np.add.at(load, self.mesh.cells[:, :3], np.einsum("mq,qa->ma", weights, linear))
         return load[self.mesh.vertices]
@@ -70,6 +84,22 @@ class CellQuadrature:
     def p1_load(self) -> Array:
         """Volume integrals of the P1 shape functions over the reference domain, shape (v,)."""
         return self.integrals(self.weights(self.mesh.points))
+
+
+def assembled(cells: Array, unknowns: Indices, size: int) -> sparse.csr_matrix:
+    """The sum of the matrices of cells.
+
+    Args:
+        cells: The matrices, shape (m, k, k).
+        unknowns: Numbers of their rows and columns, shape (m, k).
+        size: Number of all unknowns.
+
+    Returns:
+        Shape (size, size).
+    """
+    k = unknowns.shape[1]
+    at = np.repeat(unknowns, k, axis=1).ravel(), np.tile(unknowns, (1, k)).ravel()
+    return sparse.csr_matrix(sparse.coo_matrix((cells.ravel(), at), shape=(size, size)))
 
 
 def end_load(mesh: SixNodeMesh, nodes: Indices, degree: int) -> Array:

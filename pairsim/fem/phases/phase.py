@@ -15,7 +15,7 @@ import basix.ufl
 import numpy as np
 from numpy.typing import NDArray
 
-from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
+from pairsim.fem.meshes.six_node_mesh import TO_BASIX, SixNodeMesh
 from pairsim.fem.phases.compiled_phase import OF_TIME, CompiledPhase, dofs_of
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.solids import Solid
@@ -23,9 +23,6 @@ from pairsim.runtime.arrays import Array, Indices
 from pairsim.runtime.fenicsx import MPI, dolfinx
 
 fem = dolfinx.fem
-
-# basix numbers mid-side nodes by the opposite vertex, gmsh by the first vertex of the side.
-TO_BASIX = np.array([0, 1, 2, 4, 5, 3])
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import basix
 import numpy as np
 from scipy import sparse
 
-from pairsim.fem.meshes.six_node_mesh import MIDSIDE_OPPOSITE, SixNodeMesh, shape_values
+from pairsim.fem.meshes.six_node_mesh import MIDSIDE_OPPOSITE, SixNodeMesh, barycentric, shape_values
 from pairsim.runtime.arrays import Array, Indices
 
 
@@ -26,7 +26,7 @@ def nodes_of(degree: int) -> Array:
 def own_shapes(degree: int) -> Array:
     """Shape functions one degree lower at the nodes of a degree, (q, a)."""
     points = nodes_of(degree)
-    return shape_values(points) if degree == 3 else np.column_stack([1 - points.sum(axis=1), points])
+    return shape_values(points) if degree == 3 else barycentric(points)
 
 
 @cache
@@ -56,14 +56,14 @@ class EnrichedNodes:
     def __init__(self, mesh: SixNodeMesh, degree: int) -> None:
         self.mesh, self.degree, cells = mesh, degree, mesh.cells
         points = nodes_of(degree)
-        barycentric = np.column_stack([1 - points.sum(axis=1), points])
-        keys = np.stack([self._key(each) for each in barycentric], axis=1)
+        coordinates = barycentric(points)
+        keys = np.stack([self._key(each) for each in coordinates], axis=1)
         self._keys, first, numbers = np.unique(keys, return_index=True, return_inverse=True)
         self.numbers: Indices = numbers.reshape(keys.shape)
         self.count = len(first)
         cell, place = np.divmod(first, len(points))
         self.vertices: Indices = cells[cell, :3]
-        self.barycentric: Array = barycentric[place]
+        self.barycentric: Array = coordinates[place]
         self.x: Array = np.einsum("qa,qak->qk", shape_values(points)[place], mesh.points[cells[cell]])
         own = own_shapes(degree)[place]
         rows, columns = np.repeat(np.arange(self.count), own.shape[1]), cells[cell, : own.shape[1]].ravel()
