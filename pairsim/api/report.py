@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import base64
-import re
 import tempfile
 import time
-from collections import Counter
 from collections.abc import Mapping
-from html import escape
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -39,13 +36,6 @@ CAPTIONS = {
     "sweep_map": "How the cases ended",
 }
 """What is said below pictures, by the names of their files; those of commands have their own."""
-SIGNS = (
-    (r"\+-", "&plusmn;"),
-    (r"(?<![A-Za-z])u([lm])\b", r"&micro;\1"),
-    (r"\)e-(\d+)", r") &times; 10<sup>&minus;\1</sup>"),
-    (r"\)e(\d+)", r") &times; 10<sup>\1</sup>"),
-)
-"""What stands in HTML where a terminal has letters."""
 MOST_ROWS = 500  # of a table
 
 
@@ -73,7 +63,6 @@ def report(folder: str | PathLike[str]) -> Path:
     step = -(-len(table) // MOST_ROWS) or 1
     loader = jinja2.PackageLoader("pairsim.api")
     pages = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, loader=loader)
-    pages.filters["set"] = lambda text: Markup(_typeset(text))
     case = next((path for name in ("case.yaml", "grid.yaml") if (path := directory / name).is_file()), None)
     page = pages.get_template("report.html.j2").render(
         **content,
@@ -97,28 +86,22 @@ def report(folder: str | PathLike[str]) -> Path:
 def _of_result(result: Result | SweepResult) -> dict[str, Any]:
     """What the page says of a result."""
     if isinstance(result, SweepResult):
-        counts = Counter(case.status for case in result.cases)
-        failed = [
-            f"{case.folder.name if case.folder else ''}: {case.message or case.reason}"
-            for case in result.cases
-            if case.status == "failed"
-        ]
-        return {
-            "status": result.status,
-            "answer": [", ".join(f"{count} {status}" for status, count in counts.items())],
-            "warnings": [*failed, *result.warnings],
-            "table": result.table,
-            "file": "results.csv",
-            "provenance": _provenance(result.cases[0].record if result.cases else {}),
-        }
-    scales = scales_in(result.record)
+        record, table, file = result.cases[0].record if result.cases else {}, result.table, "results.csv"
+        answer = [", ".join(f"{count} {status}" for status, count in result.record["counts"].items() if count)]
+        failed = [case for case in result.record["cases"] if case["status"] == "failed"]
+        warnings = [f"{case['folder']}: {case['message'] or case['reason']}" for case in failed] + result.warnings
+    else:
+        record, file, scales = result.record, f"{result.question.tables[0]}.csv", scales_in(result.record)
+        answer = [line for line in result.answer.splitlines() if not line.startswith("Warning: ")]
+        warnings = result.warnings
+        table = readable(result.table if scales is None else in_units(result.table, scales), whole=True)
     return {
         "status": result.status,
-        "answer": [line for line in result.answer.splitlines() if not line.startswith("Warning: ")],
-        "warnings": result.warnings,
-        "table": readable(result.table if scales is None else in_units(result.table, scales), whole=True),
-        "file": f"{result.question.tables[0]}.csv",
-        "provenance": _provenance(result.record),
+        "answer": answer,
+        "warnings": warnings,
+        "table": table,
+        "file": file,
+        "provenance": _provenance(record),
     }
 
 
@@ -134,13 +117,6 @@ def _provenance(record: Mapping[str, Any]) -> dict[str, str]:
         "versions": ", ".join(f"{name} {number}" for name, number in record.get("versions", {}).items()),
     }
     return {name: str(value) for name, value in found.items() if value}
-
-
-def _typeset(text: str) -> str:
-    text = escape(text)
-    for pattern, sign in SIGNS:
-        text = re.sub(pattern, sign, text)
-    return text
 
 
 def _html(table: pd.DataFrame) -> str:

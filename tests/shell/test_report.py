@@ -94,7 +94,7 @@ def test_report_of_a_run_shows_fields_and_leaves_rows_of_long_tables_out(tmp_pat
     folder = make_run(tmp_path / "run", 2, [scene(0.5, PAIR)], rows=5000)
     page = report(folder).read_text(encoding="utf-8")
     assert re.findall(r"<figcaption>(\w+)", page) == ["Velocities", "What"]
-    assert "series.csv, every 10th row" in text_of(page)
+    assert "series.csv, one row in 10" in text_of(page)
     times = [float(row[0]) for row in rows_of(page)]
     assert (len(times), times[-1]) == (500, 1.0)
 
@@ -103,7 +103,7 @@ def test_report_of_a_run_shows_fields_and_leaves_rows_of_long_tables_out(tmp_pat
 def test_report_of_a_sweep_counts_and_names_failures_and_warnings(tmp_path: Path) -> None:
     page = report(a_sweep(tmp_path / "sweep")).read_text(encoding="utf-8")
     words = text_of(page)
-    assert "1 failed, 2 finished" in words
+    assert "2 finished, 1 failed" in words
     assert "c0: no <steady> state" in words
     assert "c2: coarse" in words
     assert len(rows_of(page)) == 3
