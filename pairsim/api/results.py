@@ -101,23 +101,34 @@ class Result:
 
         return scales_of(self.record, self.question.name if self.folder is None else str(self.folder))
 
-    @property
-    def physical(self) -> pd.DataFrame:
-        """The main table in um, s, um/s and Pa.
+    def frame(self, name: str | None = None, *, physical: bool | None = False, tidy: bool = False) -> pd.DataFrame:
+        """A table, as `pairsim table` shows it.
+
+        Args:
+            name: Its name without .csv, such as "equilibria"; the main one by default.
+            physical: Whether to convert to um, s, um/s and Pa; None if the case has a `physical` block.
+            tidy: Whether to make a row for each gap: t (of a run), gap (from upstream), d, dU and its error.
 
         Raises:
-            InputError: The case has no `physical` block.
+            InputError: There is no such table, or `physical` is set and the case has no `physical` block.
         """
-        from pairsim.results.tables import in_units
+        from pairsim.results.tables import table_of
 
-        return in_units(self.table, self.scales)
+        tables = self.command.tables
+        if name is not None and name not in tables:
+            allowed = f"must be {' or '.join(tables)}, a table of `pairsim {self.kind}`"
+            raise InputError(str(self._place), "", name, allowed)
+        return table_of(self._place, name or tables[0], physical, tidy)
+
+    @property
+    def physical(self) -> pd.DataFrame:
+        """The main table in um, s, um/s and Pa; see `frame`."""
+        return self.frame(physical=True)
 
     @property
     def tidy(self) -> pd.DataFrame:
-        """The main table with a row for each gap: t (of a run), gap (from upstream), d, dU and its error."""
-        from pairsim.results.tables import tidy
-
-        return tidy(self.table)
+        """The main table with a row for each gap; see `frame`."""
+        return self.frame(tidy=True)
 
     @property
     def kind(self) -> str:

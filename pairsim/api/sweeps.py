@@ -53,12 +53,12 @@ class SweepResult:
         header, rows = rows_of(self.record)
         return whole_numbers(pd.DataFrame(rows, columns=header))
 
-    def frame(self, name: str | None = None, *, physical: bool = False, tidy: bool = False) -> pd.DataFrame:
+    def frame(self, name: str | None = None, *, physical: bool | None = False, tidy: bool = False) -> pd.DataFrame:
         """The tables of all cases as one, with the keys that vary as its first columns.
 
         Args:
             name: Name of the table without .csv, such as "equilibria"; the main one of the command by default.
-            physical: Whether to convert to micrometres, seconds and pascals.
+            physical: Whether to convert to um, s, um/s and Pa; None if all cases have a `physical` block.
             tidy: Whether to make a row for each gap.
 
         Raises:

@@ -66,13 +66,12 @@ def _law_in(place: str, numbers: Sequence[str]) -> Material:
     declared, given = laws[name].parameters(), dict[str, float]()
     for text in numbers:
         key, _, value = text.partition("=")
-        if key not in declared:
+        if (p := declared.get(key)) is None:
             raise InputError("check-law", key, value, f"is no parameter of {name}, which has {', '.join(declared)}")
-        p, allowed = declared[key], f"must be a number from {declared[key].least:g} to {declared[key].most:g}"
         try:
             given[key] = float(value)
         except ValueError:
-            raise InputError("check-law", key, value, allowed) from None
+            given[key] = float("nan")
         if not p.least <= given[key] <= p.most or (p.open and given[key] == p.least):
-            raise InputError("check-law", key, value, allowed)
+            raise InputError("check-law", key, value, f"must be a number from {p.least:g} to {p.most:g}")
     return sample(laws[name], given)

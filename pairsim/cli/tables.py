@@ -16,7 +16,6 @@ from pairsim.cli.options import OverwriteFile, Physical, check_free, path_argume
 from pairsim.runtime.errors import InputError
 
 app = typer.Typer()
-ENDED = "finished", "failed"  # shapes that were found are right, whether or not others were
 
 
 @app.command(
@@ -48,28 +47,18 @@ def table(
     a physical block, else D_c, U_av and D_c/U_av. Of a sweep, the tables of all
     cases, one below the other, with the parameters that vary.
     """
-    from pairsim.computing import QUESTIONS
-    from pairsim.results.folder import kind_of
-    from pairsim.results.tables import csv_text, screen_text, table_of
-
     check_free(output, overwrite)
     if cytometry:
+        from pairsim.results.cytometry import look_up_table
+
         if given := name or (physical is not None and "--physical") or (tidy and "--tidy"):
             raise InputError("pairsim table", given, None, "must be left out with --cytometry")
-        _print(_look_up_table(directory), output)
+        _print(look_up_table(directory), output)
         return
-    if (kind := kind_of(directory)) == "sweep":
-        from pairsim.sweeps.tables import table_of_all
+    import pairsim
+    from pairsim.results.tables import csv_text, screen_text
 
-        found = table_of_all(directory, name, physical, tidy)
-    elif kind in QUESTIONS:
-        tables = QUESTIONS[kind].tables
-        if name is not None and name not in tables:
-            raise InputError(str(directory), "", name, f"must be {' or '.join(tables)}, a table of `pairsim {kind}`")
-        found = table_of(directory, name or tables[0], physical, tidy)
-    else:
-        names = " or ".join(QUESTIONS)
-        raise InputError(str(directory), "", None, f"must be a folder of {names} or sweep, not of `pairsim {kind}`")
+    found = pairsim.open(directory).frame(name, physical=physical, tidy=tidy)
     if output is None and sys.stdout.isatty():
         typer.echo(screen_text(found, shutil.get_terminal_size().columns, all_))
     else:
@@ -83,15 +72,6 @@ def _print(text: str, output: Path | None) -> None:
     else:
         write_file(output, text)
         typer.echo(str(output))
-
-
-def _look_up_table(directory: Path) -> str:
-    """The table of moduli of a folder of shapes, or of a sweep of them."""
-    from pairsim.results.cytometry import look_up_table
-    from pairsim.results.folder import read_record
-
-    found = [folder for folder in (directory, *sorted(directory.glob("*/"))) if (folder / "shape.csv").is_file()]
-    return look_up_table([each for each in found if read_record(each).get("status") in ENDED], directory.name)
 
 
 @app.command(

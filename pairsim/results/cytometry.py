@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Iterable
 from dataclasses import astuple
 from pathlib import Path
 
@@ -19,23 +18,28 @@ from pairsim.runtime.version import __version__
 # Width of the tube over that of a square channel that acts alike on a particle on the axis (Mietke et al., Biophys. J.
 # 109, 2023, 2015, supplement S3).
 SQUARE = 1.094
+TABLE = "shape.csv"
+ENDED = "finished", "failed"  # shapes that were found are right, whether or not others were
 HEAD = "area_um [um^2]\tdeform\temodulus [kPa]"
 
 
-def look_up_table(folders: Iterable[Path], name: str) -> str:
-    """Area and deformation of the convex hull, and Young's modulus 3 G_p, of all shapes in some folders.
+def look_up_table(directory: Path) -> str:
+    """Area and deformation of the convex hull, and Young's modulus 3 G_p, of all shapes in a folder.
 
     Args:
-        folders: Folders of `pairsim shape`, in one tube, flow and liquid.
-        name: Identifier of the table.
+        directory: Folder of `pairsim shape` or of a sweep of it, in one tube, flow and liquid. Its name identifies the
+            table.
 
     Raises:
-        InputError: A folder has no `physical` block, or another tube, flow or liquid than the first one.
+        InputError: There are no shapes, a case has no `physical` block, or another tube, flow or liquid than the first
+            one.
     """
     rows, first = [np.empty((0, 3))], None
-    for folder in folders:
-        record = read_record(folder)
-        scales, table = scales_of(record, str(folder)), read_table(folder / "shape.csv")
+    for file in (directory / TABLE, *sorted(directory.glob(f"*/{TABLE}"))):
+        folder, record = file.parent, read_record(file.parent)
+        if not file.is_file() or record.get("status") not in ENDED:
+            continue
+        scales, table = scales_of(record, str(folder)), read_table(file)
         first = first or scales
         if not np.allclose(astuple(scales), astuple(first)):
             raise InputError(str(folder), "", None, "must have the tube, the flow and the liquid of the other shapes")
@@ -43,7 +47,8 @@ def look_up_table(folders: Iterable[Path], name: str) -> str:
         area = 1e12 * scales.length**2 * np.asarray(table["area_hull"])
         rows.append(np.column_stack([area, table["deformation_hull"], modulus]))
     if first is None:
-        raise InputError(name, "--cytometry", None, "must have shapes: a folder of pairsim shape, or a sweep of it")
+        allowed = "must have shapes: a folder of pairsim shape, or a sweep of it"
+        raise InputError(str(directory), "--cytometry", None, allowed)
     width = 1e6 * first.length / SQUARE
     meta = {
         "authors": "",
@@ -55,7 +60,7 @@ def look_up_table(folders: Iterable[Path], name: str) -> str:
         "flow_rate_unit": "uL/s",
         "fluid_viscosity": round(1e3 * first.viscosity, 9),
         "fluid_viscosity_unit": "mPa s",
-        "identifier": name,
+        "identifier": directory.resolve().name,
         "method": "FEM",
         "model": "steady shapes without inertia; case files of pairsim have the laws",
         "software": f"pairsim {__version__}",
