@@ -72,13 +72,9 @@ class Result:
 
         Counts are integers; `table.attrs["units"]` has the unit of each column.
         """
-        return self.frame(self.question.tables[0])
-
-    def frame(self, name: str) -> pd.DataFrame:
-        """A table, such as "equilibria" of a curve; empty if it is not there."""
         from pairsim.results.tables import frame_of
 
-        return frame_of(self.tables[name])
+        return frame_of(self.columns)
 
     @cached_property
     def columns(self) -> Mapping[str, Array]:
@@ -114,7 +110,7 @@ class Result:
         """
         from pairsim.results.tables import table_of
 
-        tables = self.command.tables
+        tables = self.question.tables
         if name is not None and name not in tables:
             allowed = f"must be {' or '.join(tables)}, a table of `pairsim {self.kind}`"
             raise InputError(str(self._place), "", name, allowed)

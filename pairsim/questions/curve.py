@@ -349,7 +349,9 @@ class CurveResult(Result):
     @cached_property
     def equilibria(self) -> pd.DataFrame:
         """The zeros of dU (equilibria.csv): d, stable, slope, peak, d_error and certain."""
-        found = self.frame("equilibria")
+        from pairsim.results.tables import frame_of
+
+        found = frame_of(self.tables["equilibria"])
         return found if len(found.columns) else found.reindex(columns=list(EQUILIBRIA_COLUMNS))
 
     @property
