@@ -11,8 +11,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from pairsim.cases.yaml_file import yaml_text
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import LOCK_FILES
@@ -114,6 +112,8 @@ def plain(value: Any, where: str = "") -> Any:
         ValueError: A number is nan; the message names its key.
         TypeError: A value is of a type that cannot be converted.
     """
+    import numpy as np  # its threads begin while SIGTERM is blocked, see runtime/fenicsx
+
     if isinstance(value, np.ndarray | np.generic):
         return plain(value.tolist(), where)
     if isinstance(value, Mapping):

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
-
-import numpy as np
 
 from pairsim.physics.scales import Scales
 from pairsim.runtime.errors import InputError
@@ -78,11 +77,11 @@ def with_error(value: float, error: float | None, sign: str = "") -> str:
             four digits.
         sign: "+" shows the sign of positive numbers, too.
     """
-    if error is None or not np.isfinite(error) or error <= 0:
+    if error is None or not math.isfinite(error) or error <= 0:
         return f"{value:{sign}.4g}"
-    exponent = int(np.floor(np.log10(max(abs(value), error))))
+    exponent = math.floor(math.log10(max(abs(value), error)))
     scale = 1.0 if -2 <= exponent < 4 else 10.0**exponent
-    digits = -int(np.floor(np.log10(error / scale)))
+    digits = -math.floor(math.log10(error / scale))
     digits += round(error / scale * 10.0**digits) == 1  # two digits of an error that begins with 1
     digits = max(digits, 0)
     text = f"{value / scale:{sign}.{digits}f} +- {error / scale:.{digits}f}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -120,3 +121,53 @@ def test_signal_after_the_last_file_changes_nothing() -> None:
         "sys.exit(130)\n"
     )
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 130
+
+
+ORDERINGS = """
+import os, signal, subprocess, sys
+from pairsim.runtime.fenicsx import MPI
+from pairsim.computing import QUESTIONS
+from pairsim.computing.case_files import parse_case
+from pairsim.computing.problems import problem_of
+from pairsim.solvers.transient.transient import Transient
+
+keys = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "ends": "developed", "length": "auto", "mesh": {"Np": 8}}
+transient = Transient(problem_of(parse_case(QUESTIONS["run"], keys, "test")))
+next(transient.steps(iter([0.01])))
+caught = []
+signal.signal(signal.SIGTERM, lambda *_: caught.append(1))
+script = "import os, time\\nwhile os.getppid() == PID:\\n    os.kill(PID, 15)\\n    time.sleep(5e-4)"
+storm = subprocess.Popen([sys.executable, "-c", script.replace("PID", str(os.getpid()))])
+orderings = 0
+while orderings < 60 or len(caught) < 20:
+    transient.newton.use_double()  # forces a new ordering
+    assert transient.newton.factor_at(transient.history.y[0])
+    orderings += 1
+storm.kill()
+print(len(caught))
+"""
+
+
+@pytest.mark.slow
+def test_sigterm_during_the_ordering_of_a_matrix_does_no_harm() -> None:
+    """METIS installs its own handler of SIGTERM while it runs, after which MUMPS would crash."""
+    done = subprocess.run([sys.executable, "-c", ORDERINGS], capture_output=True, text=True, timeout=600, check=False)
+    assert done.returncode == 0, done.stderr[-2000:]
+    assert int(done.stdout) >= 20
+
+
+@pytest.mark.slow
+def test_no_other_thread_takes_sigterm() -> None:
+    """SIGTERM is blocked while MPI, numpy and scipy start their threads."""
+    script = "import glob, os, pairsim\npairsim.run({'particles': 0, 'De': 0, 'length': 2})\n" + (
+        "for task in glob.glob('/proc/self/task/*'):\n"
+        "    if int(task.rpartition('/')[2]) != os.getpid():\n"
+        "        print(next(line.split()[1] for line in open(task + '/status') if line.startswith('SigBlk')))"
+    )
+    environment = os.environ | {"OPENBLAS_NUM_THREADS": "2"}
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, timeout=60, check=True, env=environment
+    )
+    masks = [int(mask, 16) for mask in done.stdout.split()]
+    assert masks
+    assert all(mask >> (signal.SIGTERM - 1) & 1 for mask in masks)
