@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from pairsim.cases.merging import flat
+from pairsim.cases.yaml_file import flat
 from pairsim.plots.chart import Panel, Series, draw_chart
 from pairsim.plots.encoding import Encoding
 from pairsim.plots.labels import case_parts, equation, hashable, read_case

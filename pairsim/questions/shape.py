@@ -79,7 +79,7 @@ def check(case: ShapeCase) -> Iterator[Mistake]:
     elif case.Ca_e == 0:
         yield Mistake("Ca_e", case.Ca_e, "must be above 0, as along replaces it")
     else:
-        yield from check_scene(case, {})
+        yield from check_scene(case)
 
 
 def estimate(case: ShapeCase) -> Estimate:

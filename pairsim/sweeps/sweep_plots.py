@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from matplotlib.lines import Line2D
 
-from pairsim.cases.merging import flat
 from pairsim.cases.physical import BLOCK
+from pairsim.cases.yaml_file import flat
 from pairsim.plots.chart import POINT, ZEROS, Panel, Series, draw_chart, point
 from pairsim.plots.encoding import Encoding
 from pairsim.plots.labels import case_parts, hashable, measured, parameter_label, read_case
