@@ -134,8 +134,9 @@ def units(
     default used.
     """
     from pairsim.api.units import units as units_of
+    from pairsim.cases.merging import section_of
     from pairsim.cases.units_file import case_text
-    from pairsim.cases.yaml_file import apply_settings, section_of
+    from pairsim.cases.yaml_file import apply_settings
     from pairsim.physics import liquids
     from pairsim.results.folder import plain
 

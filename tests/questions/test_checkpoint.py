@@ -291,6 +291,7 @@ def test_without_a_checkpoint_a_run_starts_at_0_unless_rows_would_be_lost(short:
     assert (tmp_path / "new" / "series.csv").read_text() == (short / "series.csv").read_text()
 
 
+@pytest.mark.slow
 def test_run_that_fills_the_disk_with_fields_can_be_resumed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The disk is full at the fourth frame."""
     case = soft(output={"every": 0.001, "checkpoint": 1000})

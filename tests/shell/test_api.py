@@ -108,6 +108,7 @@ def test_a_curve_knows_its_peak_its_travel_and_its_units(curve: pairsim.CurveRes
             missing()
 
 
+@pytest.mark.slow
 def test_a_result_without_a_folder_is_drawn(curve: pairsim.CurveResult, tmp_path: Path) -> None:
     assert curve.folder is None
     assert [path.name for path in curve.plot(tmp_path)] == ["curve.png", "fields.png"]
@@ -132,6 +133,7 @@ def test_the_package_shows_its_interface_and_nothing_else() -> None:
     assert all(getattr(pairsim, name) is not None for name in dir(pairsim))
 
 
+@pytest.mark.slow
 def test_fields_are_those_of_the_file(empty: Path) -> None:
     import pyvista as pv
 

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import itertools
-import re
 import subprocess
 import sys
 from collections import Counter
 from functools import cache
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -57,52 +54,23 @@ def test_all_figures_have_what_they_show() -> None:
 
 
 def test_each_curve_has_a_transient_and_six_have_three() -> None:
-    def parameters(name: str) -> list[tuple[float, ...]]:
-        return [
-            tuple(np.ravel(case.case.resolved()[key])[0] for key in ("beta", "De", "Ca_e"))
-            for case in grid(name, quick=False).cases
-        ]
+    def parameters(names: list[str]) -> Counter[tuple[float, ...]]:
+        found = [case.case.resolved() for name in names for case in grid(name, quick=False).cases]
+        return Counter(tuple(np.ravel(case[key])[0] for key in ("beta", "De", "Ca_e")) for case in found)
 
-    curves = list(
-        itertools.chain(*(parameters(name) for name in GRIDS if name.endswith("/curves") and "14" not in name))
-    )
-    markers = Counter(itertools.chain(*(parameters(name) for name in GRIDS if name.endswith("/markers"))))
+    curves = parameters([name for name in GRIDS if name.endswith("/curves") and "14" not in name])
+    markers = parameters([name for name in GRIDS if name.endswith("/markers")])
     assert set(curves) == set(markers)
     assert sum(count == 3 for count in markers.values()) >= 6
 
 
-@pytest.mark.slow
-def test_what_is_to_do_is_listed(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(sys, "argv", ["paper", "fig14", "--quick", "--dry-run", "-o", str(tmp_path / "results")])
-    assert paper.main() == 0
-    said = re.findall(r"^(?:fig.*|\d+ cases)", capfd.readouterr().out, re.MULTILINE)
-    assert said == ["fig14/curves", "2 cases", "fig09/curves", "20 cases"]
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize("statement", [each for _, each in paper.STATEMENTS], ids=lambda each: str(each["says"]))
-def test_statements_without_results_are_not_computed(statement: dict[str, str], tmp_path: Path) -> None:
+def test_statements_without_results_are_not_computed(tmp_path: Path) -> None:
     """Which shows that their expressions are valid, as far as their first result."""
     nothing = cases.Cases(tmp_path, paper.computations(paper.KNOWN))
-    assert statement.keys() <= {"says", "check", "again", "in_time"}
-    for key in statement.keys() - {"says"}:
-        assert judged(statement[key], nothing)[0] == "not computed"
-
-
-def test_parameters_are_matched(tmp_path: Path) -> None:
-    def case(beta: list[float]) -> cases.Case:
-        (tmp_path / "case.yaml").write_text(f"{{beta: {beta}, De: 1, accuracy: 1%, mesh: {{Np: 28}}}}")
-        return cases.Case(SimpleNamespace(folder=tmp_path, kind="curve"))
-
-    wanted = {"beta": 0.4, "De": [0.5, 1.0], "mesh.Np": 28, "accuracy": "1%"}
-    assert cases.matches(case([0.4, 0.4]).parameters, wanted)
-    assert not cases.matches(case([0.4, 0.2]).parameters, wanted)
-    assert not cases.matches(case([0.4, 0.4]).parameters, wanted | {"De": 2})
-    assert len(list(cases.grouped([case([0.4, 0.4])], {"beta": 0.4, "De": 1}))) == 1
-    with pytest.raises(cases.NotComputed, match=r"0\.5"):
-        list(cases.grouped([case([0.4, 0.4])], {"De": [1, 0.5]}))
+    for _, statement in paper.STATEMENTS:
+        assert statement.keys() <= {"says", "check", "again", "in_time"}
+        for key in statement.keys() - {"says"}:
+            assert judged(statement[key], nothing)[0] == "not computed", statement["says"]
 
 
 def test_page_is_that_of_the_stored_results() -> None:
@@ -215,11 +183,6 @@ def test_margins() -> None:
     assert statements.above(values, limit=0.5).margins == ((0.5, 0.0), (1.5, 0.5), (3.5, 0.25))
     assert statements.negative(values).margins[0] == (-1.0, 0.0)
     assert statements.ratio((4.0, 0.4), (2.0, 0.0)) == (2.0, pytest.approx(0.2))
-
-
-def test_statements_are_joined_with_their_numbers() -> None:
-    both = statements.each([1.0, 2.0], lambda value: statements.positive([(value, 0.1)], "x"), "at {:g}".format)
-    assert (both.verdict, both.numbers) == ("holds", "at 1: x 1; at 2: x 2")
 
 
 @pytest.mark.slow

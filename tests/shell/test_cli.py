@@ -68,11 +68,9 @@ def _imported(arguments: list[str], watched: tuple[str, ...], folder: Path) -> t
 
 def test_a_reader_that_ends_early_is_no_error(tmp_path: Path) -> None:
     command = " ".join(module_command("pairsim", "schema"))
-    for redirection in ("| head -n 1", "2>&1 | head -n 1"):
-        done = subprocess.run(
-            ["bash", "-c", f"{command} {redirection}"], cwd=tmp_path, capture_output=True, text=True, check=False
-        )
-        assert (len(done.stdout.splitlines()), done.stderr) == (1, "")
+    words = ["bash", "-c", f"{command} | head -n 1"]
+    done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (len(done.stdout.splitlines()), done.stderr) == (1, "")
 
 
 def test_threads_are_pinned_unless_chosen() -> None:

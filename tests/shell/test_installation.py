@@ -85,16 +85,6 @@ def test_uv_brings_a_python_where_none_is_new_enough(tmp_path: Path, set_up: Cal
     assert "uv installs 3.13" in done.stderr
 
 
-def test_pip_of_an_old_python_brings_uv(tmp_path: Path, set_up: Callable) -> None:
-    pip = f'[ "$3" = --version ] && exit; [ "${{*: -2:1}} ${{*: -1}}" = "{tmp_path}/.uv uv" ] || exit 1\n'
-    made = f"mkdir -p {tmp_path}/.uv/bin; cp {tmp_path}/spare {tmp_path}/.uv/bin/uv"
-    program(tmp_path, "spare", "echo uv 1")
-    program(tmp_path / "bin", "python3", pip + made)
-    program(tmp_path / "bin", "uv", "exit 1")
-    done = set_up("find_uv")
-    assert (done.returncode, done.stdout.strip()) == (0, f"{tmp_path}/.uv/bin/uv")
-
-
 def test_without_python_and_uv_one_sentence_says_what_to_do(tmp_path: Path, set_up: Callable) -> None:
     for name in ("python3", "python", "uv"):
         program(tmp_path / "bin", name, "exit 1")

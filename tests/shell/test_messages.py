@@ -79,8 +79,7 @@ def numbers(command: str) -> Iterator[tuple[str, float, float]]:
     }
     for group, part in parts.items():
         for name, each in part["properties"].items():
-            alternatives = each.get("anyOf", ())
-            for value in (each, *alternatives, *(inner for other in alternatives for inner in other.get("oneOf", ()))):
+            for value in (each, *each.get("anyOf", ())):
                 if {"minimum", "maximum"} <= value.keys():
                     yield group + name, value["minimum"], value["maximum"]
 

@@ -78,28 +78,20 @@ def test_mistakes_in_a_file_of_laws_are_told(
     assert re.search(said, done.stderr), done.stderr
 
 
-def test_laws_are_objects_in_python(folder: Path) -> None:
-    program = (
-        "import pairsim\n"
-        "from my_laws import FeneCR, Gent\n"
-        "case = pairsim.load({'beta': 0.4, 'De': 0.5, 'd0': 0.2}, liquid=FeneCR(L2=20), solid=Gent(0.1, Jm=2))\n"
-        "print(case.liquid_model.modes[0].L2, case.Ca_e, case.solid_models[1].Jm)\n"
-    )
-    done = subprocess.run([sys.executable, "-c", program], cwd=folder, capture_output=True, text=True, check=True)
-    assert done.stdout.split() == ["20.0", "0.1", "2.0"]
-
-
-def test_a_law_of_the_program_itself_is_refused(folder: Path) -> None:
-    (folder / "program.py").write_text(f"{LAWS}\nimport pairsim\npairsim.load('case.yaml', liquid=FeneCR(L2=20))\n")
-    done = subprocess.run([sys.executable, "program.py"], cwd=folder, capture_output=True, text=True, check=False)
-    assert "FeneCR: must be defined in a file of its own" in done.stderr
-
-
-def test_installed_packages_bring_laws(folder: Path) -> None:
+def test_laws_are_objects_in_python_and_installed_packages_bring_some(folder: Path) -> None:
+    """One that is defined in the program itself is refused: processes of a sweep could not import it."""
     about = folder / "my_laws-1.dist-info"
     about.mkdir()
     (about / "METADATA").write_text("Metadata-Version: 2.1\nName: my-laws\nVersion: 1\n")
     (about / "entry_points.txt").write_text("[pairsim.liquids]\nfene-cr = my_laws:FeneCR\n")
-    program = "import pairsim; print(pairsim.load('case.yaml', kind='curve').liquid_model.label)"
-    done = subprocess.run([sys.executable, "-c", program], cwd=folder, capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "FENE-CR"
+    (folder / "program.py").write_text(
+        f"{LAWS}\nimport my_laws, pairsim\n"
+        "print(pairsim.load('case.yaml', kind='curve').liquid_model.label)\n"
+        "keys = {'beta': 0.4, 'De': 0.5, 'd0': 0.2}\n"
+        "case = pairsim.load(keys, liquid=my_laws.FeneCR(L2=20), solid=my_laws.Gent(0.1, Jm=2))\n"
+        "print(case.liquid_model.modes[0].L2, case.Ca_e, case.solid_models[1].Jm)\n"
+        "pairsim.load(keys, liquid=FeneCR(L2=20))\n"
+    )
+    done = subprocess.run([sys.executable, "program.py"], cwd=folder, capture_output=True, text=True, check=False)
+    assert done.stdout.split() == ["FENE-CR", "20.0", "0.1", "2.0"]
+    assert "FeneCR: must be defined in a file of its own" in done.stderr
