@@ -10,12 +10,17 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import typer
 
-from pairsim.runtime.errors import InputError
+from pairsim.runtime.errors import ENVIRONMENT, BranchEnd, EnvironmentFailure, InputError
 
 if TYPE_CHECKING:
     from pairsim.api.compute import Computation
     from pairsim.api.results import Result
     from pairsim.computing.progress import Style
+
+EXIT_CODES = {"finished": 0, "failed": 3, "interrupted": 130}
+"""Exit code of a command, by status."""
+REASON_CODES = {EnvironmentFailure.reason: ENVIRONMENT, BranchEnd.reason: 5}
+"""Exit codes of reasons that have their own."""
 
 
 def compute(
@@ -55,10 +60,9 @@ def compute(
 def _end(result: Result, directory: Path, quiet: bool) -> NoReturn:
     """Draw, give the folder (stdout) and what to do next (stderr), and exit with the code of the outcome."""
     from pairsim.computing.question import rows_in
-    from pairsim.computing.record import exit_code
     from pairsim.results.folder import FIELDS_XDMF
 
-    least, code = result.question.draws_from, exit_code(result.status, result.reason)
+    least, code = result.question.draws_from, REASON_CODES.get(result.reason, EXIT_CODES[result.status])
     drawn = least is not None and (rows_in(result.columns) >= least or (directory / FIELDS_XDMF).exists())
     if result.status == "finished" and drawn:
         try:

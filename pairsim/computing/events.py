@@ -1,12 +1,13 @@
 """What the computation of a command yields: all that it says to the session that carries it out.
 
 A computation is a generator of these events that returns an `Outcome`. It knows no folder, opens no file, shows nothing
-and catches no signal (`questions/session.py` does), and may end anywhere by a `RunFailure`.
+and catches no signal (`computing/session.py` does), and may end anywhere by a `RunFailure`. What is to be said in
+whichever way it ends, such as its `Summary`, it yields in a `finally`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -32,7 +33,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Begin:
-    """The computation begins.
+    """The computation begins; the first event. One that returns without it had nothing to do.
 
     Attributes:
         goal: What it is to reach, such as "to t = 2".
@@ -48,21 +49,6 @@ class Note:
     """What the user should know."""
 
     text: str
-
-
-@dataclass(frozen=True)
-class Progress:
-    """A step or point was computed, and what it gives has been written.
-
-    Attributes:
-        done: How much of `Begin.total` is done; of a run the time [D_c/U_av].
-        text: The state of the solution.
-        count: Number of steps or points so far.
-    """
-
-    done: float
-    text: str
-    count: int
 
 
 @dataclass(frozen=True)
@@ -100,14 +86,14 @@ class Row:
 
 @dataclass(frozen=True)
 class Frame:
-    """A frame of fields.xdmf; where it is a function, this computes it."""
+    """A frame of fields.xdmf."""
 
-    fields: FieldFrame | Callable[[], FieldFrame]
+    fields: FieldFrame
 
 
 @dataclass(frozen=True)
 class Resumable:
-    """A state from which the computation can go on; the last one is always kept.
+    """A state from which a computation can go on.
 
     Attributes:
         checkpoint: Makes it a `Checkpoint`, from the numbers of rows and frames written and the wall time.
@@ -118,6 +104,23 @@ class Resumable:
     checkpoint: Callable[[int, int, float], Checkpoint]
     every: float
     convenient: bool
+
+
+@dataclass(frozen=True)
+class Progress:
+    """A step or point was computed, and what it gives has been written.
+
+    Attributes:
+        done: How much of `Begin.total` is done; of a run the time [D_c/U_av].
+        text: The state of the solution.
+        count: Number of steps or points so far.
+        state: Where a run can go on from; the last one is always kept.
+    """
+
+    done: float
+    text: str
+    count: int
+    state: Resumable | None = None
 
 
 @dataclass(frozen=True)
@@ -135,14 +138,7 @@ class Summary:
     phases: Mapping[str, float] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
-class AtEnd:
-    """What is left to do at the end, in whichever way the computation ends: `events` is then called."""
-
-    events: Callable[[], Iterable[Event]]
-
-
-Event = Begin | Note | Progress | Table | Row | Frame | Resumable | Summary | AtEnd
+Event = Begin | Note | Table | Row | Frame | Progress | Summary
 Events = Generator[Event, None, Outcome]
 
 

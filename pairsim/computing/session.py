@@ -1,16 +1,13 @@
-"""Carry out the computation of a command: all that it yields (`computing/events.py`) is written, shown and kept here.
-
-A session has a locked folder, run.json, tables, fields, a checkpoint, progress and signals. A failure of any
-of these is an outcome.
-"""
+"""Carry out the computation of a question: what it yields (`computing/events.py`) is written, shown and kept here."""
 
 from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import closing, contextmanager
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +16,7 @@ from pairsim.cases.identity import identity_of, key_of, sources_of
 from pairsim.computing import Question, events, own_files
 from pairsim.computing.events import Outcome
 from pairsim.computing.progress import Reporter
-from pairsim.computing.record import Record
+from pairsim.computing.record import about, peak_memory
 from pairsim.fem.compilation import jit
 from pairsim.results.checkpoint import Checkpoint, check_same, load
 from pairsim.results.folder import CHECKPOINT, RunFolder, files_of, kind_of, plain, read_record
@@ -28,10 +25,11 @@ from pairsim.results.xdmf import FieldsWriter
 from pairsim.runtime.errors import EnvironmentFailure, InputError, RunFailure, WriteFailure
 from pairsim.runtime.locks import sole_writer
 from pairsim.runtime.monitor import Monitor
-from pairsim.runtime.signals import Signals, Stopped
+from pairsim.runtime.signals import Signals
 from pairsim.runtime.text import duration
 
 SOON = 0.1  # part of the largest wall time after which it is shown where a computation has no result yet; chosen
+KEPT = "; the results written so far are kept"
 CHEAP = 50.0  # least time between checkpoints at convenient moments, over the wall time of writing one; chosen
 
 
@@ -90,40 +88,43 @@ def carry_out[C: SceneCase](
         else:
             folder = RunFolder.create(directory, options.overwrite or resume, files)
             notes += ["no checkpoint: starting at t = 0"] if resume else []
-        session = Session(case, folder, options, notes, earlier, question.resumable)
-        with closing(question.solve(case, monitor=session.monitor, **more)) as computation:
-            return session.carry_out(computation)
+        session = Session(case, folder, options, notes, earlier.checkpoint if earlier else None, question.resumable)
+        return session.carry_out(question.solve(case, monitor=session.monitor, **more))
 
 
 def _earlier(case: SceneCase, directory: Path, table: str) -> events.Earlier | None:
     """What a folder holds of a computation to be resumed; None if it must start anew.
 
     Raises:
-        InputError: There are rows without a checkpoint, or the checkpoint is damaged or belongs to another problem.
+        InputError: The checkpoint is damaged or belongs to another problem, or the table has fewer rows than it counts,
+            or has some without a checkpoint.
     """
     found, path = load(directory), directory / table
+    rows = len(next(iter(read_table(path).values()))) if path.exists() else 0
     if found is not None:
         check_same(found.case, plain(case.resolved() | sources_of(case)), str(directory / CHECKPOINT))
+        if rows < found.rows:
+            raise InputError(str(path), "", None, f"must have at least {found.rows} rows, to fit the checkpoint")
         return events.Earlier(found, read_record(directory).get("status") == "finished")
     files = [file.name for file in directory.iterdir() if not file.name.startswith(".") and file.name != "case.yaml"]
     if files and kind_of(directory) != case.kind:
         allowed = f"must be the folder of a {case.kind}, but holds results of another command"
         raise InputError(str(directory), "--resume", None, allowed)
-    if path.exists() and len(next(iter(read_table(path).values()))) > 1:
+    if rows > 1:
         allowed = f"must have a {CHECKPOINT}, since {table} has rows; run the case again with --overwrite"
         raise InputError(str(directory), "--resume", None, allowed)
     return None
 
 
 class Session:
-    """Carries out the events of a computation in an open folder.
+    """Carries out the events of a computation in an open folder. A failure or an interrupt is an outcome, too.
 
     Args:
         case: The case.
         folder: The folder for the results.
         options: Overwriting, progress, signals and budget.
         notes: What the user is told at the beginning.
-        earlier: What is resumed, None to start at the beginning.
+        old: The checkpoint that is resumed, None to start at the beginning.
         resumable: Whether the computation can be resumed once it has ended.
 
     Attributes:
@@ -136,30 +137,30 @@ class Session:
         folder: RunFolder,
         options: Options,
         notes: Sequence[str],
-        earlier: events.Earlier | None,
+        old: Checkpoint | None,
         resumable: bool,
     ) -> None:
         self.case, self.folder, self.reporter = case, folder, options.reporter
-        self.old = earlier.checkpoint if earlier is not None else None
-        before = self.old.wall if self.old else 0.0
-        about = {"key": key_of(case.kind, identity_of(case)), **sources_of(case)}
-        self.record = Record(folder, case.kind, options.command, before, case.scales, about)
-        self.resumable, self._complete = resumable, earlier is not None and earlier.finished
-        self._begun, self._start, self._options = False, time.monotonic(), options
+        self.old, self.resumable = old, resumable
+        self._options, self._notes, self._about = options, notes, about(options.command)
+        self._start = time.monotonic()
         self.monitor = Monitor(
             options.signals,
             budget=options.budget,
             patience=options.patience if options.budget is None else None,
             listener=self.on_the_way,
         )
-        self._notes = notes
-        self._t = self.old.state.history.t[0] if self.old else 0.0
+        self._begun = False
+        self._t = old.state.history.t[0] if old else 0.0
         self._tables: dict[str, TableWriter] = {}
-        self._at_end: Callable[[], Iterable[events.Event]] = tuple
         self._summary = events.Summary({})
-        self._stopped_at_once = False
         self._latest: Checkpoint | None = None  # not written yet
         self._saved, self._cost = -float("inf"), 0.0
+
+    @property
+    def passed(self) -> float:
+        """Wall time of the computation, including that before it was resumed [s]."""
+        return time.monotonic() - self._start + (self.old.wall if self.old else 0.0)
 
     def on_the_way(self, place: str) -> None:
         """Show where a computation is that has no result yet, for how long, and how long that may go on."""
@@ -169,144 +170,137 @@ class Session:
 
     def carry_out(self, computation: events.Events) -> Outcome:
         """Carry out a computation to its end; see the function."""
-        if self.old is None:
-            with self._writing():
-                self._begin_files()
-                self._fields = FieldsWriter(self.folder.path)
-        jit.LOG.addHandler(compiling := _FirstMessage(self.reporter.note))
+        jit.LOG.addHandler(compiling := _FirstMessage(self.reporter))
         try:
             outcome = self._follow(computation)
-        finally:
-            jit.LOG.removeHandler(compiling)
-        nothing = self.old is not None and not self._tables and outcome.status == "finished"
-        try:
-            outcome = self._finish(outcome, recorded=nothing and self._complete)
-        finally:
-            if self._begun:
-                self.reporter.finish(f"nothing to do: {outcome.message}" if nothing else outcome.message)
-        return outcome
-
-    def _follow(self, computation: events.Events) -> Outcome:
-        """Carry out all events; failures and interrupts are outcomes, too."""
-        try:
-            while True:
-                self.take(next(computation))
-        except StopIteration as end:
-            return end.value
         except RunFailure as failure:
             if not self._begun:
                 raise
-            if isinstance(failure, EnvironmentFailure):
-                try:  # Ctrl-C ends the compiler, too
-                    self.monitor.check_signals()
-                except Stopped as stopped:
-                    return self._interrupted(stopped)
-            return Outcome("failed", failure.reason, str(failure))
+            outcome = Outcome("failed", failure.reason, str(failure))
         except KeyboardInterrupt as interrupt:
-            return self._interrupted(interrupt)
+            how = f" at t = {self._t:g}; continue with pairsim {self.case.kind} --resume" if self.resumable else KEPT
+            outcome = Outcome("interrupted", "interrupted", f"{str(interrupt) or 'stopped at once'}{how}")
+        finally:
+            jit.LOG.removeHandler(compiling)
+        if not self._begun:
+            self.reporter.note(f"nothing to do: {outcome.message}" if outcome.status == "finished" else outcome.message)
+            return outcome
+        try:
+            return self._finish(outcome)
+        finally:
+            self.reporter.finish(outcome.message)
 
-    def _interrupted(self, interrupt: KeyboardInterrupt) -> Outcome:
-        kept = "; the results written so far are kept"
-        if self.resumable:
-            kept = f" at t = {self._t:g}; continue with pairsim {self.case.kind} --resume"
-        self._stopped_at_once = not isinstance(interrupt, Stopped)
-        return Outcome("interrupted", "interrupted", f"{str(interrupt) or 'stopped at once'}{kept}")
+    def _follow(self, computation: events.Events) -> Outcome:
+        """Carry out all events; the computation hears of what goes wrong meanwhile, and says what is left to do."""
+        go_on = partial(next, computation)
+        try:
+            while True:
+                event = go_on()
+                try:
+                    self.take(event)
+                    go_on = partial(next, computation)
+                except BaseException as error:
+                    go_on = partial(computation.throw, error)
+        except StopIteration as end:
+            return end.value
+        except EnvironmentFailure:
+            self.monitor.check_signals()  # Ctrl-C ends the compiler, too
+            raise
 
     def take(self, event: events.Event) -> None:
         """Carry out an event.
 
         Raises:
-            InputError: The file of an appended table does not fit the checkpoint.
             WriteFailure: A file cannot be written.
         """
         match event:
             case events.Begin():
-                self._begun = True
-                self.reporter.start(self.case.name or self._options.title or self.case.slug, event.goal, event.total)
-                for note in self._notes:
-                    self.reporter.note(note)
+                self._begin(event)
             case events.Note(text):
                 self.reporter.note(text)
-            case events.Progress(done, text, count):
-                if self.resumable:
+            case events.Progress(done, text, count, state):
+                if state is not None:
                     self._t = done
+                    self._keep(state)
                 self.reporter.update(done, text, count)
             case events.Summary():
                 self._summary = event
-            case events.AtEnd(left):
-                self._at_end = left
-            case _:
-                with self._writing():
-                    self._write(event)
-
-    def _write(self, event: events.Event) -> None:
-        match event:
             case events.Table():
                 self._open(event)
             case events.Row(table, values):
                 self.monitor.has_result()
-                self._tables[table].row(values)
+                with self._writing():
+                    self._tables[table].row(values)
             case events.Frame(fields):
-                if not callable(fields):
+                with self._writing():
                     self._fields.write(fields)
-                elif not self._stopped_at_once:  # in the middle of a step
-                    self._fields.write(fields())
-            case events.Resumable():
-                self._keep(event)
+
+    def _begin(self, event: events.Begin) -> None:
+        with self._writing():
+            self.folder.write_yaml("case.yaml", self.case.resolved())
+            self._write_record(None)
+            if self.old is None:
+                self._fields = FieldsWriter(self.folder.path)
+        self._begun = True
+        self.reporter.start(self.case.name or self._options.title or self.case.slug, event.goal, event.total)
+        for note in self._notes:
+            self.reporter.note(note)
 
     def _open(self, table: events.Table) -> None:
-        path = self.folder.file(f"{table.name}.csv")
-        old = self.old if table.appended else None
-        rows = _first_rows(path, table.columns, old.rows) if old is not None else table.rows
-        flags = {"appended": table.appended, "ascending": table.ascending}
-        self._tables[table.name] = TableWriter(path, table.columns, rows, **flags)
-        if old is not None:
-            self._fields = FieldsWriter(self.folder.path, old.frames)
-            self._begin_files()
+        path, rows = self.folder.file(f"{table.name}.csv"), table.rows
+        with self._writing():
+            if table.appended and self.old is not None:
+                columns = read_table(path)
+                rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+                rows = rows[: self.old.rows]
+                self._fields = FieldsWriter(self.folder.path, self.old.frames)
+            self._tables[table.name] = TableWriter(
+                path, table.columns, rows, appended=table.appended, ascending=table.ascending
+            )
 
-    def _begin_files(self) -> None:
-        self.folder.write_yaml("case.yaml", self.case.resolved())
-        self.record.write(None, {}, {})
-
-    def _keep(self, event: events.Resumable) -> None:
+    def _keep(self, state: events.Resumable) -> None:
         """Keep a state in memory, and write it if a checkpoint is due."""
         (table,) = (table for table in self._tables.values() if table.appended)
-        self._latest = event.checkpoint(table.count, self._fields.frames, self.record.passed)
+        self._latest = state.checkpoint(table.count, self._fields.frames, self.passed)
         passed = time.monotonic() - self._saved
-        if passed >= event.every or (event.convenient and passed > CHEAP * self._cost):
+        if passed >= state.every or (state.convenient and passed > CHEAP * self._cost):
             self._save()
 
     def _save(self) -> None:
         if self._latest is not None:
             begin = time.monotonic()
-            self._latest.save(self.folder)
+            with self._writing():
+                self._latest.save(self.folder)
             self._latest, self._saved = None, time.monotonic()
             self._cost = self._saved - begin
 
-    def _finish(self, outcome: Outcome, recorded: bool) -> Outcome:
-        """Carry out the events of the end, write the last checkpoint, and run.json unless it is there.
-
-        Returns:
-            The outcome; a failure if a file cannot be written.
-
-        Raises:
-            WriteFailure: run.json cannot be written.
-        """
+    def _finish(self, outcome: Outcome) -> Outcome:
+        """Write the last checkpoint and run.json; returns the outcome, a failure if a file cannot be written."""
         try:
-            for event in self._at_end():
-                self.take(event)
+            self._save()
             with self._writing():
-                self._save()
                 for table in self._tables.values():
                     table.close()
         except WriteFailure as failure:
             outcome = Outcome("failed", failure.reason, str(failure))
-        finally:
-            if not recorded:
-                with self._writing():
-                    entries = {**self._summary.entries, "warnings": [*self._summary.warnings]}
-                    self.record.write(outcome, entries, dict(self._summary.phases))
+        with self._writing():
+            self._write_record(outcome)
         return outcome
+
+    def _write_record(self, outcome: Outcome | None) -> None:
+        """Write run.json; of a computation that goes on, `outcome` is None."""
+        case, summary, wall = self.case, self._summary, self.passed
+        content = {"kind": case.kind, **vars(outcome or Outcome("running", "", "")), **self._about}
+        content |= {"wall_time": wall, "peak_memory": peak_memory()}
+        content |= {"key": key_of(case.kind, identity_of(case)), **sources_of(case)}
+        if outcome is not None:
+            content |= {**summary.entries, "warnings": [*summary.warnings]}
+        if (scales := case.scales) is not None:
+            names = ("length", "time", "velocity", "stress")
+            content["scales"] = {name: getattr(scales, name) for name in names} | {"units": "m, s, m/s, Pa"}
+        if summary.phases:
+            content["wall_time_by_phase"] = {**summary.phases, "other": wall - sum(summary.phases.values())}
+        self.folder.write_json("run.json", content)
 
     @contextmanager
     def _writing(self) -> Iterator[None]:
@@ -326,25 +320,11 @@ class Session:
 class _FirstMessage(logging.Handler):
     """Shows the first message of a log."""
 
-    def __init__(self, show: Callable[[str], None]) -> None:
+    def __init__(self, reporter: Reporter) -> None:
         super().__init__()
-        self._show: Callable[[str], None] | None = show
+        self._reporter = reporter
 
     def emit(self, record: logging.LogRecord) -> None:
-        show, self._show = self._show, None
-        if show is not None:
-            show(record.getMessage())
-
-
-def _first_rows(path: Path, columns: Sequence[str], count: int) -> list[dict[str, float]]:
-    """The rows of a table up to a checkpoint.
-
-    Raises:
-        InputError: It has fewer rows or other columns.
-    """
-    table = read_table(path)
-    rows = [dict(zip(table, map(float, row), strict=True)) for row in zip(*table.values(), strict=True)]
-    if len(rows) < count or list(table) != list(columns):
-        allowed = f"must have at least {count} rows with the columns {','.join(columns)}, to fit the checkpoint"
-        raise InputError(str(path), "", None, allowed)
-    return rows[:count]
+        if self.filter(record):
+            self._reporter.note(record.getMessage())
+            self.addFilter(lambda _: False)

@@ -69,28 +69,33 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
     lines = list(_lines(case, region))
     count = len(lines) * (len(region.values) if region is not None else 1)
     yield events.Begin(f"zeros of dU between d = {least:g} and {most:g}", count)
-    with Solutions(case) as found:
-        zeros = _Zeros(found, None if region is None else region.name)
-        yield events.AtEnd(zeros.end)
-        yield events.Table("critical", [*CRITICAL_COLUMNS, *health_columns(case)])
-        failures: list[str] = []
-        for line, start in lines:
-            try:
-                # Meshes are adapted to the zeros asked for, not to those between them.
-                problem = steady_problem(case, least, monitor)
-                branch = found.branch or found.begin(problem, start, zeros_only=True)
-                branch.at(start)
-                of_line = find_all(branch, least, most) if region is None else follow_all(branch, region)
-                yield from zeros.take(of_line, line)
-            except (NoSteadyState, MeshFailure) as failure:
-                if not line:
-                    raise
-                failures += [f"{name} = {value:g}: {failure}" for name, value in line.items()]
-                yield events.Note(failures[-1])
-        if failures:
-            raise NoSteadyState("; ".join(failures))
-        return events.Outcome("finished", "end", f"{len(found.points)} critical distances on {zeros.branches} branches")
-    return found.outcome  # the branch ends before all distances were reached
+    found = Solutions(case)
+    zeros = _Zeros(found, None if region is None else region.name)
+    try:
+        with found:
+            yield events.Table("critical", [*CRITICAL_COLUMNS, *health_columns(case)])
+            failures: list[str] = []
+            for line, start in lines:
+                try:
+                    # Meshes are adapted to the zeros asked for, not to those between them.
+                    problem = steady_problem(case, least, monitor)
+                    branch = found.branch or found.begin(problem, start, zeros_only=True)
+                    branch.at(start)
+                    of_line = find_all(branch, least, most) if region is None else follow_all(branch, region)
+                    yield from zeros.take(of_line, line)
+                except (NoSteadyState, MeshFailure) as failure:
+                    if not line:
+                        raise
+                    failures += [f"{name} = {value:g}: {failure}" for name, value in line.items()]
+                    yield events.Note(failures[-1])
+            if failures:
+                raise NoSteadyState("; ".join(failures))
+            return events.Outcome(
+                "finished", "end", f"{len(found.points)} critical distances on {zeros.branches} branches"
+            )
+        return found.outcome  # the branch ends before all distances were reached
+    finally:
+        yield from zeros.end()
 
 
 class _Zeros:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator, Iterator, Mapping, Sequence
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -89,29 +89,32 @@ def solve(
     places = solution_order(case)
     expected = len(between(places, case.max_points)) if case.common else len(places)
     yield events.Begin(f"{expected} point{'s' * (expected > 1)}, more as needed", expected)
-    with Solutions(case, warm_start) as found:
-        points, warnings = found.points, list[str]()
-        yield events.AtEnd(partial(_end, case, found, warnings))
-        start = Parameters(places[0], case.solid_models, case.liquid_model)
-        narrowest = min((d for place in places for d in place), default=math.inf)
-        problem = steady_problem(case, narrowest, monitor)
-        branch = found.begin(problem, start, places=places, sensitivities=sensitivities)
-        yield events.Table("curve", _columns(case, sensitivities), ascending=case.common)
-        for point, wanted in trace(branch, places, case.tol, case.max_points):
-            points.append(point)
-            if case.common:
-                points.sort(key=lambda p: p.d)
-            count = len(points)
-            yield events.Row("curve", point_row(point) | {"wanted": float(wanted)})
-            if any(abs(point.d - d) < 1e-9 * d for d in case.fields):
-                yield events.Frame(_frame(point.d, branch.solver))
-            yield events.Progress(min(count, expected), _shown(point, count), count)
-        message = f"{len(points)} points"
-        if case.n == 2 and case.velocity is None:
-            zeros = yield from _zeros(branch, points, warnings)
-            message += f"; dU = 0: {', '.join(map(_said, zeros)) or 'at no d'}"
-        return events.Outcome("finished", "end", message)
-    return found.outcome  # the branch ends before all distances were reached
+    found = Solutions(case, warm_start)
+    points, warnings = found.points, list[str]()
+    try:
+        with found:
+            start = Parameters(places[0], case.solid_models, case.liquid_model)
+            narrowest = min((d for place in places for d in place), default=math.inf)
+            problem = steady_problem(case, narrowest, monitor)
+            branch = found.begin(problem, start, places=places, sensitivities=sensitivities)
+            yield events.Table("curve", _columns(case, sensitivities), ascending=case.common)
+            for point, wanted in trace(branch, places, case.tol, case.max_points):
+                points.append(point)
+                if case.common:
+                    points.sort(key=lambda p: p.d)
+                count = len(points)
+                yield events.Row("curve", point_row(point) | {"wanted": float(wanted)})
+                if any(abs(point.d - d) < 1e-9 * d for d in case.fields):
+                    yield events.Frame(_frame(point.d, branch.solver))
+                yield events.Progress(min(count, expected), _shown(point, count), count)
+            message = f"{len(points)} points"
+            if case.n == 2 and case.velocity is None:
+                zeros = yield from _zeros(branch, points, warnings)
+                message += f"; dU = 0: {', '.join(map(_said, zeros)) or 'at no d'}"
+            return events.Outcome("finished", "end", message)
+        return found.outcome  # the branch ends before all distances were reached
+    finally:
+        yield from _end(case, found, warnings)
 
 
 def _columns(case: CurveCase, sensitivities: bool) -> list[str]:

@@ -112,35 +112,33 @@ class _Run:
         from pairsim.solvers.transient.transient import Transient
 
         case, old = self.case, self.old
-        begin = events.Begin(f"to t = {case.time.end:g}", case.time.end)
-        if old is not None and (ended := end_of(self.problem, old.state.history.t[0], old.state.gaps)) is not None:
-            return (yield from self._confirm(begin, ended))
-        polymer = POLYMER_HEALTH if case.liquid_model.modes else ()
-        columns = [*series_columns(case.n), *self._errors, *names_of(case.n, *HEALTH, *polymer)]
-        yield events.Table("series", columns, appended=True)
-        yield begin
-        if old is not None:
-            yield events.Note(f"resuming from t = {old.state.history.t[0]:g} (step {old.state.counts.steps})")
-        yield events.AtEnd(self._end)
-        if case.adapts and old is None:
-            yield events.Note(f"a coarse run first: it tells which cells accuracy: {case.accuracy} needs")
-            self._adapt(RunAdaptation.begin(self.problem, case.error_wanted))
-        self.transient = Transient(self.problem, old.state if old is not None else None)
-        try:
-            return (yield from self._integrate(self.transient))
-        finally:
-            self.transient.close()
-
-    def _confirm(self, begin: events.Begin, ended: events.Outcome) -> events.Events:
-        """The end of a run that was killed after its last checkpoint, unless run.json already says so."""
-        assert self.earlier is not None
-        yield begin
-        if self.earlier.finished:
+        ended = end_of(self.problem, old.state.history.t[0], old.state.gaps) if old is not None else None
+        if self.earlier is not None and self.earlier.finished and ended is not None:
             return ended
-        yield events.AtEnd(self._end)
-        state = self.earlier.checkpoint.state
-        self._entries |= settled_entry(self.case, self.problem, state.gaps, ended)
-        return self._with_accuracy(ended, state.run_errors)
+        yield events.Begin(f"to t = {case.time.end:g}", case.time.end)
+        try:
+            if old is not None and ended is not None:  # it was killed after its last checkpoint
+                self._entries |= settled_entry(case, self.problem, old.state.gaps, ended)
+                return self._with_accuracy(ended, old.state.run_errors)
+            polymer = POLYMER_HEALTH if case.liquid_model.modes else ()
+            columns = [*series_columns(case.n), *self._errors, *names_of(case.n, *HEALTH, *polymer)]
+            yield events.Table("series", columns, appended=True)
+            if old is not None:
+                yield events.Note(f"resuming from t = {old.state.history.t[0]:g} (step {old.state.counts.steps})")
+            elif case.adapts:
+                yield events.Note(f"a coarse run first: it tells which cells accuracy: {case.accuracy} needs")
+                self._adapt(RunAdaptation.begin(self.problem, case.error_wanted))
+            self.transient = Transient(self.problem, old.state if old is not None else None)
+            try:
+                return (yield from self._integrate(self.transient))
+            finally:
+                self.transient.close()
+        except KeyboardInterrupt as interrupt:
+            if not isinstance(interrupt, Stopped):  # in the middle of a step
+                self._pending = None
+            raise
+        finally:
+            yield from self._end()
 
     def _integrate(self, transient: Transient) -> events.Events:
         """Take all steps, and find what the particles do at the end."""
@@ -181,8 +179,8 @@ class _Run:
                 if at_output or count == 1 or passes_frame(case, step.t, step.dt):
                     yield from self._fields(transient)
                 checkpoint = partial(Checkpoint, transient.state, resolved, self.adaptation)
-                yield events.Resumable(checkpoint, case.output.checkpoint, convenient=at_output)
-            yield events.Progress(step.t, _shown(step, count), count)
+                state = events.Resumable(checkpoint, case.output.checkpoint, convenient=at_output)
+                yield events.Progress(step.t, _shown(step, count), count, state)
             if (outcome := end_of(self.problem, step.t, transient.gaps)) is not None:
                 return outcome
             self.problem.monitor.check()
@@ -199,8 +197,7 @@ class _Run:
 
         step, self._pending = self._pending, None
         if step is not None and self.case.output.fields:
-            last = step
-            yield events.Frame(lambda: frame(last, transient.origin, transient.pipe(last.t)))
+            yield events.Frame(frame(step, transient.origin, transient.pipe(step.t)))
 
     def _end(self) -> Iterator[events.Event]:
         """What run.json says, and the last fields."""

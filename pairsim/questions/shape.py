@@ -89,7 +89,7 @@ def estimate(case: ShapeCase) -> Estimate:
 
 def solve(case: ShapeCase, *, monitor: Monitor) -> Events:
     """Solve the shapes in ascending Ca_e."""
-    from pairsim.computing.events import AtEnd, Begin, Outcome, Progress, Row, Table
+    from pairsim.computing.events import Begin, Outcome, Progress, Row, Table
     from pairsim.computing.problems import steady_problem
     from pairsim.computing.steady import Solutions, health_columns, point_row
     from pairsim.fem.diagnostics import contour
@@ -99,24 +99,27 @@ def solve(case: ShapeCase, *, monitor: Monitor) -> Events:
     yield Begin(f"{len(case.series)} shapes", len(case.series))
     own = [each.name if isinstance(each, Column) else each for each in COLUMNS]
     yield Table("shape", [*own, *health_columns(case)])
-    with Solutions(case) as found:
-        beside: AdaptiveBranch | None = None
-        yield AtEnd(lambda: found.last_events({"points": len(found.points)}))
-        problem, start = steady_problem(case, 1.0, monitor), Parameters((), case.solid_models, case.liquid_model)
-        for count, Ca_e in enumerate(case.series, 1):
-            place = start.with_Ca_e(Ca_e)
-            branch = found.branch or found.begin(problem, place)
-            beside = beside or found.begin(coarser(problem, COARSER), place, beside=True)
-            found.points.append(branch.at(place))
-            row = point_row(found.points[-1]) | {"Ca_e": Ca_e}
-            row["D_error"] = abs(point_row(beside.at(place))["D_1"] - row["D_1"])
-            scene = branch.solver
-            names = (each.name for each in CONTOUR)
-            row |= dict(zip(names, contour(scene.bodies[0].outline_points(scene.state()[0])), strict=True))
-            yield Row("shape", row)
-            yield Progress(count, f"Ca_e = {Ca_e:.4g}  D = {row['D_1']:.5f}  shape {count}", count)
-        return Outcome("finished", "end", f"{len(case.series)} shapes")
-    return found.outcome  # the branch ends before the last Ca_e
+    found = Solutions(case)
+    try:
+        with found:
+            beside: AdaptiveBranch | None = None
+            problem, start = steady_problem(case, 1.0, monitor), Parameters((), case.solid_models, case.liquid_model)
+            for count, Ca_e in enumerate(case.series, 1):
+                place = start.with_Ca_e(Ca_e)
+                branch = found.branch or found.begin(problem, place)
+                beside = beside or found.begin(coarser(problem, COARSER), place, beside=True)
+                found.points.append(branch.at(place))
+                row = point_row(found.points[-1]) | {"Ca_e": Ca_e}
+                row["D_error"] = abs(point_row(beside.at(place))["D_1"] - row["D_1"])
+                scene = branch.solver
+                names = (each.name for each in CONTOUR)
+                row |= dict(zip(names, contour(scene.bodies[0].outline_points(scene.state()[0])), strict=True))
+                yield Row("shape", row)
+                yield Progress(count, f"Ca_e = {Ca_e:.4g}  D = {row['D_1']:.5f}  shape {count}", count)
+            return Outcome("finished", "end", f"{len(case.series)} shapes")
+        return found.outcome  # the branch ends before the last Ca_e
+    finally:
+        yield from found.last_events({"points": len(found.points)})
 
 
 def draw(directory: Path, out: Path, page: Page) -> list[Path]:
