@@ -19,6 +19,7 @@ from pairsim.cases.example import write_example
 from pairsim.cli.app import app, command_of
 from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import FILES, read_case
+from pairsim.computing.question import LAST
 from pairsim.computing.schema import schema_rows
 from pairsim.results import columns as tables
 from pairsim.results.columns import Column, column
@@ -64,7 +65,7 @@ def in_sweeps(name: str) -> str:
     command, shown = QUESTIONS[name], QUESTIONS[name].in_sweeps
     with TemporaryDirectory() as folder:
         columns = shown.columns(read_case(command, write_example(name, name, Path(folder))))
-    return ", ".join(code(entry) for entry in (*shown.parameters, *columns, *shown.last))
+    return ", ".join(code(entry) for entry in (*shown.parameters, *columns, *LAST))
 
 
 def command_line() -> str:

@@ -41,7 +41,7 @@ WORST = {
 def row_of(case: Any) -> dict[str, Any]:
     """How a case ended, and its worst indicators."""
     table = case.table
-    text = (case.folder / f"{case.question.tables[0]}.csv").read_text() if len(table) else ""
+    text = (case.folder / f"{case.question.table}.csv").read_text() if len(table) else ""
     last = table.iloc[-1:] if "t" in table else table
     row = {"case": case.folder.name.rpartition("-")[0], "outcome": case.status, "reason": case.reason}
     for name, (title, worst) in WORST.items():

@@ -91,7 +91,7 @@ def _of_result(result: Result | SweepResult) -> dict[str, Any]:
         failed = [case for case in result.record["cases"] if case["status"] == "failed"]
         warnings = [f"{case['folder']}: {case['message'] or case['reason']}" for case in failed] + result.warnings
     else:
-        record, file, scales = result.record, f"{result.question.tables[0]}.csv", scales_in(result.record)
+        record, file, scales = result.record, f"{result.question.table}.csv", scales_in(result.record)
         answer = [line for line in result.answer.splitlines() if not line.startswith("Warning: ")]
         warnings = result.warnings
         table = readable(result.table if scales is None else in_units(result.table, scales), whole=True)

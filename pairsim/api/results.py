@@ -79,7 +79,7 @@ class Result:
     @cached_property
     def columns(self) -> Mapping[str, Array]:
         """The columns of the main table as arrays by name."""
-        return self.tables[self.question.tables[0]]
+        return self.tables[self.question.table]
 
     @cached_property
     def tables(self) -> Tables:
@@ -114,7 +114,7 @@ class Result:
         if name is not None and name not in tables:
             allowed = f"must be {' or '.join(tables)}, a table of `pairsim {self.kind}`"
             raise InputError(str(self._place), "", name, allowed)
-        return table_of(self._place, name or tables[0], physical, tidy)
+        return table_of(self._place, name or self.question.table, physical, tidy)
 
     @property
     def physical(self) -> pd.DataFrame:

@@ -70,6 +70,6 @@ def units(*, kind: str = "run", **given: Any) -> Units:
     if not quantities.keys() & {"modulus", "young"}:
         written.setdefault("Ca_e", 0)
     if "distance" not in quantities and kind in QUESTIONS:
-        written = {**QUESTIONS[kind].distances, **written}
+        written = {**QUESTIONS[kind].model.usual_distances, **written}
     case = load({**written, "physical": DEFAULTS | quantities}, kind=kind)
     return Units(case, units_report(case, quantities), {"physical": quantities, **written})

@@ -63,6 +63,8 @@ class SceneCase(_WithMaterials):
 
     kind: ClassVar[str]
     """The command that the case is for."""
+    usual_distances: ClassVar[dict[str, Any]] = {}
+    """Distances of a case that is made without any, by their key."""
 
     length: values.TubeLength | Literal["auto"] | None = Field(
         None,
@@ -257,6 +259,7 @@ class Case(SceneCase):
     """A run in time; d0 is one distance for all gaps, or a list from upstream."""
 
     kind: ClassVar[str] = "run"
+    usual_distances: ClassVar[dict[str, Any]] = {"d0": 0.1}
 
     d0: values.Distance | tuple[values.Distance, ...] | None = Field(
         None, description="initial distance between the facing surfaces [D_c]"

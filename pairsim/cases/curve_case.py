@@ -71,6 +71,7 @@ class CurveCase(SceneCase):
     """A master curve dU(d): quasi-steady solutions at many distances d."""
 
     kind: ClassVar[str] = "curve"
+    usual_distances: ClassVar[dict[str, Any]] = {"d": {"start": 0.02, "stop": 0.8, "num": 9}}
 
     d: Gaps | None = Field(
         None,
@@ -138,6 +139,7 @@ class CriticalCase(SceneCase):
     """Critical distances: zeros of dU(d), optionally followed over a parameter."""
 
     kind: ClassVar[str] = "critical"
+    usual_distances: ClassVar[dict[str, Any]] = {"d": [0.02, 0.8]}
 
     along: dict[str, Values] | None = Field(
         None,

@@ -18,7 +18,7 @@ class _Questions(Mapping[str, Question[Any]]):
         if name not in NAMES:
             raise KeyError(name)
         question: Question[Any] = import_module(f"pairsim.questions.{name}").QUESTION
-        declare(each for each in question.columns if isinstance(each, Column))
+        declare(each for columns in question.tables.values() for each in columns if isinstance(each, Column))
         return question
 
     def __contains__(self, name: object) -> bool:

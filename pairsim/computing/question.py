@@ -1,10 +1,10 @@
-"""What pairsim knows of a command that computes one case."""
+"""What pairsim knows of a question that is asked of one case."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +23,10 @@ Value = float | int | str | list[float] | list[bool] | None
 """A value in results.csv."""
 Tables = Mapping[str, Mapping[str, Any]]
 """Tables of a folder by name, each its columns as arrays by name; one that is not there has none."""
+LAST = ("unknowns", "wall_time")
+"""The last columns of results.csv."""
+RECORDED = ("steps", *LAST)
+"""Columns of results.csv that are entries of run.json."""
 
 
 def last_row(tables: Tables) -> dict[str, Value]:
@@ -39,14 +43,13 @@ def rows_in(columns: Mapping[str, Any]) -> int:
 
 @dataclass(frozen=True)
 class InSweeps[C: SceneCase]:
-    """What a sweep shows of a command, in results.csv.
+    """What a sweep shows of a question, in results.csv.
 
     Attributes:
-        columns: Columns of the results of a case.
+        columns: Columns of the results of a case, before `LAST`.
         read: Takes their values from the tables of a folder, whose main table is there; those that are missing are left
             out.
         parameters: Keys that results.csv always has, also if they do not vary.
-        last: Last columns of results.csv, taken from run.json.
         neighbours: Keys along which a case can start from the solutions of the last one (`computing/warm_start.py`);
             empty where it cannot.
     """
@@ -54,31 +57,29 @@ class InSweeps[C: SceneCase]:
     columns: Callable[[C], Sequence[str]]
     read: Callable[[Tables], dict[str, Value]] = last_row
     parameters: tuple[str, ...] = ("beta", "De", "Ca_e")
-    last: tuple[str, ...] = ("unknowns", "wall_time")
     neighbours: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class Question[C: SceneCase]:
-    """A command that computes one case and writes it to a folder.
+    """A question that is asked of one case; what is computed for it is in a folder.
 
-    Its functions import large libraries when they are called, since the command line lists all commands at once.
+    Its functions import large libraries when they are called: `--help` and a mistake in a case file need none.
 
     Attributes:
-        model: Keys of its case file; `model.kind` is the name of the command.
+        model: Keys of its case file; `model.kind` is its name.
         check: Yields the mistakes in which keys do not go together.
         estimate: Estimates the size and the duration of a case.
         solve: Its computation, a generator of the events in `computing/events.py`: takes the case, and as keywords its
             `monitor`, the flags, `warm_start` where its cases have `neighbours`, and `earlier` to resume.
-        tables: Names of its tables without .csv, the main one first.
-        columns: The first columns of its main table, in its reference; those that no other command has are described.
+        tables: Its tables by name without .csv, the main one first, with the columns that are described in the
+            reference: a `Column` where no other question has it.
         result: Its class of results, derived from `pairsim.api.results.Result`: what they have beside a table, and what
             they say in words.
-        in_sweeps: What a sweep shows of it.
         draw: Draws what the tables of a folder hold into another one, and returns the pictures. Fields are drawn
             elsewhere.
         captions: What is said below each of these pictures in a report, by the name of its file.
-        distances: Distances of a case of `pairsim units` that has none [D_c]; empty where it makes no such cases.
+        in_sweeps: What a sweep shows of it.
         frames: What its fields are written at: "t", "d", or "" where it writes none.
         flags: Keywords of its computation that are off by default; with "resume" it goes on from a checkpoint, and its
             main table is an appended one.
@@ -89,13 +90,11 @@ class Question[C: SceneCase]:
     check: Callable[[C], Iterator[Mistake]]
     estimate: Callable[[C], Estimate]
     solve: Callable[..., Events]
-    tables: tuple[str, ...]
+    tables: Mapping[str, Sequence[str | Column]]
     result: type[Any]
-    in_sweeps: InSweeps[C]
     draw: Callable[[Path, Path, Page], list[Path]]
     captions: Mapping[str, str]
-    distances: Mapping[str, Any] = field(default_factory=dict)
-    columns: tuple[str | Column, ...] = ()
+    in_sweeps: InSweeps[C]
     frames: str = ""
     flags: tuple[str, ...] = ()
     draws_from: int | None = 1
@@ -104,6 +103,11 @@ class Question[C: SceneCase]:
     def name(self) -> str:
         """Its name on the command line and in Python."""
         return self.model.kind
+
+    @property
+    def table(self) -> str:
+        """The name of its main table."""
+        return next(iter(self.tables))
 
     @property
     def resumable(self) -> bool:
@@ -125,6 +129,6 @@ class Question[C: SceneCase]:
         record, values = read_record(directory), dict[str, Value]()
         with suppress(InputError, ValueError, KeyError):
             tables = self.read_tables(directory)
-            if tables[self.tables[0]]:
+            if tables[self.table]:
                 values = self.in_sweeps.read(tables)
-        return values | {key: record.get(key) for key in self.in_sweeps.last}
+        return values | {key: record[key] for key in RECORDED if key in record}

@@ -81,7 +81,7 @@ def carry_out[C: SceneCase](
     notes = [*case.notes, *question.estimate(case).notes]
     files = own_files() if options.overwrite else files_of(question.tables, question.captions)
     with sole_writer(directory, options.command):
-        earlier = _earlier(case, directory, f"{question.tables[0]}.csv") if resume else None
+        earlier = _earlier(case, directory, f"{question.table}.csv") if resume else None
         if earlier is not None:
             folder = RunFolder(directory, files)
             more["earlier"] = earlier

@@ -53,12 +53,7 @@ def _finer(case: SceneCase) -> str:
 
 
 def long_steps(case: Case, part: float) -> list[str]:
-    """Warn of time steps whose estimated error exceeds `accuracy`.
-
-    Args:
-        case: The case.
-        part: Estimated error of dU due to the time steps, relative to the largest |dU|.
-    """
+    """Warn of time steps whose estimated error of dU exceeds `accuracy`; `part` is relative to the largest |dU|."""
     if part <= case.error_wanted:
         return []
     key = "tol" if case.time.fixed_step is None else "fixed_step"
@@ -70,12 +65,7 @@ def long_steps(case: Case, part: float) -> list[str]:
 
 
 def large_run_error(case: Case, part: float) -> list[str]:
-    """Warn of an estimated error of dU in a run that exceeds `accuracy`.
-
-    Args:
-        case: The case.
-        part: Largest dU_error relative to the largest |dU|.
-    """
+    """Warn of a largest dU_error in a run that exceeds `accuracy`; `part` is relative to the largest |dU|."""
     if part <= case.error_wanted:
         return []
     percent = above(100 * part, 100 * case.error_wanted)
@@ -129,14 +119,7 @@ def _longer(case: SceneCase) -> str:
 
 
 def large_errors(case: SceneCase, error: str, size: str, errors: Sequence[ErrorAt]) -> list[str]:
-    """Warn of estimated errors that exceed `accuracy`.
-
-    Args:
-        case: The case.
-        error: Name of the error.
-        size: What it is relative to.
-        errors: The errors of all results.
-    """
+    """Warn of estimated errors that exceed `accuracy`; `error` is their name, `size` what they are relative to."""
     allowed = case.error_wanted
     worst = max(errors, key=lambda each: each.relative, default=None)
     if worst is None or worst.relative <= allowed:
@@ -195,13 +178,7 @@ def far_apart(case: CurveCase, curves: Sequence[CurveInterpolant], size: float) 
 
 
 def narrow_gap(case: Case, gap: float, arc: float) -> list[str]:
-    """Warn of a gap that is too narrow for the arcs of the outlines beside it.
-
-    Args:
-        case: The case.
-        gap: The gap [D_c].
-        arc: Length of the longest arc beside it [D_c].
-    """
+    """Warn of a gap [D_c] that is too narrow for the longest arc of the outlines beside it [D_c]."""
     if arc <= LONG_ARC * gap:
         return []
     return [
@@ -212,13 +189,9 @@ def narrow_gap(case: Case, gap: float, arc: float) -> list[str]:
 
 
 def near_ends(case: SceneCase, span: float) -> list[str]:
-    """Warn of particles that are too near the ends of the tube.
+    """Warn of a row of particles, whose largest length is `span` [D_c], that comes too near the ends of the tube.
 
     The measured errors are in docs/explanation/decisions.md, "Tube and ends".
-
-    Args:
-        case: The case.
-        span: Largest length of the row of particles [D_c].
     """
     part = NEAR_ENDS[case.ends if case.liquid_model.modes else "developed"]
     left, least = (case.tube_length - span) / 2, part * case.margin

@@ -263,12 +263,11 @@ QUESTION = Question(
     check=check_critical,
     estimate=estimate,
     solve=solve,
-    tables=("critical", "way"),
+    tables={"critical": (), "way": ()},
     result=CriticalResult,
     in_sweeps=InSweeps(lambda _: ("points", "zeros", "stable"), read),
     draw=draw,
     captions={"critical": "Critical distances"},
-    distances={"d": [0.02, 0.8]},
 )
 
 critical: Computation[CriticalResult] = Computation(QUESTION, __doc__)

@@ -421,12 +421,11 @@ QUESTION = Question(
     check=check_curve,
     estimate=estimate,
     solve=solve,
-    tables=("curve", "equilibria", "way"),
+    tables={"curve": (), "equilibria": (), "way": ()},
     result=CurveResult,
     in_sweeps=InSweeps(result_columns, read, neighbours=("De", "Ca_e")),
     draw=draw,
     captions={"curve": "Relative velocity and shapes over distance"},
-    distances={"d": {"start": 0.02, "stop": 0.8, "num": 9}},
     frames="d",
     draws_from=2,  # one point is no line, and matplotlib takes as long as a point
     flags=("sensitivities",),

@@ -349,8 +349,8 @@ def draw(directory: Path, out: Path, page: Page) -> list[Path]:
 
 
 def result_columns(case: Case) -> tuple[str, ...]:
-    """Result columns of a run: those of the last row of series.csv."""
-    return ("t", *names_of(case.n, "d", "dU", "U", "D"), "dp")
+    """Result columns of a run: those of the last row of series.csv, and the number of steps."""
+    return ("t", *names_of(case.n, "d", "dU", "U", "D"), "dp", "steps")
 
 
 class RunResult(Result):
@@ -381,14 +381,11 @@ QUESTION = Question(
     check=check_together,
     estimate=estimate,
     solve=solve,
-    tables=("series",),
+    tables={"series": ()},
     result=RunResult,
-    in_sweeps=InSweeps(
-        result_columns, parameters=("beta", "De", "Ca_e", "d0"), last=("steps", "unknowns", "wall_time")
-    ),
+    in_sweeps=InSweeps(result_columns, parameters=("beta", "De", "Ca_e", "d0")),
     draw=draw,
     captions={"series": "Velocities and shapes over time, relative velocity over distance"},
-    distances={"d0": 0.1},
     frames="t",
     flags=("resume",),
     draws_from=None,

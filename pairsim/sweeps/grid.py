@@ -22,6 +22,7 @@ from pairsim.cases.yaml_file import DEFAULT_LAWS, Section, apply_settings, place
 from pairsim.computing import QUESTIONS, Question
 from pairsim.computing.case_files import parse_case, parse_file
 from pairsim.computing.many_cases import SweepFile, check_sweep
+from pairsim.computing.question import LAST
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.text import as_typed
 
@@ -82,7 +83,7 @@ class Grid:
     def columns(self) -> tuple[str, ...]:
         """Result columns of all cases, in the order of their first appearance."""
         shown = self.question.in_sweeps
-        return tuple(dict.fromkeys((*(name for each in self.cases for name in shown.columns(each.case)), *shown.last)))
+        return tuple(dict.fromkeys((*(name for each in self.cases for name in shown.columns(each.case)), *LAST)))
 
 
 @dataclass(frozen=True)

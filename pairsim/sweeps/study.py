@@ -132,7 +132,7 @@ def _measured(folders: Sequence[Path], file: StudyFile, compared: Sequence[str])
         return row
     times = [each["wall_time"] for each in records]
     row |= {"wall_time": np.median(times), "wall_time_spread": max(times) - min(times)}
-    series = read_table(folders[0] / f"{QUESTIONS[file.command].tables[0]}.csv")
+    series = read_table(folders[0] / f"{QUESTIONS[file.command].table}.csv")
     axis = next(iter(series.values()))
     at = np.array(file.at or axis[-1:])
     nearest = np.abs(axis[:, None] - at).argmin(axis=0)

@@ -31,8 +31,8 @@ def table_of_all(directory: Path, name: str | None, physical: bool | None, by_ga
             `physical` block.
     """
     content = read_sweep(directory, values=False)
-    tables, varying = QUESTIONS[content["command"]].tables, content["varying"]
-    name = name or tables[0]
+    question, varying = QUESTIONS[content["command"]], content["varying"]
+    name, tables = name or question.table, question.tables
     if name not in tables:
         allowed = f"must be {' or '.join(tables)}, a table of `pairsim {content['command']}`"
         raise InputError(str(directory), "", name, allowed)
