@@ -17,8 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from paper_statements import distances
 
-from pairsim.plots.axes import by_rows, finish, key
-from pairsim.plots.chart import BAND, fill
+from pairsim.plots.chart import by_rows, fill, finish, key
 from pairsim.plots.field_values import FIELDS
 from pairsim.plots.labels import equation
 from pairsim.plots.lines import fine_distances
@@ -143,7 +142,7 @@ def draw_lines(axis: Axes, panel: Panel, results: Cases) -> list[Line2D]:
                     continue
                 axis.plot(x, y, **line)
                 if error is not None:
-                    fill(axis, x, y, error, line | {"band": BAND})
+                    fill(axis, x, y, error, line["color"])
         words = [f"${column(name).symbol}$"] * (len(panel.y) > 1) + [equation(panel.by, value)] * (len(values) > 1)
         marked = panel.markers or panel.kind == "critical"
         handles.append(Line2D([], [], label=", ".join(words), **marker if marked else line))

@@ -10,9 +10,8 @@ from typing import Any, Literal, overload
 
 from pairsim.cases.case import Case, SceneCase
 from pairsim.cases.curve_case import CriticalCase, CurveCase
-from pairsim.cases.merging import merge, section_of
 from pairsim.cases.physical import forget_numbers
-from pairsim.cases.yaml_file import Section, read_yaml
+from pairsim.cases.yaml_file import Section, merge, read_yaml, section_of
 from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case
 from pairsim.physics.material import Material

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from pairsim.api.results import Result
 from pairsim.cases.identity import RUNS
-from pairsim.cases.merging import section_of
+from pairsim.cases.yaml_file import section_of
 from pairsim.computing import QUESTIONS
 from pairsim.computing.progress import Style, style_of
 from pairsim.results.folder import plain

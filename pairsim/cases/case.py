@@ -14,17 +14,8 @@ from pairsim.cases import values
 from pairsim.cases.accuracy import DEFAULT, Accuracy, percent, settings_of
 from pairsim.cases.default_end import default_end
 from pairsim.cases.groups import Keys, Limits, MeshOptions, OutputOptions, TimeOptions
-from pairsim.cases.material_keys import material_fields
-from pairsim.cases.materials import (
-    cells_of,
-    is_viscous,
-    liquid_block,
-    liquid_of,
-    resolved_materials,
-    slowest_of,
-    solids_of,
-    viscosities_of,
-)
+from pairsim.cases.material_keys import LIQUIDS, material_fields, written
+from pairsim.cases.materials import is_viscous, liquid_block, liquid_of, slowest_of, solids_of
 from pairsim.cases.physical import Physical
 from pairsim.cases.softest import beyond_steady_shapes, beyond_tension
 from pairsim.physics import liquids, solids
@@ -36,11 +27,11 @@ from pairsim.physics.solids import Solid
 class _Scene(Keys):
     """The keys that come before those of the laws."""
 
-    beta: values.Diameter | tuple[values.Diameter, ...] | None = Field(
+    beta: values.OneOrEach[values.Diameter] | None = Field(
         None, description="particle over tube diameter D_p/D_c, between 0 and 1"
     )
     De: values.Deborah = Field(0.0, description="Deborah number lambda U_av/D_c; 0 is a liquid without elasticity")
-    Ca_e: values.Capillary | tuple[values.Capillary, ...] | None = Field(
+    Ca_e: values.OneOrEach[values.Capillary] | None = Field(
         None, description="elastic capillary number eta_0 U_av/(D_c G_p); 0 is a rigid particle"
     )
     name: values.CaseName | None = Field(None, description="name of the folder for the results")
@@ -63,6 +54,8 @@ class SceneCase(_WithMaterials):
 
     kind: ClassVar[str]
     """The command that the case is for."""
+    counted: ClassVar[dict[str, int]] = {"beta": 0, "Ca_e": 0}
+    """Keys that must be given, one for all particles or one for each, and how many fewer than particles these are."""
     usual_distances: ClassVar[dict[str, Any]] = {}
     """Distances of a case that is made without any, by their key."""
 
@@ -106,7 +99,7 @@ class SceneCase(_WithMaterials):
     @property
     def _cells(self) -> dict[str, Any]:
         """The cells that `accuracy` sets."""
-        return settings_of(self.accuracy).mesh(cells_of(dict(self)), self.betas, "time" in type(self).model_fields)
+        return settings_of(self.accuracy).mesh(self.liquid_model.cells, self.betas, "time" in type(self).model_fields)
 
     @property
     def error_wanted(self) -> float:
@@ -249,19 +242,32 @@ class SceneCase(_WithMaterials):
         data = self.model_dump(mode="json")
         if self.length is None:
             data["length"] = self.tube_length
-        data |= resolved_materials(dict(self), self.liquid_model)
+        data |= {"liquid": self._resolved_liquid(), "solid": self._resolved_solid()}
         if self.physical is not None:
             data["physical"] = self.physical.model_dump(mode="json", exclude_none=True)
         return {k: v for k, v in data.items() if v is not None}
+
+    def _resolved_liquid(self) -> Any:
+        """The liquid with its defaults, also if it is the one that a case with De > 0 has by default."""
+        name = liquids.DEFAULT.name
+        by_default = LIQUIDS[name](law=name) if self.liquid_model.modes else None
+        return written(self.liquid or by_default)
+
+    def _resolved_solid(self) -> Any:
+        """The solid with its defaults, a list only if particles differ; None for the default one."""
+        solids_of_each = [written(each) for each in (self.solid if isinstance(self.solid, tuple) else (self.solid,))]
+        alike = all(each == solids_of_each[0] for each in solids_of_each)
+        return (solids_of_each[0] if solids_of_each[0] != solids.DEFAULT.name else None) if alike else solids_of_each
 
 
 class Case(SceneCase):
     """A run in time; d0 is one distance for all gaps, or a list from upstream."""
 
     kind: ClassVar[str] = "run"
+    counted: ClassVar[dict[str, int]] = SceneCase.counted | {"d0": 1}
     usual_distances: ClassVar[dict[str, Any]] = {"d0": 0.1}
 
-    d0: values.Distance | tuple[values.Distance, ...] | None = Field(
+    d0: values.OneOrEach[values.Distance] | None = Field(
         None, description="initial distance between the facing surfaces [D_c]"
     )
     start: Literal["rest", "steady"] = Field(
@@ -280,7 +286,7 @@ class Case(SceneCase):
     output: OutputOptions = OutputOptions()
 
     def _defaults(self) -> dict[str, Any]:
-        viscosities = viscosities_of(dict(self), self.Ca_es)
+        viscosities = [float(each.viscosity or 0.0) if each else 0.0 for each in self.solid_models]
         end = default_end(self.De * slowest_of(dict(self)), zip(self.Ca_es, viscosities, strict=True))
         return super()._defaults() | {"time": {"tol": settings_of(self.accuracy).time_tol, "end": end}}
 

@@ -2,45 +2,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from math import inf
+from typing import Any
 
 from pairsim.cases.case import FREE_ENDS, Case, SceneCase
 from pairsim.cases.groups import MOST_OUTPUTS
-from pairsim.cases.materials import declared_in, is_viscous, liquid_block
+from pairsim.cases.materials import is_viscous, liquid_block
 from pairsim.cases.mistakes import Mistake, broken, missing
+from pairsim.cases.physical import BLOCK, EXPERIMENT
+from pairsim.cases.values import is_finite
 
 
-def check_scene(case: SceneCase, counts: dict[str, int]) -> Iterator[Mistake]:
-    """Check the keys that run, curve and critical share against each other.
+def missing_numbers(model: type[SceneCase], data: Mapping[str, Any], origins: Mapping[str, str]) -> Iterator[Mistake]:
+    """Find the numbers of particles and gaps that a case lacks, which need not be validated yet; yields mistakes.
 
     Args:
-        case: The case, each key of which is valid on its own.
-        counts: For each key that takes one value for every particle or gap, the number of values.
-
-    Yields:
-        A mistake for each inconsistent key. If required keys are missing, only these.
+        model: The model of the case.
+        data: Its keys and values.
+        origins: The quantities that give some of them, which are checked elsewhere.
     """
-    counts = {"beta": case.n, "Ca_e": case.n, **counts}
-    absent = [
-        missing(key, "must be a number" + (f" or a list of {count}" if count > 1 else ""))
-        for key, count in counts.items()
-        if count > 0 and getattr(case, key) is None
-    ]
-    if absent:  # the other checks need them
-        yield from absent
-        return
+    n = data.get("particles", model.model_fields["particles"].default)
+    for key, fewer in model.counted.items() if is_finite(n) else ():
+        if n > fewer and data.get(key) is None and key not in origins:
+            several = f" or a list of {n - fewer}" if n - fewer > 1 else ""
+            gives = "d" if key == "d0" else key
+            of = [f", or be given by {BLOCK}.{each.key}" for each in EXPERIMENT if each.gives == gives]
+            yield missing(key, f"must be a number{several}{of[0] if BLOCK in data else ''}")
+
+
+def check_scene(case: SceneCase) -> Iterator[Mistake]:
+    """Check the keys that run, curve and critical share against each other; yields a mistake for each wrong key."""
     fits = True
-    for key, count in {**counts, "solid": case.n}.items():
-        value = getattr(case, key)
-        if isinstance(value, tuple) and len(value) != max(count, 0):
-            what, one = "gaps" if key == "d0" else "particles", "a law" if key == "solid" else "a number"
-            allowed = f"must be {one} or a list of {max(count, 0)}, one for each of the {what}"
-            yield Mistake(key, list(value), allowed)
+    for key, fewer in {**case.counted, "solid": 0}.items():
+        value, count = getattr(case, key), max(case.n - fewer, 0)
+        if isinstance(value, tuple) and len(value) != count:
+            what, one = "gaps" if fewer else "particles", "a law" if key == "solid" else "a number"
+            yield Mistake(key, value, f"must be {one} or a list of {count}, one for each of the {what}")
             fits = False
-    if mistakes := list(_check_laws(case)):
-        yield from mistakes
-        return  # without them there is no liquid
+    yield from _check_law(case)
     if case.length == "auto" and case.ends != "developed":
         yield Mistake("length", "auto", "must be a number with ends: periodic; auto requires ends: developed")
     elif fits and case.n and case.tube_length < case.cluster + 2 * FREE_ENDS:
@@ -49,11 +49,11 @@ def check_scene(case: SceneCase, counts: dict[str, int]) -> Iterator[Mistake]:
         yield Mistake("length", case.tube_length, allowed)
 
 
-def _check_laws(case: SceneCase) -> Iterator[Mistake]:
-    """Find missing parameters of laws, and laws that do not go with De."""
-    keys, block = dict(case), liquid_block(dict(case))
+def _check_law(case: SceneCase) -> Iterator[Mistake]:
+    """Find laws that do not go with De; yields mistakes."""
+    block = liquid_block(dict(case))
     law = block["law"]
-    if is_viscous(keys):
+    if is_viscous(dict(case)):
         if case.De > 0:
             yield Mistake(
                 "liquid", law, "has no memory: leave out De (or physical.relaxation), or name a viscoelastic law"
@@ -65,18 +65,11 @@ def _check_laws(case: SceneCase) -> Iterator[Mistake]:
             yield Mistake("De", case.De, "must be above 0 with a liquid.solvent; a liquid without elasticity has none")
     elif case.xi == 0:
         yield Mistake("xi", case.xi, "must be above 0 in a viscoelastic liquid")
-    idle = not case.De and not is_viscous(keys)  # the parameters of the liquid, which are noted
-    for declared in declared_in(keys):
-        if idle and not declared.key.startswith("solid"):
-            continue
-        if declared.parameter.default is None and declared.value is None:
-            place, _, name = declared.key.rpartition(".")
-            yield missing(declared.key, f"must be given with {place}: {{law: {declared.law}, {name}: ...}}")
 
 
 def check_together(case: Case) -> Iterator[Mistake]:
     """Check the keys of a run against each other; yields mistakes as `check_scene` does."""
-    yield from check_scene(case, {"d0": case.n - 1})
+    yield from check_scene(case)
     time, output, limits, end = case.time, case.output, case.limits, case.time.end
     widest, narrowest = max(case.gaps, default=-inf), min(case.gaps, default=inf)
     in_time = f"must be at most time.end = {end:g}"

@@ -13,8 +13,18 @@ from pairsim.cases.case import SceneCase
 from pairsim.cases.case_checks import check_scene
 from pairsim.cases.materials import is_viscous
 from pairsim.cases.mistakes import Mistake, broken, missing
-from pairsim.cases.ranges import RANGE, range_schema, spelled_out
-from pairsim.cases.values import FOLLOWED, CurveTolerance, Distance, Positive, Velocity, Whole
+from pairsim.cases.values import (
+    FOLLOWED,
+    RANGE,
+    CurveTolerance,
+    Distance,
+    OneOrEach,
+    Positive,
+    Velocity,
+    Whole,
+    range_schema,
+    spelled_out,
+)
 
 MOST_VALUES = 10_000
 _RANGE = "a list, or {start, stop, num, spacing: log or linear} with start and stop above 0 and num from 2 to 10000"
@@ -52,7 +62,7 @@ def _or_range(each: str) -> Callable[[dict[str, Any]], None]:
 
 
 Gaps = Annotated[
-    tuple[Distance | tuple[Distance, ...], ...],
+    tuple[OneOrEach[Distance], ...],
     Field(
         min_length=1,
         max_length=MOST_VALUES,
@@ -199,7 +209,7 @@ def check_curve(case: CurveCase) -> Iterator[Mistake]:
         ("flow", at_rest and not case.velocity, "must be 1: nothing moves, unless velocity is given and not 0"),
         ("flow", at_rest and case.physical is not None, "must be 1 with a physical block, whose velocity is its unit"),
     )
-    yield from check_scene(case, {})
+    yield from check_scene(case)
 
 
 def check_critical(case: CriticalCase) -> Iterator[Mistake]:
@@ -229,4 +239,4 @@ def check_critical(case: CriticalCase) -> Iterator[Mistake]:
     if case.lines is not None and (case.along is None or case.lines.keys() == case.along.keys()):
         allowed = "must be the parameter that along does not have; along must be given, too"
         yield Mistake("lines", dict(case.lines), allowed)
-    yield from check_scene(case, {})
+    yield from check_scene(case)

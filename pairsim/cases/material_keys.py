@@ -2,45 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Union
 
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, create_model
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, create_model
 
 from pairsim.cases.materials import ELASTIC, MODES, VISCOUS
-from pairsim.cases.quantities import many
-from pairsim.cases.values import Number
+from pairsim.cases.values import Number, OneOrEach
 from pairsim.physics import liquids, solids
 from pairsim.physics.liquids import ConformationLaw, Newtonian
 from pairsim.physics.material import Material, Parameter
-from pairsim.physics.own_laws import OPTION
 
 MOST_MODES = 8
-MODELS: dict[str, type[BaseModel]] = {}
-"""The model of each block by its name, with which errors of pydantic refer to it."""
 MODES_WORDS = "several relaxation times: a list of modes, each with its law"
 
 
-def ranged(parameter: Parameter) -> Any:
-    """The type of a key with the range of a parameter."""
+def _field(parameter: Parameter) -> Any:
+    """Type, range, default and description of a parameter."""
     least, most = parameter.least, parameter.most
     bounds = Field(gt=least, le=most) if parameter.open else Field(ge=least, le=most)
-    return Annotated[Number, bounds]
-
-
-def _field(parameter: Parameter) -> Any:
-    """Type, default and description of a parameter."""
     default: Any = ... if parameter.default is None else parameter.default
-    return ranged(parameter), Field(default, description=parameter.words)
+    return Annotated[Number, bounds], Field(default, description=parameter.words)
 
 
-def _made(name: str, words: str, fields: dict[str, Any], measured: Sequence[str] = ()) -> type[BaseModel]:
-    """A model that is found in this module, so that a case can be sent to other processes.
+def _model(name: str, law: str, words: str, fields: Mapping[str, Any], measured: list[str]) -> type[BaseModel]:
+    """A model of a block, which is found in this module, so that a case can be sent to other processes.
 
     Args:
-        name: Its name.
-        words: Its description.
-        fields: Its fields.
+        name: Name of the model.
+        law: Name of its law.
+        words: What the law describes.
+        fields: Its other fields.
         measured: Those that the `physical` block may give, which the JSON Schema therefore does not require.
     """
 
@@ -48,86 +40,59 @@ def _made(name: str, words: str, fields: dict[str, Any], measured: Sequence[str]
         schema["required"] = [key for key in schema["required"] if key not in measured]
 
     config = ConfigDict(extra="forbid", frozen=True, defer_build=True, json_schema_extra=without_measured)
-    model = create_model(name, __config__=config, __doc__=words, __module__=__name__, **fields)
-    globals()[name] = MODELS[name] = model
+    fields = {"law": (_names([law]), Field(description=words)), **fields}
+    globals()[name] = create_model(name, __config__=config, __doc__=words, __module__=__name__, **fields)
+    model: type[BaseModel] = globals()[name]
     return model
 
 
-def _model(law: type[Material], of: str = "", **more: Any) -> type[BaseModel]:
-    """The model of the block of a law; `of` distinguishes it from others of the same law."""
-    fields = {"law": (_named([law.name]), Field(description=law.words))}
-    fields |= {name: _field(each) for name, each in law.parameters().items()}
-    measured = [name for name, each in law.parameters().items() if each.dimension is not None]
-    return _made(f"{law.__name__}{of}Block", law.words, fields | more, measured)
+def _models(laws: Mapping[str, type[Material]], of: str = "", **more: Any) -> dict[str, type[BaseModel]]:
+    """The models of the blocks of some laws by name; `of` distinguishes them from others of the same laws."""
+    found = {}
+    for name, law in laws.items():
+        declared = law.parameters()
+        fields = {key: _field(each) for key, each in declared.items()} | more
+        measured = [key for key, each in declared.items() if each.dimension is not None]
+        found[name] = _model(f"{law.__name__}{of}Block", name, law.words, fields, measured)
+    return found
 
 
-def _one_of(models: Mapping[str, type[BaseModel]]) -> Any:
-    """The type of a block of one of some laws, tagged with the name of its model."""
-
-    def tag(value: Any) -> str | None:
-        law = value.get("law") if isinstance(value, Mapping) else getattr(value, "law", None)
-        model = models.get(law) if isinstance(law, str) else None
-        return model.__name__ if model else None
-
-    by_law = Discriminator(
-        tag, custom_error_type="law", custom_error_message="must be a group with law and its parameters"
-    )
-    return Annotated[Union[*(Annotated[model, Tag(model.__name__)] for model in models.values())], by_law]
-
-
-def _named(laws: Iterable[str]) -> Any:
-    """The type of the name of one of some laws."""
+def _names(laws: Any) -> Any:
     return Literal[*laws]
 
 
-def _words(names: list[str], more: str = "") -> str:
-    group = f"or a group with law (one of these{more}) and its parameters"
-    return f"{', '.join(names)}, {group}; {OPTION} FILE adds laws of your own"
+def _as_block(value: Any) -> Any:
+    return {"law": value} if isinstance(value, str) else value
 
 
-def _of_modes(law: type[ConformationLaw]) -> type[BaseModel]:
-    return _model(law, "Mode", **{name: _field(each) for name, each in ConformationLaw.OF_MODE.items()})
+def _block_of(models: Mapping[str, type[BaseModel]]) -> Any:
+    """The type of a block of one of some laws, which may be given by its name alone."""
+    block: Any = Annotated[Union[*models.values()], Field(discriminator="law")]
+    return Annotated[block, BeforeValidator(_as_block, json_schema_input_type=_names(models) | block)]
 
 
-_SOLVENTS = {name: _model(law) for name, law in VISCOUS.items()}
-_SOLVENT = (
-    _named(VISCOUS) | _one_of(_SOLVENTS) | None,
-    Field(
-        None,
-        description="viscosity law of the solvent; default: one of constant viscosity",
-        json_schema_extra={"words": _words(list(VISCOUS))},
-    ),
+_SOLVENTS = _models(VISCOUS)
+_SOLVENT = Field(None, description="viscosity law of the solvent; default: one of constant viscosity")
+_OF_SOLVENT = (_block_of(_SOLVENTS) | None, _SOLVENT)
+_OF_MODE = {name: _field(each) for name, each in ConformationLaw.OF_MODE.items()}
+_OF_MODES = _models(ELASTIC, "Mode", **_OF_MODE)
+_MODES = Field(
+    min_length=2,
+    max_length=MOST_MODES,
+    description="the modes, each with its law and its parameters, time and weight; of the weights only their ratios "
+    "count",
 )
-_MODELS_OF_MODES = {name: _of_modes(law) for name, law in ELASTIC.items()}
-_MODES = _made(
-    "ModesBlock",
-    MODES_WORDS,
-    {
-        "law": (_named([MODES]), Field(description=MODES_WORDS)),
-        "modes": (
-            many(_one_of(_MODELS_OF_MODES)),
-            Field(
-                min_length=2,
-                max_length=MOST_MODES,
-                description="the modes, each with its law and its parameters, time and weight; of the weights only "
-                "their ratios count",
-                json_schema_extra={
-                    "words": f"a list of 2 to {MOST_MODES} groups with law, time, weight and the parameters of the law"
-                },
-            ),
-        ),
-        "solvent": _SOLVENT,
-    },
+_ONE_MODE: Any = Annotated[Union[*_OF_MODES.values()], Field(discriminator="law")]
+_ELASTIC = _models(ELASTIC, solvent=_OF_SOLVENT)
+_SEVERAL = _model(
+    "ModesBlock", MODES, MODES_WORDS, {"modes": (tuple[_ONE_MODE, ...], _MODES), "solvent": _OF_SOLVENT}, []
 )
-LIQUIDS: dict[str, type[BaseModel]] = {
-    **_SOLVENTS,
-    **{name: _model(law, solvent=_SOLVENT) for name, law in ELASTIC.items()},
-    MODES: _MODES,
-}
+LIQUIDS: dict[str, type[BaseModel]] = {**_SOLVENTS, **_ELASTIC, MODES: _SEVERAL}
 """The model of the block of each liquid."""
-SOLIDS: dict[str, type[BaseModel]] = {name: _model(law) for name, law in solids.LAWS.items()}
+SOLIDS = _models(solids.LAWS)
 """The model of the block of each solid."""
-BLOCKS = {"liquid": LIQUIDS, "solid": SOLIDS}
+BLOCKS = {"liquid": LIQUIDS, "solid": SOLIDS, "solvent": _SOLVENTS, "modes": _OF_MODES}
+"""The models of blocks by the key that they are a value of, and by law."""
 
 
 def material_fields() -> dict[str, Any]:
@@ -136,16 +101,22 @@ def material_fields() -> dict[str, Any]:
         None,
         description=f"constitutive law, or a group with it and its parameters; default: {liquids.DEFAULT.name}, "
         f"{Newtonian.name} at De = 0",
-        json_schema_extra={"words": _words([*liquids.LAWS], f", or {MODES}")},
     )
     solid = Field(
         None,
         description="law of the soft particles, or a group with it and its parameters, or a list of these from "
         f"upstream; default: {solids.DEFAULT.name}",
-        json_schema_extra={"words": f"{_words([*solids.LAWS])}, or a list of these"},
     )
-    one: Any = _named(solids.LAWS) | _one_of(SOLIDS)
-    return {
-        "liquid": (_named(liquids.LAWS) | _one_of(LIQUIDS) | None, liquid),
-        "solid": (one | many(one) | None, solid),
-    }
+    of_solids: Any = OneOrEach
+    return {"liquid": (_block_of(LIQUIDS) | None, liquid), "solid": (of_solids[_block_of(SOLIDS)] | None, solid)}
+
+
+def written(block: BaseModel | None) -> Any:
+    """A block with the defaults of its law, as in a resolved case; the name of the law if that is all."""
+    return None if block is None else _shortened(block.model_dump(mode="json", exclude_none=True))
+
+
+def _shortened(block: dict[str, Any]) -> Any:
+    if "solvent" in block and (solvent := _shortened(block.pop("solvent"))) != Newtonian.name:
+        block["solvent"] = solvent
+    return block if len(block) > 1 else block["law"]

@@ -7,8 +7,8 @@ list of them.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any, Literal, NamedTuple
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
 
 from pydantic import BaseModel
 
@@ -24,11 +24,11 @@ VISCOUS = {name: law for name, law in liquids.LAWS.items() if issubclass(law, Vi
 ELASTIC = {name: law for name, law in liquids.LAWS.items() if issubclass(law, ConformationLaw)}
 
 
-def block_of(value: Any, default: str) -> dict[str, Any]:
-    """A value of `liquid`, `solvent` or `solid` as a block without the parameters that are not given."""
+def block_of(value: Any, default: str = "") -> dict[str, Any]:
+    """A value of `liquid`, `solvent` or `solid` as a block, without the parameters that are not given."""
     if isinstance(value, BaseModel):
-        value = value.model_dump(mode="json", exclude_none=True)
-    block = dict(value) if isinstance(value, Mapping) else {"law": default if value is None else value}
+        value = value.model_dump(mode="json", exclude_unset=True)
+    block = value if isinstance(value, Mapping) else {"law": default if value is None else value}
     law = block.get("law")
     given = {key: entry for key, entry in block.items() if entry is not None}
     return given | {"law": law if isinstance(law, str) else ""}
@@ -47,51 +47,32 @@ def solid_blocks(case: Mapping[str, Any]) -> list[tuple[str, dict[str, Any]]]:
     return [("solid", block_of(value, solids.DEFAULT.name))]
 
 
-def _numbers(law: type[Material], block: Mapping[str, Any]) -> dict[str, Any]:
-    """The parameters of a law among keys and values."""
-    return {name: block[name] for name in law.parameters() if block.get(name) is not None}
-
-
-def modes_in(block: Mapping[str, Any]) -> Sequence[Any]:
-    """The blocks of the modes in that of a liquid, none if they are no list."""
-    modes = block.get("modes")
-    return modes if isinstance(modes, list | tuple) else ()
-
-
 def is_viscous(case: Mapping[str, Any]) -> bool:
     """Whether the liquid of a case, which need not be validated yet, has a viscosity alone, and so no De."""
-    return case.get("liquid") is not None and liquid_block(case).get("law") in VISCOUS
+    return case.get("liquid") is not None and liquid_block(case)["law"] in VISCOUS
 
 
 def liquid_of(case: Mapping[str, Any]) -> Liquid:
-    """The liquid of a valid case.
-
-    Raises:
-        KeyError, TypeError: The case is not valid.
-    """
+    """The liquid of a valid case."""
     block = liquid_block(case)
     if is_viscous(case):
-        law = VISCOUS[block["law"]]
-        return Liquid(law(**_numbers(law, block)))
+        return Liquid(_law(VISCOUS, block))
     if not case.get("De"):
         return NEWTONIAN
+    modes = (_law(ELASTIC, block),) if block["law"] != MODES else _modes([block_of(each) for each in block["modes"]])
     solvent = block_of(block.get("solvent"), Newtonian.name)
-    viscosity = VISCOUS[solvent["law"]]
-    return Liquid(viscosity(**_numbers(viscosity, solvent)), case["xi"], case["De"], _modes(block, case))
+    return Liquid(_law(VISCOUS, solvent), case["xi"], case["De"], modes)
 
 
-def _modes(block: Mapping[str, Any], case: Mapping[str, Any]) -> tuple[ConformationLaw, ...]:
-    if block["law"] != MODES:
-        law = ELASTIC[block["law"]]
-        return (law(**_numbers(law, block)),)
-    modes = [block_of(mode, "") for mode in block["modes"]]
-    total = sum(mode["weight"] for mode in modes)
+def _law[M: Material](laws: Mapping[str, type[M]], block: Mapping[str, Any], *first: float, **more: float) -> M:
+    """The law of a block with the parameters in it."""
+    law = laws[block["law"]]
+    return law(*first, **{name: block[name] for name in law.parameters() if name in block}, **more)
 
-    def each(mode: Mapping[str, Any]) -> ConformationLaw:
-        law = ELASTIC[mode["law"]]
-        return law(**_numbers(law, mode), time=mode["time"], weight=mode["weight"] / total)
 
-    return tuple(map(each, modes))
+def _modes(blocks: list[dict[str, Any]]) -> tuple[ConformationLaw, ...]:
+    total = sum(block["weight"] for block in blocks)
+    return tuple(_law(ELASTIC, each, time=each["time"], weight=each["weight"] / total) for each in blocks)
 
 
 def solids_of(case: Mapping[str, Any], Ca_es: tuple[float, ...]) -> tuple[Solid | None, ...]:
@@ -100,43 +81,17 @@ def solids_of(case: Mapping[str, Any], Ca_es: tuple[float, ...]) -> tuple[Solid 
     Args:
         case: The case.
         Ca_es: Ca_e of each particle.
-
-    Raises:
-        KeyError, TypeError: The case is not valid.
     """
     blocks = [block for _, block in solid_blocks(case)]
     blocks = blocks if len(blocks) == len(Ca_es) else blocks[:1] * len(Ca_es)
-    laws = [solids.LAWS[block["law"]] for block in blocks]
     return tuple(
-        law(Ca_e, **_numbers(law, block)) if Ca_e > 0 else None
-        for law, block, Ca_e in zip(laws, blocks, Ca_es, strict=True)
+        _law(solids.LAWS, block, Ca_e) if Ca_e > 0 else None for block, Ca_e in zip(blocks, Ca_es, strict=True)
     )
 
 
-def _if_complete[T](make: Callable[[], T], otherwise: T) -> T:
-    """What follows from the materials of a case, or another value where one of their parameters is missing."""
-    try:
-        return make()
-    except (KeyError, TypeError, ValueError):  # which the checks of the case report
-        return otherwise
-
-
-def cells_of(case: Mapping[str, Any]) -> Literal["newtonian", "thinning", "hardening"]:
-    """The kind of liquid that decides the cells of a case, whose parameters may be missing."""
-    return _if_complete(lambda: liquid_of(case).cells, "thinning")
-
-
 def slowest_of(case: Mapping[str, Any]) -> float:
-    """The longest relaxation time of the liquid over that of De, of a case whose parameters may be missing."""
-    return _if_complete(lambda: liquid_of({**case, "De": 1.0}).longest or 1.0, 1.0)
-
-
-def viscosities_of(case: Mapping[str, Any], Ca_es: tuple[float, ...]) -> list[float]:
-    """The viscosity of each particle over eta_0, of a case whose parameters may be missing; 0 for elastic ones."""
-    rigid: tuple[Solid | None, ...] = (None,) * len(Ca_es)
-    return [
-        float(each.viscosity or 0.0) if each else 0.0 for each in _if_complete(lambda: solids_of(case, Ca_es), rigid)
-    ]
+    """The longest relaxation time of the liquid of a valid case over that of De."""
+    return liquid_of({**case, "De": 1.0}).longest or 1.0
 
 
 class Declared(NamedTuple):
@@ -158,53 +113,12 @@ class Declared(NamedTuple):
 def declared_in(case: Mapping[str, Any]) -> Iterator[Declared]:
     """The parameters of the laws that a case names, which need not be validated yet."""
     block = liquid_block(case)
+    modes = block["modes"] if isinstance(block.get("modes"), list | tuple) else ()
     places = [("liquid", block)]
-    if "solvent" in block:
-        places.append(("liquid.solvent", block_of(block["solvent"], "")))
-    places += [(f"liquid.modes[{i}]", block_of(mode, "")) for i, mode in enumerate(modes_in(block))]
-    for place, each in (*places, *solid_blocks(case)):
-        laws: Mapping[str, type[Material]] = liquids.LAWS if place.startswith("liquid") else solids.LAWS
-        law = laws.get(each["law"])
-        if law is None:
-            continue
-        for name, parameter in law.parameters().items():
-            yield Declared(f"{place}.{name}", law.name, parameter, each.get(name))
-
-
-def resolved_materials(case: Mapping[str, Any], liquid: Liquid) -> dict[str, Any]:
-    """The keys of the materials of a case with the defaults of their parameters.
-
-    A law without parameters is written as its name.
-
-    Args:
-        case: The validated case.
-        liquid: Its liquid.
-
-    Returns:
-        The keys `liquid` and `solid`; None for one that is left out.
-    """
-    default = liquids.DEFAULT.name if liquid.modes else None
-    solid = case.get("solid")
-    solid = [_resolved(each) for each in solid] if isinstance(solid, list | tuple) else _resolved(solid)
-    if isinstance(solid, list) and solid and all(each == solid[0] for each in solid):
-        solid = solid[0]
-    return {
-        "liquid": _resolved(case.get("liquid") or default),
-        "solid": None if solid == solids.DEFAULT.name else solid,
-    }
-
-
-def _resolved(value: Any) -> Any:
-    """A block with the defaults of its law; the name of the law if that is all."""
-    if value is None:
-        return None
-    block = block_of(value, "")
-    if block["law"] != MODES:
-        parameters = LAWS[block["law"]].parameters()
-        defaults = {name: each.default for name, each in parameters.items() if each.default is not None}
-        block = {"law": block["law"], **defaults, **block}
-    if "solvent" in block and (solvent := _resolved(block["solvent"])) != Newtonian.name:
-        block["solvent"] = solvent
-    else:
-        block.pop("solvent", None)
-    return block if len(block) > 1 else block["law"]
+    places += [("liquid.solvent", block_of(block["solvent"]))] if "solvent" in block else []
+    places += [(f"liquid.modes[{i}]", block_of(each)) for i, each in enumerate(modes)]
+    places += solid_blocks(case)
+    for place, each in places:
+        law = LAWS.get(each["law"])
+        for name, parameter in law.parameters().items() if law is not None else ():
+            yield Declared(f"{place}.{name}", each["law"], parameter, each.get(name))

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import copy
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping
 from operator import attrgetter
-from typing import Any
+from typing import Any, NamedTuple
 
 from pydantic import BaseModel
 
@@ -14,40 +12,23 @@ from pairsim.cases.yaml_file import place_of
 from pairsim.runtime.errors import InputError
 
 
-@dataclass(frozen=True)
-class Mistake:
+class Mistake(NamedTuple):
     """A mistake in one key.
 
     Attributes:
         key: Dotted key, empty for a mistake of the whole file.
         value: Its value, None if it is not given.
         allowed: The message: what is allowed.
-        meant: For an unknown key, the key that was probably meant, or an empty string.
     """
 
     key: str
     value: Any
     allowed: str
-    meant: str = ""
-
-    @property
-    def is_missing(self) -> bool:
-        """Whether a required key is missing."""
-        return self.value is None and self.allowed.startswith(_MISSING)
-
-    @property
-    def is_unknown(self) -> bool:
-        """Whether the key is unknown."""
-        return self.allowed.startswith(UNKNOWN)
-
-
-_MISSING = "is missing; "
-UNKNOWN = "unknown key; "
 
 
 def missing(key: str, needed: str) -> Mistake:
     """The mistake of a required key that is not given; `needed` says what it must be."""
-    return Mistake(key, None, f"{_MISSING}{needed}")
+    return Mistake(key, None, f"is missing; {needed}")
 
 
 def broken(case: BaseModel, *rules: tuple[str, bool, str]) -> Iterator[Mistake]:
@@ -57,7 +38,7 @@ def broken(case: BaseModel, *rules: tuple[str, bool, str]) -> Iterator[Mistake]:
             yield Mistake(key, attrgetter(key)(case), allowed)
 
 
-def input_error(mistakes: Sequence[Mistake], data: Mapping[str, Any], source: str, entry: str = "") -> InputError:
+def input_error(mistakes: Iterable[Mistake], data: Mapping[str, Any], source: str, entry: str = "") -> InputError:
     """Combine all mistakes of a case into one error.
 
     Args:
@@ -76,17 +57,3 @@ def input_error(mistakes: Sequence[Mistake], data: Mapping[str, Any], source: st
         return InputError(file, mistake.key, value, mistake.allowed, line=line, entry=entry)
 
     return InputError.of_all(map(error, mistakes))
-
-
-def without(data: Mapping[str, Any], mistakes: Iterable[Mistake]) -> dict[str, Any]:
-    """A copy of nested keys and values without the keys that have mistakes; lists with wrong entries are left out."""
-    rest = copy.deepcopy(dict(data))
-    for mistake in mistakes:
-        key = mistake.key.partition("[")[0]
-        inner: Any = rest
-        while isinstance(inner, dict) and key not in inner and "." in key:
-            group, _, key = key.partition(".")
-            inner = inner.get(group)
-        if isinstance(inner, dict):
-            inner.pop(key, None)
-    return rest

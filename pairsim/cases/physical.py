@@ -1,4 +1,4 @@
-"""The `physical` block of a case: quantities of an experiment, and the dimensionless numbers computed from them.
+"""The `physical` block of a case: quantities of an experiment, which become numbers before the case is validated.
 
 De = lambda U_av/D_c and Ca_e = eta_0 U_av/(D_c G_p) with U_av = 4 Q/(pi D_c^2), as in Esposito, D'Avino and Villone
 (2024).
@@ -9,28 +9,17 @@ from __future__ import annotations
 import copy
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
-from pydantic import BaseModel, ConfigDict, Field, create_model
+from pydantic import BaseModel, ConfigDict, Field, WithJsonSchema, create_model
 
 from pairsim.cases.materials import declared_in, liquid_block
 from pairsim.cases.mistakes import Mistake, missing
-from pairsim.cases.quantities import (
-    LENGTH,
-    MOST_DISTANCES,
-    RANGE_OF_LENGTHS,
-    a_length,
-    distances,
-    known_unit,
-    many,
-    quantity,
-    quantity_range,
-    rounded,
-    si,
-)
+from pairsim.cases.quantities import LENGTH, a_length, known_unit, quantity_range, rounded, si
 from pairsim.cases.values import is_finite
+from pairsim.cases.yaml_file import Section, section_of, within
 from pairsim.physics import liquids
 from pairsim.physics.declared import DIMENSIONS
 from pairsim.physics.liquids import Liquid, Newtonian, ViscousLaw
@@ -41,6 +30,8 @@ from pairsim.physics.solids.solid import MODULUS
 
 BLOCK = "physical"
 SAME = 1e-9  # relative tolerance at which two numbers count as equal
+MOST_DISTANCES = 10_000
+RANGE_OF_LENGTHS = "{start: 5 um, stop: 40 um, num: 9}"
 
 
 class Quantity(NamedTuple):
@@ -63,11 +54,12 @@ class Quantity(NamedTuple):
 
     @property
     def field(self) -> Any:
-        """Type and description of the field; `pairsim.cases.physical.values_in` checks its values."""
-        one = distances(self.dimension) if self.gives == "d" else quantity(self.dimension)
-        kind = one | many(one) if self.many else one
-        words = self.dimension.words
-        return (kind, Field(description=words)) if self.key == "tube" else (kind | None, Field(None, description=words))
+        """Type and description of the field; `in_si` checks its values."""
+        one = {"type": "string", "examples": [self.dimension.example]}
+        several: list[Any] = [{"type": "array", "items": one}] if self.many or self.gives == "d" else []
+        several += [{"type": "object", "examples": [RANGE_OF_LENGTHS]}] if self.gives == "d" else []
+        kind = Annotated[Any, WithJsonSchema({"anyOf": [one, *several]} if several else one)]
+        return kind, Field(... if self.key == "tube" else None, description=self.dimension.words)
 
     def in_si(self, value: Any, place: str, of: Dimension, mistakes: list[Mistake]) -> Any:
         """A value in SI units, or a tuple of the values of a list or range; mistakes are added to a list."""
@@ -102,22 +94,15 @@ YOUNG = replace(
 DISTANCE = a_length(
     "distance", "distance between the facing surfaces; gives d0 of a run, d of curve and critical", "5 um", "d"
 )
+FLOW_RATE = "flow rate Q; gives the mean velocity U_av = 4 Q/(pi D_c^2)"
+VELOCITY = "mean velocity of the liquid U_av, in place of flow_rate"
 DENSITY = _measured(
     "density", "a density", "density of the liquid, only used for the Reynolds number", "kg/m^3", "1000 kg/m^3", r"\rho"
 )
 EXPERIMENT = (
     Quantity(a_length("tube", "inner diameter of the tube D_c", symbol="D_c")),
-    _measured(
-        "flow_rate",
-        "a flow rate",
-        "flow rate Q; gives the mean velocity U_av = 4 Q/(pi D_c^2)",
-        "m^3/s",
-        "1 ul/min",
-        "Q",
-    ),
-    _measured(
-        "velocity", "a velocity", "mean velocity of the liquid U_av, in place of flow_rate", "m/s", "5 mm/s", "U_{av}"
-    ),
+    _measured("flow_rate", "a flow rate", FLOW_RATE, "m^3/s", "1 ul/min", "Q"),
+    _measured("velocity", "a velocity", VELOCITY, "m/s", "5 mm/s", "U_{av}"),
     Quantity(a_length("particle", "diameter D_p; gives beta = D_p/D_c", "20 um", "D_p"), "beta", many=True),
     Quantity(MODULUS, "Ca_e", many=True),
     Quantity(YOUNG, "Ca_e", many=True),
@@ -173,16 +158,12 @@ def values_in(block: Mapping[str, Any], case: Mapping[str, Any], mistakes: list[
     """The quantities of a block in SI units, by key; mistakes are added to a list."""
     liquid, measured = liquid_block(case), viscosity_law(case).measured
     numbers = {name: liquid[name] for name in measured.of_unit if is_finite(liquid.get(name))}
-    return {
-        key: QUANTITIES[key].in_si(
-            value,
-            f"{BLOCK}.{key}",
-            known_unit(QUANTITIES[key].dimension, numbers if key == measured.key else {}),
-            mistakes,
-        )
-        for key, value in block.items()
-        if key in QUANTITIES and value is not None
-    }
+    found = {}
+    for key, value in block.items():
+        if key in QUANTITIES and value is not None:
+            dimension = known_unit(QUANTITIES[key].dimension, numbers if key == measured.key else {})
+            found[key] = QUANTITIES[key].in_si(value, f"{BLOCK}.{key}", dimension, mistakes)
+    return found
 
 
 def _scales(values: Mapping[str, Any], law: ViscousLaw) -> Scales:
@@ -190,46 +171,6 @@ def _scales(values: Mapping[str, Any], law: ViscousLaw) -> Scales:
     length = values["tube"]
     velocity = values["velocity"] if "velocity" in values else mean_velocity(values["flow_rate"], length)
     return Scales(length, velocity, law.unit_viscosity(values[law.measured.key], velocity / length))
-
-
-def numbers_of(case: Mapping[str, Any], mistakes: list[Mistake]) -> dict[str, tuple[str, Any]]:
-    """The dimensionless numbers that follow from the `physical` block of a case.
-
-    Args:
-        case: The case, whose other keys need not be validated yet.
-        mistakes: A list to which those of the block are added.
-
-    Returns:
-        For each dotted key of a case (`d` for `d` and `d0`): the key of the block, and the number or tuple. Nothing
-        without a block, or if it has mistakes.
-    """
-    block = case.get(BLOCK)
-    if not isinstance(block, Mapping):
-        return {}
-    values = values_in(block, case, mistakes)
-    if not mistakes:
-        mistakes += _check_together(values, block, case)
-    if mistakes or "tube" not in values:
-        return {}
-    scales = _scales(values, viscosity_law(case))
-    found: dict[str, tuple[str, Any]] = {}
-    for key, of in stands_for(case):
-        if of.key not in values:
-            continue
-        # A solvent is in units of its own viscosity.
-        of_solvent = key.startswith("liquid.solvent.") and "xi" in found
-        own = replace(scales, viscosity=found["xi"][1] * scales.viscosity) if of_solvent else scales
-
-        def number(value: float, of: Dimension = of, own: Scales = own) -> float:
-            return rounded(of.number(value, own))
-
-        found[key] = of.key, each_of(values[of.key], number)
-    return found
-
-
-def each_of(value: Any, convert: Callable[[Any], Any]) -> Any:
-    """Convert a value, or each of those in nested tuples."""
-    return tuple(each_of(each, convert) for each in value) if isinstance(value, tuple) else convert(value)
 
 
 def _check_together(values: Mapping[str, Any], block: Mapping[str, Any], case: Mapping[str, Any]) -> Iterator[Mistake]:
@@ -262,125 +203,131 @@ def _check_together(values: Mapping[str, Any], block: Mapping[str, Any], case: M
         yield wrong("solvent", f"must be at most {BLOCK}.{measured.key} = {block[measured.key]}, which includes it")
 
 
-class InNumbers:
-    """A case with the numbers that follow from its `physical` block.
+def numbers_of(case: Mapping[str, Any], mistakes: list[Mistake]) -> dict[str, Any]:
+    """The dimensionless numbers that follow from the `physical` block of a case.
+
+    Args:
+        case: The case, whose other keys need not be validated yet.
+        mistakes: A list to which those of the block are added.
+
+    Returns:
+        The number or tuple by dotted key of a case (`d` for `d` and `d0`). Nothing without a block, or if it has
+        mistakes.
+    """
+    block = case.get(BLOCK)
+    if not isinstance(block, Mapping):
+        return {}
+    values = values_in(block, case, mistakes)
+    if not mistakes:
+        mistakes += _check_together(values, block, case)
+    if mistakes or "tube" not in values:
+        return {}
+    scales = _scales(values, viscosity_law(case))
+    found: dict[str, Any] = {}
+    for key, of in stands_for(case):
+        if of.key in values:
+            # A solvent is in units of its own viscosity.
+            of_solvent = key.startswith("liquid.solvent.") and "xi" in found
+            own = replace(scales, viscosity=found["xi"] * scales.viscosity) if of_solvent else scales
+            found[key] = _number(values[of.key], of, own)
+    return found
+
+
+def _number(value: Any, of: Dimension, scales: Scales) -> Any:
+    """The number of a value in SI units, or of each of those in nested tuples."""
+    if isinstance(value, tuple):
+        return tuple(_number(each, of, scales) for each in value)
+    return rounded(of.number(value, scales))
+
+
+class InNumbers(NamedTuple):
+    """A case whose quantities have become numbers.
+
+    Attributes:
+        data: The case with the numbers.
+        origins: The key of the quantity that is given in place of each dotted key, right or wrong.
+        mistakes: Those of the `physical` block.
+    """
+
+    data: dict[str, Any]
+    origins: dict[str, str]
+    mistakes: list[Mistake]
+
+    def named(self, mistake: Mistake) -> Mistake:
+        """A mistake in a number as one of the quantity that it follows from."""
+        origin = self.origins.get(mistake.key) or self.origins.get(mistake.key.partition("[")[0])
+        if origin is None or mistake.value is None:
+            return mistake
+        block = self.data[BLOCK]
+        where = f"in a tube of {block['tube']} " if QUANTITIES[origin].dimension.unit == LENGTH.unit else ""
+        number = f"{where}that is {mistake.key} = {_shown(mistake.value)}"
+        return Mistake(f"{BLOCK}.{origin}", block[origin], f"{number}; {mistake.allowed}")
+
+
+def in_numbers(given: Mapping[str, Any], fields: Collection[str]) -> InNumbers:
+    """Put the numbers that follow from the `physical` block of a case beside it.
 
     Args:
         given: The case as given.
         fields: Keys that this kind of case has.
-
-    Attributes:
-        data: The case with the numbers; as given if there is no `physical` block or it has mistakes.
     """
-
-    def __init__(self, given: Mapping[str, Any], fields: Iterable[str]) -> None:
-        self._mistakes: list[Mistake] = []
-        self._origins: dict[str, str] = {}  # of the numbers filled in
-        numbers = numbers_of(given, self._mistakes)
-        self.data: dict[str, Any] = copy.deepcopy(dict(given)) if numbers else dict(given)
-        block = given.get(BLOCK)
-        self._block: Mapping[str, Any] = block if isinstance(block, Mapping) else {}
-        # Quantities in place of keys: modulus rather than young.
-        instead = reversed(stands_for(given)) if isinstance(block, Mapping) else ()
-        self._instead = {_own(key, fields): of.key for key, of in instead}
-        for key, (origin, number) in numbers.items():
-            self._fill(_own(key, fields), origin, number, fields)
-
-    def _fill(self, key: str, origin: str, number: Any, fields: Iterable[str]) -> None:
-        first = re.split(r"[.\[]", key)[0]
-        if first not in fields:
-            self._mistakes.append(
-                Mistake(f"{BLOCK}.{origin}", None, f"must be left out: this kind of case has no {key}")
-            )
-            self.data.pop(first, None)
-            return
-        inner, name = group_of(self.data, key)
-        if inner is None:
-            return  # rejected by the validation
-        if inner.get(name) is not None and not same(inner[name], number):
-            allowed = f"must be left out, or be {shown(number)} as given by {BLOCK}.{origin}"
-            self._mistakes.append(Mistake(key, inner[name], allowed))
+    data, origins, mistakes = copy.deepcopy(section_of(given)), dict[str, str](), list[Mistake]()
+    numbers = numbers_of(given, mistakes)
+    if not isinstance(block := given.get(BLOCK), Mapping):
+        return InNumbers(data, origins, mistakes)
+    for name, of in stands_for(given):
+        if block.get(of.key) is None:
+            continue
+        key = "d0" if name == "d" and "d0" in fields else name
+        if re.split(r"[.\[]", key)[0] not in fields:
+            mistakes.append(Mistake(f"{BLOCK}.{of.key}", None, f"must be left out: this kind of case has no {key}"))
+        elif name not in numbers:
+            origins[key] = of.key
+        elif (at := _place_in(data, key)) is None:
+            continue  # rejected by the validation
+        elif (own := at[0].get(at[1])) is not None and not _same(own, numbers[name]):
+            allowed = f"must be left out, or be {_shown(numbers[name])} as given by {BLOCK}.{of.key}"
+            mistakes.append(Mistake(key, own, allowed))
         else:
-            inner[name] = number
-            self._origins[key] = origin
-
-    def mistakes(self, others: Iterable[Mistake]) -> list[Mistake]:
-        """All mistakes of the case, those of numbers as mistakes of the quantities that they follow from.
-
-        Args:
-            others: The mistakes of `data`.
-        """
-        others = list(others)
-        intended = {each.meant for each in others}
-        own = [each for each in self._mistakes if each.key not in intended]
-        # Quantities are checked here; without numbers the keys that they stand for are missing.
-        given = {key for key, origin in self._instead.items() if self._mistakes and origin in self._block}
-        given |= {f"{BLOCK}.{key}" for key in self._block if key in QUANTITIES}
-        found = [each for each in others if re.split(r"\[", each.key)[0] not in given]
-        found = [*own, *map(self._at_origin, found)]
-        return list({(each.key, each.is_missing): each for each in reversed(found)}.values())[::-1]
-
-    def _at_origin(self, mistake: Mistake) -> Mistake:
-        if mistake.is_missing and mistake.key in self._instead:
-            return replace(mistake, allowed=f"{mistake.allowed}, or be given by {BLOCK}.{self._instead[mistake.key]}")
-        origin = self._origins.get(mistake.key) or self._origins.get(mistake.key.partition("[")[0])
-        if origin is None or mistake.value is None:
-            return mistake
-        where = f"in a tube of {self._block['tube']} " if QUANTITIES[origin].dimension.unit == LENGTH.unit else ""
-        number = f"{where}that is {mistake.key} = {shown(mistake.value)}"
-        return Mistake(f"{BLOCK}.{origin}", self._block[origin], f"{number}; {mistake.allowed}")
+            at[0][at[1]] = numbers[name]
+            origins[key] = of.key
+    return InNumbers(data, origins, mistakes)
 
 
-def _own(key: str, fields: Iterable[str]) -> str:
-    """The key of this kind of case: `d0` for `d` where it has that."""
-    return "d0" if key == "d" and "d0" in fields else key
+def _place_in(data: Section, key: str) -> tuple[Section, str] | None:
+    """The group of a dotted key and its name there; None if there is another value in place of the group."""
+    try:
+        return within(data, key)
+    except ValueError:
+        return None
 
 
-def forget_numbers(data: dict[str, Any]) -> None:
+def forget_numbers(data: Section) -> None:
     """Remove from a case, as read from a folder of results, the numbers computed from its `physical` block.
 
     They would contradict the block after a change of it. Numbers that differ from those of the block are kept, so that
     the contradiction is reported.
     """
     numbers = numbers_of(data, [])
-    for key, (_, number) in numbers.items():
+    for key, number in numbers.items():
         for name in ("d", "d0") if key == "d" else (key,):
-            inner, last = group_of(data, name)
-            if inner is not None and inner.get(last) is not None and same(inner[last], number):
-                del inner[last]
+            at = _place_in(data, name) if re.split(r"[.\[]", name)[0] in data else None
+            if at is not None and (own := at[0].get(at[1])) is not None and _same(own, number):
+                del at[0][at[1]]
     if numbers and "De" not in numbers and data.get("De") == 0:
         del data["De"]
 
 
-def group_of(data: dict[str, Any], key: str) -> tuple[dict[str, Any] | None, str]:
-    """The group of keys that a dotted key is in, and its name there; a missing group is added.
-
-    The name of a law becomes its block. The group is None if there is another value in its place.
-    """
-    *groups, name = re.findall(r"[^.\[\]]+", key)
-    inner: Any = data
-    for each in groups:
-        group = int(each) if each.isdigit() else each
-        if not isinstance(inner, list if each.isdigit() else dict):
-            return None, name
-        if isinstance(inner, dict):
-            inner.setdefault(group, {})
-        if isinstance(inner[group], str):
-            inner[group] = {"law": inner[group]}
-        inner = inner[group]
-    return (inner if isinstance(inner, dict) else None), name
-
-
-def same(given: Any, number: Any) -> bool:
+def _same(given: Any, number: Any) -> bool:
     """Whether two numbers, or two lists of numbers, are equal within the relative tolerance `SAME`."""
     if isinstance(given, list | tuple) or isinstance(number, tuple):
         many = [value if isinstance(value, list | tuple) else (value,) for value in (given, number)]
-        return len(many[0]) == len(many[1]) and all(same(a, b) for a, b in zip(*many, strict=True))
+        return len(many[0]) == len(many[1]) and all(_same(a, b) for a, b in zip(*many, strict=True))
     return is_finite(given) and math.isclose(given, number, rel_tol=SAME)
 
 
-def shown(number: Any) -> str:
+def _shown(number: Any) -> str:
     """A number or a list of numbers as text for a message."""
     if isinstance(number, tuple | list):
-        return f"[{', '.join(map(shown, number))}]"
+        return f"[{', '.join(map(_shown, number))}]"
     return f"{number:.4g}" if is_finite(number) else str(number)

@@ -7,11 +7,9 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-from pydantic import Field
-
-from pairsim.cases.ranges import spelled_out
+from pairsim.cases.values import spelled_out
 from pairsim.physics.material import Dimension
 from pairsim.runtime.errors import InputError
 
@@ -20,8 +18,6 @@ if TYPE_CHECKING:
 
 LEAST, MOST = 1e-30, 1e30  # limits of a quantity in its SI unit, whose products and ratios double precision can hold
 QUANTITY = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\W\d_].*)")  # number and unit
-MOST_DISTANCES = 10_000
-RANGE_OF_LENGTHS = "{start: 5 um, stop: 40 um, num: 9}"
 
 
 def a_length(key: str, words: str, example: str = "50 um", symbol: str = "") -> Dimension:
@@ -57,6 +53,19 @@ def _parsed(text: Any) -> tuple[float, pint.Unit]:
         raise ValueError(f"has the unknown unit {unit}") from None
 
 
+def _in(unit: Any, number: float, given: pint.Unit) -> float:
+    """Convert a number from the unit given to a compatible one; infinite if double precision cannot hold it."""
+    try:
+        return rounded(_registry().Quantity(number, given).to(unit).magnitude)
+    except ArithmeticError:
+        return math.inf
+
+
+def rounded(value: float) -> float:
+    """A converted number to fifteen digits: 50 um is 5e-05 m, not 4.9999999999999996e-05."""
+    return float(f"{value:.15g}")
+
+
 def known_unit(of: Dimension, numbers: Mapping[str, Any]) -> Dimension:
     """A dimension whose unit depends on parameters of its law, with these; without a unit if one is not given."""
     if any(name not in numbers for name in of.of_unit):
@@ -64,9 +73,27 @@ def known_unit(of: Dimension, numbers: Mapping[str, Any]) -> Dimension:
     return replace(of, unit=of.unit.format(**numbers), example=of.example.format(**numbers))
 
 
-def words_of(of: Dimension) -> str:
-    """What is allowed for a quantity."""
-    return f"{of.kind} above 0 with its unit, such as {of.example}"
+def si(text: Any, of: Dimension) -> float:
+    """Convert a quantity to its SI unit, that of its dimension.
+
+    Raises:
+        ValueError: It is not a positive quantity of this dimension; says what is wrong and what is allowed.
+    """
+    allowed = f"must be {of.kind} above 0 with its unit, such as {of.example}"
+    if isinstance(text, list | tuple):
+        raise ValueError(f"is a list; {allowed}{of.if_several}")
+    try:
+        number, unit = _parsed(text)
+    except ValueError as error:
+        raise ValueError(f"{error}; {allowed}") from None
+    if of.unit and not unit.is_compatible_with(of.unit):
+        raise ValueError(f"has the unit {unit:~C}; {allowed}")
+    if number <= 0:
+        raise ValueError(allowed)
+    value = _in(of.unit or unit, number, unit)
+    if not LEAST <= value <= MOST:
+        raise ValueError(f"must be from {LEAST:g} to {MOST:g} {of.unit}")
+    return value
 
 
 def unit_in_si(unit: str, of: Dimension) -> float:
@@ -79,29 +106,6 @@ def unit_in_si(unit: str, of: Dimension) -> float:
         return float(_registry().Quantity(1.0, unit.replace(".", "*")).to(of.unit).magnitude)
     except Exception:  # pint does not document which exceptions its parser raises
         raise ValueError(f"must be a unit as {of.unit} is") from None
-
-
-def si(text: Any, of: Dimension) -> float:
-    """Convert a quantity to its SI unit, that of its dimension.
-
-    Raises:
-        ValueError: It is not a positive quantity of this dimension; says what is wrong and what is allowed.
-    """
-    allowed = f"must be {words_of(of)}"
-    if isinstance(text, list | tuple):
-        raise ValueError(f"is a list; {allowed}{of.if_several}")
-    try:
-        number, unit = _parsed(text)
-    except ValueError as error:
-        raise ValueError(f"{error}; {allowed}") from None
-    if of.unit and not unit.is_compatible_with(of.unit):
-        raise ValueError(f"has the unit {unit:~C}; {allowed}")
-    value = _in(of.unit or unit, number, unit)
-    if number <= 0 or math.isnan(value):
-        raise ValueError(allowed)
-    if not LEAST <= value <= MOST:
-        raise ValueError(f"must be from {LEAST:g} to {MOST:g} {of.unit}")
-    return value
 
 
 def seconds_of(budget: str | None) -> float | None:
@@ -131,19 +135,6 @@ def in_one_unit(texts: Sequence[str]) -> tuple[list[float], str]:
     return [_in(unit, number, other) for number, other in parsed], f"{unit:~P}"
 
 
-def _in(unit: Any, number: float, given: pint.Unit) -> float:
-    """Convert a number from the unit given to a compatible one; infinite if double precision cannot hold it."""
-    try:
-        return rounded(_registry().Quantity(number, given).to(unit).magnitude)
-    except ArithmeticError:
-        return math.inf
-
-
-def rounded(value: float) -> float:
-    """A converted number to fifteen digits: 50 um is 5e-05 m, not 4.9999999999999996e-05."""
-    return float(f"{value:.15g}")
-
-
 def quantity_range(described: Mapping[str, Any], most: int, spacing: str = "linear") -> list[str]:
     """Expand a range whose start and stop have units.
 
@@ -158,31 +149,7 @@ def quantity_range(described: Mapping[str, Any], most: int, spacing: str = "line
     Raises:
         ValueError: The range is invalid; says why.
     """
-    ends = []
-    for key in ("start", "stop"):
-        try:
-            ends.append(_parsed(described.get(key)))
-        except ValueError as error:
-            raise ValueError(f"{key} {error}") from None
-    (start, unit), (stop, other) = ends
-    if not other.is_compatible_with(unit):
-        raise ValueError("start and stop must have units of the same kind")
-    values = spelled_out({**described, "start": start, "stop": _in(unit, stop, other)}, most, spacing)
+    (start, stop), _ = in_one_unit([described.get("start", ""), described.get("stop", "")])
+    unit = _parsed(described["start"])[1]
+    values = spelled_out({**described, "start": start, "stop": stop}, most, spacing)
     return [f"{value:.12g} {unit:~C}" for value in values]
-
-
-def quantity(of: Dimension) -> Any:
-    """The type of a key with a quantity."""
-    return Annotated[str, Field(json_schema_extra={"words": words_of(of), "examples": [of.example]})]
-
-
-def distances(of: Dimension) -> Any:
-    """The type of a key with a length, a list of lengths (or of lists, one for each gap), or a range of lengths."""
-    words = f"{words_of(of)}, a list of these, or a range"
-    extra = Field(json_schema_extra={"words": words})
-    return Annotated[str | tuple[str | tuple[str, ...], ...] | dict[str, Any], extra]
-
-
-def many(one: Any) -> Any:
-    """The type of a list of values of one type."""
-    return tuple[one, ...]

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import math
 import re
-from typing import Annotated, Any, TypeGuard
+from collections.abc import Mapping
+from typing import Annotated, Any, TypeGuard, TypeVar
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Discriminator, Field, Tag
 
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.solids import Solid
@@ -48,8 +49,7 @@ def _zero_or(least: float, most: float) -> Any:
             raise ValueError(f"must be 0, or at least {least:g}")
         return value
 
-    words = f"0, or a finite number from {least:g} to {most:g}"
-    return Field(ge=0, le=most, json_schema_extra={"words": words}), AfterValidator(check)
+    return Field(ge=0, le=most), AfterValidator(check)
 
 
 def _named(text: str) -> str:
@@ -62,7 +62,7 @@ def _named(text: str) -> str:
 Whole = Annotated[int, Field(strict=True)]
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[Number, Field(gt=0)]
-CaseName = Annotated[str, Field(json_schema_extra={"pattern": NAME, "words": NAME_WORDS}), AfterValidator(_named)]
+CaseName = Annotated[str, Field(json_schema_extra={"pattern": NAME}), AfterValidator(_named)]
 DIAMETERS = 1e-3, 0.999  # [D_c]; cell sizes by default follow from the diameter
 Diameter = Annotated[Number, Field(ge=DIAMETERS[0], le=DIAMETERS[1])]
 _SHARED = {name: (p.least, p.most) for name, p in {**Liquid.OF_POLYMER, **Solid.OF_ALL}.items()}
@@ -87,3 +87,62 @@ CurveTolerance = Annotated[Number, Field(ge=1e-9, le=1)]
 Velocity = Annotated[Number, Field(ge=-1e3, le=1e3)]
 Interval = Annotated[Number, Field(ge=0, le=1e9)]
 Seconds = Annotated[Number, Field(ge=0.001, le=1e9)]
+
+T = TypeVar("T")
+OneOrEach = Annotated[
+    Annotated[T, Tag("one")] | Annotated[tuple[T, ...], Field(min_length=1), Tag("each")],
+    Discriminator(lambda value: "each" if isinstance(value, list | tuple) else "one"),
+]
+"""One value for all particles or gaps, or a list with one for each."""
+
+RANGE = ("start", "stop", "num", "spacing")
+
+
+def range_schema(end: Mapping[str, Any], most: int, *spacings: str) -> dict[str, Any]:
+    """The JSON schema of a range: that of start and stop, the largest num, and the spacings, the default first."""
+    return {
+        "type": "object",
+        "properties": {
+            "start": end,
+            "stop": end,
+            "num": {"type": "integer", "minimum": 2, "maximum": most},
+            "spacing": {"enum": list(spacings)},
+        },
+        "required": ["start", "stop", "num"],
+        "additionalProperties": False,
+    }
+
+
+def spelled_out(described: Mapping[str, Any], most: int, spacing: str = "linear") -> list[float]:
+    """Expand a range into its values.
+
+    Args:
+        described: The range: start, stop, num and optionally spacing.
+        most: Largest num allowed.
+        spacing: Spacing if the range has none, "linear" or "log".
+
+    Returns:
+        The num values from start to stop.
+
+    Raises:
+        ValueError: The range is invalid; says why.
+    """
+    if missing := [key for key in RANGE[:3] if key not in described]:
+        raise ValueError(f"must have start, stop and num; {missing[0]} is missing")
+    start, stop, num = (described[key] for key in RANGE[:3])
+    if not (is_finite(start) and is_finite(stop)):
+        raise ValueError("start and stop must be finite numbers")
+    if isinstance(num, bool) or not isinstance(num, int) or not 2 <= num <= most:
+        raise ValueError(f"num must be a whole number from 2 to {most}")
+    spacing = described.get("spacing", spacing)
+    if spacing not in ("linear", "log"):
+        raise ValueError("spacing must be linear or log")
+    if spacing == "log" and (start <= 0 or stop <= 0):
+        raise ValueError("start and stop must be above 0 with spacing: log")
+    part = [i / (num - 1) for i in range(num)]
+    if spacing == "log":
+        values = [math.exp(math.log(start) * (1 - f) + math.log(stop) * f) for f in part]
+    else:
+        values = [start * (1 - f) + stop * f for f in part]
+    # Rounded to twelve digits: 0.30000000000000004 would differ from a 0.3 given elsewhere and lengthen folder names.
+    return [float(start), *(float(f"{value:.12g}") for value in values[1:-1]), float(stop)]

@@ -1,10 +1,11 @@
-"""Read YAML files, keeping the file and line of each key for error messages, and write them.
+"""Read YAML files, keeping the file and line of each key for error messages, change their keys, and write them.
 
 A file is data: the loader is ruamel.yaml's safe one (YAML 1.2), which refuses tags that name types. Dates are text.
 """
 
 from __future__ import annotations
 
+import copy
 import io
 import re
 from collections.abc import Mapping
@@ -21,6 +22,7 @@ from pairsim.runtime.errors import InputError
 
 OPTION = "--set"
 DEFAULT_LAWS = {"liquid": liquids.DEFAULT.name, "solid": solids.DEFAULT.name}
+GROUPS = ("mesh", "time", "limits", "output", "physical")  # keys of a case whose value is a group of keys
 
 
 class Place(NamedTuple):
@@ -41,41 +43,8 @@ class Section(dict[str, Any]):
         super().__init__(values or {})
         self.places = dict(places or {})
 
-    def put(self, key: str, value: Any, place: Place | None) -> None:
-        """Set a key and its place."""
-        self[key] = value
-        self.places.pop(key, None)
-        if place is not None:
-            self.places[key] = place
 
-    def group(self, key: str) -> Section:
-        """The group of a key, which may be changed: a missing one is made, and so is that of a law given by name.
-
-        Raises:
-            ValueError: Another value is in its place.
-        """
-        value = self.get(key, DEFAULT_LAWS.get(key, {}))
-        if isinstance(value, str) and key in DEFAULT_LAWS:
-            value = Section({"law": value}, {"law": self.places[key]} if key in self.places else {})
-        if not isinstance(value, Mapping):
-            raise ValueError(f"must be a key within a group, but {key} is not a group of keys")
-        self[key] = group = Section(value, places_in(value))  # a copy, since an alias may share it
-        return group
-
-    def within(self, dotted: str) -> tuple[Section, str]:
-        """The group that a dotted key is in, which is made if it is missing, and the key in that group.
-
-        Raises:
-            ValueError: It goes through a value that is no group.
-        """
-        *groups, last = dotted.split(".")
-        inner = self
-        for name in groups:
-            inner = inner.group(name)
-        return inner, last
-
-
-def places_in(data: Mapping[str, Any]) -> Mapping[str, Place]:
+def places_in(data: Any) -> Mapping[str, Place]:
     """Where the keys of a group were given, as far as that is known."""
     return data.places if isinstance(data, Section) else {}
 
@@ -87,11 +56,10 @@ def place_of(data: Mapping[str, Any], key: str) -> Place | None:
     """
     place = None
     inner: Any = data
-    rest = key
-    while rest:
-        index = re.match(r"\[(\d+)\]\.?", rest)
+    while key:
+        index = re.match(r"\[(\d+)\]\.?", key)
         if index is not None:
-            rest = rest[index.end() :]
+            key = key[index.end() :]
             if isinstance(inner, list | tuple) and int(index[1]) < len(inner):
                 inner = inner[int(index[1])]
                 place = next(iter(places_in(inner).values()), place)
@@ -99,12 +67,109 @@ def place_of(data: Mapping[str, Any], key: str) -> Place | None:
             break
         else:
             # A key may contain points, such as mesh.Np of a grid, and an unknown key anything.
-            names = (rest, rest.partition("[")[0], re.split(r"[.\[]", rest)[0])
+            names = (key, key.partition("[")[0], re.split(r"[.\[]", key)[0])
             name = next((name for name in names if name in inner.places), names[-1])
             place = inner.places.get(name, place)
             inner = inner.get(name)
-            rest = rest[max(len(name), 1) :].removeprefix(".")
+            key = key[max(len(name), 1) :].removeprefix(".")
     return place
+
+
+def section_of(data: Mapping[str, Any]) -> Section:
+    """Convert nested mappings to sections; sections among them keep the places of their keys."""
+    if isinstance(data, Section):
+        return data
+    return Section({key: section_of(value) if isinstance(value, Mapping) else value for key, value in data.items()})
+
+
+def within(data: Section, dotted: str) -> tuple[Section, str]:
+    """The group that a dotted key is in, which is made if it is missing, and the key in that group.
+
+    The name of a law becomes its block.
+
+    Raises:
+        ValueError: The key goes through a value that is no group.
+    """
+    *groups, last = re.findall(r"[^.\[\]]+", dotted)
+    inner: Any = data
+    law = bool(groups) and groups[0] in DEFAULT_LAWS
+    for name in groups:
+        at = int(name) if isinstance(inner, list) else name
+        value = inner[at] if isinstance(inner, list) else inner.get(at, DEFAULT_LAWS.get(name, {}))
+        if law and isinstance(value, str):
+            places = places_in(inner)
+            value = Section({"law": value}, {"law": places[name]} if name in places else {})
+        if not isinstance(value, Mapping | list):
+            raise ValueError(f"must be a key within a group, but {name} is not a group of keys")
+        # A copy, since an alias may share it.
+        inner[at] = Section(value, places_in(value)) if isinstance(value, Mapping) else list(value)
+        inner = inner[at]
+    if isinstance(inner, list):
+        raise ValueError(f"must be a key within a group, but {groups[-1]} is a list")
+    return inner, last
+
+
+def merge(target: Section, changes: Mapping[str, Any], source: str = "", group: str = "") -> None:
+    """Merge changes into nested keys and values, in place: groups of keys are merged, all other values are replaced.
+
+    Args:
+        target: Keys and values, groups nested.
+        changes: New keys and values, groups nested or as dotted keys.
+        source: Name of the changes in error messages, where the file of a key is not known.
+        group: Prefix of the keys in error messages, such as "mesh.".
+
+    Raises:
+        InputError: A dotted key goes through a value that is not a group.
+    """
+    for dotted, value in changes.items():
+        place = places_in(changes).get(dotted)
+        try:
+            inner, last = within(target, dotted)
+            of_law = last in DEFAULT_LAWS and isinstance(value, Mapping) and "law" not in value
+            if of_law or (last in GROUPS and isinstance(value, Mapping) and isinstance(inner.get(last), Mapping)):
+                merge(within(inner, f"{last}.law")[0], value, source, f"{group}{dotted}.")
+                continue
+        except ValueError as error:
+            if isinstance(error, InputError):
+                raise
+            file, line = place or (source, None)
+            raise InputError(file, f"{group}{dotted}", value, str(error), line=line) from None
+        new = copy.deepcopy(value)
+        inner[last] = section_of(new) if isinstance(new, Mapping) else new
+        inner.places.pop(last, None)
+        inner.places |= {last: place} if place else {}
+
+
+def apply_settings(data: Section, overrides: tuple[str, ...]) -> None:
+    """Apply key=value settings to keys and values, in place.
+
+    Args:
+        data: Keys and values, groups nested.
+        overrides: Settings key=value with dotted keys, as given to --set.
+
+    Raises:
+        InputError: A setting is not of the form key=value, or its key goes through a value that is not a group.
+    """
+    for setting in overrides:
+        key, equals, text = setting.partition("=")
+        if not equals or not key.strip(".[]") or "\n" in setting:
+            raise InputError(OPTION, "", setting, "must be key=value on one line, such as mesh.Np=20")
+        try:
+            value = _load(text, OPTION)
+        except InputError as error:
+            raise InputError(OPTION, key, text, error.allowed) from None
+        merge(data, Section({key: value}, {key: Place(OPTION, None)}), OPTION)
+
+
+def flat(entry: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Convert nested keys to dotted keys; the name of a law stands for its group, as in liquid and liquid.alpha."""
+    spelled: dict[str, Any] = {}
+    for key, value in entry.items():
+        if isinstance(value, dict):
+            spelled |= flat(value, f"{prefix}{key}.")
+        else:
+            spelled[prefix.removesuffix(".") if prefix and key == "law" else prefix + key] = value
+    return spelled
 
 
 class _Constructor(SafeConstructor):
@@ -127,11 +192,11 @@ _Constructor.add_constructor("tag:yaml.org,2002:map", _Constructor.section)
 _Constructor.add_constructor("tag:yaml.org,2002:timestamp", _Constructor.construct_yaml_str)
 
 
-def _load(stream: TextIO | str) -> Any:
+def _load(stream: TextIO | str, file: str) -> Any:
     """The value of a YAML text.
 
     Raises:
-        InputError: It is not valid YAML, or has tags; without the file.
+        InputError: It is not valid YAML, or has tags.
     """
     reader = YAML(typ="safe", pure=True)
     reader.Constructor = _Constructor
@@ -141,9 +206,9 @@ def _load(stream: TextIO | str) -> Any:
     except MarkedYAMLError as error:
         line = error.problem_mark.line + 1 if error.problem_mark else None
         problem = "lines are indented by spaces, not by tabs" if "\\t" in str(error.problem) else error.problem
-        raise InputError("", "", None, f"must be valid YAML: {problem}", line=line) from None
+        raise InputError(file, "", None, f"must be valid YAML: {problem}", line=line) from None
     except (YAMLError, ValueError, RecursionError) as error:
-        raise InputError("", "", None, f"must be valid YAML in UTF-8: {str(error).splitlines()[0]}") from None
+        raise InputError(file, "", None, f"must be valid YAML in UTF-8: {str(error).splitlines()[0]}") from None
 
 
 def read_yaml(path: Path) -> Section:
@@ -154,13 +219,11 @@ def read_yaml(path: Path) -> Section:
     """
     try:
         with path.open(encoding="utf-8") as stream:
-            data = _load(stream)
+            data = _load(stream, str(path))
     except FileNotFoundError:
         raise InputError(str(path), "", None, "no such file") from None
     except OSError as error:
         raise InputError(str(path), "", None, f"must be a file that can be read: {error.strerror}") from None
-    except InputError as error:
-        raise InputError(str(path), "", None, error.allowed, line=error.line) from None
     if not isinstance(data, Section):
         raise InputError(str(path), "", None, "must contain keys and values, such as beta: 0.4; see pairsim schema")
     return data
@@ -180,25 +243,3 @@ def yaml_text(content: Mapping[str, Any], blocks: bool = False) -> str:
     stream = io.StringIO()
     writer.dump(content, stream)
     return stream.getvalue().removeprefix("%YAML 1.1\n---\n")
-
-
-def apply_settings(data: Section, overrides: tuple[str, ...]) -> None:
-    """Apply key=value settings to keys and values, in place.
-
-    Args:
-        data: Keys and values, groups nested.
-        overrides: Settings key=value with dotted keys, as given to --set.
-
-    Raises:
-        InputError: A setting is not of the form key=value, or its key goes through a value that is not a group.
-    """
-    for setting in overrides:
-        key, equals, text = setting.partition("=")
-        if not equals or not key or "\n" in setting:
-            raise InputError(OPTION, "", setting, "must be key=value on one line, such as mesh.Np=20")
-        try:
-            value = _load(text)
-            target, last = data.within(key)
-        except ValueError as error:
-            raise InputError(OPTION, key, text, getattr(error, "allowed", str(error))) from None
-        target.put(last, value, Place(OPTION, None))

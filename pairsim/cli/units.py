@@ -134,9 +134,8 @@ def units(
     default used.
     """
     from pairsim.api.units import units as units_of
-    from pairsim.cases.merging import section_of
     from pairsim.cases.units_file import case_text
-    from pairsim.cases.yaml_file import apply_settings
+    from pairsim.cases.yaml_file import apply_settings, section_of
     from pairsim.physics import liquids
     from pairsim.results.folder import plain
 

@@ -14,8 +14,17 @@ from pydantic_core import PydanticCustomError
 
 from pairsim.cases.mistakes import Mistake, missing
 from pairsim.cases.quantities import quantity_range
-from pairsim.cases.ranges import RANGE, range_schema, spelled_out
-from pairsim.cases.values import FOLDER_WORDS, Number, Positive, Whole, fits_a_folder, is_finite
+from pairsim.cases.values import (
+    FOLDER_WORDS,
+    RANGE,
+    Number,
+    Positive,
+    Whole,
+    fits_a_folder,
+    is_finite,
+    range_schema,
+    spelled_out,
+)
 from pairsim.computing import QUESTIONS
 
 MOST_CASES = 100_000

@@ -11,7 +11,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from pairsim.cases.material_keys import BLOCKS
-from pairsim.cases.wording import groups_of
+from pairsim.cases.messages import groups_of
 from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import model_of, read_case
 from pairsim.runtime.errors import InputError

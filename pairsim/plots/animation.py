@@ -9,7 +9,7 @@ from pathlib import Path
 
 import matplotlib as mpl
 
-from pairsim.plots.axes import small_print
+from pairsim.plots.chart import small_print
 from pairsim.plots.fields import pictures_of
 from pairsim.plots.labels import case_parts, read_case
 from pairsim.plots.sections import Layer, View, draw_view, mark_view, sheet, views_of

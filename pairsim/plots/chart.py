@@ -1,29 +1,37 @@
 """A chart: the table of what is drawn, and the one way to draw its lines, points, bands, panels and legends.
 
-A row of the table is a value: x, y, the half-widths of their intervals, a series and a panel. The rows of a series in a
-panel are together, as arrays.
+A row of the table is a value: x, y, the half-widths of their intervals, and the parameters of its case. The rows of a
+line are together, as arrays.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
+from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, StrMethodFormatter
 
-from pairsim.plots.axes import finish, key, leave_out_spikes, small_print, spread, widen
 from pairsim.plots.encoding import Encoding
 from pairsim.plots.labels import symbol
-from pairsim.plots.style import Page
+from pairsim.plots.style import SMALL, WIDE, Page
 from pairsim.runtime.arrays import Array
 
 BAND, TOGETHER = 0.22, 6  # opacity of a band; so many bands over each other are still told apart
 START_UP = "0.88"  # grey of the part in which a run starts up
+LEAST = 0.02, 2e-6  # what an axis spans at least: a part of its largest value, and a number
+BRIEF = 0.01  # part of the time in which values do not set the axis
+BEYOND = 0.35  # part of the range of the others up to which they are seen nevertheless
+LETTER = 0.55  # width of a letter, in sizes of the font
+MARKUP = re.compile(r"\\mathrm|[\\${}_]")  # what TeX does not print
 POINT, STABLE, UNSTABLE, FAILED = "point", "stable zero", "unstable zero", "failed here"
 SETTLED = "quasi-steady motion at the last distance"
 ENDS = {"vanishes": "a stable and an unstable one meet", "edge": "leaves the range of $d$"}
@@ -42,25 +50,29 @@ ZEROS = UNSTABLE, STABLE
 
 @dataclass(frozen=True)
 class Series:
-    """The rows of one series in one panel.
+    """A line or points in a panel.
 
     Attributes:
-        panel: Number of the panel.
+        panel: Key of the panel.
         x, y: The values, (n,).
-        look: Colour, line style, marker and what else a line of matplotlib has.
         error, x_error: Half-widths of the intervals of y and x, (n,): a band around a line, bars at points.
+        columns: The columns that x and y are of.
+        parameters: Of the case, which choose colour, line style, marker and panel.
+        look: What is otherwise, by the names of matplotlib.
         mark: One of `MARKS`, or `POINT` for points without an entry in the legend; "" for a line.
         label: Its entry in the legend of the panel, or above a single one; "" for none.
         marked: Rows of a line that have a marker.
         t: Times of the rows, (n,), where a brief start-up may reach out of the panel.
     """
 
-    panel: int
+    panel: Any
     x: Array
     y: Array
-    look: Mapping[str, Any] = field(default_factory=dict)
     error: Array | None = None
     x_error: Array | None = None
+    columns: tuple[str, str] = ("", "")
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    look: Mapping[str, Any] = field(default_factory=dict)
     mark: str = ""
     label: str = ""
     marked: Sequence[int] = ()
@@ -73,18 +85,17 @@ class Series:
 
 
 def point(
-    panel: int,
+    panel: Any,
     x: float,
     y: float,
     mark: str,
-    look: Mapping[str, Any],
     error: float | None = None,
     x_error: float | None = None,
+    **more: Any,
 ) -> Series:
-    """A series of one point; errors that are None or not finite have no bars."""
-    known = (None if each is None or not np.isfinite(each) else np.array([each]) for each in (error, x_error))
-    y_bar, x_bar = known
-    return Series(panel, np.array([x]), np.array([y]), look, y_bar, x_bar, mark)
+    """A series of one point, with `more` of its attributes; errors that are None or not finite have no bars."""
+    y_bar, x_bar = (np.array([each]) if each is not None and np.isfinite(each) else None for each in (error, x_error))
+    return Series(panel, np.array([x]), np.array([y]), y_bar, x_bar, mark=mark, **more)
 
 
 @dataclass(frozen=True)
@@ -93,9 +104,8 @@ class Panel:
 
     Attributes:
         x, y: Their labels, with units.
-        title: Above it.
         wide: The axes, of "x" and "y", that are logarithmic where values span a wide range.
-        like: Number of the panel whose axes it shares; the same in all that share them.
+        shared: Whether the panels of all values of a parameter have the same ranges.
         margins: Part of the range around what is drawn, along x and y.
         shade: From and to where it is grey, along x.
         bars: Whether bars set the range, and not points alone.
@@ -103,9 +113,8 @@ class Panel:
 
     x: str
     y: str
-    title: str = ""
     wide: str = ""
-    like: int | None = None
+    shared: bool = True
     margins: tuple[float, float] = (0.05, 0.05)
     shade: tuple[float, float] | None = None
     bars: bool = True
@@ -113,51 +122,56 @@ class Panel:
 
 def draw_chart(
     page: Page,
-    panels: Sequence[Panel],
+    panels: Mapping[Any, Panel],
     series: Sequence[Series],
     parts: Sequence[str],
     encoding: Encoding | None = None,
     handles: Sequence[Any] = (),
-    columns: int | None = None,
 ) -> tuple[Figure, list[Axes]]:
     """Draw series into panels, with a legend of all of them and the small print.
 
     Args:
         page: What it is drawn for.
-        panels: The panels.
+        panels: The panels by their keys; where a parameter has panels, they are there for each of its values.
         series: What is drawn in them.
         parts: The small print.
         encoding: What tells the series apart.
         handles: Entries of the legend beside those of the encoding, of bands and of marks.
-        columns: As in `Page.panels`.
     """
-    count = len(panels)
+    encoding = encoding or Encoding()
+    places = [(i, name) for i in range(len(encoding.titles)) for name in panels]
+    count, columns = len(places), len(panels) if len(encoding.titles) > 1 and len(panels) > 1 else None
     figure, axes = page.panels(count, 66 if count == 1 else 50 if count <= 6 else 40, 14, columns)
-    for number, (axis, panel) in enumerate(zip(axes, panels, strict=True)):
-        if panel.like is not None and panel.like != number:
-            axis.sharex(axes[panel.like])
-            axis.sharey(axes[panel.like])
-        inside = [each for each in series if each.panel == number]
-        group = [each for each in series if panel.like is not None and panels[each.panel].like == panel.like]
-        _draw_panel(axis, panel, inside, group or inside)
+    drawn = [(encoding.panel_of(each.parameters), _with_look(each, encoding)) for each in series]
+    for axis, (number, name) in zip(axes, places, strict=True):
+        panel = panels[name]
+        if panel.shared and number:
+            axis.sharex(axes[places.index((0, name))])
+            axis.sharey(axes[places.index((0, name))])
+        group = [each for i, each in drawn if each.panel == name and (panel.shared or i == number)]
+        axis.set_title(encoding.titles[number])
+        _draw_panel(axis, panel, [each for i, each in drawn if (i, each.panel) == (number, name)], group)
     labelled = [axis.get_legend_handles_labels()[0] for axis in axes]
     for axis, entries in zip(axes, labelled, strict=True):
         if count > 1 and len(entries) > 1:
             axis.legend()
-    handles = [*handles, *(labelled[0] if count == 1 else [])]
-    if encoding is not None:
-        encoding.bar(figure, axes)
-        lines, points = any(not each.mark for each in series), any(each.mark or each.marked for each in series)
-        handles = [*encoding.handles(lines=lines, points=points), *handles]
-        parts = [*parts, *(f"all values of {symbol(name)}" for name in encoding.untold)]
-    key(figure, [*handles, *notes(series)])
-    small_print(figure, parts)
+    encoding.bar(figure, axes)
+    lines, points = any(not each.mark for each in series), any(each.mark or each.marked for each in series)
+    own = [*encoding.handles(lines=lines, points=points), *handles, *(labelled[0] if count == 1 else [])]
+    key(figure, [*own, *notes(series)])
+    small_print(figure, [*parts, *(f"all values of {symbol(name)}" for name in encoding.untold)])
     return figure, axes
+
+
+def _with_look(series: Series, encoding: Encoding) -> Series:
+    """A series that looks as its parameters say, but for what it says itself; marks have their colour alone."""
+    look = encoding.look(series.parameters)
+    look = {"color": look["color"]} if series.mark else look | {"markersize": 3.5 if look["marker"] == "." else 2.5}
+    return replace(series, look=look | dict(series.look))
 
 
 def _draw_panel(axis: Axes, panel: Panel, inside: Sequence[Series], group: Sequence[Series]) -> None:
     """What lies in a panel, on axes for a group of them."""
-    axis.set_title(panel.title)
     axis.margins(*panel.margins)
     if panel.shade is not None:
         axis.axvspan(*panel.shade, color=START_UP, linewidth=0, zorder=0.1)
@@ -190,23 +204,115 @@ def draw_series(axis: Axes, series: Series, band: float = BAND) -> None:
         look |= MARKS.get(series.mark, {"markersize": 3}) | dict(series.look)
         axis.errorbar(series.x, series.y, series.error, series.x_error, label=series.label, **look)
         return
-    look = {"marker": "", **series.look}
+    look = {**series.look} if len(series.marked) else {**series.look, "marker": ""}
     axis.plot(series.x, series.y, label=series.label, markevery=list(series.marked), **look)
     if series.error is not None:
-        fill(axis, series.x, series.y, series.error, look | {"band": band})
+        fill(axis, series.x, series.y, series.error, look["color"], band)
 
 
-def fill(axis: Axes, x: Array, y: Array, error: Array, look: Mapping[str, Any]) -> None:
+def fill(axis: Axes, x: Array, y: Array, error: Array, colour: Any, band: float = BAND) -> None:
     """The band of half-width `error` around a line."""
     error = np.where(np.isfinite(error), error, np.nan)  # between two points alone nothing is known
-    axis.fill_between(x, y - error, y + error, color=look["color"], alpha=look["band"], linewidth=0)
+    axis.fill_between(x, y - error, y + error, color=colour, alpha=band, linewidth=0)
 
 
 def notes(series: Sequence[Series]) -> list[Any]:
     """Entries of the legend for bands and marks."""
-    entries: list[Any] = []
-    if any(each.error is not None and not each.mark for each in series):
-        entries.append(Patch(color="0.35", alpha=BAND, linewidth=0, label=r"error of $\Delta U$"))
+    banded = [each for each in series if each.error is not None and not each.mark]
+    bands = [Patch(color="0.35", alpha=BAND, linewidth=0, label=r"error of $\Delta U$")] if banded else []
     marked = {each.mark for each in series}
     looks = ((mark, look) for mark, look in MARKS.items() if mark in marked)
-    return entries + [Line2D([], [], label=mark, color="0.2", linestyle="", **look) for mark, look in looks]
+    return bands + [Line2D([], [], label=mark, color="0.2", linestyle="", **look) for mark, look in looks]
+
+
+def spread(axis: Axes, name: str, values: Iterable[float]) -> None:
+    """A logarithmic axis with plain numbers for values that span a wide range.
+
+    Args:
+        axis: The panel.
+        name: "x" or "y".
+        values: What is drawn along it.
+    """
+    known = list(values)
+    low, high = min(known, default=0.0), max(known, default=0.0)
+    direction: Axis = axis.xaxis if name == "x" else axis.yaxis
+    if low > 0 and high / low >= WIDE:
+        (axis.set_xscale if name == "x" else axis.set_yscale)("log")
+        direction.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high / low < 300 else (1.0,)))
+        direction.set_major_formatter(StrMethodFormatter("{x:g}"))
+        direction.set_minor_formatter(NullFormatter())
+
+
+def widen(axis: Axes, name: str, values: Sequence[Array]) -> None:
+    """A range along "x" or "y" that does not blow up what hardly varies, such as rounding."""
+    known = np.concatenate([*values, np.zeros(0)]) if any(map(len, values)) else np.array([0.0, 1.0])
+    low, high = float(known.min()), float(known.max())
+    least = max(LEAST[0] * max(abs(low), abs(high)), LEAST[1])
+    if high - low < least:
+        middle = (low + high) / 2
+        (axis.set_xlim if name == "x" else axis.set_ylim)(middle - least / 2, middle + least / 2)
+
+
+def finish(axis: Axes, x: str, y: str, values: Sequence[Array]) -> None:
+    """Labels, few ticks, the line y = 0 where values change sign, and a range that does not blow rounding up.
+
+    Args:
+        axis: The panel.
+        x: Label of the abscissa.
+        y: Label of the ordinate.
+        values: What is drawn.
+    """
+    widen(axis, "y", values)
+    if any((v < 0).any() for v in values) and any((v > 0).any() for v in values):
+        axis.axhline(0, color="0.55", linewidth=0.6, linestyle="-", zorder=0.5)
+    axis.set(xlabel=x, ylabel=y)
+    for direction in (axis.xaxis, axis.yaxis):
+        if direction.get_scale() == "linear":
+            direction.set_major_locator(MaxNLocator(6 if direction is axis.yaxis else 5, steps=[1, 2, 2.5, 5, 10]))
+
+
+def leave_out_spikes(axis: Axes, runs: Sequence[tuple[Array, Array]]) -> None:
+    """End an axis somewhat beyond what values are nearly all of the time: a brief start-up may reach out of it.
+
+    Args:
+        axis: The panel.
+        runs: Times and values of each line.
+    """
+    known = [np.interp(np.linspace(t[0], t[-1], 1000), t, values) for t, values in runs]
+    low = min(float(np.quantile(values, BRIEF)) for values in known)
+    high = max(float(np.quantile(values, 1 - BRIEF)) for values in known)
+    beyond = BEYOND * (high - low)
+    if min(values.min() for _, values in runs) < low - beyond:
+        axis.set_ylim(bottom=low - beyond)
+    if max(values.max() for _, values in runs) > high + beyond:
+        axis.set_ylim(top=high + beyond)
+
+
+def small_print(figure: Figure, parts: Sequence[str]) -> None:
+    """What holds for the whole picture, in small letters below it, in as many lines as it takes."""
+    lines: list[list[str]] = [[]]
+    room = left = figure.get_figwidth() * 72 / (LETTER * SMALL)
+    for part in parts:
+        letters = len(MARKUP.sub("", part)) + 2
+        if letters > left and lines[-1]:
+            lines, left = [*lines, []], room
+        lines[-1].append(part)
+        left -= letters
+    text = ",\n".join(",  ".join(line) for line in lines)
+    if text:
+        figure.supxlabel(text, x=0.015, ha="left", fontsize=SMALL, color="0.25", linespacing=1.3)
+
+
+def by_rows(handles: Sequence[Any], columns: int) -> list[Any]:
+    """Entries of a legend in the order in which matplotlib, which fills columns, shows them row by row."""
+    return [handle for column in range(columns) for handle in handles[column::columns]]
+
+
+def key(figure: Figure, handles: Sequence[Any]) -> Legend | None:
+    """A legend above the panels, read row by row, in as many columns as there is room for."""
+    for columns in range(min(len(handles), 6), 0, -1):
+        legend = figure.legend(handles=by_rows(handles, columns), loc="outside upper center", ncols=columns)
+        if columns == 1 or legend.get_window_extent().width <= 0.98 * figure.bbox.width:
+            return legend
+        legend.remove()
+    return None

@@ -47,25 +47,24 @@ def draw_critical(directory: Path, out: Path, page: Page) -> list[Path]:
     for first, second in itertools.pairwise(rows):
         if first["branch"] == second["branch"]:
             end = second if first["kind"] == "vanishes" else first  # what vanishes is neither: the other end tells
-            look = {"color": encoding.look(first)["color"], "linestyle": "-" if end["stable"] else "--"}
             x, y = (np.array([first[column], second[column]]) for column in (name, "d_cr"))
-            series.append(Series(0, x, y, look))
-    series += [each for row in rows for each in point_of(row, name, {"color": encoding.look(row)["color"]})]
+            series.append(Series(0, x, y, parameters=first, look={"linestyle": "-" if end["stable"] else "--"}))
+    series += [each for row in rows for each in point_of(row, name)]
     # The error of a distance grows without bound towards a fold.
     panel = Panel(units.axis_label([name]), units.axis_label(["d_cr"]), wide="xy", margins=(0.05, 0.15), bars=False)
     lines = len(encoding.values[OTHER[name]]) > 1
     parts = case_parts(case, {name, OTHER[name]} if lines else {name})
-    figure, _ = draw_chart(page, [panel], series, parts, encoding)
+    figure, _ = draw_chart(page, {0: panel}, series, parts, encoding)
     return page.save(figure, out, "critical")
 
 
-def point_of(row: Mapping[str, Any], name: str, look: Mapping[str, Any]) -> list[Series]:
+def point_of(row: Mapping[str, Any], name: str) -> list[Series]:
     """A distance, or the end of a branch, with the interval of the distance or, where two meet, of the parameter.
 
     Args:
         row: A row of critical.csv.
         name: The parameter that was followed.
-        look: Its colour.
     """
     mark = ZEROS[bool(row["stable"])] if row["kind"] == "wanted" else ENDS.get(row["kind"], "")
-    return [point(0, row[name], row["d_cr"], mark, look, row["d_error"], row["parameter_error"])] if mark else []
+    place = row[name], row["d_cr"]
+    return [point(0, *place, mark, row["d_error"], row["parameter_error"], parameters=row)] if mark else []

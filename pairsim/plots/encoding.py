@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,9 +14,8 @@ from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from pairsim.plots.axes import WIDE
 from pairsim.plots.labels import equation, hashable, measured, parameter_label, symbol
-from pairsim.plots.style import COLOURS, LINES, MARKERS, ORDERED, colour_bar
+from pairsim.plots.style import COLOURS, LINES, MARKERS, ORDERED, WIDE, colour_bar
 from pairsim.runtime.errors import InputError
 
 MOST_PANELS = 6
@@ -32,10 +32,10 @@ class Encoding:
         untold: Keys that vary and are not distinguished, as there are too many.
     """
 
-    colour: str
-    line: str
-    panel: str
-    values: Mapping[str, tuple[Hashable, ...]]
+    colour: str = ""
+    line: str = ""
+    panel: str = ""
+    values: Mapping[str, tuple[Hashable, ...]] = field(default_factory=dict)
     untold: tuple[str, ...] = ()
 
     @staticmethod
@@ -72,18 +72,15 @@ class Encoding:
         untold = tuple(key for key in others if key not in (line, panel))
         return Encoding(first, line, panel, values, untold)
 
-    @property
-    def _many(self) -> bool:
-        """Whether colours are those of a scale and not those of a legend."""
-        return len(self.values.get(self.colour, ())) > len(COLOURS)
-
-    def _scale(self) -> tuple[list[float], str, ScalarMappable]:
-        """Places of the values on the scale of colours, their unit, and the scale."""
-        values = self.values[self.colour]
+    @cached_property
+    def _scale(self) -> tuple[list[float], str, ScalarMappable] | None:
+        """Places of the values on a scale of colours, their unit, and the scale, where a legend would be too long."""
+        values = self.values.get(self.colour, ())
+        if len(values) <= len(COLOURS):
+            return None
         numbers, unit = measured(values) or (list(range(len(values))), "")
         wide = min(numbers) > 0 and max(numbers) / min(numbers) >= WIDE
-        norm = (LogNorm if wide else Normalize)(min(numbers), max(numbers))
-        return numbers, unit, ScalarMappable(norm, ORDERED)
+        return numbers, unit, ScalarMappable((LogNorm if wide else Normalize)(min(numbers), max(numbers)), ORDERED)
 
     def _place(self, key: str, case: Mapping[str, Any]) -> int:
         return self.values[key].index(hashable(case.get(key))) if key else 0
@@ -91,11 +88,11 @@ class Encoding:
     def look(self, case: Mapping[str, Any]) -> dict[str, Any]:
         """Colour, line style and marker of a case; a dot where markers show no parameter."""
         place, style = self._place(self.colour, case), self._place(self.line, case)
-        marker = MARKERS[style] if self.line else "."
-        if not self._many:
-            return {"color": COLOURS[place], "linestyle": LINES[style], "marker": marker}
-        numbers, _, scale = self._scale()
-        return {"color": scale.to_rgba(np.array(numbers))[place], "linestyle": LINES[style], "marker": marker}
+        colour: Any = COLOURS[place % len(COLOURS)]
+        if self._scale is not None:
+            numbers, _, scale = self._scale
+            colour = scale.to_rgba(np.array(numbers))[place]
+        return {"color": colour, "linestyle": LINES[style], "marker": MARKERS[style] if self.line else "."}
 
     def panel_of(self, case: Mapping[str, Any]) -> int:
         """Number of the panel of a case."""
@@ -109,20 +106,19 @@ class Encoding:
     def handles(self, *, lines: bool = True, points: bool = False) -> list[Line2D]:
         """Entries of the legend; what is drawn has lines, points or both."""
         entries = []
-        if self.colour and not self._many:
+        if self._scale is None:
             plain: dict[str, Any] = {"linestyle": "-"} if lines else {"linestyle": "", "marker": "o"}
-            for value, colour in zip(self.values[self.colour], COLOURS, strict=False):
+            for value, colour in zip(self.values.get(self.colour, ()), COLOURS, strict=False):
                 entries.append(Line2D([], [], color=colour, label=equation(self.colour, value), **plain))
-        if self.line:
-            for value, style, marker in zip(self.values[self.line], LINES, MARKERS, strict=False):
-                look: dict[str, Any] = {"linestyle": style if lines else "", "marker": marker if points else ""}
-                entries.append(Line2D([], [], color="0.2", label=equation(self.line, value), **look))
+        for value, style, marker in zip(self.values.get(self.line, ()), LINES, MARKERS, strict=False):
+            look: dict[str, Any] = {"linestyle": style if lines else "", "marker": marker if points else ""}
+            entries.append(Line2D([], [], color="0.2", label=equation(self.line, value), **look))
         return entries
 
     def bar(self, figure: Figure, axes: list[Axes]) -> None:
         """A colour bar where a legend would be too long."""
-        if self._many:
-            numbers, unit, scale = self._scale()
+        if self._scale is not None:
+            numbers, unit, scale = self._scale
             label = parameter_label(self.colour, unit) if unit else symbol(self.colour)
             bar = colour_bar(figure, scale, ax=axes, label=label, aspect=30)
             if measured(self.values[self.colour]) is None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pairsim.plots.axes import small_print
+from pairsim.plots.chart import small_print
 from pairsim.plots.field_values import FIELDS, chosen_fields
 from pairsim.plots.labels import case_parts, read_case
 from pairsim.plots.sections import Layer, View, draw_view, layer_of, mark_view, sheet, views_of

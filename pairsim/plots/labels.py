@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Hashable, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 from pairsim.cases.materials import declared_in, is_viscous, liquid_block, liquid_of, solid_blocks
 from pairsim.cases.physical import BLOCK, QUANTITIES
 from pairsim.cases.quantities import in_one_unit
-from pairsim.cases.yaml_file import read_yaml
+from pairsim.cases.yaml_file import flat, read_yaml
 from pairsim.physics import declared
 from pairsim.physics.declared import LAWS
 
 SYMBOLS = {"beta": r"\beta", "d0": "d_0", "mesh.Np": "N_p", **declared.SYMBOLS}
 SYMBOLS |= {f"{BLOCK}.{name}": each.dimension.symbol for name, each in QUANTITIES.items()}
+
+SHARED = ("beta", "Ca_e", "d0", "De", "liquid", "xi", "solid")
+"""Keys that the small print does not pass over in silence where they differ."""
 
 
 def read_case(file: Path) -> dict[str, Any]:
@@ -128,6 +132,22 @@ def case_parts(case: Mapping[str, Any], leave_out: Collection[str] = ()) -> list
         own = [each for each in declared_in(case) if each.key.startswith("solid") == (place == "solid")]
         parts += [equation(e.key, e.value) for e in own if e.value is not None and e.key not in leave_out]
     return parts
+
+
+def common_parts(cases: Sequence[Mapping[str, Any]], varying: Collection[str]) -> list[str]:
+    """The parameters that several cases share, without those that vary; a law is that of the most elastic one.
+
+    Args:
+        cases: Their contents of case.yaml.
+        varying: Keys that the picture tells apart.
+    """
+    spelled = list(map(flat, cases))
+    known = {key: {hashable(case[key]) for case in spelled if key in case} for key in dict.fromkeys(chain(*spelled))}
+    changed = [key for key, values in known.items() if len(values) > 1 and key not in varying]
+    # A Newtonian one has no law to name.
+    fullest = max(cases, key=lambda case: (float(case.get("De") or 0), isinstance(case.get("liquid"), dict)))
+    unnamed = [f"{symbol(key)} differs" for key in changed if key in SHARED]
+    return [*case_parts(fullest, {*varying, *changed}), *unnamed]
 
 
 def _liquid_label(case: Mapping[str, Any]) -> str:

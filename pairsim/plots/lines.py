@@ -1,81 +1,27 @@
-"""Lines of runs and curves: any number of them in the same panel."""
+"""The columns of runs and curves as series: panels are named after the quantities, such as ("t", "dU")."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy
 
-from pairsim.plots.chart import FAILED, ZEROS, Series, point
+from pairsim.plots.chart import FAILED, ZEROS, Panel, Series, point
+from pairsim.plots.style import COLOURS, LINES, MARKERS, ORDERED
 from pairsim.plots.units import Units
-from pairsim.results.columns import error_of, suffixes_in
-from pairsim.results.curve_table import Zero, curve_of, zeros_in
+from pairsim.results.columns import column, error_of, suffixes_in
+from pairsim.results.curve_table import curve_of, zeros_in
+from pairsim.results.folder import SERIES
 from pairsim.results.table_files import read_table
 from pairsim.runtime.arrays import Array
 
 FINE = 400  # points of a smooth line
-
-
-@dataclass(frozen=True)
-class Line:
-    """What one line of a picture shows.
-
-    Attributes:
-        parameters: Of its case, by key; `gap` counts the gaps of three particles or more.
-        table: Columns of series.csv or curve.csv.
-        y: The column that is drawn.
-        units: Of the columns.
-        curve: Whether it is a master curve and not a run.
-        zeros: Distances at which dU of a curve is zero.
-        failed: Whether the case failed at its last row.
-    """
-
-    parameters: Mapping[str, Any]
-    table: Mapping[str, Array]
-    y: str
-    units: Units
-    curve: bool
-    zeros: tuple[Zero, ...] = ()
-    failed: bool = False
-
-    @property
-    def gap(self) -> str:
-        """The suffix of the gap's columns."""
-        return "".join(suffixes_in([self.y], "dU"))
-
-    @property
-    def error(self) -> Array | None:
-        """The half-width of what is drawn, where it is known."""
-        return self.table.get(error_of(self.y))
-
-    @property
-    def d(self) -> str:
-        """The column of the distance."""
-        return f"d{self.gap}"
-
-    def column(self, name: str) -> str:
-        """The column of t, of the distance d, or of what is drawn, y."""
-        return {"t": "t", "d": self.d, "y": self.y}[name]
-
-    def smooth(self) -> tuple[Array, Array, Array]:
-        """Abscissa, dU and its half-width between the points of a curve of at least two."""
-        curve = curve_of(self.table, self.gap)
-        assert curve is not None
-        fine = fine_distances(curve.d)
-        return fine, curve.values(fine), curve.half_widths(fine)
-
-    def drawn(self, x: str, y: str = "y") -> tuple[Array, Array, Array | None]:
-        """Abscissa, ordinate and the half-width of dU, as a line shows them.
-
-        Args:
-            x, y: As in `column`.
-        """
-        if self.curve and y == "y" and len(self.table[self.d]) > 1:
-            return self.smooth()
-        return self.table[self.column(x)], self.table[self.column(y)], self.error if y == "y" else None
+MOTION = ("dU", "U", "dp")
+"""What tells best how particles move: relative velocities, that of a single one, or the pressure drop without any."""
 
 
 def fine_distances(points: Array) -> Array:
@@ -85,52 +31,128 @@ def fine_distances(points: Array) -> Array:
 
 
 def lines_of(
-    directory: Path, parameters: Mapping[str, Any], units: Units, *, curve: bool, failed: bool = False
-) -> list[Line]:
-    """The lines of a folder, one a gap, or that of U or dp where there is no gap; none before the first row.
+    directory: Path, units: Units, parameters: Mapping[str, Any] | None = None, *, curve: bool, failed: bool = False
+) -> list[Series]:
+    """What can be drawn of a folder; nothing before the first row.
 
     Args:
         directory: Folder of a run or a curve.
-        parameters: Of its case.
         units: What it is drawn in.
-        curve: Whether it is a curve. One over distances that differ from gap to gap has no line.
-        failed: Whether the case failed.
+        parameters: Of its case; `gap` counts the gaps of three particles or more.
+        curve: Whether it is a curve.
+        failed: Whether the case failed: a cross ends its lines.
 
     Raises:
         InputError: The table cannot be read.
     """
-    table = units.table(read_table(directory / ("curve.csv" if curve else "series.csv")))
-    rows = len(next(iter(table.values())))
-    gaps = suffixes_in(table, "dU")
-    if not rows or (curve and not (gaps and f"slope{gaps[0]}" in table)):
+    table = units.table(read_table(directory / ("curve.csv" if curve else SERIES)))
+    if not len(next(iter(table.values()))):
         return []
-    columns = [f"dU{gap}" for gap in gaps] or [f"U{each}" for each in suffixes_in(table, "U")] or ["dp"]
-    zeros = units.zeros(zeros_in(read_table(directory / "equilibria.csv", missing_ok=True))) if curve else ()
-    many = len(columns) > 1
+    if not curve:
+        return run_lines(table, parameters or {}, failed=failed)
+    zeros = units.table(read_table(directory / "equilibria.csv", missing_ok=True))
+    return curve_lines(table, parameters or {}, zeros, failed=failed)
+
+
+def run_lines(table: Mapping[str, Array], parameters: Mapping[str, Any], *, failed: bool = False) -> list[Series]:
+    """Distances, motion and D of a run over time, and relative velocities over distance.
+
+    Args:
+        table: Columns of series.csv, of at least one row.
+        parameters, failed: As in `lines_of`.
+    """
+    motion = next(name for name in MOTION if suffixes_in(table, name))
+    found = []
+    for x, y in (("t", "d"), ("t", motion), ("t", "D"), *([("d", "dU")] if motion == "dU" else [])):
+        for ending, own in _of_each(suffixes_in(table, y), parameters):
+            columns = x if x == "t" else x + ending, y + ending
+            over, values = (table[name] for name in columns)
+            more: dict[str, Any] = {"columns": columns, "parameters": own}
+            found.append(Series((x, y), over, values, table.get(error_of(columns[1])), t=table["t"], **more))
+            if failed:
+                found.append(point((x, y), over[-1], values[-1], FAILED, **more))
+    return found
+
+
+def curve_lines(
+    table: Mapping[str, Array], parameters: Mapping[str, Any], zeros: Mapping[str, Array], *, failed: bool = False
+) -> list[Series]:
+    """dU of a curve over d with its points and its zeros, and D; nothing over distances that differ from gap to gap.
+
+    Args:
+        table: Columns of curve.csv, of at least one row.
+        parameters, failed: As in `lines_of`.
+        zeros: Columns of equilibria.csv.
+    """
+    gaps = suffixes_in(table, "dU")
+    if not gaps or f"slope{gaps[0]}" not in table:
+        return []
+    found = []
+    for ending, own in _of_each(gaps, parameters):
+        columns = f"d{ending}", f"dU{ending}"
+        points, values = (table[name] for name in columns)
+        fine, smooth, error = points, values, table.get(error_of(columns[1]))
+        if (curve := curve_of(table, ending)) is not None:
+            fine = fine_distances(points)
+            smooth, error = curve.values(fine), curve.half_widths(fine)
+        more: dict[str, Any] = {"columns": columns, "parameters": own}
+        marked = np.searchsorted(fine, points).tolist()
+        found.append(Series(("d", "dU"), fine, smooth, error, marked=marked, **more))
+        for zero in zeros_in(zeros):
+            found.append(point(("d", "dU"), zero.d, 0.0, ZEROS[zero.stable], x_error=zero.error, **more))
+        if failed:
+            found.append(point(("d", "dU"), points[-1], values[-1], FAILED, **more))
+    points = table[f"d{gaps[0]}"]
+    fine = fine_distances(points)
+    for ending in suffixes_in(table, "D"):
+        columns = f"d{gaps[0]}", f"D{ending}"
+        shapes = table[columns[1]]
+        if len(points) > 1:  # smooth lines over log d, which do not overshoot
+            shapes = scipy.interpolate.PchipInterpolator(np.log(points), shapes)(np.log(fine))
+        marked = np.searchsorted(fine, points).tolist()
+        found.append(Series(("d", "D"), fine, shapes, columns=columns, parameters=parameters, marked=marked))
+    return found
+
+
+def _of_each(endings: Sequence[str], parameters: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]]]:
+    """The endings of columns, each with the parameters of its line."""
     return [
-        Line({**parameters, "gap": i} if many else parameters, table, name, units, curve, zeros, failed)
-        for i, name in enumerate(columns, 1)
+        (ending, {**parameters, "gap": i} if len(endings) > 1 else parameters) for i, ending in enumerate(endings, 1)
     ]
 
 
-def series_of(line: Line, panel: int, x: str, look: Mapping[str, Any], y: str = "y") -> list[Series]:
-    """What is drawn of a line: that of a curve has points and zeros; a cross ends that of a case which failed.
+def told_apart(series: Sequence[Series]) -> list[Series]:
+    """The columns of a single table, each with a look of its own and an entry in the legend of its panel."""
+    found = []
+    for panel in dict.fromkeys(each.panel for each in series):
+        inside = [each for each in series if each.panel == panel]
+        names = list(dict.fromkeys(each.columns for each in inside))
+        many, over_own = len(names) > len(COLOURS), len({x for x, _ in names}) > 1
+        for each in inside:
+            i = names.index(each.columns)
+            look: dict[str, Any] = {"color": COLOURS[i % len(COLOURS)], "linestyle": LINES[i % len(LINES)]}
+            look |= {"marker": MARKERS[i % len(MARKERS)], "markersize": 2.5}
+            if many:
+                look |= {"color": ORDERED(i / (len(names) - 1)), "linestyle": "-", "marker": "."}
+            x, y = (column(name).symbol for name in each.columns)
+            label = f"${y}({x})$" if over_own else f"${y}$"
+            shown = not each.mark and (not many or i in (0, len(names) - 1))
+            look = {"color": look["color"]} if each.mark else look
+            found.append(replace(each, look={**look, **each.look}, label=label if shown else ""))
+    return found
+
+
+def panels_of(series: Sequence[Series], units: Units, wide: str = "") -> dict[Any, Panel]:
+    """The panels of series; the distances of runs, which move little beside what their starts differ by, share nothing.
 
     Args:
-        line: The line.
-        panel: Number of the panel.
-        x, y: What is drawn over what, as in `Line.column`.
-        look: `color`, `linestyle` and `marker`.
+        series: What is drawn.
+        units: What it is drawn in.
+        wide: As in `Panel`.
     """
-    points, values = line.table[line.column(x)], line.table[line.column(y)]
-    fine, curve, error = line.drawn(x, y)
-    look = {**look, "markersize": 3.5 if look["marker"] == "." else 2.5}
-    marked = np.searchsorted(fine, points).tolist() if line.curve else ()
-    t = None if line.curve else line.table.get("t")
-    found = [Series(panel, fine, curve, look, error, marked=marked, t=t)]
-    colour = {"color": look["color"]}
-    for zero in line.zeros:
-        found.append(point(panel, zero.d, 0.0, ZEROS[zero.stable], colour, x_error=zero.error))
-    if line.failed:
-        found.append(point(panel, points[-1], values[-1], FAILED, colour))
-    return found
+    panels = {}
+    for name in dict.fromkeys(each.panel for each in series):
+        both = zip(*(each.columns for each in series if each.panel == name), strict=True)
+        x, y = (units.axis_label(list(dict.fromkeys(names))) for names in both)
+        panels[name] = Panel(x, y, wide, shared=name != ("t", "d"))
+    return panels

@@ -9,21 +9,21 @@ from typing import Any
 
 import numpy as np
 
-from pairsim.cases.merging import flat
+from pairsim.cases.yaml_file import flat
 from pairsim.plots.chart import Panel, Series, draw_chart
 from pairsim.plots.encoding import Encoding
-from pairsim.plots.labels import case_parts, equation, hashable, read_case
-from pairsim.plots.lines import Line, lines_of, series_of
+from pairsim.plots.labels import common_parts, equation, hashable, read_case
+from pairsim.plots.lines import lines_of, panels_of
 from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
-from pairsim.results.columns import column, error_of
+from pairsim.results.columns import column
 from pairsim.results.folder import kind_of
 from pairsim.runtime.errors import InputError
 
 FIRST = ("beta", "De", "Ca_e", "d0", "particles", "liquid", "xi")
 """Keys that a difference is looked for in before all others."""
 NOT_COMPARED = ("name", "output", "fields", "physical", "time.end", "limits")
-FOLDER = "folder"
+FOLDER, DIFFERENCES = "folder", "differences"
 ALIKE = 0.05  # lines whose differences are below this part of their range lie on each other
 
 
@@ -58,126 +58,98 @@ def overlay(
     Raises:
         InputError: A folder is of another kind, or has nothing to draw yet.
     """
-    kinds: dict[Path, str] = {folder: kind_of(folder) for folder in folders}
-    for folder, kind in kinds.items():
-        if kind not in ("run", "curve"):
-            raise InputError(str(folder), "", kind, "must be a run or a curve to be laid over others")
-        if kind != kinds[folders[0]]:
-            raise InputError(str(folder), "", kind, f"must be a {kinds[folders[0]]}, as {folders[0]} is")
+    kind = kind_of(folders[0])
+    for folder in folders:
+        if (other := kind_of(folder)) not in ("run", "curve"):
+            raise InputError(str(folder), "", other, "must be a run or a curve to be laid over others")
+        if other != kind:
+            raise InputError(str(folder), "", other, f"must be a {kind}, as {folders[0]} is")
+    if len(set(folders)) < len(folders):
+        raise InputError("pairsim plot", "", str(folders[0]), "must be named once")
     whole = [read_case(folder / "case.yaml") for folder in folders]
     cases = list(map(flat, whole))
     keys = varying_keys(cases)
-    names = [str(folder) for folder in folders]
-    if len(set(names)) < len(names):
-        raise InputError("pairsim plot", "", names[0], "must be named once")
     told_apart = len({tuple(hashable(case.get(key)) for key in keys) for case in cases}) == len(cases)
     if not told_apart or Encoding.of(cases, keys, group, panels).untold:
-        cases, keys = [case | {FOLDER: name} for case, name in zip(cases, names, strict=True)], [FOLDER]
-    lines: list[Line] = []
-    curve = kinds[folders[0]] == "curve"
-    drawn = [Units.of(folder, page.physical) for folder in folders]
-    if any(units.scales is None for units in drawn):
-        drawn = [Units()] * len(folders)
-    for folder, case, units in zip(folders, cases, drawn, strict=True):
-        found = lines_of(folder, case, units, curve=curve)
+        cases = [case | {FOLDER: str(folder)} for case, folder in zip(cases, folders, strict=True)]
+        keys = [FOLDER]
+    units = Units.of_all(folders, page.physical)
+    lines: list[Series] = []
+    for folder, case, own in zip(folders, cases, units, strict=True):
+        found = lines_of(folder, own, case, curve=kind == "curve")
         if not found:
             raise InputError(str(folder), "", None, "has no line to draw: no rows yet, or no curve over one distance")
         lines += found
-    # A Newtonian one has no law to name.
-    fullest = max(whole, key=lambda case: (float(case.get("De", 0)), isinstance(case.get("liquid"), dict)))
-    return draw_overlay(lines, keys, case_parts(fullest, keys), out, page, "curves" if curve else "runs", group, panels)
+    return draw_overlay(lines, keys, common_parts(whole, keys), units[0], out, page, f"{kind}s", group, panels)
 
 
 @printing()
 def draw_overlay(
-    lines: Sequence[Line],
+    lines: Sequence[Series],
     keys: Sequence[str],
     parts: Sequence[str],
+    units: Units,
     out: Path,
     page: Page,
     stem: str,
     group: str | None = None,
     panels: str | None = None,
-    beside: tuple[Panel, Sequence[Series]] | None = None,
 ) -> list[Path]:
     """Draw lines whose cases differ in some keys: those of runs over time and distance, those of curves over distance.
 
     Where they lie on each other, a panel more has their differences to the first one.
 
     Args:
-        lines: At least one, all of runs or all of curves.
+        lines: At least one, all of runs or all of curves, as `lines_of` makes them.
         keys: What differs.
         parts: What they have in common, for the small print.
+        units: Of all lines.
         out: Folder of the picture.
         page: What it is drawn for.
         stem: Name of the files without their endings.
         group: The key that chooses colours.
         panels: The key whose values have a panel each.
-        beside: One panel more, and what is in it.
 
     Raises:
         InputError: `group` or `panels` does not differ.
     """
-    gaps = ["gap"] if any("gap" in line.parameters for line in lines) else []
-    encoding = Encoding.of([line.parameters for line in lines], [*keys, *gaps], group, panels)
-    if lines[0].curve or lines[0].d not in lines[0].table:
-        kinds = [("d" if lines[0].curve else "t", "y")]
-    else:
-        kinds = [("t", "d"), ("t", "y"), ("d", "y")][: 2 if encoding.panel else 3]
-    table = [
-        each
-        for line in lines
-        for i, (x, y) in enumerate(kinds, encoding.panel_of(line.parameters) * len(kinds))
-        for each in series_of(line, i, x, encoding.look(line.parameters), y)
-    ]
-    places = [_panel(lines, title, i, x, y) for title in encoding.titles for i, (x, y) in enumerate(kinds)]
-    count = len(places)
-    if differences := [] if encoding.panel else _differences(lines, encoding):
-        beside = _panel_of_differences(differences, encoding, kinds[0][0])
-    if beside is not None:
-        places.append(beside[0])
-        table += [replace(each, panel=count) for each in beside[1]]
-    columns = len(kinds) if encoding.panel and len(kinds) > 1 else None
-    figure, _ = draw_chart(page, places, table, parts, encoding, columns=columns)
+    lines = [each for each in lines if each.panel[1] != "D"]
+    over = lines[0].panel[0]
+    motion = [each for each in lines if each.panel[0] == over and each.panel[1] != "d" and not each.mark]
+    gaps = ["gap"] if any("gap" in each.parameters for each in motion) else []
+    encoding = Encoding.of([each.parameters for each in motion], [*keys, *gaps], group, panels)
+    if encoding.panel:
+        lines = [each for each in lines if each.panel[0] == over]
+    chart = panels_of(lines, units, wide="x" * (over == "d"))
+    if not encoding.panel and (differences := _differences(motion, encoding, units)) is not None:
+        chart[DIFFERENCES], more = differences
+        lines += more
+    figure, _ = draw_chart(page, chart, lines, parts, encoding)
     return page.save(figure, out, stem)
 
 
-def _panel(lines: Sequence[Line], title: str, like: int, x: str, y: str) -> Panel:
-    """The axes of lines; distances of runs move little beside the differences of their starts, and have their own."""
-    over, names = ([*dict.fromkeys(line.column(each) for line in lines)] for each in (x, y))
-    labels = lines[0].units.axis_label(over), lines[0].units.axis_label(names)
-    return Panel(*labels, title=title, wide="x" if lines[0].curve else "", like=like if title and y == "y" else None)
-
-
-def _differences(lines: Sequence[Line], encoding: Encoding) -> list[Line]:
+def _differences(lines: Sequence[Series], encoding: Encoding, units: Units) -> tuple[Panel, list[Series]] | None:
     """What lines differ from one whose case differs in one key alone, where they lie on it, with both half-widths."""
-    key = _reference(encoding)
+    key = encoding.line or encoding.colour
+    if key in ("", "gap"):
+        return None
+    reference = encoding.values[key][0]
     found = []
-    for line in lines if key not in ("", "gap") else []:
-        first = {**line.parameters, key: encoding.values[key][0]}
-        for other in (each for each in lines if each is not line and dict(each.parameters) == first):
-            x = "d" if line.curve else "t"
-            (a, values, error), (b, reference, more) = line.drawn(x), other.drawn(x)
-            common = np.array([place for place in a if b[0] <= place <= b[-1]])
-            apart = np.interp(common, a, values) - np.interp(common, b, reference)
-            if len(common) and 0 < np.abs(apart).max() < ALIKE * np.ptp(reference):
-                table = {line.column(x): common, line.y: apart}
-                if error is not None and more is not None:
-                    table[error_of(line.y)] = np.interp(common, a, error) + np.interp(common, b, more)
-                found.append(replace(line, table=table, curve=False, zeros=(), failed=False))
-    return found
-
-
-def _reference(encoding: Encoding) -> str:
-    """The key whose first value others are compared with."""
-    return encoding.line or encoding.colour
-
-
-def _panel_of_differences(differences: Sequence[Line], encoding: Encoding, x: str) -> tuple[Panel, list[Series]]:
-    """Differences over t or d, with their bands."""
-    key, line = _reference(encoding), differences[0]
-    entry, over = column(line.y), line.column(x)
-    compared = f"${entry.symbol} - {entry.symbol}$({equation(key, encoding.values[key][0])})"
-    panel = Panel(line.units.axis_label([over]), f"{compared}  [{line.units.name(entry.unit)}]", wide="x" * (x == "d"))
-    looks = (encoding.look(each.parameters) for each in differences)
-    return panel, [each for line, look in zip(differences, looks, strict=True) for each in series_of(line, 0, x, look)]
+    for line in lines:
+        for other in lines:
+            same = {**other.parameters, key: None} == {**line.parameters, key: None}
+            if other is line or not same or hashable(other.parameters.get(key)) != reference:
+                continue
+            x = line.x[(line.x >= other.x[0]) & (line.x <= other.x[-1])]
+            apart = np.interp(x, line.x, line.y) - np.interp(x, other.x, other.y)
+            if len(x) and 0 < np.abs(apart).max() < ALIKE * np.ptp(other.y):
+                errors = [np.interp(x, each.x, each.error) for each in (line, other) if each.error is not None]
+                error = errors[0] + errors[1] if len(errors) == 2 else None
+                t = None if line.t is None else x
+                found.append(replace(line, panel=DIFFERENCES, x=x, y=apart, error=error, marked=(), t=t))
+    if not found:
+        return None
+    over, y = found[0].columns
+    symbol, unit = column(y).symbol, units.name(column(y).unit)
+    label = f"${symbol} - {symbol}$({equation(key, reference)})  [{unit}]"
+    return Panel(units.axis_label([over]), label, wide="x" * over.startswith("d")), found

@@ -106,7 +106,7 @@ class Layer:
 
 def views_of(frames: Sequence[FieldFrame], units: Units, curve: bool) -> list[View]:
     """Windows of one length, each centred on the particles of its frame."""
-    frames = list(map(units.frame, frames))
+    frames = [replace(frame, points=frame.points * units.factor(LENGTH)) for frame in frames]
     arcs = [outlines(frame) for frame in frames]
     ranges = []
     for frame, lines in zip(frames, arcs, strict=True):

@@ -28,6 +28,7 @@ MM = 1 / 25.4  # inches
 NARROW = 120.0  # mm; panels of narrower pictures lie below each other
 LEAST_WIDTH, MOST_WIDTH = 50.0, 400.0  # mm
 SMALL = 6.0  # points
+WIDE = 8.0  # ratio of values from which a scale of them is logarithmic
 DATE = {"pdf": "CreationDate", "svg": "Date"}
 """The metadata by which equal pictures would differ."""
 

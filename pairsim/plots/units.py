@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from pairsim.physics.scales import Scales
 from pairsim.results.columns import column, known
-from pairsim.results.curve_table import Zero
 from pairsim.results.folder import read_record
-from pairsim.results.units import LENGTH, Unit, scales_in, scales_of
-from pairsim.results.xdmf import FieldFrame
+from pairsim.results.units import Unit, scales_in, scales_of
 from pairsim.runtime.arrays import Array
 
 
@@ -41,6 +39,12 @@ class Units:
             return Units(scales_of(record, str(directory)))
         return Units(scales_in(record) if physical is None else None)
 
+    @staticmethod
+    def of_all(directories: Sequence[Path], physical: bool | None) -> list[Units]:
+        """The units for each of several folders in one picture: as `of`, dimensionless if one of them is."""
+        found = [Units.of(directory, physical) for directory in directories]
+        return found if all(units.scales for units in found) else [Units()] * len(found)
+
     def factor(self, unit: Unit) -> float:
         """Factor from a unit of the tables to the one that is drawn."""
         return unit.factor(self.scales)
@@ -56,16 +60,7 @@ class Units:
         factors = {name: self.factor(entry.unit) if (entry := known(name)) is not None else 1.0 for name in columns}
         return {name: values * factors[name] if factors[name] != 1 else values for name, values in columns.items()}
 
-    def zeros(self, zeros: Iterable[Zero]) -> tuple[Zero, ...]:
-        """Zeros of dU in these units."""
-        f = self.factor(LENGTH)
-        return tuple(replace(zero, d=f * zero.d, error=zero.error and f * zero.error) for zero in zeros)
-
-    def frame(self, frame: FieldFrame) -> FieldFrame:
-        """A frame whose coordinates are in these units; its fields are converted when they are drawn."""
-        return replace(frame, points=frame.points * self.factor(LENGTH))
-
-    def axis_label(self, names: list[str], more: str = "") -> str:
+    def axis_label(self, names: Sequence[str], more: str = "") -> str:
         """Axis label of some columns, which share their unit, with more words between symbols and unit."""
         entries = [column(name) for name in names]
         symbols = ", ".join(f"${entry.symbol}$" for entry in entries[:3]) + (", ..." if len(entries) > 3 else "")

@@ -311,7 +311,7 @@ def _starts(table: Mapping[str, Array]) -> list[str]:
 
 def draw(directory: Path, out: Path, page: Page) -> list[Path]:
     """dU with its error and its zeros, and D."""
-    from pairsim.plots.curves import draw_curve
+    from pairsim.plots.runs_and_curves import draw_curve
 
     return draw_curve(directory, out, page)
 

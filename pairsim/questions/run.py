@@ -343,9 +343,9 @@ def _coarse_run(adaptation: RunAdaptation) -> dict[str, Any]:
 
 def draw(directory: Path, out: Path, page: Page) -> list[Path]:
     """Velocities and shapes over time, and dU over d."""
-    from pairsim.plots.series import draw_series
+    from pairsim.plots.runs_and_curves import draw_run
 
-    return draw_series(directory, out, page)
+    return draw_run(directory, out, page)
 
 
 def result_columns(case: Case) -> tuple[str, ...]:

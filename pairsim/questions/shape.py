@@ -79,7 +79,7 @@ def check(case: ShapeCase) -> Iterator[Mistake]:
     elif case.Ca_e == 0:
         yield Mistake("Ca_e", case.Ca_e, "must be above 0, as along replaces it")
     else:
-        yield from check_scene(case, {})
+        yield from check_scene(case)
 
 
 def estimate(case: ShapeCase) -> Estimate:
@@ -132,10 +132,9 @@ def draw(directory: Path, out: Path, page: Page) -> list[Path]:
 
     units = Units.of(directory, page.physical)
     table = units.table(read_table(directory / "shape.csv"))
-    names, look = ("D_1", "U_1"), {"color": "C0", "linestyle": "-"}
-    errors = table["D_error"], None
-    series = [Series(i, table["Ca_e"], table[name], look, errors[i], mark=POINT) for i, name in enumerate(names)]
-    panels = [Panel(units.axis_label(["Ca_e"]), units.axis_label([name])) for name in names]
+    errors, joined = {"D_1": table["D_error"], "U_1": None}, {"linestyle": "-"}
+    series = [Series(n, table["Ca_e"], table[n], error, mark=POINT, look=joined) for n, error in errors.items()]
+    panels = {name: Panel(units.axis_label(["Ca_e"]), units.axis_label([name])) for name in errors}
     with printing():
         figure, _ = draw_chart(page, panels, series, case_parts(read_case(directory / "case.yaml"), {"Ca_e"}))
         return page.save(figure, out, "shape")

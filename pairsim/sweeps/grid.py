@@ -14,11 +14,10 @@ from typing import Any
 
 from pairsim.cases.case import SceneCase
 from pairsim.cases.identity import folder_name, identity_of, key_of
-from pairsim.cases.merging import flat, merge
 from pairsim.cases.mistakes import Mistake, input_error
 from pairsim.cases.physical import BLOCK, forget_numbers
 from pairsim.cases.values import is_finite, is_name
-from pairsim.cases.yaml_file import DEFAULT_LAWS, Section, apply_settings, places_in, read_yaml
+from pairsim.cases.yaml_file import DEFAULT_LAWS, Section, apply_settings, flat, merge, places_in, read_yaml
 from pairsim.computing import QUESTIONS, Question
 from pairsim.computing.case_files import parse_case, parse_file
 from pairsim.computing.many_cases import SweepFile, check_sweep

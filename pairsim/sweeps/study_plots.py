@@ -41,7 +41,7 @@ def plot_study(directory: Path, out: Path | None = None, page: Page | None = Non
     compared = column(list(table.columns)[list(table.columns).index("wall_time_spread") + 1].partition("@")[0])
     error = f"error of ${compared.symbol}$  [${compared.unit.tex or '-'}$]"
     panel = Panel("wall time  [s]", error, wide="x", margins=(0.2, 0.14))  # labels stand right of their points
-    figure, (axes,) = draw_chart(page, [panel], series, [ORDERS])
+    figure, (axes,) = draw_chart(page, {0: panel}, series, [ORDERS])
     axes.set_yscale("log")
     for i, group in enumerate(families(points, "space")):
         for _, row in group.iterrows():
@@ -56,7 +56,7 @@ def plot_study(directory: Path, out: Path | None = None, page: Page | None = Non
 def _line(group: pd.DataFrame, look: dict[str, Any], label: str = "", marked: Sequence[int] = ()) -> Series:
     """Error against wall time of a family."""
     x, y = (group[name].to_numpy() for name in ("wall_time", "error"))
-    return Series(0, x, y, {"linewidth": 0.8, **look}, label=label, marked=marked)
+    return Series(0, x, y, look={"linewidth": 0.8, **look}, label=label, marked=marked)
 
 
 def _note_orders(axes: Axes, group: pd.DataFrame, below: float) -> None:

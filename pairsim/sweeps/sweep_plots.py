@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,21 +10,19 @@ from typing import Any
 import numpy as np
 from matplotlib.lines import Line2D
 
-from pairsim.cases.merging import flat
 from pairsim.cases.physical import BLOCK
 from pairsim.plots.chart import POINT, ZEROS, Panel, Series, draw_chart, point
 from pairsim.plots.encoding import Encoding
-from pairsim.plots.labels import case_parts, hashable, measured, parameter_label, read_case
-from pairsim.plots.lines import Line, lines_of
+from pairsim.plots.labels import common_parts, hashable, measured, parameter_label, read_case
+from pairsim.plots.lines import MOTION, lines_of
 from pairsim.plots.overlay import draw_overlay
 from pairsim.plots.style import COLOURS, Page, printing
 from pairsim.plots.units import Units
 from pairsim.results.columns import column
-from pairsim.results.curve_table import Zero
+from pairsim.results.units import LENGTH
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.folder import read_sweep
 
-QUANTITIES = ("dU", "dU_1", "U_1", "dp")
 STILL = 1e-8  # a relative velocity below this is zero to rounding
 OF_MAP = 3  # values of a parameter from which a map says more than a table
 OUTCOMES = {
@@ -34,19 +31,22 @@ OUTCOMES = {
     "approaching": (COLOURS[4], "v"),
     "contact": (COLOURS[1], "o"),
     "a zero of dU": (COLOURS[2], "D"),
+    "finished": (COLOURS[0], "o"),
 }
 FAILURES = ("x", "+", "1", "2", "3", "4", "*")
 
 
 @dataclass(frozen=True)
 class _Sweep:
-    """The cases of a sweep, and what the pictures need of it.
+    """The cases of a sweep, and what its pictures need of it.
 
     Attributes:
+        directory: Its folder.
+        command: Its command.
+        cases: Those that have ended, as `read_sweep` returns them, with their `units`.
         varying: Keys that vary, without those that follow from others.
-        drawn: The units of each case, by its folder.
-        numbers: Values of each case, by those keys that are numbers or quantities of one unit; and the units.
-        quantity: Column that is drawn.
+        numbers: Those of them that are numbers or quantities: the values of all cases, and their unit.
+        quantity: The column that tells best what cases do.
         group, panels: Keys that choose colours and panels, None where they were not chosen.
     """
 
@@ -54,32 +54,20 @@ class _Sweep:
     command: str
     cases: Sequence[dict[str, Any]]
     varying: Sequence[str]
-    drawn: Mapping[str, Units]
-    numbers: Mapping[str, Sequence[float]]
-    units: Mapping[str, str]
+    numbers: Mapping[str, tuple[Sequence[float], str]]
     quantity: str
     group: str | None
     panels: str | None
 
-    def zeros(self, case: Mapping[str, Any]) -> tuple[Zero, ...]:
-        """The zeros of dU of a case, as they are drawn."""
-        return self.drawn[case["folder"]].zeros(_zeros(case))
-
-    @property
-    def units_of_all(self) -> Units:
-        """Those of the first case: what the axes are labelled with."""
-        return self.drawn[self.cases[0]["folder"]]
-
-    @property
     def parts(self) -> list[str]:
-        """The parameters that all cases share; what a quantity of an experiment changes is not among them."""
-        ordered = sorted(self.cases, key=lambda entry: -float(entry["parameters"].get("De") or 0))
-        chosen = [ordered[0], self.cases[0], self.cases[-1]]  # what does not vary is in the most elastic one
-        paths = [self.directory / each["folder"] / "case.yaml" for each in chosen]
-        full = [content for path in paths if (content := read_case(path))] or [{}]
-        cases = list(map(flat, full)) if any(key.startswith(BLOCK) for key in self.varying) else [{}]
-        changed = {name for name in cases[0] for case in cases if case.get(name) != cases[0][name]}
-        return case_parts(full[0], {*self.varying, *changed})
+        """The parameters that all cases share, as the most elastic, the first and the last one tell."""
+        elastic = max(self.cases, key=lambda entry: float(entry["parameters"].get("De") or 0))
+        paths = [self.directory / each["folder"] / "case.yaml" for each in (elastic, self.cases[0], self.cases[-1])]
+        return common_parts([read_case(path) for path in paths], self.varying)
+
+    def label(self, name: str) -> str:
+        """The axis label of a number that varies."""
+        return parameter_label(name, self.numbers[name][1])
 
 
 def plot_sweep(
@@ -112,9 +100,9 @@ def plot_sweep(
     written: list[Path] = []
     if sweep.command in ("run", "curve"):
         written += _draw_lines(sweep, target, page)
-    if sweep.numbers and (sweep.command == "run" or any(map(_zeros, sweep.cases))):
+    if sweep.numbers and (sweep.command == "run" or any(case["values"].get("zeros") for case in sweep.cases)):
         written += _draw_parameters(sweep, target, page)
-    wide = [name for name, values in sweep.numbers.items() if len(set(values)) >= OF_MAP]
+    wide = [name for name, (values, _) in sweep.numbers.items() if len(set(values)) >= OF_MAP]
     if len(wide) > 1 and len({outcome(case, sweep.quantity) for case in sweep.cases}) > 1:
         written += _draw_map(sweep, wide, target, page)
     if not written:
@@ -127,17 +115,13 @@ def _read(directory: Path, group: str | None, panels: str | None, physical: bool
     cases = [case for case in content["cases"] if case["status"] in ("finished", "failed")]
     if not any(case["status"] == "finished" for case in cases):
         raise InputError(str(directory), "", None, "has no finished case yet; pairsim status shows how it stands")
+    units = Units.of_all([directory / case["folder"] for case in cases], physical)
+    cases = [case | {"units": own} for case, own in zip(cases, units, strict=True)]
     varying = _independent(content["varying"], cases, {group, panels})
-    drawn = {case["folder"]: Units.of(directory / case["folder"], physical) for case in cases}
-    if any(units.scales is None for units in drawn.values()):
-        drawn = dict.fromkeys(drawn, Units())
     Encoding.of([case["parameters"] for case in cases], varying, group, panels)  # refuses keys that do not vary
     known = {name: measured([case["parameters"].get(name) for case in cases]) for name in varying}
-    found = {name: pair for name, pair in known.items() if pair is not None and len(set(pair[0])) > 1}
-    numbers = {name: values for name, (values, _) in found.items()}
-    units = {name: unit for name, (_, unit) in found.items()}
-    kind, quantity = content["command"], quantity_of(cases)
-    return _Sweep(directory, kind, cases, varying, drawn, numbers, units, quantity, group, panels)
+    numbers = {name: pair for name, pair in known.items() if pair is not None and len(set(pair[0])) > 1}
+    return _Sweep(directory, content["command"], cases, varying, numbers, quantity_of(cases), group, panels)
 
 
 def _independent(
@@ -155,25 +139,25 @@ def _independent(
 
 def quantity_of(cases: Sequence[Mapping[str, Any]]) -> str:
     """The column of results.csv that tells best what cases do."""
-    return next(
-        (name for name in QUANTITIES if any({name, f"{name}_peak"} & set(case["values"]) for case in cases)), "dU"
-    )
+    names = [name + ending for name in MOTION for ending in ("", "_1")]
+    known = {key.removesuffix("_peak") for case in cases for key in case["values"]}
+    return next((name for name in names if name in known), "dU")
 
 
 def _draw_lines(sweep: _Sweep, out: Path, page: Page) -> list[Path]:
     """Every case as its own picture shows it; a cross ends the line of a case that failed."""
-    lines: list[Line] = []
+    lines: list[Series] = []
     curve = sweep.command == "curve"
     for case in sweep.cases:
-        failed, units = case["status"] != "finished", sweep.drawn[case["folder"]]
+        folder, failed = sweep.directory / case["folder"], case["status"] != "finished"
         try:
-            lines += lines_of(sweep.directory / case["folder"], case["parameters"], units, curve=curve, failed=failed)
+            lines += lines_of(folder, case["units"], case["parameters"], curve=curve, failed=failed)
         except InputError:
             continue  # a case that failed before its first row has nothing to show
     if not lines:
         return []
-    stem = "sweep_curves" if curve else "sweep_series"
-    return draw_overlay(lines, sweep.varying, sweep.parts, out, page, stem, sweep.group, sweep.panels)
+    stem, units = "sweep_curves" if curve else "sweep_series", sweep.cases[0]["units"]
+    return draw_overlay(lines, sweep.varying, sweep.parts(), units, out, page, stem, sweep.group, sweep.panels)
 
 
 @printing()
@@ -183,64 +167,67 @@ def _draw_parameters(sweep: _Sweep, out: Path, page: Page) -> list[Path]:
     The others choose colours, styles and panels.
     """
     free = [name for name in sweep.numbers if name not in (sweep.group, sweep.panels)] or list(sweep.numbers)
-    name = max(free, key=lambda each: len(set(sweep.numbers[each])))
+    name = max(free, key=lambda each: len(set(sweep.numbers[each][0])))
     others = [other for other in sweep.varying if other != name]
     group, panels = (wanted if wanted in others else None for wanted in (sweep.group, sweep.panels))
     encoding = Encoding.of([case["parameters"] for case in sweep.cases], others, group, panels)
-    run = sweep.command == "run"
-    named = sweep.units_of_all.axis_label
-    label = named([sweep.quantity], " at the end") if run else named(["d_cr"])
-    places = [Panel(parameter_label(name, sweep.units[name]), label, each, "x", like=0) for each in encoding.titles]
-    table = (_ends if run else _zero_points)(sweep, name, encoding)
-    figure, _ = draw_chart(page, places, table, sweep.parts, encoding)
+    run, named = sweep.command == "run", sweep.cases[0]["units"].axis_label
+    panel = Panel(sweep.label(name), named([sweep.quantity], " at the end") if run else named(["d_cr"]), "x")
+    series = _ends(sweep, name) if run else _zeros(sweep, name, encoding)
+    figure, _ = draw_chart(page, {0: panel}, series, sweep.parts(), encoding)
     return page.save(figure, out, "sweep_parameters" if run else "sweep_zeros")
 
 
-def _ends(sweep: _Sweep, name: str, encoding: Encoding) -> list[Series]:
+def _ends(sweep: _Sweep, name: str) -> list[Series]:
     """The last values; lines join cases that differ in this parameter alone."""
-    lines: dict[tuple[Any, ...], list[tuple[float, float]]] = defaultdict(list)
-    parameters: dict[tuple[Any, ...], Mapping[str, Any]] = {}
-    for x, case in zip(sweep.numbers[name], sweep.cases, strict=True):
+    lines: dict[Any, list[tuple[float, float]]] = {}
+    parameters: dict[Any, Mapping[str, Any]] = {}
+    for place, case in zip(sweep.numbers[name][0], sweep.cases, strict=True):
         if case["status"] == "finished" and sweep.quantity in case["values"]:
-            rest = tuple((k, hashable(v)) for k, v in case["parameters"].items() if k != name)
-            factor = sweep.drawn[case["folder"]].factor(column(sweep.quantity).unit)
-            lines[rest].append((x, factor * case["values"][sweep.quantity]))
+            rest = hashable({key: value for key, value in case["parameters"].items() if key != name})
+            value = case["units"].factor(column(sweep.quantity).unit) * case["values"][sweep.quantity]
+            lines.setdefault(rest, []).append((place, value))
             parameters[rest] = case["parameters"]
     found = []
     for rest, points in lines.items():
         x, y = np.array(sorted(points)).T
-        look = {**encoding.look(parameters[rest]), "markersize": 3}
-        found.append(Series(encoding.panel_of(parameters[rest]), x, y, look, marked=range(len(x))))
+        found.append(Series(0, x, y, parameters=parameters[rest], marked=range(len(x))))
     return found
 
 
-def _zeros(case: Mapping[str, Any]) -> list[Zero]:
-    zeros, stable = (case["values"].get(kind) or [] for kind in ("zeros", "stable"))
-    errors = case["values"].get("zeros_error") or [None] * len(zeros)
-    return [Zero(*each) for each in zip(zeros, stable, errors, strict=True)]
-
-
-def _zero_points(sweep: _Sweep, name: str, encoding: Encoding) -> list[Series]:
+def _zeros(sweep: _Sweep, name: str, encoding: Encoding) -> list[Series]:
     """The zeros of dU with their errors."""
     found = []
-    for x, case in zip(sweep.numbers[name], sweep.cases, strict=True):
-        look = encoding.look(case["parameters"])
-        look = {"color": look["color"], "marker": look["marker"].replace(".", "o")}
-        panel = encoding.panel_of(case["parameters"])
-        found += [point(panel, x, zero.d, ZEROS[zero.stable], look, zero.error) for zero in sweep.zeros(case)]
+    for x, case in zip(sweep.numbers[name][0], sweep.cases, strict=True):
+        zeros, stable = (case["values"].get(kind) or [] for kind in ("zeros", "stable"))
+        errors = np.array(case["values"].get("zeros_error") or [np.nan] * len(zeros), dtype=float)
+        more = {"parameters": case["parameters"]}
+        look = {"marker": encoding.look(case["parameters"])["marker"].replace(".", "o")}
+        by = case["units"].factor(LENGTH)
+        found += [
+            point(0, x, by * d, ZEROS[kind], by * error, look=look, **more)
+            for d, kind, error in zip(zeros, stable, errors, strict=True)
+        ]
     return found
 
 
 def outcome(case: Mapping[str, Any], quantity: str) -> str:
-    """How a case ended, in a word: a motion, contact, or the reason of its failure."""
+    """How a case ended, in a word: a motion, contact, or the reason of its failure.
+
+    Args:
+        case: As `read_sweep` returns it.
+        quantity: The column that tells what it does; only relative velocities tell a motion.
+    """
+    values = case["values"]
     if case["status"] != "finished":
         return f"{case['status']}: {case['reason']}"
     if case["reason"] == "contact":
         return "contact"
-    values = case["values"]
-    if zeros := _zeros(case):
+    if zeros := values.get("zeros"):
         return "a zero of dU" if len(zeros) == 1 else f"{len(zeros)} zeros of dU"
-    value = values.get(quantity, values.get(f"{quantity}_peak"))
+    if not quantity.startswith("dU"):
+        return "finished"
+    value = values.get(quantity, values.get(quantity.replace("dU", "dU_peak")))
     if value is None or abs(value) < STILL:
         return "neither"
     return "separating" if value > 0 else "approaching"
@@ -249,7 +236,7 @@ def outcome(case: Mapping[str, Any], quantity: str) -> str:
 @printing()
 def _draw_map(sweep: _Sweep, numbers: Sequence[str], out: Path, page: Page) -> list[Path]:
     """Outcomes over the first two of some parameters, a panel for each value of the third."""
-    x, y, *more = sorted(numbers, key=lambda name: -len(set(sweep.numbers[name])))
+    x, y, *more = sorted(numbers, key=lambda name: -len(set(sweep.numbers[name][0])))
     found = [outcome(case, sweep.quantity) for case in sweep.cases]
     kinds = [*(kind for kind in OUTCOMES if kind in found), *sorted(set(found) - set(OUTCOMES))]
     pairs = {kind: OUTCOMES.get(kind, ("black", FAILURES[i % len(FAILURES)])) for i, kind in enumerate(kinds)}
@@ -257,13 +244,13 @@ def _draw_map(sweep: _Sweep, numbers: Sequence[str], out: Path, page: Page) -> l
         kind: {"color": colour, "marker": marker, "markersize": 5} for kind, (colour, marker) in pairs.items()
     }
     encoding = Encoding.of([case["parameters"] for case in sweep.cases], more[:1], panels=(*more, None)[0])
-    points = zip(sweep.numbers[x], sweep.numbers[y], sweep.cases, found, strict=True)
-    table = [point(encoding.panel_of(c["parameters"]), a, b, POINT, looks[kind]) for a, b, c, kind in points]
-    labels = {name: parameter_label(name, sweep.units[name]) for name in (x, y)}
-    axes = Panel(labels[x], labels[y], wide="xy", like=0, margins=(0.08, 0.08))
+    places = zip(sweep.numbers[x][0], sweep.numbers[y][0], sweep.cases, found, strict=True)
+    series = [point(0, a, b, POINT, parameters=case["parameters"], look=looks[kind]) for a, b, case, kind in places]
     words = {kind: kind.replace("dU", r"$\Delta U$") for kind in kinds}
     handles = [Line2D([], [], label=words[kind], linestyle="", **look) for kind, look in looks.items()]
-    unseen = [f"all values of {name}" for name in sweep.varying if name not in (x, y, *more[:1])]
-    panels = [replace(axes, title=title) for title in encoding.titles]
-    figure, _ = draw_chart(page, panels, table, [*sweep.parts, *unseen], handles=handles)
+    parts = [*sweep.parts(), *(f"all values of {name}" for name in sweep.varying if name not in (x, y, *more[:1]))]
+    if sweep.quantity == "dU_1":
+        parts.append("motion of the first two particles")
+    panel = Panel(sweep.label(x), sweep.label(y), wide="xy", margins=(0.08, 0.08))
+    figure, _ = draw_chart(page, {0: panel}, series, parts, replace(encoding, untold=()), handles)
     return page.save(figure, out, "sweep_map")

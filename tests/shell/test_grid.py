@@ -11,9 +11,9 @@ from support.inputs import ROOT, examples
 from pairsim.cases.case import Case
 from pairsim.cases.curve_case import CriticalCase, CurveCase
 from pairsim.cases.identity import identity_of, key_of
-from pairsim.cases.merging import GROUPS
-from pairsim.cases.ranges import spelled_out
-from pairsim.cases.wording import groups_of
+from pairsim.cases.messages import groups_of
+from pairsim.cases.values import spelled_out
+from pairsim.cases.yaml_file import GROUPS
 from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case
 from pairsim.runtime.errors import InputError

@@ -79,7 +79,8 @@ def numbers(command: str) -> Iterator[tuple[str, float, float]]:
     }
     for group, part in parts.items():
         for name, each in part["properties"].items():
-            for value in (each, *each.get("anyOf", ())):
+            alternatives = each.get("anyOf", ())
+            for value in (each, *alternatives, *(inner for other in alternatives for inner in other.get("oneOf", ()))):
                 if {"minimum", "maximum"} <= value.keys():
                     yield group + name, value["minimum"], value["maximum"]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import imageio_ffmpeg
@@ -17,13 +18,12 @@ from support.result_folders import curve_table, make_curve, make_run
 
 from pairsim.api.pictures import plot
 from pairsim.plots.animation import default_movie
-from pairsim.plots.axes import leave_out_spikes
-from pairsim.plots.chart import POINT, Panel, draw_chart, draw_series, notes, point
+from pairsim.plots.chart import POINT, Panel, draw_chart, draw_series, leave_out_spikes, notes, point
 from pairsim.plots.critical import point_of
 from pairsim.plots.encoding import Encoding
 from pairsim.plots.field_values import FIELDS
-from pairsim.plots.labels import measured
-from pairsim.plots.lines import Line, series_of
+from pairsim.plots.labels import common_parts, measured
+from pairsim.plots.lines import curve_lines, run_lines
 from pairsim.plots.meridional_section import outlines, tessellate
 from pairsim.plots.overlay import varying_keys
 from pairsim.plots.sections import _streamlines, views_of
@@ -31,6 +31,7 @@ from pairsim.plots.style import GREY, MM, Page
 from pairsim.plots.units import Units
 from pairsim.results.folder import FIELD_NAMES
 from pairsim.runtime.errors import InputError
+from pairsim.sweeps.sweep_plots import outcome
 
 CASES = {
     "pipe": (0, [scene(0.5, [])]),
@@ -143,6 +144,22 @@ def test_what_follows_from_another_difference_is_not_named() -> None:
     assert varying_keys([newtonian, elastic, elastic | {"mesh.Np": 28}]) == ["De", "mesh.Np"]
 
 
+def test_small_print_states_what_all_cases_share_alone() -> None:
+    giesekus = {"beta": 0.4, "De": 1, "Ca_e": 0.1, "d0": 0.1, "xi": 0.09, "liquid": {"law": "giesekus", "alpha": 0.2}}
+    ptt = giesekus | {"beta": 0.2, "Ca_e": 0.05, "liquid": {"law": "ptt"}}
+    assert common_parts([giesekus, ptt], ["beta"]) == [
+        r"$d_0 = 0.1\ D_c$", r"$\mathrm{De} = 1$", r"$\xi = 0.09$", r"$\mathrm{Ca}_e$ differs", "liquid differs",
+    ]  # fmt: skip
+    assert common_parts([giesekus, {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}], ["De"])[-1] == r"$\alpha = 0.2$"
+
+
+def test_only_relative_velocities_are_called_separating() -> None:
+    finished = {"status": "finished", "reason": "end"}
+    assert outcome(finished | {"values": {"dU": 0.1}}, "dU") == "separating"
+    assert outcome(finished | {"values": {"dU_peak_1": -0.1}}, "dU_1") == "approaching"
+    assert outcome(finished | {"values": {"U_1": 1.5}}, "U_1") == "finished"
+
+
 def test_more_values_than_styles_get_panels_or_are_named_as_unseen() -> None:
     cases = [{"a": a, "b": b, "c": c, "e": e} for a in range(9) for b in range(5) for c in range(2) for e in range(2)]
     encoding = Encoding.of(cases, ["a", "b", "c", "e"])
@@ -155,9 +172,9 @@ def test_more_values_than_styles_get_panels_or_are_named_as_unseen() -> None:
 def test_curve_is_drawn_as_its_interpolant_with_its_error() -> None:
     d = np.array([0.1, 0.2, 0.4])
     table = curve_table(d, np.log(d) ** 3, 3 * np.log(d) ** 2 / d, dU_error=np.ones(3))
-    places, curve, error = Line({}, table, "dU", Units(), True).smooth()
-    assert curve == pytest.approx(np.log(places) ** 3, rel=1e-12), "a cubic in log d is met exactly"
-    assert error == pytest.approx(np.ones(len(places)), rel=1e-12)
+    (line,) = curve_lines(table, {}, {})
+    assert line.y == pytest.approx(np.log(line.x) ** 3, rel=1e-12), "a cubic in log d is met exactly"
+    assert line.error == pytest.approx(np.ones(len(line.x)), rel=1e-12)
 
 
 def test_run_is_drawn_with_the_band_of_its_error() -> None:
@@ -165,9 +182,8 @@ def test_run_is_drawn_with_the_band_of_its_error() -> None:
     table = {"t": t, "d": t / 10, "dU": t**2, "dU_error": t / 10}
     for shown, bands in ((table, 1), ({name: table[name] for name in ("t", "d", "dU")}, 0)):
         axis = Figure().subplots()
-        line = Line({}, shown, "dU", Units(), False)
-        (series,) = series_of(line, 0, "t", {"color": "C0", "linestyle": "-", "marker": "o"})
-        draw_series(axis, series)
+        (series,) = (each for each in run_lines(shown, {}) if each.panel == ("t", "dU"))
+        draw_series(axis, replace(series, look={"color": "C0"}))
         assert len(axis.collections) == len(notes([series])) == bands
         if bands:
             edge = axis.collections[0].get_paths()[0].vertices
@@ -306,7 +322,7 @@ def test_intervals_of_critical_distances() -> None:
     for d_error, parameter_error in ((0.01, np.nan), (np.nan, 0.2), (np.nan, np.nan)):
         row = {"De": 1.0, "d_cr": 0.1, "kind": "wanted", "stable": True}
         row |= {"d_error": d_error, "parameter_error": parameter_error}
-        for series in point_of(row, "De", {"color": "k"}):
+        for series in point_of(row, "De"):
             draw_series(axis, series)
     drawn = [np.array(collection.get_segments()[0]) for collection in axis.collections]
     assert len(drawn) == 2
@@ -315,9 +331,9 @@ def test_intervals_of_critical_distances() -> None:
 
 
 def test_bars_are_seen_whole_unless_a_panel_says_otherwise() -> None:
-    single = point(0, 1.0, 0.5, POINT, {}, error=2.0)
+    single = point(0, 1.0, 0.5, POINT, error=2.0)
     for bars in (True, False):
-        _, (axis,) = draw_chart(Page(), [Panel("x", "y", bars=bars)], [single], [])
+        _, (axis,) = draw_chart(Page(), {0: Panel("x", "y", bars=bars)}, [single], [])
         low, high = axis.get_ylim()
         assert (low < -1.5 and high > 2.5) == bars
 
