@@ -33,12 +33,7 @@ def percentage(value: Any) -> str:
 
 Accuracy = Annotated[
     str,
-    Field(
-        pattern=r"^\s*(\d+\.?\d*|\.\d+)\s*%\s*$",
-        json_schema_extra={
-            "words": f"5%, 1%, 0.1%, or another percentage from {LEAST_PERCENT:g}% to {MOST_PERCENT:g}%"
-        },
-    ),
+    Field(pattern=r"^\s*(\d+\.?\d*|\.\d+)\s*%\s*$", examples=["0.5%"]),
     BeforeValidator(percentage),
 ]
 Liquid = Literal["newtonian", "thinning", "hardening"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field
@@ -46,33 +46,23 @@ def expanded(value: Any) -> Any:
         raise PydanticCustomError("range", f"must be {_RANGE}") from None
 
 
-_SHORT = "{start, stop, num, spacing: log or linear}"
 _RANGE_SCHEMA = range_schema({"type": "number", "exclusiveMinimum": 0}, MOST_VALUES, "log", "linear")
 
 
-def _or_range(each: str) -> Callable[[dict[str, Any]], None]:
-    """A function that adds the other inputs of `expanded`, a single value or a range, to the JSON schema of a list."""
-
-    def extend(schema: dict[str, Any]) -> None:
-        listed = {key: schema.pop(key) for key in ("type", "items", "minItems", "maxItems")}
-        text = f"{each}, a list of these, or {_SHORT}"
-        schema |= {"anyOf": [listed, listed["items"], _RANGE_SCHEMA], "words": text}
-
-    return extend
+def _or_range(schema: dict[str, Any]) -> None:
+    """Add the other inputs of `expanded`, a single value or a range, to the JSON schema of a list."""
+    listed = {key: schema.pop(key) for key in ("type", "items", "minItems", "maxItems")}
+    schema["anyOf"] = [listed["items"], listed, _RANGE_SCHEMA]
 
 
 Gaps = Annotated[
     tuple[OneOrEach[Distance], ...],
-    Field(
-        min_length=1,
-        max_length=MOST_VALUES,
-        json_schema_extra=_or_range("a finite number of at least 0.0001 (or a list, one for each gap)"),
-    ),
+    Field(min_length=1, max_length=MOST_VALUES, json_schema_extra=_or_range),
     BeforeValidator(expanded),
 ]
 Values = Annotated[
     tuple[Positive, ...],
-    Field(min_length=1, max_length=MOST_VALUES, json_schema_extra=_or_range("a finite number above 0")),
+    Field(min_length=1, max_length=MOST_VALUES, json_schema_extra=_or_range),
     BeforeValidator(expanded),
 ]
 

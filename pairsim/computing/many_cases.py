@@ -87,11 +87,6 @@ def _as_list(value: Any) -> Any:
     return value if isinstance(value, list) else [value]
 
 
-def _described(words: str) -> Any:
-    """What a key allows, for messages and tables."""
-    return Field(json_schema_extra={"words": words})
-
-
 def _one_or_more(number: Any, **limits: float) -> Any:
     """A list of numbers, or one of them."""
     schema = {"type": "number", **limits}
@@ -104,12 +99,12 @@ _VALUES_SCHEMA: Any = {"anyOf": [{"type": "array", "minItems": 1}, _RANGE_SCHEMA
 Values = Annotated[
     dict[str, Annotated[list[Any], BeforeValidator(_values), WithJsonSchema(_VALUES_SCHEMA)]], BeforeValidator(_few)
 ]
-Changes = Annotated[dict[str, Any] | str, _described("keys with their values, or the path of a case file")]
+Changes = dict[str, Any] | str
 Exclusion = Annotated[
     dict[str, Annotated[Any, BeforeValidator(_bounds)]],
-    Field(min_length=1, json_schema_extra={"words": "keys with their values, such as {Ca_e: 0, De: {min: 1}}"}),
+    Field(min_length=1, examples=["{Ca_e: 0, De: {min: 1}}"]),
 ]
-FolderName = Annotated[str, BeforeValidator(_folder), _described(FOLDER_WORDS)]
+FolderName = Annotated[str, BeforeValidator(_folder)]
 if TYPE_CHECKING:  # mypy cannot know them
     Numbers = list[float]
     Positives = list[float]
@@ -132,7 +127,7 @@ class SweepFile(_Keys):
     grid: Values = Field(
         {},
         description="keys (dotted within a group, such as mesh.Np), each with a list or a range; all combinations",
-        json_schema_extra={"words": "keys, each with a list of values or {start, stop, num, spacing: linear or log}"},
+        examples=["{d0: [0.1, 0.2], mesh.Np: {start: 10, stop: 40, num: 4}}"],
     )
     zip: Annotated[
         list[Annotated[Values, Field(min_length=1)]],
@@ -141,7 +136,6 @@ class SweepFile(_Keys):
     ] = Field(
         [],
         description="keys whose values are combined one by one; several such groups (a list) are multiplied",
-        json_schema_extra={"words": "keys with lists of equal length, or a list of such groups"},
     )
     cases: list[Changes] = Field([], description="further cases: keys and values, or paths of case files")
     exclude: list[Exclusion] = Field(
@@ -175,7 +169,7 @@ class StudyFile(_Keys):
     discretisations: list[dict[str, Any]] = Field(
         min_length=2,
         description="two or more discretisations, each with the keys that differ from base, or repeat",
-        json_schema_extra={"words": "a list of two or more, such as - {mesh.Np: 20, time.tol: 1e-4}"},
+        examples=["[{mesh.Np: 20, time.tol: 1e-4}, {mesh.Np: 40}]"],
     )
     name: FolderName | None = Field(None, description="name of the study and of its folder; default: that of the file")
     command: Literal["run", "curve"] = Field("run", description="command that computes each discretisation")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -12,19 +12,13 @@ from pydantic import BaseModel
 
 from pairsim.cases.material_keys import BLOCKS
 from pairsim.cases.messages import groups_of
+from pairsim.cases.yaml_file import flat
 from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import model_of, read_case
 from pairsim.runtime.errors import InputError
 
-LIST = "a list, each entry "
-KINDS = {
-    "number": "a finite number",
-    "integer": "a whole number",
-    "boolean": "true or false",
-    "string": "a word",
-    "object": "keys with their values",
-}
-"""What a value must be, by its type in a JSON schema."""
+KINDS = {"number": "number", "integer": "whole number", "boolean": "true or false", "string": "text", "object": "keys"}
+"""What a value is, by its type in a JSON schema."""
 LIMITS = {"exclusiveMinimum": "above", "minimum": "at least", "exclusiveMaximum": "below", "maximum": "at most"}
 
 
@@ -75,13 +69,7 @@ def values_in(command: str, path: Path, settings: tuple[str, ...]) -> dict[str, 
             "pairsim schema", "--case", command, f"must be left out, or be used with {', '.join(QUESTIONS)}"
         )
     resolved = read_case(QUESTIONS[command], path, settings).resolved()
-    values: dict[str, str] = {}
-    for key, value in resolved.items():
-        inner = value if isinstance(value, Mapping) and key in groups_of(model_of(command)) else {"": value}
-        if key in BLOCKS and isinstance(value, Mapping):
-            inner = {"": value, **value}
-        values |= {f"{key}.{name}" if name else key: _text(entry) for name, entry in inner.items()}
-    return values
+    return {key: _text(value) for key, value in {**resolved, **flat(resolved)}.items()}
 
 
 def _text(value: Any) -> str:
@@ -94,15 +82,8 @@ def _text(value: Any) -> str:
 def json_schema(command: str) -> str:
     """The JSON Schema for the file of a command."""
     schema = model_of(command).model_json_schema()
-    schema = {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "title": f"pairsim {command}"}
-    return json.dumps(_plain(schema), indent=2)
-
-
-def _plain(schema: Any) -> Any:
-    """A copy without the entries `words`, which are only used in messages."""
-    if isinstance(schema, Mapping):
-        return {key: _plain(value) for key, value in schema.items() if key != "words" or not isinstance(value, str)}
-    return list(map(_plain, schema)) if isinstance(schema, list) else schema
+    head = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
+    return json.dumps({**head, **schema, "title": f"pairsim {command}"}, indent=2)
 
 
 def _allowed_in(model: type[BaseModel], name: str) -> str:
@@ -115,30 +96,17 @@ def _json_schema(model: type[BaseModel]) -> dict[str, Any]:
     return model.model_json_schema()
 
 
-def _joined(choices: Iterable[str]) -> str:
-    """Join alternatives without repetition; a list of another alternative becomes "a list of these"."""
-    each = list(dict.fromkeys(choices))
-    texts = ["a list of these" if c.startswith(LIST) and c.removeprefix(LIST) in each else c for c in each]
-    return ", or ".join(texts)
-
-
 def _words(schema: Mapping[str, Any]) -> str:
     """What a part of a JSON schema allows, as text."""
-    kind = KINDS.get(str(schema.get("type")), "a value")
-    if "words" in schema:
-        return str(schema["words"])
-    if "const" in schema or "enum" in schema:
-        *others, last = map(str, schema.get("enum", [schema.get("const")]))
-        return f"{', '.join(others)} or {last}" if others else last
-    if "oneOf" in schema:
+    if "enum" in schema or "const" in schema:
+        return ", ".join(map(str, schema.get("enum", [schema.get("const")])))
+    if "$ref" in schema or "discriminator" in schema:
         return "a group with law and its parameters"
-    if "anyOf" in schema:
-        return _joined(_words(each) for each in schema["anyOf"] if each.get("type") != "null")
-    if isinstance(values := schema.get("additionalProperties"), dict):
-        return f"a key with {_words(values)}"
-    if "prefixItems" in schema:
-        return f"two numbers, each {_words(schema['prefixItems'][0])}"
+    if alternatives := schema.get("anyOf", schema.get("oneOf")):
+        each = dict.fromkeys(_words(one) for one in alternatives if one.get("type") != "null")
+        return ", or ".join(text.replace(f"list of {next(iter(each))}", "list of these") for text in each)
     if schema.get("type") == "array":
-        return f"{LIST}{_words(schema['items'])}"
+        return f"list of {_words(schema.get('items', schema.get('prefixItems', [{}])[0]))}"
     limits = " and ".join(f"{word} {schema[limit]:g}" for limit, word in LIMITS.items() if limit in schema)
-    return f"{kind} {limits}".strip()
+    example = f"such as {schema['examples'][0]}" if "examples" in schema else ""
+    return " ".join(filter(None, (KINDS.get(str(schema.get("type")), "value"), limits, example)))
