@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any, Literal, overload
 
 from pairsim.cases.case import Case, SceneCase
-from pairsim.cases.curve_case import CriticalCase, CurveCase
 from pairsim.cases.physical import forget_numbers
 from pairsim.cases.yaml_file import Section, merge, read_yaml, section_of
 from pairsim.computing import QUESTIONS
@@ -27,10 +26,6 @@ DECLARED = "pairsim.physics.declared"  # the module that lists the laws for case
 
 @overload
 def load(path_or_dict: AnyCase, *, kind: Literal["run"] = "run", **overrides: Any) -> Case: ...
-@overload
-def load(path_or_dict: AnyCase, *, kind: Literal["curve"], **overrides: Any) -> CurveCase: ...
-@overload
-def load(path_or_dict: AnyCase, *, kind: Literal["critical"], **overrides: Any) -> CriticalCase: ...
 @overload
 def load(path_or_dict: AnyCase, *, kind: str, **overrides: Any) -> SceneCase: ...
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pairsim.cases.case import FREE_ENDS, Case, SceneCase
-from pairsim.cases.curve_case import CurveCase
 from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.fem.scene import at_rest, poiseuille
 from pairsim.runtime.monitor import Monitor
@@ -63,12 +62,3 @@ def steady_problem(case: SceneCase, narrowest: float, monitor: Monitor | None = 
         narrowest=narrowest,
         monitor=monitor or Monitor(),
     )
-
-
-def solution_order(case: CurveCase) -> list[tuple[float, ...]]:
-    """The distances in the order of solution: from the largest down, where the first is easiest to find."""
-    places = case.places
-    if case.common:
-        wanted = {place[0] for place in places} | set(case.fields)
-        return [(d,) * (case.n - 1) for d in sorted(wanted, reverse=True)]
-    return places

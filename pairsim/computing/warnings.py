@@ -12,8 +12,6 @@ import numpy as np
 from pairsim.cases.accuracy import SETTINGS, settings_of
 from pairsim.cases.case import Case, SceneCase
 from pairsim.cases.checked_range import beyond_checked
-from pairsim.cases.curve_case import CurveCase
-from pairsim.solvers.curves.interpolant import CurveInterpolant
 from pairsim.solvers.errors.run_errors import RunErrors
 from pairsim.solvers.errors.time_error import LEAST
 from pairsim.solvers.transient.state import Extremes
@@ -46,7 +44,7 @@ def coarse_mesh(case: SceneCase) -> list[str]:
     ]
 
 
-def _finer(case: SceneCase) -> str:
+def finer(case: SceneCase) -> str:
     """A finer mesh as options of the command line."""
     sizes = {"Np": round(FINER * case.mesh.Np), "max_size": f"{case.mesh.max_size / FINER:.2g}"}
     return f"a finer mesh ({' '.join(f'--set mesh.{name}={size}' for name, size in sizes.items())})"
@@ -73,7 +71,7 @@ def large_run_error(case: Case, part: float) -> list[str]:
         return [f"accuracy: {case.accuracy} was not kept: dU_error is up to {percent} % of the largest |dU|"]
     return [
         f"dU_error is up to {percent} % of the largest |dU|, more than accuracy: {case.accuracy}; use "
-        f"{_finer(case)} or shorter steps (--set time.tol={case.time.tol / SHORTER:.2g})"
+        f"{finer(case)} or shorter steps (--set time.tol={case.time.tol / SHORTER:.2g})"
     ]
 
 
@@ -82,7 +80,7 @@ def unknown_run_error(case: Case, lost: float) -> list[str]:
     if lost == np.inf:
         return []
     return [
-        f"the estimate of the error diverged at t = {lost:.4g}: dU_error is not known from there on; use {_finer(case)}"
+        f"the estimate of the error diverged at t = {lost:.4g}: dU_error is not known from there on; use {finer(case)}"
     ]
 
 
@@ -94,7 +92,7 @@ def unresolved_stress(case: SceneCase, s_jump: float) -> list[str]:
     return [
         f"s = log c changes by {above(s_jump, allowed)} within one cell: the polymer stress is not resolved there. "
         f"Above {allowed:g}, the error of dU may exceed {case.accuracy} of its largest value "
-        f"(docs/how-to/accuracy.md); compare with {_finer(case)}"
+        f"(docs/how-to/accuracy.md); compare with {finer(case)}"
     ]
 
 
@@ -124,7 +122,7 @@ def large_errors(case: SceneCase, error: str, size: str, errors: Sequence[ErrorA
     worst = max(errors, key=lambda each: each.relative, default=None)
     if worst is None or worst.relative <= allowed:
         return []
-    advice = _longer(case) if worst.ends > worst.relative / 2 else _finer(case)
+    advice = _longer(case) if worst.ends > worst.relative / 2 else finer(case)
     return [
         f"{error} is {above(100 * worst.relative, 100 * allowed)} % of {size} at {worst.where}, more than "
         f"accuracy: {case.accuracy}; use {advice}"
@@ -146,34 +144,6 @@ def moves_on(case: SceneCase, places: Sequence[str], part: float) -> list[str]:
         f"at {at} the particles move on before they have forgotten their start (t_relax): dU_error is up to "
         f"{above(100 * part, 100 * case.error_wanted)} % of the largest |dU| by that alone, more than accuracy: "
         f"{case.accuracy}, and no mesh reduces it; pairsim run tells how particles move there from a start of their own"
-    ]
-
-
-def far_apart(case: CurveCase, curves: Sequence[CurveInterpolant], size: float) -> list[str]:
-    """Warn of points so far apart that the interpolation error of dU exceeds `accuracy` and the errors at the points.
-
-    Args:
-        case: The case.
-        curves: dU of every gap.
-        size: The largest |dU| [U_av].
-    """
-    if not curves:
-        return []
-    d, known = curves[0].d, [np.maximum(curve.dU_error[:-1], curve.dU_error[1:]) for curve in curves]
-    errors = np.max([np.where(c.errors > e, c.errors, 0.0) for c, e in zip(curves, known, strict=True)], axis=0) / size
-    worst = int(errors.argmax())
-    if errors[worst] <= case.error_wanted:
-        return []
-    part = f"{100 * errors[worst]:.2g} %" if np.isfinite(errors[worst]) else "any part"
-    where = f"between d = {d[worst]:.4g} and {d[worst + 1]:.4g}"
-    advice = _finer(case)
-    if len(d) >= case.max_points:
-        advice = f"more points (--set max_points={2 * case.max_points})"
-    elif case.tol > case.error_wanted:
-        advice = f"points nearer to each other (--set tol={case.error_wanted:g})"
-    return [
-        f"{where} the interpolated dU may be off by {part} of its largest value, more than accuracy: {case.accuracy}; "
-        f"use {advice}"
     ]
 
 

@@ -14,14 +14,20 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 import typer
+from pydantic import Field
 
 from pairsim.api.compute import Computation
 from pairsim.api.results import Result
+from pairsim.cases.case import SceneCase
+from pairsim.cases.case_checks import check_scene
 from pairsim.cases.cost import Estimate, steady_estimate
-from pairsim.cases.curve_case import CriticalCase, check_critical
+from pairsim.cases.materials import is_viscous
+from pairsim.cases.mistakes import Mistake
+from pairsim.cases.value_lists import Values
+from pairsim.cases.values import FOLLOWED, Distance
 from pairsim.cli.compute import compute
 from pairsim.cli.options import Budget, CaseFile, DryRun, Output, Overwrite, Progress, Quiet, Settings
 from pairsim.computing import events
@@ -44,6 +50,72 @@ if TYPE_CHECKING:
 Line = dict[str, float]
 """The parameter of a line of critical distances and its value; empty without `lines`."""
 SHOWN = {"zeros": "d_cr", "stable": "stable"}
+
+
+class CriticalCase(SceneCase):
+    """Critical distances: zeros of dU(d), optionally followed over a parameter."""
+
+    kind: ClassVar[str] = "critical"
+    usual_distances: ClassVar[dict[str, Any]] = {"d": [0.02, 0.8]}
+
+    along: dict[str, Values] | None = Field(
+        None,
+        description="parameter over which critical distances are followed: Ca_e or De, with its values (a list or a "
+        "range); default: the values of the case only",
+    )
+    lines: dict[str, Values] | None = Field(
+        None, description="the other parameter, with its values (a list or a range): each gives a line of its own"
+    )
+    d: tuple[Distance, Distance] = Field(
+        (0.02, 0.8), description="least and largest distance of the search for zeros of dU [D_c]"
+    )
+
+    @property
+    def gaps(self) -> tuple[float, ...]:
+        """The largest distance [D_c], which sets the length of the tube."""
+        return (max(self.d),) * (self.n - 1)
+
+    @property
+    def range_of_d(self) -> tuple[float, float]:
+        return self.d
+
+    @property
+    def values_of_De(self) -> tuple[float, ...]:
+        followed = [De for line in (self.along, self.lines) if line for De in line.get("De", ())]
+        return (self.De, *followed)
+
+    def _slug_parts(self) -> list[str]:
+        return ["critical", *super()._slug_parts()]
+
+
+def check(case: CriticalCase) -> Iterator[Mistake]:
+    """Check the keys of critical distances against each other; yields mistakes as `check_scene` does."""
+    if case.n != 2:
+        yield Mistake("particles", case.n, "must be 2: a critical distance is that of a pair")
+        return
+    if case.d[0] >= case.d[1]:
+        yield Mistake("d", list(case.d), "must be [least, largest] in ascending order")
+    for key, values in (("along", case.along), ("lines", case.lines)):
+        if values is None:
+            continue
+        if len(values) != 1 or next(iter(values)) not in ("Ca_e", "De"):
+            allowed = f"must be Ca_e or De with its values, such as {key}: {{Ca_e: [0.05, 0.1]}}"
+            yield Mistake(key, dict(values), allowed)
+            continue
+        (name, given), *_ = values.items()
+        least, most = FOLLOWED[name]
+        if wrong := [value for value in given if not least <= value <= most]:
+            yield Mistake(key, wrong[0], f"must be values of {name} from {least:g} to {most:g}")
+        if "Ca_e" in values and case.Ca_e is not None and len({Ca_e for Ca_e in case.Ca_es if Ca_e}) != 1:
+            yield Mistake("Ca_e", case.Ca_e, f"must be a single value above 0, as {key} replaces it")
+        if "De" in values and is_viscous(dict(case)):
+            yield Mistake(key, dict(values), "must be Ca_e: the liquid has no relaxation time, and so no De")
+        elif "De" in values and case.De == 0:
+            yield Mistake("De", case.De, f"must be above 0, as {key} replaces it")
+    if case.lines is not None and (case.along is None or case.lines.keys() == case.along.keys()):
+        allowed = "must be the parameter that along does not have; along must be given, too"
+        yield Mistake("lines", dict(case.lines), allowed)
+    yield from check_scene(case)
 
 
 def estimate(case: CriticalCase) -> Estimate:
@@ -260,7 +332,7 @@ class CriticalResult(Result):
 
 QUESTION = Question(
     model=CriticalCase,
-    check=check_critical,
+    check=check,
     estimate=estimate,
     solve=solve,
     tables={"critical": (), "way": ()},

@@ -15,14 +15,20 @@ from collections.abc import Generator, Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import typer
+from pydantic import Field
 
 from pairsim.api.compute import Computation
 from pairsim.api.results import Result
+from pairsim.cases.accuracy import DEFAULT, percent
+from pairsim.cases.case import SceneCase
+from pairsim.cases.case_checks import check_scene
 from pairsim.cases.cost import Estimate, steady_estimate
-from pairsim.cases.curve_case import CurveCase, check_curve
+from pairsim.cases.mistakes import Mistake, broken, missing
+from pairsim.cases.value_lists import ALLOWED, MOST_VALUES, Gaps
+from pairsim.cases.values import CurveTolerance, Distance, Velocity, Whole
 from pairsim.cli.compute import compute
 from pairsim.cli.options import Budget, CaseFile, DryRun, Output, Overwrite, Progress, Quiet, Settings
 from pairsim.computing import events
@@ -54,11 +60,114 @@ if TYPE_CHECKING:
     from pairsim.runtime.monitor import Monitor
     from pairsim.solvers.curves.branch import Branch, Point
     from pairsim.solvers.curves.curve import Equilibrium
-    from pairsim.solvers.curves.interpolant import Region
+    from pairsim.solvers.curves.interpolant import CurveInterpolant, Region
     from pairsim.solvers.steady.scene import SteadySolver
 
 FAR = 1.2  # ratio of distances from which on it is told where a start is forgotten; chosen
 FORCE = names_of(1, *FORCES)  # columns of the only point of a single particle that is moved
+
+
+class CurveCase(SceneCase):
+    """A master curve dU(d): quasi-steady solutions at many distances d."""
+
+    kind: ClassVar[str] = "curve"
+    usual_distances: ClassVar[dict[str, Any]] = {"d": {"start": 0.02, "stop": 0.8, "num": 9}}
+
+    d: Gaps | None = Field(
+        None,
+        description="distances between the facing surfaces [D_c]: a list of numbers (or of lists, one number for each "
+        "gap), or a range; a curve has points at other distances, too, no more than a factor of 1.8 apart",
+    )
+    tol: CurveTolerance = Field(
+        percent(DEFAULT) / 100,
+        description="points are added until the half-width of the interval of dU between them is below this fraction "
+        "of the largest |dU|, or below twice that at the points (default: accuracy)",
+    )
+    max_points: Whole = Field(200, ge=1, le=MOST_VALUES, description="no points are added once the curve has this many")
+    fields: tuple[Distance, ...] = Field(
+        (), max_length=MOST_VALUES, description="distances at which fields are written to fields.xdmf [D_c]"
+    )
+    velocity: Velocity | None = Field(
+        None,
+        description="velocity at which the rigid particles are moved, 0 to hold them [U_av]; the forces that this "
+        "takes are columns of curve.csv (default: no force acts on the particles)",
+    )
+    flow: Literal[0, 1] = Field(
+        1,
+        description="mean velocity of the liquid in the tube [U_av]; 0 is a liquid at rest, between closed ends if "
+        "these are developed, in which velocity must be given: with velocity: 1 the unit is that of the particles",
+    )
+
+    def _defaults(self) -> dict[str, Any]:
+        return super()._defaults() | {"tol": self.error_wanted}
+
+    @property
+    def places(self) -> list[tuple[float, ...]]:
+        """The requested distances [D_c] in the order of the file, a tuple with one value for each gap."""
+        if self.n < 2:
+            return [()]
+        return [v if isinstance(v, tuple) else (v,) * (self.n - 1) for v in self.d or ()]
+
+    @property
+    def gaps(self) -> tuple[float, ...]:
+        """The largest distance of each gap [D_c], which sets the length of the tube."""
+        return tuple(max(values) for values in zip(*self.places, strict=True))
+
+    @property
+    def range_of_d(self) -> tuple[float, float]:
+        values = [d for place in self.places for d in place]
+        return min(values), max(values)
+
+    @property
+    def driven(self) -> tuple[float, float | None]:
+        return float(self.flow), self.velocity
+
+    @property
+    def common(self) -> bool:
+        """Whether all gaps have the same distance at every point, so that the result is a curve over d."""
+        return self.n > 1 and all(len(set(place)) == 1 for place in self.places)
+
+    @property
+    def in_order(self) -> list[tuple[float, ...]]:
+        """The distances in the order of solution: from the largest down, where the first is easiest to find."""
+        if self.common:
+            wanted = {place[0] for place in self.places} | set(self.fields)
+            return [(d,) * (self.n - 1) for d in sorted(wanted, reverse=True)]
+        return self.places
+
+    def _slug_parts(self) -> list[str]:
+        parts = ["curve", *super()._slug_parts()]
+        parts += [] if self.velocity is None else [f"velocity{self.velocity:g}"]
+        return parts if self.flow else [*parts, "at-rest"]
+
+
+def check(case: CurveCase) -> Iterator[Mistake]:
+    """Check the keys of a curve against each other; yields mistakes as `check_scene` does."""
+    if case.n < 1:
+        yield Mistake("particles", case.n, "must be at least 1 for a curve")
+        return
+    if case.n > 1 and case.d is None:
+        yield missing("d", f"must be {ALLOWED}")
+    if case.n == 1 and case.d is not None:
+        yield Mistake("d", list(case.d), "must be left out: there is only one particle")
+    wrong = [place for place in case.d or () if isinstance(place, tuple) and len(place) != case.n - 1]
+    if wrong and case.n > 1:
+        yield Mistake("d", list(wrong[0]), f"must be numbers, or lists of {case.n - 1} numbers, one for each gap")
+        return
+    if case.fields and not case.common:
+        yield Mistake("fields", list(case.fields), "must be left out if the gaps have different distances")
+    elif case.fields and case.places:
+        least, most = case.range_of_d
+        allowed = f"must be between the smallest and the largest d, {least:g} and {most:g}"
+        yield from (Mistake("fields", d, allowed) for d in case.fields if not least <= d <= most)
+    moved, at_rest = case.velocity is not None, case.flow == 0
+    yield from broken(
+        case,
+        ("velocity", moved and any(case.Ca_es), "must be left out: only rigid particles (Ca_e: 0) can be moved"),
+        ("flow", at_rest and not case.velocity, "must be 1: nothing moves, unless velocity is given and not 0"),
+        ("flow", at_rest and case.physical is not None, "must be 1 with a physical block, whose velocity is its unit"),
+    )
+    yield from check_scene(case)
 
 
 def estimate(case: CurveCase) -> Estimate:
@@ -81,12 +190,12 @@ def solve(
         sensitivities: Compute the derivatives of dU with respect to Ca_e, De and beta, too.
         warm_start: Solutions of the previous curve to start from; keeps those of this curve. The caller closes it.
     """
-    from pairsim.computing.problems import solution_order, steady_problem
+    from pairsim.computing.problems import steady_problem
     from pairsim.computing.steady import Solutions, point_row
     from pairsim.solvers.curves.curve import trace
     from pairsim.solvers.parameters import Parameters
 
-    places = solution_order(case)
+    places = case.in_order
     expected = len(between(places, case.max_points)) if case.common else len(places)
     yield events.Begin(f"{expected} point{'s' * (expected > 1)}, more as needed", expected)
     found = Solutions(case, warm_start)
@@ -190,7 +299,6 @@ def _said(zero: Equilibrium) -> str:
 def _end(case: CurveCase, found: Solutions, warnings: list[str]) -> Iterator[events.Event]:
     """What run.json says, and the fields of the last state on a way that has not arrived."""
     from pairsim.computing.steady import adaptation_report, moving_errors
-    from pairsim.computing.warnings import far_apart
     from pairsim.solvers.curves.adaptation import ENOUGH
     from pairsim.solvers.curves.curve import ROUNDING, interpolants
 
@@ -204,10 +312,42 @@ def _end(case: CurveCase, found: Solutions, warnings: list[str]) -> Iterator[eve
         entries["adaptation"], missed = reported
         entries["adaptation"]["reference_dU"] = size
         moved = moving_errors(case, points, size) if size > ROUNDING else []
-        warnings = [*warnings, *missed, *moved, *(far_apart(case, curves, size) if size > ROUNDING else [])]
+        warnings = [*warnings, *missed, *moved, *(_far_apart(case, curves, size) if size > ROUNDING else [])]
     yield from found.last_events(entries, warnings)
     if found.ended is not None and found.ended.last is not None and case.n > 1:
         yield events.Frame(_last_shapes(found.ended.last))
+
+
+def _far_apart(case: CurveCase, curves: Sequence[CurveInterpolant], size: float) -> list[str]:
+    """Warn of points so far apart that the interpolation error of dU exceeds `accuracy` and the errors at the points.
+
+    Args:
+        case: The case.
+        curves: dU of every gap.
+        size: The largest |dU| [U_av].
+    """
+    import numpy as np
+
+    from pairsim.computing.warnings import finer
+
+    if not curves:
+        return []
+    d, known = curves[0].d, [np.maximum(curve.dU_error[:-1], curve.dU_error[1:]) for curve in curves]
+    errors = np.max([np.where(c.errors > e, c.errors, 0.0) for c, e in zip(curves, known, strict=True)], axis=0) / size
+    worst = int(errors.argmax())
+    if errors[worst] <= case.error_wanted:
+        return []
+    part = f"{100 * errors[worst]:.2g} %" if np.isfinite(errors[worst]) else "any part"
+    where = f"between d = {d[worst]:.4g} and {d[worst + 1]:.4g}"
+    advice = finer(case)
+    if len(d) >= case.max_points:
+        advice = f"more points (--set max_points={2 * case.max_points})"
+    elif case.tol > case.error_wanted:
+        advice = f"points nearer to each other (--set tol={case.error_wanted:g})"
+    return [
+        f"{where} the interpolated dU may be off by {part} of its largest value, more than accuracy: {case.accuracy}; "
+        f"use {advice}"
+    ]
 
 
 def _large_force_errors(case: CurveCase, points: list[Point]) -> list[str]:
@@ -418,7 +558,7 @@ class CurveResult(Result):
 
 QUESTION = Question(
     model=CurveCase,
-    check=check_curve,
+    check=check,
     estimate=estimate,
     solve=solve,
     tables={"curve": (), "equilibria": (), "way": ()},

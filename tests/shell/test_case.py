@@ -16,7 +16,6 @@ from support.inputs import CONFIGS, ROOT
 import pairsim
 from pairsim.cases.accuracy import SETTINGS
 from pairsim.cases.case import Case
-from pairsim.cases.curve_case import CurveCase
 from pairsim.cases.identity import default_folder
 from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case, read_case
@@ -24,6 +23,7 @@ from pairsim.physics.liquids.giesekus import Giesekus
 from pairsim.physics.liquids.power_law import PowerLaw
 from pairsim.physics.solids.kelvin_voigt import KelvinVoigt
 from pairsim.plots.labels import case_parts
+from pairsim.questions.curve import CurveCase
 from pairsim.runtime.errors import InputError
 
 PAIR: dict[str, Any] = {"beta": 0.4, "Ca_e": 0.1, "d0": 0.1}

@@ -9,13 +9,14 @@ import pytest
 from support.inputs import ROOT, examples
 
 from pairsim.cases.case import Case
-from pairsim.cases.curve_case import CriticalCase, CurveCase
 from pairsim.cases.identity import identity_of, key_of
 from pairsim.cases.messages import groups_of
 from pairsim.cases.values import spelled_out
 from pairsim.cases.yaml_file import GROUPS
 from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case
+from pairsim.questions.critical import CriticalCase
+from pairsim.questions.curve import CurveCase
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.chains import chains
 from pairsim.sweeps.grid import Grid, read_grid

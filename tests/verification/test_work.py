@@ -11,7 +11,7 @@ from support.scenes import reached
 
 from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case
-from pairsim.computing.problems import problem_of, solution_order, steady_problem
+from pairsim.computing.problems import problem_of, steady_problem
 from pairsim.solvers.curves.branch import Branch
 from pairsim.solvers.curves.curve import trace
 from pairsim.solvers.parameters import Parameters
@@ -34,7 +34,7 @@ def test_work_of_quasi_steady_points(
     keys: dict[str, object], points: int, iterations: int, factorisations: int, meshes: int
 ) -> None:
     case = parse_case(QUESTIONS["curve"], {**PAIR, **keys}, "test")
-    places = solution_order(case)
+    places = case.in_order
     problem = steady_problem(case, min(place[0] for place in places))
     start = Parameters(places[0], case.solid_models, case.liquid_model)
     branch = Branch(reached(first_scene(problem, start)))
