@@ -73,9 +73,10 @@ def containing(triangles: Indices, points: Array, places: Array) -> Indices:
     entries = np.ones(len(triangle), dtype=bool), (along * shape[1] + across, triangle)
     tried = sparse.csr_matrix(entries, shape=(shape.prod(), len(x)))[rectangles(places) @ [shape[1], 1]]
     place, triangle = np.repeat(np.arange(len(places)), np.diff(tried.indptr)), tried.indices
-    sides = np.linalg.inv(x[:, 1:] - x[:, :1])
-    local = np.einsum("pk,pkl->pl", places[place] - x[triangle, 0], sides[triangle])
-    inside = (local >= -ON_SIDE).all(axis=1) & (local.sum(axis=1) <= 1 + ON_SIDE)
+    sides, (z, r) = np.linalg.inv(x[:, 1:] - x[:, :1]), (places[place] - x[triangle, 0]).T
+    (s_z, s_r), (t_z, t_r) = sides.T[..., triangle]
+    s, t = s_z * z + s_r * r, t_z * z + t_r * r
+    inside = np.minimum(np.minimum(s, t), 1 - s - t) >= -ON_SIDE
     found = np.full(len(places), -1)
     found[place[inside][::-1]] = triangle[inside][::-1]  # of several values the last one stays
     return found

@@ -128,12 +128,14 @@ def _patches(mesh: SixNodeMesh, fewest: int, carried: int) -> sparse.csr_matrix:
         carried: Number of nodes of a cell that count, the vertices or all.
     """
 
-    def of_cells(count: int) -> sparse.csr_matrix:
-        ends, ones = count * np.arange(len(mesh.cells) + 1), np.ones(count * len(mesh.cells), dtype=bool)
-        return sparse.csr_matrix((ones, mesh.cells[:, :count].ravel(), ends), shape=(len(mesh.cells), len(mesh.points)))
+    def of_cells(numbers: Indices, count: int) -> sparse.csr_matrix:
+        ends, shape = np.arange(len(numbers) + 1) * numbers.shape[1], (len(numbers), count)
+        return sparse.csr_matrix((np.ones(numbers.size, dtype=bool), numbers.ravel(), ends), shape=shape)
 
-    corners, vertices = of_cells(3)[:, mesh.vertices], np.arange(len(mesh.vertices))
-    around, neighbours = (sparse.csr_matrix(corners.T @ each) for each in (of_cells(carried), corners))
+    vertices = np.arange(len(mesh.vertices))
+    corners = of_cells(np.searchsorted(mesh.vertices, mesh.cells[:, :3]), len(vertices))
+    nodes = of_cells(mesh.cells[:, :carried], len(mesh.points))
+    around, neighbours = (sparse.csr_matrix(corners.T @ each) for each in (nodes, corners))
     row, patches, near = vertices.copy(), around, neighbours
     few = np.diff(patches.indptr) < fewest
     while few.any():
