@@ -63,7 +63,6 @@ class MeshedScene:
         insides: Meshes of the soft particles, None for rigid ones.
         solids: What the particles are made of at first; None, a rigid one, stays rigid.
         liquid: The liquid with its initial parameters.
-        steady: Whether the problem is quasi-steady.
         constrain: Function that returns the constraints; called after `scene` has been created on a new mesh.
         clock: Stopwatch for the phases of the computation.
 
@@ -86,12 +85,11 @@ class MeshedScene:
         solids: Sequence[Solid | None],
         *,
         liquid: Liquid,
-        steady: bool,
         constrain: Callable[[MeshedScene], Constraints],
         clock: Clock,
     ) -> None:
         self.problem, self.outlines, self.clock = problem, tuple(outlines), clock
-        self._liquid, self._steady, self._constrain = liquid, steady, constrain
+        self._liquid, self._constrain = liquid, constrain
         self._newton: Newton | None = None
         self._extension: MeshExtension | None = None
         self.made = 0
@@ -129,7 +127,7 @@ class MeshedScene:
                 liquid=self._liquid,
                 flow=self.problem.flow,
                 velocity=self.problem.velocity,
-                steady=self._steady,
+                steady=self.problem.steady,
             )
         self.constraints = self._constrain(self)
         self._newton = Newton(
@@ -210,8 +208,8 @@ class MeshedScene:
         self._newton = self._extension = None
 
 
-class OnMeshedScene:
-    """Base class of solvers on a `MeshedScene`, with shortcuts to its attributes.
+class MeshedSolver:
+    """Base of the solvers on a `MeshedScene`, with shortcuts to its attributes.
 
     Attributes:
         meshed: The scene with its mesh.
@@ -238,3 +236,7 @@ class OnMeshedScene:
     def newton(self) -> Newton:
         """The solver on the present mesh."""
         return self.meshed.newton
+
+    def close(self) -> None:
+        """Free the memory of the solver."""
+        self.meshed.close()

@@ -25,6 +25,8 @@ PER_DECADE = 5
 class SceneProblem(Protocol):
     """Attributes common to time-dependent and quasi-steady problems."""
 
+    steady: ClassVar[bool]
+
     @property
     def betas(self) -> tuple[float, ...]: ...
     @property
@@ -77,6 +79,7 @@ class Problem:
         velocity: No velocity is prescribed: the errors of time steps are judged by the velocities of the particles.
     """
 
+    steady: ClassVar[bool] = False
     flow: ClassVar[float] = 1.0
     velocity: ClassVar[float | None] = None
 
@@ -123,6 +126,8 @@ class SteadyProblem:
         narrowest: Smallest distance of the branch, for which the outlines are divided into arcs [D_c].
         monitor: Ends the computation; problems that differ in it alone are equal.
     """
+
+    steady: ClassVar[bool] = True
 
     betas: tuple[float, ...]
     length: float

@@ -10,7 +10,7 @@ import basix
 import numpy as np
 from scipy import sparse
 
-from pairsim.fem.meshes.six_node_mesh import SixNodeMesh, barycentric, shape_gradients, shape_values
+from pairsim.fem.meshes.six_node_mesh import SixNodeMesh, shape_gradients, shape_values
 from pairsim.runtime.arrays import Array, Indices
 
 
@@ -75,7 +75,8 @@ class CellQuadrature:
 
     def integrals(self, weights: Array) -> Array:
         """Integrals of the P1 shape functions with weights at the quadrature points, (m, q); returns shape (v,)."""
-        linear = barycentric(self._rule[0])
+        s, t = self._rule[0].T
+        linear = np.stack([1 - s - t, s, t], axis=1)
         load = np.zeros(len(self.mesh.points))
         np.add.at(load, self.mesh.cells[:, :3], np.einsum("mq,qa->ma", weights, linear))
         return load[self.mesh.vertices]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
-import basix
 import numpy as np
 
 from pairsim.runtime.arrays import Array, Indices
@@ -15,8 +14,6 @@ MIRRORED_CELL = np.array([0, 2, 1, 5, 4, 3])
 _MIDSIDE_PARENTS = {3: (0, 1), 4: (1, 2), 5: (2, 0)}
 # basix numbers mid-side nodes by the opposite vertex, gmsh by the first vertex of the side.
 TO_BASIX = np.array([0, 1, 2, 4, 5, 3])
-OF_BASIX = np.argsort(TO_BASIX)
-_P2 = basix.create_element(basix.ElementFamily.P, basix.CellType.triangle, 2)
 # Local number of the mid-side opposite each vertex.
 MIDSIDE_OPPOSITE = (4, 5, 3)
 SAME = 1e-9  # distance below which two nodes are one [D_c]
@@ -74,12 +71,19 @@ def barycentric(points: Array) -> Array:
 
 def shape_values(points: Array) -> Array:
     """The six P2 shape functions at points of the reference triangle, shape (q, 2); returns shape (q, 6)."""
-    return np.asarray(_P2.tabulate(0, points)[0, :, :, 0][:, OF_BASIX])
+    s, t = points[:, 0], points[:, 1]
+    u = 1 - s - t
+    return np.stack([u * (2 * u - 1), s * (2 * s - 1), t * (2 * t - 1), 4 * u * s, 4 * s * t, 4 * t * u], axis=1)
 
 
 def shape_gradients(points: Array) -> Array:
     """Gradients of the P2 shape functions in the reference triangle at points, shape (q, 2); returns (q, 6, 2)."""
-    return np.moveaxis(_P2.tabulate(1, points)[1:, :, :, 0], 0, -1)[:, OF_BASIX]
+    s, t = points[:, 0], points[:, 1]
+    u = 1 - s - t
+    zero = np.zeros_like(s)
+    ds = np.stack([1 - 4 * u, 4 * s - 1, zero, 4 * (u - s), 4 * t, -4 * t], axis=1)
+    dt = np.stack([1 - 4 * u, zero, 4 * t - 1, -4 * s, 4 * s, 4 * (u - t)], axis=1)
+    return np.stack([ds, dt], axis=2)
 
 
 # Vertices, mid-sides and centroid: good samples of the determinant, which is a polynomial of degree 2.

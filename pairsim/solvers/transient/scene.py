@@ -1,4 +1,4 @@
-"""The scene of a run: a time step of any size on the present mesh, and how the run goes over to a new one.
+"""A time step of any size on the present mesh of a run, and how the run goes over to a new mesh.
 
 See "Remeshing" in docs/explanation/numerics.md. At a remeshing the particles keep their meshes and histories. Of the
 liquid only the log-conformation has a history, which is interpolated to the new mesh.
@@ -23,7 +23,7 @@ from pairsim.physics.pipe import Pipe
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
 from pairsim.solvers.mesh_transfer import free_unknowns
-from pairsim.solvers.meshed_scene import MeshedScene, OnMeshedScene
+from pairsim.solvers.meshed_scene import MeshedScene, MeshedSolver
 from pairsim.solvers.nonlinear.convergence import Report
 from pairsim.solvers.problems import Problem
 from pairsim.solvers.stepping.history import ErrorHistory, History
@@ -36,8 +36,8 @@ THINNER = 0.2  # first step of the way to a strongly thinning liquid; chosen
 FEW_ITERATIONS = 8  # after which the next step of this way is larger; chosen
 
 
-class TimeScene(OnMeshedScene):
-    """Base class of a run: its scene, on the mesh that `_particles` and `MeshedScene.put` make.
+class StepSolver(MeshedSolver):
+    """Solver of single time steps, on the mesh that `_make_particles` and `MeshedScene.put` make.
 
     Args:
         problem: The problem.
@@ -59,16 +59,10 @@ class TimeScene(OnMeshedScene):
         # Free unknowns of the particles in the last solution before a remeshing.
         self._carried: Array | None = None
 
-    def _particles(self, outlines: Sequence[Outline], insides: Sequence[SixNodeMesh | None]) -> MeshedScene:
-        return MeshedScene(
-            self.problem,
-            outlines,
-            insides,
-            self.problem.solids,
-            liquid=self.problem.liquid,
-            steady=False,
-            constrain=self._constrain,
-            clock=self.clock,
+    def _make_particles(self, outlines: Sequence[Outline], insides: Sequence[SixNodeMesh | None]) -> None:
+        solids, liquid = self.problem.solids, self.problem.liquid
+        self.meshed = MeshedScene(
+            self.problem, outlines, insides, solids, liquid=liquid, constrain=self._constrain, clock=self.clock
         )
 
     def _constrain(self, meshed: MeshedScene) -> Constraints:

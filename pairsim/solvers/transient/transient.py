@@ -18,7 +18,7 @@ from pairsim.solvers.problems import Problem
 from pairsim.solvers.stepping.history import ErrorHistory, History
 from pairsim.solvers.stepping.step import Step
 from pairsim.solvers.stepping.step_size import extrapolation_weights, land, reached, velocity_error
-from pairsim.solvers.transient.scene import TimeScene
+from pairsim.solvers.transient.scene import StepSolver
 from pairsim.solvers.transient.start import at_rest, quasi_steady
 from pairsim.solvers.transient.state import Counts, Extremes, State
 
@@ -31,7 +31,7 @@ CONFORMATION_WEIGHT = 0.4
 NO_ERROR = 1e-12
 
 
-class Transient(TimeScene):
+class Transient(StepSolver):
     """Time integration of one case.
 
     Args:
@@ -66,7 +66,7 @@ class Transient(TimeScene):
         """Start from unstressed particles and an unstressed liquid, or from the quasi-steady state."""
         problem = self.problem
         start = (quasi_steady if problem.from_steady else at_rest)(problem, self.clock)
-        self.meshed = self._particles(start.reference.outlines, start.insides)
+        self._make_particles(start.reference.outlines, start.insides)
         self.meshed.put(start.reference, start.mesh)
         self.history, self.origin = History([0.0], [start.h], [np.zeros(self.scene.size)]), start.h
         errors = ErrorHistory([0.0], [np.zeros(self.scene.h_size)], [np.zeros(self.scene.size)])
@@ -84,7 +84,7 @@ class Transient(TimeScene):
 
     def _restore(self, state: State) -> None:
         """Start from the state of an earlier run."""
-        self.meshed = self._particles(state.reference.outlines, state.inside)
+        self._make_particles(state.reference.outlines, state.inside)
         self.meshed.put(state.reference, state.mesh)
         self.history, self.origin, self.counts = replace(state.history), state.origin, replace(state.counts)
         self.run_errors, self.extremes = state.run_errors.copy(), replace(state.extremes)
@@ -281,7 +281,3 @@ class Transient(TimeScene):
             raise InvertedCell(f"{kept}a cell was inverted", t=t, step=step, advice=advice)
         message = f"the local error is {error:.2g} times the tolerance at the smallest step"
         raise StepTooSmall(message, t=t, step=step, advice="a larger time.tol")
-
-    def close(self) -> None:
-        """Free the memory of the solver."""
-        self.meshed.close()
