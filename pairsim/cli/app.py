@@ -19,13 +19,7 @@ from typer.core import TyperCommand, TyperGroup
 
 from pairsim.cli import first_steps, laws, mesh, pictures, sweeps, tables, units
 from pairsim.cli.options import path_option
-from pairsim.runtime.errors import (
-    ENVIRONMENT,
-    EnvironmentFailure,
-    InputError,
-    PairsimError,
-    RunFailure,
-)
+from pairsim.runtime.errors import EnvironmentFailure, InputError, PairsimError
 from pairsim.runtime.launcher import rank
 from pairsim.runtime.questions import FOLDER, NAMES
 from pairsim.runtime.version import __version__, commit
@@ -65,8 +59,6 @@ class _All(TyperGroup):
         return super().parse_args(ctx, [*own, *others])
 
 
-CODES: dict[type[PairsimError], int] = {InputError: 2, EnvironmentFailure: ENVIRONMENT, RunFailure: 3}
-"""Exit codes of errors, the special ones first."""
 ALLOCATIONS = 50_000
 """Objects between two searches for cyclic garbage: a tenth of a short command went into searching imported modules."""
 app = typer.Typer(
@@ -113,13 +105,13 @@ def main() -> NoReturn:
         app(standalone_mode=True)
     except PairsimError as error:
         _complain(error)
-        sys.exit(next((code for kind, code in CODES.items() if isinstance(error, kind)), 1))
+        sys.exit(error.exit_code)
     except KeyboardInterrupt:
         sys.exit(130)
     except OSError as error:
         named = error.filename or "standard output"
         _complain(EnvironmentFailure(f"{named} cannot be used ({error.strerror or error})"))
-        _abort(ENVIRONMENT)
+        _abort(EnvironmentFailure.exit_code)
     except Exception:
         traceback.print_exc()
         _abort(1)

@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import typer
 
-from pairsim.runtime.errors import ENVIRONMENT, BranchEnd, EnvironmentFailure, InputError
+from pairsim.runtime.errors import BranchEnd, EnvironmentFailure, InputError, RunFailure
 
 if TYPE_CHECKING:
     from pairsim.api.compute import Computation
     from pairsim.api.results import Result
     from pairsim.computing.progress import Style
 
-EXIT_CODES = {"finished": 0, "failed": 3, "interrupted": 130}
+EXIT_CODES = {"finished": 0, "failed": RunFailure.exit_code, "interrupted": 130}
 """Exit code of a command, by status."""
-REASON_CODES = {EnvironmentFailure.reason: ENVIRONMENT, BranchEnd.reason: 5}
+REASON_CODES = {kind.reason: kind.exit_code for kind in (EnvironmentFailure, BranchEnd)}
 """Exit codes of reasons that have their own."""
 
 

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from pairsim.cli.options import OfExamples, OfFiles, Settings, path_option, print_table
-from pairsim.runtime.errors import ENVIRONMENT, InputError, PairsimError
+from pairsim.runtime.errors import EnvironmentFailure, InputError, PairsimError
 
 app = typer.Typer()
 
@@ -43,7 +43,7 @@ def doctor() -> None:
             typer.echo(f"{name}: {found}")
     except (PairsimError, ImportError) as error:
         typer.echo(f"pairsim: {error}", err=True)
-        raise typer.Exit(ENVIRONMENT) from None
+        raise typer.Exit(EnvironmentFailure.exit_code) from None
 
 
 @app.command(

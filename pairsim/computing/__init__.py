@@ -36,13 +36,14 @@ QUESTIONS = _Questions()
 
 
 def own_files() -> tuple[str, ...]:
-    """Every file that a question writes into a folder of results, but for single frames of fields."""
-    from pairsim.results.folder import files_of
+    """Every file in a folder of results, but for single frames of fields; `--overwrite` removes only these."""
+    from pairsim.results.folder import OWN_FILES, PICTURE_ENDINGS
 
-    found = QUESTIONS.values()
-    return files_of(
-        (name for each in found for name in each.tables), (name for each in found for name in each.captions)
+    tables = (f"{name}.csv" for question in QUESTIONS.values() for name in question.tables)
+    pictures = (
+        f"{name}.{end}" for question in QUESTIONS.values() for name in question.captions for end in PICTURE_ENDINGS
     )
+    return tuple(dict.fromkeys((*OWN_FILES, *tables, *pictures)))
 
 
 __all__ = ["QUESTIONS", "Question", "own_files"]

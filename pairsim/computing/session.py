@@ -19,7 +19,7 @@ from pairsim.computing.progress import Reporter
 from pairsim.computing.record import about, peak_memory
 from pairsim.fem.compilation import jit
 from pairsim.results.checkpoint import Checkpoint, check_same, load
-from pairsim.results.folder import CHECKPOINT, RunFolder, files_of, kind_of, plain, read_record
+from pairsim.results.folder import CHECKPOINT, kind_of, plain, prepare_folder, read_record, write_json, write_yaml
 from pairsim.results.table_files import TableWriter, read_table
 from pairsim.results.xdmf import FieldsWriter
 from pairsim.runtime.errors import EnvironmentFailure, InputError, RunFailure, WriteFailure
@@ -79,16 +79,14 @@ def carry_out[C: SceneCase](
         WriteFailure: case.yaml or run.json cannot be written.
     """
     notes = [*case.notes, *question.estimate(case).notes]
-    files = own_files() if options.overwrite else files_of(question.tables, question.captions)
     with sole_writer(directory, options.command):
         earlier = _earlier(case, directory, f"{question.table}.csv") if resume else None
         if earlier is not None:
-            folder = RunFolder(directory, files)
             more["earlier"] = earlier
         else:
-            folder = RunFolder.create(directory, options.overwrite or resume, files)
+            prepare_folder(directory, options.overwrite or resume, own_files())
             notes += ["no checkpoint: starting at t = 0"] if resume else []
-        session = Session(case, folder, options, notes, earlier.checkpoint if earlier else None, question.resumable)
+        session = Session(case, directory, options, notes, earlier.checkpoint if earlier else None, question.resumable)
         return session.carry_out(question.solve(case, monitor=session.monitor, **more))
 
 
@@ -134,7 +132,7 @@ class Session:
     def __init__(
         self,
         case: SceneCase,
-        folder: RunFolder,
+        folder: Path,
         options: Options,
         notes: Sequence[str],
         old: Checkpoint | None,
@@ -237,23 +235,23 @@ class Session:
 
     def _begin(self, event: events.Begin) -> None:
         with self._writing():
-            self.folder.write_yaml("case.yaml", self.case.resolved())
+            write_yaml(self.folder / "case.yaml", self.case.resolved())
             self._write_record(None)
             if self.old is None:
-                self._fields = FieldsWriter(self.folder.path)
+                self._fields = FieldsWriter(self.folder)
         self._begun = True
         self.reporter.start(self.case.name or self._options.title or self.case.slug, event.goal, event.total)
         for note in self._notes:
             self.reporter.note(note)
 
     def _open(self, table: events.Table) -> None:
-        path, rows = self.folder.file(f"{table.name}.csv"), table.rows
+        path, rows = self.folder / f"{table.name}.csv", table.rows
         with self._writing():
             if table.appended and self.old is not None:
                 columns = read_table(path)
                 rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
                 rows = rows[: self.old.rows]
-                self._fields = FieldsWriter(self.folder.path, self.old.frames)
+                self._fields = FieldsWriter(self.folder, self.old.frames)
             self._tables[table.name] = TableWriter(
                 path, table.columns, rows, appended=table.appended, ascending=table.ascending
             )
@@ -300,7 +298,7 @@ class Session:
             content["scales"] = {name: getattr(scales, name) for name in names} | {"units": "m, s, m/s, Pa"}
         if summary.phases:
             content["wall_time_by_phase"] = {**summary.phases, "other": wall - sum(summary.phases.values())}
-        self.folder.write_json("run.json", content)
+        write_json(self.folder / "run.json", content)
 
     @contextmanager
     def _writing(self) -> Iterator[None]:
@@ -312,7 +310,7 @@ class Session:
         try:
             yield
         except OSError as error:
-            message = f"{error.filename or self.folder.path} cannot be written ({error.strerror or error})"
+            message = f"{error.filename or self.folder} cannot be written ({error.strerror or error})"
             again = "--resume" if self.resumable else "the same command with --overwrite"
             raise WriteFailure(message, advice=f"{again} once it can be") from error
 

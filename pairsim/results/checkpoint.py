@@ -16,7 +16,7 @@ from typing import Any, cast, get_args, get_origin, get_type_hints
 
 import numpy as np
 
-from pairsim.results.folder import CHECKPOINT, RunFolder, write_bytes
+from pairsim.results.folder import CHECKPOINT, write_bytes
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 from pairsim.solvers.transient.adaptation import RunAdaptation
@@ -48,8 +48,8 @@ class Checkpoint:
     frames: int
     wall: float
 
-    def save(self, folder: RunFolder) -> None:
-        """Write checkpoint.npz.
+    def save(self, folder: Path) -> None:
+        """Write checkpoint.npz into a folder.
 
         Raises:
             OSError: It cannot be written; the old file is kept.
@@ -58,7 +58,7 @@ class Checkpoint:
         entries = {"format": FORMAT, "checkpoint": _packed(self, arrays)}
         buffer = io.BytesIO()
         np.savez(buffer, allow_pickle=False, entries=np.array(json.dumps(entries)), **cast(Any, arrays))
-        write_bytes(folder.file(CHECKPOINT), buffer.getvalue())
+        write_bytes(folder / CHECKPOINT, buffer.getvalue())
 
 
 def _packed(value: Any, arrays: dict[str, Array]) -> Any:

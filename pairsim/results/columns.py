@@ -97,13 +97,13 @@ def _plain(name: str, meaning: str, unit: Unit = PURE, *, whole: bool = False) -
 
 def _correction(of: str, name: str, unit: Unit) -> Column:
     """The estimated discretisation error of a quantity."""
-    meaning = f"estimate of exact minus discrete {name}{{_}}, contained in it where corrected is 1"
+    meaning = f"estimate of exact minus discrete {name}{{_}}, contained in it unless corrected is 0"
     return Column(f"{name}_correction", r"\delta^h{_}", meaning, unit, of, unknown=True)
 
 
 def _error(of: str, name: str, unit: Unit, by: str) -> Column:
     """The half-width of the interval of a quantity."""
-    meaning = f"error of {name}{{_}} by {by}, half-width"
+    meaning = f"half-width of the interval of {name}{{_}}: error by {by}"
     return Column(f"{name}_error", r"\epsilon{_}", meaning, unit, of, unknown=True)
 
 
@@ -176,7 +176,7 @@ COLUMNS: tuple[Column, ...] = (
     Column("d_error", r"\epsilon_d", "error of the distance, dU_error/|slope|; empty where two zeros meet", LENGTH),
     Column("parameter_error", r"\epsilon", "error of the followed parameter where two zeros meet; empty elsewhere"),
     _correction(GAP, "dU", VELOCITY),
-    _error(GAP, "dU", VELOCITY, "mesh, ends, Newton's method and motion"),
+    _error(GAP, "dU", VELOCITY, "mesh, ends, Newton's method and motion; in a run by mesh, time steps and start"),
     Column("ends_error", r"\epsilon_{L{,}}", _ENDS, VELOCITY, GAP),
     _correction(PARTICLE, "U", VELOCITY),
     _correction("", "dp_plus", STRESS),

@@ -5,9 +5,8 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -33,12 +32,6 @@ OWN_FILES = (
     *(f"{stem}.{end}" for stem in (*PICTURES, *(f"field-{n}" for n in FIELD_NAMES)) for end in PICTURE_ENDINGS),
 )
 """Files of all commands in a folder of results, but for `frame_files`, and for the tables and pictures of a command."""
-
-
-def files_of(tables: Iterable[str], pictures: Iterable[str]) -> tuple[str, ...]:
-    """All files in folders of commands with these tables and pictures; `--overwrite` removes only these."""
-    drawn = (f"{stem}.{end}" for stem in pictures for end in PICTURE_ENDINGS)
-    return tuple(dict.fromkeys((*OWN_FILES, *(f"{name}.csv" for name in tables), *drawn)))
 
 
 def make_folder(path: Path) -> None:
@@ -129,75 +122,50 @@ def plain(value: Any, where: str = "") -> Any:
     raise TypeError(f"{where or 'value'}: cannot write a {type(value).__name__}")
 
 
-@dataclass(frozen=True)
-class RunFolder:
-    """A folder for the results of one case; `RunFolder.create` makes a new one."""
+def prepare_folder(folder: Path, overwrite: bool = False, files: Iterable[str] = OWN_FILES) -> None:
+    """Make a folder for results, or remove the files of earlier results from it.
 
-    path: Path
-    files: Sequence[str] = OWN_FILES
+    Args:
+        folder: The folder; created with its parents if needed.
+        overwrite: Whether existing results (`files`, `frame_files`) are removed; other files are kept.
+        files: Names of the files that pairsim writes into folders.
 
-    @classmethod
-    def create(cls, path: Path | str, overwrite: bool = False, files: Sequence[str] = OWN_FILES) -> RunFolder:
-        """Create the folder, or remove the files of earlier results from it.
+    Raises:
+        InputError: It cannot be used as a folder, or it is not empty and `overwrite` is not set.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if not overwrite and any(file.name not in LOCK_FILES for file in folder.iterdir()):
+            allowed = "must be a new or empty folder, unless --overwrite replaces the results in it"
+            raise InputError(str(folder), "-o", None, allowed)
+        old = [file for name in files for file in (folder / name, part_of(folder / name))]
+        for file in (*old, *(file for _, file in frame_files(folder))):
+            file.unlink(missing_ok=True)
+        with suppress(OSError):  # not there, or not empty
+            (folder / FRAMES).rmdir()
+    except OSError as error:
+        why = "is a file" if folder.is_file() else str(error)
+        raise InputError(str(folder), "-o", None, f"must be a folder that can be used ({why})") from error
 
-        Args:
-            path: Folder; created with its parents if needed.
-            overwrite: Whether existing results (`files`, `frame_files`) are removed; other files are kept.
-            files: Names of the files that pairsim writes into folders.
 
-        Raises:
-            InputError: `path` cannot be used as a folder, or it is not empty and `overwrite` is not set.
-        """
-        folder = Path(path)
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            if not overwrite and any(file.name not in LOCK_FILES for file in folder.iterdir()):
-                allowed = "must be a new or empty folder, unless --overwrite replaces the results in it"
-                raise InputError(str(path), "-o", None, allowed)
-            old = [file for name in files for file in (folder / name, part_of(folder / name))]
-            for file in (*old, *(file for _, file in frame_files(folder))):
-                file.unlink(missing_ok=True)
-            with suppress(OSError):  # not there, or not empty
-                (folder / FRAMES).rmdir()
-        except OSError as error:
-            why = "is a file" if folder.is_file() else str(error)
-            raise InputError(str(path), "-o", None, f"must be a folder that can be used ({why})") from error
-        return cls(folder, files)
+def write_yaml(path: Path, content: Mapping[str, Any]) -> None:
+    """Write a mapping as YAML, keys in the given order.
 
-    def file(self, name: str) -> Path:
-        """Path of one of `files`; other names are refused, as `--overwrite` would not find them again."""
-        if name not in self.files:
-            raise ValueError(f"{name} is not a file of pairsim: {', '.join(self.files)}")
-        return self.path / name
+    Raises:
+        ValueError: A number is nan (infinity is valid YAML).
+        OSError: The file cannot be written.
+    """
+    write_text(path, yaml_text(plain(content)))
 
-    def write_yaml(self, name: str, content: Mapping[str, Any]) -> Path:
-        """Write a mapping as YAML, keys in the given order.
 
-        Returns:
-            Path of the file.
+def write_json(path: Path, content: Mapping[str, Any]) -> None:
+    """Write a mapping as JSON, keys in the given order.
 
-        Raises:
-            ValueError: A number is nan (infinity is valid YAML).
-            OSError: The file cannot be written.
-        """
-        path = self.file(name)
-        write_text(path, yaml_text(plain(content)))
-        return path
-
-    def write_json(self, name: str, content: Mapping[str, Any]) -> Path:
-        """Write a mapping as JSON, keys in the given order.
-
-        Returns:
-            Path of the file.
-
-        Raises:
-            ValueError: A number is nan or infinite.
-            OSError: The file cannot be written.
-        """
-        path = self.file(name)
-        text = json.dumps(plain(content), indent=2, allow_nan=False, ensure_ascii=False)
-        write_text(path, text + "\n")
-        return path
+    Raises:
+        ValueError: A number is nan or infinite.
+        OSError: The file cannot be written.
+    """
+    write_text(path, json.dumps(plain(content), indent=2, allow_nan=False, ensure_ascii=False) + "\n")
 
 
 MARKS = {

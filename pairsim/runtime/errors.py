@@ -24,16 +24,19 @@ __all__ = [
     "WriteFailure",
 ]
 
-ENVIRONMENT = 4
-"""Exit code of a command that fails because of its environment, not because of its case."""
-
 
 class PairsimError(Exception):
-    """Base class of the exceptions that pairsim raises deliberately."""
+    """Base class of the exceptions that pairsim raises deliberately.
+
+    Attributes:
+        exit_code: That of a command which it ends.
+    """
+
+    exit_code = 1
 
 
 class InputError(PairsimError, ValueError):
-    """Invalid input; the command ends with exit code 2.
+    """Invalid input.
 
     The message has one line for each of the first 20 mistakes: its location, the value given and the values allowed.
     Values are shortened.
@@ -47,6 +50,8 @@ class InputError(PairsimError, ValueError):
         entry: Name of the case in a file with several cases, empty otherwise.
         others: Further errors in the same input.
     """
+
+    exit_code = 2
 
     def __init__(
         self,
@@ -90,7 +95,7 @@ class InputError(PairsimError, ValueError):
 
 
 class RunFailure(PairsimError):
-    """A computation that could not be completed; the command ends with exit code 3.
+    """A computation that could not be completed.
 
     Args:
         message: What happened, with the relevant figures.
@@ -100,6 +105,7 @@ class RunFailure(PairsimError):
     """
 
     reason = "failed"
+    exit_code = 3
 
     def __init__(self, message: str, *, t: float = 0.0, step: int = 0, advice: str = "") -> None:
         self.message, self.t, self.step, self.advice = message, t, step, advice
@@ -160,12 +166,13 @@ class WriteFailure(RunFailure):
 
 
 class EnvironmentFailure(RunFailure):
-    """Something outside pairsim is missing or broken, such as a C compiler; the command ends with exit code 4.
+    """Something outside pairsim is missing or broken, such as a C compiler.
 
     The case is not at fault: a sweep repeats it with the next command. `pairsim doctor` checks the installation.
     """
 
     reason = "environment"
+    exit_code = 4
 
 
 class NoSteadyState(RunFailure):
@@ -178,6 +185,7 @@ class BranchEnd(NoSteadyState):
     """The branch of steady states ends before the parameters wanted, on whichever mesh."""
 
     reason = "no_steady_state"
+    exit_code = 5
 
 
 def failure_of(reason: str, message: str) -> RunFailure:

@@ -19,7 +19,7 @@ from pairsim.computing.progress import Style
 from pairsim.physics.own_laws import OWN
 from pairsim.results.folder import write_text
 from pairsim.results.table_files import table_text
-from pairsim.runtime.errors import ENVIRONMENT, EnvironmentFailure, InputError
+from pairsim.runtime.errors import EnvironmentFailure, InputError
 from pairsim.runtime.launcher import communicator
 from pairsim.runtime.locks import command_line, sole_writer
 from pairsim.runtime.signals import ENDING, Signals
@@ -218,7 +218,7 @@ class _Sweep:
         if state.status in ENDED:
             self.progress.case(state)
         if state.reason == EnvironmentFailure.reason:
-            self._stop(ENVIRONMENT, state.message)
+            self._stop(EnvironmentFailure.exit_code, state.message)
 
     def _stop(self, code: int, why: str) -> None:
         """Begin no further cases, and let the running ones end in order."""

@@ -22,7 +22,7 @@ from pairsim.computing.progress import Reporter
 from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.physics import solids
 from pairsim.results.checkpoint import Checkpoint, load
-from pairsim.results.folder import RunFolder, write_bytes
+from pairsim.results.folder import write_bytes
 from pairsim.results.table_files import read_table
 from pairsim.results.xdmf import read_times
 from pairsim.runtime.errors import InputError
@@ -178,7 +178,7 @@ def test_run_can_be_resumed_from_every_step(tmp_path: Path) -> None:
     settings, control = MeshSettings(Np=8), StepControl(3e-4, 1e-8, 2.0, 0.05)
     problem = soft_pair(0.4, 0.1, 0.2, length=3.0, periodic=False, mesh=settings, control=control)
     problem = replace(problem, betas=(0.3, 0.4), solids=solids.soft(0.05, 0.2), dU_error=True)
-    times, folder = iter([0.8]), RunFolder.create(tmp_path / "run")
+    times = iter([0.8])
     transient = Transient(problem)
     steps, states = [], []
     for step in transient.steps(times):
@@ -187,8 +187,8 @@ def test_run_can_be_resumed_from_every_step(tmp_path: Path) -> None:
     transient.close()
     assert steps[-1].mesh_id > 0
     for k in range(0, len(steps) - 2, 2):
-        Checkpoint(states[k], {}, None, 1, 1, 0.0).save(folder)
-        found = load(folder.path)
+        Checkpoint(states[k], {}, None, 1, 1, 0.0).save(tmp_path)
+        found = load(tmp_path)
         assert found is not None
         for kept, read in ((states[k].run_errors, found.state.run_errors), (states[k].extremes, found.state.extremes)):
             np.testing.assert_equal(asdict(read), asdict(kept))

@@ -11,7 +11,7 @@ import pytest
 import yaml
 
 from pairsim.computing import own_files
-from pairsim.results.folder import RunFolder, write_text
+from pairsim.results.folder import prepare_folder, write_json, write_text, write_yaml
 from pairsim.runtime.errors import InputError
 
 
@@ -21,16 +21,15 @@ def names(folder: Path) -> list[str]:
 
 def test_create_makes_parents_and_accepts_an_empty_folder(tmp_path: Path) -> None:
     path = tmp_path / "a" / "b"
-    folder = RunFolder.create(path)
-    assert RunFolder.create(path).path == folder.path == path
-    with pytest.raises(ValueError, match="is not a file of pairsim"):  # --overwrite would miss it
-        folder.write_json("other.json", {})
+    for _ in range(2):
+        prepare_folder(path)
+        assert names(path) == []
 
 
 def test_create_refuses_a_folder_with_files_and_leaves_it_alone(tmp_path: Path) -> None:
     (tmp_path / "series.csv").write_text("old")
     with pytest.raises(InputError, match="--overwrite") as caught:
-        RunFolder.create(tmp_path)
+        prepare_folder(tmp_path)
     assert (caught.value.key, caught.value.file) == ("-o", str(tmp_path))
     assert (tmp_path / "series.csv").read_text() == "old"
 
@@ -43,7 +42,7 @@ def test_overwrite_removes_own_files_and_no_others(tmp_path: Path) -> None:
     for name in ("0000.h5", "000012.h5", ".0013.h5.part", "mine.h5"):
         (tmp_path / "fields" / name).write_text("x")
     (tmp_path / "sub" / "series.csv").write_text("x")
-    RunFolder.create(tmp_path, True, own_files())
+    prepare_folder(tmp_path, True, own_files())
     assert names(tmp_path) == ["fields", "my.csv", "notes.txt", "sub"]
     assert names(tmp_path / "fields") == ["mine.h5"]
     assert names(tmp_path / "sub") == ["series.csv"]
@@ -54,7 +53,7 @@ def test_overwrite_removes_a_link_and_not_what_it_points_to(tmp_path: Path) -> N
     run = tmp_path / "run"
     run.mkdir()
     (run / "series.csv").symlink_to(tmp_path / "kept.csv")
-    RunFolder.create(run, True, own_files())
+    prepare_folder(run, True, own_files())
     assert names(run) == []
     assert (tmp_path / "kept.csv").read_text() == "x"
 
@@ -65,31 +64,31 @@ def test_create_refuses_a_file(tmp_path: Path, overwrite: bool) -> None:
     file.write_text("mine")
     for path in (file, file / "below"):
         with pytest.raises(InputError):
-            RunFolder.create(path, overwrite)
+            prepare_folder(path, overwrite)
     assert file.read_text() == "mine"
 
 
 def test_yaml_and_json_take_numpy_and_keep_the_order(tmp_path: Path) -> None:
-    folder = RunFolder.create(tmp_path / "run")
     content = {"z": np.float64(0.1), "a": np.arange(3), "flag": np.bool_(True), "in": {"p": Path("x"), "t": (1, None)}}
     expected = {"z": 0.1, "a": [0, 1, 2], "flag": True, "in": {"p": "x", "t": [1, None]}}
-    assert yaml.safe_load(folder.write_yaml("case.yaml", content).read_text()) == expected
-    written = json.loads(folder.write_json("run.json", content).read_text())
+    write_yaml(tmp_path / "case.yaml", content)
+    assert yaml.safe_load((tmp_path / "case.yaml").read_text()) == expected
+    write_json(tmp_path / "run.json", content)
+    written = json.loads((tmp_path / "run.json").read_text())
     assert written == expected
     assert list(written) == list(content)
-    assert names(folder.path) == ["case.yaml", "run.json"]
+    assert names(tmp_path) == ["case.yaml", "run.json"]
 
 
 @pytest.mark.parametrize("value", [float("nan"), np.float64("nan"), np.array([1, np.nan])])
 def test_nan_is_refused_by_key_and_the_old_file_stays(tmp_path: Path, value: object) -> None:
-    folder = RunFolder.create(tmp_path / "run")
-    folder.write_json("run.json", {"ok": 1})
+    write_json(tmp_path / "run.json", {"ok": 1})
     with pytest.raises(ValueError, match=r"wall\.jit"):
-        folder.write_json("run.json", {"wall": {"jit": value}})
+        write_json(tmp_path / "run.json", {"wall": {"jit": value}})
     with pytest.raises(ValueError, match="nan"):
-        folder.write_yaml("case.yaml", {"x": value})
-    assert json.loads((folder.path / "run.json").read_text()) == {"ok": 1}
-    assert names(folder.path) == ["run.json"]
+        write_yaml(tmp_path / "case.yaml", {"x": value})
+    assert json.loads((tmp_path / "run.json").read_text()) == {"ok": 1}
+    assert names(tmp_path) == ["run.json"]
 
 
 def test_failed_write_leaves_the_old_file_and_no_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

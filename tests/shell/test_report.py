@@ -13,7 +13,7 @@ from support.field_samples import PAIR, scene
 from support.result_folders import make_curve, make_run, make_sweep
 
 from pairsim.api.report import report
-from pairsim.results.folder import RunFolder
+from pairsim.results.folder import prepare_folder
 from pairsim.runtime.errors import InputError
 
 RECORD = {
@@ -74,7 +74,7 @@ def test_report_of_a_curve_is_one_file_with_everything(tmp_path: Path) -> None:
     assert loaded
     assert all(link.startswith("data:image/") for link, _ in loaded)
     assert [row[0] for row in rows_of(page)] == ["0.05", "0.1", "0.2", "0.4", "0.6"]
-    RunFolder.create(folder, overwrite=True)
+    prepare_folder(folder, overwrite=True)
     assert not path.exists()
 
 
