@@ -21,9 +21,9 @@ from pairsim.plots.chart import by_rows, fill, finish, key
 from pairsim.plots.field_values import FIELDS
 from pairsim.plots.labels import equation
 from pairsim.plots.lines import fine_distances
-from pairsim.plots.meridional_section import outlines
 from pairsim.plots.sections import draw_view, layer_of, scale_of, sheet, views_of
 from pairsim.plots.style import COLOURS, LINES, MARKERS, NARROW, Page, printing
+from pairsim.plots.surfaces import outlines
 from pairsim.plots.units import Units
 from pairsim.results.columns import column
 
@@ -174,7 +174,7 @@ def draw_fields(panels: Sequence[Panel], results: Cases, page: Page) -> tuple[Fi
     """A field of several cases around the particles."""
     cases, (name, *_), own = [panel.cases(results)[0] for panel in panels], panels[0].y, panels[0].in_G_p
     views = views_of([case.frame(panel.d) for case, panel in zip(cases, panels, strict=True)], Units(), curve=True)
-    layers = [layer_of(name, FIELDS[name], views)]
+    layers = [layer_of(name, views, Units())]
     if own:
         values = [case.parameters["Ca_e"] * each for case, each in zip(cases, layers[0].values, strict=True)]
         layer = replace(layers[0], values=values, liquid=False)

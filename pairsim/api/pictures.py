@@ -50,9 +50,9 @@ def plot(
         raise InputError("pairsim plot", "", None, "must name a folder of results")
     places = [Path(folder) for folder in folders]
     if animate:
-        from pairsim.plots import animation
+        from pairsim.plots.fields import default_movie
 
-        page = Page.parse(formats or animation.default_movie(), width, MOVIES, physical)
+        page = Page.parse(formats or default_movie(), width, MOVIES, physical)
     else:
         page = Page.parse(formats or "png", width, FORMATS, physical)
     target = Path(out) if out is not None else places[0]
@@ -74,14 +74,13 @@ def plot(
     if not frames and (field is not None or animate):
         option, value = ("--field", field) if field is not None else ("--animate", None)
         raise InputError(option, "", value, f"must be left out: it goes with a run or a curve, not with a {kind}")
-    if animate:
-        return animation.animate(directory, target, page, curve=frames == "d", field=field)
-    drawn = command.draw(directory, target, page) if command is not None and field is None else []
-    if field is not None or (frames and (directory / FIELDS_XDMF).exists()):
-        from pairsim.plots.fields import draw_fields
-
-        drawn += draw_fields(directory, target, page, curve=frames == "d", field=field)
     if command is not None:
+        alone = animate or field is not None
+        drawn = [] if alone else command.draw(directory, target, page)
+        if alone or (frames and (directory / FIELDS_XDMF).exists()):
+            from pairsim.plots.fields import draw_fields
+
+            drawn += draw_fields(directory, target, page, curve=frames == "d", field=field, animated=animate)
         return drawn
     if kind == "sweep":
         from pairsim.sweeps.sweep_plots import plot_sweep

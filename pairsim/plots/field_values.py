@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from pairsim.plots.meridional_section import surface_nodes
+from pairsim.plots.surfaces import surface_nodes
 from pairsim.results.units import PURE, STRESS, VELOCITY, Unit
-from pairsim.results.xdmf import FieldFrame
+from pairsim.results.xdmf import TENSOR, FieldFrame
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
@@ -42,33 +42,29 @@ class Field:
         return self.liquid in frame.point_data or self.solid in frame.point_data
 
 
+def axial_velocity(frame: FieldFrame) -> Array:
+    """u_z at the nodes."""
+    return frame.point_data["velocity"][:, 0]
+
+
 def particle_velocity(frame: FieldFrame) -> float:
     """Mean axial velocity of the particles' surfaces; 0 without particles."""
     nodes = surface_nodes(frame)
-    return float(np.mean([frame.point_data["velocity"][path, 0].mean() for path in nodes])) if nodes else 0.0
+    return float(np.mean([axial_velocity(frame)[path].mean() for path in nodes])) if nodes else 0.0
 
 
-def _without_particles(frame: FieldFrame) -> Array:
+def velocity_without_particles(frame: FieldFrame) -> Array:
     """The axial velocity at the end of the tube, at the radii of all nodes."""
     z, r = frame.points.T
     end = np.flatnonzero(z < z.min() + SAME_END)
     radii, first = np.unique(r[end].round(9), return_index=True)
-    return np.asarray(CubicSpline(radii, frame.point_data["velocity"][end[first], 0])(r))
+    return np.asarray(CubicSpline(radii, axial_velocity(frame)[end[first]])(r))
 
 
-def _axial(less: Callable[[FieldFrame], Array | float] = lambda _: 0.0) -> Callable[[FieldFrame], Array]:
-    """The axial velocity less another one."""
-    return lambda frame: frame.point_data["velocity"][:, 0] - less(frame)
-
-
-def _stress(weights: Array) -> Callable[[FieldFrame], Array]:
-    """Weighted components zz, zr, rr, tt of the polymer's stress in the liquid and of the elastic one in particles."""
-
-    def values(frame: FieldFrame) -> Array:
-        parts = [frame.point_data[name] @ weights for name in ("tau_p", "tau_s") if name in frame.point_data]
-        return np.asarray(sum(parts))  # each is zero where the other one lives
-
-    return values
+def stress(frame: FieldFrame, component: str) -> Array:
+    """A component of the polymer's stress in the liquid and of the elastic one in particles; each is zero elsewhere."""
+    parts = [frame.point_data[name] for name in ("tau_p", "tau_s") if name in frame.point_data]
+    return np.asarray(sum(part[:, TENSOR.index(component)] for part in parts))
 
 
 def _stored(name: str) -> Callable[[FieldFrame], Array]:
@@ -76,32 +72,32 @@ def _stored(name: str) -> Callable[[FieldFrame], Array]:
 
 
 FIELDS: dict[str, Field] = {
-    "velocity": Field(r"u_z", VELOCITY, _axial(), "velocity", "tau_s", diverging=False),
-    "streamlines": Field(r"u_z - U", VELOCITY, _axial(particle_velocity), "velocity"),
+    "velocity": Field(r"u_z", VELOCITY, axial_velocity, "velocity", "tau_s", diverging=False),
+    "streamlines": Field(r"u_z - U", VELOCITY, lambda f: axial_velocity(f) - particle_velocity(f), "velocity"),
     "tr_c": Field(r"\mathrm{tr}\,c", PURE, _stored("tr_c"), "tr_c", diverging=False),
-    "N1": Field(r"\tau_{zz} - \tau_{rr}", STRESS, _stress(np.array([1, 0, -1, 0])), "tau_p", "tau_s"),
-    "tau_zz": Field(r"\tau_{zz}", STRESS, _stress(np.array([1, 0, 0, 0])), "tau_p", "tau_s"),
+    "N1": Field(r"\tau_{zz} - \tau_{rr}", STRESS, lambda f: stress(f, "zz") - stress(f, "rr"), "tau_p", "tau_s"),
+    "tau_zz": Field(r"\tau_{zz}", STRESS, lambda f: stress(f, "zz"), "tau_p", "tau_s"),
     "pressure": Field(r"p", STRESS, _stored("pressure"), "pressure", diverging=False),
-    "velocity_extra": Field(r"u_z - u_{z\infty}", VELOCITY, _axial(_without_particles), "velocity"),
+    "velocity_extra": Field(
+        r"u_z - u_{z\infty}", VELOCITY, lambda f: axial_velocity(f) - velocity_without_particles(f), "velocity"
+    ),
     "tau_zz_extra": Field(r"\tau_{zz} - \tau_{zz\infty}", STRESS, _stored("tau_p_zz_extra"), "tau_p_zz_extra"),
     "pressure_extra": Field(r"p - p_\infty", STRESS, _stored("pressure_extra"), "pressure_extra"),
 }
 """The fields by the names that `pairsim plot --field` takes."""
 
 
-def chosen_fields(words: str | None, frame: FieldFrame, where: str) -> list[str]:
+def chosen_fields(words: str, frame: FieldFrame, where: str) -> list[str]:
     """Names of fields, separated by commas; "all": those that a frame has.
 
     Args:
-        words: The names, None for none.
+        words: The names.
         frame: A frame.
         where: Its file, for messages.
 
     Raises:
         InputError: A name is unknown, or the frame does not have that field.
     """
-    if words is None:
-        return []
     there = [name for name, entry in FIELDS.items() if entry.there(frame)]
     names = there if words == "all" else list(dict.fromkeys(name.strip() for name in words.split(",")))
     for name in names:

@@ -1,106 +1,168 @@
-"""Pictures of fields.xdmf: of a run at its first and last time, of a curve at its distances."""
+"""Pictures and animations of fields.xdmf: of a run over time, of a curve over distances."""
 
 from __future__ import annotations
 
+import importlib.util
+import shutil
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+import matplotlib as mpl
 import numpy as np
+from matplotlib.figure import Figure
 
 from pairsim.plots.chart import small_print
 from pairsim.plots.field_values import FIELDS, chosen_fields
 from pairsim.plots.labels import case_parts, read_case
 from pairsim.plots.sections import Layer, View, draw_view, layer_of, mark_view, sheet, views_of
-from pairsim.plots.style import Page, printing
+from pairsim.plots.style import Page, picture_file, printing
 from pairsim.plots.units import Units
 from pairsim.results.columns import suffixes_in
-from pairsim.results.folder import WAY
+from pairsim.results.folder import FIELDS_XDMF, WAY, make_folder
 from pairsim.results.table_files import read_table
 from pairsim.results.xdmf import read_frame, read_times
 from pairsim.runtime.errors import InputError
 
 MOST_VIEWS = 4
+DPI, SECONDS = 150, 6.0  # of an animation
 
 
 @printing()
-def draw_fields(directory: Path, out: Path, page: Page, *, curve: bool, field: str | None = None) -> list[Path]:
+def draw_fields(
+    directory: Path, out: Path, page: Page, *, curve: bool, field: str | None = None, animated: bool = False
+) -> list[Path]:
     """Draw `fields`: what particles change in the liquid, and the stress in them; or the fields that were asked for.
 
-    Of a run the first and the last time, of a curve some of all distances.
+    Of a run the first and the last time, of a curve some of all distances; an animation has all.
 
     Args:
         directory: Folder of a run or a curve.
         out: Folder of the pictures.
-        page: What they are drawn for.
+        page: What they are drawn for; its formats are mp4, gif or both for animations.
         curve: Whether it is a curve.
         field: Names of `FIELDS`, separated by commas, or "all": `field-NAME` of each in place of `fields`.
+        animated: Whether to make each an animation.
 
     Returns:
-        The files written; none where there are no fields.
+        The files written; none where there are no fields and none are asked for.
 
     Raises:
-        InputError: A field is asked for that is unknown or not there.
+        InputError: A field is asked for that is unknown or not there, an animation of fewer than two frames, or an MP4
+            without ffmpeg.
     """
     count = len(read_times(directory))
+    if animated and count < 2:
+        allowed = f"must be left out: {directory} has {'one frame' if count else 'no frame'} of fields"
+        raise InputError("--animate", "", None, allowed)
+    if "mp4" in page.formats and ffmpeg() is None:
+        allowed = "needs ffmpeg, which was not found: pip install imageio-ffmpeg, or use --format gif"
+        raise InputError("--format", "", "mp4", allowed)
+    if not count and field is not None:
+        key = "fields, a list of distances," if curve else "output: {fields: true}"
+        allowed = f"must be left out: {directory} has no fields.xdmf, which {key} in its case writes"
+        raise InputError("--field", "", field, allowed)
     if not count:
-        if field is not None:
-            key = "fields, a list of distances," if curve else "output: {fields: true}"
-            allowed = f"must be left out: {directory} has no fields.xdmf, which {key} in its case writes"
-            raise InputError("--field", "", field, allowed)
         return []
-    shown = np.linspace(0, count - 1, min(count, MOST_VIEWS if curve else 2)).round()
+    most = count if animated else MOST_VIEWS if curve else 2
     units = Units.of(directory, page.physical)
-    views = views_of([read_frame(directory, int(i)) for i in shown], units, curve)
-    first = 0 if curve else len(views) // 2
+    frames = [read_frame(directory, int(i)) for i in np.linspace(0, count - 1, min(count, most)).round()]
+    views = views_of(frames, units, curve)
+    parts = _parts(directory, [frame.t for frame in frames], curve)
+    make_folder(out)
     written: list[Path] = []
-    for stem, layers in pictures_of(directory, views, field).items():
-        figure, axes, scaled = sheet(page, views, layers, len(views), first)
+    for stem, layers in _pictures(directory, views, units, field).items():
+        first = 0 if curve else len(views) // 2
+        figure, axes, scaled = sheet(page, views, layers, 1 if animated else len(views), first)
+        small_print(figure, parts)
+        if animated:
+            files = [out / f"{stem}.{kind}" for kind in page.formats]
+            for file in files:
+                _write_movie(file, figure, views, scaled)
+            written += files
+            continue
         for place, axis in enumerate(axes):
             draw_view(axis, views[place], place, scaled)
             mark_view(axis, views[place])
-        small_print(figure, _parts(directory, views, curve))
         written += page.save(figure, out, stem)
     return written
 
 
-def _parts(directory: Path, views: Sequence[View], curve: bool) -> list[str]:
-    """The parameters of the case, or of the last solution on the way to it where this is what is drawn."""
-    case, way = read_case(directory / "case.yaml"), directory / WAY
-    last = {name: values[-1] for name, values in read_table(way, missing_ok=True).items()}
+def _parts(directory: Path, drawn: Sequence[float], curve: bool) -> list[str]:
+    """The parameters of the case, or of the last solution on the way to it where this is what is drawn.
+
+    Args:
+        directory: The folder.
+        drawn: Times or distances of the frames.
+        curve: Whether they are distances.
+    """
+    case = read_case(directory / "case.yaml")
+    last = {name: values[-1] for name, values in read_table(directory / WAY, missing_ok=True).items()}
     d = min((last[f"d{gap}"] for gap in suffixes_in(last, "d")), default=np.nan)
-    if not any(np.isclose(view.frame.t, d) for view in views):
+    if not np.isclose(drawn, d).any():
         return case_parts(case, {"d0"} if curve else ())
     factor = last["Ca_e"] / softest if (softest := np.max(case["Ca_e"])) else 0.0
     reached = {"De": float(last["De"]), "Ca_e": (factor * np.array(case["Ca_e"])).tolist()}
     return ["the last steady state that was found", *case_parts(case | reached, {"d0"})]
 
 
-def pictures_of(directory: Path, views: Sequence[View], field: str | None) -> dict[str, list[Layer]]:
+def _pictures(directory: Path, views: Sequence[View], units: Units, field: str | None) -> dict[str, list[Layer]]:
     """The layers of each picture by its name, as in `draw_fields`."""
-    names = chosen_fields(field, views[-1].frame, str(directory / "fields.xdmf"))
-    if not names:
-        return {"fields": _motion(views)}
-    return {f"field-{name}": [layer_of(name, FIELDS[name], views)] for name in names}
+    if field is None:
+        return {"fields": _motion(views, units)}
+    names = chosen_fields(field, views[-1].frame, str(directory / FIELDS_XDMF))
+    return {f"field-{name}": [layer_of(name, views, units)] for name in names}
 
 
-def _motion(views: Sequence[View]) -> list[Layer]:
+def _motion(views: Sequence[View], units: Units) -> list[Layer]:
     """What the particles do to the liquid, and the axial elastic stress in soft ones; without particles the velocity.
 
     Above the axis the disturbance of the velocity, below it that of the polymer's stress, or else of the pressure.
     """
     frame = views[-1].frame
     if not views[-1].particles:
-        return [layer_of("velocity", FIELDS["velocity"], views)]
-    upper = layer_of("velocity_extra", FIELDS["velocity_extra"], views)
-    layers = [upper]
-    for name in ("tau_zz_extra", "pressure_extra"):
-        if FIELDS[name].there(frame):
-            lower = layer_of(name, FIELDS[name], views)
-            layers = [replace(upper, label=f"above: {upper.label}", sides=(1,))]
-            layers += [replace(lower, label=f"below: {lower.label}", sides=(-1,))]
-            break
+        return [layer_of("velocity", views, units)]
+    layers = [layer_of("velocity_extra", views, units)]
+    lower = next((name for name in ("tau_zz_extra", "pressure_extra") if FIELDS[name].there(frame)), None)
+    if lower is not None:
+        both = layers[0], layer_of(lower, views, units)
+        sides = zip(both, ("above", "below"), (1, -1), strict=True)
+        layers = [replace(layer, label=f"{word}: {layer.label}", sides=(side,)) for layer, word, side in sides]
     if "tau_s" in frame.point_data:
-        stress = layer_of("tau_zz", FIELDS["tau_zz"], views)
+        stress = layer_of("tau_zz", views, units)
         layers.append(replace(stress, label=f"particles: {stress.label}", liquid=False))
     return layers
+
+
+def ffmpeg() -> str | None:
+    """Path of ffmpeg: that of the system, else the one in the package imageio-ffmpeg; None without both."""
+    if (found := shutil.which("ffmpeg")) is not None or importlib.util.find_spec("imageio_ffmpeg") is None:
+        return found
+    import imageio_ffmpeg
+
+    try:
+        return str(imageio_ffmpeg.get_ffmpeg_exe())
+    except RuntimeError:  # the package comes without a binary on some platforms
+        return None
+
+
+def default_movie() -> str:
+    """The kind of animation if none is asked for: an MP4 where ffmpeg is found, else a GIF."""
+    return "mp4" if ffmpeg() is not None else "gif"
+
+
+def _write_movie(path: Path, figure: Figure, views: Sequence[View], scaled: Sequence[tuple[Layer, Any]]) -> None:
+    """Write an animation of all views in the first panel of a figure; the file appears whole."""
+    from matplotlib.animation import FFMpegWriter, PillowWriter
+
+    axis = figure.axes[0]
+    with picture_file(path) as part, mpl.rc_context({"animation.ffmpeg_path": ffmpeg() or "ffmpeg"}):
+        writer = (FFMpegWriter if path.suffix == ".mp4" else PillowWriter)(fps=max(2, round(len(views) / SECONDS)))
+        with writer.saving(figure, str(part), DPI):
+            for place, view in enumerate(views):
+                axis.clear()
+                draw_view(axis, view, place, scaled)
+                mark_view(axis, view)
+                axis.set_xlabel(view.label("z"))
+                writer.grab_frame()

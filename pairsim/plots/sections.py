@@ -15,19 +15,21 @@ from matplotlib.figure import Figure
 from matplotlib.path import Path as Outline
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
+from matplotlib.tri import Triangulation
 from scipy.integrate import cumulative_trapezoid
 from scipy.interpolate import LinearNDInterpolator
 
-from pairsim.plots.field_values import Field, particle_velocity
+from pairsim.plots.field_values import FIELDS, axial_velocity, particle_velocity
 from pairsim.plots.labels import tex_number
-from pairsim.plots.meridional_section import outlines, tessellate
 from pairsim.plots.style import DIVERGING, GREY, SEQUENTIAL, Page, colour_bar
+from pairsim.plots.surfaces import outlines
 from pairsim.plots.units import Units
 from pairsim.results.units import LENGTH, TIME
 from pairsim.results.xdmf import FieldFrame
-from pairsim.runtime.arrays import Array
+from pairsim.runtime.arrays import Array, Indices
 
+PIECES = [(0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)]
+"""The straight triangles between the nodes of a cell (VTK's order)."""
 LEAST_HALF = 1.5  # half the length of tube that is seen over its radius, at least
 OUTLIERS = 0.995  # part of the values that a scale covers: stresses peak at the poles
 STEEP = 30.0  # ratio of the values of a positive field from which its scale is logarithmic
@@ -43,37 +45,27 @@ class View:
     """What is seen of one frame.
 
     Attributes:
-        frame: The frame.
+        frame: The frame, with coordinates in the unit that is drawn.
         window: z from and to, r from and to.
         particles: Their closed outlines.
-        wall: Radius of the tube.
-        units: Of what is drawn; the coordinates are in them.
-        curve: Whether it is one of a curve and not of a run.
+        title: The time of a frame of a run, or the distance of one of a curve.
+        unit: Of the coordinates.
     """
 
     frame: FieldFrame
     window: tuple[float, float, float, float]
     particles: tuple[Array, ...]
-    wall: float
-    units: Units
-    curve: bool
+    title: str
+    unit: str
 
     def label(self, coordinate: str) -> str:
         """The label of an axis."""
-        return f"${coordinate}$  [{self.units.name(LENGTH)}]"
+        return f"${coordinate}$  [{self.unit}]"
 
     @property
-    def title(self) -> str:
-        """The time of a frame of a run, or the distance of one of a curve."""
-        unit = LENGTH if self.curve else TIME
-        value = tex_number(self.frame.t * self.units.factor(unit))
-        return f"${'d' if self.curve else 't'} = {value}$ {self.units.name(unit)}"
-
-    def seen(self, solid: bool) -> NDArray[np.bool_]:
-        """The cells of the liquid or of the particles in the window."""
-        z = self.frame.points[self.frame.cells, 0]
-        inside = (z.max(axis=1) > self.window[0]) & (z.min(axis=1) < self.window[1])
-        return np.asarray(inside & ((self.frame.region > 0) == solid))
+    def wall(self) -> float:
+        """The radius of the tube."""
+        return float(self.frame.points[:, 1].max())
 
 
 @dataclass(frozen=True)
@@ -97,36 +89,44 @@ class Layer:
     lines: bool = False
     sides: tuple[int, ...] = (1, -1)
 
-    def cells(self, view: View) -> Iterator[tuple[bool, NDArray[np.bool_]]]:
-        """Whether they are those of particles, and the cells of a view where it is drawn."""
+    def cells(self, view: View) -> Iterator[tuple[bool, Indices]]:
+        """The cells of a view where it is drawn, those of particles apart, each with whether they are these."""
+        z = view.frame.points[view.frame.cells, 0]
+        seen = (z.max(axis=1) > view.window[0]) & (z.min(axis=1) < view.window[1])
         for solid, drawn in ((False, self.liquid), (True, self.solid)):
-            if drawn and (chosen := view.seen(solid)).any():
-                yield solid, chosen
+            chosen = seen & ((view.frame.region > 0) == solid)
+            if drawn and chosen.any():
+                yield solid, view.frame.cells[chosen]
 
 
 def views_of(frames: Sequence[FieldFrame], units: Units, curve: bool) -> list[View]:
-    """Windows of one length, each centred on the particles of its frame."""
-    frames = [replace(frame, points=frame.points * units.factor(LENGTH)) for frame in frames]
-    arcs = [outlines(frame) for frame in frames]
-    ranges = []
-    for frame, lines in zip(frames, arcs, strict=True):
-        z = np.concatenate([line[:, 0] for line in lines]) if lines else np.array([frame.points[:, 0].mean()])
-        margin = max((float(np.ptp(line[:, 0])) for line in lines), default=2 * float(frame.points[:, 1].max()))
-        ranges.append((float(z.min()) - margin, float(z.max()) + margin))
-    half = max(LEAST_HALF * float(frames[0].points[:, 1].max()), *((high - low) / 2 for low, high in ranges))
+    """Windows of one length, each centred on the particles of its frame.
+
+    Args:
+        frames: The frames.
+        units: What they are drawn in.
+        curve: Whether they are of a curve and not of a run.
+    """
+    symbol, of = ("d", LENGTH) if curve else ("t", TIME)
     views = []
-    for frame, lines, (low, high) in zip(frames, arcs, ranges, strict=True):
+    for each in frames:
+        frame = replace(each, points=each.points * units.factor(LENGTH))
+        particles = tuple(np.vstack([line, (line * [1, -1])[::-1]]) for line in outlines(frame))
+        z = [line[:, 0] for line in particles] or [np.full(1, frame.points[:, 0].mean())]
         wall = float(frame.points[:, 1].max())
-        window = ((low + high) / 2 - half, (low + high) / 2 + half, -1.04 * wall, 1.04 * wall)
-        closed = tuple(np.vstack([line, (line * [1, -1])[::-1]]) for line in lines)
-        views.append(View(frame, window, closed, wall, units, curve))
-    return views
+        margin = max(map(np.ptp, z)) if particles else 2 * wall
+        window = float(min(map(np.min, z)) - margin), float(max(map(np.max, z)) + margin), -1.04 * wall, 1.04 * wall
+        title = f"${symbol} = {tex_number(each.t * units.factor(of))}$ {units.name(of)}"
+        views.append(View(frame, window, particles, title, units.name(LENGTH)))
+    half = max(LEAST_HALF * views[0].wall, *((view.window[1] - view.window[0]) / 2 for view in views))
+    middles = [(view.window[0] + view.window[1]) / 2 for view in views]
+    windows = [(z - half, z + half, *view.window[2:]) for z, view in zip(middles, views, strict=True)]
+    return [replace(view, window=window) for view, window in zip(views, windows, strict=True)]
 
 
-def layer_of(name: str, field: Field, views: Sequence[View]) -> Layer:
+def layer_of(name: str, views: Sequence[View], units: Units) -> Layer:
     """A field as a layer, in the liquid and, where they have it, in the particles."""
-    data = views[-1].frame.point_data
-    units = views[0].units
+    field, data = FIELDS[name], views[-1].frame.point_data
     values = [field.values(view.frame) * units.factor(field.unit) for view in views]
     label = f"${field.symbol}$  [{units.name(field.unit)}]"
     return Layer(values, label, field.liquid in data, field.solid in data, field.diverging, lines=name == "streamlines")
@@ -135,7 +135,7 @@ def layer_of(name: str, field: Field, views: Sequence[View]) -> Layer:
 def scale_of(layer: Layer, views: Sequence[View]) -> ScalarMappable:
     """Colours of a layer, the same in all views; outliers do not set the range."""
     pairs = zip(views, layer.values, strict=True)
-    found = [values[view.frame.cells[chosen]].ravel() for view, values in pairs for _, chosen in layer.cells(view)]
+    found = [values[cells].ravel() for view, values in pairs for _, cells in layer.cells(view)]
     every = np.concatenate(found) if found else np.zeros(1)
     if layer.diverging:
         reach = float(np.quantile(np.abs(every), OUTLIERS)) or 1.0
@@ -155,25 +155,27 @@ def draw_view(axis: Axes, view: View, place: int, layers: Sequence[tuple[Layer, 
         place: Number of the view among those of the layers.
         layers: With their colours.
     """
+    z, r = view.frame.points.T
+    line: dict[str, Any] = {"color": "black", "linestyle": "-"}
     coloured = False
     for layer, scale in layers:
-        for solid, chosen in layer.cells(view):
+        for solid, cells in layer.cells(view):
             coloured |= solid
-            part = tessellate(view.frame, chosen, layer.values[place])
             # Particles lie over the axis and over streamlines.
             look: Any = {"cmap": scale.cmap, "norm": scale.norm, "rasterized": True, "zorder": 1.6 if solid else 1}
             for side in layer.sides:
-                axis.tripcolor(part.triangulation(side), part.values, shading="gouraud", **look)
+                pieces = Triangulation(z, side * r, cells[:, PIECES].reshape(-1, 3))
+                axis.tripcolor(pieces, layer.values[place], shading="gouraud", **look)
         if layer.lines:
             _streamlines(axis, view)
-    for line in view.particles:
+    for outline in view.particles:
         if not coloured:
-            axis.fill(*line.T, color=GREY, linewidth=0, zorder=2)
-        axis.plot(*line.T, color="black", linestyle="-", linewidth=0.7, zorder=3)
-    for r in (view.wall, -view.wall):
-        axis.plot(view.window[:2], [r, r], color="black", linestyle="-", linewidth=0.9, zorder=3)
+            axis.fill(*outline.T, color=GREY, linewidth=0, zorder=2)
+        axis.plot(*outline.T, linewidth=0.7, zorder=3, **line)
+    for wall in (view.wall, -view.wall):
+        axis.plot(view.window[:2], [wall, wall], linewidth=0.9, zorder=3, **line)
     if any(layer.sides != (1, -1) for layer, _ in layers):
-        axis.axhline(0, color="black", linestyle="-", linewidth=0.4, zorder=1.5)
+        axis.axhline(0, linewidth=0.4, zorder=1.5, **line)
     axis.set(xlim=view.window[:2], ylim=view.window[2:], aspect="equal", ylabel=view.label("r"))
     axis.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
     axis.set_yticks([-view.wall, 0.0, view.wall])
@@ -187,8 +189,8 @@ def mark_view(axis: Axes, view: View) -> None:
     axis.text(0.015, 0.955, r"flow $\rightarrow$", transform=axis.transAxes, va="top", fontsize=7, **look)
     count = len(view.particles)
     names = "TL" if count == 2 else [str(i) for i in range(1, count + 1)] if count > 2 else []
-    for name, line in zip(names, view.particles, strict=False):
-        z = float(line[:, 0].min() + line[:, 0].max()) / 2
+    for name, outline in zip(names, view.particles, strict=False):
+        z = float(outline[:, 0].min() + outline[:, 0].max()) / 2
         axis.text(z, 0, name, ha="center", va="center", **look)
 
 
@@ -196,15 +198,14 @@ def _streamlines(axis: Axes, view: View) -> None:
     """Contours of the stream function psi, d psi/dr = r (u_z - U), in the frame of the particles."""
     points, first = np.unique(view.frame.points.round(9), axis=0, return_index=True)
     z, r = np.linspace(*view.window[:2], GRID[0]), np.linspace(0, view.wall, GRID[1])
-    velocity = view.frame.point_data["velocity"][first, 0] - particle_velocity(view.frame)
     # The velocity is continuous, and that of a rigid particle the same all along its surface: cells are not needed.
+    velocity = LinearNDInterpolator(points, axial_velocity(view.frame)[first] - particle_velocity(view.frame))
     grid = np.meshgrid(z, r)
-    u = LinearNDInterpolator(points, velocity)(*grid)
-    psi = cumulative_trapezoid(np.nan_to_num(u) * r[:, None], r, axis=0, initial=0)
+    psi = cumulative_trapezoid(np.nan_to_num(velocity(*grid)) * r[:, None], r, axis=0, initial=0)
     places = np.column_stack([each.ravel() for each in grid])
     inside = np.zeros(len(places), dtype=bool)
-    for line in view.particles:
-        inside |= Outline(line).contains_points(places)
+    for outline in view.particles:
+        inside |= Outline(outline).contains_points(places)
     inside = inside.reshape(psi.shape)
     # Particles that approach each other move in this frame: lines that close to a surface would end on it.
     near = float(np.abs(psi[inside]).max(initial=0.0))
@@ -213,8 +214,7 @@ def _streamlines(axis: Axes, view: View) -> None:
     levels = np.unique(np.concatenate([low * slow[::-1], high * fast**2]))
     look: dict[str, Any] = {"colors": "black", "linewidths": 0.45, "linestyles": "solid", "zorder": 1.5}
     for side in (1, -1):
-        shown = np.ma.masked_array(psi, inside)
-        axis.contour(z, side * r, shown, levels=levels[np.abs(levels) > near], **look)
+        axis.contour(z, side * r, np.ma.masked_array(psi, inside), levels=levels[np.abs(levels) > near], **look)
 
 
 def sheet(
@@ -244,7 +244,9 @@ def sheet(
         axis.set_xlabel(views[0].label("z"))
     for i, (layer, scale) in enumerate(scaled):
         place = grid[rows + i // abreast, i % abreast * each : (i % abreast + 1) * each]
-        cax, beyond = figure.add_subplot(place, label="<colorbar>"), "both" if layer.diverging else "max"
-        few = MaxNLocator(5)
-        colour_bar(figure, scale, orientation="horizontal", label=layer.label, cax=cax, extend=beyond, ticks=few)
+        cax = figure.add_subplot(place, label="<colorbar>")
+        # Values outside of the range have the colour of its end.
+        colour_bar(
+            figure, scale, orientation="horizontal", label=layer.label, cax=cax, extend="both", ticks=MaxNLocator(5)
+        )
     return figure, axes, scaled

@@ -17,17 +17,17 @@ from support.pictures import colours, drawn_figures, overlapping
 from support.result_folders import curve_table, make_curve, make_run
 
 from pairsim.api.pictures import plot
-from pairsim.plots.animation import default_movie
 from pairsim.plots.chart import POINT, Panel, draw_chart, draw_series, leave_out_spikes, notes, point
 from pairsim.plots.critical import point_of
 from pairsim.plots.encoding import Encoding
 from pairsim.plots.field_values import FIELDS
+from pairsim.plots.fields import default_movie
 from pairsim.plots.labels import common_parts, measured
 from pairsim.plots.lines import curve_lines, run_lines
-from pairsim.plots.meridional_section import outlines, tessellate
 from pairsim.plots.overlay import varying_keys
 from pairsim.plots.sections import _streamlines, views_of
 from pairsim.plots.style import GREY, MM, Page
+from pairsim.plots.surfaces import outlines
 from pairsim.plots.units import Units
 from pairsim.results.folder import FIELD_NAMES
 from pairsim.runtime.errors import InputError
@@ -112,15 +112,6 @@ def test_outlines_are_the_curved_surfaces_from_upstream(rigid: bool) -> None:
         assert line[-1] == pytest.approx([z + a, 0], abs=1e-12)
         assert np.abs(((line - [z, 0]) / [a, b]) ** 2 @ [1, 1] - 1).max() < 1e-3
         assert np.all(np.diff(line[:, 0]) > 0)
-
-
-def test_tessellation_follows_the_curves_and_keeps_quadratic_values() -> None:
-    frame = scene(0.1, PAIR)
-    surface = tessellate(frame, frame.region == 1, frame.points[:, 0], level=4)
-    assert surface.values == pytest.approx(surface.points[:, 0], abs=1e-12)
-    a, b, c = (surface.points[surface.triangles[:, i]] for i in range(3))
-    (x, y), (u, v) = (b - a).T, (c - a).T
-    assert np.abs(x * v - y * u).sum() / 2 == pytest.approx(np.pi * 0.22 * 0.19 / 2, rel=2e-3)
 
 
 def test_twelve_curves_of_two_parameters_are_told_apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
