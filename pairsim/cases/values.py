@@ -18,7 +18,6 @@ from pairsim.physics.solids import Solid
 
 NAME = r"^\w[\w.+-]{0,99}$"  # pattern of a name of a case
 NAME_WORDS = "a word of at most 100 letters, digits and . _ + -, not beginning with one of . + -"
-FOLDER_WORDS = "a name for a folder, without / and not beginning with a point"
 
 
 def is_finite(value: Any) -> TypeGuard[float]:
@@ -34,11 +33,6 @@ def is_finite(value: Any) -> TypeGuard[float]:
 def is_name(text: str) -> bool:
     """Whether a text can be the name of a case."""
     return re.fullmatch(NAME, text) is not None
-
-
-def fits_a_folder(name: str) -> bool:
-    """Whether a text can be the name of a folder inside another one."""
-    return bool(name) and not name.startswith(".") and "/" not in name
 
 
 def _zero_or(least: float, most: float) -> Any:

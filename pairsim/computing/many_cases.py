@@ -9,108 +9,62 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
-from pydantic_core import PydanticCustomError
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
 
 from pairsim.cases.mistakes import Mistake, missing
 from pairsim.cases.quantities import quantity_range
-from pairsim.cases.values import (
-    FOLDER_WORDS,
-    RANGE,
-    Number,
-    Positive,
-    Whole,
-    fits_a_folder,
-    is_finite,
-    range_schema,
-    spelled_out,
-)
+from pairsim.cases.values import RANGE, Number, Positive, Whole, is_finite, range_schema, spelled_out
 from pairsim.computing import QUESTIONS
 
 MOST_CASES = 100_000
-MOST_VALUES = 10 * MOST_CASES  # of all keys of grid, or of a group of zip
-
-
-def _error(allowed: str) -> PydanticCustomError:
-    return PydanticCustomError("range", "{allowed}", {"allowed": allowed})
 
 
 def _values(value: Any) -> list[Any]:
     """The values of a key, given as a list or a range.
 
     Raises:
-        PydanticCustomError: They are neither.
+        ValueError: They are neither.
     """
     if isinstance(value, list):
         if not value:
-            raise _error("must have at least one value")
+            raise ValueError("must have at least one value")
         return value
     if not isinstance(value, Mapping) or not value.keys() <= set(RANGE):
         hint = "; write mesh.Np for a key in a group" if isinstance(value, Mapping) else ""
-        raise _error(f"must be a list of values or {{start, stop, num, spacing: linear or log}}{hint}")
+        raise ValueError(f"must be a list of values or {{start, stop, num, spacing: linear or log}}{hint}")
     in_units = any(isinstance(value.get(key), str) for key in ("start", "stop"))
-    try:
-        return list(quantity_range(value, MOST_CASES) if in_units else spelled_out(value, MOST_CASES))
-    except ValueError as error:
-        raise _error(str(error)) from None
-
-
-def _few(groups: Any) -> Any:
-    """Keys of grid or zip whose ranges do not have too many values for the memory; whether these fit is checked later.
-
-    Raises:
-        PydanticCustomError: They have.
-    """
-    ranges = groups.values() if isinstance(groups, Mapping) else ()
-    counts = [described.get("num") for described in ranges if isinstance(described, Mapping)]
-    if sum(count for count in counts if isinstance(count, int)) > MOST_VALUES:
-        raise _error(f"must have ranges with at most {MOST_VALUES} values in all")
-    return groups
+    return list(quantity_range(value, MOST_CASES) if in_units else spelled_out(value, MOST_CASES))
 
 
 def _bounds(value: Any) -> Any:
     """A value of `exclude`: any, but the bounds of {min, max} are numbers."""
-    bounds = value.values() if isinstance(value, Mapping) else ()
-    if not all(map(is_finite, bounds)):
-        raise _error("must have numbers for min and max")
+    if isinstance(value, Mapping) and not all(map(is_finite, value.values())):
+        raise ValueError("must have numbers for min and max")
     return value
 
 
-def _folder(value: Any) -> Any:
-    if not isinstance(value, str) or not fits_a_folder(value):
-        raise _error(f"must be {FOLDER_WORDS}")
-    return value
+def _folder(name: str) -> str:
+    if not name or name.startswith(".") or "/" in name:
+        raise ValueError("must be a name for a folder, without / and not beginning with a point")
+    return name
 
 
-def _as_list(value: Any) -> Any:
-    """A list as it is, any other value as a list of one."""
+def _as_list(value: Any) -> list[Any]:
     return value if isinstance(value, list) else [value]
-
-
-def _one_or_more(number: Any, **limits: float) -> Any:
-    """A list of numbers, or one of them."""
-    schema = {"type": "number", **limits}
-    either = {"anyOf": [schema, {"type": "array", "items": schema}]}
-    return Annotated[list[number], BeforeValidator(_as_list), WithJsonSchema(either)]
 
 
 _RANGE_SCHEMA = range_schema({"type": ["number", "string"]}, MOST_CASES, "linear", "log")
 _VALUES_SCHEMA: Any = {"anyOf": [{"type": "array", "minItems": 1}, _RANGE_SCHEMA]}
-Values = Annotated[
-    dict[str, Annotated[list[Any], BeforeValidator(_values), WithJsonSchema(_VALUES_SCHEMA)]], BeforeValidator(_few)
-]
+Values = dict[str, Annotated[list[Any], BeforeValidator(_values), WithJsonSchema(_VALUES_SCHEMA)]]
 Changes = dict[str, Any] | str
 Exclusion = Annotated[
     dict[str, Annotated[Any, BeforeValidator(_bounds)]],
     Field(min_length=1, examples=["{Ca_e: 0, De: {min: 1}}"]),
 ]
-FolderName = Annotated[str, BeforeValidator(_folder)]
+FolderName = Annotated[str, AfterValidator(_folder)]
 if TYPE_CHECKING:  # mypy cannot know them
-    Numbers = list[float]
-    Positives = list[float]
     CommandName = str
 else:
-    Numbers, Positives = _one_or_more(Number), _one_or_more(Positive, exclusiveMinimum=0)
     CommandName = Literal[tuple(QUESTIONS)]
 
 
@@ -164,7 +118,7 @@ def check_sweep(file: SweepFile) -> Iterator[Mistake]:
 
 
 class StudyFile(_Keys):
-    """A study file: one case in many discretisations. A single value of `at` or `exact` becomes a list of one."""
+    """A study file: one case in many discretisations."""
 
     discretisations: list[dict[str, Any]] = Field(
         min_length=2,
@@ -175,14 +129,24 @@ class StudyFile(_Keys):
     command: Literal["run", "curve"] = Field("run", description="command that computes each discretisation")
     base: Changes = Field({}, description="keys that all discretisations share, or the path of a case file")
     quantity: str = Field("dU", description="what is compared: a column of the results")
-    at: Positives = Field(
+    at: Positive | list[Positive] = Field(
         [], description="times [D_c/U_av] or distances [D_c] where it is compared; default: the end of the run or curve"
     )
-    exact: Numbers | None = Field(None, description="exact values there, in place of a reference")
+    exact: Number | list[Number] | None = Field(None, description="exact values there, in place of a reference")
     reference: Literal["finest"] | Whole = Field(
         "finest", description="index (from 0) of the discretisation that errors refer to; finest: the most unknowns"
     )
     repeat: Whole = Field(1, ge=1, le=100, description="repetitions of each discretisation; wall times are medians")
+
+    @property
+    def places(self) -> list[float]:
+        """The values of `at`."""
+        return _as_list(self.at)
+
+    @property
+    def exact_values(self) -> list[float] | None:
+        """The values of `exact`."""
+        return None if self.exact is None else _as_list(self.exact)
 
     @property
     def repeats(self) -> list[Any]:
@@ -195,9 +159,10 @@ def check_study(file: StudyFile) -> Iterator[Mistake]:
     for i, count in enumerate(file.repeats):
         if type(count) is not int or not 1 <= count <= 100:
             yield Mistake(f"discretisations[{i}].repeat", count, "must be a whole number at least 1 and at most 100")
-    if file.exact is not None and len(file.exact) != (count := max(len(file.at), 1)):
+    exact = file.exact_values
+    if exact is not None and len(exact) != (count := max(len(file.places), 1)):
         yield Mistake("exact", file.exact, f"must have {count} values, one for each of at")
-    if file.exact is not None and "reference" in file.model_fields_set:
+    if exact is not None and "reference" in file.model_fields_set:
         yield Mistake("reference", file.reference, "must be left out if exact is given")
     last = len(file.discretisations) - 1
     if isinstance(file.reference, int) and not 0 <= file.reference <= last:

@@ -7,7 +7,7 @@ import hashlib
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -36,17 +36,14 @@ class SweepCase:
     Attributes:
         case: The case.
         key: Hash of all that makes two cases the same.
+        folder: Name of its folder, `<slug>-<beginning of key>`.
         parameters: Values of the varying keys of its grid, and of those that results.csv always has.
     """
 
     case: SceneCase
     key: str
-    parameters: Mapping[str, Any] = field(default_factory=dict)
-
-    @property
-    def folder(self) -> str:
-        """Name of its folder, `<slug>-<beginning of key>`."""
-        return folder_name(self.case.slug, self.key)
+    folder: str
+    parameters: Mapping[str, Any]
 
 
 @dataclass(frozen=True)
@@ -269,7 +266,7 @@ def _with_parameters(
     varying = tuple(key for key in keys if any(each.get(key) != values[0].get(key) for each in values))
     wanted = dict.fromkeys((*varying, *always))
     cases = (
-        SweepCase(case, key, {name: each.get(name) for name in wanted})
+        SweepCase(case, key, folder_name(case.slug, key), {name: each.get(name) for name in wanted})
         for (key, (case, _)), each in zip(found.items(), values, strict=True)
     )
     return varying, tuple(cases)

@@ -42,7 +42,7 @@ def read_study(path: Path, settings: Sequence[str] = ()) -> tuple[StudyFile, lis
     """
     data = read_yaml(path)
     file = parse_file("study", StudyFile, check_study, data, str(path))
-    at = {"d" if file.command == "curve" else "output.times": file.at} if file.at else {}
+    at = {"d" if file.command == "curve" else "output.times": file.places} if file.places else {}
     cases = [
         Section({key: value for key, value in entry.items() if key != "repeat"} | at, places_in(entry))
         for entry in data["discretisations"]
@@ -101,7 +101,7 @@ def compute_study(
 
 def study_table(file: StudyFile, grids: Sequence[Grid], directory: Path) -> pd.DataFrame:
     """The columns of study.csv, with a row for each discretisation in the order of the file."""
-    compared = [f"{file.quantity}@{place:g}" for place in file.at] or [file.quantity]
+    compared = [f"{file.quantity}@{place:g}" for place in file.places] or [file.quantity]
     rows = []
     for case, count in zip(grids[0].cases, file.repeats, strict=True):
         folders = [directory / f"sweep-{i + 1}" / case.folder for i in range(count)]
@@ -109,12 +109,13 @@ def study_table(file: StudyFile, grids: Sequence[Grid], directory: Path) -> pd.D
     table = pd.DataFrame(rows, columns=[*grids[0].varying, *MEASURED, *compared])
     values = table[compared].astype(float)
     whole = values.notna().all(axis=1)
-    reference: Any = None if file.exact is not None else file.reference
+    exact = file.exact_values
+    reference: Any = None if exact is not None else file.reference
     if reference == "finest":
         by_size = table[whole].fillna({"steps": 0}).sort_values(["unknowns", "steps"])
         reference = by_size.index[-1] if len(by_size) else None
     table["reference"] = table.index == reference
-    exact = values.loc[reference].tolist() if reference is not None else file.exact
+    exact = values.loc[reference].tolist() if reference is not None else exact
     table["error"] = (values[whole & ~table["reference"]] - exact).abs().max(axis=1)
     table["relative_error"] = table["error"] / (np.abs(exact or [0.0]).max() or np.nan)
     for family in FAMILIES:
@@ -134,7 +135,7 @@ def _measured(folders: Sequence[Path], file: StudyFile, compared: Sequence[str])
     row |= {"wall_time": np.median(times), "wall_time_spread": max(times) - min(times)}
     series = read_table(folders[0] / f"{QUESTIONS[file.command].table}.csv")
     axis = next(iter(series.values()))
-    at = np.array(file.at or axis[-1:])
+    at = np.array(file.places or axis[-1:])
     nearest = np.abs(axis[:, None] - at).argmin(axis=0)
     reached = np.allclose(axis[nearest], at, rtol=SAME, atol=SAME)
     return row | (dict(zip(compared, series[file.quantity][nearest], strict=True)) if reached else {})

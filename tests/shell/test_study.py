@@ -42,7 +42,7 @@ def test_cases_have_the_places_of_the_comparison(tmp_path: Path) -> None:
 def test_quantity_is_a_column_of_the_results(tmp_path: Path) -> None:
     text = "command: curve\nbase: {particles: 1, beta: 0.4, De: 0.5, Ca_e: 0.1}\n"
     text += "discretisations: [{mesh.Np: 8}, {mesh.Np: 10}]\n"
-    assert checked(tmp_path, text + "quantity: U_1\n")[0].at == []
+    assert checked(tmp_path, text + "quantity: U_1\n")[0].places == []
     with pytest.raises(InputError, match="quantity: got 'dU'; must be one of U_1"):
         checked(tmp_path, text)
 
