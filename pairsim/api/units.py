@@ -1,55 +1,110 @@
-"""The dimensionless numbers and scales of an experiment: `units`."""
+"""The dimensionless numbers and scales of an experiment, and a case file of it: `units`."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from functools import cached_property
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pairsim.api.cases import load
-from pairsim.cases.case import SceneCase
-from pairsim.cases.physical import Physical
-from pairsim.cases.units_report import DEFAULTS, UnitsReport, units_report
+from pairsim.cases.case import Case, SceneCase
+from pairsim.cases.checked_range import beyond_checked
+from pairsim.cases.materials import declared_in, is_viscous
+from pairsim.cases.physical import BLOCK, DENSITY, QUANTITIES, Physical
+from pairsim.cases.quantities import si
+from pairsim.cases.yaml_file import yaml_text
 from pairsim.computing import QUESTIONS
+from pairsim.physics.pipe import Pipe
+from pairsim.physics.scales import Scales
+from pairsim.results.folder import plain
+from pairsim.runtime.errors import InputError, NoSteadyState
 
 if TYPE_CHECKING:
     import pandas as pd
 
+    from pairsim.api.rheometer import MeasuredLiquid
 
+WATER = "1000 kg/m^3"
+SMALL_RE = 1.0
+SMALL_PART = 0.1  # inertia is negligible below this fraction of the larger of Ca_e and De
+RIGID = "rigid particles in a liquid without a memory keep their distance: only inertia, neglected here, changes it"
+INERTIA = "inertia may change the distance as much as the softness of the particles and the elasticity of the liquid"
+COLUMN = 24  # of the comments in a case file
+FURTHER = re.compile(r"[;:]| \(|, ")  # from here on the description of a key is for the reference
+
+Row = tuple[str, str, str]
+"""Name, value with unit, and meaning."""
+
+
+@dataclass(frozen=True, repr=False)
 class Units:
     """What `pairsim units` says of an experiment.
 
     Attributes:
         case: The case, to be given to `run` or another function.
-        report: Numbers, scales, whether inertia is negligible, defaults used and warnings.
         written: The keys of the case that were given or follow from what was.
+        numbers: The dimensionless numbers.
+        scales: The units of length, velocity, time and stress, and the flow without particles.
+        notes: Whether inertia is negligible, defaults used, and warnings.
+        fit: The liquid that was fitted to files of a rheometer, if there were any.
     """
 
-    def __init__(self, case: SceneCase, report: UnitsReport, written: Mapping[str, Any]) -> None:
-        self.case, self.report, self.written = case, report, written
+    case: SceneCase
+    written: Mapping[str, Any]
+    numbers: Sequence[Row]
+    scales: Sequence[Row]
+    notes: Sequence[str]
+    fit: MeasuredLiquid | None = None
 
-    @cached_property
+    @property
     def table(self) -> pd.DataFrame:
         """The dimensionless numbers and the scales: name, value and meaning."""
         import pandas as pd
 
-        return pd.DataFrame([*self.report.numbers, *self.report.scales], columns=["name", "value", "meaning"])
-
-    @property
-    def notes(self) -> list[str]:
-        """Whether inertia is negligible, defaults used, and warnings."""
-        used = [f"default used: {each}" for each in self.report.defaults]
-        return [self.report.inertia, *used, *(f"warning: {each}" for each in self.report.warnings)]
+        return pd.DataFrame([*self.numbers, *self.scales], columns=["name", "value", "meaning"])
 
     def __repr__(self) -> str:
         return "\n".join([self.table.to_string(index=False, header=False), *self.notes])
 
+    def case_file(self, name: str) -> str:
+        """The text of a case file with what was given, and a comment a line.
 
-def units(*, kind: str = "run", **given: Any) -> Units:
+        Args:
+            name: Name of the case.
+        """
+        numbers = ", ".join(f"{name} {value}" for name, value, _ in self.numbers)
+        warnings = [note.removeprefix("warning: ") for note in self.notes if note.startswith("warning: ")]
+        head = [f"Written by pairsim units; pairsim schema {self.case.kind} lists all keys.", numbers, *warnings]
+        lines = [f"# {line}" for line in head]
+        for key, value in {"name": name, **self.written}.items():
+            words = {key: type(self.case).model_fields[key].description or ""}
+            if key == BLOCK:
+                words |= {each: QUANTITIES[each].dimension.words for each in value}
+            for line in yaml_text(plain({key: value}), blocks=True).splitlines():
+                comment = FURTHER.split(words.get(line.partition(":")[0].strip(), ""))[0]
+                lines.append(f"{line:{COLUMN}}# {comment}" if comment else line)
+        return "\n".join([*lines, ""])
+
+
+def units(
+    *,
+    kind: str = "run",
+    pressure: str | None = None,
+    over: str | None = None,
+    rheology: Path | str | None = None,
+    spectrum: Path | str | None = None,
+    **given: Any,
+) -> Units:
     """Compute the dimensionless numbers and scales of an experiment, as `pairsim units` does.
 
     Args:
         kind: The command that the case is for.
+        pressure: Pressure drop in place of the flow rate, such as "20kPa".
+        over: Length of tube over which it falls, such as "5cm".
+        rheology: CSV file of a flow curve, to which the liquid is fitted: shear rate, viscosity, N1.
+        spectrum: CSV file of moduli, alike: angular frequency, G', G''.
         given: The keys of a `physical` block, each a text with its unit such as `tube="50um"`, and other keys of a
             case, such as `liquid={"law": "power-law", "n": 0.6}`. Without a modulus the particles are rigid.
 
@@ -64,12 +119,130 @@ def units(*, kind: str = "run", **given: Any) -> Units:
         >>> pairsim.run(beads.case)
     """
     quantities = {key: given.pop(key) for key in Physical.model_fields if key in given}
-    written = dict(given)
+    fit = None
+    if rheology is not None or spectrum is not None:
+        from pairsim.api.rheometer import fit_liquid
+
+        fit = fit_liquid(rheology, spectrum, given.get("liquid"))
+        given["liquid"] = fit.block
+        _check_left_out(fit.quantities.keys() & quantities.keys(), quantities, "since it is fitted")
+        quantities |= fit.quantities
     if isinstance(sizes := quantities.get("particle"), list):
-        written.setdefault("particles", len(sizes))
+        given.setdefault("particles", len(sizes))
     if not quantities.keys() & {"modulus", "young"}:
-        written.setdefault("Ca_e", 0)
+        given.setdefault("Ca_e", 0)
     if "distance" not in quantities and kind in QUESTIONS:
-        written = {**QUESTIONS[kind].model.usual_distances, **written}
-    case = load({**written, "physical": DEFAULTS | quantities}, kind=kind)
-    return Units(case, units_report(case, quantities), {"physical": quantities, **written})
+        given = {**QUESTIONS[kind].model.usual_distances, **given}
+
+    def case_with(**more: str) -> SceneCase:
+        return load({**given, BLOCK: {"density": WATER, **quantities, **more}}, kind=kind)
+
+    if pressure is not None or over is not None:
+        if pressure is None or over is None:
+            missing, other = ("--over", "--pressure") if over is None else ("--pressure", "--over")
+            allowed = f"must be given with {other}, such as --pressure 20kPa --over 5cm"
+            raise InputError("pairsim units", missing, None, allowed)
+        _check_left_out(quantities.keys() & {"flow_rate", "velocity"}, quantities, "with --pressure")
+        from pairsim.cases.pressure import velocity_for
+
+        quantities["velocity"] = velocity_for(pressure, over, lambda velocity: case_with(velocity=velocity))
+    case = case_with()
+    assert case.physical is not None
+    scales = case.physical.scales(dict(case))
+    Re = scales.reynolds(si(quantities.get(DENSITY.key, WATER), DENSITY.dimension))
+    numbers, notes = _numbers(case, Re), _notes(case, quantities, Re)
+    return Units(case, {BLOCK: quantities, **given}, [*numbers], [*_scales(case, scales)], [*notes], fit)
+
+
+def _check_left_out(keys: set[str], given: Mapping[str, Any], why: str) -> None:
+    """Refuse quantities that are given twice."""
+    for key in sorted(keys):
+        raise InputError("pairsim units", f"{BLOCK}.{key}", given[key], f"must be left out {why}")
+
+
+def _numbers(case: SceneCase, Re: float) -> Iterator[Row]:
+    viscous, modes, soft = is_viscous(dict(case)), case.liquid_model.modes, any(case.Ca_es)
+    yield "beta", _list(case.beta), "particle over tube diameter, D_p/D_c"
+    if not viscous:
+        yield "De", f"{case.De:.4g}", "Deborah number lambda U_av/D_c"
+    yield "Ca_e", _list(case.Ca_e), "elastic capillary number eta_0 U_av/(D_c G_p)"
+    if modes:
+        yield "xi", f"{case.xi:.4g}", "solvent over total viscosity"
+    for each in declared_in(dict(case)):
+        if each.value is not None and (soft if each.key.startswith("solid") else modes or viscous):
+            yield each.key, f"{each.value:.4g}", each.parameter.words
+    if case.n > 1:
+        yield *_distances(case), "distance between the surfaces over tube diameter"
+    yield "Re", f"{Re:.3g}", "Reynolds number rho U_av D_c/eta_0"
+    yield "Re beta^2", f"{Re * max(case.betas) ** 2:.3g}", "Reynolds number of a particle"
+
+
+def _scales(case: SceneCase, scales: Scales) -> Iterator[Row]:
+    """The units, and what the liquid without particles does at the wall if it has a steady flow."""
+    yield "length", f"{scales.length * 1e6:.4g} um", "tube diameter D_c"
+    yield "velocity", f"{scales.velocity * 1e3:.4g} mm/s", "mean velocity U_av"
+    yield "time", f"{scales.time * 1e3:.4g} ms", "D_c/U_av"
+    yield "viscosity", f"{scales.viscosity:.4g} Pa s", "eta_0"
+    yield "stress", f"{scales.stress:.4g} Pa", "eta_0 U_av/D_c"
+    liquid = case.liquid_model
+    try:
+        flow = Pipe(liquid).steady()
+    except NoSteadyState:
+        return
+    yield "wall shear rate", f"{flow.wall_rate / scales.time:.4g} 1/s", "of the flow without particles"
+    if liquid.modes:
+        yield "Wi at the wall", f"{liquid.longest * flow.wall_rate:.4g}", "Weissenberg number lambda times this rate"
+    yield "wall stress", f"{flow.gradient / 4 * scales.stress:.4g} Pa", "shear stress there"
+    yield "pressure drop", f"{1e-5 * flow.gradient * scales.stress / scales.length:.4g} kPa/cm", "without particles"
+
+
+def _distances(case: SceneCase) -> tuple[str, str]:
+    """The key of the distances, and their values."""
+    if isinstance(case, Case):
+        return "d0", _list(case.d0)
+    least, most = case.range_of_d
+    return "d", f"{least:.4g} to {most:.4g}"
+
+
+def _list(value: Any) -> str:
+    return ", ".join(f"{entry:.4g}" for entry in (value if isinstance(value, tuple) else (value,)))
+
+
+def _notes(case: SceneCase, given: Mapping[str, Any], Re: float) -> Iterator[str]:
+    """Whether inertia is negligible, the defaults used for quantities that were not given, and warnings."""
+    of_particle, drive = Re * max(case.betas) ** 2, max(*case.Ca_es, case.De)
+    small = Re <= SMALL_RE and of_particle <= SMALL_PART * drive
+    comparison = f"Re beta^2 = {of_particle:.2g} against {drive:.2g}, the larger of Ca_e and De"
+    yield f"inertia {'is' if small else 'may not be'} negligible: Re = {Re:.2g}, {comparison}"
+    for default in _defaults(case, given):
+        yield f"default used: {default}"
+    for text in beyond_checked(case):
+        yield f"warning: {text}"
+    if not case.liquid_model.modes and not any(case.Ca_es):
+        yield f"warning: {RIGID}"
+    elif not small:
+        yield f"warning: {INERTIA}"
+
+
+def _defaults(case: SceneCase, given: Mapping[str, Any]) -> Iterator[str]:
+    modes = case.liquid_model.modes
+    if not modes and not is_viscous(dict(case)):
+        yield "no relaxation time: the liquid is Newtonian (De = 0)"
+    elif modes and case.liquid is None:
+        parameters = ", ".join(f"{name} = {value:g}" for name, value in modes[0].numbers.items())
+        yield f"liquid: {modes[0].name}" + (f" with {parameters}" if parameters else "")
+    elif modes:
+        for each in declared_in(dict(case)):
+            if each.value is None and not each.key.startswith("solid"):
+                yield f"{each.key} = {each.parameter.default:g}"
+    if modes and "solvent" not in given:
+        yield f"solvent viscosity: xi = {case.xi:g} of the total"
+    if "modulus" not in given and "young" not in given:
+        yield "no modulus: the particles are rigid (Ca_e = 0)"
+    if "distance" not in given:
+        name, values = _distances(case)
+        yield f"distance between the surfaces: {name} = {values} D_c"
+    if isinstance(case, Case) and "end" not in given:
+        yield f"end time: {case.time.end:g} D_c/U_av"
+    if "density" not in given:
+        yield f"density: {WATER}"

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support.commands import Pairsim
 
-from pairsim.cases.rheometer import keys_of, read_measured, sentences
+from pairsim.api.rheometer import keys_of, read_measured, sentences
 from pairsim.physics.homogeneous import moduli, steady_shear
 from pairsim.physics.liquids import Liquid, Newtonian
 from pairsim.physics.liquids.carreau import Carreau

@@ -1,23 +1,22 @@
-"""Files of rheometers, and the liquid of a case that follows from them."""
+"""Files of a rheometer, and the liquid of a case that is fitted to them."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from pairsim.cases.quantities import unit_in_si
 from pairsim.physics.liquids.viscous import ZERO_SHEAR, ViscousLaw
 from pairsim.physics.material import Dimension
+from pairsim.physics.rheometry import Fit, Measured, described, fits, scatter
 from pairsim.physics.solids.solid import MODULUS
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
-
-if TYPE_CHECKING:
-    from pairsim.physics.rheometry import Fit, Measured
 
 RATE = Dimension("rate", "a rate", "shear rate or angular frequency", "1/s", "1 1/s", lambda value, _: value)
 COLUMNS = {
@@ -34,18 +33,60 @@ FILES = {"--rheology": ("rate", "viscosity"), "--spectrum": ("frequency", "stora
 FEWEST = 5
 
 
-def read_measured(rheology: Path | None, spectrum: Path | None) -> Measured:
+@dataclass(frozen=True)
+class MeasuredLiquid:
+    """The liquid that is fitted to files of a rheometer.
+
+    Attributes:
+        fit: The best fit.
+        data: What was measured.
+        quantities: Those of a `physical` block that the liquid gives.
+        block: The value of `liquid`.
+        sentences: The fit in words, with the intervals of its numbers, and whether it describes the data.
+    """
+
+    fit: Fit
+    data: Measured
+    quantities: dict[str, str]
+    block: Any
+    sentences: list[str]
+
+    def draw(self, path: Path) -> None:
+        """Draw points and lines of the flow curve and of the moduli into a PNG file."""
+        from pairsim.plots.rheometry import draw_fit
+
+        draw_fit(self.fit, self.data, path)
+
+
+def fit_liquid(rheology: Path | str | None, spectrum: Path | str | None, law: str | None = None) -> MeasuredLiquid:
+    """Fit the laws that ship, or one of them, to what a rheometer measured.
+
+    Args:
+        rheology: CSV file of a flow curve.
+        spectrum: CSV file of moduli.
+        law: The law; None for the one that is best by the Bayesian information criterion.
+
+    Raises:
+        InputError: A file cannot be used, or has too few points for the law.
+    """
+    data = read_measured(rheology, spectrum)
+    found = fits(data, [law] if law else None)
+    if not found:
+        raise InputError("pairsim units", "--liquid", law, "must have fewer parameters than there are points")
+    quantities, block = keys_of(found[0])
+    return MeasuredLiquid(found[0], data, quantities, block, sentences(found, data))
+
+
+def read_measured(rheology: Path | str | None, spectrum: Path | str | None) -> Measured:
     """What one or two files hold; columns are told by their heads, units stand in brackets, SI without.
 
     Raises:
         InputError: A file cannot be read, or lacks a column or points.
     """
-    from pairsim.physics.rheometry import Measured
-
     found: dict[str, Array] = {}
     for option, file in zip(FILES, (rheology, spectrum), strict=True):
         if file is not None:
-            found |= _columns(option, file)
+            found |= _columns(option, Path(file))
     if "rate" in found:
         found.setdefault("N1", np.full(len(found["rate"]), np.nan))
     return Measured(**found)
@@ -117,8 +158,6 @@ def _quantity(value: float, dimension: Dimension, numbers: dict[str, Any]) -> st
 
 def sentences(fits: Sequence[Fit], data: Measured) -> list[str]:
     """The best fit in words, with the intervals of its numbers, and whether it describes the data."""
-    from pairsim.physics.rheometry import described, scatter
-
     best, *others = fits
     modes = f", {len(best.liquid.modes)} modes" if len(best.liquid.modes) > 1 else ""
     numbers = [f"{_name(best, key)} = {n.value:.3g} ({n.least:.3g} to {n.most:.3g})" for key, n in best.numbers.items()]
