@@ -21,7 +21,7 @@ from pairsim.cli import first_steps, laws, mesh, pictures, sweeps, tables, units
 from pairsim.cli.options import path_option
 from pairsim.runtime.errors import EnvironmentFailure, InputError, PairsimError
 from pairsim.runtime.launcher import rank
-from pairsim.runtime.questions import FOLDER, NAMES
+from pairsim.runtime.questions import NAMES, first_line
 from pairsim.runtime.version import __version__, commit
 
 
@@ -34,8 +34,7 @@ class _OfQuestion(TyperCommand):
     """The command of a question, whose file is imported when it is called; --help lists the first line of the file."""
 
     def __init__(self, question: str) -> None:
-        with (FOLDER / f"{question}.py").open(encoding="utf-8") as file:
-            super().__init__(question, help=file.readline().lstrip("r").strip('"\n'))
+        super().__init__(question, help=first_line(question))
 
     def make_context(self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any) -> Any:
         return command_of(str(self.name)).make_context(info_name, args, parent, **extra)

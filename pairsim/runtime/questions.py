@@ -5,7 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 FOLDER = Path(__file__).parents[1] / "questions"
-"""Where the questions are, each in the file of its name."""
+"""Where the questions are, each in the file or, if it is a long one, in the folder of its name."""
 ORDER = ("run", "curve", "critical")
 """The questions that come first in lists; others follow by name."""
-NAMES = (*ORDER, *sorted({file.stem for file in FOLDER.glob("[a-z]*.py")} - {*ORDER}))
+NAMES = (*ORDER, *sorted({entry.stem for entry in FOLDER.glob("[a-z]*")} - {*ORDER}))
+
+
+def first_line(name: str) -> str:
+    """The first line of the file of a question: what it computes."""
+    file = FOLDER / f"{name}.py"
+    with (file if file.exists() else FOLDER / name / "__init__.py").open(encoding="utf-8") as lines:
+        return lines.readline().lstrip("r").strip('"\n')

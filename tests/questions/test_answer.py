@@ -11,9 +11,9 @@ import pytest
 from support.result_folders import curve_table
 
 from pairsim.computing import QUESTIONS
-from pairsim.computing.run_answer import answer_of_run
 from pairsim.questions.critical import answer_of_critical
-from pairsim.questions.curve import answer_of_curve
+from pairsim.questions.curve.answer import answer_of_curve
+from pairsim.questions.run.answer import answer_of_run
 from pairsim.results.curve_table import Zero
 from pairsim.results.settled import SETTLED, start_up
 from pairsim.results.units import with_error

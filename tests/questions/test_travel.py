@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support.result_folders import curve_table
 
-from pairsim.questions.curve import answer_of_curve
+from pairsim.questions.curve.answer import answer_of_curve
 from pairsim.results.curve_table import FORGOTTEN, forgotten_at
 from pairsim.results.travel import travel
 from pairsim.runtime.errors import InputError

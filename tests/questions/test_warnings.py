@@ -20,7 +20,7 @@ from pairsim.computing.warnings import (
     near_ends,
     unresolved_stress,
 )
-from pairsim.questions.run import end_of
+from pairsim.questions.run.computation import end_of
 
 
 def case(**keys: Any) -> Case:

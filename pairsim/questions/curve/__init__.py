@@ -10,10 +10,8 @@ system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Generator, Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from functools import cached_property
-from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
@@ -31,39 +29,28 @@ from pairsim.cases.value_lists import ALLOWED, MOST_VALUES, Gaps
 from pairsim.cases.values import CurveTolerance, Distance, Velocity, Whole
 from pairsim.cli.compute import compute
 from pairsim.cli.options import Budget, CaseFile, DryRun, Output, Overwrite, Progress, Quiet, Settings
-from pairsim.computing import events
-from pairsim.computing.answer import shapes_in
 from pairsim.computing.question import InSweeps, Question, Tables, Value, rows_in
 from pairsim.results.columns import (
     EQUILIBRIA_COLUMNS,
     FORCES,
     GAP,
-    curve_columns,
     names_of,
     suffixes,
     suffixes_in,
 )
-from pairsim.runtime.errors import RunFailure
 from pairsim.solvers.curves.distances import between
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from pairsim.api.curve import Curve
-    from pairsim.computing.steady import Solutions
+    from pairsim.computing.events import Events
     from pairsim.computing.warm_start import WarmStart
     from pairsim.plots.style import Page
-    from pairsim.results import curve_table as in_tables
+    from pairsim.questions.curve.function import Curve
     from pairsim.results.travel import Travel
-    from pairsim.results.xdmf import FieldFrame
     from pairsim.runtime.arrays import Array
     from pairsim.runtime.monitor import Monitor
-    from pairsim.solvers.curves.branch import Branch, Point
-    from pairsim.solvers.curves.curve import Equilibrium
-    from pairsim.solvers.curves.interpolant import CurveInterpolant, Region
-    from pairsim.solvers.steady.scene import SteadySolver
 
-FAR = 1.2  # ratio of distances from which on it is told where a start is forgotten; chosen
 FORCE = names_of(1, *FORCES)  # columns of the only point of a single particle that is moved
 
 
@@ -181,7 +168,7 @@ def estimate(case: CurveCase) -> Estimate:
 
 def solve(
     case: CurveCase, *, monitor: Monitor, sensitivities: bool = False, warm_start: WarmStart | None = None
-) -> events.Events:
+) -> Events:
     """Compute a master curve and, for a pair, its zeros.
 
     Args:
@@ -190,263 +177,9 @@ def solve(
         sensitivities: Compute the derivatives of dU with respect to Ca_e, De and beta, too.
         warm_start: Solutions of the previous curve to start from; keeps those of this curve. The caller closes it.
     """
-    from pairsim.computing.problems import steady_problem
-    from pairsim.computing.steady import Solutions, point_row
-    from pairsim.solvers.curves.curve import trace
-    from pairsim.solvers.parameters import Parameters
+    from pairsim.questions.curve.computation import computation
 
-    places = case.in_order
-    expected = len(between(places, case.max_points)) if case.common else len(places)
-    yield events.Begin(f"{expected} point{'s' * (expected > 1)}, more as needed", expected)
-    found = Solutions(case, warm_start)
-    points, warnings = found.points, list[str]()
-    try:
-        with found:
-            start = Parameters(places[0], case.solid_models, case.liquid_model)
-            narrowest = min((d for place in places for d in place), default=math.inf)
-            problem = steady_problem(case, narrowest, monitor)
-            branch = found.begin(problem, start, places=places, sensitivities=sensitivities)
-            yield events.Table("curve", _columns(case, sensitivities), ascending=case.common)
-            for point, wanted in trace(branch, places, case.tol, case.max_points):
-                points.append(point)
-                if case.common:
-                    points.sort(key=lambda p: p.d)
-                count = len(points)
-                yield events.Row("curve", point_row(point) | {"wanted": float(wanted)})
-                if any(abs(point.d - d) < 1e-9 * d for d in case.fields):
-                    yield events.Frame(_frame(point.d, branch.solver))
-                yield events.Progress(min(count, expected), _shown(point, count), count)
-            message = f"{len(points)} points"
-            if case.n == 2 and case.velocity is None:
-                zeros = yield from _zeros(branch, points, warnings)
-                message += f"; dU = 0: {', '.join(map(_said, zeros)) or 'at no d'}"
-            return events.Outcome("finished", "end", message)
-        return found.outcome  # the branch ends before all distances were reached
-    finally:
-        yield from _end(case, found, warnings)
-
-
-def _columns(case: CurveCase, sensitivities: bool) -> list[str]:
-    """The columns of curve.csv."""
-    from pairsim.computing.steady import health_columns
-
-    parameters = [name for name, value in (("Ca_e", max(case.Ca_es)), ("De", case.De), ("beta", 1.0)) if value]
-    parameters = parameters if sensitivities else []
-    columns = curve_columns(case.n, case.common, parameters, case.velocity is not None)
-    return [*columns, *health_columns(case)]
-
-
-def _shown(point: Point, count: int) -> str:
-    """A line of progress for a point."""
-    o = point.observation
-    gaps = f"d = {', '.join(f'{d:.5f}' for d in point.gaps)}  " if point.gaps else ""
-    if len(o.F):
-        name, values = "F", ", ".join(f"{F:.6g}" for F in o.F)
-    elif o.U.size > 1:
-        name, values = "dU", ", ".join(f"{dU:+.4e}" for dU in o.dU)
-    else:
-        name, values = "U", f"{o.U[0]:.6f}"
-    return f"{gaps}{name} = {values}  Newton {point.newton}  point {count}"
-
-
-def _frame(d: float, solver: SteadySolver) -> FieldFrame:
-    """The fields of the present solution."""
-    from pairsim.results.fields import SteadyMoment, frame
-
-    (h, x), flow = solver.state(), solver.developed_flow
-    moment = SteadyMoment(d, solver.scene, x, h, solver.constraints.V @ solver.y)
-    return frame(moment, solver.h_star(solver.parameters), flow)
-
-
-def _last_shapes(solver: SteadySolver) -> FieldFrame:
-    """The fields of the last solution on the way to parameters that were not reached."""
-    solver.reopen()
-    try:
-        return _frame(min(solver.parameters.gaps), solver)
-    finally:
-        solver.close()
-
-
-def _zeros(
-    branch: Branch, points: list[Point], warnings: list[str]
-) -> Generator[events.Event, None, Sequence[Equilibrium]]:
-    """Find the zeros of the curve of a pair; those found before a failure are written, too."""
-    from pairsim.solvers.curves.curve import Zero, equilibria, find_zeros
-
-    zeros: list[Zero] = []
-    failure: RunFailure | None = None
-    try:
-        for found in find_zeros(branch, points):
-            if isinstance(found, Zero):
-                zeros.append(found)
-            else:
-                warnings.append(found.message)
-    except RunFailure as error:
-        failure = error
-    result = equilibria(zeros, points)
-    yield events.Table("equilibria", EQUILIBRIA_COLUMNS, [vars(zero) | {"stable": zero.stable} for zero in result])
-    if failure is not None:
-        raise failure
-    return result
-
-
-def _said(zero: Equilibrium) -> str:
-    """A zero in words."""
-    kind = "stable" if zero.stable else "unstable"
-    return f"{kind} at d = {zero.d:.5g}{'' if zero.certain else ' (uncertain)'}"
-
-
-def _end(case: CurveCase, found: Solutions, warnings: list[str]) -> Iterator[events.Event]:
-    """What run.json says, and the fields of the last state on a way that has not arrived."""
-    from pairsim.computing.steady import adaptation_report, moving_errors
-    from pairsim.solvers.curves.adaptation import ENOUGH
-    from pairsim.solvers.curves.curve import ROUNDING, interpolants
-
-    points, entries = found.points, dict[str, Any](points=len(found.points))
-    if case.velocity is not None:
-        warnings = [*warnings, *_large_force_errors(case, points)]
-    elif found.branch is not None and case.n > 1 and points:
-        curves = interpolants(points) if case.common and len(points) > 1 else []
-        size = max(abs(curve.peak.dU) for curve in curves) if len(points) >= ENOUGH and curves else found.branch.dU
-        reported = adaptation_report(case, found.branch, points, [size] * len(points), f"the largest |dU| ({size:.3g})")
-        entries["adaptation"], missed = reported
-        entries["adaptation"]["reference_dU"] = size
-        moved = moving_errors(case, points, size) if size > ROUNDING else []
-        warnings = [*warnings, *missed, *moved, *(_far_apart(case, curves, size) if size > ROUNDING else [])]
-    yield from found.last_events(entries, warnings)
-    if found.ended is not None and found.ended.last is not None and case.n > 1:
-        yield events.Frame(_last_shapes(found.ended.last))
-
-
-def _far_apart(case: CurveCase, curves: Sequence[CurveInterpolant], size: float) -> list[str]:
-    """Warn of points so far apart that the interpolation error of dU exceeds `accuracy` and the errors at the points.
-
-    Args:
-        case: The case.
-        curves: dU of every gap.
-        size: The largest |dU| [U_av].
-    """
-    import numpy as np
-
-    from pairsim.computing.warnings import finer
-
-    if not curves:
-        return []
-    d, known = curves[0].d, [np.maximum(curve.dU_error[:-1], curve.dU_error[1:]) for curve in curves]
-    errors = np.max([np.where(c.errors > e, c.errors, 0.0) for c, e in zip(curves, known, strict=True)], axis=0) / size
-    worst = int(errors.argmax())
-    if errors[worst] <= case.error_wanted:
-        return []
-    part = f"{100 * errors[worst]:.2g} %" if np.isfinite(errors[worst]) else "any part"
-    where = f"between d = {d[worst]:.4g} and {d[worst + 1]:.4g}"
-    advice = finer(case)
-    if len(d) >= case.max_points:
-        advice = f"more points (--set max_points={2 * case.max_points})"
-    elif case.tol > case.error_wanted:
-        advice = f"points nearer to each other (--set tol={case.error_wanted:g})"
-    return [
-        f"{where} the interpolated dU may be off by {part} of its largest value, more than accuracy: {case.accuracy}; "
-        f"use {advice}"
-    ]
-
-
-def _large_force_errors(case: CurveCase, points: list[Point]) -> list[str]:
-    """Warnings of large errors of the forces that move the particles, relative to themselves."""
-    from pairsim.computing.warnings import ErrorAt, large_errors
-    from pairsim.solvers.steady.continuation import where
-
-    errors = [
-        ErrorAt(float(error / abs(F)), where(point.parameters), 0.0)
-        for point in points
-        for F, error in zip(point.observation.F, point.estimate.F_error, strict=True)
-        if F
-    ]
-    return large_errors(case, "F_error", "F", errors)
-
-
-def answer_of_curve(
-    table: Mapping[str, Array], zeros: Sequence[in_tables.Zero], record: Mapping[str, Any]
-) -> list[str]:
-    """The answer of a master curve.
-
-    Args:
-        table: Columns of curve.csv.
-        zeros: Zeros of dU, in ascending distance.
-        record: run.json.
-    """
-    from pairsim.results.curve_table import peak_of, regions_of
-    from pairsim.results.units import LENGTH, VELOCITY, in_unit, scales_in, with_error
-
-    gaps = suffixes_in(table, "dU")
-    if not gaps:
-        velocities = [f"U{each} = {table[f'U{each}'][0]:.6g}" for each in suffixes_in(table, "U")]
-        forces = suffixes_in(table, "F")
-        moved = [f"F{each} = {with_error(table[f'F{each}'][0], table[f'F_error{each}'][0])}" for each in forces]
-        return [f"{', '.join([*velocities, *moved])}.", *shapes_in(table, 0, "")]
-    lines = []
-    scales = scales_in(record)
-    if "dU" in table:
-        regions = regions_of(table, [zero.d for zero in zeros])
-        met = {a.stop for a, b in pairwise(regions) if a.sign * b.sign < 0}
-        zeros = [zero for zero in zeros if zero.d in met]
-        lines.append(_motion_over_d(regions, zeros))
-        if scales is not None and zeros:
-            places = ", ".join(in_unit(scales, LENGTH, zero.d, zero.error) for zero in zeros)
-            lines.append(f"In physical units: it keeps its distance at d = {places}.")
-        lines += _starts(table)
-    for gap in gaps:
-        name, peak = f"dU{gap}", peak_of(table, gap)
-        value, place = with_error(peak.dU, peak.error, "+"), with_error(peak.d, peak.d_error)
-        if not math.isfinite(peak.error):
-            lines.append(f"Largest |{name}| of two points: {value} at d = {place}; what lies between is not known.")
-            continue
-        lines.append(f"Largest |{name}|: {value} at d = {place}.")
-        if scales is not None:
-            value, place = (
-                in_unit(scales, VELOCITY, peak.dU, peak.error, "+"),
-                in_unit(scales, LENGTH, peak.d, peak.d_error),
-            )
-            lines.append(f"In physical units: {value} at d = {place}.")
-    shapes = {f"D{each}": table[f"D{each}"] for each in suffixes_in(table, "D")}
-    ranges = ", ".join(f"{name} from {values.min():.3g} to {values.max():.3g}" for name, values in shapes.items())
-    return [*lines, f"Taylor parameters: {ranges}."] if ranges else lines
-
-
-def _motion_over_d(regions: Sequence[Region], zeros: Sequence[in_tables.Zero]) -> str:
-    """Where a pair separates, where it comes closer, where neither is certain, and where it keeps its distance."""
-
-    def where(region: Region) -> str:
-        far = region.stop > region.start
-        return f"between d = {region.start:.4g} and {region.stop:.4g}" if far else f"at d = {region.start:.4g}"
-
-    if not regions:
-        return "The pair keeps its distance: dU vanishes at every d."
-    moves = [f"{'separates' if each.sign > 0 else 'comes closer'} {where(each)}" for each in regions if each.sign]
-    sentences = [f"The pair {', '.join(moves)}."] if moves else []
-    if open_ones := [where(each) for each in regions if not each.sign]:
-        sentences.append(f"Not decided {', '.join(open_ones)}: the interval of dU holds both signs.")
-    if zeros:
-        sentences.append(f"It keeps its distance at d = {', '.join(map(str, zeros))}.")
-    return " ".join(sentences)
-
-
-def _starts(table: Mapping[str, Array]) -> list[str]:
-    """From where on pairs that start at an end of the curve and move along it are on the curve, if that is far."""
-    from pairsim.results.curve_table import forgotten_at
-
-    lines = []
-    for end, sign in ((0, 1), (-1, -1)):
-        d, dU, held = (float(table[name][end]) for name in ("d", "dU", "dU_held"))
-        there = forgotten_at(table, d) if dU * sign > 0 else None
-        if there is None or 1 / FAR < there / d < FAR:
-            continue
-        known = f"follows this curve from d = {there:.3g} on" if math.isfinite(there) else "does not follow this curve"
-        change = f"{100 * abs(held / dU - 1):.2g} % {'more' if held / dU > 1 else 'less'}"
-        lines.append(
-            f"A pair that starts at d = {d:.4g} {known}, when it has forgotten its start; at first, dU depends on that "
-            f"(with the shapes of a held distance: {change})."
-        )
-    return lines
+    return computation(case, monitor, sensitivities, warm_start)
 
 
 def draw(directory: Path, out: Path, page: Page) -> list[Path]:
@@ -505,7 +238,7 @@ class CurveResult(Result):
     @cached_property
     def curve(self) -> Curve:
         """dU as a function of the distance: `dU, half_width = result.curve(d)`."""
-        from pairsim.api.curve import Curve
+        from pairsim.questions.curve.function import Curve
 
         return Curve(self.columns)
 
@@ -544,6 +277,7 @@ class CurveResult(Result):
 
     def findings(self) -> list[str]:
         """Where particles separate and come closer, and how fast."""
+        from pairsim.questions.curve.answer import answer_of_curve
         from pairsim.results.curve_table import zeros_in
 
         if not rows_in(self.tables["curve"]):

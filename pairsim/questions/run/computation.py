@@ -1,13 +1,4 @@
-"""Compute one case in time.
-
-Writes series.csv, fields.xdmf, case.yaml, run.json and checkpoint.npz.
-Lengths are in tube diameters D_c, velocities in the mean velocity U_av, times
-in D_c/U_av.
-
-Exit codes: 0 finished (also at contact or max_gap), 2 wrong input, 3
-computation failed, 4 installation or system at fault (pairsim doctor), 130
-interrupted.
-"""
+"""A run as it advances: its steps, rows, fields and checkpoints, and what run.json says at the end."""
 
 from __future__ import annotations
 
@@ -16,21 +7,11 @@ import time
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Any
 
-import typer
-
-from pairsim.api.compute import Computation
-from pairsim.api.results import Result
 from pairsim.cases.case import Case
-from pairsim.cases.case_checks import check_together
-from pairsim.cases.cost import Estimate
 from pairsim.cases.identity import sources_of
-from pairsim.cli.compute import compute
-from pairsim.cli.options import Budget, DryRun, Output, Overwrite, Progress, Quiet, Settings, path_argument, path_option
 from pairsim.computing import events
-from pairsim.computing.question import InSweeps, Question, rows_in
 from pairsim.results.columns import (
     HEALTH,
     POLYMER_HEALTH,
@@ -40,19 +21,17 @@ from pairsim.results.columns import (
     series_columns,
     table_row,
 )
-from pairsim.runtime.errors import InputError, RunFailure, TooManySteps, WallTime
+from pairsim.results.settled import SETTLED
+from pairsim.runtime.errors import RunFailure, TooManySteps, WallTime
+from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.signals import Stopped
-
-if TYPE_CHECKING:
-    from pairsim.plots.style import Page
-    from pairsim.runtime.arrays import Array
-    from pairsim.runtime.monitor import Monitor
-    from pairsim.solvers.errors.run_errors import RunErrors
-    from pairsim.solvers.problems import Problem
-    from pairsim.solvers.stepping.step import Step
-    from pairsim.solvers.transient.adaptation import RunAdaptation
-    from pairsim.solvers.transient.state import Counts
-    from pairsim.solvers.transient.transient import Transient
+from pairsim.solvers.errors.run_errors import RunErrors
+from pairsim.solvers.problems import Problem
+from pairsim.solvers.stepping.step import Step
+from pairsim.solvers.transient.adaptation import RunAdaptation
+from pairsim.solvers.transient.end import reason_to_end, settled
+from pairsim.solvers.transient.state import Counts
+from pairsim.solvers.transient.transient import Transient
 
 ADVICE = {
     WallTime: "a larger limits.wall_time, with --resume",
@@ -61,25 +40,7 @@ ADVICE = {
 SETTLES = 10.0  # time for the settled state at the end of a run [s], at least: else what the run itself took; chosen
 
 
-def estimate(case: Case) -> Estimate:
-    """Size and duration of a run in time."""
-    polymer = bool(case.liquid_model.modes)
-    end, first = case.time.end, case.time.first_step
-    if case.time.fixed_step is not None:
-        steps = end / case.time.fixed_step
-    else:
-        pace = (3e-4 / case.time.tol) ** 0.45 if any(case.Ca_es) or polymer else 0.25
-        steps = 10 * pace * math.log(1 + end / first) * (3 if polymer else 1) + end / case.time.max_step
-    adapted = "; the mesh is adapted: what the run needs is known after a coarse one" if case.adapts else ""
-    return Estimate.of(case, steps, adapted)
-
-
-def solve(case: Case, *, monitor: Monitor, earlier: events.Earlier | None = None) -> events.Events:
-    """Integrate a case in time, from its start or from where an earlier run has stopped."""
-    return _Run(case, monitor, earlier).computation()
-
-
-class _Run:
+class Run:
     """A run as it advances.
 
     Args:
@@ -250,8 +211,6 @@ def passes_frame(case: Case, t: float, dt: float) -> bool:
 
 def end_of(problem: Problem, t: float, gaps: Sequence[float]) -> events.Outcome | None:
     """The outcome of a run that has reached its end at a time and distances, else None."""
-    from pairsim.solvers.transient.end import reason_to_end
-
     match reason_to_end(problem, t, gaps):
         case "contact":
             message = f"contact: the gap fell below {problem.min_gap:g} at t = {t:g}"
@@ -284,9 +243,6 @@ def settled_entry(case: Case, problem: Problem, gaps: tuple[float, ...], ended: 
         the run started and which part of dU `accuracy` allows as error; a message, if there is no such solution. Empty
         for a single particle, and for a run that ended early.
     """
-    from pairsim.results.settled import SETTLED
-    from pairsim.solvers.transient.end import settled
-
     if case.n < 2 or ended.reason not in ("end", "max_gap"):
         return {}
     try:
@@ -339,92 +295,3 @@ def _coarse_run(adaptation: RunAdaptation) -> dict[str, Any]:
     """The part of the entry of run.json that is known before an adapted run."""
     coarse = {"t": adaptation.t, "unknowns": adaptation.unknowns, "dU": adaptation.dU, "dU_error": adaptation.error}
     return {"wanted": adaptation.wanted, "cells": adaptation.factor, "coarse_run": coarse}
-
-
-def draw(directory: Path, out: Path, page: Page) -> list[Path]:
-    """Velocities and shapes over time, and dU over d."""
-    from pairsim.plots.runs_and_curves import draw_run
-
-    return draw_run(directory, out, page)
-
-
-def result_columns(case: Case) -> tuple[str, ...]:
-    """Result columns of a run: those of the last row of series.csv, and the number of steps."""
-    return ("t", *names_of(case.n, "d", "dU", "U", "D"), "dp", "steps")
-
-
-class RunResult(Result):
-    """The result of a run in time. `table` is series.csv, with a row for each accepted step."""
-
-    @property
-    def times(self) -> Array:
-        """Times at which there are fields [D_c/U_av], shape (n,)."""
-        return self.places
-
-    def findings(self) -> list[str]:
-        """What the particles do at the end."""
-        from pairsim.computing.run_answer import answer_of_run
-
-        return (
-            answer_of_run(self.tables["series"], self.record)
-            if rows_in(self.tables["series"])
-            else ["No step was completed."]
-        )
-
-    def afterwards(self) -> str:
-        folder = self._place
-        return f"pairsim plot {folder} draws it; pairsim run --resume {folder} --set time.end=... continues"
-
-
-QUESTION = Question(
-    model=Case,
-    check=check_together,
-    estimate=estimate,
-    solve=solve,
-    tables={"series": ()},
-    result=RunResult,
-    in_sweeps=InSweeps(result_columns, parameters=("beta", "De", "Ca_e", "d0")),
-    draw=draw,
-    captions={"series": "Velocities and shapes over time, relative velocity over distance"},
-    frames="t",
-    flags=("resume",),
-    draws_from=None,
-)
-
-run: Computation[RunResult] = Computation(QUESTION, __doc__)
-"""Compute a case in time: `run(case, folder=...)`, with the arguments of a `Computation`."""
-app = typer.Typer()
-
-
-@app.command(
-    "run",
-    help=__doc__,
-    epilog="Examples: pairsim run configs/quickstart.yaml | pairsim run case.yaml -o out --set Ca_e=0.05 | "
-    "pairsim run --resume out --set time.end=4",
-)
-def _command(
-    case: Annotated[Path | None, path_argument("Case file (YAML); pairsim schema lists its keys.")] = None,
-    output: Output = None,
-    overwrite: Overwrite = False,
-    resume: Annotated[
-        Path | None,
-        path_option(
-            "--resume",
-            metavar="DIR",
-            words="Continue the run in this folder from its checkpoint. "
-            "A case file or --set may change name, time.end, limits and output.",
-        ),
-    ] = None,
-    budget: Budget = None,
-    dry_run: DryRun = False,
-    progress: Progress = "auto",
-    quiet: Quiet = False,
-    set_: Settings = None,
-) -> None:
-    if resume is not None and (overwrite or output is not None):
-        option, allowed = "--overwrite" if overwrite else "-o", "must be left out with --resume, which gives the folder"
-        raise InputError("pairsim run", option, None, allowed)
-    if case is None and resume is None:
-        raise typer.BadParameter("must be given, or else --resume DIR", param_hint="CASE")
-    file, folder = case or Path(resume or "", "case.yaml"), resume or output
-    compute(run, file, folder, overwrite, budget, dry_run, progress, quiet, set_, resume=resume is not None)

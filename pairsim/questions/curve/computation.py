@@ -1,0 +1,186 @@
+"""The points of a master curve, its zeros, and what run.json says at the end."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from pairsim.computing import events
+from pairsim.computing.problems import steady_problem
+from pairsim.computing.steady import Solutions, adaptation_report, health_columns, moving_errors, point_row
+from pairsim.computing.warm_start import WarmStart
+from pairsim.computing.warnings import ErrorAt, finer, large_errors
+from pairsim.questions.curve import CurveCase
+from pairsim.results.columns import (
+    EQUILIBRIA_COLUMNS,
+    curve_columns,
+)
+from pairsim.results.fields import SteadyMoment, frame
+from pairsim.results.xdmf import FieldFrame
+from pairsim.runtime.errors import RunFailure
+from pairsim.runtime.monitor import Monitor
+from pairsim.solvers.curves.adaptation import ENOUGH
+from pairsim.solvers.curves.branch import Branch, Point
+from pairsim.solvers.curves.curve import ROUNDING, Equilibrium, Zero, equilibria, find_zeros, interpolants, trace
+from pairsim.solvers.curves.distances import between
+from pairsim.solvers.curves.interpolant import CurveInterpolant
+from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.steady.continuation import where
+from pairsim.solvers.steady.scene import SteadySolver
+
+
+def computation(case: CurveCase, monitor: Monitor, sensitivities: bool, warm_start: WarmStart | None) -> events.Events:
+    """Compute a master curve and, for a pair, its zeros; arguments as for `solve`."""
+    places = case.in_order
+    expected = len(between(places, case.max_points)) if case.common else len(places)
+    yield events.Begin(f"{expected} point{'s' * (expected > 1)}, more as needed", expected)
+    found = Solutions(case, warm_start)
+    points, warnings = found.points, list[str]()
+    try:
+        with found:
+            start = Parameters(places[0], case.solid_models, case.liquid_model)
+            narrowest = min((d for place in places for d in place), default=math.inf)
+            problem = steady_problem(case, narrowest, monitor)
+            branch = found.begin(problem, start, places=places, sensitivities=sensitivities)
+            yield events.Table("curve", _columns(case, sensitivities), ascending=case.common)
+            for point, wanted in trace(branch, places, case.tol, case.max_points):
+                points.append(point)
+                if case.common:
+                    points.sort(key=lambda p: p.d)
+                count = len(points)
+                yield events.Row("curve", point_row(point) | {"wanted": float(wanted)})
+                if any(abs(point.d - d) < 1e-9 * d for d in case.fields):
+                    yield events.Frame(_frame(point.d, branch.solver))
+                yield events.Progress(min(count, expected), _shown(point, count), count)
+            message = f"{len(points)} points"
+            if case.n == 2 and case.velocity is None:
+                zeros = yield from _zeros(branch, points, warnings)
+                message += f"; dU = 0: {', '.join(map(_said, zeros)) or 'at no d'}"
+            return events.Outcome("finished", "end", message)
+        return found.outcome  # the branch ends before all distances were reached
+    finally:
+        yield from _end(case, found, warnings)
+
+
+def _columns(case: CurveCase, sensitivities: bool) -> list[str]:
+    """The columns of curve.csv."""
+    parameters = [name for name, value in (("Ca_e", max(case.Ca_es)), ("De", case.De), ("beta", 1.0)) if value]
+    parameters = parameters if sensitivities else []
+    columns = curve_columns(case.n, case.common, parameters, case.velocity is not None)
+    return [*columns, *health_columns(case)]
+
+
+def _shown(point: Point, count: int) -> str:
+    """A line of progress for a point."""
+    o = point.observation
+    gaps = f"d = {', '.join(f'{d:.5f}' for d in point.gaps)}  " if point.gaps else ""
+    if len(o.F):
+        name, values = "F", ", ".join(f"{F:.6g}" for F in o.F)
+    elif o.U.size > 1:
+        name, values = "dU", ", ".join(f"{dU:+.4e}" for dU in o.dU)
+    else:
+        name, values = "U", f"{o.U[0]:.6f}"
+    return f"{gaps}{name} = {values}  Newton {point.newton}  point {count}"
+
+
+def _frame(d: float, solver: SteadySolver) -> FieldFrame:
+    """The fields of the present solution."""
+    (h, x), flow = solver.state(), solver.developed_flow
+    moment = SteadyMoment(d, solver.scene, x, h, solver.constraints.V @ solver.y)
+    return frame(moment, solver.h_star(solver.parameters), flow)
+
+
+def _last_shapes(solver: SteadySolver) -> FieldFrame:
+    """The fields of the last solution on the way to parameters that were not reached."""
+    solver.reopen()
+    try:
+        return _frame(min(solver.parameters.gaps), solver)
+    finally:
+        solver.close()
+
+
+def _zeros(
+    branch: Branch, points: list[Point], warnings: list[str]
+) -> Generator[events.Event, None, Sequence[Equilibrium]]:
+    """Find the zeros of the curve of a pair; those found before a failure are written, too."""
+    zeros: list[Zero] = []
+    failure: RunFailure | None = None
+    try:
+        for found in find_zeros(branch, points):
+            if isinstance(found, Zero):
+                zeros.append(found)
+            else:
+                warnings.append(found.message)
+    except RunFailure as error:
+        failure = error
+    result = equilibria(zeros, points)
+    yield events.Table("equilibria", EQUILIBRIA_COLUMNS, [vars(zero) | {"stable": zero.stable} for zero in result])
+    if failure is not None:
+        raise failure
+    return result
+
+
+def _said(zero: Equilibrium) -> str:
+    """A zero in words."""
+    kind = "stable" if zero.stable else "unstable"
+    return f"{kind} at d = {zero.d:.5g}{'' if zero.certain else ' (uncertain)'}"
+
+
+def _end(case: CurveCase, found: Solutions, warnings: list[str]) -> Iterator[events.Event]:
+    """What run.json says, and the fields of the last state on a way that has not arrived."""
+    points, entries = found.points, dict[str, Any](points=len(found.points))
+    if case.velocity is not None:
+        warnings = [*warnings, *_large_force_errors(case, points)]
+    elif found.branch is not None and case.n > 1 and points:
+        curves = interpolants(points) if case.common and len(points) > 1 else []
+        size = max(abs(curve.peak.dU) for curve in curves) if len(points) >= ENOUGH and curves else found.branch.dU
+        reported = adaptation_report(case, found.branch, points, [size] * len(points), f"the largest |dU| ({size:.3g})")
+        entries["adaptation"], missed = reported
+        entries["adaptation"]["reference_dU"] = size
+        moved = moving_errors(case, points, size) if size > ROUNDING else []
+        warnings = [*warnings, *missed, *moved, *(_far_apart(case, curves, size) if size > ROUNDING else [])]
+    yield from found.last_events(entries, warnings)
+    if found.ended is not None and found.ended.last is not None and case.n > 1:
+        yield events.Frame(_last_shapes(found.ended.last))
+
+
+def _far_apart(case: CurveCase, curves: Sequence[CurveInterpolant], size: float) -> list[str]:
+    """Warn of points so far apart that the interpolation error of dU exceeds `accuracy` and the errors at the points.
+
+    Args:
+        case: The case.
+        curves: dU of every gap.
+        size: The largest |dU| [U_av].
+    """
+    if not curves:
+        return []
+    d, known = curves[0].d, [np.maximum(curve.dU_error[:-1], curve.dU_error[1:]) for curve in curves]
+    errors = np.max([np.where(c.errors > e, c.errors, 0.0) for c, e in zip(curves, known, strict=True)], axis=0) / size
+    worst = int(errors.argmax())
+    if errors[worst] <= case.error_wanted:
+        return []
+    part = f"{100 * errors[worst]:.2g} %" if np.isfinite(errors[worst]) else "any part"
+    where = f"between d = {d[worst]:.4g} and {d[worst + 1]:.4g}"
+    advice = finer(case)
+    if len(d) >= case.max_points:
+        advice = f"more points (--set max_points={2 * case.max_points})"
+    elif case.tol > case.error_wanted:
+        advice = f"points nearer to each other (--set tol={case.error_wanted:g})"
+    return [
+        f"{where} the interpolated dU may be off by {part} of its largest value, more than accuracy: {case.accuracy}; "
+        f"use {advice}"
+    ]
+
+
+def _large_force_errors(case: CurveCase, points: list[Point]) -> list[str]:
+    """Warnings of large errors of the forces that move the particles, relative to themselves."""
+    errors = [
+        ErrorAt(float(error / abs(F)), where(point.parameters), 0.0)
+        for point in points
+        for F, error in zip(point.observation.F, point.estimate.F_error, strict=True)
+        if F
+    ]
+    return large_errors(case, "F_error", "F", errors)
