@@ -23,7 +23,6 @@ from pairsim.results.folder import REPORT, kind_of, write_text
 from pairsim.results.tables import headings, in_units, readable
 from pairsim.results.units import scales_in
 from pairsim.runtime.errors import InputError
-from pairsim.runtime.locks import is_locked
 from pairsim.runtime.text import duration
 from pairsim.runtime.version import __version__
 
@@ -57,8 +56,6 @@ def report(folder: str | PathLike[str]) -> Path:
     directory = Path(folder)
     kind = kind_of(directory)
     content = _of_result(folders.open(directory))
-    if content["status"] == "running" and not is_locked(directory):
-        content["status"] = "interrupted"
     table = content.pop("table")
     step = -(-len(table) // MOST_ROWS) or 1
     loader = jinja2.PackageLoader("pairsim.api")

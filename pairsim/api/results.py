@@ -14,6 +14,7 @@ from pairsim.computing import Question
 from pairsim.computing.question import Tables, rows_in
 from pairsim.results.folder import WAY, valid_record
 from pairsim.runtime.errors import BranchEnd, InputError, failure_of
+from pairsim.runtime.locks import is_locked
 from pairsim.runtime.text import duration
 
 if TYPE_CHECKING:
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 
 CASE_NOT_AT_FAULT = ("interrupted", "write_failed", "environment")
 """Reasons for which the same command may succeed."""
+KILLED = {"status": "interrupted", "reason": "interrupted", "message": "the command was killed"}
+"""How a command ended whose run.json says that it is running, although no process is at work."""
 LIMITS = ("wall_time", "max_steps")
 """Reasons that are keys of `limits` as well."""
 
@@ -140,23 +143,26 @@ class Result:
         """
         return load(self._place / "case.yaml", kind=self.kind)
 
-    def _ended(self, key: str) -> str:
-        return str((self.record if self._ending is None else self._ending).get(key, ""))
+    @cached_property
+    def _outcome(self) -> Mapping[str, Any]:
+        """Status, reason and message; a command is no longer running if nobody has locked its folder."""
+        found = {"status": "running", **(self.record if self._ending is None else self._ending)}
+        return KILLED if found["status"] == "running" and not is_locked(self._place) else found
 
     @property
     def status(self) -> str:
-        """One of "finished", "failed", "interrupted" or "running" (or killed)."""
-        return self._ended("status") or "running"
+        """One of "finished", "failed", "interrupted" (or killed) or "running"."""
+        return str(self._outcome["status"])
 
     @property
     def reason(self) -> str:
         """Why it ended: "end", "contact", "max_gap", "interrupted", or the `reason` of a `RunFailure`."""
-        return self._ended("reason")
+        return str(self._outcome.get("reason", ""))
 
     @property
     def message(self) -> str:
         """One line of text on how it ended."""
-        return self._ended("message")
+        return str(self._outcome.get("message", ""))
 
     @property
     def warnings(self) -> list[str]:
@@ -183,7 +189,7 @@ class Result:
     def answer(self) -> str:
         """The answer in words, a line or more: what the particles do, how fast, the warnings and the cost."""
         warnings = [f"Warning: {warning}" for warning in self.warnings]
-        ended = [] if self.status == "finished" else [f"{self.status.capitalize()}: {self.message}"]
+        ended = [] if self.status == "finished" else [f"{self.status.capitalize()}: {self.message}".removesuffix(": ")]
         if proven := self.reason == BranchEnd.reason:
             ended = [f"There is no steady state: {self.message}."]
         found = self.findings() if self._place.is_dir() and (rows_in(self.columns) or not proven) else []

@@ -12,6 +12,7 @@ from pairsim.cases.case import Case
 from pairsim.cases.example import write_example
 from pairsim.computing import QUESTIONS, own_files
 from pairsim.computing.case_files import read_case
+from pairsim.computing.question import LAST
 from pairsim.results.columns import STUDY_COLUMNS, SWEEP_COLUMNS, column
 from pairsim.results.folder import PICTURE_ENDINGS
 from pairsim.sweeps.study import COUNTS
@@ -53,7 +54,7 @@ def test_columns_of_sweeps_are_described(name: str, tmp_path: Path) -> None:
     known = {each.name for each in SWEEP_COLUMNS} | Case.model_fields.keys()
     shown = QUESTIONS[name].in_sweeps
     columns = shown.columns(read_case(QUESTIONS[name], write_example(name, name, tmp_path)))
-    assert all(column(entry) for entry in (*shown.parameters, *columns, *shown.last) if entry not in known)
+    assert all(column(entry) for entry in (*shown.parameters, *columns, *LAST) if entry not in known)
 
 
 def test_counts_of_studies_are_described() -> None:

@@ -115,7 +115,10 @@ def test_command_says_where_the_file_is_and_what_a_wrong_folder_is(tmp_path: Pat
     for _ in range(2):  # it is replaced where it exists
         done = pairsim("report", "out")
         assert (done.returncode, done.stdout.strip()) == (0, "out/report.html"), done.stderr
-        assert "has no rows yet" in text_of((tmp_path / "out" / "report.html").read_text(encoding="utf-8"))
+        words = text_of((tmp_path / "out" / "report.html").read_text(encoding="utf-8"))
+        assert "has no rows yet" in words
+        assert "run, interrupted;" in words  # run.json says "running", but nobody is at work
+        assert "Interrupted: the command was killed" in words
     done = pairsim("report", "nowhere")
     assert (done.returncode, done.stderr.strip()) == (2, "pairsim: nowhere: no such folder")
     (tmp_path / "empty").mkdir()
