@@ -13,12 +13,12 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
-from pydantic import BaseModel, ConfigDict, Field, WithJsonSchema, create_model
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, WithJsonSchema, create_model
 
 from pairsim.cases.materials import declared_in, liquid_block
 from pairsim.cases.mistakes import Mistake, missing
 from pairsim.cases.quantities import LENGTH, a_length, known_unit, quantity_range, rounded, si
-from pairsim.cases.values import is_finite
+from pairsim.cases.values import Range, is_finite
 from pairsim.cases.yaml_file import Section, section_of, within
 from pairsim.physics import liquids
 from pairsim.physics.declared import DIMENSIONS
@@ -30,7 +30,6 @@ from pairsim.physics.solids.solid import MODULUS
 
 BLOCK = "physical"
 SAME = 1e-9  # relative tolerance at which two numbers count as equal
-MOST_DISTANCES = 10_000
 RANGE_OF_LENGTHS = "{start: 5 um, stop: 40 um, num: 9}"
 
 
@@ -67,9 +66,13 @@ class Quantity(NamedTuple):
         entries = value
         try:
             if isinstance(value, Mapping) and ranged:
-                entries = quantity_range(value, MOST_DISTANCES, "log")
+                entries = quantity_range(Range[str].model_validate(value))
             if not isinstance(entries, list | tuple) or not (self.many or ranged):
                 return si(value, of)
+        except ValidationError as error:
+            first = error.errors()[0]
+            mistakes.append(Mistake(f"{place}.{first['loc'][0]}", None, first["msg"]))
+            return None
         except ValueError as error:
             also = f"; may be a list or a range, too, such as {RANGE_OF_LENGTHS}" if ranged else ""
             mistakes.append(Mistake(place, value, f"{error}{also}"))

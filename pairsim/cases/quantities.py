@@ -9,7 +9,7 @@ from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from pairsim.cases.values import spelled_out
+from pairsim.cases.values import Range, spelled_out
 from pairsim.physics.material import Dimension
 from pairsim.runtime.errors import InputError
 
@@ -135,21 +135,13 @@ def in_one_unit(texts: Sequence[str]) -> tuple[list[float], str]:
     return [_in(unit, number, other) for number, other in parsed], f"{unit:~P}"
 
 
-def quantity_range(described: Mapping[str, Any], most: int, spacing: str = "linear") -> list[str]:
-    """Expand a range whose start and stop have units.
-
-    Args:
-        described: The range: start, stop, num and optionally spacing.
-        most: Largest num allowed.
-        spacing: Spacing if the range has none.
-
-    Returns:
-        The values as quantities, in the unit of `start`.
+def quantity_range(described: Range[Any]) -> list[str]:
+    """The values of a range whose ends have units, as quantities in the unit of `start`.
 
     Raises:
-        ValueError: The range is invalid; says why.
+        ValueError: An end is not a number with a unit, or both have units of different kinds.
     """
-    (start, stop), _ = in_one_unit([described.get("start", ""), described.get("stop", "")])
-    unit = _parsed(described["start"])[1]
-    values = spelled_out({**described, "start": start, "stop": stop}, most, spacing)
-    return [f"{value:.12g} {unit:~C}" for value in values]
+    ends, _ = in_one_unit([described.start, described.stop])
+    numbers = described.model_copy(update=dict(zip(("start", "stop"), ends, strict=True)))
+    unit = _parsed(described.start)[1]
+    return [f"{value:.12g} {unit:~C}" for value in spelled_out(numbers)]

@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from typing import Annotated, Any, TypeGuard, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeGuard, TypeVar
 
-from pydantic import AfterValidator, Discriminator, Field, Tag
+from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag
 
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.solids import Solid
@@ -82,6 +82,46 @@ Velocity = Annotated[Number, Field(ge=-1e3, le=1e3)]
 Interval = Annotated[Number, Field(ge=0, le=1e9)]
 Seconds = Annotated[Number, Field(ge=0.001, le=1e9)]
 
+MOST_VALUES = 10_000  # of a list or range
+
+
+class Range[T](BaseModel):
+    """`num` values from `start` to `stop`, with equal factors or equal differences between them."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    start: T
+    stop: T
+    num: Annotated[Whole, Field(ge=2, le=MOST_VALUES)]
+    spacing: Literal["log", "linear"] = "log"
+
+
+def spelled_out(described: Range[Any]) -> list[float]:
+    """The values of a range of numbers.
+
+    Raises:
+        ValueError: It is logarithmic, and not above 0.
+    """
+    start, stop, num = described.start, described.stop, described.num
+    part = [i / (num - 1) for i in range(num)]
+    if described.spacing == "linear":
+        values = [start * (1 - f) + stop * f for f in part]
+    elif start <= 0 or stop <= 0:
+        raise ValueError("start and stop must be above 0 with spacing: log")
+    else:
+        values = [math.exp(math.log(start) * (1 - f) + math.log(stop) * f) for f in part]
+    # Rounded to twelve digits: 0.30000000000000004 would differ from a 0.3 given elsewhere and lengthen folder names.
+    return [float(start), *(float(f"{value:.12g}") for value in values[1:-1]), float(stop)]
+
+
+def _shape(value: Any) -> str:
+    """What pydantic shall take a value for, so that it finds one mistake and not one for each alternative."""
+    return "range" if isinstance(value, Mapping) else "each" if isinstance(value, list | tuple) else "one"
+
+
+def _listed(value: Any) -> Any:
+    return value if isinstance(value, tuple) else tuple(spelled_out(value)) if isinstance(value, Range) else (value,)
+
+
 T = TypeVar("T")
 OneOrEach = Annotated[
     Annotated[T, Tag("one")] | Annotated[tuple[T, ...], Field(min_length=1), Tag("each")],
@@ -89,54 +129,30 @@ OneOrEach = Annotated[
 ]
 """One value for all particles or gaps, or a list with one for each."""
 
-RANGE = ("start", "stop", "num", "spacing")
 
-
-def range_schema(end: Mapping[str, Any], most: int, *spacings: str) -> dict[str, Any]:
-    """The JSON schema of a range: that of start and stop, the largest num, and the spacings, the default first."""
-    return {
-        "type": "object",
-        "properties": {
-            "start": end,
-            "stop": end,
-            "num": {"type": "integer", "minimum": 2, "maximum": most},
-            "spacing": {"enum": list(spacings)},
-        },
-        "required": ["start", "stop", "num"],
-        "additionalProperties": False,
-    }
-
-
-def spelled_out(described: Mapping[str, Any], most: int, spacing: str = "linear") -> list[float]:
-    """Expand a range into its values.
+def several(one: Any, end: Any) -> Any:
+    """The type of a value, a list of values, or a range, all of which become a tuple of values.
 
     Args:
-        described: The range: start, stop, num and optionally spacing.
-        most: Largest num allowed.
-        spacing: Spacing if the range has none, "linear" or "log".
-
-    Returns:
-        The num values from start to stop.
-
-    Raises:
-        ValueError: The range is invalid; says why.
+        one: The type of a value.
+        end: That of the ends of a range.
     """
-    if missing := [key for key in RANGE[:3] if key not in described]:
-        raise ValueError(f"must have start, stop and num; {missing[0]} is missing")
-    start, stop, num = (described[key] for key in RANGE[:3])
-    if not (is_finite(start) and is_finite(stop)):
-        raise ValueError("start and stop must be finite numbers")
-    if isinstance(num, bool) or not isinstance(num, int) or not 2 <= num <= most:
-        raise ValueError(f"num must be a whole number from 2 to {most}")
-    spacing = described.get("spacing", spacing)
-    if spacing not in ("linear", "log"):
-        raise ValueError("spacing must be linear or log")
-    if spacing == "log" and (start <= 0 or stop <= 0):
-        raise ValueError("start and stop must be above 0 with spacing: log")
-    part = [i / (num - 1) for i in range(num)]
-    if spacing == "log":
-        values = [math.exp(math.log(start) * (1 - f) + math.log(stop) * f) for f in part]
-    else:
-        values = [start * (1 - f) + stop * f for f in part]
-    # Rounded to twelve digits: 0.30000000000000004 would differ from a 0.3 given elsewhere and lengthen folder names.
-    return [float(start), *(float(f"{value:.12g}") for value in values[1:-1]), float(stop)]
+    each: Any = tuple[one, ...]
+    ranged: Any = Range
+    return Annotated[
+        Annotated[one, Tag("one")]
+        | Annotated[each, Field(min_length=1, max_length=MOST_VALUES), Tag("each")]
+        | Annotated[ranged[end], Tag("range")],
+        Discriminator(_shape),
+        AfterValidator(_listed),
+    ]
+
+
+if TYPE_CHECKING:  # mypy cannot know them
+    Gaps = tuple[float | tuple[float, ...], ...]
+    Values = tuple[float, ...]
+else:
+    Gaps = several(OneOrEach[Distance], Distance)
+    """Distances, each one for all gaps or a list with one for each."""
+    Values = several(Positive, Positive)
+    """Values of a parameter."""

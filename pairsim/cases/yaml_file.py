@@ -67,8 +67,8 @@ def place_of(data: Mapping[str, Any], key: str) -> Place | None:
             break
         else:
             # A key may contain points, such as mesh.Np of a grid, and an unknown key anything.
-            names = (key, key.partition("[")[0], re.split(r"[.\[]", key)[0])
-            name = next((name for name in names if name in inner.places), names[-1])
+            names = [key[: end.start()] for end in re.finditer(r"[.\[]|$", key)]
+            name = next((name for name in reversed(names) if name in inner.places), names[0])
             place = inner.places.get(name, place)
             inner = inner.get(name)
             key = key[max(len(name), 1) :].removeprefix(".")

@@ -9,31 +9,27 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag, WithJsonSchema
 
 from pairsim.cases.mistakes import Mistake, missing
 from pairsim.cases.quantities import quantity_range
-from pairsim.cases.values import RANGE, Number, Positive, Whole, is_finite, range_schema, spelled_out
+from pairsim.cases.values import Number, Positive, Range, Whole, is_finite, spelled_out
 from pairsim.computing import QUESTIONS
 
 MOST_CASES = 100_000
 
 
-def _values(value: Any) -> list[Any]:
-    """The values of a key, given as a list or a range.
+class GridRange(Range[Number | str]):
+    """A range of a grid, of numbers or of quantities."""
 
-    Raises:
-        ValueError: They are neither.
-    """
+    num: Annotated[Whole, Field(ge=2, le=MOST_CASES)]
+    spacing: Literal["linear", "log"] = "linear"
+
+
+def _listed(value: list[Any] | GridRange) -> list[Any]:
     if isinstance(value, list):
-        if not value:
-            raise ValueError("must have at least one value")
         return value
-    if not isinstance(value, Mapping) or not value.keys() <= set(RANGE):
-        hint = "; write mesh.Np for a key in a group" if isinstance(value, Mapping) else ""
-        raise ValueError(f"must be a list of values or {{start, stop, num, spacing: linear or log}}{hint}")
-    in_units = any(isinstance(value.get(key), str) for key in ("start", "stop"))
-    return list(quantity_range(value, MOST_CASES) if in_units else spelled_out(value, MOST_CASES))
+    return list(quantity_range(value) if isinstance(value.start, str) else spelled_out(value))
 
 
 def _bounds(value: Any) -> Any:
@@ -53,9 +49,6 @@ def _as_list(value: Any) -> list[Any]:
     return value if isinstance(value, list) else [value]
 
 
-_RANGE_SCHEMA = range_schema({"type": ["number", "string"]}, MOST_CASES, "linear", "log")
-_VALUES_SCHEMA: Any = {"anyOf": [{"type": "array", "minItems": 1}, _RANGE_SCHEMA]}
-Values = dict[str, Annotated[list[Any], BeforeValidator(_values), WithJsonSchema(_VALUES_SCHEMA)]]
 Changes = dict[str, Any] | str
 Exclusion = Annotated[
     dict[str, Annotated[Any, BeforeValidator(_bounds)]],
@@ -64,8 +57,17 @@ Exclusion = Annotated[
 FolderName = Annotated[str, AfterValidator(_folder)]
 if TYPE_CHECKING:  # mypy cannot know them
     CommandName = str
+    Values = dict[str, list[Any]]
 else:
     CommandName = Literal[tuple(QUESTIONS)]
+    Values = dict[
+        str,
+        Annotated[
+            Annotated[list[Any], Field(min_length=1), Tag("list")] | Annotated[GridRange, Tag("range")],
+            Discriminator(lambda value: "range" if isinstance(value, Mapping) and "start" in value else "list"),
+            AfterValidator(_listed),
+        ],
+    ]
 
 
 class _Keys(BaseModel):

@@ -101,7 +101,7 @@ def _words(schema: Mapping[str, Any]) -> str:
     if "enum" in schema or "const" in schema:
         return ", ".join(map(str, schema.get("enum", [schema.get("const")])))
     if "$ref" in schema or "discriminator" in schema:
-        return "a group with law and its parameters"
+        return "{start, stop, num, spacing}" if "Range" in str(schema) else "a group with law and its parameters"
     if alternatives := schema.get("anyOf", schema.get("oneOf")):
         each = dict.fromkeys(_words(one) for one in alternatives if one.get("type") != "null")
         return ", or ".join(text.replace(f"list of {next(iter(each))}", "list of these") for text in each)

@@ -26,8 +26,7 @@ from pairsim.cases.case_checks import check_scene
 from pairsim.cases.cost import Estimate, steady_estimate
 from pairsim.cases.materials import is_viscous
 from pairsim.cases.mistakes import Mistake
-from pairsim.cases.value_lists import Values
-from pairsim.cases.values import FOLLOWED, Distance
+from pairsim.cases.values import FOLLOWED, Distance, Values
 from pairsim.cli.compute import compute
 from pairsim.cli.options import Budget, CaseFile, DryRun, Output, Overwrite, Progress, Quiet, Settings
 from pairsim.computing import events

@@ -23,7 +23,7 @@ from pairsim.cases.case import SceneCase
 from pairsim.cases.case_checks import check_scene
 from pairsim.cases.cost import Estimate, steady_estimate
 from pairsim.cases.mistakes import Mistake, missing
-from pairsim.cases.value_lists import Values
+from pairsim.cases.values import Values
 from pairsim.cli.compute import compute
 from pairsim.cli.options import Budget, CaseFile, DryRun, Output, Overwrite, Progress, Quiet, Settings
 from pairsim.computing.question import InSweeps, Question, rows_in

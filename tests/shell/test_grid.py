@@ -11,7 +11,7 @@ from support.inputs import ROOT, examples
 from pairsim.cases.case import Case
 from pairsim.cases.identity import identity_of, key_of
 from pairsim.cases.messages import groups_of
-from pairsim.cases.values import spelled_out
+from pairsim.cases.values import Range, spelled_out
 from pairsim.cases.yaml_file import GROUPS
 from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case
@@ -52,9 +52,9 @@ def test_zip_advances_its_keys_together(tmp_path: Path) -> None:
 
 
 def test_ranges_have_round_values_and_exact_ends() -> None:
-    assert spelled_out({"start": 0, "stop": 0.3, "num": 4}, 10) == [0, 0.1, 0.2, 0.3]
-    assert spelled_out({"start": 0.01, "stop": 1, "num": 3}, 10, "log") == [0.01, 0.1, 1]
-    assert spelled_out({"start": 0.05, "stop": 0.7, "num": 5, "spacing": "log"}, 10)[-1] == 0.7
+    assert spelled_out(Range(start=0, stop=0.3, num=4, spacing="linear")) == [0, 0.1, 0.2, 0.3]
+    assert spelled_out(Range(start=0.01, stop=1, num=3)) == [0.01, 0.1, 1]
+    assert spelled_out(Range(start=0.05, stop=0.7, num=5))[-1] == 0.7
 
 
 def test_dotted_and_nested_keys_are_the_same(tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ from typer.testing import CliRunner
 
 from pairsim.cases.case import Case
 from pairsim.cases.quantities import LENGTH, quantity_range, si
+from pairsim.cases.values import Range
 from pairsim.cli.app import app
 from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case, read_case, read_with
@@ -155,10 +156,10 @@ def test_swept_flow_rate_moves_De_and_Ca_e_together(tmp_path: Path) -> None:
 
 
 def test_ranges_of_quantities_may_change_their_unit() -> None:
-    texts = quantity_range({"start": "1 um", "stop": "0.01 mm", "num": 4}, 10)
+    texts = quantity_range(Range(start="1 um", stop="0.01 mm", num=4, spacing="linear"))
     assert [si(text, LENGTH) for text in texts] == pytest.approx([1e-6, 4e-6, 7e-6, 1e-5])
     with pytest.raises(ValueError, match="same kind"):
-        quantity_range({"start": "1 um", "stop": "1 s", "num": 2}, 10)
+        quantity_range(Range(start="1 um", stop="1 s", num=2))
 
 
 def test_products_of_units_as_they_are_written() -> None:

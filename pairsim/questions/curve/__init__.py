@@ -25,8 +25,7 @@ from pairsim.cases.case import SceneCase
 from pairsim.cases.case_checks import check_scene
 from pairsim.cases.cost import Estimate, steady_estimate
 from pairsim.cases.mistakes import Mistake, broken, missing
-from pairsim.cases.value_lists import ALLOWED, MOST_VALUES, Gaps
-from pairsim.cases.values import CurveTolerance, Distance, Velocity, Whole
+from pairsim.cases.values import MOST_VALUES, CurveTolerance, Distance, Gaps, Velocity, Whole
 from pairsim.cli.compute import compute
 from pairsim.cli.options import Budget, CaseFile, DryRun, Output, Overwrite, Progress, Quiet, Settings
 from pairsim.computing.question import InSweeps, Question, Tables, Value, rows_in
@@ -134,7 +133,7 @@ def check(case: CurveCase) -> Iterator[Mistake]:
         yield Mistake("particles", case.n, "must be at least 1 for a curve")
         return
     if case.n > 1 and case.d is None:
-        yield missing("d", f"must be {ALLOWED}")
+        yield missing("d", "must be a list, or {start, stop, num, spacing: log or linear}")
     if case.n == 1 and case.d is not None:
         yield Mistake("d", list(case.d), "must be left out: there is only one particle")
     wrong = [place for place in case.d or () if isinstance(place, tuple) and len(place) != case.n - 1]
