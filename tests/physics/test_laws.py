@@ -13,6 +13,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 import pairsim
+from pairsim.cases.softest import WALL_RATE, beyond_tension, tension
 from pairsim.computing.check_law import checks
 from pairsim.physics import liquids, solids
 from pairsim.physics.conformation import polymer_stress
@@ -211,3 +212,13 @@ def test_mooney_rivlin_in_uniaxial_extension_is_exact(stretch: float) -> None:
     """True stress of a bar, (l^2 - 1/l) (2 C_1 + 2 C_2/l) with 2 (C_1 + C_2) the shear modulus."""
     zz, _, rr, _ = MooneyRivlin(0.1, c=0.4).stress((stretch**2, 0.0, 1 / stretch, 1 / stretch))
     assert zz - rr == pytest.approx((stretch**2 - 1 / stretch) * (0.6 + 0.4 / stretch) / 0.1, rel=1e-13)
+
+
+def test_tension_at_the_wall_is_that_of_a_hookean_polymer() -> None:
+    liquid, beta, Ca_e = single(OldroydB(), DE, XI), 0.4, 0.02
+    exact = 2 * (1 - XI) * DE * WALL_RATE**2 * beta * Ca_e
+    assert tension(liquid, (0.1, beta), (Ca_e, Ca_e)) == pytest.approx(exact, rel=1e-9)
+    assert tension(liquid, (beta,), (0.0,)) == tension(Liquid(Newtonian()), (beta,), (Ca_e,)) == 0
+    assert list(beyond_tension(liquid, (beta,), (Ca_e / exact * 0.9,))) == []
+    (said,) = beyond_tension(liquid, (beta,), (Ca_e / exact * 2,))
+    assert " 2 times the modulus" in said

@@ -162,17 +162,6 @@ def test_end_of_a_killed_run_is_recorded_at_resume(stopped: tuple[Case, Path, Pa
     assert np.array_equal(read_times(cut), frames)
 
 
-def test_run_beyond_its_new_end_is_kept(tmp_path: Path) -> None:
-    """A stopped run is resumed with an earlier end time."""
-    assert run(soft(), tmp_path, Stops(5)).status == "interrupted"
-    before, times = (tmp_path / "series.csv").read_bytes(), read_times(tmp_path)
-    t = float(read_table(tmp_path / "series.csv")["t"][-1])
-    assert run(soft(time={**SOFT["time"], "end": t}), tmp_path, resume=True).status == "finished"
-    assert json.loads((tmp_path / "run.json").read_text())["status"] == "finished"
-    assert (tmp_path / "series.csv").read_bytes() == before
-    assert np.array_equal(read_times(tmp_path), times)
-
-
 def test_run_can_be_resumed_from_every_step(tmp_path: Path) -> None:
     """Also before and after remeshing, around deformed particles; errors and extremes are read back exactly."""
     settings, control = MeshSettings(Np=8), StepControl(3e-4, 1e-8, 2.0, 0.05)
@@ -314,15 +303,6 @@ def test_run_that_fills_the_disk_with_fields_can_be_resumed(tmp_path: Path, monk
     assert read_times(tmp_path / "run") == pytest.approx(read_times(tmp_path / "whole"))
 
 
-def test_what_cannot_be_resumed_is_an_input_error(short: Path, tmp_path: Path, pairsim: Pairsim) -> None:
-    shutil.copytree(short, tmp_path / "run")
-    ca_e = ["--resume", "run", "--set", "Ca_e=0.3"]
-    for arguments in ([], ca_e, ["--resume", "run", "-o", "other"], ["--resume", "nowhere"]):
-        done = pairsim("run", *arguments)
-        assert done.returncode == 2, done.stdout + done.stderr
-        assert "Traceback" not in done.stderr
-
-
 @pytest.mark.slow
 def test_an_adapted_run_goes_on_with_its_cells(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Without a second coarse run."""
@@ -334,3 +314,19 @@ def test_an_adapted_run_goes_on_with_its_cells(tmp_path: Path, monkeypatch: pyte
     assert result.record["adaptation"]["cells"] == before["cells"]
     assert result.record["adaptation"]["coarse_run"] == before["coarse_run"]
     assert "; accuracy: 5% was " in result.record["message"]
+
+
+@pytest.mark.parametrize(
+    ("record", "message"),
+    [('{"kind": "curve"}', "results of another command"), ("", "must be a folder of results")],
+    ids=["of another command", "of nobody"],
+)
+def test_resume_leaves_other_files_alone(record: str, message: str, tmp_path: Path, pairsim: Pairsim) -> None:
+    (tmp_path / "case.yaml").write_text("beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.1\n")
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "curve.csv").write_text("precious")
+    (tmp_path / "out" / "run.json").write_text(record)
+    done = pairsim("run", "case.yaml", "--resume", "out")
+    assert done.returncode == 2
+    assert message in done.stderr
+    assert (tmp_path / "out" / "curve.csv").read_text() == "precious"

@@ -128,6 +128,18 @@ def test_unequal_pair_runs_into_contact() -> None:
     assert result.table["d"].iloc[-1] < 0.02 < result.table["d"].iloc[-2]
 
 
+def test_pair_that_outgrows_its_tube_ends_typed() -> None:
+    pair = {"beta": [0.4, 0.3], "De": 0, "Ca_e": 0, "d0": 0.1, "ends": "developed", "length": 1.95, "mesh": {"Np": 8}}
+    result = pairsim.run(pair, time={"end": 20}, output={"fields": False})
+    assert (result.status, result.reason) == ("failed", "tube_too_short")
+    assert any("the ends affect dU" in warning for warning in result.warnings)
+
+
+def test_lone_rigid_sphere_takes_ever_larger_steps() -> None:
+    sphere = {"particles": 1, "beta": 0.4, "De": 0, "Ca_e": 0, "ends": "developed", "length": 3, "mesh": {"Np": 8}}
+    assert pairsim.run(sphere, time={"end": 2}).check().record["steps"] < 40
+
+
 @pytest.mark.parametrize(("limits", "reason"), [({"max_steps": 3}, "max_steps"), ({"wall_time": 0.01}, "wall_time")])
 def test_limits_are_typed_failures(limits: dict[str, float], reason: str) -> None:
     result = pairsim.run(SOFT, limits=limits)
