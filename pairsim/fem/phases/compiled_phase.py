@@ -210,7 +210,7 @@ def liquid_phase(liquid: Liquid, moving: bool, steady: bool = False) -> Compiled
         kin = Kinematics.of(terms.mesh, x.get("eta"))
         here = liquid.with_numbers({name: k[name] for name in liquid.numbers})
         u, stress = x["u"], extra_stress.solvent(kin, x["u"], here)
-        logs = [LogConformation.of(mode_part(x["s"], i, count)) for i in range(count)]
+        logs = [LogConformation.of(mode_part(x["s"], i)) for i in range(count)]
         for law, s in zip(here.modes, logs, strict=True):
             tau = extra_stress.mode(kin, s, u, here, law)
             stress = stress[0] + tau[0], stress[1] + tau[1]
@@ -228,11 +228,11 @@ def liquid_phase(liquid: Liquid, moving: bool, steady: bool = False) -> Compiled
                 v = v - ufl.as_vector([k["U_m"], 0]) - (x["eta"] - star["eta"]) / k["g"]
         rates = change + ufl.dot(kin.grad(x["s"]), v)
         for i, (law, s) in enumerate(zip(here.modes, logs, strict=True)):
-            rate, De = LogConformation.of(mode_part(rates, i, count)), here.relaxation_time(law)
+            rate, De = LogConformation.of(mode_part(rates, i)), here.relaxation_time(law)
             relaxed = constitutive.relaxation(kin, s, u, law)
             strong = constitutive.residual(kin, s, (rate.block, rate.hoop), u, relaxed, De)
             time = constitutive.upwind_time(terms.mesh, v, De, UPWIND_SCALE)
-            form += constitutive.constitutive(kin, strong, mode_part(test["s"], i, count), v, time, dX)
+            form += constitutive.constitutive(kin, strong, mode_part(test["s"], i), v, time, dX)
         return form
 
     fields = [VELOCITY, PRESSURE]
@@ -243,9 +243,9 @@ def liquid_phase(liquid: Liquid, moving: bool, steady: bool = False) -> Compiled
     return _compile((liquid.structure, moving, steady), tuple(fields), (*liquid.numbers, *of_time), build)
 
 
-def mode_part(s: Expr, i: int, count: int) -> Expr:
+def mode_part(s: Expr, i: int) -> Expr:
     """The four components of mode i in a field of all modes."""
-    return s if count == 1 else ufl.as_vector([s[4 * i + c] for c in range(4)])
+    return ufl.as_vector([s[4 * i + c] for c in range(4)])
 
 
 def solid_phase(solid: Solid) -> CompiledPhase:

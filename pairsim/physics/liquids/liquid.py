@@ -56,10 +56,6 @@ class Liquid:
         ),
     }
 
-    def __post_init__(self) -> None:
-        alone = self.modes[0] if len(self.modes) == 1 else None
-        assert alone is None or alone.time == alone.weight == 1.0, "De and xi say the time and weight of the only mode"
-
     @property
     def newtonian(self) -> bool:
         """Whether the stress is that of a Newtonian liquid: linear in the velocity, without a memory."""
@@ -89,7 +85,7 @@ class Liquid:
         if self.modes:
             found |= {"De": self.De, "xi": self.xi}
         for i, mode in enumerate(self.modes):
-            own = mode.numbers if len(self.modes) == 1 else {"time": mode.time, "weight": mode.weight, **mode.numbers}
+            own = {"time": mode.time, "weight": mode.weight, **mode.numbers}
             found |= {f"modes.{i}.{name}": value for name, value in own.items()}
         return found
 

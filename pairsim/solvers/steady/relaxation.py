@@ -19,7 +19,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.polynomial import Polynomial
+from numpy.polynomial.polynomial import Polynomial, polyfromroots
 
 from pairsim.fem.scene import Body
 from pairsim.runtime.arrays import Array
@@ -46,9 +46,9 @@ def relaxation_time(steady: SteadySolver) -> float:
     tau_s, tau_l = tau_0 * of_solids, tau_0 * (1 - of_solids)
     # t - tau_s - tau_l [xi + sum_i G_i De_i t/(t - De_i)] = 0, times all t - De_i.
     times = [float(liquid.relaxation_time(mode)) for mode in liquid.modes]
-    whole = Polynomial([-tau_s - liquid.xi * tau_l, 1.0]) * Polynomial.fromroots(times)
+    whole = Polynomial([-tau_s - liquid.xi * tau_l, 1.0]) * Polynomial(polyfromroots(times))
     for i, mode in enumerate(liquid.modes):
-        others = Polynomial.fromroots([*times[:i], *times[i + 1 :]]) if len(times) > 1 else Polynomial([1.0])
+        others = Polynomial(polyfromroots([*times[:i], *times[i + 1 :]]))
         whole -= tau_l * float(liquid.modulus(mode)) * times[i] * Polynomial([0.0, 1.0]) * others
     return float(np.real(whole.roots()).max())
 
