@@ -13,8 +13,10 @@ from pairsim.physics.conformation import IDENTITY, mode_stress, polymer_stress, 
 from pairsim.physics.liquids import ConformationLaw, Liquid, single
 from pairsim.runtime.arrays import Array
 
-# Weissenberg number from which steady shear is followed, largest step of its logarithm, and iterations; chosen.
-SLOW, STRIDE, MOST_ITERATIONS = 0.1, 0.8, 20
+# Steady shear is followed from slow rates on; all were chosen.
+FIRST_WEISSENBERG = 0.1
+MOST_APART = 0.8  # largest step of the logarithm of the Weissenberg number
+MOST_ITERATIONS = 20
 
 
 def shear(rate: float) -> Array:
@@ -93,10 +95,10 @@ def _sheared(liquid: Liquid, law: ConformationLaw, rates: Array) -> Array:
 @lru_cache(maxsize=64)
 def _alone_in_shear(law: ConformationLaw, time: float, rates: tuple[float, ...]) -> Array:
     """The conformation of a lone mode at ascending shear rates, (4, n), by Newton's method along them."""
-    liquid, last = single(law, time), np.log(SLOW / time)
+    liquid, last = single(law, time), np.log(FIRST_WEISSENBERG / time)
     c, before, found = IDENTITY.copy(), IDENTITY.copy(), []
     for rate in np.log(rates):
-        steps = max(int(np.ceil((rate - last) / STRIDE)), 1)
+        steps = max(int(np.ceil((rate - last) / MOST_APART)), 1)
         for log_rate in np.linspace(last, rate, steps + 1)[1:]:
             c, before = _steady(liquid, law, 2 * c - before, float(np.exp(log_rate))), c
         last = max(rate, last)

@@ -24,7 +24,8 @@ OWN = "PAIRSIM_LAWS"
 """Environment variable with the files, separated as those of PATH are."""
 GROUPS = "pairsim.liquids", "pairsim.solids"
 OPTION = "--laws"
-_SHIPPED, MAIN = __name__.rpartition(".")[0], "__main__"
+_SHIPPED = __name__.rpartition(".")[0]
+MAIN = "__main__"
 
 
 def files() -> list[Path]:

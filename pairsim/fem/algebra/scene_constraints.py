@@ -295,14 +295,14 @@ def steady_constraints(scene: Scene) -> Constraints:
             continue
         offset, mesh = scene.offset(body.phase), body.phase.six_node_mesh
         points = np.arange(len(mesh.points))
-        held = int(body.nodes[-1] if i else body.nodes[0])
+        fixed = int(body.nodes[-1] if i else body.nodes[0])
         for c in range(2):
             h = body.start + 2 * points + c
             eta = offset + body.phase.index("eta", points, c)
             made.C.add(eta, h)
             free = points if c == 0 else points[mesh.points[:, 1] > 1e-12]
             row = np.empty(len(free), dtype=np.int64)
-            own = free != held if c == 0 else np.ones(len(free), dtype=bool)
+            own = free != fixed if c == 0 else np.ones(len(free), dtype=bool)
             unknown = made.y.take("h", int(np.count_nonzero(own)))
             row[own] = unknown
             made.M.add(h[free[own]], unknown)
@@ -311,7 +311,7 @@ def steady_constraints(scene: Scene) -> Constraints:
                 made.a[h] = 1.0
                 made.V.add(h, U[i])
                 if pole >= 0:
-                    made.M.add(h[[held]], np.array([pole]))
+                    made.M.add(h[[fixed]], np.array([pole]))
                 pole = int(row[np.flatnonzero(free == body.nodes[0])[0]]) if i else -1
             made.rows.add(row, eta[free])
             balance.add(h[free], row)

@@ -24,15 +24,16 @@ from pairsim.runtime.arrays import Array, Indices
 # Power of the cell size with which a cell's contribution falls. Measured: 3.2 when all cells of De 2 are halved
 # (docs/explanation/decisions.md); the larger one makes sizes change less from round to round.
 ORDER = 5.0
-# Growth of the cell size per unit distance, and the least and the largest factor of a size in one round; chosen.
-GRADATION, LEAST_FACTOR, MOST_FACTOR = 0.2, 0.4, 1.5
+GRADATION = 0.2  # largest growth of the cell size per unit distance; chosen
+LEAST_FACTOR = 0.4  # of a size in one round; chosen
+MOST_FACTOR = 1.5  # of a size in one round; chosen
 EQUILATERAL = 4 / 3**0.5  # square of the side of an equilateral triangle over its area
 ASKED = 1.12  # size that gmsh is asked for over the side of an equilateral triangle of the area it makes; measured
 SMOOTHINGS = 2  # rounds of averaging over the cells around a vertex; contributions of single cells are random
-# Spacing of the grid, relative to the smallest radius, most intervals along the tube, and its reach beyond the rows
-# [D_c]; chosen.
-SPACING, MOST_INTERVALS, BEYOND = 0.05, 800, 0.1
-BISECTIONS = 40
+SPACING = 0.05  # of the grid, relative to the smallest radius; chosen
+MOST_INTERVALS = 800  # of the grid along the tube; chosen
+BEYOND = 0.1  # reach of the grid beyond the rows [D_c]; chosen
+BISECTIONS = 40  # for the contribution that all cells should have
 
 Size = Callable[[float, float], float]
 
@@ -76,7 +77,7 @@ class CellIndicators:
         grid = _Grid.around(self.geometry, reach)
         on_grid = grid.interpolation(places)
         least, largest = 1e-6 * float(eta.max(initial=1e-300)), 1e3 * float(eta.max(initial=1e-300))
-        for _ in range(BISECTIONS):  # for the contribution that all cells should have
+        for _ in range(BISECTIONS):
             each = float(np.sqrt(least * largest))
             factor = np.clip((each / np.maximum(eta, 1e-300)) ** (1 / ORDER), LEAST_FACTOR, largest_factor)
             sizes = grid.graded(np.exp(on_grid(_at_vertices(cells, np.log(h * factor), area, len(places)))))

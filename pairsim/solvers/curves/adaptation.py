@@ -30,21 +30,23 @@ from pairsim.solvers.steady.scene import SteadySolver
 from pairsim.solvers.steady.snapshot import Snapshot
 from pairsim.solvers.steady.tangents import gap_tangents
 
+# Constants without another origin were chosen.
 ROUNDS = 3
-HELPS = 0.9  # part of the error that a round may leave, or it was the last one at its distance; chosen
-# Part of the error allowed that a mesh is made for, and the part that the ends of the tube must leave to the cells.
-AIM, LEAST_ROOM = 0.8, 0.2
-# Order in the cell size of the signed part of the error in a Newtonian (chosen) and a viscoelastic liquid (measured:
-# docs/explanation/decisions.md), and bounds on the factor by which all cells become smaller in a round; chosen.
-ORDER, ELASTIC_ORDER, FACTORS = 3.0, 4.5, (1.15, 1.6)
-# Least factor of the cells that contribute nothing to the scatter, in a second or third round; chosen.
-LEAST_COMMON = 0.8
-# Distances of the scout that gives the size of dU [D_c], or those of the case that are nearest where it has enough, and
-# the scout's cells: number on a half-circle, growth, and largest size relative to the smallest diameter. Chosen; of ten
-# peaks (beta .2 to .6, De 0 to 2) the largest dU at the three distances was 83 to 100 %.
-SCALE_DISTANCES, ENOUGH = (0.4, 0.2, 0.1), 3
-SCALE_CELLS, SCALE_GROWTH, SCALE_SIZE = 10, 0.3, 0.35
-STEP = 1.6  # largest ratio of distances in a step of it; chosen
+HELPS = 0.9  # part of the error that a round may leave, or it was the last one at its distance
+AIM = 0.8  # part of the error allowed that a mesh is made for
+LEAST_ROOM = 0.2  # part of the error allowed that the ends of the tube must leave to the cells
+ORDER = 3.0  # in the cell size, of the signed part of the error in a Newtonian liquid
+ELASTIC_ORDER = 4.5  # the same in a viscoelastic liquid; measured (docs/explanation/decisions.md)
+FACTORS = 1.15, 1.6  # bounds on the factor by which all cells become smaller in a round
+LEAST_COMMON = 0.8  # factor of the cells that contribute nothing to the scatter, in a second or third round
+ENOUGH = 3  # distances of a case from which on they tell the size of dU
+# Distances of the scout that tells it elsewhere [D_c]. Of ten peaks (beta .2 to .6, De 0 to 2) the largest dU at these
+# was 83 to 100 %.
+SCALE_DISTANCES = 0.4, 0.2, 0.1
+SCALE_CELLS = 10  # of the scout on a half-circle
+SCALE_GROWTH = 0.3  # of its cells
+SCALE_SIZE = 0.35  # of its largest cells, relative to the smallest diameter
+STEP = 1.6  # largest ratio of distances in a step of it
 
 
 def largest_dU(known: SteadySolver, places: Sequence[tuple[float, ...]], enough: float) -> float:

@@ -10,9 +10,9 @@ from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.curve import Jump, Zero, find_zeros, trace
 from pairsim.solvers.curves.zero_lines import Critical, End, Follower, Missed, Region, with_value
 
-# All constants were chosen. Number of points of the curve dU(d) that is searched for zeros, and its tolerance relative
-# to the largest |dU|.
-SCAN_POINTS, SCAN_TOL = 9, 0.02
+# All constants were chosen.
+SCAN_POINTS = 9  # of the curve dU(d) that is searched for zeros
+SCAN_TOL = 0.02  # its tolerance relative to the largest |dU|
 # Relative difference of distances below which two zeros with slopes of the same sign are taken to be one zero, found on
 # two meshes: between two different zeros of the same slope there is one of the opposite slope.
 SAME = 0.1

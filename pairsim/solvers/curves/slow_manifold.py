@@ -32,9 +32,9 @@ from pairsim.solvers.steady.scene import SteadySolver
 from pairsim.solvers.steady.tangents import gap_tangents
 
 # Bound on the term of second order, relative to t_relax rate times the larger of the first and t_relax rate dU, with
-# the largest relative rate at which distance or dU change (measured in 25 scenes: 0.04 to 4.6), and the part of the
-# other errors of dU below which this bound is taken instead of the term (chosen).
-BOUND, PART = 4.0, 0.1
+# the largest relative rate at which distance or dU change. Measured in 25 scenes: 0.04 to 4.6.
+BOUND = 4.0
+NEGLIGIBLE = 0.1  # part of the other errors of dU below which this bound is taken instead of the term; chosen
 MOST = 0.5  # part of dU that depends on the start where there is no slow manifold (measured in eight scenes: .15)
 STEP = 1e-2  # of differences along the motion, relative to the smallest distance; chosen
 PROBE = 1e-6  # least dU at which the first order is evaluated [U_av]; chosen
@@ -87,7 +87,7 @@ def slow_motion(steady: SteadySolver, dU: Array, adjoints: Adjoints, t_relax: fl
     covered = t_relax * float(np.abs(rates / steady.parameters.gaps).max())
     passed = max(covered, t_relax * float(np.abs(rates @ slopes).max()) / fastest)
     bound = BOUND * passed * max(passed * fastest, float(np.abs(np.diff(first)).max()))
-    if bound <= PART * error:
+    if bound <= NEGLIGIBLE * error:
         return replace(still, U=first, remainder=np.full(count, bound))
     second = _second(steady, dU, adjoints, neglected, rates, np.diff(first), stretch)
     sizes = np.abs(np.diff(first)), np.abs(np.diff(second))
@@ -140,11 +140,11 @@ def _second(
     def places(s: float) -> Parameters:
         return replace(here, gaps=tuple(np.add(here.gaps, s * along)))
 
-    def held(s: float) -> Array:
+    def still(s: float) -> Array:
         steady.apply(places(s))
         return steady.newton.residual_at(y + s * tangent)
 
-    bend = -solve((held(step) + held(-step) - 2 * steady.residual()) / step**2)
+    bend = -solve((still(step) + still(-step) - 2 * steady.residual()) / step**2)
 
     def apart(s: float) -> Array:
         return _centres(steady, places(s), y + s * tangent + s**2 / 2 * bend)

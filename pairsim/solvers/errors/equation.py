@@ -30,7 +30,7 @@ from pairsim.solvers.stepping.step_size import Scheme, extrapolation_weights
 
 # Part of the change of the error in a step that iterations with old factors may leave; chosen: with three times as much
 # the error of stresses lags behind.
-LEFT = 0.15
+LAG_TOLERANCE = 0.15
 FIRST_ITERATIONS = 3  # where the error of the last step on this mesh is not known
 # Estimate of dU's error [U_av] above which it says nothing; chosen, far above any that was of use.
 USELESS = 1.0
@@ -129,8 +129,8 @@ class ErrorEquation:
 
 
 def _iterations(contraction: float) -> int:
-    """Number of iterations that leave less than LEFT, at least one."""
-    return max(1, math.ceil(math.log(LEFT) / math.log(contraction))) if 0 < contraction < 1 else 1
+    """Number of iterations that leave less than LAG_TOLERANCE, at least one."""
+    return max(1, math.ceil(math.log(LAG_TOLERANCE) / math.log(contraction))) if 0 < contraction < 1 else 1
 
 
 def _combined(scheme: Scheme, values: list[Array]) -> Array:

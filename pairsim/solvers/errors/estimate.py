@@ -24,10 +24,12 @@ from pairsim.solvers.errors.end_effects import end_effects
 from pairsim.solvers.errors.resolution import widening_at
 from pairsim.solvers.steady.scene import SteadySolver
 
-# Half-widths of what a correction leaves: this times the correction and its spread, in a Newtonian and in a
-# viscoelastic liquid, or times the scatter, whichever is larger. Determined on half of the scenes of scripts/error_bars
+# The half-width of what a correction leaves is OF_CORRECTION times the correction and its spread, or OF_SCATTER times
+# the scatter, whichever is larger. Determined on half of the scenes of scripts/error_bars
 # (docs/explanation/error-estimate.md).
-OF_CORRECTION, OF_ELASTIC_CORRECTION, OF_SCATTER = 1.0, 0.75, 1.6
+OF_CORRECTION = 1.0
+OF_ELASTIC_CORRECTION = 0.75  # in its place in a viscoelastic liquid
+OF_SCATTER = 1.6
 # What is left of parts of the estimate that cancel between the liquid and soft particles, relative to them. Where
 # spheres are far apart the parts are a hundred times their sum. Determined on Newtonian curves of beta .4 (all of 30
 # intervals hold), and checked on those of beta .2 and .6 (98 % of 51).

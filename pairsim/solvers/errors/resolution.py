@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from pairsim.fem.diagnostics import Observation
 
-# Largest change of log c within a cell up to which estimates held, and the powers of it by which intervals widen above,
-# where errors were up to 1.4 times the interval in 73 quasi-steady solutions, and 1.9 times in six runs, whose estimate
-# has no scatter. They were read off these (scripts/error_bars); two further runs, which were not used, all hold.
-RESOLVED, OF_POINTS, OF_RUNS = 1.1, 1, 3
+# Read off 73 quasi-steady solutions and six runs (scripts/error_bars), in which errors were up to 1.4 and 1.9 times the
+# interval; two further runs, which were not used, all hold.
+RESOLVED = 1.1  # largest change of log c within a cell up to which intervals hold
+OF_POINTS = 1  # power of it by which intervals widen above, of quasi-steady solutions
+OF_RUNS = 3  # the same of runs, whose estimate has no scatter
 
 
 def widening(s_jump: float, power: int) -> float:

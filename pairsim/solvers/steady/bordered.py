@@ -15,9 +15,10 @@ from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.scene import SteadySolver
 from pairsim.solvers.steady.tangents import DIFFERENCE
 
-MOST_BORDERED, TOLERANCE = 12, 1e-8  # iterations, and the last step relative to the fields; chosen
-# Newton step, relative to the fields, below which the factorised matrix is reused; chosen.
-FRESH_ABOVE = 1e-4
+# Chosen; steps are relative to the fields.
+MOST_ITERATIONS = 12
+TOLERANCE = 1e-8  # of the last step
+FRESH_ABOVE = 1e-4  # step below which the factorised matrix is reused
 
 
 def solve_with(
@@ -43,7 +44,7 @@ def solve_with(
     steady.problem.monitor.check()
     previous = np.inf
     steady.forget()
-    for count in range(1, MOST_BORDERED + 1):
+    for count in range(1, MOST_ITERATIONS + 1):
         there = along(tau)
         ends = []
         for change in (DIFFERENCE, -DIFFERENCE):

@@ -37,10 +37,10 @@ IN_TIME = "pairsim run from this distance, which shows whether a steady state is
 FEW_ITERATIONS = 2  # Newton iterations up to which the step is doubled
 MANY_ITERATIONS = 5  # Newton iterations from which it is halved
 MOST_RELAXED = 3  # consecutive steps by pseudo-time; without a limit they could approach a fold in ever smaller steps
-# By how much the end of a branch may differ from that on other meshes, as a part of the parameter followed, where it is
-# known on one mesh, and on several: the largest difference that was measured, and that at beta up to 0.5, rounded up
-# (docs/explanation/decisions.md, "Laws").
-MESH_SPREAD, SPREAD_OF_SEVERAL = 0.3, 0.1
+# By how much the end of a branch may differ from that on other meshes, as a part of the parameter followed, rounded up
+# from the largest differences that were measured (docs/explanation/decisions.md, "Laws").
+MESH_SPREAD = 0.3  # where it is known on one mesh
+SPREAD_OF_SEVERAL = 0.1  # where it is known on several; the differences at beta up to 0.5
 CLOSER = 0.7  # part of the distance to a fold by which it is approached at a time
 NEAR_ENOUGH = 2e-3  # part of the way to a fold below which the fold is known
 COLD_CAPILLARY = 0.01

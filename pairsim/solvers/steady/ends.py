@@ -39,13 +39,11 @@ class End:
         kind: "fold", or "wrinkles" where the surface of a particle is compressed too much.
         at: Where it lies, as a part of the way from the first of the last solutions to the target.
         error: How far that may be off.
-        compression: See `pairsim.fem.surface`.
     """
 
     kind: str
     at: float
     error: float
-    compression: float
 
 
 @dataclass(frozen=True)
@@ -121,13 +119,12 @@ def end_after(steady: SteadySolver, trail: Sequence[tuple[float, Snapshot]]) -> 
             rates.append((tau, 1 / shape_time(steady)[0]))
         except NoSteadyState:  # the matrix is singular there
             rates.append((tau, 0.0))
-    compression = least_compression(steady.bodies, steady.state()[0])
     tau, step = rates[-1][0], max((b[0] - a[0] for a, b in pairwise(rates)), default=0.0)
     fold = _fold(rates)
     if fold is not None and fold[0] - tau < FARTHEST_FOLD * step:
-        return End("fold", *fold, compression)
-    if compression < MARGIN * UNSTABLE:
-        return End("wrinkles", tau, step, compression)
+        return End("fold", *fold)
+    if least_compression(steady.bodies, steady.state()[0]) < MARGIN * UNSTABLE:
+        return End("wrinkles", tau, step)
     return None
 
 

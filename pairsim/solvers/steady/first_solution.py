@@ -24,12 +24,10 @@ from pairsim.solvers.steady.ends import Ended
 from pairsim.solvers.steady.guesses import adopt, place_undeformed
 from pairsim.solvers.steady.scene import SteadySolver
 
-# Factor by which the cells of the coarser mesh are larger, on which the error estimate is checked; chosen.
-COARSER = 2**0.5
 FEWEST_CELLS = 4  # on a half-circle; chosen
-# The continuation to the first parameters takes many solutions that are not reported. It is done on cells larger by
-# this factor, with at least SCOUT_CELLS cells on a half-circle; chosen.
-SCOUT, SCOUT_CELLS = 2.0, 8
+# The continuation to the first parameters takes many solutions that are not reported. It is done on larger cells.
+SCOUT = 2.0  # their factor; chosen
+SCOUT_CELLS = 8  # on a half-circle, at least; chosen
 # Product of diameter and Ca_e from which particles are nearly too soft; steady shapes end near 0.064 in a Newtonian
 # liquid (docs/explanation/decisions.md).
 SOFT = 0.05

@@ -10,9 +10,10 @@ from pairsim.fem.meshes.quadrature import CellQuadrature
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.steady.scene import SteadySolver
 
-# Length of tube over which the pressure is averaged at each end [D_c], at most this part of the free length there.
-# Averages over .5 and 1 agree with fine meshes, over 2 the particles are too near (docs/explanation/error-estimate.md).
-OVER, PART = 1.0, 0.5
+# Length of tube over which the pressure is averaged at each end [D_c]. Averages over .5 and 1 agree with fine meshes,
+# over 2 the particles are too near (docs/explanation/error-estimate.md).
+AVERAGED = 1.0
+MOST_AVERAGED = 0.5  # the same as a part of the free length there, at most
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,7 @@ class InnerDrop:
         quadrature, length = CellQuadrature(mesh), scene.reference.geometry.length
         betas, parameters = steady.problem.betas, steady.parameters
         free = (length - sum(betas) * parameters.size - sum(parameters.gaps)) / 2
-        over = min(OVER, PART * free)
+        over = min(AVERAGED, MOST_AVERAGED * free)
         z = np.einsum("qa,ma->mq", quadrature.shapes, positions[mesh.cells, 0], optimize=True)
         weights, total, apart = quadrature.weights(positions), np.zeros(len(mesh.vertices)), 0.0
         for downstream in (-1.0, 1.0):

@@ -11,9 +11,10 @@ from pairsim.solvers.nonlinear.convergence import Report
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.scene import SteadySolver
 
-# First and last step of pseudo-time in relaxation times, chosen. The step is doubled each time, in eleven steps.
-RELAX_FIRST, RELAX_LAST = 0.1, 200.0
-MOST_RELAXED = 40  # steps; chosen
+# All were chosen.
+FIRST_STEP = 0.1  # of pseudo-time in relaxation times; it is doubled each time
+LAST_STEP = 200.0
+MOST_STEPS = 40
 
 
 def relax(steady: SteadySolver, parameters: Parameters) -> Report:
@@ -28,12 +29,12 @@ def relax(steady: SteadySolver, parameters: Parameters) -> Report:
         Report of the last step.
     """
     newton = steady.newton
-    h_star, y, dt = steady.apply(parameters), steady.y, RELAX_FIRST * parameters.liquid.longest
+    h_star, y, dt = steady.apply(parameters), steady.y, FIRST_STEP * parameters.liquid.longest
     steady.forget()
     liquid = steady.scene.liquid
-    for _ in range(MOST_RELAXED):
+    for _ in range(MOST_STEPS):
         steady.problem.monitor.check()
-        liquid.constants["rate"].value = 1 / dt if dt < RELAX_LAST * parameters.liquid.longest else 0.0
+        liquid.constants["rate"].value = 1 / dt if dt < LAST_STEP * parameters.liquid.longest else 0.0
         _, x = newton.state(y)
         liquid.set_star(x[: liquid.size])
         newton.forget()
@@ -48,7 +49,7 @@ def relax(steady: SteadySolver, parameters: Parameters) -> Report:
             dt *= 2.0
         else:
             dt /= 4
-            if dt < 1e-3 * RELAX_FIRST * parameters.liquid.longest:
+            if dt < 1e-3 * FIRST_STEP * parameters.liquid.longest:
                 break
     # If the stress grows without bound, every step may converge without a steady state being reached.
     steady.apply(steady.parameters)

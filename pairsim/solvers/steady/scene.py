@@ -32,9 +32,10 @@ from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.developed_flow import DevelopedFlows
 from pairsim.solvers.steady.snapshot import Snapshot
 
-# Distortions at which a mesh is replaced and a mesh around spheres is accepted; stricter than in time, since near the
-# end of a branch distorted cells let rims buckle too early: at Ca_e 0.14 instead of 0.16 (beta 0.4, d 0.1).
-LEAST_STEADY, FRESH_STEADY = 0.6, 0.75
+# Stricter than in time, since near the end of a branch distorted cells let rims buckle too early: at Ca_e 0.14 instead
+# of 0.16 (beta 0.4, d 0.1).
+LEAST_STEADY = 0.6  # distortion at which a mesh is replaced
+FRESH_STEADY = 0.75  # distortion at which a new mesh around spheres is accepted
 
 
 @dataclass
