@@ -15,7 +15,8 @@ from pairsim.cases.identity import RUNS
 from pairsim.cases.yaml_file import section_of
 from pairsim.computing import QUESTIONS
 from pairsim.computing.progress import Style, style_of
-from pairsim.results.folder import plain
+from pairsim.results.folder import plain, read_record
+from pairsim.results.units import scales_in
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import is_locked
 from pairsim.runtime.signals import Signals
@@ -64,9 +65,29 @@ class SweepResult:
         Raises:
             InputError: No case has such a table, or `physical` is set and a case has no `physical` block.
         """
-        from pairsim.sweeps.tables import table_of_all
+        import pandas as pd
 
-        return table_of_all(self.folder, name, physical, tidy)
+        from pairsim.results.tables import table_of
+
+        question = QUESTIONS[self.record["command"]]
+        name = name or question.table
+        if name not in question.tables:
+            allowed = f"must be {' or '.join(question.tables)}, a table of `pairsim {question.name}`"
+            raise InputError(str(self.folder), "", name, allowed)
+        having = [case for case in self.record["cases"] if (self.folder / case["folder"] / f"{name}.csv").is_file()]
+        if physical is None:
+            physical = all(scales_in(read_record(self.folder / case["folder"])) for case in having)
+        parts = []
+        for case in having:
+            part = table_of(self.folder / case["folder"], name, physical, tidy)
+            for place, key in enumerate(key for key in self.record["varying"] if key not in part):
+                part.insert(place, key, [case["parameters"].get(key)] * len(part))
+            parts.append(part)
+        if not parts:
+            raise InputError(str(self.folder), "", None, f"has no case with {name}.csv yet")
+        found = pd.concat(parts, ignore_index=True)
+        found.attrs["units"] = {key: parts[0].attrs["units"].get(key, "") for key in found}
+        return found
 
     @cached_property
     def cases(self) -> list[Result]:

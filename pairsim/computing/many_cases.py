@@ -134,7 +134,6 @@ class StudyFile(_Keys):
     at: Positive | list[Positive] = Field(
         [], description="times [D_c/U_av] or distances [D_c] where it is compared; default: the end of the run or curve"
     )
-    exact: Number | list[Number] | None = Field(None, description="exact values there, in place of a reference")
     reference: Literal["finest"] | Whole = Field(
         "finest", description="index (from 0) of the discretisation that errors refer to; finest: the most unknowns"
     )
@@ -144,11 +143,6 @@ class StudyFile(_Keys):
     def places(self) -> list[float]:
         """The values of `at`."""
         return _as_list(self.at)
-
-    @property
-    def exact_values(self) -> list[float] | None:
-        """The values of `exact`."""
-        return None if self.exact is None else _as_list(self.exact)
 
     @property
     def repeats(self) -> list[Any]:
@@ -161,11 +155,6 @@ def check_study(file: StudyFile) -> Iterator[Mistake]:
     for i, count in enumerate(file.repeats):
         if type(count) is not int or not 1 <= count <= 100:
             yield Mistake(f"discretisations[{i}].repeat", count, "must be a whole number at least 1 and at most 100")
-    exact = file.exact_values
-    if exact is not None and len(exact) != (count := max(len(file.places), 1)):
-        yield Mistake("exact", file.exact, f"must have {count} values, one for each of at")
-    if exact is not None and "reference" in file.model_fields_set:
-        yield Mistake("reference", file.reference, "must be left out if exact is given")
     last = len(file.discretisations) - 1
     if isinstance(file.reference, int) and not 0 <= file.reference <= last:
         yield Mistake("reference", file.reference, f"must be finest, or the index of a discretisation from 0 to {last}")

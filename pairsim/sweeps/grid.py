@@ -82,26 +82,6 @@ class Grid:
         return tuple(dict.fromkeys((*(name for each in self.cases for name in shown.columns(each.case)), *LAST)))
 
 
-@dataclass(frozen=True)
-class _Entry:
-    """What an entry of a grid file changes in the base case.
-
-    Attributes:
-        name: The entry in messages.
-        changes: Keys and values, dotted or nested.
-        combined: Whether it is a combination of `grid` and `zip`, to which `exclude` applies.
-    """
-
-    name: str
-    changes: Section
-    combined: bool
-
-    @property
-    def keys(self) -> Iterable[str]:
-        """The dotted keys that it changes."""
-        return self.changes if self.combined else flat(self.changes)
-
-
 def read_grid(path: Path, settings: Sequence[str] = ()) -> Grid:
     """Read a grid file and validate every case.
 
@@ -130,19 +110,19 @@ def grid_from(path: Path, data: dict[str, Any], settings: Sequence[str] = (), li
     varied: dict[str, None] = {}
     errors: list[InputError] = []
     used, entries, excluded = set[int](), 0, 0
-    for entry in _entries(path, data, file, listed):
+    for name, changes, combined in _entries(path, data, file, listed):
         try:
-            merged = merged_case(base, entry.changes, settings)
-            if entry.combined and (hits := {i for i, rule in enumerate(file.exclude) if _matches(merged, rule)}):
+            merged = merged_case(base, changes, settings)
+            if combined and (hits := {i for i, rule in enumerate(file.exclude) if _matches(merged, rule)}):
                 used |= hits
                 excluded += 1
                 continue
             entries += 1
-            case = parse_case(question, merged, str(path), entry.name)
+            case = parse_case(question, merged, str(path), name)
         except InputError as error:
             errors.append(error)
             continue
-        varied |= dict.fromkeys(entry.keys)
+        varied |= dict.fromkeys(changes if combined else flat(changes))
         found.setdefault(key_of(question.name, identity_of(case)), (case, merged))
     if errors:
         raise _all_of(errors, entries)
@@ -188,8 +168,8 @@ def merged_case(base: Section, changes: Mapping[str, Any], settings: Sequence[st
     return merged
 
 
-def _entries(path: Path, data: Mapping[str, Any], file: SweepFile, listed: str) -> Iterator[_Entry]:
-    """Yield all combinations of `grid` and `zip`, and the entries of `cases`.
+def _entries(path: Path, data: Mapping[str, Any], file: SweepFile, listed: str) -> Iterator[tuple[str, Section, bool]]:
+    """Yield the entries of a file: the name in messages, what changes, and whether it is one of `grid` and `zip`.
 
     Raises:
         InputError: A case file cannot be read.
@@ -204,14 +184,14 @@ def _entries(path: Path, data: Mapping[str, Any], file: SweepFile, listed: str) 
         for part in parts:
             changes.update(part)
             changes.places.update(part.places)
-        yield _Entry("entry " + ", ".join(f"{key} = {value}" for key, value in changes.items()), changes, True)
+        yield "entry " + ", ".join(f"{key} = {value}" for key, value in changes.items()), changes, True
     for i, given in enumerate(data.get("cases", ())):
         if isinstance(given, str):
             content = read_yaml(path.parent / given)
             name = {"name": Path(given).stem} if is_name(Path(given).stem) else {}
-            yield _Entry(f"{listed}[{i}]", Section(name | content, content.places), False)
+            yield f"{listed}[{i}]", Section(name | content, content.places), False
         else:
-            yield _Entry(f"{listed}[{i}]", Section(given, places_in(given)), False)
+            yield f"{listed}[{i}]", Section(given, places_in(given)), False
 
 
 def _matches(merged: Mapping[str, Any], rule: Mapping[str, Any]) -> bool:

@@ -109,15 +109,14 @@ def study_table(file: StudyFile, grids: Sequence[Grid], directory: Path) -> pd.D
     table = pd.DataFrame(rows, columns=[*grids[0].varying, *MEASURED, *compared])
     values = table[compared].astype(float)
     whole = values.notna().all(axis=1)
-    exact = file.exact_values
-    reference: Any = None if exact is not None else file.reference
+    reference: Any = file.reference
     if reference == "finest":
         by_size = table[whole].fillna({"steps": 0}).sort_values(["unknowns", "steps"])
         reference = by_size.index[-1] if len(by_size) else None
     table["reference"] = table.index == reference
-    exact = values.loc[reference].tolist() if reference is not None else exact
+    exact = values.loc[reference] if reference is not None else values.max() * np.nan
     table["error"] = (values[whole & ~table["reference"]] - exact).abs().max(axis=1)
-    table["relative_error"] = table["error"] / (np.abs(exact or [0.0]).max() or np.nan)
+    table["relative_error"] = table["error"] / (exact.abs().max() or np.nan)
     for family in FAMILIES:
         for group in families(table[whole], family):
             table.loc[group.index, f"order_{family}"] = group["order"]

@@ -31,8 +31,8 @@ from pairsim.sweeps.task import Task, compute
 
 POLL = 0.1
 """Interval at which signals are heeded [s]."""
-LEAST, MULTIPLE = 1.0, 50.0
-"""Time between two writings of results.csv: at least so many seconds, and times what the last one took."""
+EVERY = 10.0
+"""Time between two writings of results.csv [s]; that of 10,000 cases takes half a second."""
 MACHINE = ("write_failed", "out_of_memory", "refused", EnvironmentFailure.reason)
 """Reasons of failures of the machine, not of the case, which the next command repeats."""
 INTERRUPTED = 130
@@ -172,7 +172,7 @@ class _Sweep:
         self.ended: SimpleQueue[Future[list[CaseState]]] = SimpleQueue()
         self.progress = SweepProgress(options.progress, len(grid.cases), len(left))
         self.code, self.why = 0, ""
-        self._written, self._cost = 0.0, 0.0
+        self._written = 0.0
 
     def run(self) -> tuple[int, str]:
         """Compute all tasks; returns exit code and message."""
@@ -203,7 +203,7 @@ class _Sweep:
         self.free.append(executor)
         for state in _result(future, chain):
             self._take(state)
-        if time.monotonic() - self._written > max(LEAST, MULTIPLE * self._cost):
+        if time.monotonic() - self._written > EVERY:
             self._write_results()
 
     def _submit(self, executor: Executor, chain: list[SweepCase]) -> None:
@@ -233,10 +233,8 @@ class _Sweep:
             future.cancel()
 
     def _write_results(self) -> None:
-        started = time.monotonic()
         write_text(self.directory / "results.csv", table_text(*rows_of(self.content)))
         self._written = time.monotonic()
-        self._cost = self._written - started
 
     def _verdict(self) -> tuple[int, str]:
         count = Counter(case["status"] for case in self.cases.values())

@@ -12,6 +12,7 @@ from support.pictures import drawn_figures
 from support.result_folders import make_curve, make_sweep
 
 from pairsim.api.pictures import plot
+from pairsim.api.sweeps import SweepResult
 from pairsim.fem.diagnostics import Health
 from pairsim.physics.scales import Scales
 from pairsim.results.columns import (
@@ -27,7 +28,6 @@ from pairsim.results.columns import (
 from pairsim.results.table_files import TableWriter, read_table, table_text
 from pairsim.results.tables import csv_text, frame_of, in_units, readable, screen_text, table_of
 from pairsim.runtime.errors import InputError
-from pairsim.sweeps.tables import table_of_all
 
 TRAIN = "t,d_1,d_2,U_1,U_2,U_3,dU_1,dU_2,m,newton,dU_error_1,dU_error_2\n" + "\n".join(
     ["0.5,0.1,0.2,1.8,1.9,1.7,0.1,-0.2,1e-15,3,0.01,0.02", "1,0.15,0.1,1.8,1.9,1.7,0.123456789,-0.2,1e-15,2,0.01,nan"]
@@ -191,14 +191,14 @@ def a_sweep(folder: Path, times: dict[str, float]) -> Path:
 
 def test_the_tables_of_a_sweep_are_one_below_the_other(tmp_path: Path) -> None:
     sweep = a_sweep(tmp_path, {"1 ms": 0.2, "2 ms": 0.4})
-    zeros = table_of_all(sweep, "equilibria", physical=True)
+    zeros = SweepResult(sweep).frame("equilibria", physical=True)
     assert list(zeros.columns[:3]) == ["physical.relaxation", "De", "d"]
     assert zeros[["physical.relaxation", "De", "d"]].to_numpy().tolist() == [["1 ms", 0.2, 10.0], ["2 ms", 0.4, 10.0]]
     assert zeros.attrs["units"]["d"] == "um"
-    curves = table_of_all(sweep, None, physical=False)
+    curves = SweepResult(sweep).frame()
     assert curves["physical.relaxation"].tolist() == 5 * ["1 ms"] + 5 * ["2 ms"]
     with pytest.raises(InputError, match="must be curve or equilibria"):
-        table_of_all(sweep, "series", physical=False)
+        SweepResult(sweep).frame("series")
 
 
 def test_a_sweep_over_a_quantity_is_drawn_over_it_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
