@@ -8,10 +8,9 @@ from typing import Any, Self
 import numpy as np
 
 from pairsim.cases.case import SceneCase
-from pairsim.cases.checked_range import beyond_checked
 from pairsim.computing.events import Event, Outcome, Summary, Table
 from pairsim.computing.warm_start import WarmStart
-from pairsim.computing.warnings import ErrorAt, above, coarse_mesh, moves_on, near_ends, unresolved_stress
+from pairsim.computing.warnings import ErrorAt, above, common_warnings, moves_on
 from pairsim.results.columns import (
     CURVE_HEALTH,
     FORCES,
@@ -120,8 +119,7 @@ class Solutions:
         """What run.json says: `entries` with the costs, and `warnings` with those of mesh, stresses and tube."""
         case, (counts, phases) = self.case, _costs(self.branch)
         seen = [c.s_jump for p in self.points if (c := p.observation.conformation) is not None]
-        stress = unresolved_stress(case, max(seen, default=0.0))
-        common = [*beyond_checked(case), *coarse_mesh(case), *stress, *near_ends(case, case.cluster)]
+        common = common_warnings(case, max(seen, default=0.0), case.cluster)
         end = self.ended if self.ended is not None and self.ended.proven else None
         place = {} if end is None else {"end_of_branch": {"kind": end.kind, **end.at}}
         return Summary({**entries, **counts, **place}, [*warnings, *common], phases)

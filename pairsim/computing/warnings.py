@@ -2,28 +2,20 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
-
-import numpy as np
 
 from pairsim.cases.accuracy import SETTINGS, settings_of
-from pairsim.cases.case import Case, SceneCase
+from pairsim.cases.case import SceneCase
 from pairsim.cases.checked_range import beyond_checked
-from pairsim.solvers.errors.run_errors import RunErrors
-from pairsim.solvers.errors.time_error import LEAST
-from pairsim.solvers.transient.state import Extremes
 
-LONG_ARC = 1.5  # allowed length of an arc over the gap beside it; dU is 2.5 % off at 3 (N_p 40, gap 0.005)
 # Least length of tube on each side, relative to that with `length: auto`; with less, errors above about 1 % of the peak
 # were measured. Periodic ends need more, since the polymer stress caused by the particles returns to them.
 NEAR_ENDS = {"developed": 0.5, "periodic": 0.65}
 # Relative length as above, and the largest error measured below it with either kind of ends [% of the largest |dU|].
 ENDS_ERRORS = ((0.33, 44), (0.5, 7), (0.65, 2))
 COARSEST = "5%"
-FINER, SHORTER = 1.5, 4.0  # what sizes of cells and tolerances are divided by in advice; chosen
+FINER = 1.5  # what sizes of cells are divided by in advice; chosen
 
 
 def above(value: float, limit: float) -> str:
@@ -48,40 +40,6 @@ def finer(case: SceneCase) -> str:
     """A finer mesh as options of the command line."""
     sizes = {"Np": round(FINER * case.mesh.Np), "max_size": f"{case.mesh.max_size / FINER:.2g}"}
     return f"a finer mesh ({' '.join(f'--set mesh.{name}={size}' for name, size in sizes.items())})"
-
-
-def long_steps(case: Case, part: float) -> list[str]:
-    """Warn of time steps whose estimated error of dU exceeds `accuracy`; `part` is relative to the largest |dU|."""
-    if part <= case.error_wanted:
-        return []
-    key = "tol" if case.time.fixed_step is None else "fixed_step"
-    smaller = f"--set time.{key}={getattr(case.time, key) / SHORTER:.2g}"
-    return [
-        f"time steps may cause an error of {above(100 * part, 100 * case.error_wanted)} % of the largest |dU|, more "
-        f"than accuracy: {case.accuracy}; use shorter steps ({smaller})"
-    ]
-
-
-def large_run_error(case: Case, part: float) -> list[str]:
-    """Warn of a largest dU_error in a run that exceeds `accuracy`; `part` is relative to the largest |dU|."""
-    if part <= case.error_wanted:
-        return []
-    percent = above(100 * part, 100 * case.error_wanted)
-    if case.adapts:
-        return [f"accuracy: {case.accuracy} was not kept: dU_error is up to {percent} % of the largest |dU|"]
-    return [
-        f"dU_error is up to {percent} % of the largest |dU|, more than accuracy: {case.accuracy}; use "
-        f"{finer(case)} or shorter steps (--set time.tol={case.time.tol / SHORTER:.2g})"
-    ]
-
-
-def unknown_run_error(case: Case, lost: float) -> list[str]:
-    """Warn of a run whose error is unknown from the time `lost` on; infinite where it is known throughout."""
-    if lost == np.inf:
-        return []
-    return [
-        f"the estimate of the error diverged at t = {lost:.4g}: dU_error is not known from there on; use {finer(case)}"
-    ]
 
 
 def unresolved_stress(case: SceneCase, s_jump: float) -> list[str]:
@@ -147,17 +105,6 @@ def moves_on(case: SceneCase, places: Sequence[str], part: float) -> list[str]:
     ]
 
 
-def narrow_gap(case: Case, gap: float, arc: float) -> list[str]:
-    """Warn of a gap [D_c] that is too narrow for the longest arc of the outlines beside it [D_c]."""
-    if arc <= LONG_ARC * gap:
-        return []
-    return [
-        f"the arcs beside a gap of {gap:.3g} are {arc / gap:.2g} times as long as the gap (their length is set by d0): "
-        f"dU there is accurate to a few percent only; use shorter ones "
-        f"(--set mesh.Np={round(FINER * case.mesh.Np)}), or pairsim curve at that d"
-    ]
-
-
 def near_ends(case: SceneCase, span: float) -> list[str]:
     """Warn of a row of particles, whose largest length is `span` [D_c], that comes too near the ends of the tube.
 
@@ -176,29 +123,12 @@ def near_ends(case: SceneCase, span: float) -> list[str]:
     return [f"{message}; use {_longer(case)}, or limits.max_gap in a run"]
 
 
-def warnings_of_run(case: Case, errors: RunErrors, extremes: Extremes) -> list[str]:
-    """Warnings about the results of a run."""
-    return [
-        *beyond_checked(case),
-        *coarse_mesh(case),
-        *long_steps(case, errors.steps.part),
-        *large_run_error(case, errors.part),
-        *unknown_run_error(case, errors.lost),
-        *unresolved_stress(case, extremes.s_jump),
-        *narrow_gap(case, *extremes.narrowest),
-        *near_ends(case, extremes.span),
-    ]
+def common_warnings(case: SceneCase, s_jump: float, span: float) -> list[str]:
+    """What every question warns of.
 
-
-def accuracy_of(case: Case, errors: RunErrors) -> tuple[dict[str, Any], str]:
-    """The part of the entry that is known after an adapted run, and what the closing line says of it."""
-    peak, wanted = errors.steps.peak, case.error_wanted
-    if peak <= LEAST:
-        return {"kept": True}, ""
-    if math.isfinite(errors.lost):
-        return {"kept": False}, f"; accuracy: {case.accuracy} was not kept, dU_error is not known"
-    reached = errors.largest / peak
-    entry = {"reached": reached, "kept": reached <= wanted, "reference_dU": peak}
-    kept = "kept" if reached <= wanted else "not kept"
-    percent = f"{100 * reached:.2g}" if reached <= wanted else above(100 * reached, 100 * wanted)
-    return entry, f"; accuracy: {case.accuracy} was {kept}, dU_error is up to {percent} %"
+    Args:
+        case: The case.
+        s_jump: The largest change of s within a cell.
+        span: The largest length of the row of particles [D_c].
+    """
+    return [*beyond_checked(case), *coarse_mesh(case), *unresolved_stress(case, s_jump), *near_ends(case, span)]

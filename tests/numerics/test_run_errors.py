@@ -9,7 +9,7 @@ import pytest
 
 from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case
-from pairsim.computing.warnings import long_steps, warnings_of_run
+from pairsim.questions.run.warnings import long_steps, warnings_of_run
 from pairsim.solvers.errors.run_errors import Interval, RunErrors
 from pairsim.solvers.errors.time_error import SAFETY, TimeError
 from pairsim.solvers.stepping.step_size import Scheme

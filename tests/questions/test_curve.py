@@ -213,7 +213,7 @@ def test_zeros_before_one_that_was_lost_are_written(monkeypatch: pytest.MonkeyPa
         yield Zero(points[1], branch.solver.snapshot)
         raise NoSteadyState("the second one was lost")
 
-    monkeypatch.setattr("pairsim.solvers.curves.curve.find_zeros", zeros)
+    monkeypatch.setattr("pairsim.questions.curve.computation.find_zeros", zeros)
     result = pairsim.curve(PAIR, d=[0.1, 0.2, 0.3], tol=1)
     assert (result.status, result.reason) == ("failed", "not_resolved")
     assert len(result.zeros) == 1

@@ -52,7 +52,7 @@ def test_a_run_is_finished_without_its_quasi_steady_solution(stopped: bool, monk
         problem.monitor.check()
         raise NoSteadyState("the shapes end")
 
-    monkeypatch.setattr("pairsim.solvers.transient.end.settled", settled)
+    monkeypatch.setattr("pairsim.questions.run.computation.settled", settled)
     result = pairsim.run(SOFT, **FEW, signals=True)
     why = "the quasi-steady solution at the last distances was interrupted" if stopped else "the shapes end"
     assert result.status == "finished"

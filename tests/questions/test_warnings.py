@@ -20,11 +20,11 @@ from pairsim.computing.warnings import (
     coarse_mesh,
     large_errors,
     moves_on,
-    narrow_gap,
     near_ends,
     unresolved_stress,
 )
 from pairsim.questions.run.computation import end_of
+from pairsim.questions.run.warnings import narrow_gap
 
 
 def case(**keys: Any) -> Case:

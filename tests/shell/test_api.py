@@ -189,7 +189,7 @@ def test_a_failure_is_a_result_whose_check_raises_it(monkeypatch: pytest.MonkeyP
     def none(*_: object) -> Iterator[Any]:
         raise pairsim.errors.NoSteadyState("there is none", advice="softer words")
 
-    monkeypatch.setattr("pairsim.solvers.curves.curve.trace", none)
+    monkeypatch.setattr("pairsim.questions.curve.computation.trace", none)
     result = pairsim.curve(CURVE, fields=[])
     assert (result.status, result.reason) == ("failed", "not_resolved")
     with pytest.raises(pairsim.errors.NoSteadyState) as caught:

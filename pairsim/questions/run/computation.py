@@ -12,6 +12,9 @@ from typing import Any
 from pairsim.cases.case import Case
 from pairsim.cases.identity import sources_of
 from pairsim.computing import events
+from pairsim.computing.problems import problem_of
+from pairsim.questions.run.warnings import accuracy_of, warnings_of_run
+from pairsim.results.checkpoint import Checkpoint
 from pairsim.results.columns import (
     HEALTH,
     POLYMER_HEALTH,
@@ -21,6 +24,8 @@ from pairsim.results.columns import (
     series_columns,
     table_row,
 )
+from pairsim.results.fields import frame
+from pairsim.results.folder import plain
 from pairsim.results.settled import SETTLED
 from pairsim.runtime.errors import RunFailure, TooManySteps, WallTime
 from pairsim.runtime.monitor import Monitor
@@ -30,7 +35,7 @@ from pairsim.solvers.problems import Problem
 from pairsim.solvers.stepping.step import Step
 from pairsim.solvers.transient.adaptation import RunAdaptation
 from pairsim.solvers.transient.end import reason_to_end, settled
-from pairsim.solvers.transient.state import Counts
+from pairsim.solvers.transient.state import Counts, Extremes
 from pairsim.solvers.transient.transient import Transient
 
 ADVICE = {
@@ -50,8 +55,6 @@ class Run:
     """
 
     def __init__(self, case: Case, monitor: Monitor, earlier: events.Earlier | None) -> None:
-        from pairsim.computing.problems import problem_of
-
         self.case, self.problem, self.earlier = case, problem_of(case, monitor), earlier
         self.old = old = earlier.checkpoint if earlier is not None else None
         self.transient: Transient | None = None
@@ -69,9 +72,6 @@ class Run:
 
     def computation(self) -> events.Events:
         """The computation."""
-        from pairsim.solvers.transient.adaptation import RunAdaptation
-        from pairsim.solvers.transient.transient import Transient
-
         case, old = self.case, self.old
         ended = end_of(self.problem, old.state.history.t[0], old.state.gaps) if old is not None else None
         if self.earlier is not None and self.earlier.finished and ended is not None:
@@ -113,8 +113,6 @@ class Run:
 
     def _with_accuracy(self, outcome: events.Outcome, errors: RunErrors) -> events.Outcome:
         """An outcome whose message says whether an adapted run has kept its accuracy."""
-        from pairsim.computing.warnings import accuracy_of
-
         if self.adaptation is None or outcome.status != "finished":
             return outcome
         return replace(outcome, message=outcome.message + accuracy_of(self.case, errors)[1])
@@ -126,9 +124,6 @@ class Run:
             Stopped: The process has received a signal; all steps taken are written.
             WallTime, TooManySteps: A limit of the case was exceeded.
         """
-        from pairsim.results.checkpoint import Checkpoint
-        from pairsim.results.folder import plain
-
         case, limits = self.case, self.case.limits
         wanted, resolved = milestones(case), plain(case.resolved() | sources_of(case))
         for step in transient.steps(iter(wanted)):
@@ -154,18 +149,12 @@ class Run:
 
     def _fields(self, transient: Transient) -> Iterator[events.Event]:
         """The fields of the last step, unless they were written."""
-        from pairsim.results.fields import frame
-
         step, self._pending = self._pending, None
         if step is not None and self.case.output.fields:
             yield events.Frame(frame(step, transient.origin, transient.pipe(step.t)))
 
     def _end(self) -> Iterator[events.Event]:
         """What run.json says, and the last fields."""
-        from pairsim.computing.warnings import accuracy_of, warnings_of_run
-        from pairsim.solvers.errors.run_errors import RunErrors
-        from pairsim.solvers.transient.state import Extremes
-
         entries, seconds = dict[str, Any](), dict[str, float]()
         errors, extremes = RunErrors.of(self.problem.liquid), Extremes()
         if (transient := self.transient) is not None:

@@ -1,0 +1,87 @@
+"""What a run warns of, and whether it has kept its accuracy."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from pairsim.cases.case import Case
+from pairsim.computing.warnings import FINER, above, common_warnings, finer
+from pairsim.solvers.errors.run_errors import RunErrors
+from pairsim.solvers.errors.time_error import LEAST
+from pairsim.solvers.transient.state import Extremes
+
+LONG_ARC = 1.5  # allowed length of an arc over the gap beside it; dU is 2.5 % off at 3 (N_p 40, gap 0.005)
+SHORTER = 4.0  # what tolerances and steps are divided by in advice; chosen
+
+
+def long_steps(case: Case, part: float) -> list[str]:
+    """Warn of time steps whose estimated error of dU exceeds `accuracy`; `part` is relative to the largest |dU|."""
+    if part <= case.error_wanted:
+        return []
+    key = "tol" if case.time.fixed_step is None else "fixed_step"
+    smaller = f"--set time.{key}={getattr(case.time, key) / SHORTER:.2g}"
+    return [
+        f"time steps may cause an error of {above(100 * part, 100 * case.error_wanted)} % of the largest |dU|, more "
+        f"than accuracy: {case.accuracy}; use shorter steps ({smaller})"
+    ]
+
+
+def large_run_error(case: Case, part: float) -> list[str]:
+    """Warn of a largest dU_error in a run that exceeds `accuracy`; `part` is relative to the largest |dU|."""
+    if part <= case.error_wanted:
+        return []
+    percent = above(100 * part, 100 * case.error_wanted)
+    if case.adapts:
+        return [f"accuracy: {case.accuracy} was not kept: dU_error is up to {percent} % of the largest |dU|"]
+    return [
+        f"dU_error is up to {percent} % of the largest |dU|, more than accuracy: {case.accuracy}; use "
+        f"{finer(case)} or shorter steps (--set time.tol={case.time.tol / SHORTER:.2g})"
+    ]
+
+
+def unknown_run_error(case: Case, lost: float) -> list[str]:
+    """Warn of a run whose error is unknown from the time `lost` on; infinite where it is known throughout."""
+    if lost == np.inf:
+        return []
+    return [
+        f"the estimate of the error diverged at t = {lost:.4g}: dU_error is not known from there on; use {finer(case)}"
+    ]
+
+
+def narrow_gap(case: Case, gap: float, arc: float) -> list[str]:
+    """Warn of a gap [D_c] that is too narrow for the longest arc of the outlines beside it [D_c]."""
+    if arc <= LONG_ARC * gap:
+        return []
+    return [
+        f"the arcs beside a gap of {gap:.3g} are {arc / gap:.2g} times as long as the gap (their length is set by d0): "
+        f"dU there is accurate to a few percent only; use shorter ones "
+        f"(--set mesh.Np={round(FINER * case.mesh.Np)}), or pairsim curve at that d"
+    ]
+
+
+def warnings_of_run(case: Case, errors: RunErrors, extremes: Extremes) -> list[str]:
+    """Warnings about the results of a run."""
+    return [
+        *long_steps(case, errors.steps.part),
+        *large_run_error(case, errors.part),
+        *unknown_run_error(case, errors.lost),
+        *narrow_gap(case, *extremes.narrowest),
+        *common_warnings(case, extremes.s_jump, extremes.span),
+    ]
+
+
+def accuracy_of(case: Case, errors: RunErrors) -> tuple[dict[str, Any], str]:
+    """The part of the entry that is known after an adapted run, and what the closing line says of it."""
+    peak, wanted = errors.steps.peak, case.error_wanted
+    if peak <= LEAST:
+        return {"kept": True}, ""
+    if math.isfinite(errors.lost):
+        return {"kept": False}, f"; accuracy: {case.accuracy} was not kept, dU_error is not known"
+    reached = errors.largest / peak
+    entry = {"reached": reached, "kept": reached <= wanted, "reference_dU": peak}
+    kept = "kept" if reached <= wanted else "not kept"
+    percent = f"{100 * reached:.2g}" if reached <= wanted else above(100 * reached, 100 * wanted)
+    return entry, f"; accuracy: {case.accuracy} was {kept}, dU_error is up to {percent} %"
