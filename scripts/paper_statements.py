@@ -22,7 +22,7 @@ from book.cases import Case, Cases, NotComputed
 from book.statements import Judged, Value, above, alike, below, each, falling, listed, of_sign, positive, rising
 from scipy.interpolate import LinearNDInterpolator, PchipInterpolator
 
-from pairsim.plots.overlay import varying_keys
+from pairsim.plots.labels import varying_keys
 from pairsim.plots.surfaces import outlines
 from pairsim.results.xdmf import FieldFrame
 

@@ -164,9 +164,11 @@ def draw_chart(
 
 
 def _with_look(series: Series, encoding: Encoding) -> Series:
-    """A series that looks as its parameters say, but for what it says itself; marks have their colour alone."""
-    look = encoding.look(series.parameters)
-    look = {"color": look["color"]} if series.mark else look | {"markersize": 3.5 if look["marker"] == "." else 2.5}
+    """A series that looks as its parameters say, but for what it says itself; marks have a shape of their own."""
+    look = encoding.look(series.parameters) | {"markersize": 2.5 if encoding.line else 3.5}
+    if series.mark:
+        shown = ("color", "marker") if series.mark in ZEROS and encoding.line else ("color",)
+        look = {name: look[name] for name in shown}
     return replace(series, look=look | dict(series.look))
 
 

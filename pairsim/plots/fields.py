@@ -20,7 +20,7 @@ from pairsim.plots.sections import Layer, View, draw_view, layer_of, mark_view, 
 from pairsim.plots.style import Page, picture_file, printing
 from pairsim.plots.units import Units
 from pairsim.results.columns import suffixes_in
-from pairsim.results.folder import FIELDS_XDMF, WAY, make_folder
+from pairsim.results.folder import FIELDS_XDMF, WAY
 from pairsim.results.table_files import read_table
 from pairsim.results.xdmf import read_frame, read_times
 from pairsim.runtime.errors import InputError
@@ -70,7 +70,6 @@ def draw_fields(
     frames = [read_frame(directory, int(i)) for i in np.linspace(0, count - 1, min(count, most)).round()]
     views = views_of(frames, units, curve)
     parts = _parts(directory, [frame.t for frame in frames], curve)
-    make_folder(out)
     written: list[Path] = []
     for stem, layers in _pictures(directory, views, units, field).items():
         first = 0 if curve else len(views) // 2

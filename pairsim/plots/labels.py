@@ -17,6 +17,9 @@ from pairsim.physics.declared import LAWS
 SYMBOLS = {"beta": r"\beta", "d0": "d_0", "mesh.Np": "N_p", **declared.SYMBOLS}
 SYMBOLS |= {f"{BLOCK}.{name}": each.dimension.symbol for name, each in QUANTITIES.items()}
 
+FIRST = ("beta", "De", "Ca_e", "d0", "particles", "liquid", "xi")
+"""Keys that a difference is looked for in before all others."""
+NOT_COMPARED = ("name", "output", "fields", "physical", "time.end", "limits")
 SHARED = ("beta", "Ca_e", "d0", "De", "liquid", "xi", "solid")
 """Keys that the small print does not pass over in silence where they differ."""
 
@@ -67,13 +70,9 @@ def measured(values: Sequence[Any]) -> tuple[list[float], str] | None:
 
 
 def symbol(key: str) -> str:
-    """A parameter on an axis or in a legend."""
-    name = _symbol(key)
-    return f"${name}$" if name else _words(key)
-
-
-def _words(key: str) -> str:
-    """A parameter without a symbol: that of an experiment goes without the name of its block."""
+    """A parameter on an axis or in a legend; one of an experiment without a symbol goes without its block's name."""
+    if name := _symbol(key):
+        return f"${name}$"
     return plain_text(key.removeprefix(f"{BLOCK}.").replace("_", " ") if key.startswith(BLOCK) else key)
 
 
@@ -87,11 +86,11 @@ def equation(key: str, value: Any) -> str:
     """A parameter with its value."""
     if key in ("liquid", "solid"):
         return shown(value)
-    name = _symbol(key)
     if key.startswith(BLOCK) and (known := measured([value])) is not None:
         return f"{symbol(key)} = {known[0][0]:.4g} {known[1]}"
-    unit = r"\ D_c" if key == "d0" else ""
-    return f"${name} = {shown(value)}{unit}$" if name else f"{_words(key)} = {shown(value)}"
+    if name := _symbol(key):
+        return f"${name} = {shown(value)}{'\\ D_c' if key == 'd0' else ''}$"
+    return f"{symbol(key)} = {shown(value)}"
 
 
 def case_parts(case: Mapping[str, Any], leave_out: Collection[str] = ()) -> list[str]:
@@ -102,36 +101,55 @@ def case_parts(case: Mapping[str, Any], leave_out: Collection[str] = ()) -> list
         leave_out: Keys that vary, or that are not fixed for another reason.
     """
     count = case.get("particles", 2)
+    thinning = is_viscous(case) and not liquid_of(case).newtonian
+    elastic = "De" in leave_out or bool(case.get("De"))
+    soft = case.get("Ca_e")
+
+    def of(*keys: str) -> list[str]:
+        return [equation(key, case[key]) for key in keys if case.get(key) is not None and key not in leave_out]
+
     words = {0: "no particles", 1: "1 particle"}.get(count, f"{count} particles")
     parts = [] if count == 2 or "particles" in leave_out else [words]
-
-    def add(*keys: str) -> None:
-        parts.extend(equation(key, case[key]) for key in keys if case.get(key) is not None and key not in leave_out)
-
-    if count:
-        add("beta", "Ca_e")
-    if count > 1:
-        add("d0")
-    elastic = "De" in leave_out or bool(case.get("De"))
-    laws: list[str] = []
-    if not is_viscous(case) or liquid_of(case).newtonian:
-        add("De")
-    else:
-        laws = ["liquid"]
-    if elastic and "liquid" in case:
-        laws = ["liquid"]
-    soft = case.get("Ca_e")
-    laws += ["solid"] if "solid" in case and any(soft if isinstance(soft, list | tuple) else [soft]) else []
-    for place in laws:
-        if place not in leave_out:
-            parts.append(_liquid_label(case) if place == "liquid" else shown([b["law"] for _, b in solid_blocks(case)]))
-        if place == "liquid" and elastic:
-            add("xi")
-        if place in leave_out or (place == "liquid" and liquid_block(case).keys() & {"modes", "solvent"}):
-            continue  # not those of all lines, or too many numbers for a caption
-        own = [each for each in declared_in(case) if each.key.startswith("solid") == (place == "solid")]
-        parts += [equation(e.key, e.value) for e in own if e.value is not None and e.key not in leave_out]
+    parts += of("beta", "Ca_e") if count else []
+    parts += of("d0") if count > 1 else []
+    parts += [] if thinning else of("De")
+    if thinning or (elastic and "liquid" in case):
+        block = liquid_block(case)
+        several = bool(block.keys() & {"modes", "solvent"})  # with too many numbers for a caption
+        name = liquid_of({"xi": 1.0, **case, "De": 1.0}).label if several else shown(block["law"])
+        parts += [] if "liquid" in leave_out else [name]
+        parts += of("xi") if elastic else []
+        parts += [] if several else _numbers_of("liquid", case, leave_out)
+    if "solid" in case and any(soft if isinstance(soft, list | tuple) else [soft]):
+        parts += [] if "solid" in leave_out else [shown([block["law"] for _, block in solid_blocks(case)])]
+        parts += _numbers_of("solid", case, leave_out)
     return parts
+
+
+def _numbers_of(place: str, case: Mapping[str, Any], leave_out: Collection[str]) -> list[str]:
+    """The parameters of the law of liquid or solids, unless this is not that of all lines."""
+    known = [each for each in declared_in(case) if each.key.startswith(place) and each.value is not None]
+    return [equation(each.key, each.value) for each in known if not {place, each.key} & {*leave_out}]
+
+
+def varying_keys(cases: Sequence[Mapping[str, Any]], names: Sequence[str] = ()) -> list[str]:
+    """The keys that tell cases apart: each one tells some apart that those before it do not.
+
+    So the liquid is not named where De tells as much, nor a mesh that was chosen for it; and not the distances of a
+    curve, which are seen.
+
+    Args:
+        cases: Their keys, dotted, with their values.
+        names: Those that are compared, in this order; by default all that matter, the numbers of the problem first.
+    """
+    every = [key for key in (*FIRST, *chain(*cases)) if key != "d" and not key.startswith(NOT_COMPARED)]
+    chosen: list[str] = []
+    known = 1
+    for name in dict.fromkeys(names or every):
+        count = len({tuple(hashable(case.get(key)) for key in (*chosen, name)) for case in cases})
+        if count > known:
+            chosen, known = [*chosen, name], count
+    return chosen
 
 
 def common_parts(cases: Sequence[Mapping[str, Any]], varying: Collection[str]) -> list[str]:
@@ -148,14 +166,6 @@ def common_parts(cases: Sequence[Mapping[str, Any]], varying: Collection[str]) -
     fullest = max(cases, key=lambda case: (float(case.get("De") or 0), isinstance(case.get("liquid"), dict)))
     unnamed = [f"{symbol(key)} differs" for key in changed if key in SHARED]
     return [*case_parts(fullest, {*varying, *changed}), *unnamed]
-
-
-def _liquid_label(case: Mapping[str, Any]) -> str:
-    """The name of the liquid: of its law, or of those of all its modes and of its solvent."""
-    block = liquid_block(case)
-    if block.keys() & {"modes", "solvent"}:
-        return liquid_of({"xi": 1.0, **case, "De": 1.0}).label
-    return shown(block["law"])
 
 
 def parameter_label(key: str, unit: str = "") -> str:

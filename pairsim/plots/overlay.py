@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from pairsim.cases.yaml_file import flat
 from pairsim.plots.chart import Panel, Series, draw_chart
 from pairsim.plots.encoding import Encoding
-from pairsim.plots.labels import common_parts, equation, hashable, read_case
+from pairsim.plots.labels import common_parts, equation, hashable, read_case, varying_keys
 from pairsim.plots.lines import lines_of, panels_of
 from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
@@ -20,27 +19,8 @@ from pairsim.results.columns import column
 from pairsim.results.folder import kind_of
 from pairsim.runtime.errors import InputError
 
-FIRST = ("beta", "De", "Ca_e", "d0", "particles", "liquid", "xi")
-"""Keys that a difference is looked for in before all others."""
-NOT_COMPARED = ("name", "output", "fields", "physical", "time.end", "limits")
 FOLDER, DIFFERENCES = "folder", "differences"
 ALIKE = 0.05  # lines whose differences are below this part of their range lie on each other
-
-
-def varying_keys(cases: Sequence[dict[str, Any]]) -> list[str]:
-    """The keys that tell cases apart: each one tells some apart that those before it do not.
-
-    So the liquid is not named where De tells as much, nor a mesh that was chosen for it; and not the distances of a
-    curve, which are seen.
-    """
-    names = [key for key in (*FIRST, *(key for case in cases for key in case)) if not key.startswith(NOT_COMPARED)]
-    chosen: list[str] = []
-    known = 1
-    for name in dict.fromkeys(names):
-        count = len({tuple(hashable(case.get(key)) for key in (*chosen, name)) for case in cases})
-        if name != "d" and count > known:
-            chosen, known = [*chosen, name], count
-    return chosen
 
 
 def overlay(

@@ -18,7 +18,7 @@ from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, StrMethodFormatter
 
-from pairsim.results.folder import make_folder, part_of
+from pairsim.results.folder import part_of
 from pairsim.runtime.errors import InputError
 
 FORMATS = ("png", "pdf", "svg")
@@ -68,11 +68,14 @@ def printing() -> Iterator[None]:
 def picture_file(path: Path) -> Iterator[Path]:
     """Temporary name of a picture with the same ending, which becomes its name when the block has written it.
 
+    Its folder is made if needed.
+
     Raises:
         InputError: The file cannot be written.
     """
     part = part_of(path).with_suffix(path.suffix)  # writers of animations go by the ending
     try:
+        path.parent.mkdir(parents=True, exist_ok=True)
         yield part
         part.replace(path)
     except OSError as error:
@@ -160,13 +163,10 @@ class Page:
         """Write a figure in every format; each file appears whole.
 
         Raises:
-            InputError: The folder cannot be used.
+            InputError: A file cannot be written.
         """
-        make_folder(folder)
-        written = []
-        for name in self.formats:
-            path = folder / f"{stem}.{name}"
+        written = [folder / f"{stem}.{name}" for name in self.formats]
+        for path, name in zip(written, self.formats, strict=True):
             with picture_file(path) as part:
                 figure.savefig(part, format=name, dpi=self.dpi, metadata={DATE[name]: None} if name in DATE else None)
-            written.append(path)
         return written

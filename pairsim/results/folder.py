@@ -34,18 +34,6 @@ OWN_FILES = (
 """Files of all commands in a folder of results, but for `frame_files`, and for the tables and pictures of a command."""
 
 
-def make_folder(path: Path) -> None:
-    """Make a folder for pictures and the like, where it is not there yet.
-
-    Raises:
-        InputError: It cannot be used.
-    """
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(str(path), "-o", None, f"cannot be used as a folder ({error.strerror})") from error
-
-
 def part_of(path: Path) -> Path:
     """The temporary name under which `path` is written; fixed, so that what a killed run left behind is found again."""
     return path.with_name(f".{path.name}.part")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from pairsim.cases.physical import BLOCK
 from pairsim.plots.chart import POINT, ZEROS, Panel, Series, draw_chart, point
 from pairsim.plots.encoding import Encoding
-from pairsim.plots.labels import common_parts, hashable, measured, parameter_label, read_case
+from pairsim.plots.labels import common_parts, hashable, measured, parameter_label, read_case, varying_keys
 from pairsim.plots.lines import MOTION, lines_of
 from pairsim.plots.overlay import draw_overlay
 from pairsim.plots.style import COLOURS, Page, printing
@@ -117,24 +117,15 @@ def _read(directory: Path, group: str | None, panels: str | None, physical: bool
         raise InputError(str(directory), "", None, "has no finished case yet; pairsim status shows how it stands")
     units = Units.of_all([directory / case["folder"] for case in cases], physical)
     cases = [case | {"units": own} for case, own in zip(cases, units, strict=True)]
-    varying = _independent(content["varying"], cases, {group, panels})
-    Encoding.of([case["parameters"] for case in cases], varying, group, panels)  # refuses keys that do not vary
-    known = {name: measured([case["parameters"].get(name) for case in cases]) for name in varying}
+    parameters, varying = [case["parameters"] for case in cases], content["varying"]
+    if quantities := [key for key in varying if key.startswith(BLOCK)]:
+        # Numbers that follow from quantities of an experiment need no lines of their own, unless they are chosen.
+        telling = varying_keys(parameters, [*quantities, *varying])
+        varying = [key for key in varying if key in telling or key in (group, panels)]
+    Encoding.of(parameters, varying, group, panels)  # refuses keys that do not vary
+    known = {name: measured([case.get(name) for case in parameters]) for name in varying}
     numbers = {name: pair for name, pair in known.items() if pair is not None and len(set(pair[0])) > 1}
     return _Sweep(directory, content["command"], cases, varying, numbers, quantity_of(cases), group, panels)
-
-
-def _independent(
-    varying: Sequence[str], cases: Sequence[Mapping[str, Any]], chosen: Collection[str | None]
-) -> list[str]:
-    """The keys that vary, without numbers that follow from varying quantities of an experiment, unless chosen."""
-    quantities = [key for key in varying if key.startswith(BLOCK)]
-
-    def kinds(*keys: str) -> int:
-        return len({tuple(hashable(case["parameters"].get(key)) for key in keys) for case in cases})
-
-    follows = {key for key in varying if key not in quantities and kinds(*quantities, key) == kinds(*quantities)}
-    return [key for key in varying if key in chosen or not (quantities and key in follows)]
 
 
 def quantity_of(cases: Sequence[Mapping[str, Any]]) -> str:
@@ -173,7 +164,7 @@ def _draw_parameters(sweep: _Sweep, out: Path, page: Page) -> list[Path]:
     encoding = Encoding.of([case["parameters"] for case in sweep.cases], others, group, panels)
     run, named = sweep.command == "run", sweep.cases[0]["units"].axis_label
     panel = Panel(sweep.label(name), named([sweep.quantity], " at the end") if run else named(["d_cr"]), "x")
-    series = _ends(sweep, name) if run else _zeros(sweep, name, encoding)
+    series = _ends(sweep, name) if run else _zeros(sweep, name)
     figure, _ = draw_chart(page, {0: panel}, series, sweep.parts(), encoding)
     return page.save(figure, out, "sweep_parameters" if run else "sweep_zeros")
 
@@ -195,19 +186,15 @@ def _ends(sweep: _Sweep, name: str) -> list[Series]:
     return found
 
 
-def _zeros(sweep: _Sweep, name: str, encoding: Encoding) -> list[Series]:
+def _zeros(sweep: _Sweep, name: str) -> list[Series]:
     """The zeros of dU with their errors."""
     found = []
-    for x, case in zip(sweep.numbers[name][0], sweep.cases, strict=True):
+    for place, case in zip(sweep.numbers[name][0], sweep.cases, strict=True):
         zeros, stable = (case["values"].get(kind) or [] for kind in ("zeros", "stable"))
-        errors = np.array(case["values"].get("zeros_error") or [np.nan] * len(zeros), dtype=float)
-        more = {"parameters": case["parameters"]}
-        look = {"marker": encoding.look(case["parameters"])["marker"].replace(".", "o")}
-        by = case["units"].factor(LENGTH)
-        found += [
-            point(0, x, by * d, ZEROS[kind], by * error, look=look, **more)
-            for d, kind, error in zip(zeros, stable, errors, strict=True)
-        ]
+        errors, size = case["values"].get("zeros_error") or [None] * len(zeros), case["units"].factor(LENGTH)
+        for d, kind, error in zip(zeros, stable, errors, strict=True):
+            bar = None if error is None else size * error
+            found.append(point(0, place, size * d, ZEROS[kind], bar, parameters=case["parameters"]))
     return found
 
 

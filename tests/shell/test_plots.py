@@ -22,9 +22,8 @@ from pairsim.plots.critical import point_of
 from pairsim.plots.encoding import Encoding
 from pairsim.plots.field_values import FIELDS
 from pairsim.plots.fields import default_movie
-from pairsim.plots.labels import common_parts, measured
+from pairsim.plots.labels import common_parts, measured, varying_keys
 from pairsim.plots.lines import curve_lines, run_lines
-from pairsim.plots.overlay import varying_keys
 from pairsim.plots.sections import _streamlines, views_of
 from pairsim.plots.style import GREY, MM, Page
 from pairsim.plots.surfaces import outlines
