@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 from pairsim.api.cases import load
 from pairsim.cases.case import Case, SceneCase
-from pairsim.cases.checked_range import beyond_checked
 from pairsim.cases.materials import declared_in, is_viscous
 from pairsim.cases.physical import BLOCK, DENSITY, QUANTITIES, Physical
 from pairsim.cases.quantities import si
 from pairsim.cases.yaml_file import yaml_text
 from pairsim.computing import QUESTIONS
+from pairsim.computing.warnings import beyond_checked
 from pairsim.physics.pipe import Pipe
 from pairsim.physics.scales import Scales
 from pairsim.results.folder import plain

@@ -6,26 +6,33 @@ documentation. `pairsim.computing.case_files` validates YAML files against them.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
-from pydantic import Field, create_model, model_validator
+from pydantic import Field, model_validator
 
 from pairsim.cases import values
 from pairsim.cases.accuracy import DEFAULT, Accuracy, percent, settings_of
 from pairsim.cases.default_end import default_end
 from pairsim.cases.groups import Keys, Limits, MeshOptions, OutputOptions, TimeOptions
-from pairsim.cases.material_keys import LIQUIDS, material_fields, written
+from pairsim.cases.material_keys import LIQUIDS, LiquidKey, SolidKey, written
 from pairsim.cases.materials import is_viscous, liquid_block, liquid_of, slowest_of, solids_of
 from pairsim.cases.physical import Physical
 from pairsim.cases.softest import beyond_steady_shapes, beyond_tension
 from pairsim.physics import liquids, solids
-from pairsim.physics.liquids import Liquid
+from pairsim.physics.liquids import Liquid, Newtonian
 from pairsim.physics.scales import Scales
 from pairsim.physics.solids import Solid
 
 
-class _Scene(Keys):
-    """The keys that come before those of the laws."""
+class SceneCase(Keys):
+    """Keys that run, curve and critical share. beta, Ca_e: one value for all particles, or a list from upstream."""
+
+    kind: ClassVar[str]
+    """The command that the case is for."""
+    counted: ClassVar[dict[str, int]] = {"beta": 0, "Ca_e": 0}
+    """Keys that must be given, one for all particles or one for each, and how many fewer than particles these are."""
+    usual_distances: ClassVar[dict[str, Any]] = {}
+    """Distances of a case that is made without any, by their key."""
 
     beta: values.OneOrEach[values.Diameter] | None = Field(
         None, description="particle over tube diameter D_p/D_c, between 0 and 1"
@@ -37,28 +44,16 @@ class _Scene(Keys):
     name: values.CaseName | None = Field(None, description="name of the folder for the results")
     particles: values.Whole = Field(2, ge=0, le=50, description="number of particles on the axis")
     xi: values.SolventPart = Field(0.09, description="solvent viscosity over eta_0 (De > 0)")
-
-
-if TYPE_CHECKING:
-
-    class _WithMaterials(_Scene):
-        liquid: Any
-        solid: Any
-
-else:
-    _WithMaterials = create_model("_WithMaterials", __base__=_Scene, **material_fields())
-
-
-class SceneCase(_WithMaterials):
-    """Keys that run, curve and critical share. beta, Ca_e: one value for all particles, or a list from upstream."""
-
-    kind: ClassVar[str]
-    """The command that the case is for."""
-    counted: ClassVar[dict[str, int]] = {"beta": 0, "Ca_e": 0}
-    """Keys that must be given, one for all particles or one for each, and how many fewer than particles these are."""
-    usual_distances: ClassVar[dict[str, Any]] = {}
-    """Distances of a case that is made without any, by their key."""
-
+    liquid: LiquidKey = Field(
+        None,
+        description=f"constitutive law, or a group with it and its parameters; default: {liquids.DEFAULT.name}, "
+        f"{Newtonian.name} at De = 0",
+    )
+    solid: SolidKey = Field(
+        None,
+        description="law of the soft particles, or a group with it and its parameters, or a list of these from "
+        f"upstream; default: {solids.DEFAULT.name}",
+    )
     length: values.TubeLength | Literal["auto"] | None = Field(
         None,
         description="tube length [D_c]; default: 50 times the largest beta, 10 without particles; auto (with developed "
@@ -82,15 +77,9 @@ class SceneCase(_WithMaterials):
     @model_validator(mode="after")
     def _with_defaults(self) -> Self:
         """Fill in the keys that follow from others where they are not given."""
-        update: dict[str, Any] = {}
-        for key, value in self._defaults().items():
-            group = getattr(self, key)
-            if not isinstance(group, Keys):
-                if key not in self.model_fields_set:
-                    update[key] = value
-            elif absent := {name: each for name, each in value.items() if name not in group.model_fields_set}:
-                update[key] = group.model_copy(update=absent)
-        return self.model_copy(update=update)
+        defaults = self._defaults()
+        groups = {key: getattr(self, key) for key in defaults if isinstance(getattr(self, key), Keys)}
+        return self.filled(defaults | {key: group.filled(defaults[key]) for key, group in groups.items()}, groups)
 
     def _defaults(self) -> dict[str, Any]:
         """Defaults that follow from other keys: those that `accuracy` sets."""

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
+from typing import Any, Self
+
 from pydantic import BaseModel, ConfigDict, Field
 
 from pairsim.cases import values
@@ -26,6 +29,13 @@ class Keys(BaseModel):
     """A group of keys; others than those of its model are refused."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
+
+    def filled(self, values: Mapping[str, Any], always: Collection[str] = ()) -> Self:
+        """A copy with values of keys that are not given, which are not given there either; of some keys in any case."""
+        given = self.model_fields_set
+        copy = self.model_copy(update={key: each for key, each in values.items() if key in always or key not in given})
+        object.__setattr__(copy, "__pydantic_fields_set__", set(given))
+        return copy
 
 
 class MeshOptions(Keys):

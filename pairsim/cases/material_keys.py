@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal, Union
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Union
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, create_model
 
 from pairsim.cases.materials import ELASTIC, MODES, VISCOUS
 from pairsim.cases.values import Number, OneOrEach
-from pairsim.physics import liquids, solids
+from pairsim.physics import solids
 from pairsim.physics.liquids import ConformationLaw, Newtonian
 from pairsim.physics.material import Material, Parameter
 
@@ -95,20 +95,14 @@ BLOCKS = {"liquid": LIQUIDS, "solid": SOLIDS, "solvent": _SOLVENTS, "modes": _OF
 """The models of blocks by the key that they are a value of, and by law."""
 
 
-def material_fields() -> dict[str, Any]:
-    """The fields of `liquid` and `solid`."""
-    liquid = Field(
-        None,
-        description=f"constitutive law, or a group with it and its parameters; default: {liquids.DEFAULT.name}, "
-        f"{Newtonian.name} at De = 0",
-    )
-    solid = Field(
-        None,
-        description="law of the soft particles, or a group with it and its parameters, or a list of these from "
-        f"upstream; default: {solids.DEFAULT.name}",
-    )
-    of_solids: Any = OneOrEach
-    return {"liquid": (_block_of(LIQUIDS) | None, liquid), "solid": (of_solids[_block_of(SOLIDS)] | None, solid)}
+if TYPE_CHECKING:  # mypy cannot know them
+    LiquidKey = Any
+    SolidKey = Any
+else:
+    LiquidKey = _block_of(LIQUIDS) | None
+    """A liquid: the name of a law, or its block."""
+    SolidKey = OneOrEach[_block_of(SOLIDS)] | None
+    """A solid of all particles, or one of each."""
 
 
 def written(block: BaseModel | None) -> Any:

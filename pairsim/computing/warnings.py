@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from pairsim.cases.accuracy import SETTINGS, settings_of
 from pairsim.cases.case import SceneCase
-from pairsim.cases.checked_range import beyond_checked
+from pairsim.cases.materials import slowest_of
 
 # Least length of tube on each side, relative to that with `length: auto`; with less, errors above about 1 % of the peak
 # were measured. Periodic ends need more, since the polymer stress caused by the particles returns to them.
@@ -16,6 +16,20 @@ NEAR_ENDS = {"developed": 0.5, "periodic": 0.65}
 ENDS_ERRORS = ((0.33, 44), (0.5, 7), (0.65, 2))
 COARSEST = "5%"
 FINER = 1.5  # what sizes of cells are divided by in advice; chosen
+MOST_DE = 2.0  # largest at which dU was compared with finer meshes, docs/explanation/limits.md
+
+
+def beyond_checked(case: SceneCase) -> list[str]:
+    """Warn of particles at a De above all at which dU was compared with finer meshes."""
+    slowest = slowest_of(dict(case))
+    if (De := slowest * max(case.values_of_De)) <= MOST_DE or case.n == 0:
+        return []
+    mode = "" if slowest == 1 else " of the slowest mode"
+    return [
+        f"De = {De:g}{mode} is above {MOST_DE:g}, the largest at which dU was compared with finer meshes: the stress "
+        "around the particles may not be resolved (docs/explanation/limits.md); compare with a finer mesh (mesh.Np, "
+        "mesh.max_size)"
+    ]
 
 
 def above(value: float, limit: float) -> str:

@@ -11,12 +11,12 @@ import pytest
 
 import pairsim
 from pairsim.cases.case import Case
-from pairsim.cases.checked_range import beyond_checked
 from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case
 from pairsim.computing.problems import problem_of
 from pairsim.computing.warnings import (
     ErrorAt,
+    beyond_checked,
     coarse_mesh,
     large_errors,
     moves_on,
@@ -160,7 +160,7 @@ def test_default_tubes_are_long_enough() -> None:
 def test_every_computation_tells_of_a_short_tube_and_of_a_De_above_all_that_were_checked(
     compute: Callable[..., pairsim.Result], place: dict[str, Any], ends: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pairsim.cases.checked_range.MOST_DE", 0.01)
+    monkeypatch.setattr("pairsim.computing.warnings.MOST_DE", 0.01)
     pair = {"beta": 0.4, "De": 0.02, "Ca_e": 0, "length": 2.4, "mesh": {"Np": 8, "max_size": 0.25}}
     warnings = compute(pair, ends=ends, **place).check().warnings
     assert sum("the ends affect dU" in warning for warning in warnings) == 1

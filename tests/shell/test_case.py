@@ -284,3 +284,10 @@ def test_a_huge_softness_is_the_only_mistake_that_is_told_of() -> None:
     with pytest.raises(InputError, match="Ca_e") as caught:
         case(De=0, Ca_e=1e16)
     assert "time.end" not in str(caught.value)
+
+
+def test_defaults_of_a_case_follow_changes_of_it() -> None:
+    case = pairsim.load({**PAIR, "De": 0.5})
+    assert pairsim.load(case, accuracy="5%") == pairsim.load({**PAIR, "De": 0.5, "accuracy": "5%"})
+    fixed = pairsim.load(case, mesh={"Np": 30})
+    assert (fixed.mesh.Np, fixed.mesh.max_size, fixed.mesh.adapt) == (30, case.mesh.max_size, False)
