@@ -21,8 +21,17 @@ NUMBERS = {"liquid": ("n", "a", "L2", "alpha", "epsilon"), "solid": ("c",)}
 """Parameters without units of the laws that ship."""
 
 
+Text = str | None
+Number = float | None
+File = Path | None
+
+
 def _quantity(words: str, *names: str) -> Any:
     return typer.Option(*names, metavar="QUANTITY", help=words, show_default=False)
+
+
+def _law(words: str) -> Any:
+    return typer.Option(metavar="LAW", help=words, show_default=False)
 
 
 def _number(name: str, words: str) -> Any:
@@ -36,91 +45,54 @@ def _number(name: str, words: str) -> Any:
 )
 def units(
     *,
-    tube: Annotated[str, _quantity("Inner diameter of the tube D_c; example: 50um.")],
-    flow_rate: Annotated[
-        str | None,
-        _quantity("Flow rate Q; gives the mean velocity U_av = 4 Q/(pi D_c^2); example: 1ul/min.", "--flow"),
-    ] = None,
-    velocity: Annotated[
-        str | None, _quantity("Mean velocity of the liquid, in place of --flow; example: 5mm/s.")
-    ] = None,
-    pressure: Annotated[str | None, _quantity("Pressure drop in place of --flow, such as 20kPa; with --over.")] = None,
-    over: Annotated[str | None, _quantity("Length of tube over which it falls, such as 5cm.")] = None,
-    particle: Annotated[
-        list[str],
-        _quantity("Diameter of the particles (repeat for one value each, from upstream); example: 20um."),
-    ],
+    tube: Annotated[str, _quantity("Inner diameter of the tube D_c, such as 50um.")],
+    particle: Annotated[list[str], _quantity("Diameter of the particles, such as 20um; repeat it, from upstream.")],
+    flow_rate: Annotated[Text, _quantity("Flow rate Q: U_av = 4 Q/(pi D_c^2), such as 1ul/min.", "--flow")] = None,
+    velocity: Annotated[Text, _quantity("Mean velocity of the liquid U_av, in place of --flow, such as 5mm/s.")] = None,
+    pressure: Annotated[Text, _quantity("Pressure drop in place of --flow, such as 20kPa; with --over.")] = None,
+    over: Annotated[Text, _quantity("Length of tube over which it falls, such as 5cm.")] = None,
     modulus: Annotated[
-        list[str] | None,
-        _quantity("Shear modulus G_p of the particles (default: rigid; repeat for one value each); example: 5kPa."),
+        list[str] | None, _quantity("Shear modulus G_p (default: rigid; repeat for one value each), such as 5kPa.")
     ] = None,
-    young: Annotated[
-        list[str] | None, _quantity("Young's modulus E = 3 G_p, in place of --modulus; example: 15kPa.")
-    ] = None,
-    density: Annotated[
-        str | None, _quantity("Density of the liquid (default: that of water); example: 1000kg/m^3.")
-    ] = None,
+    young: Annotated[list[str] | None, _quantity("Young's modulus E = 3 G_p, in place of --modulus.")] = None,
+    density: Annotated[Text, _quantity("Density of the liquid (default: water), such as 1000kg/m^3.")] = None,
     distance: Annotated[
         list[str] | None,
         _quantity(
-            "Distance between the surfaces (repeat for one value each gap; with --kind curve, for its distances; "
-            "with --kind critical, for the least and the largest one); example: 5um."
+            "Distance between the surfaces, such as 5um (repeat for one value each gap; with --kind curve, for its "
+            "distances; with --kind critical, for the least and the largest one)."
         ),
     ] = None,
-    end: Annotated[str | None, _quantity("End time of the run (default: by De and Ca_e); example: 2ms.")] = None,
+    end: Annotated[Text, _quantity("End time of the run (default: by De and Ca_e), such as 2ms.")] = None,
     liquid: Annotated[
-        str | None,
-        typer.Option(
-            metavar="LAW",
-            help="Law of the liquid: newtonian, carreau, fene-p, giesekus, oldroyd-b, power-law, ptt-linear, ptt-exp, "
-            "white-metzner, or one of your own.",
-            show_default=False,
+        Text,
+        _law(
+            "Law of the liquid: newtonian, carreau, fene-p, giesekus, oldroyd-b, power-law, ptt-linear, ptt-exp, "
+            "white-metzner, or one of your own."
         ),
     ] = None,
-    viscosity: Annotated[
-        str | None,
-        _quantity("Zero-shear viscosity of the liquid eta_0, including that of the solvent; example: 1Pa.s."),
-    ] = None,
-    consistency: Annotated[
-        str | None,
-        _quantity("Consistency K of the liquid; gives eta_0 = K (U_av/D_c)^(n - 1); example: 0.5Pa.s^0.6."),
-    ] = None,
-    relaxation: Annotated[
-        str | None, _quantity("Relaxation time lambda; gives De = lambda U_av/D_c; example: 2ms.")
-    ] = None,
-    solvent: Annotated[
-        str | None, _quantity("Viscosity of the solvent eta_s; gives xi = eta_s/eta_0; example: 1mPa.s.")
-    ] = None,
-    time_constant: Annotated[
-        str | None, _quantity("Time constant of thinning, the inverse of the rate where it begins; example: 2ms.")
-    ] = None,
-    viscosity_inf: Annotated[str | None, _quantity("Viscosity at large shear rates; example: 1mPa.s.")] = None,
-    n: Annotated[float | None, _number("n", "Flow index of the thinning part.")] = None,
-    a: Annotated[float | None, _number("a", "Exponent of the transition; 2 is the law of Carreau.")] = None,
-    L2: Annotated[float | None, _number("L2", "Largest trace of the conformation tensor.")] = None,
-    alpha: Annotated[float | None, _number("alpha", "Mobility of the Giesekus liquid.")] = None,
-    epsilon: Annotated[float | None, _number("epsilon", "Extensional parameter of the PTT liquids.")] = None,
+    viscosity: Annotated[Text, _quantity("Zero-shear viscosity eta_0, solvent included, such as 1Pa.s.")] = None,
+    consistency: Annotated[Text, _quantity("Consistency K: eta_0 = K (U_av/D_c)^(n - 1), such as 0.5Pa.s^0.6.")] = None,
+    relaxation: Annotated[Text, _quantity("Relaxation time lambda: De = lambda U_av/D_c, such as 2ms.")] = None,
+    solvent: Annotated[Text, _quantity("Viscosity of the solvent eta_s: xi = eta_s/eta_0, such as 1mPa.s.")] = None,
+    time_constant: Annotated[Text, _quantity("Inverse of the rate where thinning begins, such as 2ms.")] = None,
+    viscosity_inf: Annotated[Text, _quantity("Viscosity at large shear rates, such as 1mPa.s.")] = None,
+    n: Annotated[Number, _number("n", "Flow index of the thinning part.")] = None,
+    a: Annotated[Number, _number("a", "Exponent of the transition; 2 is the law of Carreau.")] = None,
+    L2: Annotated[Number, _number("L2", "Largest trace of the conformation tensor.")] = None,
+    alpha: Annotated[Number, _number("alpha", "Mobility of the Giesekus liquid.")] = None,
+    epsilon: Annotated[Number, _number("epsilon", "Extensional parameter of the PTT liquids.")] = None,
     solid: Annotated[
-        str | None,
-        typer.Option(
-            metavar="LAW",
-            help="Law of the particles: neo-hookean, kelvin-voigt, mooney-rivlin, or one of your own.",
-            show_default=False,
-        ),
+        Text, _law("Law of the particles: neo-hookean, kelvin-voigt, mooney-rivlin, or one of your own.")
     ] = None,
-    particle_viscosity: Annotated[str | None, _quantity("Viscosity of the particles; example: 2Pa.s.")] = None,
-    c: Annotated[float | None, _number("c", "Part of the second invariant in the shear modulus.")] = None,
+    particle_viscosity: Annotated[Text, _quantity("Viscosity of the particles, such as 2Pa.s.")] = None,
+    c: Annotated[Number, _number("c", "Part of the second invariant in the shear modulus.")] = None,
     rheology: Annotated[
-        Path | None,
-        path_option(
-            "--rheology", words="CSV file of a flow curve: shear rate, viscosity, N1; the liquid is fitted to it."
-        ),
+        File, path_option(words="CSV file of a flow curve (shear rate, viscosity, N1), to which the liquid is fitted.")
     ] = None,
-    spectrum: Annotated[
-        Path | None, path_option("--spectrum", words="CSV file of moduli: angular frequency, G', G''; alike.")
-    ] = None,
+    spectrum: Annotated[File, path_option(words="CSV file of moduli (angular frequency, G', G''), alike.")] = None,
     kind: Annotated[OfQuestion, typer.Option("--kind", help="The command that the case file is for.")] = "run",
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="Write a case file to this path.")] = None,
+    output: Annotated[File, typer.Option("-o", "--output", help="Write a case file to this path.")] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing case file.")] = False,
     set_: Settings = None,
 ) -> None:

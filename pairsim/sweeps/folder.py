@@ -106,8 +106,8 @@ def begin(directory: Path, grid: Grid) -> dict[str, Any]:
         }
     )
     text = "".join(f"# --set {each}\n" for each in grid.settings) + yaml_text(plain(grid.content))
-    write_text(directory / "grid.yaml", text)
     write_text(directory / "sweep.json", json.dumps(content, indent=1, ensure_ascii=False) + "\n")
+    write_text(directory / "grid.yaml", text)
     return content
 
 

@@ -76,11 +76,10 @@ def compute(task: Task) -> list[CaseState]:
     """
     states = []
     for place, case in enumerate(task.cases):
-        state = read_state(task.directory / case.folder, case.key, values=False)
-        refusal = None
-        if state.status != "finished" and not (task.directory / STOP).exists():
-            refusal = _compute(task, place)
-        states.append(refusal or read_state(task.directory / case.folder, case.key))
+        folder = task.directory / case.folder
+        left = not _is_finished(folder, case.key) and not (task.directory / STOP).exists()
+        refusal = _compute(task, place) if left else None
+        states.append(refusal or read_state(folder, case.key))
     return states
 
 
@@ -160,8 +159,7 @@ def _compute(task: Task, place: int) -> CaseState | None:
     if said is None or why or interrupted or said.memory > MOST_MEMORY:
         child.close()
         _own.child = None
-    finished = read_state(folder, case.key, values=False).status == "finished"
-    if finished or why == "interrupted" or (interrupted and not why):  # the next command goes on
+    if why == "interrupted" or (interrupted and not why) or _is_finished(folder, case.key):  # the next command goes on
         return None
     if why:
         reason, message = why, f"stopped after {task.timeout:g} s"
@@ -209,3 +207,7 @@ def _death(child: Child) -> tuple[str, str]:
         return "out_of_memory", "killed by SIGKILL, probably because the system ran out of memory"
     name = f"exit code {code}" if code >= 0 else signal.Signals(-code).name
     return "crashed", f"ended by {name}" + (f": {last}" if last else "")
+
+
+def _is_finished(folder: Path, key: str) -> bool:
+    return read_state(folder, key, values=False).status == "finished"
