@@ -169,8 +169,6 @@ def test_overrides_change_keys_within_groups() -> None:
 WRONG: dict[str, tuple[Any, dict[str, Any], str]] = {
     "value": (RUN, {"beta": 2}, "beta: got 2"),
     "key": (RUN, {"betta": 0.4}, "did you mean beta"),
-    "key in a group": (RUN, {"mesh": {"Nq": 3}}, "mesh.Nq"),
-    "path through a number": (RUN, {"De.x": 3}, "De is not a group of keys"),
     "type": (3, {}, "the path of a case file, a dict of its keys, or a case"),
     "file": ("missing.yaml", {}, "no such file"),
     "object": (RUN, {"De": object()}, "cannot write a object"),

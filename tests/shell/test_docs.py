@@ -37,11 +37,6 @@ def test_prose_wraps(page: Path) -> None:
     assert not long, f"lines {long} are longer than {WIDTH} characters"
 
 
-def test_tables_and_code_may_be_wider() -> None:
-    text = "a\n```sh\n" + "b " * 80 + "\n```\n| " + "c " * 80 + "|\n" + "d " * 80 + "\n"
-    assert [n for n, line in enumerate(prose(text).splitlines(), 1) if len(line) > WIDTH] == [6]
-
-
 def test_every_file_is_described() -> None:
     page = (ROOT / "docs" / "reference" / "files.md").read_text()
     others = tuple(f".{ending}" for ending in PICTURE_ENDINGS if ending != "png")  # the page names them once

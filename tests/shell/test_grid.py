@@ -186,10 +186,3 @@ def test_examples_of_the_docs_are_grids(tmp_path: Path) -> None:
     (tmp_path / "other.yaml").write_text("{beta: 0.3, De: 0, Ca_e: 0, d0: 0.5}")
     (tmp_path / "grid.yaml").write_text(text)
     assert len(read_grid(tmp_path / "grid.yaml").cases) == 2 * 6 * 2 - 2 + 2
-
-
-def test_grid_takes_a_file_whose_name_no_case_can_have(tmp_path: Path) -> None:
-    (tmp_path / "my case.yaml").write_text("{beta: 0.4, De: 0, Ca_e: 0.1, d0: 0.1}")
-    (tmp_path / "grid.yaml").write_text("cases: [my case.yaml]\n")
-    (case,) = read_grid(tmp_path / "grid.yaml").cases
-    assert case.folder.startswith("beta0.4-")

@@ -100,30 +100,6 @@ def test_every_number_has_limits_and_is_named_with_them(command: str, text: str,
             assert any(each.key == name and each.value == value for each in caught.value.mistakes)
 
 
-@pytest.mark.parametrize("name", ["2020-13-45", "2026-01-15", "yes", "on"])
-def test_dates_and_words_are_text(name: str, tmp_path: Path) -> None:
-    path = tmp_path / "case.yaml"
-    path.write_text(RUN + f"name: {name}\n")
-    assert read_case(QUESTIONS["run"], path).name == name
-
-
-def test_settings_replace_keys_of_the_file(tmp_path: Path) -> None:
-    path = tmp_path / "case.yaml"
-    path.write_text(RUN)
-    case = read_case(QUESTIONS["run"], path, ("mesh.Np=20", "Ca_e=[0.1, 0]"))
-    assert (case.mesh.Np, case.Ca_e) == (20, (0.1, 0))
-
-
-def test_processes_that_do_not_see_each_other_complain(
-    folder: Path, pairsim: Pairsim, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (folder / "case.yaml").write_text(RUN)
-    monkeypatch.setenv("PMI_SIZE", "2")
-    done = pairsim("run", "case.yaml", "-o", "out")
-    assert done.returncode == 2
-    assert done.stderr.count("2 processes that do not see each other") == 1
-
-
 @pytest.mark.parametrize(
     ("value", "text"),
     [
