@@ -143,6 +143,7 @@ def draw_chart(
     count, columns = len(places), len(panels) if len(encoding.titles) > 1 and len(panels) > 1 else None
     figure, axes = page.panels(count, 66 if count == 1 else 50 if count <= 6 else 40, 14, columns)
     drawn = [(encoding.panel_of(each.parameters), _with_look(each, encoding)) for each in series]
+    cut = False
     for axis, (number, name) in zip(axes, places, strict=True):
         panel = panels[name]
         if panel.shared and number:
@@ -150,7 +151,7 @@ def draw_chart(
             axis.sharey(axes[places.index((0, name))])
         group = [each for i, each in drawn if each.panel == name and (panel.shared or i == number)]
         axis.set_title(encoding.titles[number])
-        _draw_panel(axis, panel, [each for i, each in drawn if (i, each.panel) == (number, name)], group)
+        cut |= _draw_panel(axis, panel, [each for i, each in drawn if (i, each.panel) == (number, name)], group)
     labelled = [axis.get_legend_handles_labels()[0] for axis in axes]
     for axis, entries in zip(axes, labelled, strict=True):
         if count > 1 and len(entries) > 1:
@@ -159,7 +160,8 @@ def draw_chart(
     lines, points = any(not each.mark for each in series), any(each.mark or each.marked for each in series)
     own = [*encoding.handles(lines=lines, points=points), *handles, *(labelled[0] if count == 1 else [])]
     key(figure, [*own, *notes(series)])
-    small_print(figure, [*parts, *(f"all values of {symbol(name)}" for name in encoding.untold)])
+    more = [f"all values of {symbol(name)}" for name in encoding.untold] + ["a brief start-up is cut off"] * cut
+    small_print(figure, [*parts, *more])
     return figure, axes
 
 
@@ -172,8 +174,8 @@ def _with_look(series: Series, encoding: Encoding) -> Series:
     return replace(series, look=look | dict(series.look))
 
 
-def _draw_panel(axis: Axes, panel: Panel, inside: Sequence[Series], group: Sequence[Series]) -> None:
-    """What lies in a panel, on axes for a group of them."""
+def _draw_panel(axis: Axes, panel: Panel, inside: Sequence[Series], group: Sequence[Series]) -> bool:
+    """Draw what lies in a panel, on axes for a group of them; returns whether a start-up reaches out of it."""
     axis.margins(*panel.margins)
     if panel.shade is not None:
         axis.axvspan(*panel.shade, color=START_UP, linewidth=0, zorder=0.1)
@@ -189,8 +191,8 @@ def _draw_panel(axis: Axes, panel: Panel, inside: Sequence[Series], group: Seque
         axis.axis(seen)
     finish(axis, panel.x, panel.y, [each.range(bars=panel.bars) for each in group])
     widen(axis, "x", [each.x for each in group])
-    if timed := [(each.t, each.y) for each in inside if each.t is not None]:
-        leave_out_spikes(axis, timed)
+    timed = [(each.t, each.y) for each in inside if each.t is not None]
+    return bool(timed) and leave_out_spikes(axis, timed)
 
 
 def draw_series(axis: Axes, series: Series, band: float = BAND) -> None:
@@ -273,21 +275,27 @@ def finish(axis: Axes, x: str, y: str, values: Sequence[Array]) -> None:
             direction.set_major_locator(MaxNLocator(6 if direction is axis.yaxis else 5, steps=[1, 2, 2.5, 5, 10]))
 
 
-def leave_out_spikes(axis: Axes, runs: Sequence[tuple[Array, Array]]) -> None:
+def leave_out_spikes(axis: Axes, runs: Sequence[tuple[Array, Array]]) -> bool:
     """End an axis somewhat beyond what values are nearly all of the time: a brief start-up may reach out of it.
 
     Args:
         axis: The panel.
         runs: Times and values of each line.
+
+    Returns:
+        Whether a line reaches out of it.
     """
     known = [np.interp(np.linspace(t[0], t[-1], 1000), t, values) for t, values in runs]
     low = min(float(np.quantile(values, BRIEF)) for values in known)
     high = max(float(np.quantile(values, 1 - BRIEF)) for values in known)
     beyond = BEYOND * (high - low)
-    if min(values.min() for _, values in runs) < low - beyond:
+    below = min(values.min() for _, values in runs) < low - beyond
+    above = max(values.max() for _, values in runs) > high + beyond
+    if below:
         axis.set_ylim(bottom=low - beyond)
-    if max(values.max() for _, values in runs) > high + beyond:
+    if above:
         axis.set_ylim(top=high + beyond)
+    return bool(below or above)
 
 
 def small_print(figure: Figure, parts: Sequence[str]) -> None:

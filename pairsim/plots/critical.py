@@ -42,7 +42,8 @@ def draw_critical(directory: Path, out: Path, page: Page) -> list[Path]:
     if not case.get("along") or not rows:
         return []
     name = next(iter(case["along"]))
-    encoding = Encoding.of(rows, [OTHER[name]])
+    other = OTHER[name]
+    encoding = Encoding.of(rows, [other])
     series = []
     for first, second in itertools.pairwise(rows):
         if first["branch"] == second["branch"]:
@@ -52,8 +53,9 @@ def draw_critical(directory: Path, out: Path, page: Page) -> list[Path]:
     series += [each for row in rows for each in point_of(row, name)]
     # The error of a distance grows without bound towards a fold.
     panel = Panel(units.axis_label([name]), units.axis_label(["d_cr"]), wide="xy", margins=(0.05, 0.15), bars=False)
-    lines = len(encoding.values[OTHER[name]]) > 1
-    parts = case_parts(case, {name, OTHER[name]} if lines else {name})
+    lines = case.get("lines") or {}
+    own = {other: lines[other][0]} if other in lines else {}
+    parts = case_parts(case | own, {name, other} if encoding.colour else {name})
     figure, _ = draw_chart(page, {0: panel}, series, parts, encoding)
     return page.save(figure, out, "critical")
 

@@ -31,7 +31,6 @@ OUTCOMES = {
     "approaching": (COLOURS[4], "v"),
     "contact": (COLOURS[1], "o"),
     "a zero of dU": (COLOURS[2], "D"),
-    "finished": (COLOURS[0], "o"),
 }
 FAILURES = ("x", "+", "1", "2", "3", "4", "*")
 
@@ -199,7 +198,9 @@ def _zeros(sweep: _Sweep, name: str) -> list[Series]:
 
 
 def outcome(case: Mapping[str, Any], quantity: str) -> str:
-    """How a case ended, in a word: a motion, contact, or the reason of its failure.
+    """How a case ended, in a word: a motion, contact, or the reason for which it ended or failed.
+
+    Where dU is zero within its error, the particles neither separate nor approach as far as is known.
 
     Args:
         case: As `read_sweep` returns it.
@@ -212,10 +213,11 @@ def outcome(case: Mapping[str, Any], quantity: str) -> str:
         return "contact"
     if zeros := values.get("zeros"):
         return "a zero of dU" if len(zeros) == 1 else f"{len(zeros)} zeros of dU"
-    if not quantity.startswith("dU"):
-        return "finished"
-    value = values.get(quantity, values.get(quantity.replace("dU", "dU_peak")))
-    if value is None or abs(value) < STILL:
+    value, error = (values.get(quantity.replace("dU", name)) for name in ("dU_peak", "dU_error"))
+    value = values.get(quantity, value)
+    if not quantity.startswith("dU") or value is None:
+        return str(case["reason"]).replace("_", " ")
+    if abs(value) < max(STILL, error or 0.0):
         return "neither"
     return "separating" if value > 0 else "approaching"
 

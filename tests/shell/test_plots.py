@@ -147,7 +147,9 @@ def test_only_relative_velocities_are_called_separating() -> None:
     finished = {"status": "finished", "reason": "end"}
     assert outcome(finished | {"values": {"dU": 0.1}}, "dU") == "separating"
     assert outcome(finished | {"values": {"dU_peak_1": -0.1}}, "dU_1") == "approaching"
-    assert outcome(finished | {"values": {"U_1": 1.5}}, "U_1") == "finished"
+    assert outcome(finished | {"values": {"dU_peak": -0.1, "dU_error": 0.2}}, "dU") == "neither"
+    assert outcome(finished | {"values": {"U_1": 1.5}}, "U_1") == "end"
+    assert outcome(finished | {"reason": "no_steady_state", "values": {}}, "dU") == "no steady state"
 
 
 def test_more_values_than_styles_get_panels_or_are_named_as_unseen() -> None:
@@ -320,6 +322,21 @@ def test_intervals_of_critical_distances() -> None:
     assert drawn[1] == pytest.approx(np.array([[0.8, 0.1], [1.2, 0.1]]))
 
 
+def test_small_print_of_critical_distances_has_the_parameter_of_their_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """That of `lines`, not the one of the case."""
+    case = {"beta": 0.4, "De": 1.0, "Ca_e": 0.05, "along": {"Ca_e": [0.01, 0.1]}, "lines": {"De": [0.25]}}
+    (tmp_path / "case.yaml").write_text(json.dumps(case))
+    (tmp_path / "run.json").write_text('{"kind": "critical"}')
+    head = "Ca_e,De,d_cr,stable,kind,branch,d_error,parameter_error\n"
+    rows = (f"{Ca_e},0.25,0.2,true,wanted,1,0.01,\n" for Ca_e in (0.01, 0.1))
+    (tmp_path / "critical.csv").write_text(head + "".join(rows))
+    with drawn_figures(monkeypatch) as figures:
+        plot(tmp_path)
+    assert r"$\mathrm{De} = 0.25$" in figures[0].get_supxlabel()
+
+
 def test_bars_are_seen_whole_unless_a_panel_says_otherwise() -> None:
     single = point(0, 1.0, 0.5, POINT, error=2.0)
     for bars in (True, False):
@@ -333,11 +350,11 @@ def test_brief_start_up_reaches_out_of_the_axis() -> None:
     axis = Figure().subplots()
     spike = np.where(t < 1e-3, -100.0, np.sin(t))
     axis.plot(t, spike)
-    leave_out_spikes(axis, [(t, spike)])
+    assert leave_out_spikes(axis, [(t, spike)])
     low, high = axis.get_ylim()
     assert -0.5 < low < 0
     assert 0.8 < high < 10
-    leave_out_spikes(smooth := Figure().subplots(), [(t, np.sin(t))])
+    assert not leave_out_spikes(smooth := Figure().subplots(), [(t, np.sin(t))])
     assert smooth.get_autoscaley_on(), "nothing is left out"
 
 
