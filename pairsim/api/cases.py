@@ -8,8 +8,9 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Literal, overload
 
-from pairsim.cases.case import Case, SceneCase
+from pairsim.cases.case import SceneCase
 from pairsim.cases.physical import forget_numbers
+from pairsim.cases.run_case import Case
 from pairsim.cases.yaml_file import Section, merge, read_yaml, section_of
 from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case

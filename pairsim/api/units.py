@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pairsim.api.cases import load
-from pairsim.cases.case import Case, SceneCase
+from pairsim.cases.case import SceneCase
 from pairsim.cases.materials import declared_in, is_viscous
 from pairsim.cases.physical import BLOCK, DENSITY, QUANTITIES, Physical
 from pairsim.cases.quantities import si
+from pairsim.cases.run_case import Case
 from pairsim.cases.yaml_file import yaml_text
 from pairsim.computing import QUESTIONS
 from pairsim.computing.warnings import beyond_checked

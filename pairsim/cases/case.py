@@ -1,27 +1,95 @@
 """The keys of a case, and the quantities that follow from them.
 
-The models here and in `pairsim.cases.groups` are the only definition of keys, defaults, limits and their
+The models here, and those of each question's own keys, are the only definition of keys, defaults, limits and their
 documentation. `pairsim.computing.case_files` validates YAML files against them.
 """
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from typing import Any, ClassVar, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from pairsim.cases import values
-from pairsim.cases.accuracy import DEFAULT, Accuracy, percent, settings_of
-from pairsim.cases.default_end import default_end
-from pairsim.cases.groups import Keys, Limits, MeshOptions, OutputOptions, TimeOptions
+from pairsim.cases.accuracy import DEFAULT, PIPE_CELL, ROW_GRADING, SETTINGS, Accuracy, percent, settings_of
 from pairsim.cases.material_keys import LIQUIDS, LiquidKey, SolidKey, written
-from pairsim.cases.materials import is_viscous, liquid_block, liquid_of, slowest_of, solids_of
+from pairsim.cases.materials import is_viscous, liquid_block, liquid_of, solids_of
 from pairsim.cases.physical import Physical
 from pairsim.cases.softest import beyond_steady_shapes, beyond_tension
 from pairsim.physics import liquids, solids
 from pairsim.physics.liquids import Liquid, Newtonian
 from pairsim.physics.scales import Scales
 from pairsim.physics.solids import Solid
+
+USUAL = SETTINGS[DEFAULT]
+
+
+def _defaults(name: str) -> str:
+    """The default values of a cell size, of runs and of quasi-steady solutions."""
+    values = [
+        ", ".join(f"{getattr(getattr(each, kind), name):g}" for kind in ("newtonian", "thinning", "hardening"))
+        for each in (USUAL.in_time, USUAL.steady)
+    ]
+    kinds = "a liquid without a memory, one that thins and one that hardens in extension"
+    return f"default: by accuracy; at {DEFAULT}, in {kinds}: {values[0]} in runs, else {values[1]}"
+
+
+class Keys(BaseModel):
+    """A group of keys; others than those of its model are refused."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
+
+    def filled(self, values: Mapping[str, Any], always: Collection[str] = ()) -> Self:
+        """A copy with values of keys that are not given, which are not given there either; of some keys in any case."""
+        given = self.model_fields_set
+        copy = self.model_copy(update={key: each for key, each in values.items() if key in always or key not in given})
+        object.__setattr__(copy, "__pydantic_fields_set__", set(given))
+        return copy
+
+
+class MeshOptions(Keys):
+    """Cell sizes."""
+
+    Np: values.Whole = Field(
+        USUAL.in_time.thinning.Np,
+        ge=6,
+        le=1000,
+        description=f"least number of cells on the half-circle of each particle ({_defaults('Np')})",
+    )
+    grading: values.Grading = Field(
+        USUAL.in_time.thinning.grading,
+        description="length of the cells at the poles of a particle over that at its equator, of Np cells in all "
+        "(default: by accuracy; 1 in a liquid without a memory, and in one that hardens in extension)",
+    )
+    growth: values.Growth = Field(0.15, description="growth of the cell size per unit distance from a particle")
+    gap_cells: values.CellCount = Field(0, description="cells across a gap between particles (0: Np/4)")
+    gap_exponent: values.Fraction = Field(
+        0.0, description="below d = 0.1 the number of cells across a gap grows as (0.1/d)^gap_exponent"
+    )
+    wall_cells: values.CellCount = Field(0, description="cells between a particle and the wall (0: Np/4)")
+    max_size: values.CellSize = Field(
+        USUAL.in_time.thinning.max_size,
+        description=f"largest cell size [D_c] ({_defaults('max_size')}; less beside small particles in viscoelastic "
+        f"liquids, and {PIPE_CELL:g} without particles)",
+    )
+    adapt: bool = Field(
+        True,
+        strict=True,
+        description="make cells smaller where the estimated error is more than accuracy allows (default: true, unless "
+        "Np is given)",
+    )
+    core_growth: values.Growth = Field(0.3, description="growth of the cell size per unit depth inside a particle")
+    rows: values.Rows = Field(
+        USUAL.in_time.thinning.rows,
+        description="distance from the particles beyond which cells lie in rows along the tube [D_c] (default: by "
+        "accuracy; 0, no rows, without particles)",
+    )
+    row_grading: values.Grading = Field(
+        1.0,
+        description="length of the cells across the tube on the axis over that at the wall, in rows (default: by "
+        f"accuracy; {ROW_GRADING:g} in runs in viscoelastic liquids, else 1)",
+    )
 
 
 class SceneCase(Keys):
@@ -110,12 +178,12 @@ class SceneCase(Keys):
     @property
     def betas(self) -> tuple[float, ...]:
         """Particle diameters [D_c], one for each particle from upstream."""
-        return _each(self.beta, self.n)
+        return each_of(self.beta, self.n)
 
     @property
     def Ca_es(self) -> tuple[float, ...]:
         """Elastic capillary numbers, one for each particle from upstream."""
-        return _each(self.Ca_e, self.n)
+        return each_of(self.Ca_e, self.n)
 
     @property
     def gaps(self) -> tuple[float, ...]:
@@ -249,61 +317,6 @@ class SceneCase(Keys):
         return (solids_of_each[0] if solids_of_each[0] != solids.DEFAULT.name else None) if alike else solids_of_each
 
 
-class Case(SceneCase):
-    """A run in time; d0 is one distance for all gaps, or a list from upstream."""
-
-    kind: ClassVar[str] = "run"
-    counted: ClassVar[dict[str, int]] = SceneCase.counted | {"d0": 1}
-    usual_distances: ClassVar[dict[str, Any]] = {"d0": 0.1}
-
-    d0: values.OneOrEach[values.Distance] | None = Field(
-        None, description="initial distance between the facing surfaces [D_c]"
-    )
-    start: Literal["rest", "steady"] = Field(
-        "rest",
-        description="state at t = 0: unstressed liquid and particles at rest, or the quasi-steady state of the initial "
-        "distances in the developed flow",
-    )
-    dU_error: bool = Field(
-        False,
-        strict=True,
-        description="estimate the error of dU at every step and add it to dU; a coarse run then tells which cells "
-        "accuracy needs, unless mesh.Np is given (a third to two thirds more time)",
-    )
-    time: TimeOptions = TimeOptions()
-    limits: Limits = Limits()
-    output: OutputOptions = OutputOptions()
-
-    def _defaults(self) -> dict[str, Any]:
-        viscosities = [float(each.viscosity or 0.0) if each else 0.0 for each in self.solid_models]
-        end = default_end(self.De * slowest_of(dict(self)), zip(self.Ca_es, viscosities, strict=True))
-        return super()._defaults() | {"time": {"tol": settings_of(self.accuracy).time_tol, "end": end}}
-
-    @property
-    def gaps(self) -> tuple[float, ...]:
-        """Initial distances [D_c], one for each gap from upstream."""
-        return _each(self.d0, max(self.n - 1, 0))
-
-    @property
-    def estimates_error(self) -> bool:
-        """Whether the error of dU is estimated."""
-        return self.n > 1 and self.dU_error
-
-    @property
-    def adapts(self) -> bool:
-        """Whether a coarse run tells which cells are needed."""
-        return self.estimates_error and self.mesh.adapt
-
-    def _slug_parts(self) -> list[str]:
-        parts = super()._slug_parts()
-        return [*parts, f"d{shown(self.d0)}"] if self.n > 1 else parts
-
-    def _idle(self) -> dict[str, str]:
-        why = "there is only one particle" if self.n else "there are no particles"
-        alone = ("d0", "dU_error", "limits.min_gap", "limits.max_gap") if self.n < 2 else ()
-        return super()._idle() | dict.fromkeys(alone, why)
-
-
 # Length of tube on each side of the particles with `length: auto` [D_c]. The slowest disturbance of a Newtonian pipe
 # flow decays as exp(-8.93 z/D_c): after 2 diameters 2e-8 of it is left. In a viscoelastic liquid the decay is slower,
 # most of all for small particles, and depends little on De (measured in docs/explanation/decisions.md).
@@ -317,7 +330,8 @@ def shown(value: Any) -> str:
     return "_".join(f"{v:g}" for v in value) if isinstance(value, tuple) else f"{value:g}"
 
 
-def _each(value: float | tuple[float, ...] | None, count: int) -> tuple[float, ...]:
+def each_of(value: float | tuple[float, ...] | None, count: int) -> tuple[float, ...]:
+    """One value for each particle or gap; none where there are none of these, or none is given."""
     if count == 0 or value is None:
         return ()
     return value if isinstance(value, tuple) else (value,) * count

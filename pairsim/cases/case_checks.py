@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from math import inf
 from typing import Any
 
-from pairsim.cases.case import FREE_ENDS, Case, SceneCase
-from pairsim.cases.groups import MOST_OUTPUTS
+from pairsim.cases.case import FREE_ENDS, SceneCase
 from pairsim.cases.materials import is_viscous, liquid_block
-from pairsim.cases.mistakes import Mistake, broken, missing
+from pairsim.cases.mistakes import Mistake, missing
 from pairsim.cases.physical import BLOCK, EXPERIMENT
 from pairsim.cases.values import is_finite
 
@@ -65,22 +63,3 @@ def _check_law(case: SceneCase) -> Iterator[Mistake]:
             yield Mistake("De", case.De, "must be above 0 with a liquid.solvent; a liquid without elasticity has none")
     elif case.xi == 0:
         yield Mistake("xi", case.xi, "must be above 0 in a viscoelastic liquid")
-
-
-def check_together(case: Case) -> Iterator[Mistake]:
-    """Check the keys of a run against each other; yields mistakes as `check_scene` does."""
-    yield from check_scene(case)
-    time, output, limits, end = case.time, case.output, case.limits, case.time.end
-    widest, narrowest = max(case.gaps, default=-inf), min(case.gaps, default=inf)
-    in_time = f"must be at most time.end = {end:g}"
-    outputs = f"must be at least {end / MOST_OUTPUTS:g}, which gives {MOST_OUTPUTS} outputs"
-    yield from (Mistake("output.times", t, in_time) for t in [t for t in output.times if t > end][:1])
-    yield from broken(
-        case,
-        ("time.first_step", time.first_step > end, in_time),
-        ("time.max_step", time.max_step < time.first_step, f"must be at least time.first_step = {time.first_step:g}"),
-        ("time.fixed_step", (time.fixed_step or 0.0) > end, in_time),
-        ("output.every", (output.every or inf) < end / MOST_OUTPUTS, outputs),
-        ("limits.max_gap", (limits.max_gap or inf) <= widest, f"must be above the initial distance {widest:g}"),
-        ("limits.min_gap", limits.min_gap >= narrowest, f"must be below the initial distance {narrowest:g}"),
-    )

@@ -7,7 +7,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 
-from pairsim.cases.case import Case
+from pairsim.cases.run_case import Case
 from pairsim.computing.problems import mesh_settings
 from pairsim.fem.meshes.cell_sizes import make_outlines
 from pairsim.fem.meshes.geometry import Geometry, Reference

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from pairsim.cases.case import FREE_ENDS, Case, SceneCase
+from pairsim.cases.case import FREE_ENDS, SceneCase
+from pairsim.cases.run_case import Case
 from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.fem.scene import at_rest, poiseuille
 from pairsim.runtime.monitor import Monitor

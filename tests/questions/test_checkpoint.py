@@ -17,7 +17,7 @@ from support.commands import Pairsim
 from support.scenes import dU, soft_pair
 
 import pairsim
-from pairsim.cases.case import Case
+from pairsim.cases.run_case import Case
 from pairsim.computing.progress import Reporter
 from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.physics import solids

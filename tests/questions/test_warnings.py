@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 import pairsim
-from pairsim.cases.case import Case
+from pairsim.cases.run_case import Case
 from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case
 from pairsim.computing.problems import problem_of

@@ -15,8 +15,8 @@ from support.inputs import CONFIGS, ROOT
 
 import pairsim
 from pairsim.cases.accuracy import SETTINGS
-from pairsim.cases.case import Case
 from pairsim.cases.identity import default_folder
+from pairsim.cases.run_case import Case
 from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case, read_case
 from pairsim.physics.liquids.giesekus import Giesekus

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from support.inputs import ROOT
 
-from pairsim.cases.case import Case
 from pairsim.cases.example import write_example
+from pairsim.cases.run_case import Case
 from pairsim.computing import QUESTIONS, own_files
 from pairsim.computing.case_files import read_case
 from pairsim.computing.question import LAST

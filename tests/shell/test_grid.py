@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from support.inputs import ROOT, examples
 
-from pairsim.cases.case import Case
 from pairsim.cases.identity import identity_of, key_of
 from pairsim.cases.messages import groups_of
+from pairsim.cases.run_case import Case
 from pairsim.cases.values import Range, spelled_out
 from pairsim.cases.yaml_file import GROUPS
 from pairsim.computing import QUESTIONS

@@ -13,8 +13,8 @@ import yaml
 from support.inputs import ROOT
 from typer.testing import CliRunner
 
-from pairsim.cases.case import Case
 from pairsim.cases.quantities import LENGTH, quantity_range, si
+from pairsim.cases.run_case import Case
 from pairsim.cases.values import Range
 from pairsim.cli.app import app
 from pairsim.computing import QUESTIONS

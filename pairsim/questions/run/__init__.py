@@ -19,9 +19,8 @@ import typer
 
 from pairsim.api.compute import Computation
 from pairsim.api.results import Result
-from pairsim.cases.case import Case
-from pairsim.cases.case_checks import check_together
 from pairsim.cases.cost import Estimate
+from pairsim.cases.run_case import Case, check_run
 from pairsim.cli.compute import compute
 from pairsim.cli.options import Budget, DryRun, Output, Overwrite, Progress, Quiet, Settings, path_argument, path_option
 from pairsim.computing import events
@@ -94,7 +93,7 @@ class RunResult(Result):
 
 QUESTION = Question(
     model=Case,
-    check=check_together,
+    check=check_run,
     estimate=estimate,
     solve=solve,
     tables={"series": ()},

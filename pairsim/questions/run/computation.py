@@ -9,8 +9,8 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from pairsim.cases.case import Case
 from pairsim.cases.identity import sources_of
+from pairsim.cases.run_case import Case
 from pairsim.computing import events
 from pairsim.computing.problems import problem_of
 from pairsim.questions.run.warnings import accuracy_of, warnings_of_run

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pairsim.cases.case import Case
+from pairsim.cases.run_case import Case
 from pairsim.computing.warnings import FINER, above, common_warnings, finer
 from pairsim.solvers.errors.run_errors import RunErrors
 from pairsim.solvers.errors.time_error import LEAST

@@ -1,0 +1,155 @@
+"""The keys of a run, and the checks that involve several of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import inf
+from typing import Any, ClassVar, Literal
+
+from pydantic import Field
+
+from pairsim.cases import values
+from pairsim.cases.accuracy import settings_of
+from pairsim.cases.case import USUAL, Keys, SceneCase, each_of, shown
+from pairsim.cases.case_checks import check_scene
+from pairsim.cases.materials import slowest_of
+from pairsim.cases.mistakes import Mistake, broken
+
+MOST_OUTPUTS = 10_000
+# The flow in the tube starts up like exp(-t/De), and soft pairs near each other (beta .5, d .04) forget their shape
+# like exp(-t/(6 Ca_e)); the factors were chosen.
+SHORTEST_RUN = 2.0  # least end [D_c/U_av]
+RUN_PER_DE = 6.0
+RUN_PER_CAPILLARY = 20.0  # of the largest Ca_e
+RUN_PER_VISCOSITY = 0.45  # how a viscosity of the particles over eta_0 increases the last factor
+DEFAULT_END = (
+    f"the largest of {SHORTEST_RUN:g}, {RUN_PER_DE:g} De and {RUN_PER_CAPILLARY:g} Ca_e; later with "
+    "slower modes and viscous particles"
+)
+
+
+class TimeOptions(Keys):
+    """Time steps."""
+
+    end: values.Time = Field(
+        SHORTEST_RUN,
+        description=f"end time [D_c/U_av] (default: {DEFAULT_END}, by when a start from rest is forgotten)",
+    )
+    tol: values.Tolerance = Field(
+        USUAL.time_tol,
+        description="allowed local error of the particles' velocities [U_av] (default: by accuracy)",
+    )
+    first_step: values.Time = Field(5e-4, description="size of the first step [D_c/U_av]")
+    max_step: values.Time = Field(2.0, description="largest step [D_c/U_av]")
+    fixed_step: values.Time | None = Field(
+        None, description="constant step size [D_c/U_av], without error control; shortened to land on output times"
+    )
+
+
+class Limits(Keys):
+    """Conditions that end a run before its end time."""
+
+    min_gap: values.Gap = Field(0.002, description="contact: the run ends when a gap falls below this [D_c]")
+    max_gap: values.Distance | None = Field(None, description="the run ends when a gap exceeds this [D_c]")
+    wall_time: values.Seconds | None = Field(
+        None, description="largest wall time of the whole run [s]; the run fails beyond it"
+    )
+    max_steps: values.Whole = Field(
+        100_000, ge=1, le=10**9, description="largest number of steps; the run fails beyond it"
+    )
+
+
+class OutputOptions(Keys):
+    """When files are written. Steps land on `times` and `every`; the first and the last step are always written."""
+
+    times: tuple[values.Time, ...] = Field(
+        (), max_length=MOST_OUTPUTS, description="times at which fields are written to fields.xdmf [D_c/U_av]"
+    )
+    every: values.Time | None = Field(None, description="interval between fields in fields.xdmf [D_c/U_av]")
+    frames: values.Whole = Field(
+        20,
+        ge=0,
+        le=MOST_OUTPUTS,
+        description="approximate number of times in fields.xdmf, at steps as they come; if times and every are unset",
+    )
+    fields: bool = Field(True, strict=True, description="whether fields.xdmf is written")
+    checkpoint: values.Interval = Field(
+        60.0, description="interval between checkpoints (checkpoint.npz, for run --resume) [s of wall time]"
+    )
+
+
+class Case(SceneCase):
+    """A run in time; d0 is one distance for all gaps, or a list from upstream."""
+
+    kind: ClassVar[str] = "run"
+    counted: ClassVar[dict[str, int]] = SceneCase.counted | {"d0": 1}
+    usual_distances: ClassVar[dict[str, Any]] = {"d0": 0.1}
+
+    d0: values.OneOrEach[values.Distance] | None = Field(
+        None, description="initial distance between the facing surfaces [D_c]"
+    )
+    start: Literal["rest", "steady"] = Field(
+        "rest",
+        description="state at t = 0: unstressed liquid and particles at rest, or the quasi-steady state of the initial "
+        "distances in the developed flow",
+    )
+    dU_error: bool = Field(
+        False,
+        strict=True,
+        description="estimate the error of dU at every step and add it to dU; a coarse run then tells which cells "
+        "accuracy needs, unless mesh.Np is given (a third to two thirds more time)",
+    )
+    time: TimeOptions = TimeOptions()
+    limits: Limits = Limits()
+    output: OutputOptions = OutputOptions()
+
+    def _defaults(self) -> dict[str, Any]:
+        particles = zip(self.Ca_es, self.solid_models, strict=True)
+        soft = [Ca_e * (1 + RUN_PER_VISCOSITY * float(solid.viscosity or 0.0)) for Ca_e, solid in particles if solid]
+        elastic = RUN_PER_DE * self.De * slowest_of(dict(self))
+        latest = max(SHORTEST_RUN, elastic, *(RUN_PER_CAPILLARY * each for each in soft))
+        end = float(f"{min(latest, values.MOST_TIME):.3g}")
+        return super()._defaults() | {"time": {"tol": settings_of(self.accuracy).time_tol, "end": end}}
+
+    @property
+    def gaps(self) -> tuple[float, ...]:
+        """Initial distances [D_c], one for each gap from upstream."""
+        return each_of(self.d0, max(self.n - 1, 0))
+
+    @property
+    def estimates_error(self) -> bool:
+        """Whether the error of dU is estimated."""
+        return self.n > 1 and self.dU_error
+
+    @property
+    def adapts(self) -> bool:
+        """Whether a coarse run tells which cells are needed."""
+        return self.estimates_error and self.mesh.adapt
+
+    def _slug_parts(self) -> list[str]:
+        parts = super()._slug_parts()
+        return [*parts, f"d{shown(self.d0)}"] if self.n > 1 else parts
+
+    def _idle(self) -> dict[str, str]:
+        why = "there is only one particle" if self.n else "there are no particles"
+        alone = ("d0", "dU_error", "limits.min_gap", "limits.max_gap") if self.n < 2 else ()
+        return super()._idle() | dict.fromkeys(alone, why)
+
+
+def check_run(case: Case) -> Iterator[Mistake]:
+    """Check the keys of a run against each other; yields mistakes as `check_scene` does."""
+    yield from check_scene(case)
+    time, output, limits, end = case.time, case.output, case.limits, case.time.end
+    widest, narrowest = max(case.gaps, default=-inf), min(case.gaps, default=inf)
+    in_time = f"must be at most time.end = {end:g}"
+    outputs = f"must be at least {end / MOST_OUTPUTS:g}, which gives {MOST_OUTPUTS} outputs"
+    yield from (Mistake("output.times", t, in_time) for t in [t for t in output.times if t > end][:1])
+    yield from broken(
+        case,
+        ("time.first_step", time.first_step > end, in_time),
+        ("time.max_step", time.max_step < time.first_step, f"must be at least time.first_step = {time.first_step:g}"),
+        ("time.fixed_step", (time.fixed_step or 0.0) > end, in_time),
+        ("output.every", (output.every or inf) < end / MOST_OUTPUTS, outputs),
+        ("limits.max_gap", (limits.max_gap or inf) <= widest, f"must be above the initial distance {widest:g}"),
+        ("limits.min_gap", limits.min_gap >= narrowest, f"must be below the initial distance {narrowest:g}"),
+    )
