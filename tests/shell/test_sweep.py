@@ -119,7 +119,7 @@ def dask_script(timeout: float) -> str:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("how", ["alone", "threads", "mpirun", "dask"])
+@pytest.mark.parametrize("how", ["threads", "mpirun", "dask"])
 def test_a_case_that_is_killed_hangs_or_raises_costs_itself_alone(how: str, swept: Path, tmp_path: Path) -> None:
     """On every executor; the other rows are the same to the last digit."""
     (tmp_path / "grid.yaml").write_text(DOOMED)
@@ -129,7 +129,6 @@ def test_a_case_that_is_killed_hangs_or_raises_costs_itself_alone(how: str, swep
     (tmp_path / "dask_sweep.py").write_text(dask_script(enough))
     timeout = ("--case-timeout", f"{enough}")
     words = {
-        "alone": command(*timeout),
         "threads": command("--workers", "2", *timeout),
         "mpirun": command(*timeout, ranks=2),
         "dask": [sys.executable, "dask_sweep.py"],
@@ -264,20 +263,6 @@ def test_nohup_is_heeded_and_mpi_leaves_sighup_alone() -> None:
 
 
 @pytest.mark.slow
-def test_useless_checkpoint_does_not_make_a_case_hopeless(tmp_path: Path) -> None:
-    (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: [0.1]}\n")
-    (case,) = read_grid(tmp_path / "grid.yaml").cases
-    folder = tmp_path / "out" / case.folder
-    make_sweep(tmp_path / "out", "run", {}, [])
-    (tmp_path / "out" / "sweep.json").unlink()
-    result = package.sweep(tmp_path / "grid.yaml", folder=tmp_path / "out")
-    assert result.status == "finished"
-    (folder / "run.json").write_text('{"status": "running"}')
-    (folder / "checkpoint.npz").write_bytes(b"torn")
-    assert package.sweep(tmp_path / "grid.yaml", folder=tmp_path / "out").status == "finished"
-
-
-@pytest.mark.slow
 def test_a_child_that_has_grown_large_is_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     started: list[int] = []
     begin = task.Child.__init__
@@ -395,6 +380,7 @@ def test_cases_do_not_import_what_lies_in_the_current_folder(tmp_path: Path, pai
     assert counts(tmp_path / "out") == {"finished": 1}
 
 
+@pytest.mark.slow
 def test_bad_grid_ends_with_2_and_writes_nothing(tmp_path: Path, pairsim: Pairsim) -> None:
     (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: [0.1, -0.2]}\n")
     done = pairsim("sweep", "grid.yaml", ranks=2)
