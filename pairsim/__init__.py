@@ -5,7 +5,7 @@
     result = pairsim.run({"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}, time={"end": 1})
     result.table.plot("t", "dU")
 
-`load` checks a case, `units` makes one of an experiment; `run`, `curve`, `critical`, `shape` and `sweep` compute;
+`load` checks a case, `units` makes one of an experiment; `run`, `curve`, `critical`, `shape`, `pressure` and `sweep` compute;
 `open` reads a folder of results, `plot` draws it, `report` puts it into one HTML file; `use_laws` makes laws of one's
 own known. They are imported when first used: `import pairsim` alone loads nothing.
 """
@@ -41,6 +41,8 @@ if _TYPE_CHECKING:
     from pairsim.questions.critical import critical as critical
     from pairsim.questions.curve import CurveResult as CurveResult
     from pairsim.questions.curve import curve as curve
+    from pairsim.questions.pressure import PressureResult as PressureResult
+    from pairsim.questions.pressure import pressure as pressure
     from pairsim.questions.run import RunResult as RunResult
     from pairsim.questions.run import run as run
     from pairsim.questions.shape import ShapeResult as ShapeResult

@@ -1,0 +1,134 @@
+"""What questions about one particle over Ca_e share: their keys, the steady states, and a picture."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pydantic import Field
+
+from pairsim.cases.case import SceneCase
+from pairsim.cases.case_checks import check_scene
+from pairsim.cases.cost import Estimate, steady_estimate
+from pairsim.cases.mistakes import Mistake, missing
+from pairsim.cases.values import Values
+from pairsim.computing import events
+from pairsim.results.columns import Column
+
+if TYPE_CHECKING:
+    from pairsim.plots.style import Page
+    from pairsim.runtime.monitor import Monitor
+    from pairsim.solvers.steady.scene import SteadySolver
+
+COARSER = 2**0.5
+"""Size of the cells of a second solution over that of the first; their difference is an error."""
+COARSE_TOO = 1.5  # factor of the time for also solving on a coarser mesh
+
+
+class AlongCase(SceneCase):
+    """One particle at several Ca_e."""
+
+    along: Values | None = Field(None, description="elastic capillary numbers of the particle: a list or a range")
+
+    @property
+    def series(self) -> tuple[float, ...]:
+        """The elastic capillary numbers, ascending."""
+        return tuple(sorted(set(self.along or ())))
+
+    @property
+    def gaps(self) -> tuple[float, ...]:
+        """None."""
+        return ()
+
+    def _slug_parts(self) -> list[str]:
+        return [self.kind, *super()._slug_parts()]
+
+
+def check_along(case: AlongCase) -> Iterator[Mistake]:
+    """Check the keys against each other; yields mistakes."""
+    if case.n != 1:
+        yield Mistake("particles", case.n, f"must be 1: the {case.kind} is that of a particle on its own")
+    elif case.along is None:
+        yield missing("along", "must be values of Ca_e: a list, or {start, stop, num, spacing}")
+    elif case.Ca_e == 0:
+        yield Mistake("Ca_e", case.Ca_e, "must be above 0, as along replaces it")
+    else:
+        yield from check_scene(case)
+
+
+def estimate_along(case: AlongCase) -> Estimate:
+    """Size and duration, with those of the solutions on a coarser mesh."""
+    return steady_estimate(case, len(case.series), COARSE_TOO)
+
+
+def solve_along(
+    case: AlongCase,
+    monitor: Monitor,
+    columns: Sequence[str | Column],
+    own: Callable[[dict[str, float], dict[str, float], SteadySolver], dict[str, float]],
+    shown: str,
+) -> events.Events:
+    """Solve the steady states in ascending Ca_e, each on a coarser mesh, too.
+
+    Args:
+        case: The case.
+        monitor: Ends the computation.
+        columns: The first columns of the table, which has the name of the question.
+        own: Values of further columns, from those of a state, those on a mesh with cells `COARSER` times larger, and
+            the solver with the solution.
+        shown: The column that progress shows.
+    """
+    from pairsim.computing.problems import steady_problem
+    from pairsim.computing.steady import Solutions, health_columns, point_row
+    from pairsim.solvers.parameters import Parameters
+    from pairsim.solvers.steady.first_solution import coarser
+
+    what = f"{len(case.series)} values of Ca_e"
+    yield events.Begin(what, len(case.series))
+    names = [each.name if isinstance(each, Column) else each for each in columns]
+    yield events.Table(case.kind, [*names, *health_columns(case)])
+    problem, start = steady_problem(case, 1.0, monitor), Parameters((), case.solid_models, case.liquid_model)
+    found = Solutions(case)
+    try:
+        with found:
+            first = start.with_Ca_e(case.series[0])
+            branch = found.begin(problem, first)
+            beside = found.begin(coarser(problem, COARSER), first, beside=True)
+            for count, Ca_e in enumerate(case.series, 1):
+                place = start.with_Ca_e(Ca_e)
+                found.points.append(branch.at(place))
+                row = point_row(found.points[-1]) | {"Ca_e": Ca_e}
+                row |= own(row, point_row(beside.at(place)), branch.solver)
+                yield events.Row(case.kind, row)
+                yield events.Progress(count, f"Ca_e = {Ca_e:.4g}  {shown} = {row[shown]:.6g}", count)
+            return events.Outcome("finished", "end", what)
+        return found.outcome  # the branch ends before the last Ca_e
+    finally:
+        yield from found.last_events({"points": len(found.points)})
+
+
+def draw_along(directory: Path, out: Path, page: Page, name: str, errors: Mapping[str, str]) -> list[Path]:
+    """Draw columns of a table over Ca_e, a panel each.
+
+    Args:
+        directory: The folder with the table.
+        out: Folder of the picture.
+        page: Its size and formats.
+        name: Name of the table and of the picture.
+        errors: By the columns to draw those of their errors, empty where there is none.
+    """
+    from pairsim.plots.chart import POINT, Panel, Series, draw_chart
+    from pairsim.plots.labels import case_parts, read_case
+    from pairsim.plots.style import printing
+    from pairsim.plots.units import Units
+    from pairsim.results.table_files import read_table
+
+    units = Units.of(directory, page.physical)
+    table = units.table(read_table(directory / f"{name}.csv"))
+    Ca_e, joined = table["Ca_e"], {"linestyle": "-"}
+    series = [Series(n, Ca_e, table[n], table.get(error), mark=POINT, look=joined) for n, error in errors.items()]
+    panels = {n: Panel(units.axis_label(["Ca_e"]), units.axis_label([n])) for n in errors}
+    with printing():
+        figure, _ = draw_chart(page, panels, series, case_parts(read_case(directory / "case.yaml"), {"Ca_e"}))
+        return page.save(figure, out, name)

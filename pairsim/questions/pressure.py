@@ -1,0 +1,103 @@
+"""Compute the extra pressure drop of one particle over Ca_e.
+
+The case file has particles: 1, and along: values of Ca_e (a list, or {start,
+stop, num, spacing}). Writes pressure.csv (the pressure drop in excess of that of
+the tube without the particle, with its error), pressure.png, case.yaml and
+run.json.
+
+Exit codes: 0 finished, 2 wrong input, 3 computation failed, 4 installation or
+system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar
+
+import typer
+
+from pairsim.api.compute import Computation
+from pairsim.api.results import Result
+from pairsim.cli.compute import compute
+from pairsim.cli.options import Budget, CaseFile, DryRun, Output, Overwrite, Progress, Quiet, Settings
+from pairsim.computing.along import AlongCase, check_along, draw_along, estimate_along, solve_along
+from pairsim.computing.question import InSweeps, Question, rows_in
+from pairsim.results.columns import Column
+from pairsim.results.units import STRESS
+
+if TYPE_CHECKING:
+    from pairsim.computing.events import Events
+    from pairsim.plots.style import Page
+    from pairsim.runtime.monitor import Monitor
+    from pairsim.solvers.steady.scene import SteadySolver
+
+ERROR = Column("dp_plus_error", r"\epsilon_p", "|dp_plus - dp_plus on a mesh with cells 2^0.5 times larger|", STRESS)
+COLUMNS = ("Ca_e", "dp_plus", ERROR, "dp_plus_correction", "U_1", "D_1", "newton")
+
+
+class PressureCase(AlongCase):
+    """The extra pressure drop of one particle at several Ca_e."""
+
+    kind: ClassVar[str] = "pressure"
+
+
+def solve(case: PressureCase, *, monitor: Monitor) -> Events:
+    """Solve the steady states in ascending Ca_e."""
+    return solve_along(case, monitor, COLUMNS, _own, "dp_plus")
+
+
+def _own(row: dict[str, float], coarse: dict[str, float], _: SteadySolver) -> dict[str, float]:
+    return {"dp_plus_error": abs(coarse["dp_plus"] - row["dp_plus"])}
+
+
+class PressureResult(Result):
+    """Extra pressure drops. `table` is pressure.csv, with a row for each Ca_e."""
+
+    def findings(self) -> list[str]:
+        """How much the particle adds to the pressure drop, and how much its deformation changes of that."""
+        from pairsim.results.units import in_unit, scales_in, with_error
+
+        if not rows_in(self.columns):
+            return ["No pressure drop was found."]
+        Ca_e, dp, error = (self.columns[name] for name in ("Ca_e", "dp_plus", "dp_plus_error"))
+        scales, ends = scales_in(self.record), (0, -1) if len(dp) > 1 else (0,)
+        drops = (f"{with_error(dp[i], error[i])} at Ca_e = {Ca_e[i]:.4g}" for i in ends)
+        lines = [f"The particle adds {' to '.join(drops)} to the pressure drop."]
+        if scales is not None:
+            lines += [f"In physical units: {' to '.join(in_unit(scales, STRESS, dp[i], error[i]) for i in ends)}."]
+        return lines
+
+
+def draw(directory: Path, out: Path, page: Page) -> list[Path]:
+    """dp_plus over Ca_e."""
+    return draw_along(directory, out, page, "pressure", {"dp_plus": "dp_plus_error"})
+
+
+QUESTION = Question(
+    model=PressureCase,
+    check=check_along,
+    estimate=estimate_along,
+    solve=solve,
+    tables={"pressure": COLUMNS, "way": ()},
+    result=PressureResult,
+    draw=draw,
+    captions={"pressure": "Extra pressure drop over the elastic capillary number"},
+    in_sweeps=InSweeps(lambda _: ("points", "dp_plus", "dp_plus_error"), parameters=("beta", "De")),
+)
+pressure: Computation[PressureResult] = Computation(QUESTION, __doc__)
+"""Compute the extra pressure drop of one particle over the values of Ca_e that the case has under `along`."""
+app = typer.Typer()
+
+
+@app.command("pressure", help=__doc__, epilog="Example: pairsim pressure case.yaml -o out --set 'along=[0.02, 0.1]'")
+def _command(
+    case: CaseFile,
+    output: Output = None,
+    overwrite: Overwrite = False,
+    budget: Budget = None,
+    dry_run: DryRun = False,
+    progress: Progress = "auto",
+    quiet: Quiet = False,
+    set_: Settings = None,
+) -> None:
+    compute(pressure, case, output, overwrite, budget, dry_run, progress, quiet, set_)
