@@ -5,9 +5,9 @@
     result = pairsim.run({"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}, time={"end": 1})
     result.table.plot("t", "dU")
 
-`load` checks a case, `units` makes one of an experiment; `run`, `curve`, `critical`, `shape`, `pressure` and `sweep` compute;
-`open` reads a folder of results, `plot` draws it, `report` puts it into one HTML file; `use_laws` makes laws of one's
-own known. They are imported when first used: `import pairsim` alone loads nothing.
+`load` checks a case, `units` makes one of an experiment; `run`, `curve`, `critical`, `shape`, `pressure` and `sweep`
+compute; `open` reads a folder of results, `plot` draws it, `report` puts it into one HTML file; `use_laws` makes laws
+of one's own known. They are imported when first used: `import pairsim` alone loads nothing.
 """
 
 import os as _os
