@@ -18,12 +18,11 @@ from matplotlib.lines import Line2D
 from paper_statements import distances
 
 from pairsim.plots.chart import by_rows, fill, finish, key
-from pairsim.plots.field_values import FIELDS
+from pairsim.plots.frames import FIELDS, outlines
 from pairsim.plots.labels import equation
 from pairsim.plots.lines import fine_distances
 from pairsim.plots.sections import draw_view, layer_of, scale_of, sheet, views_of
 from pairsim.plots.style import COLOURS, LINES, MARKERS, NARROW, Page, printing
-from pairsim.plots.surfaces import outlines
 from pairsim.plots.units import Units
 from pairsim.results.columns import column
 

@@ -22,8 +22,8 @@ from book.cases import Case, Cases, NotComputed
 from book.statements import Judged, Value, above, alike, below, each, falling, listed, of_sign, positive, rising
 from scipy.interpolate import LinearNDInterpolator, PchipInterpolator
 
+from pairsim.plots.frames import outlines
 from pairsim.plots.labels import varying_keys
-from pairsim.plots.surfaces import outlines
 from pairsim.results.xdmf import FieldFrame
 
 NEARLY, VANISHED, DRAWN = 0.1, 0.05, 3e-3

@@ -61,7 +61,7 @@ def plot(
             raise InputError("pairsim plot", "-o", None, "must name a folder for the picture of several folders")
         if field is not None or animate:
             raise InputError("pairsim plot", "--field, --animate", None, "must be left out with several folders")
-        from pairsim.plots.overlay import overlay
+        from pairsim.plots.runs_and_curves import overlay
 
         return overlay(places, target, page, group, panels)
     (directory,), kind = places, kind_of(places[0])

@@ -14,7 +14,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from pairsim.plots.chart import small_print
-from pairsim.plots.field_values import FIELDS, chosen_fields
+from pairsim.plots.frames import FIELDS, chosen_fields
 from pairsim.plots.labels import case_parts, read_case
 from pairsim.plots.sections import Layer, View, draw_view, layer_of, mark_view, sheet, views_of
 from pairsim.plots.style import Page, picture_file, printing

@@ -1,4 +1,4 @@
-"""The pictures of one run, and of one curve."""
+"""The pictures of a run, of a curve, and of several runs or several curves in one."""
 
 from __future__ import annotations
 
@@ -10,20 +10,24 @@ from typing import Any
 import numpy as np
 from matplotlib.patches import Patch
 
-from pairsim.plots.chart import SETTLED, START_UP, Series, draw_chart, point, small_print
-from pairsim.plots.labels import case_parts, read_case
+from pairsim.cases.yaml_file import flat
+from pairsim.plots.chart import SETTLED, START_UP, Panel, Series, draw_chart, point, small_print
+from pairsim.plots.encoding import Encoding
+from pairsim.plots.labels import case_parts, common_parts, equation, hashable, read_case, varying_keys
 from pairsim.plots.lines import lines_of, panels_of, run_lines, told_apart
 from pairsim.plots.space_time import draw_space_time
 from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
-from pairsim.results.columns import suffixes_in
-from pairsim.results.folder import SERIES, WAY, read_record
+from pairsim.results.columns import column, suffixes_in
+from pairsim.results.folder import SERIES, WAY, kind_of, read_record
 from pairsim.results.settled import Settled, start_up
 from pairsim.results.table_files import read_table
 from pairsim.results.units import TIME, VELOCITY
 from pairsim.runtime.errors import InputError
 
 MOST_LINES = 3  # gaps in a panel; the gaps of more particles are rows of a picture over time
+FOLDER, DIFFERENCES = "folder", "differences"
+ALIKE = 0.05  # lines whose differences are below this part of their range lie on each other
 
 
 @printing()
@@ -118,3 +122,115 @@ def draw_curve(directory: Path, out: Path, page: Page) -> list[Path]:
     parts = case_parts(read_case(directory / "case.yaml"))
     figure, _ = draw_chart(page, panels_of(lines, units, wide="x"), lines, parts)
     return page.save(figure, out, "curve")
+
+
+def overlay(
+    folders: Sequence[Path], out: Path, page: Page, group: str | None = None, panels: str | None = None
+) -> list[Path]:
+    """Draw `runs` or `curves`: dU of all folders in the same panels; what differs is in the legend.
+
+    Args:
+        folders: Two or more folders, all of runs or all of curves.
+        out: Folder of the picture.
+        page: What it is drawn for.
+        group: The key that chooses colours, the first that differs by default.
+        panels: The key whose values have a panel each.
+
+    Raises:
+        InputError: A folder is of another kind, or has nothing to draw yet.
+    """
+    kind = kind_of(folders[0])
+    for folder in folders:
+        if (other := kind_of(folder)) not in ("run", "curve"):
+            raise InputError(str(folder), "", other, "must be a run or a curve to be laid over others")
+        if other != kind:
+            raise InputError(str(folder), "", other, f"must be a {kind}, as {folders[0]} is")
+    if len(set(folders)) < len(folders):
+        raise InputError("pairsim plot", "", str(folders[0]), "must be named once")
+    whole = [read_case(folder / "case.yaml") for folder in folders]
+    cases = list(map(flat, whole))
+    keys = varying_keys(cases)
+    told_apart = len({tuple(hashable(case.get(key)) for key in keys) for case in cases}) == len(cases)
+    if not told_apart or Encoding.of(cases, keys, group, panels).untold:
+        cases = [case | {FOLDER: str(folder)} for case, folder in zip(cases, folders, strict=True)]
+        keys = [FOLDER]
+    units = Units.of_all(folders, page.physical)
+    lines: list[Series] = []
+    for folder, case, own in zip(folders, cases, units, strict=True):
+        found = lines_of(folder, own, case, curve=kind == "curve")
+        if not found:
+            raise InputError(str(folder), "", None, "has no line to draw: no rows yet, or no curve over one distance")
+        lines += found
+    return draw_overlay(lines, keys, common_parts(whole, keys), units[0], out, page, f"{kind}s", group, panels)
+
+
+@printing()
+def draw_overlay(
+    lines: Sequence[Series],
+    keys: Sequence[str],
+    parts: Sequence[str],
+    units: Units,
+    out: Path,
+    page: Page,
+    stem: str,
+    group: str | None = None,
+    panels: str | None = None,
+) -> list[Path]:
+    """Draw lines whose cases differ in some keys: those of runs over time and distance, those of curves over distance.
+
+    Where they lie on each other, a panel more has their differences to the first one.
+
+    Args:
+        lines: At least one, all of runs or all of curves, as `lines_of` makes them.
+        keys: What differs.
+        parts: What they have in common, for the small print.
+        units: Of all lines.
+        out: Folder of the picture.
+        page: What it is drawn for.
+        stem: Name of the files without their endings.
+        group: The key that chooses colours.
+        panels: The key whose values have a panel each.
+
+    Raises:
+        InputError: `group` or `panels` does not differ.
+    """
+    lines = [each for each in lines if each.panel[1] != "D"]
+    over = lines[0].panel[0]
+    motion = [each for each in lines if each.panel[0] == over and each.panel[1] != "d" and not each.mark]
+    gaps = ["gap"] if any("gap" in each.parameters for each in motion) else []
+    encoding = Encoding.of([each.parameters for each in motion], [*keys, *gaps], group, panels)
+    if encoding.panel:
+        lines = [each for each in lines if each.panel[0] == over]
+    chart = panels_of(lines, units, wide="x" * (over == "d"))
+    if not encoding.panel and (differences := _differences(motion, encoding, units)) is not None:
+        chart[DIFFERENCES], more = differences
+        lines += more
+    figure, _ = draw_chart(page, chart, lines, parts, encoding)
+    return page.save(figure, out, stem)
+
+
+def _differences(lines: Sequence[Series], encoding: Encoding, units: Units) -> tuple[Panel, list[Series]] | None:
+    """What lines differ from one whose case differs in one key alone, where they lie on it, with both half-widths."""
+    key = encoding.line or encoding.colour
+    if key in ("", "gap"):
+        return None
+    reference = encoding.values[key][0]
+    found = []
+    for line in lines:
+        for other in lines:
+            same = {**other.parameters, key: None} == {**line.parameters, key: None}
+            if other is line or not same or hashable(other.parameters.get(key)) != reference:
+                continue
+            x = line.x[(line.x >= other.x[0]) & (line.x <= other.x[-1])]
+            apart = np.interp(x, line.x, line.y) - np.interp(x, other.x, other.y)
+            if len(x) and 0 < np.abs(apart).max() < ALIKE * np.ptp(other.y):
+                errors = [np.interp(x, each.x, each.error) for each in (line, other) if each.error is not None]
+                error = errors[0] + errors[1] if len(errors) == 2 else None
+                t = None if line.t is None else x
+                found.append(replace(line, panel=DIFFERENCES, x=x, y=apart, error=error, marked=(), t=t))
+    if not found:
+        return None
+    over, y = found[0].columns
+    symbol, unit = column(y).symbol, units.name(column(y).unit)
+    label = f"${symbol} - {symbol}$({equation(key, reference)})  [{unit}]"
+    return Panel(units.axis_label([over]), label, wide="x" * over.startswith("d")), found

@@ -19,10 +19,9 @@ from matplotlib.tri import Triangulation
 from scipy.integrate import cumulative_trapezoid
 from scipy.interpolate import LinearNDInterpolator
 
-from pairsim.plots.field_values import FIELDS, axial_velocity, particle_velocity
+from pairsim.plots.frames import FIELDS, axial_velocity, outlines, particle_velocity
 from pairsim.plots.labels import tex_number
 from pairsim.plots.style import DIVERGING, GREY, SEQUENTIAL, Page, colour_bar
-from pairsim.plots.surfaces import outlines
 from pairsim.plots.units import Units
 from pairsim.results.units import LENGTH, TIME
 from pairsim.results.xdmf import FieldFrame

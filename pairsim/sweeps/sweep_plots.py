@@ -15,7 +15,7 @@ from pairsim.plots.chart import POINT, ZEROS, Panel, Series, draw_chart, point
 from pairsim.plots.encoding import Encoding
 from pairsim.plots.labels import common_parts, hashable, measured, parameter_label, read_case, varying_keys
 from pairsim.plots.lines import MOTION, lines_of
-from pairsim.plots.overlay import draw_overlay
+from pairsim.plots.runs_and_curves import draw_overlay
 from pairsim.plots.style import COLOURS, Page, printing
 from pairsim.plots.units import Units
 from pairsim.results.columns import column

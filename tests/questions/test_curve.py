@@ -22,7 +22,7 @@ from pairsim.computing.case_files import read_case
 from pairsim.computing.progress import Reporter
 from pairsim.computing.session import Options, carry_out
 from pairsim.computing.warm_start import WarmStart
-from pairsim.plots.surfaces import outlines
+from pairsim.plots.frames import outlines
 from pairsim.results.table_files import read_table
 from pairsim.results.xdmf import read_frame
 from pairsim.runtime.arrays import Array

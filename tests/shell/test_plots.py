@@ -20,13 +20,12 @@ from pairsim.api.pictures import plot
 from pairsim.plots.chart import POINT, Panel, draw_chart, draw_series, leave_out_spikes, notes, point
 from pairsim.plots.critical import point_of
 from pairsim.plots.encoding import Encoding
-from pairsim.plots.field_values import FIELDS
 from pairsim.plots.fields import default_movie
+from pairsim.plots.frames import FIELDS, outlines
 from pairsim.plots.labels import common_parts, measured, varying_keys
 from pairsim.plots.lines import curve_lines, run_lines
 from pairsim.plots.sections import _streamlines, views_of
 from pairsim.plots.style import GREY, MM, Page
-from pairsim.plots.surfaces import outlines
 from pairsim.plots.units import Units
 from pairsim.results.folder import FIELD_NAMES
 from pairsim.runtime.errors import InputError
