@@ -6,23 +6,17 @@ Large libraries are imported inside the commands, so that --help and input error
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, NoReturn
+from typing import Annotated, NoReturn
 
 import typer
 
-from pairsim.cli.options import Progress, Quiet, Settings, print_table
+from pairsim.cli.options import Folder, Progress, Quiet, Settings, path_argument, print_table
 from pairsim.runtime.launcher import rank
 from pairsim.runtime.signals import Signals
 
 app = typer.Typer()
 
 Output = Annotated[Path | None, typer.Option("-o", "--output", help="Folder for the results (default: runs/<name>).")]
-
-
-def _path(about: str) -> Any:
-    return typer.Argument(help=about, show_default=False)
-
-
 Workers = Annotated[int, typer.Option(help="Number of cases at the same time, without mpirun.", min=1)]
 CaseTimeout = Annotated[
     float | None, typer.Option(help="Largest wall time of a case, in seconds.", min=0.0, show_default=False)
@@ -34,7 +28,7 @@ CaseTimeout = Annotated[
     "mpirun -n 8 pairsim sweep grid.yaml -o out"
 )
 def sweep(
-    grid: Annotated[Path, _path("Grid file (YAML): base, grid, zip, cases, exclude.")],
+    grid: Annotated[Path, path_argument("Grid file (YAML): base, grid, zip, cases, exclude.")],
     output: Output = None,
     workers: Workers = 1,
     case_timeout: CaseTimeout = None,
@@ -101,7 +95,7 @@ def _end(code: int, message: str, directory: Path) -> NoReturn:
     epilog="Examples: pairsim study configs/study.yaml | mpirun -n 2 pairsim study configs/study.yaml -o mesh-study"
 )
 def study(
-    file: Annotated[Path, _path("Study file (YAML): base, at, discretisations, reference, repeat.")],
+    file: Annotated[Path, path_argument("Study file (YAML): base, at, discretisations, reference, repeat.")],
     output: Output = None,
     case_timeout: CaseTimeout = None,
     progress: Progress = "auto",
@@ -126,7 +120,7 @@ def study(
 
 
 @app.command(epilog="Examples: pairsim status runs/sweep | pairsim status runs/quickstart")
-def status(directory: Annotated[Path, _path("Folder of results.")]) -> None:
+def status(directory: Folder) -> None:
     """Show the status of a folder of results.
 
     sweep, study: number of cases by status, and the reasons of failures. run,
