@@ -133,15 +133,15 @@ def settings(table: pd.DataFrame) -> pd.DataFrame:
     for name, chosen in SETTINGS.items():
         line, cells = {"`accuracy`": f"`{name}`"}, chosen.in_time
         for kind, own, of_kind in (
-            ("Newtonian", cells.newtonian, curves["De"] == 0),
-            ("viscoelastic", cells.thinning, curves["De"] > 0),
+            ("Newtonian", cells["newtonian"], curves["De"] == 0),
+            ("viscoelastic", cells["thinning"], curves["De"] > 0),
         ):
             same = curves["beta"].map(lambda beta, own=own: f"{own.largest(beta):g}") == curves["mesh.max_size"]
             here = curves[of_kind & same & (curves["mesh.Np"] == str(own.Np))]
             worst = percent(here.loc[~here["reference"], "relative_error"].max()) or "reference"
             line[kind] = size(own)
             line[f"{kind}: worst curve, % (mean s)"] = f"{worst} ({here['wall_time'].mean():.0f})" if len(here) else ""
-        lines.append(line | {"hardening": size(cells.hardening), "`time.tol`": f"{chosen.time_tol:g}"})
+        lines.append(line | {"hardening": size(cells["hardening"]), "`time.tol`": f"{chosen.time_tol:g}"})
     return pd.DataFrame(lines)
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, get_args
 
@@ -37,6 +37,8 @@ Accuracy = Annotated[
     BeforeValidator(percentage),
 ]
 Liquid = Literal["newtonian", "thinning", "hardening"]
+"""Kinds of liquids by the cells that they need: without a memory; viscoelastic and shear-thinning, whose polymer stress
+is advected far downstream; and viscoelastic ones that harden in extension, with thin stress layers at the particles."""
 # Length of cells across the tube on the axis over that at the wall, in rows of runs in viscoelastic liquids. While the
 # flow starts, the stress varies most next to the wall, and what equal cells leave of it flows past the pair.
 # Quasi-steady pairs gain nothing by it (docs/explanation/decisions.md).
@@ -68,21 +70,6 @@ class Cells:
 
 
 @dataclass(frozen=True)
-class ByLiquid:
-    """Cells by the kind of the liquid.
-
-    Attributes:
-        newtonian: Cells in a liquid without a memory.
-        thinning: Cells in a shear-thinning viscoelastic liquid, whose polymer stress is advected far downstream.
-        hardening: Cells in a viscoelastic liquid that hardens in extension, with thin stress layers at the particles.
-    """
-
-    newtonian: Cells
-    thinning: Cells
-    hardening: Cells
-
-
-@dataclass(frozen=True)
 class Settings:
     """Discretisation settings for one value of `accuracy`.
 
@@ -93,14 +80,14 @@ class Settings:
         time_tol: Tolerance of a run: local error of the velocities [U_av] that a BDF2 step of the same size would have.
     """
 
-    steady: ByLiquid
-    in_time: ByLiquid
+    steady: Mapping[Liquid, Cells]
+    in_time: Mapping[Liquid, Cells]
     s_jump: float
     time_tol: float
 
     def mesh(self, liquid: Liquid, betas: Iterable[float], in_time: bool = False) -> dict[str, Any]:
         """The keys of `mesh` for particles with these diameters [D_c], of runs in time or of quasi-steady solutions."""
-        chosen: Cells = getattr(self.in_time if in_time else self.steady, liquid)
+        chosen = (self.in_time if in_time else self.steady)[liquid]
         beta = min(betas, default=0.0)
         if not beta:
             return {"Np": chosen.Np, "max_size": chosen.max_size if liquid == "newtonian" else PIPE_CELL, "rows": 0.0}
@@ -109,24 +96,28 @@ class Settings:
         return cells | {"row_grading": ROW_GRADING} if in_time and liquid != "newtonian" else cells
 
 
+def _by_liquid(*cells: Cells) -> dict[Liquid, Cells]:
+    return dict(zip(get_args(Liquid), cells, strict=True))
+
+
 # Beside a particle, where the liquid is as fast as it, stresses have thin layers; at its poles they have none.
 _GRADED = 2.0
 SETTINGS: dict[str, Settings] = {
     "5%": Settings(
-        ByLiquid(Cells(20, 0.2, rows=2.0), Cells(18, 0.12, 0.5, 0.5, _GRADED), Cells(24, 0.06, 0.3, 0.5)),
-        ByLiquid(Cells(20, 0.2, rows=2.0), Cells(20, 0.1, 0.35, 0.5, _GRADED), Cells(28, 0.05, 0.25, 0.5)),
+        _by_liquid(Cells(20, 0.2, rows=2.0), Cells(18, 0.12, 0.5, 0.5, _GRADED), Cells(24, 0.06, 0.3, 0.5)),
+        _by_liquid(Cells(20, 0.2, rows=2.0), Cells(20, 0.1, 0.35, 0.5, _GRADED), Cells(28, 0.05, 0.25, 0.5)),
         s_jump=2.0,
         time_tol=1e-3,
     ),
     "1%": Settings(
-        ByLiquid(Cells(28, 0.2, rows=2.0), Cells(20, 0.066, 0.3, 0.5, _GRADED), Cells(40, 0.05, 0.25, 0.5)),
-        ByLiquid(Cells(40, 0.2, rows=2.0), Cells(28, 0.05, 0.18, 0.5, _GRADED), Cells(64, 0.05, 0.25, 0.5)),
+        _by_liquid(Cells(28, 0.2, rows=2.0), Cells(20, 0.066, 0.3, 0.5, _GRADED), Cells(40, 0.05, 0.25, 0.5)),
+        _by_liquid(Cells(40, 0.2, rows=2.0), Cells(28, 0.05, 0.18, 0.5, _GRADED), Cells(64, 0.05, 0.25, 0.5)),
         s_jump=1.6,
         time_tol=3e-4,
     ),
     "0.1%": Settings(
-        ByLiquid(Cells(40, 0.2, rows=2.0), Cells(36, 0.038, 0.15, 0.5, _GRADED), Cells(64, 0.04, 0.2, 0.5)),
-        ByLiquid(Cells(56, 0.14, rows=2.0), Cells(80, 0.025, 0.125, 0.5, _GRADED), Cells(80, 0.025, 0.125, 0.5)),
+        _by_liquid(Cells(40, 0.2, rows=2.0), Cells(36, 0.038, 0.15, 0.5, _GRADED), Cells(64, 0.04, 0.2, 0.5)),
+        _by_liquid(Cells(56, 0.14, rows=2.0), Cells(80, 0.025, 0.125, 0.5, _GRADED), Cells(80, 0.025, 0.125, 0.5)),
         s_jump=1.0,
         time_tol=5e-5,
     ),
@@ -159,12 +150,9 @@ def settings_of(accuracy: str) -> Settings:
         sizes: dict[str, Any] = {name: power(size, getattr(y, name), inside) for name, size in vars(x).items()}
         return Cells(**sizes | {"Np": round(sizes["Np"])})
 
-    def by_liquid(x: ByLiquid, y: ByLiquid) -> ByLiquid:
-        return ByLiquid(**{kind: cells(getattr(x, kind), getattr(y, kind)) for kind in get_args(Liquid)})
-
     return Settings(
-        by_liquid(a.steady, b.steady),
-        by_liquid(a.in_time, b.in_time),
+        {kind: cells(each, b.steady[kind]) for kind, each in a.steady.items()},
+        {kind: cells(each, b.in_time[kind]) for kind, each in a.in_time.items()},
         s_jump=power(a.s_jump, b.s_jump, inside),
         time_tol=min(power(a.time_tol, b.time_tol, part), MOST_TOLERANCE),
     )

@@ -23,13 +23,13 @@ from pairsim.physics.scales import Scales
 from pairsim.physics.solids import Solid
 
 USUAL = SETTINGS[DEFAULT]
+THINNING = USUAL.in_time["thinning"]
 
 
 def _defaults(name: str) -> str:
     """The default values of a cell size, of runs and of quasi-steady solutions."""
     values = [
-        ", ".join(f"{getattr(getattr(each, kind), name):g}" for kind in ("newtonian", "thinning", "hardening"))
-        for each in (USUAL.in_time, USUAL.steady)
+        ", ".join(f"{getattr(cells, name):g}" for cells in each.values()) for each in (USUAL.in_time, USUAL.steady)
     ]
     kinds = "a liquid without a memory, one that thins and one that hardens in extension"
     return f"default: by accuracy; at {DEFAULT}, in {kinds}: {values[0]} in runs, else {values[1]}"
@@ -52,13 +52,13 @@ class MeshOptions(Keys):
     """Cell sizes."""
 
     Np: values.Whole = Field(
-        USUAL.in_time.thinning.Np,
+        THINNING.Np,
         ge=6,
         le=1000,
         description=f"least number of cells on the half-circle of each particle ({_defaults('Np')})",
     )
     grading: values.Grading = Field(
-        USUAL.in_time.thinning.grading,
+        THINNING.grading,
         description="length of the cells at the poles of a particle over that at its equator, of Np cells in all "
         "(default: by accuracy; 1 in a liquid without a memory, and in one that hardens in extension)",
     )
@@ -69,7 +69,7 @@ class MeshOptions(Keys):
     )
     wall_cells: values.CellCount = Field(0, description="cells between a particle and the wall (0: Np/4)")
     max_size: values.CellSize = Field(
-        USUAL.in_time.thinning.max_size,
+        THINNING.max_size,
         description=f"largest cell size [D_c] ({_defaults('max_size')}; less beside small particles in viscoelastic "
         f"liquids, and {PIPE_CELL:g} without particles)",
     )
@@ -81,7 +81,7 @@ class MeshOptions(Keys):
     )
     core_growth: values.Growth = Field(0.3, description="growth of the cell size per unit depth inside a particle")
     rows: values.Rows = Field(
-        USUAL.in_time.thinning.rows,
+        THINNING.rows,
         description="distance from the particles beyond which cells lie in rows along the tube [D_c] (default: by "
         "accuracy; 0, no rows, without particles)",
     )

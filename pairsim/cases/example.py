@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import re
 from importlib.resources import files
 from pathlib import Path
 
+from pairsim.cases.values import NAME_WORDS, is_name
 from pairsim.runtime.errors import InputError
 
 
@@ -24,9 +24,8 @@ def write_example(kind: str, name: str, directory: Path) -> Path:
         InputError: The name is not allowed, the file exists, or it cannot be written.
     """
     stem = name.removesuffix(".yaml")
-    if not re.fullmatch(r"\w[\w.+-]{0,99}", stem):
-        allowed = "must be a name of letters, digits and . _ + -, without a folder"
-        raise InputError("pairsim init", "NAME", stem, allowed)
+    if not is_name(stem):
+        raise InputError("pairsim init", "NAME", stem, f"must be {NAME_WORDS}")
     path = directory / f"{stem}.yaml"
     text = files("pairsim.cases").joinpath("examples", f"{kind}.yaml").read_text(encoding="utf-8")
     try:

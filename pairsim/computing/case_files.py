@@ -14,7 +14,7 @@ from pairsim.cases.cost import check_size
 from pairsim.cases.messages import mistakes_of
 from pairsim.cases.mistakes import Mistake, input_error
 from pairsim.cases.physical import forget_numbers, in_numbers
-from pairsim.cases.yaml_file import Section, apply_settings, read_yaml
+from pairsim.cases.yaml_file import apply_settings, read_yaml
 from pairsim.computing import QUESTIONS, Question
 from pairsim.computing.many_cases import StudyFile, SweepFile
 
@@ -39,19 +39,10 @@ def read_case[C: SceneCase](command: Question[C], path: Path, overrides: tuple[s
     Raises:
         InputError: The file cannot be read or has mistakes; lists file, line, key, value and what is allowed.
     """
-    return parse_case(command, read_with(path, overrides), str(path))
-
-
-def read_with(path: Path, overrides: tuple[str, ...]) -> Section:
-    """Read a case file and apply key=value settings, without validating the case.
-
-    Raises:
-        InputError: The file cannot be read, or a setting is not of the form key=value.
-    """
     data = read_yaml(path)
     forget_numbers(data)
     apply_settings(data, overrides)
-    return data
+    return parse_case(command, data, str(path))
 
 
 def parse_case[C: SceneCase](command: Question[C], data: Mapping[str, Any], source: str, entry: str = "") -> C:

@@ -13,12 +13,14 @@ import yaml
 from support.inputs import ROOT
 from typer.testing import CliRunner
 
+from pairsim.cases.physical import forget_numbers
 from pairsim.cases.quantities import LENGTH, quantity_range, si
 from pairsim.cases.run_case import Case
 from pairsim.cases.values import Range
+from pairsim.cases.yaml_file import read_yaml
 from pairsim.cli.app import app
 from pairsim.computing import QUESTIONS
-from pairsim.computing.case_files import parse_case, read_case, read_with
+from pairsim.computing.case_files import parse_case, read_case
 from pairsim.physics.liquids.power_law import PowerLaw
 from pairsim.physics.liquids.viscous import ZERO_SHEAR
 from pairsim.physics.scales import Scales, mean_velocity
@@ -140,7 +142,9 @@ def test_case_of_a_folder_can_be_read_and_changed(tmp_path: Path) -> None:
     assert read_case(QUESTIONS["run"], path).resolved() == plain.resolved()
     faster = read_case(QUESTIONS["run"], path, ("physical.flow_rate=2 ul/min",))
     assert (faster.De, faster.Ca_e) == pytest.approx((2 * plain.De, 2 * plain.Ca_e))
-    assert not {"De", "beta", "d0"} & read_with(path, ()).keys()
+    data = read_yaml(path)
+    forget_numbers(data)
+    assert not {"De", "beta", "d0"} & data.keys()
 
 
 def test_swept_flow_rate_moves_De_and_Ca_e_together(tmp_path: Path) -> None:
