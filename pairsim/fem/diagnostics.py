@@ -138,7 +138,7 @@ def centres(bodies: list[Body], h: Array) -> Array:
         if body.phase is None:
             places.append(float(h[body.start]))
             continue
-        points = body.phase.six_node_mesh.points + body.displacement(h)
+        points = body.positions(h)
         places.append(body.quadrature.mean(points[:, 0], points))
     return np.diff(places)
 
@@ -151,16 +151,7 @@ def velocities(bodies: list[Body], velocity: Array, h: Array) -> Array:
         velocity: Velocity of their material, shape (n_h,).
         h: Its positions, shape (n_h,).
     """
-    return np.array(
-        [
-            velocity[body.start]
-            if body.phase is None
-            else body.quadrature.mean(
-                body.displacement(velocity)[:, 0], body.phase.six_node_mesh.points + body.displacement(h)
-            )
-            for body in bodies
-        ]
-    )
+    return np.array([body.mean(velocity, h) for body in bodies])
 
 
 def observe(
@@ -181,10 +172,9 @@ def observe(
         if body.phase is None:
             D.append(0.0)
             continue
-        points = body.phase.six_node_mesh.points + body.displacement(h)
         D.append(taylor_parameter(body.outline_points(h)))
         reference = body.quadrature.volume(body.phase.six_node_mesh.points)
-        change = max(change, abs(body.quadrature.volume(points) / reference - 1))
+        change = max(change, abs(body.quadrature.volume(body.positions(h)) / reference - 1))
     conformation = None
     if scene.material.modes:
         liquid = scene.liquid
@@ -207,10 +197,7 @@ def liquid_distortion(scene: Scene, x: Array) -> float:
     if not scene.moving:
         return 1.0
     mesh = scene.liquid.six_node_mesh
-    nodes = np.arange(len(mesh.points))
-    eta = np.column_stack([x[scene.liquid.index("eta", nodes, c)] for c in range(2)])
-    now = jacobians((mesh.points + eta)[mesh.cells])
-    return float((now / mesh.jacobians).min())
+    return float((jacobians(scene.positions(x)[mesh.cells]) / mesh.jacobians).min())
 
 
 def solid_distortion(bodies: list[Body], h: Array) -> float:
@@ -222,8 +209,7 @@ def solid_distortion(bodies: list[Body], h: Array) -> float:
     for body in bodies:
         if body.phase is not None:
             mesh = body.phase.six_node_mesh
-            now = jacobians((mesh.points + body.displacement(h))[mesh.cells])
-            least = min(least, float((now / mesh.jacobians).min()))
+            least = min(least, float((jacobians(body.positions(h)[mesh.cells]) / mesh.jacobians).min()))
     return least
 
 

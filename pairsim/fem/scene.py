@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy import sparse
 
 from pairsim.fem.meshes.geometry import Outline, Reference
 from pairsim.fem.meshes.quadrature import CellQuadrature, end_load
@@ -125,6 +126,17 @@ class Body:
     def quadrature(self) -> CellQuadrature:
         assert self.phase is not None
         return CellQuadrature(self.phase.six_node_mesh)
+
+    def positions(self, h: Array) -> Array:
+        """Current positions of all nodes of a soft particle, shape (nodes, 2)."""
+        assert self.phase is not None
+        return self.phase.six_node_mesh.points + self.displacement(h)
+
+    def mean(self, displacements: Array, h: Array) -> float:
+        """Axial component of a vector in the numbering of h, averaged over the volume of the particle."""
+        if self.phase is None:
+            return float(displacements[self.start])
+        return self.quadrature.mean(self.displacement(displacements)[:, 0], self.positions(h))
 
     def displacement(self, h: Array) -> Array:
         """Displacement of all nodes of a soft particle from its sphere centred at the origin, shape (nodes, 2)."""
@@ -261,10 +273,9 @@ class Scene:
         self._set_profiles(x, nodes, flow.profiles(self.liquid.six_node_mesh.points[nodes, 1]))
 
     def _set_profiles(self, x: Array, nodes: Indices, profiles: Array) -> None:
-        u, *s = profiles
-        x[self.liquid.index("u", nodes, 0)] = u
-        for c, values in enumerate(s):
-            x[self.liquid.index("s", nodes, c)] = values
+        self.liquid.nodal("u", x)[nodes, 0] = profiles[0]
+        if len(profiles) > 1:
+            self.liquid.nodal("s", x)[nodes] = profiles[1:].T
 
     def prescribe_ends(self, x: Array, flow: PipeState) -> None:
         """Set u and s at the ends of the liquid to those of a developed flow, in the full vector x."""
@@ -282,7 +293,7 @@ class Scene:
         poles = np.sort(np.ravel(geometry.centres + np.outer([-0.5, 0.5], geometry.betas)))
         end = geometry.length / 2
         share = np.interp(points[:, 0], [-end, *poles, end], [1, *np.zeros(len(poles)), 1])
-        x[self.liquid.index("u", np.arange(len(points)), 0)] *= share
+        self.liquid.nodal("u", x)[:, 0] *= share
         return x
 
     def set_step(self, star: Array, g: float, U_m: float, *, solids: bool = True) -> None:
@@ -314,9 +325,7 @@ class Scene:
         x = x.copy()
         for body in self.bodies:
             if body.phase is not None:
-                start, moved = self.offset(body.phase), body.displacement(h)
-                for c in range(2):
-                    x[start + body.phase.index("eta", np.arange(len(moved)), c)] = moved[:, c]
+                body.phase.nodal("eta", x[self.offset(body.phase) :])[:] = body.displacement(h)
         return x
 
     def positions(self, x: Array) -> Array:
@@ -347,8 +356,9 @@ class Scene:
         (i, w), (j, v) = self._end("p", self.nodes.inlet), self._end("p", self.nodes.outlet)
         return np.concatenate([i, j]), np.concatenate([w, -v]) / FLOW_RATE
 
-    def linear_terms(self) -> tuple[Indices, Indices, Array]:
-        """Rows, columns and values of the terms with scalar unknowns, which are not part of the forms.
+    @cached_property
+    def linear_terms(self) -> sparse.csr_matrix:
+        """The terms with scalar unknowns, which are not part of the forms, as a matrix of shape (n, n).
 
         m int q is added to continuity, and the equation of m is int p_f = 0. With periodic ends dp int_inlet v_z is
         subtracted from momentum (Eq. (9) of the paper), and the equation of dp is the flow rate (Eq. (14)). The force F
@@ -369,7 +379,8 @@ class Scene:
             rows += [index, self.F]
             columns += [self.F, index]
             values += [-np.ones(len(self.F))] * 2
-        return np.concatenate(rows), np.concatenate(columns), np.concatenate(values)
+        entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
+        return sparse.csr_matrix(sparse.coo_matrix(entries, shape=(self.size, self.size)))
 
     def load(self) -> Array:
         """Constant part of the residual, the imposed flow rate and velocities, shape (n,)."""

@@ -8,6 +8,7 @@ import numpy as np
 
 from pairsim.fem.algebra.constraints import Constraints
 from pairsim.fem.meshes.interpolation import interpolate
+from pairsim.fem.phases.phase import Phase
 from pairsim.fem.scene import Body, Scene
 from pairsim.runtime.arrays import Array
 
@@ -25,24 +26,26 @@ def carry_liquid(old: Scene, x: Array, scene: Scene, new: Array, shift: float = 
     Returns:
         The vector `new`.
     """
-    mesh = old.liquid.six_node_mesh
-    p = np.zeros(len(mesh.points))
-    p[mesh.vertices] = x[old.liquid.index("p", mesh.vertices)]
-    values = [old.liquid.nodal("u", x), p[mesh.parents].mean(axis=1)[:, None]]
+    values = [old.liquid.nodal("u", x), _pressure(old.liquid, x)]
     if scene.material.modes:
         values.append(old.liquid.nodal("s", x))
     places = scene.positions(new) - [shift, 0.0]
     reach = old.reference.geometry.length / 2
     places[:, 0] = np.clip(places[:, 0], -reach, reach)
-    found = interpolate(mesh, old.positions(x), np.hstack(values), places)
-    liquid, wanted = scene.liquid, scene.liquid.six_node_mesh
-    nodes = np.arange(len(wanted.points))
-    for c in range(2):
-        new[liquid.index("u", nodes, c)] = found[:, c]
-    new[liquid.index("p", wanted.vertices)] = found[wanted.vertices, 2]
-    for c in range(4 * len(scene.material.modes)):
-        new[liquid.index("s", nodes, c)] = found[:, 3 + c]
+    found, liquid = interpolate(old.liquid.six_node_mesh, old.positions(x), np.hstack(values), places), scene.liquid
+    liquid.nodal("u", new)[:] = found[:, :2]
+    liquid.nodal("p", new)[:] = found[liquid.six_node_mesh.vertices, 2:3]
+    if scene.material.modes:
+        liquid.nodal("s", new)[:] = found[:, 3:]
     return new
+
+
+def _pressure(phase: Phase, x: Array) -> Array:
+    """Pressure of a phase at all nodes, shape (nodes, 1), in a vector that begins with its canonical one."""
+    mesh = phase.six_node_mesh
+    p = np.zeros((len(mesh.points), 1))
+    p[mesh.vertices] = phase.nodal("p", x)
+    return np.asarray(p[mesh.parents].mean(axis=1))
 
 
 def carry_particles(old: Scene, x: Array, displaced: Array, bodies: Sequence[Body]) -> tuple[Array, Array]:
@@ -64,9 +67,8 @@ def carry_particles(old: Scene, x: Array, displaced: Array, bodies: Sequence[Bod
             displacements.append(displaced[before.start : before.start + before.size])
             continue
         mesh, wanted = before.phase.six_node_mesh, body.phase.six_node_mesh
-        p = np.zeros(len(mesh.points))
-        p[mesh.vertices] = x[old.offset(before.phase) + before.phase.index("p", mesh.vertices)]
-        values = np.column_stack([before.displacement(displaced), p[mesh.parents].mean(axis=1)])
+        p = _pressure(before.phase, x[old.offset(before.phase) :])
+        values = np.hstack([before.displacement(displaced), p])
         found = interpolate(mesh, mesh.points, values, wanted.points)
         displacements.append(found[:, :2].ravel())
         pressures.append(found[wanted.vertices, 2])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar, Protocol
+from typing import ClassVar
 
 import numpy as np
 
@@ -20,31 +20,6 @@ from pairsim.solvers.stepping.step_size import StepControl
 # Number of distances per decade for which meshes are made. The mesh then depends on the distance alone, not on the
 # order in which distances are solved. Chosen such that neighbouring meshes differ by less than GAP_RATIO.
 PER_DECADE = 5
-
-
-class SceneProblem(Protocol):
-    """Attributes common to time-dependent and quasi-steady problems."""
-
-    steady: ClassVar[bool]
-
-    @property
-    def betas(self) -> tuple[float, ...]: ...
-    @property
-    def length(self) -> float: ...
-    @property
-    def periodic(self) -> bool: ...
-    @property
-    def mesh(self) -> MeshSettings: ...
-    @property
-    def boundary_velocity(self) -> BoundaryVelocity: ...
-    @property
-    def flow(self) -> float: ...
-    @property
-    def velocity(self) -> float | None: ...
-    @property
-    def newton(self) -> NewtonOptions: ...
-    @property
-    def monitor(self) -> Monitor: ...
 
 
 @dataclass(frozen=True)
@@ -148,3 +123,6 @@ class SteadyProblem:
         rounded = tuple(float(10 ** (round(np.log10(d) * PER_DECADE) / PER_DECADE)) for d in gaps)
         free = self.length - sum(self.betas) - sum(gaps)
         return rounded if sum(rounded) - sum(gaps) < free / 4 else gaps
+
+
+type SceneProblem = Problem | SteadyProblem

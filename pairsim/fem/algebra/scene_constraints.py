@@ -73,11 +73,9 @@ class _Builder:
             fixed[nodes.outlet] = True
         else:
             fixed[outer] = True
-            at = np.flatnonzero(outer)
-            velocity = scene.boundary_velocity(liquid.six_node_mesh.points[at])
-            for c in range(2):
-                self.base[liquid.index("u", at, c)] = velocity[:, c]
-            self.base[liquid.index("u", nodes.axis, 1)] = 0.0
+            prescribed = liquid.nodal("u", self.base)
+            prescribed[outer] = scene.boundary_velocity(liquid.six_node_mesh.points[outer])
+            prescribed[nodes.axis, 1] = 0.0
         number = np.full((count, 2), -1)
         number[~fixed] = self.y.take("u", int(np.count_nonzero(~fixed)))
         for c in range(2):

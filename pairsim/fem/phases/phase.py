@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pairsim.fem.meshes.six_node_mesh import TO_BASIX, SixNodeMesh
-from pairsim.fem.phases.compiled_phase import OF_TIME, CompiledPhase, dofs_of
+from pairsim.fem.phases.compiled_phase import OF_TIME, CompiledPhase, FieldSpec, dofs_of
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.solids import Solid
 from pairsim.runtime.arrays import Array, Indices
@@ -97,17 +97,14 @@ class Phase[M: (Liquid, Solid)]:
 
     def carriers(self, name: str) -> Indices:
         """Nodes at which a field has degrees of freedom: all nodes (P2) or the vertices (P1)."""
-        f = next(f for f in self.compiled.fields if f.name == name)
-        return np.arange(len(self.six_node_mesh.points)) if f.degree == 2 else self.six_node_mesh.vertices
+        mesh = self.six_node_mesh
+        return np.arange(len(mesh.points)) if self._field(name).degree == 2 else mesh.vertices
 
     def index(self, name: str, nodes: Indices, component: int = 0) -> Indices:
         """Canonical numbers of a component of a field at given nodes, which must be vertices for a P1 field."""
-        f = next(f for f in self.compiled.fields if f.name == name)
-        if f.degree == 2:
-            return np.asarray(self.offsets[name] + f.components * nodes + component)
-        return np.asarray(
-            self.offsets[name] + f.components * np.searchsorted(self.six_node_mesh.vertices, nodes) + component
-        )
+        f = self._field(name)
+        at = nodes if f.degree == 2 else np.searchsorted(self.six_node_mesh.vertices, nodes)
+        return np.asarray(self.offsets[name] + f.components * at + component)
 
     @property
     def nodes(self) -> Indices:
@@ -123,10 +120,12 @@ class Phase[M: (Liquid, Solid)]:
         return canonical
 
     def nodal(self, name: str, values: Array) -> Array:
-        """Nodal values of a P2 field in a canonical vector, shape (nodes, components)."""
-        f = next(f for f in self.compiled.fields if f.name == name)
-        start = self.offsets[name]
-        return values[start : start + f.components * len(self.six_node_mesh.points)].reshape(-1, f.components)
+        """A field in a canonical vector, at the nodes that carry it: a view of shape (nodes, components)."""
+        f, start, count = self._field(name), self.offsets[name], len(self.carriers(name))
+        return values[start : start + f.components * count].reshape(-1, f.components)
+
+    def _field(self, name: str) -> FieldSpec:
+        return next(f for f in self.compiled.fields if f.name == name)
 
     def set(self, values: Array) -> None:
         """Set the unknowns from a canonical vector, shape (size,)."""

@@ -101,7 +101,6 @@ def _beyond(phase: EnrichedPhase[EnrichedUnknowns], added: dict[str, Array]) -> 
 def _as_displacement(body: Body, velocity: Array) -> Array:
     """Canonical vector of a soft particle with the velocity of its material in the place of the displacement."""
     assert body.phase is not None
-    result, values = np.zeros(body.phase.size), body.displacement(velocity)
-    for c in range(2):
-        result[body.phase.index("eta", np.arange(len(values)), c)] = values[:, c]
+    result = np.zeros(body.phase.size)
+    body.phase.nodal("eta", result)[:] = body.displacement(velocity)
     return result

@@ -84,6 +84,15 @@ class ReducedSystem:
         self._reduced.assemble(g)
         self.A.assemble()
 
+    def times(self, values: Array) -> Array:
+        """The product of the matrix and values, shape (n_y,)."""
+        block = self.block(values[None])
+        product = self.A.matMult(block)
+        found = self.columns(product.getDenseArray().copy())[0]
+        block.destroy()
+        product.destroy()
+        return found
+
     def gather(self, vector: Any) -> Array:
         """The values of a vector, shape (n_y,)."""
         values = np.empty(len(self._order))

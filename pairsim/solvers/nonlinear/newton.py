@@ -11,7 +11,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from scipy import sparse
 
 from pairsim.fem.algebra.constraints import Constraints
 from pairsim.fem.scene import Scene
@@ -84,8 +83,6 @@ class Newton:
         self._h_star, self._g, self._U_m = np.zeros(scene.h_size), 1.0, 0.0
         self._convergence = Convergence(self.options.tolerance, self.options.max_iterations, self.matrix)
         with self.clock("symbolic"):
-            row, column, value = scene.linear_terms()
-            self._linear = sparse.csr_matrix(sparse.coo_matrix((value, (row, column)), shape=(scene.size, scene.size)))
             self._create()
 
     def _create(self) -> None:
@@ -116,20 +113,12 @@ class Newton:
         return h, self.constraints.expand(y, h)
 
     def _residual(self, snes: Any, y: Any, r: Any) -> None:
-        values = self._system.gather(y)
-        _, x = self.state(values)
-        with self.clock("assembly"):
-            self._system.scatter(self._tested(x), r)
-
-    def _tested(self, x: Array) -> Array:
-        """T R(x), with scaled rows, shape (n_y,)."""
-        self.scene.set(x)
-        return self.restricted([phase.residual() for phase in self.scene.phases], x)
+        self._system.scatter(self.residual_at(self._system.gather(y)), r)
 
     def restricted(self, local: list[Array], x: Array) -> Array:
         """T R(x), with scaled rows, from the residuals of all phases (canonical vectors)."""
         reduced = self.constraints.T @ np.concatenate([*local, np.zeros(self.scene.size - self.scene.m)])
-        reduced += self.constraints.T @ (self._linear @ x + self.scene.load())
+        reduced += self.constraints.T @ (self.scene.linear_terms @ x + self.scene.load())
         reduced[self.constraints.integrated] /= self._g
         return np.asarray(reduced)
 
@@ -316,30 +305,19 @@ class Newton:
     def reduce(self, x: Array) -> Array:
         """T R for a full vector x, shape (n,), which may violate the constraints."""
         with self.clock("assembly"):
-            return self._tested(x)
+            self.scene.set(x)
+            return self.restricted([phase.residual() for phase in self.scene.phases], x)
 
     def residual_at(self, y: Array) -> Array:
         """Residual T R at y, with h*, g and U_m of the last solve, shape (n_y,)."""
-        vector, out = self._y.duplicate(), self._r.duplicate()
-        self._system.scatter(y, vector)
-        self._residual(self._snes, vector, out)
-        values = self._system.gather(out)
-        vector.destroy()
-        out.destroy()
-        return values
+        return self.reduce(self.state(y)[1])
 
     def jacobian_times(self, y: Array, direction: Array) -> Array:
         """Product of T A P at y with a direction, shape (n_y,); discards the current matrix."""
         self.residual_at(y)
         self._system.assemble(self._g)
         self.matrix.forget()
-        vector, out = self._A.createVecs()
-        self._system.scatter(direction, vector)
-        self._A.mult(vector, out)
-        values = self._system.gather(out)
-        vector.destroy()
-        out.destroy()
-        return values
+        return self._system.times(direction)
 
     def destroy(self) -> None:
         """Destroy all PETSc objects and remove the options of this solver from PETSc's database."""

@@ -23,13 +23,11 @@ def place_undeformed(steady: SteadySolver, *, at_rest: bool = False) -> None:
     liquid, constraints, fixed = steady.scene.liquid, steady.constraints, steady.problem.velocity
     x, velocity = steady.meshed.displaced(steady.h_star(steady.parameters)), 0.0
     if not at_rest:
-        nodes = np.arange(len(liquid.six_node_mesh.points))
+        points = liquid.six_node_mesh.points
         if steady.scene.material.newtonian:
-            u = steady.problem.boundary_velocity(liquid.six_node_mesh.points)
-            for c in range(2):
-                x[liquid.index("u", nodes, c)] = u[:, c]
+            liquid.nodal("u", x)[:] = steady.problem.boundary_velocity(points)
         else:
-            steady.scene.prescribe(x, nodes, steady.developed_flow)
+            steady.scene.prescribe(x, np.arange(len(points)), steady.developed_flow)
         on_axis = steady.problem.boundary_velocity(np.zeros((1, 2)))[0, 0]
         velocity = on_axis * (1 - 2 / 3 * max(steady.problem.betas, default=0.0) ** 2)
     steady.y = free_unknowns(constraints, x)

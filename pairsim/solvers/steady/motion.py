@@ -44,28 +44,21 @@ def moving_residual(
     h, x = steady.newton.state(y)
     liquid, U, means = scene.liquid, y[constraints.fields["U_p"]], []
     for body, at in zip(steady.bodies, scene.nodes.interfaces, strict=True):
-        if body.phase is None:
-            means.append(float(h_t[body.start]))
-            continue
-        moved = body.displacement(h_t)
-        means.append(body.quadrature.mean(moved[:, 0], body.phase.six_node_mesh.points + body.displacement(h)))
-        for c in range(2):
-            x[liquid.index("u", at, c)] += moved[body.nodes, c] - (means[-1] if c == 0 else 0.0)
+        means.append(body.mean(h_t, h))
+        if body.phase is not None:
+            liquid.nodal("u", x)[at] += body.displacement(h_t)[body.nodes] - [means[-1], 0.0]
     if solids:
         scene.set_solid_rates(scene.with_displacements(x, h - h_t), 1.0)
     if scene.material.modes and stress:
         x_t = constraints.N @ y_t + constraints.C @ h_t
-        vertices = liquid.six_node_mesh.vertices
         # The mesh goes with the particles by what is left of U without the motion of their surfaces: all of it where
         # distances are held, the common velocity where they change at the rates that belong to U.
         still = y.copy()
         still[constraints.fields["U_p"]] = U - means
-        frames = (constraints.N @ still)[liquid.index("w", vertices, 0)], np.zeros(len(vertices))
-        for c, frame in enumerate(frames):
-            x[liquid.index("w", vertices, c)] = frame + x_t[liquid.index("eta", vertices, c)]
+        frame, vertices = liquid.nodal("w", constraints.N @ still), liquid.six_node_mesh.vertices
+        liquid.nodal("w", x)[:] = frame * [1.0, 0.0] + liquid.nodal("eta", x_t)[vertices]
         star = x[: liquid.size].copy()
-        start, stop = liquid.offsets["s"], liquid.offsets["s"] + liquid.nodal("s", x).size
-        star[start:stop] -= x_t[start:stop]
+        liquid.nodal("s", star)[:] -= liquid.nodal("s", x_t)
         liquid.set_star(star)
         liquid.constants["rate"].value = 1.0
     residual = steady.newton.reduce(x)

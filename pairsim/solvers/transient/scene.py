@@ -211,7 +211,6 @@ class StepSolver(MeshedSolver):
         moved = self.constraints.M @ y
         self.scene.set_solid_rates(self.scene.with_displacements(x, h - moved), 1.0)
         change = balanced(self.scene, x, h, self.constraints.M @ y, U_m, self.clock) - x
-        begin, end = liquid.offsets["s"], liquid.offsets["s"] + liquid.nodal("s", x).size
         self.history.x = [x + change, *map(np.copy, self.history.x[1:])]
         for past in self.history.x[1:]:
-            past[begin:end] += change[begin:end]
+            liquid.nodal("s", past)[:] += liquid.nodal("s", change)

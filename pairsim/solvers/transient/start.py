@@ -31,7 +31,7 @@ class Flow:
     """A quasi-steady flow, in numberings that it shares with a scene in time on the same meshes.
 
     Attributes:
-        liquid: Nodal values of u, s and eta by name, (nodes, components), and of p at the vertices, (vertices, 1).
+        liquid: Values of its fields at the nodes that carry them by name, (nodes, components).
         velocity: Velocity of the particles' material [U_av], shape (n_h,).
         scalars: Free unknowns of the fields in SCALARS.
         U: Velocities of the particles [U_av], shape (N,).
@@ -54,8 +54,7 @@ class Flow:
             dU_error: Whether to estimate the error of dU.
         """
         liquid, constraints, y = steady.scene.liquid, steady.constraints, steady.y
-        nodal = {f.name: liquid.nodal(f.name, x) for f in liquid.compiled.fields if f.name in ("u", "s", "eta")}
-        nodal["p"] = x[liquid.index("p", liquid.six_node_mesh.vertices)][:, None]
+        nodal = {f.name: liquid.nodal(f.name, x) for f in liquid.compiled.fields}
         scalars = {name: y[constraints.fields[name]] for name in SCALARS if name in constraints.fields}
         U, error = y[constraints.fields["U_p"]], np.zeros(max(len(steady.bodies) - 1, 0))
         if dU_error:
@@ -66,11 +65,8 @@ class Flow:
         """The free unknowns of a scene in time on the same meshes, shape (n_y,)."""
         liquid, x = scene.liquid, np.zeros(scene.size)
         for field in liquid.compiled.fields:
-            if field.name not in self.liquid:
-                continue
-            at = liquid.six_node_mesh.vertices if field.name == "p" else np.arange(len(liquid.six_node_mesh.points))
-            for c in range(field.components):
-                x[liquid.index(field.name, at, c)] = self.liquid[field.name][:, c]
+            if field.name in self.liquid:
+                liquid.nodal(field.name, x)[:] = self.liquid[field.name]
         y, entry = free_unknowns(constraints, x), constraints.M.tocoo()
         y[entry.col] = self.velocity[entry.row]
         for name, values in self.scalars.items():

@@ -52,9 +52,7 @@ def balanced(scene: Scene, x: Array, h: Array, velocity: Array, U_m: float, cloc
     # The mesh moves with the liquid during the deformation, so that there is no convection relative to it.
     time, star = STRAIN_TIME * scene.material.longest, constraints.expand(y, h)
     if scene.moving:
-        u, nodes = liquid.nodal("u", star) - [U_m, 0.0], np.arange(len(liquid.six_node_mesh.points))
-        for c in range(2):
-            star[liquid.index("eta", nodes, c)] -= time * u[:, c]
+        liquid.nodal("eta", star)[:] -= time * (liquid.nodal("u", star) - [U_m, 0.0])
     momentum = np.concatenate([constraints.fields[name] for name in ("u", "v", "U_p") if name in constraints.fields])
     try:
         newton.place(h)
