@@ -2,22 +2,14 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import Any
 
 
 def _library(x: Any) -> Any:
     """UFL for its expressions, numpy for all else; both take a while to import, and checks of case files need none."""
-    if isinstance(x, int | float | complex):
-        import numpy
-
-        return numpy
-    if type(x).__module__.partition(".")[0] == "numpy":
-        import numpy
-
-        return numpy
-    import ufl
-
-    return ufl
+    plain = isinstance(x, int | float | complex) or type(x).__module__.partition(".")[0] == "numpy"
+    return import_module("numpy" if plain else "ufl")
 
 
 def exp(x: Any) -> Any:

@@ -26,8 +26,7 @@ from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.continuation import prepared, where
 from pairsim.solvers.steady.first_solution import FEWEST_CELLS, try_from_other_mesh
-from pairsim.solvers.steady.scene import SteadySolver
-from pairsim.solvers.steady.snapshot import Snapshot
+from pairsim.solvers.steady.scene import Snapshot, SteadySolver
 from pairsim.solvers.steady.tangents import gap_tangents
 
 # Constants without another origin were chosen.

@@ -8,20 +8,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pairsim.fem.diagnostics import Observation, liquid_distortion
-from pairsim.fem.meshes.remeshing import GAP_RATIO
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.solvers.curves.sensitivities import sensitivities
 from pairsim.solvers.curves.slow_manifold import SlowMotion, slow_motion
 from pairsim.solvers.errors.adjoints import Adjoints
 from pairsim.solvers.errors.estimate import ErrorEstimate, ErrorEstimator
+from pairsim.solvers.meshed_scene import GAP_RATIO
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.bordered import solve_with
 from pairsim.solvers.steady.continuation import IN_TIME, follow, new_mesh, where
 from pairsim.solvers.steady.ends import Ended
 from pairsim.solvers.steady.relaxation import relaxation_time
-from pairsim.solvers.steady.scene import SteadySolver
-from pairsim.solvers.steady.snapshot import Snapshot
+from pairsim.solvers.steady.scene import Snapshot, SteadySolver
 from pairsim.solvers.steady.tangents import gap_tangents
 
 # Factor by which a zero may lie outside the interval between two points of opposite sign; chosen.

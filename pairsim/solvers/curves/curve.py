@@ -13,7 +13,7 @@ from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.distances import between
 from pairsim.solvers.curves.interpolant import CurveInterpolant
-from pairsim.solvers.steady.snapshot import Snapshot
+from pairsim.solvers.steady.scene import Snapshot
 
 # All constants were chosen.
 HALVINGS = 5  # bisections of an interval with a change of sign in which Newton's method finds no zero

@@ -20,7 +20,7 @@ from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.curve import Zero
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.continuation import prepared, reach, where
-from pairsim.solvers.steady.snapshot import Snapshot
+from pairsim.solvers.steady.scene import Snapshot
 from pairsim.solvers.steady.tangents import tangent_along
 
 Followed = Literal["Ca_e", "De"]

@@ -21,7 +21,7 @@ from pairsim.physics.scales import FLOW_RATE
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.errors.adjoints import Adjoints
 from pairsim.solvers.errors.end_effects import end_effects
-from pairsim.solvers.errors.resolution import widening_at
+from pairsim.solvers.errors.run_errors import OF_POINTS, widening
 from pairsim.solvers.steady.scene import SteadySolver
 
 # The half-width of what a correction leaves is OF_CORRECTION times the correction and its spread, or OF_SCATTER times
@@ -155,7 +155,7 @@ class ErrorEstimator:
             changes[F] if moved else np.diff(changes[:count])
         )
         regular_F = _regular(changes[F], tested.changes[F], scatter[F], _cancelled(tested)[F])
-        wider = widening_at(discrete)
+        wider = widening(discrete.s_jump, OF_POINTS)
         cells_F = wider * np.maximum(regular_F, OF_SCATTER * scatter[F])
         return ErrorEstimate(
             U=changes[:count],

@@ -20,8 +20,7 @@ from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.ends import LAST, Ended, Passed, SpentOnTheWay, end_after
 from pairsim.solvers.steady.guesses import place_undeformed
 from pairsim.solvers.steady.pseudo_time import relax
-from pairsim.solvers.steady.scene import SteadySolver
-from pairsim.solvers.steady.snapshot import Snapshot
+from pairsim.solvers.steady.scene import Snapshot, SteadySolver
 from pairsim.solvers.steady.tangents import gap_tangents, tangent_along
 
 # Largest changes by one predictor step.

@@ -21,8 +21,7 @@ from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import BranchEnd, BudgetSpent, NoSteadyState
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.relaxation import shape_time
-from pairsim.solvers.steady.scene import SteadySolver
-from pairsim.solvers.steady.snapshot import Snapshot
+from pairsim.solvers.steady.scene import Snapshot, SteadySolver
 
 LAST = 4  # solutions before the end from which it is told; chosen
 SLOWED_DOWN = 0.6  # part of the fastest of their rates below which the last one must be before a fold; chosen

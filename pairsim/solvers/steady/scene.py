@@ -16,7 +16,7 @@ from pairsim.fem.algebra.constraints import Constraints
 from pairsim.fem.algebra.scene_constraints import steady_base, steady_constraints
 from pairsim.fem.diagnostics import Observation
 from pairsim.fem.meshes.geometry import Geometry, Reference
-from pairsim.fem.meshes.remeshing import needs_mesh
+from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
 from pairsim.fem.scene import Scene
 from pairsim.physics.pipe import PipeState
 from pairsim.runtime.arrays import Array
@@ -24,18 +24,34 @@ from pairsim.runtime.clock import Clock
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.mesh_transfer import free_unknowns
-from pairsim.solvers.meshed_scene import MeshedScene, MeshedSolver, cut_particles
+from pairsim.solvers.meshed_scene import MeshedScene, MeshedSolver, cut_particles, needs_mesh
 from pairsim.solvers.nonlinear.convergence import Report
 from pairsim.solvers.nonlinear.factors import LAST
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.developed_flow import DevelopedFlows
-from pairsim.solvers.steady.snapshot import Snapshot
 
 # Stricter than in time, since near the end of a branch distorted cells let rims buckle too early: at Ca_e 0.14 instead
 # of 0.16 (beta 0.4, d 0.1).
 LEAST_STEADY = 0.6  # distortion at which a mesh is replaced
 FRESH_STEADY = 0.75  # distortion at which a new mesh around spheres is accepted
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """A stored solution and its mesh.
+
+    Attributes:
+        parameters: Parameters of the solution.
+        y: Free unknowns, shape (n_y,).
+        reference: Reference domain of the liquid.
+        mesh: Mesh of the reference domain.
+    """
+
+    parameters: Parameters
+    y: Array
+    reference: Reference
+    mesh: SixNodeMesh
 
 
 @dataclass

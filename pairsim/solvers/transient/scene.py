@@ -14,7 +14,6 @@ import numpy as np
 from pairsim.fem.algebra.constraints import Constraints
 from pairsim.fem.algebra.scene_constraints import transient_constraints
 from pairsim.fem.meshes.geometry import Geometry, Outline
-from pairsim.fem.meshes.remeshing import FRESH_DISTORTION
 from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
 from pairsim.fem.scene import Scene
 from pairsim.physics.liquids import Liquid
@@ -23,7 +22,7 @@ from pairsim.physics.pipe import Pipe
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
 from pairsim.solvers.mesh_transfer import free_unknowns
-from pairsim.solvers.meshed_scene import MeshedScene, MeshedSolver
+from pairsim.solvers.meshed_scene import FRESH_DISTORTION, MeshedScene, MeshedSolver
 from pairsim.solvers.nonlinear.convergence import Report
 from pairsim.solvers.problems import Problem
 from pairsim.solvers.stepping.history import ErrorHistory, History

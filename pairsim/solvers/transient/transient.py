@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from pairsim.fem import diagnostics
-from pairsim.fem.meshes.remeshing import needs_mesh
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InvertedCell, MeshFailure, NewtonFailure, StepTooSmall
 from pairsim.solvers.errors.equation import ErrorEquation
 from pairsim.solvers.errors.run_errors import RunErrors
+from pairsim.solvers.meshed_scene import needs_mesh
 from pairsim.solvers.nonlinear.convergence import Report
 from pairsim.solvers.problems import Problem
 from pairsim.solvers.stepping.history import ErrorHistory, History
