@@ -14,8 +14,7 @@ import shlex
 import shutil
 import sysconfig
 import tempfile
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -44,8 +43,10 @@ JIT_OPTIONS: dict[str, Any] = {
     "cffi_extra_compile_args": ["-O3", "-march=native", "-fno-math-errno", "-fno-trapping-math"],
     "cffi_libraries": ["m"],
 }
-UNFINISHED = "unfinished-"
-"""Prefix of the folders of the cache in which entries are built; a process that is killed leaves its own."""
+UNFINISHED = "unfinished"
+"""Folder of the cache in which entries are built; a process that fails or is killed leaves it."""
+LOCK = "lock"
+"""File of the cache whose lock the process has that builds an entry."""
 LOG = logging.getLogger(__name__)
 """Says, at the level INFO, that an entry is missing."""
 LOG.setLevel(logging.INFO)
@@ -59,9 +60,8 @@ def cache() -> Path:
 def in_cache(name: str, build: Callable[[Path], None]) -> Path:
     """An entry of the cache, built unless it is there: whole, or not at all.
 
-    It is built in another folder, written to the disk and renamed. Other processes therefore never see a part of it,
-    and neither a process that is killed nor a full disk leaves one. Those that need it at the same time wait for the
-    first one.
+    It is built in another folder and renamed, so that no other process sees a part of it, also where this one is
+    killed. Processes build one after the other.
 
     Args:
         name: Its name, which determines its content.
@@ -73,6 +73,8 @@ def in_cache(name: str, build: Callable[[Path], None]) -> Path:
     Raises:
         EnvironmentFailure: There is no C compiler, or the cache cannot be written to; also what `build` raises.
     """
+    from filelock import FileLock
+
     entry = cache() / name
     if entry.is_dir():
         return entry
@@ -82,49 +84,17 @@ def in_cache(name: str, build: Callable[[Path], None]) -> Path:
     LOG.info("compiling what this kind of scene needs, once: some ten seconds")
     try:
         cache().mkdir(parents=True, exist_ok=True)
-        with _sole_builder(entry):
+        with FileLock(cache() / LOCK):
+            shutil.rmtree(unfinished := cache() / UNFINISHED, ignore_errors=True)  # of a process that was killed
             if not entry.is_dir():
-                _build_beside(entry, build)
+                unfinished.mkdir()
+                build(unfinished)
+                unfinished.rename(entry)
     except OSError as error:
         message = f"the cache of compiled forms, {cache()}, cannot be written ({error.strerror or error})"
         advice = "another folder in the environment variable XDG_CACHE_HOME"
         raise EnvironmentFailure(message, advice=advice) from error
     return entry
-
-
-@contextmanager
-def _sole_builder(entry: Path) -> Iterator[None]:
-    """Context of the only process that builds an entry; removes what killed ones have left of it."""
-    from filelock import FileLock
-
-    lock = FileLock(entry.with_name(f"{entry.name}.lock"))
-    with suppress(OSError):  # without locks several processes build the same, and the first one's stays
-        lock.acquire()
-        for left in cache().glob(f"{UNFINISHED}{entry.name}-*"):
-            shutil.rmtree(left, ignore_errors=True)
-    try:
-        yield
-    finally:
-        if lock.is_locked:
-            # Before the release, so that none of the next owner is removed.
-            Path(lock.lock_file).unlink(missing_ok=True)
-            lock.release()
-
-
-def _build_beside(entry: Path, build: Callable[[Path], None]) -> None:
-    prefix = f"{UNFINISHED}{entry.name}-"
-    with tempfile.TemporaryDirectory(prefix=prefix, dir=cache(), ignore_cleanup_errors=True) as place:
-        built = Path(place) / entry.name
-        built.mkdir()
-        build(built)
-        for path in built.iterdir():
-            with path.open("rb") as file:
-                os.fsync(file.fileno())
-        try:
-            built.rename(entry)
-        except OSError:
-            if not entry.is_dir():
-                raise
 
 
 def compiler() -> str:
