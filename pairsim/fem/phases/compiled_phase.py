@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import basix.ufl
@@ -28,6 +29,8 @@ fem = dolfinx.fem
 QUADRATURE_DEGREE = 5
 # Factor of the SUPG parameter, chosen: factors from 0.1 to 2 change dU by 0.3 % at De 2.
 UPWIND_SCALE = 0.5
+COORDINATE = basix.ufl.element("Lagrange", "triangle", 2, shape=(2,))
+"""Element of the coordinates of six-node triangles."""
 OF_TIME = {"rate": 0.0, "g": 1.0, "U_m": 0.0}
 """Constants of the time scheme, with what they are at first."""
 
@@ -111,6 +114,13 @@ class Terms:
     dX: ufl.Measure
 
 
+def mixed_element(fields: Iterable[FieldSpec], discontinuous: bool = False) -> basix.ufl._ElementBase:
+    """The mixed element of fields, continuous or discontinuous from cell to cell."""
+    shapes = [(f, (f.components,) if f.components > 1 else None) for f in fields]
+    element = partial(basix.ufl.element, "Lagrange", "triangle", discontinuous=discontinuous)
+    return basix.ufl.mixed_element([element(f.degree, shape=shape) for f, shape in shapes])
+
+
 def split(function: Any, fields: tuple[FieldSpec, ...]) -> dict[str, Expr]:
     """The fields of a mixed function by name."""
     return dict(zip((f.name for f in fields), ufl.split(function), strict=True))
@@ -132,9 +142,8 @@ def _blocks(
     without any form are exactly zero. The symbolic analysis with UFL takes seconds for a viscoelastic liquid.
     """
     triangle = np.array([[0.1, 0.3], [0.9, 0.2], [0.4, 0.8], [0.65, 0.5], [0.25, 0.55], [0.5, 0.25]])
-    coordinate = basix.ufl.element("Lagrange", "triangle", 2, shape=(2,))
     cells = np.arange(6, dtype=np.int64)[None, :]
-    space = fem.functionspace(dolfinx.mesh.create_mesh(MPI.COMM_SELF, cells, coordinate, triangle), element)
+    space = fem.functionspace(dolfinx.mesh.create_mesh(MPI.COMM_SELF, cells, COORDINATE, triangle), element)
     random = np.random.default_rng(0)
     form = create(space, lambda: random.uniform(0.2, 0.8))
     dense = fem.assemble_matrix(form).to_dense()
@@ -158,13 +167,7 @@ def _compile(
     """Compile the forms of a kind of phase, or return them if they were compiled before."""
     if kind in _COMPILED:
         return _COMPILED[kind]
-    mesh = ufl.Mesh(basix.ufl.element("Lagrange", "triangle", 2, shape=(2,)))
-    element = basix.ufl.mixed_element(
-        [
-            basix.ufl.element("Lagrange", "triangle", f.degree, shape=(f.components,) if f.components > 1 else None)
-            for f in fields
-        ]
-    )
+    mesh, element = ufl.Mesh(COORDINATE), mixed_element(fields)
     space = ufl.FunctionSpace(mesh, element)
     x, star, test = ufl.Coefficient(space), ufl.Coefficient(space), ufl.TestFunction(space)
     # Counts of their own: UFL sorts constants by count as text, 9 after 10, so that those of a global counter give the

@@ -11,12 +11,11 @@ import ctypes
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import basix.ufl
 import numpy as np
 from numpy.typing import NDArray
 
 from pairsim.fem.meshes.six_node_mesh import TO_BASIX, SixNodeMesh
-from pairsim.fem.phases.compiled_phase import OF_TIME, CompiledPhase, FieldSpec, dofs_of
+from pairsim.fem.phases.compiled_phase import COORDINATE, OF_TIME, CompiledPhase, FieldSpec, dofs_of
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.solids import Solid
 from pairsim.runtime.arrays import Array, Indices
@@ -64,8 +63,7 @@ class Phase[M: (Liquid, Solid)]:
 
     def __init__(self, compiled: CompiledPhase, mesh: SixNodeMesh, material: M) -> None:
         self.compiled, self.six_node_mesh = compiled, mesh
-        coordinate = basix.ufl.element("Lagrange", "triangle", 2, shape=(2,))
-        self.mesh = dolfinx.mesh.create_mesh(MPI.COMM_SELF, mesh.cells[:, TO_BASIX], coordinate, mesh.points)
+        self.mesh = dolfinx.mesh.create_mesh(MPI.COMM_SELF, mesh.cells[:, TO_BASIX], COORDINATE, mesh.points)
         self.space = fem.functionspace(self.mesh, compiled.element)
         self.x, self.star = fem.Function(self.space), fem.Function(self.space)
         self.offsets = self._offsets()

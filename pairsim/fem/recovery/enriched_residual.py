@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import basix.ufl
 import numpy as np
@@ -25,6 +25,7 @@ from pairsim.fem.phases.compiled_phase import (
     FieldSpec,
     Terms,
     dofs_of,
+    mixed_element,
     split,
 )
 from pairsim.fem.phases.phase import Phase
@@ -71,7 +72,7 @@ def enriched_form(phase: CompiledPhase, what: Enriched) -> EnrichedForm:
     """Compile the residual of a kind of phase one degree higher, once for all scenes."""
     fields = physical(phase.fields) if what == "tests" else phase.fields
     fields = tuple(replace(f, degree=f.degree + 1) for f in fields)
-    element, own = _discontinuous(fields), phase.x.ufl_function_space()
+    element, own = mixed_element(fields, discontinuous=True), phase.x.ufl_function_space()
     mesh = own.ufl_domain()
     space = ufl.FunctionSpace(mesh, element)
     if what == "tests":
@@ -86,31 +87,23 @@ def enriched_form(phase: CompiledPhase, what: Enriched) -> EnrichedForm:
     return EnrichedForm(fields, element, compiled(residual), x, star)
 
 
-def _discontinuous(fields: Iterable[FieldSpec]) -> basix.ufl._ElementBase:
-    """The mixed element of fields, discontinuous from cell to cell."""
-
-    def element(field: FieldSpec) -> basix.ufl._ElementBase:
-        shape = (field.components,) if field.components > 1 else None
-        return basix.ufl.element("Lagrange", "triangle", field.degree, shape=shape, discontinuous=True)
-
-    return basix.ufl.mixed_element([element(f) for f in fields])
-
-
 class EnrichedResidual:
     """The residual of a phase one degree higher, on its mesh.
 
     Args:
         phase: The phase; its constants at each assembly count.
-        what: What is one degree higher.
 
     Attributes:
+        what: What is one degree higher.
         phase: The phase.
         fields: The fields one degree higher, by name.
         cells: Numbers of the cells in the `SixNodeMesh`, (m,).
     """
 
-    def __init__(self, phase: Phase, what: Enriched) -> None:
-        form, own = enriched_form(phase.compiled, what), what == "unknowns"
+    what: ClassVar[Enriched]
+
+    def __init__(self, phase: Phase) -> None:
+        form, own = enriched_form(phase.compiled, self.what), self.what == "unknowns"
         self.phase, self.fields = phase, {f.name: f for f in form.fields}
         space = fem.functionspace(phase.mesh, form.element)
         self._x, self._star = (fem.Function(space), fem.Function(space)) if own else (phase.x, phase.star)
@@ -131,8 +124,7 @@ class EnrichedResidual:
 class EnrichedTests(EnrichedResidual):
     """The residual of a phase at its unknowns, tested with functions one degree higher."""
 
-    def __init__(self, phase: Phase) -> None:
-        super().__init__(phase, "tests")
+    what = "tests"
 
     def assemble(self) -> dict[str, Array]:
         """The residual by field, for each cell, node and component of the test functions, (m, q, components)."""
@@ -143,8 +135,10 @@ class EnrichedTests(EnrichedResidual):
 class EnrichedUnknowns(EnrichedResidual):
     """The residual of a phase at unknowns one degree higher, tested with its own functions."""
 
+    what = "unknowns"
+
     def __init__(self, phase: Phase) -> None:
-        super().__init__(phase, "unknowns")
+        super().__init__(phase)
         nodes = phase.six_node_mesh.cells[self.cells]
         self._nodes = {2: nodes[:, :3], 3: nodes}
 
