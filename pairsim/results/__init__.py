@@ -1,1 +1,1 @@
-"""Read, write and plot folders of results; solves nothing."""
+"""Read and write folders of results; solves nothing."""

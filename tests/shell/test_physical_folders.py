@@ -12,7 +12,7 @@ import pytest
 import yaml
 from support.commands import Pairsim
 
-from pairsim.api import compute
+import pairsim as api
 from pairsim.results.table_files import read_table
 
 BEADS = "physical: {{tube: 1 mm, particle: 0.4 mm, velocity: 5 mm/s, young: 1.5 kPa, viscosity: 10 Pa.s, {}}}\n"
@@ -28,8 +28,8 @@ def header_and_rows(text: str) -> tuple[list[str], np.ndarray]:
 
 @pytest.mark.slow
 def test_run_and_curve_in_units(tmp_path: Path, pairsim: Pairsim) -> None:
-    compute.run(yaml.safe_load(RUN), folder=tmp_path / "run").check()
-    curve = compute.curve(yaml.safe_load(CURVE), folder=tmp_path / "curve").check()
+    api.run(yaml.safe_load(RUN), folder=tmp_path / "run").check()
+    curve = api.curve(yaml.safe_load(CURVE), folder=tmp_path / "curve").check()
 
     kept = yaml.safe_load((tmp_path / "run" / "case.yaml").read_text())
     assert kept["physical"] == yaml.safe_load(RUN)["physical"]
