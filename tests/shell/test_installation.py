@@ -114,19 +114,8 @@ def test_conda_pixi_and_pip_install_the_same_packages() -> None:
 
 def test_version_names_the_commit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     said = CliRunner().invoke(app, ["--version"]).output
-    assert re.fullmatch(rf"pairsim {version.__version__}( \(commit [0-9a-f]+\+?\))?\n", said)
-    package = tmp_path / "pairsim"
-    (package / "runtime").mkdir(parents=True)
-    monkeypatch.setattr(version, "files", lambda _: package)
-    monkeypatch.setattr(version, "__file__", str(package / "runtime" / "version.py"))
-    (package / "commit.txt").write_text("1234abc\n")
-    assert version.commit() == "1234abc"
-    (package / "commit.txt").write_text("$Format:%h$\n")
-    assert not version.commit()
-    git = ["git", "-c", "user.name=a", "-c", "user.email=a@b", "-C", str(tmp_path)]
-    for words in (["init", "-q"], ["add", "."], ["commit", "-qm", "first"]):
-        subprocess.run([*git, *words], check=True)
-    head = subprocess.run([*git, "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=True).stdout
-    assert version.commit() == head.strip()
-    (package / "commit.txt").write_text("$Format:%h$ \n")
-    assert version.commit() == head.strip() + "+"
+    assert re.fullmatch(rf"pairsim {version.__version__}( \(commit [0-9a-f]+\))?\n", said)
+    monkeypatch.setattr(version, "files", lambda _: tmp_path)
+    for written, commit in (("1234abc\n", "1234abc"), ("$Format:%h$\n", "")):
+        (tmp_path / "commit.txt").write_text(written)
+        assert version.commit() == commit
