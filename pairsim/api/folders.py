@@ -22,19 +22,13 @@ def open(folder: str | PathLike[str]) -> Any:
         A result of the same type as that of the function which computed it.
 
     Raises:
-        InputError: The folder has no results or those of a study.
+        InputError: The folder has no results, or those of a study, which is its study.csv.
     """
     path = Path(folder)
     kind = kind_of(path)
     if kind == "sweep":
         return SweepResult(path)
-    if kind == "study":
-        raise InputError(
-            str(path),
-            "",
-            None,
-            "must not be a folder of study: read its study.csv, or open one of its sweeps, sweep-1 ...",
-        )
     if kind not in QUESTIONS:
-        raise InputError(str(path / "run.json"), "kind", kind, f"must be {' or '.join(QUESTIONS)}")
+        allowed = f"must be a folder of {', '.join(QUESTIONS)} or sweep, not of `pairsim {kind}`"
+        raise InputError(str(path), "", None, allowed)
     return QUESTIONS[kind].result(QUESTIONS[kind], path)
