@@ -59,16 +59,16 @@ class Table:
         name: Its name without .csv.
         columns: Names of its columns.
         rows: Values by column.
-        ascending: Whether rows are kept in ascending order of the first column, in whichever order they come.
-        appended: Whether rows are appended to the file, as for many rows; they are numbers, and a resumed computation
-            goes on after those that its checkpoint counts. If not, the file is replaced at each row.
+        ascending: Whether rows are kept in ascending order of the first column, in whichever order they come. The file
+            is then replaced at each row, otherwise rows are appended.
+        resumed: Whether a resumed computation goes on after those rows that its checkpoint counts.
     """
 
     name: str
     columns: Sequence[str]
     rows: Sequence[Mapping[str, Any]] = ()
     ascending: bool = False
-    appended: bool = False
+    resumed: bool = False
 
 
 @dataclass(frozen=True)

@@ -81,8 +81,7 @@ class Question[C: SceneCase]:
         captions: What is said below each of these pictures in a report, by the name of its file.
         in_sweeps: What a sweep shows of it.
         frames: What its fields are written at: "t", "d", or "" where it writes none.
-        flags: Keywords of its computation that are off by default; with "resume" it goes on from a checkpoint, and its
-            main table is an appended one.
+        flags: Keywords of its computation that are off by default; with "resume" it goes on from a checkpoint.
         draws_from: Rows of its main table from which on its pictures are drawn when it ends; None where they are not.
     """
 

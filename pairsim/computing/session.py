@@ -151,6 +151,7 @@ class Session:
         self._begun = False
         self._t = old.state.history.t[0] if old else 0.0
         self._tables: dict[str, TableWriter] = {}
+        self._resumed: TableWriter | None = None
         self._summary = events.Summary({})
         self._latest: Checkpoint | None = None  # not written yet
         self._saved, self._cost = -float("inf"), 0.0
@@ -247,19 +248,18 @@ class Session:
     def _open(self, table: events.Table) -> None:
         path, rows = self.folder / f"{table.name}.csv", table.rows
         with self._writing():
-            if table.appended and self.old is not None:
+            if table.resumed and self.old is not None:
                 columns = read_table(path)
                 rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
                 rows = rows[: self.old.rows]
                 self._fields = FieldsWriter(self.folder, self.old.frames)
-            self._tables[table.name] = TableWriter(
-                path, table.columns, rows, appended=table.appended, ascending=table.ascending
-            )
+            self._tables[table.name] = writer = TableWriter(path, table.columns, rows, ascending=table.ascending)
+            self._resumed = writer if table.resumed else self._resumed
 
     def _keep(self, state: events.Resumable) -> None:
         """Keep a state in memory, and write it if a checkpoint is due."""
-        (table,) = (table for table in self._tables.values() if table.appended)
-        self._latest = state.checkpoint(table.count, self._fields.frames, self.passed)
+        rows = self._resumed.count if self._resumed is not None else 0
+        self._latest = state.checkpoint(rows, self._fields.frames, self.passed)
         passed = time.monotonic() - self._saved
         if passed >= state.every or (state.convenient and passed > CHEAP * self._cost):
             self._save()
@@ -276,9 +276,6 @@ class Session:
         """Write the last checkpoint and run.json; returns the outcome, a failure if a file cannot be written."""
         try:
             self._save()
-            with self._writing():
-                for table in self._tables.values():
-                    table.close()
         except WriteFailure as failure:
             outcome = Outcome("failed", failure.reason, str(failure))
         with self._writing():

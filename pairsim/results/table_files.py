@@ -6,9 +6,11 @@ import csv
 import io
 import json
 import math
+from bisect import insort
 from collections.abc import Iterable, Mapping, Sequence
+from operator import itemgetter
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
@@ -89,8 +91,11 @@ class TableWriter:
         path: The file, replaced if it exists.
         columns: Names of the columns.
         rows: The first rows, values by column.
-        appended: Whether rows are appended to the file; if not, the file is replaced at each row.
-        ascending: Whether rows are kept in ascending order of the first column, which appended ones cannot be.
+        ascending: Whether rows are kept in ascending order of the first column: the file is then replaced at each row,
+            otherwise rows are appended.
+
+    Attributes:
+        count: Number of rows.
 
     Raises:
         ValueError: As for `row`.
@@ -98,20 +103,14 @@ class TableWriter:
     """
 
     def __init__(
-        self,
-        path: Path | str,
-        columns: Sequence[str],
-        rows: Iterable[Mapping[str, Any]] = (),
-        *,
-        appended: bool = False,
-        ascending: bool = False,
+        self, path: Path, columns: Sequence[str], rows: Iterable[Mapping[str, Any]] = (), *, ascending: bool = False
     ) -> None:
-        self.path, self.columns, self.appended, self._ascending = Path(path), tuple(columns), appended, ascending
+        self._path, self._columns, self._ascending = path, tuple(columns), ascending
         self._unknown = {name for name in columns if (entry := known(name)) is not None and entry.unknown}
-        self._rows = [self._values(row) for row in rows]
-        self._replace()
-        self._file = self.path.open("a", encoding="utf-8", newline="") if appended else None
-        self.count = len(self._rows)
+        first = [self._values(row) for row in rows]
+        self._sorted = sorted(first, key=itemgetter(0)) if ascending else []
+        self.count = len(first)
+        write_text(path, table_text(columns, self._sorted or first))
 
     def row(self, values: Mapping[str, Any]) -> None:
         """Add a row.
@@ -124,36 +123,19 @@ class TableWriter:
             OSError: The file cannot be written.
         """
         row = self._values(values)
-        if self._file is not None:
-            with naming(self.path):
-                self._file.write(_line(row))
-                self._file.flush()
+        if self._ascending:
+            insort(self._sorted, row, key=itemgetter(0))
+            write_text(self._path, table_text(self._columns, self._sorted))
         else:
-            self._rows.append(row)
-            self._replace()
+            with naming(self._path), self._path.open("a", encoding="utf-8") as file:
+                file.write(_line(row))
         self.count += 1
 
     def _values(self, row: Mapping[str, Any]) -> list[Any]:
-        if missing := [name for name in self.columns if name not in row]:
+        if missing := [name for name in self._columns if name not in row]:
             raise ValueError(f"no value for {', '.join(missing)}")
-        values = [row[name] for name in self.columns]
-        for name, value in zip(self.columns, values, strict=True):
+        values = [row[name] for name in self._columns]
+        for name, value in zip(self._columns, values, strict=True):
             if isinstance(value, float) and (math.isinf(value) or (math.isnan(value) and name not in self._unknown)):
                 raise ValueError(f"{name} is {value}")
         return values
-
-    def _replace(self) -> None:
-        if self._ascending:
-            self._rows.sort(key=lambda row: row[0])
-        write_text(self.path, table_text(self.columns, self._rows))
-
-    def close(self) -> None:
-        """Close the file; may be called more than once."""
-        if self._file is not None:
-            self._file.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()

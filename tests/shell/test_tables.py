@@ -35,23 +35,24 @@ TRAIN = "t,d_1,d_2,U_1,U_2,U_3,dU_1,dU_2,m,newton,dU_error_1,dU_error_2\n" + "\n
 SCALES = Scales(50e-6, 10e-3, 0.85)
 
 
-@pytest.mark.parametrize("appended", [True, False])
-def test_each_row_is_in_the_file_at_once_with_every_digit(tmp_path: Path, appended: bool) -> None:
+@pytest.mark.parametrize("ascending", [True, False])
+def test_each_row_is_in_the_file_at_once_with_every_digit(tmp_path: Path, ascending: bool) -> None:
     file = tmp_path / "series.csv"
     values = np.random.default_rng(1).normal(size=(20, 2)) * 10.0 ** np.arange(-10, 10)[:, None]
-    with TableWriter(file, ["t", "dU"], appended=appended) as writer:
-        assert read_table(file)["t"].shape == (0,)
-        for count, (t, dU) in enumerate(values, 1):
-            writer.row({"dU": dU, "t": t, "d": 1.0})
-            assert np.array_equal(np.column_stack(list(read_table(file).values())), values[:count])
+    writer = TableWriter(file, ["t", "dU"], ascending=ascending)
+    assert read_table(file)["t"].shape == (0,)
+    for count, (t, dU) in enumerate(values, 1):
+        writer.row({"dU": dU, "t": t, "d": 1.0})
+        there = values[:count][values[:count, 0].argsort()] if ascending else values[:count]
+        assert np.array_equal(np.column_stack(list(read_table(file).values())), there)
     assert list(read_table(file)) == ["t", "dU"]
 
 
 def test_a_table_goes_on_after_its_first_rows_and_can_be_ascending(tmp_path: Path) -> None:
     rows = [{"d": 0.3, "stable": True}]
-    with TableWriter(tmp_path / "a.csv", ["d", "stable"], rows, appended=True) as writer:
-        writer.row({"d": 0.1, "stable": np.bool_(False)})
-        assert writer.count == 2
+    writer = TableWriter(tmp_path / "a.csv", ["d", "stable"], rows)
+    writer.row({"d": 0.1, "stable": np.bool_(False)})
+    assert writer.count == 2
     assert (tmp_path / "a.csv").read_text() == "d,stable\n0.3,true\n0.1,false\n"
     TableWriter(tmp_path / "a.csv", ["d", "stable"], rows, ascending=True).row({"d": 0.1, "stable": False})
     assert read_table(tmp_path / "a.csv")["stable"].tolist() == [False, True]
@@ -61,10 +62,10 @@ def test_a_table_goes_on_after_its_first_rows_and_can_be_ascending(tmp_path: Pat
     ("row", "message"), [({"t_relax": float("inf"), "d": 1.0}, "t_relax is inf"), ({"t_relax": 1.0}, "no value for d")]
 )
 def test_a_bad_row_is_refused_and_nothing_of_it_written(tmp_path: Path, row: dict[str, float], message: str) -> None:
-    with TableWriter(tmp_path / "a.csv", ["t_relax", "d"]) as writer:
-        with pytest.raises(ValueError, match=message):
-            writer.row(row)
-        writer.row({"t_relax": np.float64("nan"), "d": 1.0})
+    writer = TableWriter(tmp_path / "a.csv", ["t_relax", "d"])
+    with pytest.raises(ValueError, match=message):
+        writer.row(row)
+    writer.row({"t_relax": np.float64("nan"), "d": 1.0})
     assert (tmp_path / "a.csv").read_text() == "t_relax,d\nnan,1.0\n"
 
 

@@ -21,12 +21,12 @@ def make_run(folder: Path, n: int, frames: list[FieldFrame], rows: int = 12) -> 
     case = {"name": "sample", "particles": n, "beta": 0.4, "De": 0, "Ca_e": [0.1] * n, "d0": 0.1}
     (folder / "case.yaml").write_text(yaml.safe_dump(case))
     (folder / "run.json").write_text('{"kind": "run"}')
-    with TableWriter(folder / "series.csv", [*series_columns(n), "dt"], appended=True) as series:
-        for t in np.linspace(0.1, 1, rows):
-            gaps, order = np.full(max(n - 1, 0), 0.1 + 0.1 * t), np.arange(n)
-            U = 1.5 + 0.01 * order * t
-            D = 0.01 * t * (order + 1)
-            series.row(table_row(n, t=t, d=gaps, U=U, dU=np.diff(U), D=D, dp=640.0, dp_plus=2.0, dt=0.1))
+    series = TableWriter(folder / "series.csv", [*series_columns(n), "dt"])
+    for t in np.linspace(0.1, 1, rows):
+        gaps, order = np.full(max(n - 1, 0), 0.1 + 0.1 * t), np.arange(n)
+        U = 1.5 + 0.01 * order * t
+        D = 0.01 * t * (order + 1)
+        series.row(table_row(n, t=t, d=gaps, U=U, dU=np.diff(U), D=D, dp=640.0, dp_plus=2.0, dt=0.1))
     writer = FieldsWriter(folder)
     for frame in frames:
         writer.write(frame)

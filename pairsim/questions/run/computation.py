@@ -83,7 +83,7 @@ class Run:
                 return self._with_accuracy(ended, old.state.run_errors)
             polymer = POLYMER_HEALTH if case.liquid_model.modes else ()
             columns = [*series_columns(case.n), *self._errors, *names_of(case.n, *HEALTH, *polymer)]
-            yield events.Table("series", columns, appended=True)
+            yield events.Table("series", columns, resumed=True)
             if old is not None:
                 yield events.Note(f"resuming from t = {old.state.history.t[0]:g} (step {old.state.counts.steps})")
             elif case.adapts:
