@@ -28,7 +28,11 @@ if TYPE_CHECKING:
 
 CASE_NOT_AT_FAULT = ("interrupted", "write_failed", "environment")
 """Reasons for which the same command may succeed."""
-KILLED = {"status": "interrupted", "reason": "interrupted", "message": "the command was killed"}
+KILLED = {
+    "status": "interrupted",
+    "reason": "interrupted",
+    "message": "the command was killed; a run can be continued with pairsim run --resume",
+}
 """How a command ended whose run.json says that it is running, although no process is at work."""
 LIMITS = ("wall_time", "max_steps")
 """Reasons that are keys of `limits` as well."""

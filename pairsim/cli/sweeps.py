@@ -128,15 +128,22 @@ def status(directory: Folder) -> None:
     warnings.
     """
     from rich.console import Group
+    from rich.text import Text
 
+    import pairsim
     from pairsim.results.folder import kind_of
     from pairsim.runtime.locks import is_locked
     from pairsim.sweeps.folder import read_sweep
-    from pairsim.sweeps.progress import case_status, status_view
+    from pairsim.sweeps.progress import COLOURS, status_view
 
     if (kind := kind_of(directory)) in ("sweep", "study"):
         inner = sorted(path.parent for path in directory.glob("*/sweep.json"))
         sweeps = [directory] if kind == "sweep" else inner
         print_table(Group(*(status_view(read_sweep(sweep, values=False), is_locked(sweep)) for sweep in sweeps)))
     else:
-        print_table(case_status(directory, is_locked(directory)))
+        result = pairsim.open(directory)
+        reason = f" ({result.reason})" if result.reason not in ("", result.status) else ""
+        cost = f"{result.record.get('wall_time', 0.0):.3g} s of wall time, by: {result.record.get('command', '')}"
+        warnings = (Text(f"warning: {warning}") for warning in result.warnings)
+        headline = Text(f"{directory}: {result.status}{reason}", style=COLOURS.get(result.status, ""))
+        print_table(Group(headline, *map(Text, filter(None, [result.message])), Text(cost, style="dim"), *warnings))

@@ -6,7 +6,6 @@ import re
 import sys
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from pathlib import Path
 from typing import Any, Self
 
 from rich.console import Console, Group
@@ -15,7 +14,6 @@ from rich.table import Table
 from rich.text import Text
 
 from pairsim.computing.progress import Style
-from pairsim.results.folder import valid_record
 from pairsim.runtime.signals import sigterm_waits
 from pairsim.sweeps.folder import CaseState
 from pairsim.sweeps.grid import Grid
@@ -134,27 +132,3 @@ def dry_run_view(grid: Grid) -> Group:
         table.add_row(*map(Text, [case.folder, *shown, f"~{estimate.unknowns}", estimate.duration]))
     headline = f"{len(grid.cases)} cases of pairsim {grid.question.name}" + (f" ({notes})" if notes else "")
     return Group(Text(headline), table)
-
-
-def case_status(directory: Path, working: bool) -> Group:
-    """Status, message, wall time and warnings of a folder, for the terminal.
-
-    Args:
-        directory: The folder.
-        working: Whether a command is writing to it now.
-
-    Raises:
-        InputError: run.json is missing or invalid.
-    """
-    record = valid_record(directory)
-    status, reason, message = (str(record.get(key, "")) for key in ("status", "reason", "message"))
-    if status == "running" and not working:
-        status, message = "interrupted", "the command was killed; a run can be continued with pairsim run --resume"
-    style = COLOURS.get(status, "")
-    parts = [
-        Text(f"{directory}: {status}" + (f" ({reason})" if reason else ""), style=style),
-        *([Text(message)] if message else []),
-        Text(f"{record.get('wall_time', 0.0):.3g} s of wall time, by: {record.get('command', '')}", style="dim"),
-        *(Text(f"warning: {warning}") for warning in record.get("warnings", [])),
-    ]
-    return Group(*parts)
