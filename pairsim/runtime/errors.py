@@ -10,6 +10,7 @@ from pairsim.runtime.text import as_typed, shortened
 MOST_MISTAKES = 20  # number of mistakes listed in a message
 
 __all__ = [
+    "BudgetSpent",
     "EnvironmentFailure",
     "InputError",
     "InvertedCell",
