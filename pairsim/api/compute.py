@@ -13,7 +13,7 @@ from typing import Any
 
 from pairsim.api.cases import AnyCase, load
 from pairsim.api.results import Result
-from pairsim.cases.cost import LARGE
+from pairsim.cases.estimate import LARGE
 from pairsim.cases.quantities import seconds_of
 from pairsim.computing import Question
 from pairsim.computing.progress import Style, make_reporter, style_of

@@ -11,7 +11,7 @@ from pydantic import Field
 from pairsim.cases import values
 from pairsim.cases.accuracy import settings_of
 from pairsim.cases.case import USUAL, Keys, SceneCase, each_of, shown
-from pairsim.cases.case_checks import check_scene
+from pairsim.cases.checks import check_scene
 from pairsim.cases.materials import slowest_of
 from pairsim.cases.mistakes import Mistake, broken
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from pydantic import Field
 
 from pairsim.cases.case import SceneCase
-from pairsim.cases.case_checks import check_scene
-from pairsim.cases.cost import Estimate, steady_estimate
+from pairsim.cases.checks import check_scene
+from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.mistakes import Mistake, missing
 from pairsim.cases.values import Values
 from pairsim.computing import events

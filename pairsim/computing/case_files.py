@@ -9,8 +9,8 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from pairsim.cases.case import SceneCase
-from pairsim.cases.case_checks import missing_numbers
-from pairsim.cases.cost import check_size
+from pairsim.cases.checks import missing_numbers
+from pairsim.cases.estimate import check_size
 from pairsim.cases.messages import mistakes_of
 from pairsim.cases.mistakes import Mistake, input_error
 from pairsim.cases.physical import forget_numbers, in_numbers

@@ -14,7 +14,7 @@ from pairsim.runtime.errors import InputError
 
 if TYPE_CHECKING:
     from pairsim.cases.case import SceneCase
-    from pairsim.cases.cost import Estimate
+    from pairsim.cases.estimate import Estimate
     from pairsim.cases.mistakes import Mistake
     from pairsim.computing.events import Events
     from pairsim.plots.style import Page

@@ -22,8 +22,8 @@ from pydantic import Field
 from pairsim.api.compute import Computation
 from pairsim.api.results import Result
 from pairsim.cases.case import SceneCase
-from pairsim.cases.case_checks import check_scene
-from pairsim.cases.cost import Estimate, steady_estimate
+from pairsim.cases.checks import check_scene
+from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.materials import is_viscous
 from pairsim.cases.mistakes import Mistake
 from pairsim.cases.values import FOLLOWED, Distance, Values

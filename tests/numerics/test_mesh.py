@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from pairsim.cases.cost import liquid_cells
+from pairsim.cases.estimate import liquid_cells
 from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case
 from pairsim.fem.meshes import cell_sizes

@@ -13,7 +13,7 @@ import pytest
 import yaml
 from typer.testing import CliRunner
 
-from pairsim.cases.cost import Estimate
+from pairsim.cases.estimate import Estimate
 from pairsim.cases.identity import default_folder
 from pairsim.cli.app import app
 from pairsim.computing import QUESTIONS

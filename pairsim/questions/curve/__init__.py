@@ -22,8 +22,8 @@ from pairsim.api.compute import Computation
 from pairsim.api.results import Result
 from pairsim.cases.accuracy import DEFAULT, percent
 from pairsim.cases.case import SceneCase
-from pairsim.cases.case_checks import check_scene
-from pairsim.cases.cost import Estimate, steady_estimate
+from pairsim.cases.checks import check_scene
+from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.mistakes import Mistake, broken, missing
 from pairsim.cases.values import MOST_VALUES, CurveTolerance, Distance, Gaps, Velocity, Whole
 from pairsim.cli.compute import compute

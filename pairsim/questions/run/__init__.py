@@ -19,7 +19,7 @@ import typer
 
 from pairsim.api.compute import Computation
 from pairsim.api.results import Result
-from pairsim.cases.cost import Estimate
+from pairsim.cases.estimate import Estimate
 from pairsim.cases.run_case import Case, check_run
 from pairsim.cli.compute import compute
 from pairsim.cli.options import Budget, DryRun, Output, Overwrite, Progress, Quiet, Settings, path_argument, path_option
