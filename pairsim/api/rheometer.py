@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from pairsim.cases.quantities import unit_in_si
+from pairsim.physics.liquids import LAWS
 from pairsim.physics.liquids.viscous import ZERO_SHEAR, ViscousLaw
 from pairsim.physics.material import Dimension
 from pairsim.physics.rheometry import Fit, Measured, described, fits, scatter
@@ -69,6 +70,10 @@ def fit_liquid(rheology: Path | str | None, spectrum: Path | str | None, law: st
     Raises:
         InputError: A file cannot be used, or has too few points for the law.
     """
+    if law is not None and law not in [*LAWS]:
+        raise InputError(
+            "pairsim units", "--liquid", law, f"must be the name of a law, which is fitted: {', '.join(LAWS)}"
+        )
     data = read_measured(rheology, spectrum)
     found = fits(data, [law] if law else None)
     if not found:

@@ -124,7 +124,7 @@ def units(
             raise InputError("pairsim units", f"--{name}", numbers[name], allowed)
         if law or numbers:
             laws[place] = {"law": law, **numbers} if numbers else law
-    if relaxation and liquid is None:
+    if relaxation and not (liquid or rheology or spectrum):
         elastic = ", ".join(name for name, law in liquids.LAWS.items() if issubclass(law, liquids.ConformationLaw))
         allowed = f"must be given with --relaxation: {elastic}; --rheology FILE finds the one that fits a flow curve"
         raise InputError("pairsim units", "--liquid", None, allowed)
