@@ -9,13 +9,10 @@ import platform
 import signal
 import subprocess
 import sys
-import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from support.commands import Done, Pairsim
+from support.commands import Done, Pairsim, at_work
 from support.inputs import TINY
 
 from pairsim.results.folder import prepare_folder
@@ -26,35 +23,19 @@ from pairsim.runtime.locks import LOCK_FILES, is_locked, sole_writer
 
 BASE = TINY.partition("{")[2].rpartition("time")[0]  # the tiny case without its times
 ENDLESS = f"{{d0: 0.1, {BASE}time: {{end: 100, fixed_step: 0.002}}, output: {{every: 0.01, checkpoint: 1}}}}\n"
-CURVE = f"{{d: {{start: 0.05, stop: 1, num: 300}}, {BASE.rstrip(', ')}}}\n"
-
-
-@contextmanager
-def at_work(folder: Path, *words: str, table: Path) -> Iterator[subprocess.Popen[str]]:
-    """A running command that has written some rows of a table."""
-    command = [sys.executable, "-m", "pairsim", *words]
-    process = subprocess.Popen(command, cwd=folder, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
-    try:
-        while not table.exists() or table.read_text().count("\n") < 4:
-            assert process.poll() is None, process.stderr and process.stderr.read()
-            time.sleep(0.02)
-        yield process
-    finally:
-        process.kill()
-        process.wait()
 
 
 def refused(done: Done, owner: subprocess.Popen[str]) -> None:
     assert done.returncode == 2, done.stdout + done.stderr
     assert "Traceback" not in done.stderr
-    assert f"process {owner.pid} on {platform.node()}: pairsim {owner.args[3]}" in done.stderr  # type: ignore[index]
+    assert f"process {owner.pid} on {platform.node()}: pairsim run" in done.stderr
 
 
 @pytest.mark.slow
 def test_second_run_is_refused_and_the_first_one_is_whole(tmp_path: Path, pairsim: Pairsim) -> None:
     (tmp_path / "case.yaml").write_text(ENDLESS)
     out = tmp_path / "out"
-    with at_work(tmp_path, "run", "case.yaml", "-o", "out", table=out / "series.csv") as first:
+    with at_work(out / "series.csv", "run", "case.yaml", "-o", "out") as first:
         refused(pairsim("run", "case.yaml", "--resume", "out", "-q"), first)
         refused(pairsim("run", "case.yaml", "-o", "out", "--overwrite", "-q"), first)
         assert is_locked(out)

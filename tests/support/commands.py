@@ -9,7 +9,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -61,25 +61,33 @@ def apart(folder: Path, *arguments: str, ranks: int = 0, timeout: float = 600) -
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=timeout, check=False)
 
 
+@contextlib.contextmanager
+def at_work(table: Path, *words: str) -> Iterator[subprocess.Popen[str]]:
+    """A running command whose table has some rows; its folder is one below that in which the command was typed."""
+    command, folder = module_command("pairsim", *words), table.parents[1]
+    process = subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    try:
+        while not table.exists() or table.read_text().count("\n") < 5:
+            assert process.poll() is None, process.stderr and process.stderr.read()
+            time.sleep(0.02)
+        yield process
+    finally:
+        process.kill()
+        process.wait()
+
+
 def interrupted(words: list[str], table: Path, number: int) -> dict[str, Any]:
-    """run.json of a command that was sent a signal once its table had five lines or more; it ends in order.
+    """run.json of a command that was sent a signal at work; it ends in order.
 
     SIGTERM is repeated until the end: schedulers send several.
     """
-    command = module_command("pairsim", *words)
-    process = subprocess.Popen(command, cwd=table.parents[1], stderr=subprocess.PIPE, text=True)
-    try:
-        while not table.exists() or table.read_text().count("\n") < 5:
-            assert process.poll() is None
-            time.sleep(0.1)
+    with at_work(table, *words) as process:
         process.send_signal(number)
         deadline = time.monotonic() + 250
         while number == signal.SIGTERM and process.poll() is None and time.monotonic() < deadline:
             time.sleep(0.02)
             process.send_signal(number)
         _, complaint = process.communicate(timeout=250)
-    finally:
-        process.kill()
     assert process.returncode == 130
     assert "Traceback" not in complaint
     record: dict[str, Any] = json.loads((table.parent / "run.json").read_text())
