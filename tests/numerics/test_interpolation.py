@@ -1,4 +1,4 @@
-"""Quadratic fields at points of a mesh of six-node triangles, which are found with a grid."""
+"""Quadratic fields at points of a mesh of six-node triangles, which are found with a grid; patches of few cells."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from matplotlib.tri import Triangulation
 
 from pairsim.fem.meshes.interpolation import containing, interpolate
 from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
+from pairsim.fem.recovery.enriched_nodes import EnrichedNodes
+from pairsim.fem.recovery.patch_recovery import WIDE, PatchRecovery
 
 
 def lattice(columns: int, rows: int, bent: float) -> SixNodeMesh:
@@ -51,3 +53,10 @@ def test_points_are_found_as_another_library_finds_them_and_those_outside_are_no
     finder = Triangulation(*mesh.points.T, mesh.cells[:, :3]).get_trifinder()
     assert np.array_equal(found, finder(*wanted.T))
     assert 0 < np.count_nonzero(found < 0) < 1500
+
+
+@pytest.mark.parametrize(("degree", "count"), [(2, 4), (3, 9)])
+def test_a_mesh_of_fewer_nodes_than_a_patch_wants_is_one_patch(degree: int, count: int) -> None:
+    mesh = lattice(1, 1, 0.0)
+    fits = PatchRecovery(EnrichedNodes(mesh, degree), WIDE[degree]).fits(odd=False)
+    assert (np.diff(fits.indptr) == count).all()

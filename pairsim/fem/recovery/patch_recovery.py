@@ -136,6 +136,7 @@ def _patches(mesh: SixNodeMesh, fewest: int, carried: int) -> sparse.csr_matrix:
     corners = of_cells(np.searchsorted(mesh.vertices, mesh.cells[:, :3]), len(vertices))
     nodes = of_cells(mesh.cells[:, :carried], len(mesh.points))
     around, neighbours = (sparse.csr_matrix(corners.T @ each) for each in (nodes, corners))
+    fewest = min(fewest, len(np.unique(mesh.cells[:, :carried])))  # a mesh of a few cells has no more
     row, patches, near = vertices.copy(), around, neighbours
     few = np.diff(patches.indptr) < fewest
     while few.any():

@@ -247,11 +247,7 @@ class Follower:
         part = float((wanted - here[1]) / (there[1] - here[1]))
         at, length = here + part * (there - here), float(np.linalg.norm(there - here))
         at[1] = wanted
-        self.branch.recall(before)
-        point = None
-        with suppress(MeshFailure, NoSteadyState):
-            guess = prepared(self.branch.solver, self._place(*at), self.branch.solver.y + part * length * change)
-            point = self.branch.zero_on(self._line(at, np.array([1.0, 0.0])), 0.0, guess, settled=True)
+        point = self._from(before, part * length * change, at, "wanted")
         if point is None or abs(self._here()[0] - at[0]) > max(length, 0.02):
             self.branch.recall(onwards)
             return None
@@ -300,13 +296,15 @@ class Follower:
         return float(change @ scene.velocity_row() / np.exp(here[1]))
 
     def _beside(self, start: _Pose, at: Array, kind: Kind, most: float) -> Point | None:
-        """The zero near `at`, from the zero `start`, at the parameter of `at` or, for a fold, at its distance."""
-        self.branch.recall(start.snapshot)
-        line = np.array([1.0, 0.0] if kind == "wanted" else [0.0, 1.0])
-        point = None
-        with suppress(MeshFailure, NoSteadyState):
-            guess = prepared(
-                self.branch.solver, self._place(*at), self.branch.solver.y + (at - start.here) @ start.rows
-            )
-            point = self.branch.zero_on(self._line(at, line), 0.0, guess, settled=kind == "wanted")
+        """The zero near `at` as by `_from`, from the zero `start`; None if it is farther away than `most`."""
+        point = self._from(start.snapshot, (at - start.here) @ start.rows, at, kind)
         return point if point is not None and np.linalg.norm(self._here() - at) < max(most, 0.02) else None
+
+    def _from(self, snapshot: Snapshot, change: Array, at: Array, kind: Kind) -> Point | None:
+        """The zero from a change of a stored solution, at the parameter of `at` or, for a fold, at its distance."""
+        self.branch.recall(snapshot)
+        line = np.array([1.0, 0.0] if kind == "wanted" else [0.0, 1.0])
+        with suppress(MeshFailure, NoSteadyState):
+            guess = prepared(self.branch.solver, self._place(*at), self.branch.solver.y + change)
+            return self.branch.zero_on(self._line(at, line), 0.0, guess, settled=kind == "wanted")
+        return None
