@@ -69,14 +69,14 @@ def plot(
         if key is not None and kind != "sweep":
             allowed = f"must be left out: it goes with a sweep or several folders, {directory} holds a {kind}"
             raise InputError(option, "", key, allowed)
-    command = QUESTIONS.get(kind)
-    frames = command.frames if command is not None else ""
+    question = QUESTIONS.get(kind)
+    frames = question.frames if question is not None else ""
     if not frames and (field is not None or animate):
         option, value = ("--field", field) if field is not None else ("--animate", None)
         raise InputError(option, "", value, f"must be left out: it goes with a run or a curve, not with a {kind}")
-    if command is not None:
+    if question is not None:
         alone = animate or field is not None
-        drawn = [] if alone else command.draw(directory, target, page)
+        drawn = [] if alone else question.draw(directory, target, page)
         if alone or (frames and (directory / FIELDS_XDMF).exists()):
             from pairsim.plots.fields import draw_fields
 

@@ -13,7 +13,7 @@ def write_example(kind: str, name: str, directory: Path) -> Path:
     """Write a commented example to `<name>.yaml`.
 
     Args:
-        kind: The command that reads the file: run, curve, critical, shape or sweep.
+        kind: The command that reads the file: the name of a question, or sweep.
         name: Name of the case, with or without `.yaml`.
         directory: Folder of the new file.
 

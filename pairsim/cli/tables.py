@@ -23,7 +23,7 @@ app = typer.Typer()
     "pairsim table runs/curve equilibria | pairsim table runs/train --tidy | pairsim table runs/sweep equilibria"
 )
 def table(
-    directory: Annotated[Path, path_argument("Folder of run, curve, critical, shape or sweep.")],
+    directory: Annotated[Path, path_argument("Folder of a case or of a sweep.")],
     name: Annotated[
         str | None,
         typer.Argument(help="A table of the folder, such as equilibria (default: its main one).", show_default=False),

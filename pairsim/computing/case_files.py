@@ -28,11 +28,11 @@ def model_of(command: str) -> type[BaseModel]:
     return OF_MANY[command] if command in OF_MANY else QUESTIONS[command].model
 
 
-def read_case[C: SceneCase](command: Question[C], path: Path, overrides: tuple[str, ...] = ()) -> C:
-    """Read and validate the case file of a command.
+def read_case[C: SceneCase](question: Question[C], path: Path, overrides: tuple[str, ...] = ()) -> C:
+    """Read and validate the case file of a question.
 
     Args:
-        command: The command.
+        question: What is asked of it.
         path: The file.
         overrides: key=value settings (dotted keys) that replace or add keys of the file.
 
@@ -42,14 +42,14 @@ def read_case[C: SceneCase](command: Question[C], path: Path, overrides: tuple[s
     data = read_yaml(path)
     forget_numbers(data)
     apply_settings(data, overrides)
-    return parse_case(command, data, str(path))
+    return parse_case(question, data, str(path))
 
 
-def parse_case[C: SceneCase](command: Question[C], data: Mapping[str, Any], source: str, entry: str = "") -> C:
+def parse_case[C: SceneCase](question: Question[C], data: Mapping[str, Any], source: str, entry: str = "") -> C:
     """Make numbers of physical units, and validate the keys and values of a case, each alone and against each other.
 
     Args:
-        command: The command that the case is for.
+        question: What is asked of the case.
         data: Keys and values; those from `read_yaml` carry the line numbers for error messages.
         source: Name of the file in error messages.
         entry: Name of the case within a file of several cases, else empty.
@@ -57,15 +57,15 @@ def parse_case[C: SceneCase](command: Question[C], data: Mapping[str, Any], sour
     Raises:
         InputError: The case has mistakes; lists each wrong key, its value and what is allowed.
     """
-    _refuse_file_of_another_command(data, command.name, source, entry)
-    numbers = in_numbers(data, command.model.model_fields)
-    mistakes = [*numbers.mistakes, *missing_numbers(command.model, numbers.data, numbers.origins)]
+    _refuse_file_of_another_command(data, question.name, source, entry)
+    numbers = in_numbers(data, question.model.model_fields)
+    mistakes = [*numbers.mistakes, *missing_numbers(question.model, numbers.data, numbers.origins)]
     try:
-        case = command.model.model_validate(numbers.data)
+        case = question.model.model_validate(numbers.data)
         if not mistakes:
-            mistakes = list(command.check(case)) or list(check_size(case))
+            mistakes = list(question.check(case)) or list(check_size(case))
     except ValidationError as error:
-        wrong = mistakes_of(error, command.model, numbers.data)
+        wrong = mistakes_of(error, question.model, numbers.data)
         # What a wrong quantity should give is missing, too.
         known = {each.key for each in mistakes} | numbers.origins.keys()
         mistakes += [each for each in wrong if each.value is not None or each.key not in known]

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from pairsim.solvers.steady.scene import SteadySolver
 
 ERROR = Column("dp_plus_error", r"\epsilon_p", "|dp_plus - dp_plus on a mesh with cells 2^0.5 times larger|", STRESS)
-COLUMNS = ("Ca_e", "dp_plus", ERROR, "dp_plus_correction", "U_1", "D_1", "newton")
+COLUMNS = ("Ca_e", "dp_plus", ERROR, "dp_plus_correction", "corrected", "U_1", "D_1", "newton")
 
 
 class PressureCase(AlongCase):
