@@ -7,7 +7,7 @@ line are together, as arrays.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -181,7 +181,7 @@ def _draw_panel(axis: Axes, panel: Panel, inside: Sequence[Series], group: Seque
         axis.axvspan(*panel.shade, color=START_UP, linewidth=0, zorder=0.1)
     band = BAND * min(1.0, TOGETHER / max(sum(each.error is not None for each in inside), 1))
     for name in panel.wide:
-        spread(axis, name, [float(v) for each in group for v in (each.x if name == "x" else each.y)])
+        _spread(axis, name, [each.x if name == "x" else each.y for each in group])
     axis.update_datalim([place for each in inside for place in zip(each.x, each.y, strict=True)])
     axis.autoscale_view()
     seen = axis.axis()
@@ -190,7 +190,7 @@ def _draw_panel(axis: Axes, panel: Panel, inside: Sequence[Series], group: Seque
     if not panel.bars:
         axis.axis(seen)
     finish(axis, panel.x, panel.y, [each.range(bars=panel.bars) for each in group])
-    widen(axis, "x", [each.x for each in group])
+    _widen(axis, "x", [each.x for each in group])
     timed = [(each.t, each.y) for each in inside if each.t is not None]
     return bool(timed) and leave_out_spikes(axis, timed)
 
@@ -229,28 +229,20 @@ def notes(series: Sequence[Series]) -> list[Any]:
     return bands + [Line2D([], [], label=mark, color="0.2", linestyle="", **look) for mark, look in looks]
 
 
-def spread(axis: Axes, name: str, values: Iterable[float]) -> None:
-    """A logarithmic axis with plain numbers for values that span a wide range.
-
-    Args:
-        axis: The panel.
-        name: "x" or "y".
-        values: What is drawn along it.
-    """
-    known = list(values)
-    low, high = min(known, default=0.0), max(known, default=0.0)
-    direction: Axis = axis.xaxis if name == "x" else axis.yaxis
+def _spread(axis: Axes, name: str, values: Sequence[Array]) -> None:
+    """Make "x" or "y" logarithmic, with plain numbers, where values span a wide range."""
+    low, high = min(map(np.min, values), default=0.0), max(map(np.max, values), default=0.0)
     if low > 0 and high / low >= WIDE:
+        direction: Axis = axis.xaxis if name == "x" else axis.yaxis
         (axis.set_xscale if name == "x" else axis.set_yscale)("log")
         direction.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high / low < 300 else (1.0,)))
         direction.set_major_formatter(StrMethodFormatter("{x:g}"))
         direction.set_minor_formatter(NullFormatter())
 
 
-def widen(axis: Axes, name: str, values: Sequence[Array]) -> None:
-    """A range along "x" or "y" that does not blow up what hardly varies, such as rounding."""
-    known = np.concatenate([*values, np.zeros(0)]) if any(map(len, values)) else np.array([0.0, 1.0])
-    low, high = float(known.min()), float(known.max())
+def _widen(axis: Axes, name: str, values: Sequence[Array]) -> None:
+    """Set a range along "x" or "y" that does not blow up what hardly varies, such as rounding."""
+    low, high = min(map(np.min, values), default=0.0), max(map(np.max, values), default=1.0)
     least = max(LEAST[0] * max(abs(low), abs(high)), LEAST[1])
     if high - low < least:
         middle = (low + high) / 2
@@ -266,7 +258,7 @@ def finish(axis: Axes, x: str, y: str, values: Sequence[Array]) -> None:
         y: Label of the ordinate.
         values: What is drawn.
     """
-    widen(axis, "y", values)
+    _widen(axis, "y", values)
     if any((v < 0).any() for v in values) and any((v > 0).any() for v in values):
         axis.axhline(0, color="0.55", linewidth=0.6, linestyle="-", zorder=0.5)
     axis.set(xlabel=x, ylabel=y)

@@ -230,22 +230,23 @@ def sheet(
     """
     z_min, z_max, r_min, r_max = views[0].window
     columns = 1 if page.narrow or count == 1 or z_max - z_min > LONG * (r_max - r_min) else 2
-    rows, abreast = -(-count // columns), 1 if page.narrow else len(layers)
+    abreast = 1 if page.narrow else len(layers)
     inner = (page.width / columns - 15) * (r_max - r_min) / (z_max - z_min)
-    bars = len(layers) // abreast
+    rows, bars = -(-count // columns), len(layers) // abreast
     figure = page.figure((inner + TITLE) * rows + (BAR + LABELS) * bars + LABELS + PRINT)
     across = math.lcm(columns, abreast)
     grid = figure.add_gridspec(rows + bars, across, height_ratios=[inner] * rows + [BAR] * bars)
-    wide, each = across // columns, across // abreast
-    axes = [figure.add_subplot(grid[i // columns, i % columns * wide : (i % columns + 1) * wide]) for i in range(count)]
+
+    def place(row: int, number: int, in_a_row: int, **more: Any) -> Axes:
+        wide, (below, right) = across // in_a_row, divmod(number, in_a_row)
+        return figure.add_subplot(grid[row + below, right * wide : (right + 1) * wide], **more)
+
+    axes = [place(0, i, columns) for i in range(count)]
     scaled = [(layer, scale_of(replace(layer, values=layer.values[first:]), views[first:])) for layer in layers]
     for axis in axes[-columns:]:
         axis.set_xlabel(views[0].label("z"))
     for i, (layer, scale) in enumerate(scaled):
-        place = grid[rows + i // abreast, i % abreast * each : (i % abreast + 1) * each]
-        cax = figure.add_subplot(place, label="<colorbar>")
-        # Values outside of the range have the colour of its end.
-        colour_bar(
-            figure, scale, orientation="horizontal", label=layer.label, cax=cax, extend="both", ticks=MaxNLocator(5)
-        )
+        # Values outside of the range have the colours of its ends.
+        look: dict[str, Any] = {"label": layer.label, "extend": "both", "ticks": MaxNLocator(5)}
+        colour_bar(figure, scale, orientation="horizontal", cax=place(rows, i, abreast, label="<colorbar>"), **look)
     return figure, axes, scaled

@@ -11,7 +11,6 @@ from matplotlib.ticker import MaxNLocator
 
 from pairsim.plots.style import DIVERGING, SEQUENTIAL, Page
 from pairsim.plots.units import Units
-from pairsim.results.columns import column
 from pairsim.runtime.arrays import Array
 
 OUTLIERS = 0.01  # part of the values at either end that a scale does not cover
@@ -31,11 +30,10 @@ def draw_space_time(
     """
     times = np.linspace(series["t"][0], series["t"][-1], EVEN)
     rows = [np.array([np.interp(times, series["t"], series[name]) for name in names]) for names in quantities]
-    symbols = [column(names[0]).symbol.replace("_{1}", "_i") for names in quantities]
-    units = [drawn.axis_label([names[0]]).partition("  ")[2] for names in quantities]
-    first = rows[0] - np.array([[series[name][0]] for name in quantities[0]])
-    panels = [(rows[0], f"${symbols[0]}$  {units[0]}"), (first, f"${symbols[0]} - {symbols[0]}(0)$  {units[0]}")]
-    panels += [(each, f"${name}$  {unit}") for each, name, unit in zip(rows[1:], symbols[1:], units[1:], strict=True)]
+    labels = [drawn.axis_label([names[0]]).replace("_{1}", "_i") for names in quantities]
+    change = labels[0].replace("$d_i$", "$d_i - d_i(0)$")
+    panels = list(zip(rows, labels, strict=True))
+    panels.insert(1, (rows[0] - rows[0][:, :1], change))
     figure, axes = page.panels(len(panels), height=52)
     for axis, (values, label) in zip(axes, panels, strict=True):
         low, high = np.quantile(values, [OUTLIERS, 1 - OUTLIERS])
