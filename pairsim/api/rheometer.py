@@ -71,9 +71,8 @@ def fit_liquid(rheology: Path | str | None, spectrum: Path | str | None, law: st
         InputError: A file cannot be used, or has too few points for the law.
     """
     if law is not None and law not in [*LAWS]:
-        raise InputError(
-            "pairsim units", "--liquid", law, f"must be the name of a law, which is fitted: {', '.join(LAWS)}"
-        )
+        allowed = f"must be the name of a law, whose parameters are fitted: {', '.join(LAWS)}"
+        raise InputError("pairsim units", "--liquid", law, allowed)
     data = read_measured(rheology, spectrum)
     found = fits(data, [law] if law else None)
     if not found:

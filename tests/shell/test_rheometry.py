@@ -85,6 +85,8 @@ def test_a_file_becomes_a_case(pairsim: Pairsim, tmp_path: Path) -> None:
         ("rate [Pa],viscosity\n1,2\n", (), "rate [Pa]: got 'Pa'; must be a unit as 1/s is"),
         (None, (), "must be a CSV file"),
         ("rate,viscosity\n" + "".join(f"{i},1\n" for i in range(1, 9)), ("--viscosity", "1Pa.s"), "must be left out"),
+        ("", ("--liquid", "giesekus", "--alpha", "0.1"), "must be the name of a law, whose parameters are fitted"),
+        ("", ("--liquid", "bread"), "must be the name of a law, whose parameters are fitted"),
     ],
 )
 def test_mistakes_in_files_are_told(
