@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from pydantic import BaseModel
+
 from pairsim.cases.case import FREE_ENDS, SceneCase
+from pairsim.cases.material_keys import written
 from pairsim.cases.materials import is_viscous, liquid_block
 from pairsim.cases.mistakes import Mistake, missing
 from pairsim.cases.physical import BLOCK, EXPERIMENT
@@ -36,7 +39,8 @@ def check_scene(case: SceneCase) -> Iterator[Mistake]:
         value, count = getattr(case, key), max(case.n - fewer, 0)
         if isinstance(value, tuple) and len(value) != count:
             what, one = "gaps" if fewer else "particles", "a law" if key == "solid" else "a number"
-            yield Mistake(key, value, f"must be {one} or a list of {count}, one for each of the {what}")
+            given = [written(each) if isinstance(each, BaseModel) else each for each in value]
+            yield Mistake(key, given, f"must be {one} or a list of {count}, one for each of the {what}")
             fits = False
     yield from _check_law(case)
     if case.length == "auto" and case.ends != "developed":

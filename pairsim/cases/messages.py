@@ -28,6 +28,8 @@ MODELLED = (
 ADAPTED = {
     r"^Value error, ": "",
     r"^Input should be ": "must be ",
+    r"^Field required": "must have more values",
+    r"a valid tuple": "a list",
     r"a valid dictionary.*": "keys with their values",
     r"^Input tag .* does not match any of the expected tags: ": "must be one of ",
     r"^Unable to extract tag using discriminator 'law'": "must be the name of a law, or a group with law",
@@ -78,7 +80,7 @@ def _key(problem: Any, data: Mapping[str, Any]) -> str:
 def _mistake(key: str, problems: list[Any], model: type[BaseModel], data: Mapping[str, Any]) -> Mistake:
     """The mistake of a key, of each of whose alternatives there is a problem."""
     value, kind = problems[0]["input"], problems[0]["type"]
-    if kind == "missing":
+    if kind == "missing" and isinstance(problems[0]["loc"][-1], str):
         group, _, name = key.rpartition(".")
         law = value.get("law") if group else None
         return missing(key, f"must be given with {group}: {{law: {law}, {name}: ...}}" if law else "must be given")

@@ -69,13 +69,11 @@ class Quantity(NamedTuple):
                 entries = quantity_range(Range[str].model_validate(value))
             if not isinstance(entries, list | tuple) or not (self.many or ranged):
                 return si(value, of)
-        except ValidationError as error:
-            first = error.errors()[0]
-            mistakes.append(Mistake(f"{place}.{first['loc'][0]}", None, first["msg"]))
-            return None
         except ValueError as error:
+            of_range = error.errors() if isinstance(error, ValidationError) else ()
+            wrong = ", ".join(f"{each['loc'][0]}: {each['msg']}" for each in of_range) or str(error)
             also = f"; may be a list or a range, too, such as {RANGE_OF_LENGTHS}" if ranged else ""
-            mistakes.append(Mistake(place, value, f"{error}{also}"))
+            mistakes.append(Mistake(place, value, wrong + also))
             return None
         return tuple(self.in_si(each, f"{place}[{i}]", of, mistakes) for i, each in enumerate(entries))
 
@@ -284,16 +282,16 @@ def in_numbers(given: Mapping[str, Any], fields: Collection[str]) -> InNumbers:
         key = "d0" if name == "d" and "d0" in fields else name
         if re.split(r"[.\[]", key)[0] not in fields:
             mistakes.append(Mistake(f"{BLOCK}.{of.key}", None, f"must be left out: this kind of case has no {key}"))
-        elif name not in numbers:
-            origins[key] = of.key
-        elif (at := _place_in(data, key)) is None:
+            continue
+        if (at := _place_in(data, key)) is None:
             continue  # rejected by the validation
-        elif (own := at[0].get(at[1])) is not None and not _same(own, numbers[name]):
+        group, last = at
+        if (own := group.get(last)) is None:
+            group[last] = numbers.get(name)
+            origins[key] = of.key
+        elif name in numbers and not _same(own, numbers[name]):
             allowed = f"must be left out, or be {_shown(numbers[name])} as given by {BLOCK}.{of.key}"
             mistakes.append(Mistake(key, own, allowed))
-        else:
-            at[0][at[1]] = numbers[name]
-            origins[key] = of.key
     return InNumbers(data, origins, mistakes)
 
 
