@@ -308,5 +308,10 @@ def test_many_gaps_are_counted_and_their_mean_is_told() -> None:
     counted, spread = answer_of_run(table, {"reason": "contact"})[1:]
     assert answer_of_run(table, {"reason": "contact"})[0] == "Gap 1 collides."
     assert counted.startswith("Of 5 gaps at t = 10: 3 separating, 1 coming closer, 1 not decided")
+    later = settled(1e-2, 1e-4)
+    later[SETTLED] |= {"dU": 5 * [1e-2], "dU_error": 5 * [1e-4]}
+    assert "Of 5 gaps at the distances of t = 10, once the start-up has decayed: 5 separating." in answer_of_run(
+        table, later
+    )
     assert spread.startswith(f"Their mean went from 0.2 to 0.2, their standard deviation from 0 to {np.std(d):.5g};")
     assert spread.endswith("the smallest is gap 1, 0.1, the largest gap 4, 0.3.")

@@ -31,7 +31,10 @@ def answer_of_run(series: Mapping[str, Array], record: Mapping[str, Any]) -> lis
         lines.append(f"{who} {_motion(series['t'], d, dU, error, settled, record)}")
         if scales is not None:
             first, last = (f"{each:.5g} um" for each in d[[0, -1]] * LENGTH.factor(scales))
-            took, speed = in_unit(scales, TIME, series["t"][-1]), in_unit(scales, VELOCITY, dU, error, "+")
+            took, speed = (
+                in_unit(scales, TIME, series["t"][-1] - series["t"][0]),
+                in_unit(scales, VELOCITY, dU, error, "+"),
+            )
             lines.append(f"In physical units: from d = {first} to {last} in {took}, dU = {speed} at the end.")
     if gaps and (message := record.get(SETTLED, {}).get("message")):
         lines.append(f"Whether the start-up has decayed is not known: {message}.")
@@ -47,6 +50,9 @@ def _train(series: Mapping[str, Array], gaps: Sequence[str], record: Mapping[str
     for i, gap in enumerate(gaps):
         settled = Settled.of(record, i)
         signs.append(_sign(settled.dU, settled.error) if settled else _sign(*_last_dU(series, gap)))
+    when = f"at t = {series['t'][-1]:.4g}"
+    if Settled.of(record, 0) is not None:
+        when = f"at the distances of t = {series['t'][-1]:.4g}, once the start-up has decayed"
     words = {1: "separating", -1: "coming closer", 0: "not decided (their intervals of dU hold both signs)"}
     counted = ", ".join(f"{signs.count(sign)} {what}" for sign, what in words.items() if sign in signs)
     first, last = (np.array([series[f"d{gap}"][at] for gap in gaps]) for at in (0, -1))
@@ -57,7 +63,7 @@ def _train(series: Mapping[str, Array], gaps: Sequence[str], record: Mapping[str
 
     return [
         *([f"Gap {low + 1} collides."] if record.get("reason") == "contact" else []),
-        f"Of {len(gaps)} gaps at t = {series['t'][-1]:.4g}: {counted}.",
+        f"Of {len(gaps)} gaps {when}: {counted}.",
         f"Their mean went from {said(first.mean())} to {said(last.mean())}, their standard deviation from "
         f"{said(first.std())} to {said(last.std())}; the smallest is gap {low + 1}, {said(last[low])}, the largest gap "
         f"{high + 1}, {said(last[high])}.",
