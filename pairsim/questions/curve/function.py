@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -19,10 +19,11 @@ class Curve:
 
     Args:
         columns: The columns of curve.csv.
+        zeros: Known zeros of a pair, from equilibria.csv.
     """
 
-    def __init__(self, columns: Mapping[str, Array]) -> None:
-        self._columns = columns
+    def __init__(self, columns: Mapping[str, Array], zeros: Sequence[float] = ()) -> None:
+        self._columns, self._zeros = columns, zeros
 
     def of(self, gap: int = 1) -> CurveInterpolant:
         """The interpolant of a gap.
@@ -66,4 +67,4 @@ class Curve:
     @property
     def regions(self) -> list[Region]:
         """Where the pair separates, comes closer, or may do either."""
-        return self.of().regions()
+        return self.of().regions(self._zeros)
