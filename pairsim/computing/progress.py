@@ -106,7 +106,8 @@ class BarReporter(Reporter):
             self.live.start()
 
     def say(self, text: str) -> None:
-        self.console.print(Text(text))
+        with suppress(OSError):  # as of lines
+            self.console.print(Text(text))
 
     def update(self, done: float, text: str, count: int) -> None:
         self.bar.update(self.task, completed=done)

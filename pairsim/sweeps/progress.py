@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import re
-import sys
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import Any, Self
 
-from rich.console import Console, Group
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from pairsim.computing.progress import Style
-from pairsim.runtime.signals import sigterm_waits
+from pairsim.computing.progress import BarReporter, Style, make_reporter
 from pairsim.sweeps.folder import CaseState
 from pairsim.sweeps.grid import Grid
 
@@ -29,41 +26,38 @@ class SweepProgress:
 
     Args:
         style: How.
+        name: Name of the sweep.
         cases: Number of its cases.
         left: Number of those to be computed.
     """
 
-    def __init__(self, style: Style, cases: int, left: int) -> None:
-        self._cases, self._ended = cases, cases - left
-        self._console = Console(stderr=True, quiet=style == "none", highlight=False, soft_wrap=True)
-        bar = style == "bar" or (style == "auto" and sys.stderr.isatty())
-        columns = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn(), TextColumn("left"))
-        self._bar = Progress(*columns, console=self._console) if bar else None
-        self._task = self._bar.add_task("", total=left) if self._bar else None
+    def __init__(self, style: Style, name: str, cases: int, left: int) -> None:
+        self._name, self._cases, self._ended = name, cases, cases - left
+        self._reporter = make_reporter(style)
 
     def __enter__(self) -> Self:
-        self.note(f"{self._cases} cases, {self._cases - self._ended} to do")
-        if self._bar is not None:
-            with sigterm_waits():  # the thread that draws does not take it
-                self._bar.start()
+        left = f"{self._cases - self._ended} to do"
+        self._reporter.start(self._name, f"{self._cases} cases, {left}", self._cases)
+        self._reporter.on_the_way(left)
         return self
 
     def __exit__(self, *_: object) -> None:
-        if self._bar is not None:
-            self._bar.stop()
+        if isinstance(self._reporter, BarReporter):
+            with suppress(OSError):  # a terminal that is gone is not worth a sweep
+                self._reporter.live.stop()
 
-    def note(self, text: str, style: str = "") -> None:
+    def note(self, text: str) -> None:
         """Show a line."""
-        with suppress(OSError):  # a terminal that is gone is not worth a sweep
-            self._console.print(Text(text, style=style))
+        self._reporter.say(text)
 
     def case(self, state: CaseState) -> None:
         """Show that a case has ended."""
         self._ended += 1
-        if self._bar is not None and self._task is not None:
-            self._bar.advance(self._task)
-        if self._bar is None or state.status == "failed":
-            self.note(f"[{self._ended}/{self._cases}] {_headline(state)}", COLOURS[state.status])
+        bar = isinstance(self._reporter, BarReporter)
+        if bar:
+            self._reporter.update(self._ended, _headline(state), self._ended)
+        if not bar or state.status == "failed":
+            self.note(f"[{self._ended}/{self._cases}] {_headline(state)}")
 
     def end(self, cases: Sequence[Mapping[str, Any]]) -> None:
         """Show the warnings of all cases."""

@@ -170,7 +170,7 @@ class _Sweep:
         self.free = [each for each, count in workers.executors for _ in range(len(left) if count is None else count)]
         self.running: dict[Future[list[CaseState]], tuple[Executor, list[SweepCase]]] = {}
         self.ended: SimpleQueue[Future[list[CaseState]]] = SimpleQueue()
-        self.progress = SweepProgress(options.progress, len(grid.cases), len(left))
+        self.progress = SweepProgress(options.progress, grid.name, len(grid.cases), len(left))
         self.code, self.why = 0, ""
         self._written = 0.0
 
