@@ -17,11 +17,9 @@ from pairsim.physics.declared import LAWS
 SYMBOLS = {"beta": r"\beta", "d0": "d_0", "mesh.Np": "N_p", **declared.SYMBOLS}
 SYMBOLS |= {f"{BLOCK}.{name}": each.dimension.symbol for name, each in QUANTITIES.items()}
 
-FIRST = ("beta", "De", "Ca_e", "d0", "particles", "liquid", "xi")
-"""Keys that a difference is looked for in before all others."""
+FIRST = ("beta", "De", "Ca_e", "d0", "particles", "liquid", "xi", "solid")
+"""The keys of the problem: where cases differ in them is looked for first, and never passed over in silence."""
 NOT_COMPARED = ("name", "output", "fields", "physical", "time.end", "limits")
-SHARED = ("beta", "Ca_e", "d0", "De", "liquid", "xi", "solid")
-"""Keys that the small print does not pass over in silence where they differ."""
 
 
 def read_case(file: Path) -> dict[str, Any]:
@@ -164,8 +162,8 @@ def common_parts(cases: Sequence[Mapping[str, Any]], varying: Collection[str]) -
     changed = [key for key, values in known.items() if len(values) > 1 and key not in varying]
     # A Newtonian one has no law to name.
     fullest = max(cases, key=lambda case: (float(case.get("De") or 0), isinstance(case.get("liquid"), dict)))
-    unnamed = [f"{symbol(key)} differs" for key in changed if key in SHARED]
-    return [*case_parts(fullest, {*varying, *changed}), *unnamed]
+    unnamed = ", ".join(symbol(key) for key in FIRST if key in changed)
+    return [*case_parts(fullest, {*varying, *changed}), *([f"not the same: {unnamed}"] if unnamed else [])]
 
 
 def parameter_label(key: str, unit: str = "") -> str:

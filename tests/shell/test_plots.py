@@ -137,7 +137,7 @@ def test_small_print_states_what_all_cases_share_alone() -> None:
     giesekus = {"beta": 0.4, "De": 1, "Ca_e": 0.1, "d0": 0.1, "xi": 0.09, "liquid": {"law": "giesekus", "alpha": 0.2}}
     ptt = giesekus | {"beta": 0.2, "Ca_e": 0.05, "liquid": {"law": "ptt"}}
     assert common_parts([giesekus, ptt], ["beta"]) == [
-        r"$d_0 = 0.1\ D_c$", r"$\mathrm{De} = 1$", r"$\xi = 0.09$", r"$\mathrm{Ca}_e$ differs", "liquid differs",
+        r"$d_0 = 0.1\ D_c$", r"$\mathrm{De} = 1$", r"$\xi = 0.09$", r"not the same: $\mathrm{Ca}_e$, liquid",
     ]  # fmt: skip
     assert common_parts([giesekus, {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}], ["De"])[-1] == r"$\alpha = 0.2$"
 
