@@ -13,6 +13,7 @@ from support.result_folders import curve_table
 from pairsim.computing import QUESTIONS
 from pairsim.questions.critical import answer_of_critical
 from pairsim.questions.curve.answer import answer_of_curve
+from pairsim.questions.curve.function import Curve
 from pairsim.questions.run.answer import answer_of_run
 from pairsim.results.curve_table import Zero
 from pairsim.results.settled import SETTLED, start_up
@@ -121,6 +122,12 @@ def test_the_peak_between_two_points_has_an_interval_of_height_and_place() -> No
     height, error, place, place_error = map(float, found.groups())
     assert abs(height - 1) < error < 0.05
     assert abs(place - 0.4) < place_error < 0.2
+
+
+def test_regions_in_python_meet_at_the_zeros_of_the_answer() -> None:
+    zero = 0.2 * (1 + 1e-4)  # not quite that of the interpolant
+    below, above = Curve(logarithmic(0.2, 1e-3 / np.log(2), 1e-6), [zero]).regions
+    assert below.stop == above.start == zero
 
 
 def test_a_case_in_units_has_its_answer_in_units() -> None:
