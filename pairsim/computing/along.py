@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,6 +16,7 @@ from pairsim.cases.mistakes import Mistake, missing
 from pairsim.cases.values import Values
 from pairsim.computing import events
 from pairsim.results.columns import Column
+from pairsim.results.units import PURE, Unit
 
 if TYPE_CHECKING:
     from pairsim.plots.style import Page
@@ -24,6 +26,28 @@ if TYPE_CHECKING:
 COARSER = 2**0.5
 """Size of the cells of a second solution over that of the first; their difference is an error."""
 COARSE_TOO = 1.5  # factor of the time for also solving on a coarser mesh
+
+
+@dataclass(frozen=True)
+class Found:
+    """A steady state, of which the `value` of a column of one question is taken.
+
+    Attributes:
+        row: Its values by the names of the columns that all questions have.
+        coarse: Those on a mesh with cells `COARSER` times larger.
+        solver: The solver with the solution.
+    """
+
+    row: dict[str, float]
+    coarse: dict[str, float]
+    solver: SteadySolver
+
+
+def mesh_error(name: str, symbol: str, of: str, unit: Unit = PURE) -> Column:
+    """A column with the error of another one by the mesh: its difference on the coarser one."""
+    what = of.removesuffix("_1")
+    meaning = f"|{what} - {what} on a mesh with cells 2^0.5 times larger|"
+    return Column(name, symbol, meaning, unit, value=lambda found: abs(found.coarse[of] - found.row[of]))
 
 
 class AlongCase(SceneCase):
@@ -62,21 +86,14 @@ def estimate_along(case: AlongCase) -> Estimate:
     return steady_estimate(case, len(case.series), COARSE_TOO)
 
 
-def solve_along(
-    case: AlongCase,
-    monitor: Monitor,
-    columns: Sequence[str | Column],
-    own: Callable[[dict[str, float], dict[str, float], SteadySolver], dict[str, float]],
-    shown: str,
-) -> events.Events:
+def solve_along(case: AlongCase, monitor: Monitor, columns: Sequence[str | Column], shown: str) -> events.Events:
     """Solve the steady states in ascending Ca_e, each on a coarser mesh, too.
 
     Args:
         case: The case.
         monitor: Ends the computation.
-        columns: The first columns of the table, which has the name of the question.
-        own: Values of further columns, from those of a state, those on a mesh with cells `COARSER` times larger, and
-            the solver with the solution.
+        columns: The first columns of the table, which has the name of the question: names, and columns whose `value` is
+            taken of a `Found`.
         shown: The column that progress shows.
     """
     from pairsim.computing.problems import steady_problem
@@ -88,6 +105,7 @@ def solve_along(
     yield events.Begin(what, len(case.series))
     names = [each.name if isinstance(each, Column) else each for each in columns]
     yield events.Table(case.kind, [*names, *health_columns(case)])
+    own = {each.name: each.value for each in columns if isinstance(each, Column) and each.value is not None}
     problem, start = steady_problem(case, 1.0, monitor), Parameters((), case.solid_models, case.liquid_model)
     found = Solutions(case)
     try:
@@ -99,7 +117,8 @@ def solve_along(
                 place = start.with_Ca_e(Ca_e)
                 found.points.append(branch.at(place))
                 row = point_row(found.points[-1]) | {"Ca_e": Ca_e}
-                row |= own(row, point_row(beside.at(place)), branch.solver)
+                state = Found(row, point_row(beside.at(place)), branch.solver)
+                row |= {name: float(value(state)) for name, value in own.items()}
                 yield events.Row(case.kind, row)
                 yield events.Progress(count, f"Ca_e = {Ca_e:.4g}  {shown} = {row[shown]:.6g}", count)
             return events.Outcome("finished", "end", what)

@@ -20,18 +20,16 @@ from pairsim.api.compute import Computation
 from pairsim.api.results import Result
 from pairsim.cli.compute import compute
 from pairsim.cli.options import Budget, CaseFile, DryRun, Output, Overwrite, Progress, Quiet, Settings
-from pairsim.computing.along import AlongCase, check_along, draw_along, estimate_along, solve_along
+from pairsim.computing.along import AlongCase, check_along, draw_along, estimate_along, mesh_error, solve_along
 from pairsim.computing.question import InSweeps, Question, rows_in
-from pairsim.results.columns import Column
 from pairsim.results.units import STRESS
 
 if TYPE_CHECKING:
     from pairsim.computing.events import Events
     from pairsim.plots.style import Page
     from pairsim.runtime.monitor import Monitor
-    from pairsim.solvers.steady.scene import SteadySolver
 
-ERROR = Column("dp_plus_error", r"\epsilon_p", "|dp_plus - dp_plus on a mesh with cells 2^0.5 times larger|", STRESS)
+ERROR = mesh_error("dp_plus_error", r"\epsilon_p", "dp_plus", STRESS)
 COLUMNS = ("Ca_e", "dp_plus", ERROR, "dp_plus_correction", "corrected", "U_1", "D_1", "newton")
 
 
@@ -43,11 +41,7 @@ class PressureCase(AlongCase):
 
 def solve(case: PressureCase, *, monitor: Monitor) -> Events:
     """Solve the steady states in ascending Ca_e."""
-    return solve_along(case, monitor, COLUMNS, _own, "dp_plus")
-
-
-def _own(row: dict[str, float], coarse: dict[str, float], _: SteadySolver) -> dict[str, float]:
-    return {"dp_plus_error": abs(coarse["dp_plus"] - row["dp_plus"])}
+    return solve_along(case, monitor, COLUMNS, "dp_plus")
 
 
 class PressureResult(Result):

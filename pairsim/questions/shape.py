@@ -10,6 +10,7 @@ system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
@@ -19,7 +20,7 @@ from pairsim.api.compute import Computation
 from pairsim.api.results import Result
 from pairsim.cli.compute import compute
 from pairsim.cli.options import Budget, CaseFile, DryRun, Output, Overwrite, Progress, Quiet, Settings
-from pairsim.computing.along import AlongCase, check_along, draw_along, estimate_along, solve_along
+from pairsim.computing.along import AlongCase, Found, check_along, draw_along, estimate_along, mesh_error, solve_along
 from pairsim.computing.question import InSweeps, Question, rows_in
 from pairsim.results.columns import Column
 from pairsim.results.units import AREA
@@ -28,21 +29,35 @@ if TYPE_CHECKING:
     from pairsim.computing.events import Events
     from pairsim.plots.style import Page
     from pairsim.runtime.monitor import Monitor
-    from pairsim.solvers.steady.scene import SteadySolver
 
-D_ERROR = Column("D_error", r"\epsilon_D", "|D - D on a mesh with cells 2^0.5 times larger|")
+
+def _of_contour(i: int) -> Callable[[Found], float]:
+    def value(found: Found) -> float:
+        from pairsim.fem.diagnostics import contour
+
+        return contour(found.solver.bodies[0].outline_points(found.solver.state()[0]))[i]
+
+    return value
+
+
 CONTOUR = (
-    Column("area", "A", "area of the meridional section", AREA),
-    Column("deformation", r"\mathrm{Def}", "1 - 2 sqrt(pi area)/perimeter of the meridional section"),
-    Column("area_hull", r"A_c", "area of the convex hull of the section", AREA),
-    Column("deformation_hull", r"\mathrm{Def}_c", "deformation of the convex hull, as cytometry measures it"),
+    Column("area", "A", "area of the meridional section", AREA, value=_of_contour(0)),
+    Column(
+        "deformation", r"\mathrm{Def}", "1 - 2 sqrt(pi area)/perimeter of the meridional section", value=_of_contour(1)
+    ),
+    Column("area_hull", r"A_c", "area of the convex hull of the section", AREA, value=_of_contour(2)),
+    Column(
+        "deformation_hull",
+        r"\mathrm{Def}_c",
+        "deformation of the convex hull, as cytometry measures it",
+        value=_of_contour(3),
+    ),
 )
 COLUMNS = (
-    *("Ca_e", "D_1", D_ERROR, *CONTOUR, "U_1", "U_correction_1"),
+    *("Ca_e", "D_1", mesh_error("D_error", r"\epsilon_D", "D_1"), *CONTOUR, "U_1", "U_correction_1"),
     *("dp_plus", "dp_plus_correction", "corrected", "newton"),
 )
 """The columns that shape.csv begins with."""
-COARSE_TOO = 1.5  # factor of the time for also solving on a coarser mesh
 
 
 class ShapeCase(AlongCase):
@@ -53,16 +68,7 @@ class ShapeCase(AlongCase):
 
 def solve(case: ShapeCase, *, monitor: Monitor) -> Events:
     """Solve the shapes in ascending Ca_e."""
-    return solve_along(case, monitor, COLUMNS, _own, "D_1")
-
-
-def _own(row: dict[str, float], coarse: dict[str, float], solver: SteadySolver) -> dict[str, float]:
-    """The values of the columns that no other question has."""
-    from pairsim.fem.diagnostics import contour
-
-    outline = contour(solver.bodies[0].outline_points(solver.state()[0]))
-    names = (each.name for each in CONTOUR)
-    return {"D_error": abs(coarse["D_1"] - row["D_1"]), **dict(zip(names, outline, strict=True))}
+    return solve_along(case, monitor, COLUMNS, "D_1")
 
 
 def draw(directory: Path, out: Path, page: Page) -> list[Path]:
