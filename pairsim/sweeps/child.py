@@ -7,6 +7,7 @@ from undeformed spheres. What becomes of a case is in its folder.
 from __future__ import annotations
 
 import os
+import pickle
 import signal
 import sys
 import traceback
@@ -51,11 +52,11 @@ def compute(task: Task, place: int, warm_start: WarmStart) -> tuple[str, str]:
     Returns:
         Reason and message of its failure, where run.json does not have them; else empty.
     """
-    case, folder = task.cases[place].case, task.directory / task.cases[place].folder
-    question = QUESTIONS[case.kind]
+    name, _, pickled = task.cases[place]
+    folder, question = task.directory / name, QUESTIONS[task.command]
     more: dict[str, Any] = {"warm_start": warm_start} if question.in_sweeps.neighbours else {}
     try:
-        outcome = None
+        case, outcome = pickle.loads(pickled), None
         with Signals() as signals:
             options = Options(True, Reporter(), task.line, signals)
             if question.resumable and (folder / CHECKPOINT).is_file():

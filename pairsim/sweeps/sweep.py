@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import pickle
 import signal
 import time
 from collections import Counter, deque
@@ -208,7 +209,9 @@ class _Sweep:
 
     def _submit(self, executor: Executor, chain: list[SweepCase]) -> None:
         environment = {OWN: os.environ[OWN]} if OWN in os.environ else {}
-        task = Task(self.directory, tuple(chain), command_line(), self.options.case_timeout, environment)
+        cases = tuple((case.folder, case.key, pickle.dumps(case.case)) for case in chain)
+        command = self.content["command"]
+        task = Task(self.directory, command, cases, command_line(), self.options.case_timeout, environment)
         future = executor.submit(compute, task)
         self.running[future] = executor, chain
         future.add_done_callback(self.ended.put)

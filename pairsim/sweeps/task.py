@@ -24,7 +24,6 @@ from pairsim.results.folder import read_record, write_text
 from pairsim.runtime.child_process import clean_environment, module_command
 from pairsim.runtime.errors import EnvironmentFailure
 from pairsim.sweeps.folder import STOP, CaseState, read_state
-from pairsim.sweeps.grid import SweepCase
 
 POLL = 1.0
 """Interval at which a task that waits for its child looks whether the sweep is to stop [s]."""
@@ -42,14 +41,17 @@ class Task:
 
     Attributes:
         directory: Folder of the sweep.
-        cases: The cases.
+        command: The command that computes each case.
+        cases: Folder, key and pickled case of each; only the child, which knows the same laws of one's own as the
+            sweep, unpickles a case.
         line: Command line of the sweep, for run.json.
         timeout: Largest wall time of a case [s]; None for no limit.
         environment: Environment variables of the child.
     """
 
     directory: Path
-    cases: tuple[SweepCase, ...]
+    command: str
+    cases: tuple[tuple[str, str, bytes], ...]
     line: str
     timeout: float | None
     environment: Mapping[str, str]
@@ -75,11 +77,11 @@ def compute(task: Task) -> list[CaseState]:
         How its cases stand; those that the sweep did not let end are "pending".
     """
     states = []
-    for place, case in enumerate(task.cases):
-        folder = task.directory / case.folder
-        left = not _is_finished(folder, case.key) and not (task.directory / STOP).exists()
+    for place, (name, key, _) in enumerate(task.cases):
+        folder = task.directory / name
+        left = not _is_finished(folder, key) and not (task.directory / STOP).exists()
         refusal = _compute(task, place) if left else None
-        states.append(refusal or read_state(folder, case.key))
+        states.append(refusal or read_state(folder, key))
     return states
 
 
@@ -149,8 +151,8 @@ def _compute(task: Task, place: int) -> CaseState | None:
     Returns:
         How it stands, if its folder cannot say so.
     """
-    case, begin = task.cases[place], time.monotonic()
-    folder = task.directory / case.folder
+    (name, key, _), begin = task.cases[place], time.monotonic()
+    folder = task.directory / name
     child, said, why = _ask(task, place)
     if said is not None:
         interrupted = read_record(folder).get("status") == "interrupted"
@@ -159,24 +161,24 @@ def _compute(task: Task, place: int) -> CaseState | None:
     if said is None or why or interrupted or said.memory > MOST_MEMORY:
         child.close()
         _own.child = None
-    if why == "interrupted" or (interrupted and not why) or _is_finished(folder, case.key):  # the next command goes on
+    if why == "interrupted" or (interrupted and not why) or _is_finished(folder, key):  # the next command goes on
         return None
     if why:
         reason, message = why, f"stopped after {task.timeout:g} s"
     else:
         reason, message = said[:2] if said is not None else _death(child)
     if reason == "refused":  # the folder is someone else's
-        return CaseState(case.folder, "failed", reason, message)
+        return CaseState(name, "failed", reason, message)
     if reason:
         record = read_record(folder)
-        about = {"kind": case.case.kind, "command": task.line, "key": case.key}
-        record = {**(record if record.get("key") == case.key else about), "wall_time": time.monotonic() - begin}
+        about = {"kind": task.command, "command": task.line, "key": key}
+        record = {**(record if record.get("key") == key else about), "wall_time": time.monotonic() - begin}
         text = json.dumps({**record, "status": "failed", "reason": reason, "message": message}, indent=2)
         try:
             folder.mkdir(exist_ok=True)
             write_text(folder / "run.json", text + "\n")
         except OSError as error:
-            return CaseState(case.folder, "failed", "write_failed", str(error))
+            return CaseState(name, "failed", "write_failed", str(error))
     return None
 
 

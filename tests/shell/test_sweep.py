@@ -149,6 +149,41 @@ def test_a_case_that_is_killed_hangs_or_raises_costs_itself_alone(how: str, swep
 
 
 @pytest.mark.slow
+def test_a_worker_need_not_know_the_laws_of_a_case(tmp_path: Path) -> None:
+    """A task that is sent to another machine takes the files of the laws along, for its child process."""
+    (tmp_path / "grid.yaml").write_text(DOOMED)
+    (tmp_path / "laws.py").write_text(LAWS)
+    send = """
+import pickle
+from concurrent.futures import Executor, Future
+
+import pairsim
+
+class Sender(Executor):
+    def submit(self, function, task):
+        with open("tasks", "ab") as file:
+            pickle.dump((function, task), file)
+        future = Future()
+        future.set_result([])
+        return future
+
+pairsim.sweep("grid.yaml", folder="out", executor=Sender())
+"""
+    laws = os.environ | {"PAIRSIM_LAWS": str(tmp_path / "laws.py")}
+    subprocess.run([sys.executable, "-c", send], cwd=tmp_path, env=laws, check=True)
+    receive = """
+import pickle
+
+with open("tasks", "rb") as file:
+    for _ in range(6):
+        function, task = pickle.load(file)
+        print(task.environment["PAIRSIM_LAWS"])
+"""
+    done = subprocess.run([sys.executable, "-c", receive], cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines() == 6 * [str(tmp_path / "laws.py")]
+
+
+@pytest.mark.slow
 def test_the_same_command_repeats_failures_of_the_machine_only(tmp_path: Path) -> None:
     (tmp_path / "grid.yaml").write_text(TINY + "cases: [{d0: 0.1}, {d0: 0.2}, {d0: 0.4, limits.max_steps: 2}]\n")
     result = package.sweep(tmp_path / "grid.yaml", folder=tmp_path / "out")
