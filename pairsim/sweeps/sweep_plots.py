@@ -18,7 +18,9 @@ from pairsim.plots.lines import MOTION, lines_of
 from pairsim.plots.runs_and_curves import draw_overlay
 from pairsim.plots.style import COLOURS, Page, printing
 from pairsim.plots.units import Units
-from pairsim.results.columns import column
+from pairsim.results.columns import column, error_of
+from pairsim.results.folder import SERIES
+from pairsim.results.table_files import read_table
 from pairsim.results.units import LENGTH
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.folder import read_sweep
@@ -116,6 +118,8 @@ def _read(directory: Path, group: str | None, panels: str | None, physical: bool
         raise InputError(str(directory), "", None, "has no finished case yet; pairsim status shows how it stands")
     units = Units.of_all([directory / case["folder"] for case in cases], physical)
     cases = [case | {"units": own} for case, own in zip(cases, units, strict=True)]
+    if content["command"] == "run":
+        cases = [case | {"values": case["values"] | _last_errors(directory / case["folder"])} for case in cases]
     parameters, varying = [case["parameters"] for case in cases], content["varying"]
     if quantities := [key for key in varying if key.startswith(BLOCK)]:
         # Numbers that follow from quantities of an experiment need no lines of their own, unless they are chosen.
@@ -125,6 +129,12 @@ def _read(directory: Path, group: str | None, panels: str | None, physical: bool
     known = {name: measured([case.get(name) for case in parameters]) for name in varying}
     numbers = {name: pair for name, pair in known.items() if pair is not None and len(set(pair[0])) > 1}
     return _Sweep(directory, content["command"], cases, varying, numbers, quantity_of(cases), group, panels)
+
+
+def _last_errors(folder: Path) -> dict[str, float]:
+    """The errors of dU at the end of a run, which results.csv does not have."""
+    table = read_table(folder / SERIES, missing_ok=True)
+    return {name: float(values[-1]) for name, values in table.items() if name.startswith("dU_error") and len(values)}
 
 
 def quantity_of(cases: Sequence[Mapping[str, Any]]) -> str:
@@ -169,16 +179,19 @@ def _draw_parameters(sweep: _Sweep, out: Path, page: Page) -> list[Path]:
 
 
 def _ends(sweep: _Sweep, name: str) -> list[Series]:
-    """The last values; lines join cases that differ in this parameter alone."""
+    """The last values with their errors; lines join cases that differ in this parameter alone."""
+    found = []
     lines: dict[Any, list[tuple[float, float]]] = {}
     parameters: dict[Any, Mapping[str, Any]] = {}
     for place, case in zip(sweep.numbers[name][0], sweep.cases, strict=True):
         if case["status"] == "finished" and sweep.quantity in case["values"]:
-            rest = hashable({key: value for key, value in case["parameters"].items() if key != name})
-            value = case["units"].factor(column(sweep.quantity).unit) * case["values"][sweep.quantity]
+            rest = tuple((key, hashable(value)) for key, value in case["parameters"].items() if key != name)
+            size = case["units"].factor(column(sweep.quantity).unit)
+            value = size * case["values"][sweep.quantity]
+            error = size * case["values"].get(error_of(sweep.quantity), np.nan)
+            found.append(point(0, place, value, POINT, error, parameters=case["parameters"], look={"marker": ""}))
             lines.setdefault(rest, []).append((place, value))
             parameters[rest] = case["parameters"]
-    found = []
     for rest, points in lines.items():
         x, y = np.array(sorted(points)).T
         found.append(Series(0, x, y, parameters=parameters[rest], marked=range(len(x))))
@@ -213,8 +226,7 @@ def outcome(case: Mapping[str, Any], quantity: str) -> str:
         return "contact"
     if zeros := values.get("zeros"):
         return "a zero of dU" if len(zeros) == 1 else f"{len(zeros)} zeros of dU"
-    value, error = (values.get(quantity.replace("dU", name)) for name in ("dU_peak", "dU_error"))
-    value = values.get(quantity, value)
+    value, error = values.get(quantity, values.get(quantity.replace("dU", "dU_peak"))), values.get(error_of(quantity))
     if not quantity.startswith("dU") or value is None:
         return str(case["reason"]).replace("_", " ")
     if abs(value) < max(STILL, error or 0.0):

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 from support.field_samples import PAIR, scene
 from support.pictures import colours, drawn_figures, overlapping
-from support.result_folders import curve_table, make_curve, make_run
+from support.result_folders import curve_table, make_curve, make_run, make_sweep
 
 from pairsim.api.pictures import plot
 from pairsim.plots.chart import POINT, Panel, draw_chart, draw_series, leave_out_spikes, notes, point
@@ -27,7 +27,9 @@ from pairsim.plots.lines import curve_lines, run_lines
 from pairsim.plots.sections import _streamlines, views_of
 from pairsim.plots.style import GREY, MM, Page
 from pairsim.plots.units import Units
+from pairsim.results.columns import names_of
 from pairsim.results.folder import FIELD_NAMES
+from pairsim.results.table_files import table_text
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.sweep_plots import outcome
 
@@ -149,6 +151,21 @@ def test_only_relative_velocities_are_called_separating() -> None:
     assert outcome(finished | {"values": {"dU_peak": -0.1, "dU_error": 0.2}}, "dU") == "neither"
     assert outcome(finished | {"values": {"U_1": 1.5}}, "U_1") == "end"
     assert outcome(finished | {"reason": "no_steady_state", "values": {}}, "dU") == "no steady state"
+
+
+def test_last_values_of_a_sweep_have_their_errors(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    parameters = {f"{beta}": {"beta": beta} for beta in (0.2, 0.4)}
+    for name, own in parameters.items():
+        folder = tmp_path / name
+        folder.mkdir()
+        (folder / "run.json").write_text('{"kind": "run", "status": "finished", "reason": "end"}')
+        (folder / "case.yaml").write_text(json.dumps(own))
+        names = ["t", *names_of(2, "d", "U", "dU", "dU_error", "D"), "dp"]
+        (folder / "series.csv").write_text(table_text(names, [[0.5] * len(names)]))
+    with drawn_figures(monkeypatch) as figures:
+        plot(make_sweep(tmp_path, "run", parameters, ["beta"]))
+    bars = [path.vertices[:, 1] for bar in figures[-1].axes[0].collections for path in bar.get_paths()]
+    assert np.array(bars) == pytest.approx(np.array([[0.0, 1.0]] * 2))
 
 
 def test_more_values_than_styles_get_panels_or_are_named_as_unseen() -> None:
