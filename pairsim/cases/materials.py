@@ -99,13 +99,11 @@ class Declared(NamedTuple):
 
     Attributes:
         key: Its dotted key in the case.
-        law: Name of the law.
         parameter: Its declaration.
         value: Its value, None if it is not given.
     """
 
     key: str
-    law: str
     parameter: Parameter
     value: Any
 
@@ -121,4 +119,4 @@ def declared_in(case: Mapping[str, Any]) -> Iterator[Declared]:
     for place, each in places:
         law = LAWS.get(each["law"])
         for name, parameter in law.parameters().items() if law is not None else ():
-            yield Declared(f"{place}.{name}", each["law"], parameter, each.get(name))
+            yield Declared(f"{place}.{name}", parameter, each.get(name))
