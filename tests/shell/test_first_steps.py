@@ -108,20 +108,6 @@ def test_schema_shows_the_defaults_that_hold_in_a_case(De: str, Np: str, size: s
     assert re.search(rf"^mesh\.max_size .* {re.escape(size)}  +", shown, re.MULTILINE)
 
 
-@pytest.mark.parametrize(
-    ("line", "offered"), [("pairsim cri", "critical"), ("pairsim run --re", "--resume"), ("pairsim schema st", "study")]
-)
-def test_shell_completion_offers_commands_options_and_choices(line: str, offered: str) -> None:
-    environment = {
-        "_PAIRSIM_COMPLETE": "complete_bash",
-        "COMP_WORDS": line,
-        "COMP_CWORD": str(len(line.split()) - 1),
-    }
-    done = CliRunner().invoke(app, [], prog_name="pairsim", env=environment)
-    assert offered in done.output.split()
-    assert "--install-completion" in say("--help")
-
-
 @pytest.mark.parametrize("kind", ["run", "curve", "critical"])
 def test_dry_run_prints_the_estimate_and_writes_nothing(
     kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -61,22 +61,3 @@ def test_run_and_curve_in_units(tmp_path: Path, pairsim: Pairsim) -> None:
     for values, expected in ((series["t"], quick.time), (moved, quick.length)):
         start, stop = np.interp([0.11, 0.15], series["d"][grows], values[grows])
         assert expected == pytest.approx(stop - start, rel=0.02)
-
-
-def test_table_and_travel_refuse_other_folders(tmp_path: Path, pairsim: Pairsim) -> None:
-    (tmp_path / "ran").mkdir()
-    (tmp_path / "ran" / "run.json").write_text('{"kind": "run", "status": "finished"}')
-    (tmp_path / "ran" / "series.csv").write_text("t,d\n0.1,0.2\n")
-    for words, message in (
-        (("table", "ran", "--physical"), "ran: must be the result of a case with a physical block"),
-        (("table", "ran", "zeros"), "got 'zeros'; must be series, a table of `pairsim run`"),
-        (
-            ("travel", "ran", "--from", "0.1", "--to", "0.2"),
-            "ran: must be a folder of `pairsim curve`, not of `pairsim run`",
-        ),
-    ):
-        done = pairsim(*words)
-        assert done.returncode == 2
-        assert message in done.stderr
-        assert "Traceback" not in done.stderr
-    assert pairsim("table", "ran").stdout == "t [D_c/U_av],d [D_c]\n0.1,0.2\n"
