@@ -145,9 +145,12 @@ def test_two_modes_of_half_the_weight_are_one() -> None:
     assert flows[1].u == pytest.approx(flows[0].u, rel=1e-12, abs=1e-13)
 
 
-def test_time_of_a_lone_mode_is_that_of_De() -> None:
-    with pytest.raises(AssertionError, match="De and xi"):
-        Liquid(De=1.0, xi=0.1, modes=(Giesekus(time=2.0),))
+def test_a_lone_mode_of_twice_the_time_is_one_at_twice_De() -> None:
+    liquids = [Liquid(De=De, xi=0.1, modes=(Giesekus(time=time),)) for De, time in ((1.0, 2.0), (2.0, 1.0))]
+    assert liquids[0].longest == liquids[1].longest == 2.0
+    flows = [Pipe(liquid).steady() for liquid in liquids]
+    assert flows[0].gradient == pytest.approx(flows[1].gradient, rel=1e-12)
+    assert flows[0].c == pytest.approx(flows[1].c, rel=1e-10, abs=1e-11)
 
 
 @pytest.mark.parametrize("n", [0.3, 0.4, 0.6, 0.8, 1.0, 1.2])
