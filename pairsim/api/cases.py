@@ -11,7 +11,7 @@ from typing import Any, Literal, overload
 from pairsim.cases.case import SceneCase
 from pairsim.cases.physical import forget_numbers
 from pairsim.cases.run_case import Case
-from pairsim.cases.yaml_file import Section, merge, read_yaml, section_of
+from pairsim.cases.yaml_file import merge, read_yaml
 from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case
 from pairsim.physics.material import Material
@@ -67,7 +67,7 @@ def load(path_or_dict: AnyCase, *, kind: str = "run", **overrides: Any) -> Scene
     return parse_case(QUESTIONS[kind], data, source)
 
 
-def content_of(given: AnyCase) -> tuple[Section, str]:
+def content_of(given: AnyCase) -> tuple[dict[str, Any], str]:
     """Keys and values of the input for a case.
 
     Args:
@@ -80,10 +80,10 @@ def content_of(given: AnyCase) -> tuple[Section, str]:
         InputError: The file cannot be read, or `given` is of another type.
     """
     if isinstance(given, SceneCase):
-        return section_of(given.model_dump(mode="json", exclude_unset=True)), "case"
+        return given.model_dump(mode="json", exclude_unset=True), "case"
     if isinstance(given, Mapping):
         try:
-            return section_of(plain(_with_blocks(given))), "case"
+            return plain(_with_blocks(given)), "case"
         except (TypeError, ValueError) as error:
             raise InputError("case", "", None, str(error)) from None
     if isinstance(given, str | PathLike):

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 
 from pairsim.api.results import Result
 from pairsim.cases.identity import RUNS
-from pairsim.cases.yaml_file import section_of
 from pairsim.computing import QUESTIONS
 from pairsim.computing.progress import Style, style_of
 from pairsim.results.folder import plain, read_record
@@ -178,7 +177,7 @@ def sweep(
 
     def compute(workers: Workers) -> SweepResult:
         if isinstance(grid, Mapping):
-            checked = grid_from(Path("grid"), section_of(plain(grid)), settings)
+            checked = grid_from(Path("grid"), plain(grid), settings)
         else:
             checked = read_grid(Path(grid), settings)
         directory = Path(folder or RUNS / checked.name)

@@ -109,7 +109,7 @@ def _hint(key: str, problem: Any, model: type[BaseModel], data: Mapping[str, Any
     block, _, last = name.rpartition(".")
     if key in PARAMETERS and "liquid" in model.model_fields:
         return _in_its_law(key, value, data)
-    if block in groups and last in groups[block].model_fields:
+    if block and block in groups and last in groups[block].model_fields:
         return f"write it in its group, as {block}: {{{last}: {value}}}"
     of = re.sub(r"\[\d+\]$", "", group).rpartition(".")[2]
     if of in BLOCKS:

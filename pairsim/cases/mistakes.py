@@ -43,7 +43,7 @@ def input_error(mistakes: Iterable[Mistake], data: Mapping[str, Any], source: st
 
     Args:
         mistakes: The mistakes, at least one.
-        data: The case as given; a `Section` has the file and line of its keys.
+        data: The case as given; a `Key` in it has its file and line.
         source: Name of the file for keys without a known place.
         entry: Name of the case within a file of several cases, else empty.
 

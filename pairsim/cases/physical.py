@@ -19,7 +19,7 @@ from pairsim.cases.materials import declared_in, liquid_block
 from pairsim.cases.mistakes import Mistake, missing
 from pairsim.cases.quantities import LENGTH, a_length, known_unit, quantity_range, rounded, si
 from pairsim.cases.values import Range, is_finite
-from pairsim.cases.yaml_file import Section, section_of, within
+from pairsim.cases.yaml_file import within
 from pairsim.physics import liquids
 from pairsim.physics.declared import DIMENSIONS
 from pairsim.physics.liquids import Liquid, Newtonian, ViscousLaw
@@ -272,7 +272,7 @@ def in_numbers(given: Mapping[str, Any], fields: Collection[str]) -> InNumbers:
         given: The case as given.
         fields: Keys that this kind of case has.
     """
-    data, origins, mistakes = copy.deepcopy(section_of(given)), dict[str, str](), list[Mistake]()
+    data, origins, mistakes = copy.deepcopy(dict(given)), dict[str, str](), list[Mistake]()
     numbers = numbers_of(given, mistakes)
     if not isinstance(block := given.get(BLOCK), Mapping):
         return InNumbers(data, origins, mistakes)
@@ -295,7 +295,7 @@ def in_numbers(given: Mapping[str, Any], fields: Collection[str]) -> InNumbers:
     return InNumbers(data, origins, mistakes)
 
 
-def _place_in(data: Section, key: str) -> tuple[Section, str] | None:
+def _place_in(data: dict[str, Any], key: str) -> tuple[dict[str, Any], str] | None:
     """The group of a dotted key and its name there; None if there is another value in place of the group."""
     try:
         return within(data, key)
@@ -303,7 +303,7 @@ def _place_in(data: Section, key: str) -> tuple[Section, str] | None:
         return None
 
 
-def forget_numbers(data: Section) -> None:
+def forget_numbers(data: dict[str, Any]) -> None:
     """Remove from a case, as read from a folder of results, the numbers computed from its `physical` block.
 
     They would contradict the block after a change of it. Numbers that differ from those of the block are kept, so that

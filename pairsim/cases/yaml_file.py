@@ -32,21 +32,22 @@ class Place(NamedTuple):
     line: int | None
 
 
-class Section(dict[str, Any]):
-    """Keys and values of a file or of a group in it.
+class Key(str):
+    """A key that knows its place, if that is known. In a dict it is the same as its text."""
 
-    Attributes:
-        places: Where each key was given, if known.
-    """
+    place: Place | None
 
-    def __init__(self, values: Mapping[str, Any] | None = None, places: Mapping[str, Place] | None = None) -> None:
-        super().__init__(values or {})
-        self.places = dict(places or {})
+    def __new__(cls, text: str, place: Place | None = None) -> Key:
+        key = super().__new__(cls, text)
+        key.place = place
+        return key
+
+    def __deepcopy__(self, _: object) -> Key:
+        return self
 
 
-def places_in(data: Any) -> Mapping[str, Place]:
-    """Where the keys of a group were given, as far as that is known."""
-    return data.places if isinstance(data, Section) else {}
+def _place_in(group: Mapping[str, Any], name: str) -> Place | None:
+    return next((getattr(key, "place", None) for key in group if key == name), None)
 
 
 def place_of(data: Mapping[str, Any], key: str) -> Place | None:
@@ -62,27 +63,20 @@ def place_of(data: Mapping[str, Any], key: str) -> Place | None:
             key = key[index.end() :]
             if isinstance(inner, list | tuple) and int(index[1]) < len(inner):
                 inner = inner[int(index[1])]
-                place = next(iter(places_in(inner).values()), place)
-        elif not isinstance(inner, Section):
+                place = (isinstance(inner, Mapping) and _place_in(inner, next(iter(inner), ""))) or place
+        elif not isinstance(inner, Mapping):
             break
         else:
             # A key may contain points, such as mesh.Np of a grid, and an unknown key anything.
             names = [key[: end.start()] for end in re.finditer(r"[.\[]|$", key)]
-            name = next((name for name in reversed(names) if name in inner.places), names[0])
-            place = inner.places.get(name, place)
+            name = next((name for name in reversed(names) if name in inner), names[0])
+            place = _place_in(inner, name) or place
             inner = inner.get(name)
             key = key[max(len(name), 1) :].removeprefix(".")
     return place
 
 
-def section_of(data: Mapping[str, Any]) -> Section:
-    """Convert nested mappings to sections; sections among them keep the places of their keys."""
-    if isinstance(data, Section):
-        return data
-    return Section({key: section_of(value) if isinstance(value, Mapping) else value for key, value in data.items()})
-
-
-def within(data: Section, dotted: str) -> tuple[Section, str]:
+def within(data: dict[str, Any], dotted: str) -> tuple[dict[str, Any], str]:
     """The group that a dotted key is in, which is made if it is missing, and the key in that group.
 
     The name of a law becomes its block.
@@ -97,19 +91,18 @@ def within(data: Section, dotted: str) -> tuple[Section, str]:
         at = int(name) if isinstance(inner, list) else name
         value = inner[at] if isinstance(inner, list) else inner.get(at, DEFAULT_LAWS.get(name, {}))
         if law and isinstance(value, str):
-            places = places_in(inner)
-            value = Section({"law": value}, {"law": places[name]} if name in places else {})
+            value = {Key("law", _place_in(inner, name)): value}
         if not isinstance(value, Mapping | list):
             raise ValueError(f"must be a key within a group, but {name} is not a group of keys")
         # A copy, since an alias may share it.
-        inner[at] = Section(value, places_in(value)) if isinstance(value, Mapping) else list(value)
+        inner[at] = dict(value) if isinstance(value, Mapping) else list(value)
         inner = inner[at]
     if isinstance(inner, list):
         raise ValueError(f"must be a key within a group, but {groups[-1]} is a list")
     return inner, last
 
 
-def merge(target: Section, changes: Mapping[str, Any], source: str = "", group: str = "") -> None:
+def merge(target: dict[str, Any], changes: Mapping[str, Any], source: str = "", group: str = "") -> None:
     """Merge changes into nested keys and values, in place: groups of keys are merged, all other values are replaced.
 
     Args:
@@ -122,7 +115,7 @@ def merge(target: Section, changes: Mapping[str, Any], source: str = "", group: 
         InputError: A dotted key goes through a value that is not a group.
     """
     for dotted, value in changes.items():
-        place = places_in(changes).get(dotted)
+        place = getattr(dotted, "place", None)
         try:
             inner, last = within(target, dotted)
             of_law = last in DEFAULT_LAWS and isinstance(value, Mapping) and "law" not in value
@@ -134,13 +127,11 @@ def merge(target: Section, changes: Mapping[str, Any], source: str = "", group: 
                 raise
             file, line = place or (source, None)
             raise InputError(file, f"{group}{dotted}", value, str(error), line=line) from None
-        new = copy.deepcopy(value)
-        inner[last] = section_of(new) if isinstance(new, Mapping) else new
-        inner.places.pop(last, None)
-        inner.places |= {last: place} if place else {}
+        inner.pop(last, None)  # with its place
+        inner[Key(last, place)] = copy.deepcopy(value)
 
 
-def apply_settings(data: Section, overrides: tuple[str, ...]) -> None:
+def apply_settings(data: dict[str, Any], overrides: tuple[str, ...]) -> None:
     """Apply key=value settings to keys and values, in place.
 
     Args:
@@ -158,7 +149,7 @@ def apply_settings(data: Section, overrides: tuple[str, ...]) -> None:
             value = _load(text, OPTION)
         except InputError as error:
             raise InputError(OPTION, key, text, error.allowed) from None
-        merge(data, Section({key: value}, {key: Place(OPTION, None)}), OPTION)
+        merge(data, {Key(key, Place(OPTION, None)): value}, OPTION)
 
 
 def flat(entry: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
@@ -173,22 +164,22 @@ def flat(entry: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
 
 
 class _Constructor(SafeConstructor):
-    """Makes sections of groups, each key of which knows its line."""
+    """Makes dicts of groups, each key of which knows its line."""
 
-    def section(self, node: MappingNode) -> Section:
+    def group(self, node: MappingNode) -> dict[Key, Any]:
         values = self.construct_mapping(node, deep=True)
         for key, _ in node.value:
             if key.tag != "tag:yaml.org,2002:str":
                 raise ConstructorError(None, None, f"key {key.value} must be text", key.start_mark)
-        places = {key.value: Place(key.start_mark.name, key.start_mark.line + 1) for key, _ in node.value}
-        return Section(values, places)
+        lines = {key.value: key.start_mark for key, _ in node.value}
+        return {Key(key, Place(lines[key].name, lines[key].line + 1)): value for key, value in values.items()}
 
     def refuse(self, node: Node) -> None:
         raise ConstructorError(None, None, f"tags such as {node.tag} are not allowed", node.start_mark)
 
 
 _Constructor.add_constructor(None, _Constructor.refuse)
-_Constructor.add_constructor("tag:yaml.org,2002:map", _Constructor.section)
+_Constructor.add_constructor("tag:yaml.org,2002:map", _Constructor.group)
 _Constructor.add_constructor("tag:yaml.org,2002:timestamp", _Constructor.construct_yaml_str)
 
 
@@ -211,8 +202,8 @@ def _load(stream: TextIO | str, file: str) -> Any:
         raise InputError(file, "", None, f"must be valid YAML in UTF-8: {str(error).splitlines()[0]}") from None
 
 
-def read_yaml(path: Path) -> Section:
-    """Read a YAML file whose top level is a mapping.
+def read_yaml(path: Path) -> dict[str, Any]:
+    """Read a YAML file whose top level is a mapping; its keys, and those of groups in it, know their places.
 
     Raises:
         InputError: The file is missing, unreadable or not valid YAML, or its top level is not a mapping.
@@ -224,7 +215,7 @@ def read_yaml(path: Path) -> Section:
         raise InputError(str(path), "", None, "no such file") from None
     except OSError as error:
         raise InputError(str(path), "", None, f"must be a file that can be read: {error.strerror}") from None
-    if not isinstance(data, Section):
+    if not isinstance(data, dict):
         raise InputError(str(path), "", None, "must contain keys and values, such as beta: 0.4; see pairsim schema")
     return data
 

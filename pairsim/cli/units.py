@@ -107,7 +107,7 @@ def units(
 
     from pairsim.api.units import units as units_of
     from pairsim.cases.physical import Physical
-    from pairsim.cases.yaml_file import apply_settings, section_of
+    from pairsim.cases.yaml_file import apply_settings
     from pairsim.physics import liquids
     from pairsim.physics.declared import PARAMETERS
 
@@ -128,7 +128,7 @@ def units(
         elastic = ", ".join(name for name, law in liquids.LAWS.items() if issubclass(law, liquids.ConformationLaw))
         allowed = f"must be given with --relaxation: {elastic}; --rheology FILE finds the one that fits a flow curve"
         raise InputError("pairsim units", "--liquid", None, allowed)
-    case = section_of({"physical": quantities, **laws, **ENDS})
+    case = {"physical": quantities, **laws, **ENDS}
     apply_settings(case, tuple(set_ or ()))
     if spectrum:
         typer.echo("fit: laws of up to four modes, some half a minute", err=True)

@@ -17,7 +17,7 @@ from pairsim.cases.identity import folder_name, identity_of, key_of
 from pairsim.cases.mistakes import Mistake, input_error
 from pairsim.cases.physical import BLOCK, forget_numbers
 from pairsim.cases.values import is_finite, is_name
-from pairsim.cases.yaml_file import DEFAULT_LAWS, Section, apply_settings, flat, merge, places_in, read_yaml
+from pairsim.cases.yaml_file import DEFAULT_LAWS, apply_settings, flat, merge, read_yaml
 from pairsim.computing import QUESTIONS, Question
 from pairsim.computing.case_files import parse_case, parse_file
 from pairsim.computing.many_cases import SweepFile, check_sweep
@@ -106,7 +106,7 @@ def grid_from(path: Path, data: dict[str, Any], settings: Sequence[str] = (), li
     """
     file = parse_file("sweep", SweepFile, check_sweep, data, str(path))
     question, base = QUESTIONS[file.command], read_base(path, data)
-    found: dict[str, tuple[SceneCase, Section]] = {}
+    found: dict[str, tuple[SceneCase, dict[str, Any]]] = {}
     varied: dict[str, None] = {}
     errors: list[InputError] = []
     used, entries, excluded = set[int](), 0, 0
@@ -140,7 +140,7 @@ def grid_from(path: Path, data: dict[str, Any], settings: Sequence[str] = (), li
     return Grid(name, question, cases, varying, entries - len(found), excluded, content, tuple(settings))
 
 
-def read_base(path: Path, data: Mapping[str, Any]) -> Section:
+def read_base(path: Path, data: Mapping[str, Any]) -> dict[str, Any]:
     """The case that is the base of a grid or study file.
 
     Args:
@@ -153,10 +153,10 @@ def read_base(path: Path, data: Mapping[str, Any]) -> Section:
     base = data.get("base", {})
     base = read_yaml(path.parent / base) if isinstance(base, str) else base
     forget_numbers(base)
-    return merged_case(Section(), base)
+    return merged_case({}, base)
 
 
-def merged_case(base: Section, changes: Mapping[str, Any], settings: Sequence[str] = ()) -> Section:
+def merged_case(base: dict[str, Any], changes: Mapping[str, Any], settings: Sequence[str] = ()) -> dict[str, Any]:
     """A copy of a case with changes, of which settings are the last.
 
     Raises:
@@ -168,30 +168,27 @@ def merged_case(base: Section, changes: Mapping[str, Any], settings: Sequence[st
     return merged
 
 
-def _entries(path: Path, data: Mapping[str, Any], file: SweepFile, listed: str) -> Iterator[tuple[str, Section, bool]]:
+def _entries(
+    path: Path, data: Mapping[str, Any], file: SweepFile, listed: str
+) -> Iterator[tuple[str, dict[str, Any], bool]]:
     """Yield the entries of a file: the name in messages, what changes, and whether it is one of `grid` and `zip`.
 
     Raises:
         InputError: A case file cannot be read.
     """
-    axes = [[Section({key: each}, places_in(data["grid"])) for each in values] for key, values in file.grid.items()]
+    # The keys of the data know their places, those of the validated file do not.
+    axes = [[{key: each} for each in file.grid[key]] for key in data.get("grid", {})]
     groups = data.get("zip", {})
     for group, columns in zip(groups if isinstance(groups, list) else [groups], file.zip, strict=False):
-        rows = zip(*columns.values(), strict=True)
-        axes.append([Section(dict(zip(columns, row, strict=True)), places_in(group)) for row in rows])
+        axes.append([dict(zip(group, row, strict=True)) for row in zip(*columns.values(), strict=True)])
     for parts in product(*axes) if axes else ():
-        changes = Section()
-        for part in parts:
-            changes.update(part)
-            changes.places.update(part.places)
+        changes = {key: each for part in parts for key, each in part.items()}
         yield "entry " + ", ".join(f"{key} = {value}" for key, value in changes.items()), changes, True
     for i, given in enumerate(data.get("cases", ())):
         if isinstance(given, str):
             content = read_yaml(path.parent / given)
-            name = {"name": Path(given).stem} if is_name(Path(given).stem) else {}
-            yield f"{listed}[{i}]", Section(name | content, content.places), False
-        else:
-            yield f"{listed}[{i}]", Section(given, places_in(given)), False
+            given = ({"name": Path(given).stem} if is_name(Path(given).stem) else {}) | content
+        yield f"{listed}[{i}]", given, False
 
 
 def _matches(merged: Mapping[str, Any], rule: Mapping[str, Any]) -> bool:
@@ -223,7 +220,7 @@ def _all_of(errors: Sequence[InputError], cases: int) -> InputError:
 
 
 def _with_parameters(
-    varied: Iterable[str], found: Mapping[str, tuple[SceneCase, Section]], always: Sequence[str]
+    varied: Iterable[str], found: Mapping[str, tuple[SceneCase, dict[str, Any]]], always: Sequence[str]
 ) -> tuple[tuple[str, ...], tuple[SweepCase, ...]]:
     """The keys whose values differ between cases, and the cases with these values.
 

@@ -16,7 +16,7 @@ import pandas as pd
 
 from pairsim.cases.identity import RUNS
 from pairsim.cases.mistakes import Mistake, input_error
-from pairsim.cases.yaml_file import Section, places_in, read_yaml
+from pairsim.cases.yaml_file import read_yaml
 from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_file
 from pairsim.computing.many_cases import StudyFile, check_study
@@ -43,10 +43,7 @@ def read_study(path: Path, settings: Sequence[str] = ()) -> tuple[StudyFile, lis
     data = read_yaml(path)
     file = parse_file("study", StudyFile, check_study, data, str(path))
     at = {"d" if file.command == "curve" else "output.times": file.places} if file.places else {}
-    cases = [
-        Section({key: value for key, value in entry.items() if key != "repeat"} | at, places_in(entry))
-        for entry in data["discretisations"]
-    ]
+    cases = [{key: value for key, value in entry.items() if key != "repeat"} | at for entry in data["discretisations"]]
     shared = {key: data[key] for key in ("name", "base", "command") if key in data}
     grid = grid_from(path, shared | {"cases": cases}, settings, "discretisations")
     wrong, known = [], series_columns(grid.cases[0].case.n)[1:]
