@@ -1,7 +1,4 @@
-"""What the command of a question does: check a case, and show its cost, or compute it.
-
-Large libraries are imported inside the functions, so that --help and input errors are printed at once.
-"""
+"""What the command of a question does: check a case, and show its cost, or compute it."""
 
 from __future__ import annotations
 
@@ -10,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import typer
 
+from pairsim.cli.options import Budget, CaseFile, DryRun, Output, Overwrite, Progress, Quiet, Settings
 from pairsim.runtime.errors import BranchEnd, EnvironmentFailure, InputError, RunFailure
 
 if TYPE_CHECKING:
@@ -21,6 +19,32 @@ EXIT_CODES = {"finished": 0, "failed": RunFailure.exit_code, "interrupted": 130}
 """Exit code of a command, by status."""
 REASON_CODES = {kind.reason: kind.exit_code for kind in (EnvironmentFailure, BranchEnd)}
 """Exit codes of reasons that have their own."""
+
+
+def app_of(computation: Computation[Any], words: str | None, epilog: str) -> typer.Typer:
+    """The command of a question that has the options of all.
+
+    Args:
+        computation: What it computes.
+        words: Its help.
+        epilog: Its examples.
+    """
+    app = typer.Typer()
+
+    @app.command(computation.question.name, help=words, epilog=epilog)
+    def command(
+        case: CaseFile,
+        output: Output = None,
+        overwrite: Overwrite = False,
+        budget: Budget = None,
+        dry_run: DryRun = False,
+        progress: Progress = "auto",
+        quiet: Quiet = False,
+        set_: Settings = None,
+    ) -> None:
+        compute(computation, case, output, overwrite, budget, dry_run, progress, quiet, set_)
+
+    return app
 
 
 def compute(

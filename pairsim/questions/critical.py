@@ -16,7 +16,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, cast
 
-import typer
 from pydantic import Field
 
 from pairsim.api.compute import Computation
@@ -27,8 +26,7 @@ from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.materials import is_viscous
 from pairsim.cases.mistakes import Mistake
 from pairsim.cases.values import FOLLOWED, Distance, Values
-from pairsim.cli.compute import compute
-from pairsim.cli.options import Budget, CaseFile, DryRun, Output, Overwrite, Progress, Quiet, Settings
+from pairsim.cli.compute import app_of
 from pairsim.computing import events
 from pairsim.computing.question import InSweeps, Question, Tables, Value, rows_in
 from pairsim.results.columns import CRITICAL_COLUMNS
@@ -343,23 +341,9 @@ QUESTION = Question(
 
 critical: Computation[CriticalResult] = Computation(QUESTION, __doc__)
 """Find the distances at which dU = 0, and follow them over Ca_e or De, which the case has under `along`."""
-app = typer.Typer()
-
-
-@app.command(
-    "critical",
-    help=__doc__,
-    epilog="Examples: pairsim critical configs/critical.yaml | "
+app = app_of(
+    critical,
+    __doc__,
+    "Examples: pairsim critical configs/critical.yaml | "
     "pairsim critical case.yaml --set 'along={Ca_e: [0.02, 0.05, 0.1]}'",
 )
-def _command(
-    case: CaseFile,
-    output: Output = None,
-    overwrite: Overwrite = False,
-    budget: Budget = None,
-    dry_run: DryRun = False,
-    progress: Progress = "auto",
-    quiet: Quiet = False,
-    set_: Settings = None,
-) -> None:
-    compute(critical, case, output, overwrite, budget, dry_run, progress, quiet, set_)

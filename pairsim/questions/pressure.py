@@ -11,23 +11,14 @@ system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
-
-import typer
+from typing import ClassVar
 
 from pairsim.api.compute import Computation
 from pairsim.api.results import Result
-from pairsim.cli.compute import compute
-from pairsim.cli.options import Budget, CaseFile, DryRun, Output, Overwrite, Progress, Quiet, Settings
+from pairsim.cli.compute import app_of
 from pairsim.computing.along import AlongCase, check_along, draw_along, estimate_along, mesh_error, solve_along
 from pairsim.computing.question import InSweeps, Question, rows_in
 from pairsim.results.units import STRESS
-
-if TYPE_CHECKING:
-    from pairsim.computing.events import Events
-    from pairsim.plots.style import Page
-    from pairsim.runtime.monitor import Monitor
 
 ERROR = mesh_error("dp_plus_error", r"\epsilon_p", "dp_plus", STRESS)
 COLUMNS = ("Ca_e", "dp_plus", ERROR, "dp_plus_correction", "corrected", "U_1", "D_1", "newton")
@@ -37,11 +28,6 @@ class PressureCase(AlongCase):
     """The extra pressure drop of one particle at several Ca_e."""
 
     kind: ClassVar[str] = "pressure"
-
-
-def solve(case: PressureCase, *, monitor: Monitor) -> Events:
-    """Solve the steady states in ascending Ca_e."""
-    return solve_along(case, monitor, COLUMNS, "dp_plus")
 
 
 class PressureResult(Result):
@@ -62,36 +48,17 @@ class PressureResult(Result):
         return lines
 
 
-def draw(directory: Path, out: Path, page: Page) -> list[Path]:
-    """dp_plus over Ca_e."""
-    return draw_along(directory, out, page, "pressure", {"dp_plus": "dp_plus_error"})
-
-
 QUESTION = Question(
     model=PressureCase,
     check=check_along,
     estimate=estimate_along,
-    solve=solve,
+    solve=lambda case, monitor: solve_along(case, monitor, COLUMNS, "dp_plus"),
     tables={"pressure": COLUMNS, "way": ()},
     result=PressureResult,
-    draw=draw,
+    draw=lambda folder, out, page: draw_along(folder, out, page, "pressure", {"dp_plus": "dp_plus_error"}),
     captions={"pressure": "Extra pressure drop over the elastic capillary number"},
     in_sweeps=InSweeps(lambda _: ("points", "dp_plus", "dp_plus_error"), parameters=("beta", "De")),
 )
 pressure: Computation[PressureResult] = Computation(QUESTION, __doc__)
 """Compute the extra pressure drop of one particle over the values of Ca_e that the case has under `along`."""
-app = typer.Typer()
-
-
-@app.command("pressure", help=__doc__, epilog="Example: pairsim pressure case.yaml -o out --set 'along=[0.02, 0.1]'")
-def _command(
-    case: CaseFile,
-    output: Output = None,
-    overwrite: Overwrite = False,
-    budget: Budget = None,
-    dry_run: DryRun = False,
-    progress: Progress = "auto",
-    quiet: Quiet = False,
-    set_: Settings = None,
-) -> None:
-    compute(pressure, case, output, overwrite, budget, dry_run, progress, quiet, set_)
+app = app_of(pressure, __doc__, "Example: pairsim pressure case.yaml -o out --set 'along=[0.02, 0.1]'")

@@ -11,24 +11,15 @@ system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
-
-import typer
+from typing import ClassVar
 
 from pairsim.api.compute import Computation
 from pairsim.api.results import Result
-from pairsim.cli.compute import compute
-from pairsim.cli.options import Budget, CaseFile, DryRun, Output, Overwrite, Progress, Quiet, Settings
+from pairsim.cli.compute import app_of
 from pairsim.computing.along import AlongCase, Found, check_along, draw_along, estimate_along, mesh_error, solve_along
 from pairsim.computing.question import InSweeps, Question, rows_in
 from pairsim.results.columns import Column
 from pairsim.results.units import AREA
-
-if TYPE_CHECKING:
-    from pairsim.computing.events import Events
-    from pairsim.plots.style import Page
-    from pairsim.runtime.monitor import Monitor
 
 
 def _of_contour(i: int) -> Callable[[Found], float]:
@@ -66,16 +57,6 @@ class ShapeCase(AlongCase):
     kind: ClassVar[str] = "shape"
 
 
-def solve(case: ShapeCase, *, monitor: Monitor) -> Events:
-    """Solve the shapes in ascending Ca_e."""
-    return solve_along(case, monitor, COLUMNS, "D_1")
-
-
-def draw(directory: Path, out: Path, page: Page) -> list[Path]:
-    """D and U over Ca_e."""
-    return draw_along(directory, out, page, "shape", {"D_1": "D_error", "U_1": ""})
-
-
 class ShapeResult(Result):
     """Steady shapes. `table` is shape.csv, with a row for each Ca_e."""
 
@@ -95,33 +76,18 @@ QUESTION = Question(
     model=ShapeCase,
     check=check_along,
     estimate=estimate_along,
-    solve=solve,
+    solve=lambda case, monitor: solve_along(case, monitor, COLUMNS, "D_1"),
     tables={"shape": COLUMNS, "way": ()},
     result=ShapeResult,
     in_sweeps=InSweeps(lambda _: ("points", "D_1", "D_error"), parameters=("beta", "De")),
-    draw=draw,
+    draw=lambda folder, out, page: draw_along(folder, out, page, "shape", {"D_1": "D_error", "U_1": ""}),
     captions={"shape": "Shape and velocity over the elastic capillary number"},
 )
 
 shape: Computation[ShapeResult] = Computation(QUESTION, __doc__)
 """Compute the steady shape of one particle over the values of Ca_e that the case has under `along`."""
-app = typer.Typer()
-
-
-@app.command(
-    "shape",
-    help=__doc__,
-    epilog="Examples: pairsim shape case.yaml | "
-    "pairsim shape case.yaml -o out --set 'along={start: 0.01, stop: 0.2, num: 8}'",
+app = app_of(
+    shape,
+    __doc__,
+    "Examples: pairsim shape case.yaml | pairsim shape case.yaml -o out --set 'along={start: 0.01, stop: 0.2, num: 8}'",
 )
-def _command(
-    case: CaseFile,
-    output: Output = None,
-    overwrite: Overwrite = False,
-    budget: Budget = None,
-    dry_run: DryRun = False,
-    progress: Progress = "auto",
-    quiet: Quiet = False,
-    set_: Settings = None,
-) -> None:
-    compute(shape, case, output, overwrite, budget, dry_run, progress, quiet, set_)

@@ -29,14 +29,7 @@ from pairsim.cases.values import MOST_VALUES, CurveTolerance, Distance, Gaps, Ve
 from pairsim.cli.compute import compute
 from pairsim.cli.options import Budget, CaseFile, DryRun, Output, Overwrite, Progress, Quiet, Settings
 from pairsim.computing.question import InSweeps, Question, Tables, Value, rows_in
-from pairsim.results.columns import (
-    EQUILIBRIA_COLUMNS,
-    FORCES,
-    GAP,
-    names_of,
-    suffixes,
-    suffixes_in,
-)
+from pairsim.results.columns import EQUILIBRIA_COLUMNS, FORCES, GAP, names_of, suffixes, suffixes_in
 from pairsim.solvers.curves.distances import between
 
 if TYPE_CHECKING:

@@ -25,9 +25,7 @@ from pairsim.cli.compute import compute
 from pairsim.cli.options import Budget, DryRun, Output, Overwrite, Progress, Quiet, Settings, path_argument, path_option
 from pairsim.computing import events
 from pairsim.computing.question import InSweeps, Question, rows_in
-from pairsim.results.columns import (
-    names_of,
-)
+from pairsim.results.columns import names_of
 from pairsim.runtime.errors import InputError
 
 if TYPE_CHECKING:
