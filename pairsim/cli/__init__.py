@@ -1,1 +1,4 @@
-"""The command line: parses arguments and calls the layers below."""
+"""The command line: parses arguments and calls the layers below.
+
+Large libraries are imported inside the commands, so that --help and input errors are printed at once.
+"""

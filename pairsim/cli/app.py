@@ -1,7 +1,4 @@
-"""The command line: all commands, and the end of the process.
-
-Large libraries are imported inside the commands, so that --help and input errors are printed at once.
-"""
+"""The command line: all commands, and the end of the process."""
 
 from __future__ import annotations
 
@@ -17,7 +14,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from pairsim.cli import first_steps, laws, mesh, pictures, sweeps, tables, units
+from pairsim.cli import folders, preparation, sweeps, units
 from pairsim.cli.options import path_option
 from pairsim.runtime.errors import EnvironmentFailure, InputError, PairsimError
 from pairsim.runtime.launcher import rank
@@ -68,7 +65,7 @@ app = typer.Typer(
     help="Soft and rigid spheres on the axis of a tube: do they separate or collide, and how fast?",
     epilog="Example: pairsim run configs/quickstart.yaml",
 )
-for _part in (mesh, units, sweeps, tables, first_steps, laws, pictures):
+for _part in (preparation, units, sweeps, folders):
     app.add_typer(_part.app)
 
 

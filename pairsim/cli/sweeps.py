@@ -1,7 +1,4 @@
-"""Commands for many cases.
-
-Large libraries are imported inside the commands, so that --help and input errors are printed at once.
-"""
+"""Commands for many cases."""
 
 from __future__ import annotations
 
@@ -10,7 +7,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from pairsim.cli.options import Folder, Progress, Quiet, Settings, path_argument, print_table
+from pairsim.cli.options import Progress, Quiet, Settings, path_argument, print_table
 from pairsim.runtime.launcher import rank
 from pairsim.runtime.signals import Signals
 
@@ -117,33 +114,3 @@ def study(
         options = Options(case_timeout, 1, "none" if quiet else progress, signals)
         code, message, folder = compute_study(file, output, options, set_ or ())
     _end(code, message, folder)
-
-
-@app.command(epilog="Examples: pairsim status runs/sweep | pairsim status runs/quickstart")
-def status(directory: Folder) -> None:
-    """Show the status of a folder of results.
-
-    sweep, study: number of cases by status, and the reasons of failures. run,
-    curve, critical: whether it is running or how it ended, wall time in s, and
-    warnings.
-    """
-    from rich.console import Group
-    from rich.text import Text
-
-    import pairsim
-    from pairsim.results.folder import kind_of
-    from pairsim.runtime.locks import is_locked
-    from pairsim.sweeps.folder import read_sweep
-    from pairsim.sweeps.progress import COLOURS, status_view
-
-    if (kind := kind_of(directory)) in ("sweep", "study"):
-        inner = sorted(path.parent for path in directory.glob("*/sweep.json"))
-        sweeps = [directory] if kind == "sweep" else inner
-        print_table(Group(*(status_view(read_sweep(sweep, values=False), is_locked(sweep)) for sweep in sweeps)))
-    else:
-        result = pairsim.open(directory)
-        reason = f" ({result.reason})" if result.reason not in ("", result.status) else ""
-        cost = f"{result.record.get('wall_time', 0.0):.3g} s of wall time, by: {result.record.get('command', '')}"
-        warnings = (Text(f"warning: {warning}") for warning in result.warnings)
-        headline = Text(f"{directory}: {result.status}{reason}", style=COLOURS.get(result.status, ""))
-        print_table(Group(headline, *map(Text, filter(None, [result.message])), Text(cost, style="dim"), *warnings))

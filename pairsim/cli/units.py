@@ -1,7 +1,4 @@
-"""`pairsim units`: the dimensionless numbers and scales of an experiment.
-
-Large libraries are imported inside the commands, so that --help and input errors are printed at once.
-"""
+"""`pairsim units`: the dimensionless numbers and scales of an experiment."""
 
 from __future__ import annotations
 

@@ -1,0 +1,211 @@
+"""Commands that read folders of results: `status`, `table`, `travel`, `plot` and `report`."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from pairsim.cli.options import (
+    Folder,
+    OverwriteFile,
+    Physical,
+    check_free,
+    path_argument,
+    path_option,
+    print_table,
+    write_file,
+)
+from pairsim.runtime.errors import InputError
+
+app = typer.Typer()
+
+
+@app.command(epilog="Examples: pairsim status runs/sweep | pairsim status runs/quickstart")
+def status(directory: Folder) -> None:
+    """Show the status of a folder of results.
+
+    sweep, study: number of cases by status, and the reasons of failures. run,
+    curve, critical: whether it is running or how it ended, wall time in s, and
+    warnings.
+    """
+    from rich.console import Group
+    from rich.text import Text
+
+    import pairsim
+    from pairsim.results.folder import kind_of
+    from pairsim.runtime.locks import is_locked
+    from pairsim.sweeps.folder import read_sweep
+    from pairsim.sweeps.progress import COLOURS, status_view
+
+    if (kind := kind_of(directory)) in ("sweep", "study"):
+        inner = sorted(path.parent for path in directory.glob("*/sweep.json"))
+        sweeps = [directory] if kind == "sweep" else inner
+        print_table(Group(*(status_view(read_sweep(sweep, values=False), is_locked(sweep)) for sweep in sweeps)))
+    else:
+        result = pairsim.open(directory)
+        reason = f" ({result.reason})" if result.reason not in ("", result.status) else ""
+        cost = f"{result.record.get('wall_time', 0.0):.3g} s of wall time, by: {result.record.get('command', '')}"
+        warnings = (Text(f"warning: {warning}") for warning in result.warnings)
+        headline = Text(f"{directory}: {result.status}{reason}", style=COLOURS.get(result.status, ""))
+        print_table(Group(headline, *map(Text, filter(None, [result.message])), Text(cost, style="dim"), *warnings))
+
+
+@app.command(
+    epilog="Examples: pairsim table runs/quickstart | pairsim table runs/case --dimensionless -o series.csv | "
+    "pairsim table runs/curve equilibria | pairsim table runs/train --tidy | pairsim table runs/sweep equilibria"
+)
+def table(
+    directory: Annotated[Path, path_argument("Folder of a case or of a sweep.")],
+    name: Annotated[
+        str | None,
+        typer.Argument(help="A table of the folder, such as equilibria (default: its main one).", show_default=False),
+    ] = None,
+    physical: Physical = None,
+    tidy: Annotated[
+        bool, typer.Option("--tidy", help="A row for each gap: t, gap (from upstream), d, dU and its error.")
+    ] = False,
+    cytometry: Annotated[
+        bool,
+        typer.Option("--cytometry", help="Of a sweep of shape: a table of moduli for dclab's register_lut."),
+    ] = False,
+    all_: Annotated[bool, typer.Option("--all", help="On a terminal: all rows, and columns of the numerics.")] = False,
+    output: Annotated[Path | None, path_option("-o", "--output", words="CSV file to write (default: print).")] = None,
+    overwrite: OverwriteFile = False,
+) -> None:
+    """Print a table of results, with the unit of each column in the header.
+
+    On a terminal with five digits and the main columns; into a file or a pipe as
+    CSV with all columns and digits. Units are um, s, um/s and Pa where the case has
+    a physical block, else D_c, U_av and D_c/U_av. Of a sweep, the tables of all
+    cases, one below the other, with the parameters that vary.
+    """
+    check_free(output, overwrite)
+    if cytometry:
+        from pairsim.results.cytometry import look_up_table
+
+        if given := name or (physical is not None and "--physical") or (tidy and "--tidy"):
+            raise InputError("pairsim table", given, None, "must be left out with --cytometry")
+        _print(look_up_table(directory), output)
+        return
+    import pairsim
+    from pairsim.results.tables import csv_text, screen_text
+
+    found = pairsim.open(directory).frame(name, physical=physical, tidy=tidy)
+    if output is None and sys.stdout.isatty():
+        typer.echo(screen_text(found, shutil.get_terminal_size().columns, all_))
+    else:
+        _print(csv_text(found), output)
+
+
+def _print(text: str, output: Path | None) -> None:
+    """Write a text to a file, or to stdout."""
+    if output is None:
+        typer.echo(text, nl=False)
+    else:
+        write_file(output, text)
+        typer.echo(str(output))
+
+
+@app.command(
+    epilog="Examples: pairsim travel runs/curve --from 0.1 --to 0.5 | pairsim travel runs/curve --from 5um --to 25um"
+)
+def travel(
+    directory: Annotated[Path, path_argument("Folder of curve.")],
+    start: Annotated[
+        str, typer.Option("--from", metavar="D", help="First distance, in tube diameters D_c or with a unit.")
+    ],
+    stop: Annotated[
+        str, typer.Option("--to", metavar="D", help="Last distance, in tube diameters D_c or with a unit.")
+    ],
+) -> None:
+    """Compute the time and the length of tube in which a pair moves from one distance to another, from its curve.
+
+    The time is the integral of dc/dU [D_c/U_av] over the distance c between the
+    centres of volume, the length that of U/dU dc with the mean velocity U of the
+    pair [D_c]; there must be no zero of dU between the distances. Their
+    half-widths follow from that of dU along the curve. If the case has a physical
+    block, also in s and mm.
+    """
+    import pairsim
+    from pairsim.results.folder import kind_of
+
+    if (kind := kind_of(directory)) != "curve":
+        raise InputError(str(directory), "", None, f"must be a folder of `pairsim curve`, not of `pairsim {kind}`")
+    typer.echo(str(pairsim.open(directory).travel(start, stop)))
+
+
+@app.command(
+    epilog="Examples: pairsim plot runs/quickstart | pairsim plot runs/curve --format pdf,svg --width 85mm | "
+    "pairsim plot runs/a runs/b runs/c -o pictures | pairsim plot runs/sweep --group Ca_e | "
+    "pairsim plot runs/viscoelastic --field N1,tr_c | pairsim plot runs/quickstart --field streamlines --animate"
+)
+def plot(
+    folders: Annotated[list[Path], path_argument("Folders of results.", metavar="DIR...")],
+    output: Annotated[
+        Path | None, path_option("-o", "--output", words="Where the pictures go (default: the folder itself).")
+    ] = None,
+    formats: Annotated[
+        str | None,
+        typer.Option(
+            "--format",
+            metavar="png,pdf,svg",
+            help="Kinds of files, one or more (default: png); of --animate mp4 or gif (default: mp4 where ffmpeg is "
+            "found).",
+        ),
+    ] = None,
+    width: Annotated[
+        str, typer.Option(metavar="MM", help="Width: 85mm for a column of a journal, 170mm for a page.")
+    ] = "170mm",
+    field: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="Fields of a run or a curve, and nothing else: velocity, streamlines, tr_c, N1 (tau_zz - tau_rr), "
+            "tau_zz, pressure, velocity_extra, tau_zz_extra, pressure_extra (less what is there without particles), "
+            "or all.",
+        ),
+    ] = None,
+    animate: Annotated[
+        bool, typer.Option("--animate", help="Make the fields an animation of all times (of a curve: distances).")
+    ] = False,
+    group: Annotated[
+        str | None, typer.Option(metavar="KEY", help="Parameter of a sweep, or of several folders, for the colours.")
+    ] = None,
+    panels: Annotated[
+        str | None, typer.Option(metavar="KEY", help="Such a parameter whose values have a panel each.")
+    ] = None,
+    physical: Physical = None,
+) -> None:
+    """Draw the results of run, curve, critical, sweep or study, or several runs or curves in one picture.
+
+    A run: dU and D against time and distance, and the deformed particles in the flow. A curve: dU with its error and
+    its zeros, D, and its fields. Critical distances: over the parameter that was followed. A sweep: dU of all cases,
+    the last dU or the zeros against each parameter, a map of how the cases ended. A study: error against wall time.
+    Several folders: dU of all of them; what varies is in the legend, what does not in small print.
+    """
+    from pairsim.api.pictures import plot
+
+    look: dict[str, Any] = {"out": output, "formats": formats, "width": width, "physical": physical}
+    paths = plot(*folders, **look, group=group, panels=panels, field=field, animate=animate)
+    for path in paths:
+        typer.echo(str(path))
+    if not paths:
+        typer.echo("note: nothing to draw: the folder holds no line of values", err=True)
+    if animate and formats is None and paths[0].suffix == ".gif":
+        typer.echo("note: a GIF, as no ffmpeg was found; MP4 needs it: pip install imageio-ffmpeg", err=True)
+
+
+@app.command(epilog="Examples: pairsim report runs/quickstart | pairsim report runs/sweep")
+def report(directory: Folder) -> None:
+    """Write DIR/report.html: answer, warnings, pictures, table and provenance on one page.
+
+    One file that needs no network, to send around; of run, curve, critical or sweep, finished or not. It is
+    replaced where it exists.
+    """
+    from pairsim.api.report import report
+
+    typer.echo(str(report(directory)))

@@ -1,0 +1,183 @@
+"""Commands that prepare a computation: `init`, `schema`, `mesh`, `check-law` and `doctor`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from pairsim.cli.options import (
+    CaseFile,
+    OfExamples,
+    OfFiles,
+    OverwriteFile,
+    Settings,
+    check_free,
+    path_option,
+    print_table,
+)
+from pairsim.runtime.errors import EnvironmentFailure, InputError, PairsimError
+
+if TYPE_CHECKING:
+    from pairsim.physics.material import Material
+
+app = typer.Typer()
+WRONG = 3
+"""Exit code of `check-law` where a statement does not hold."""
+
+
+@app.command(epilog="Examples: pairsim init | pairsim init beads --kind curve")
+def init(
+    name: Annotated[
+        str | None, typer.Argument(help="Name of the case and of its file (default: the kind).", show_default=False)
+    ] = None,
+    kind: Annotated[OfExamples, typer.Option("--kind", help="The command that reads the file.")] = "run",
+) -> None:
+    """Write a commented example to NAME.yaml; an existing file is never replaced."""
+    from pairsim.cases.example import write_example
+
+    path = write_example(kind, name or kind, Path())
+    typer.echo(str(path))
+    typer.echo(f"next: pairsim {kind} {path} --dry-run", err=True)
+
+
+@app.command(
+    epilog="Examples: pairsim schema curve | pairsim schema run --case case.yaml | "
+    "pairsim schema run --json > run.schema.json"
+)
+def schema(
+    command: Annotated[OfFiles, typer.Argument(help="The command that reads the file.")] = "run",
+    case: Annotated[
+        Path | None, path_option("--case", words="Show the value of each key in this case, defaults included.")
+    ] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print a JSON Schema, with which editors check files.")
+    ] = False,
+    set_: Settings = None,
+) -> None:
+    """List every key of a file with its allowed values, default, meaning and unit.
+
+    Some defaults depend on the liquid and on the particles: --case (with --set)
+    shows the values in a case.
+    """
+    from rich.table import Table
+
+    from pairsim.computing.schema import json_schema, schema_rows, values_in
+
+    if set_ and case is None:
+        raise InputError("pairsim schema", "--set", None, "must be used with --case, whose keys it replaces")
+    if as_json and case is not None:
+        raise InputError("pairsim schema", "--json", None, "must be left out with --case")
+    if as_json:
+        typer.echo(json_schema(command))
+        return
+    here = values_in(command, case, tuple(set_ or ())) if case is not None else None
+    table = Table("key", "allowed", "default" if here is None else "here", "meaning", box=None, pad_edge=False)
+    for key, allowed, default, meaning in schema_rows(command):
+        table.add_row(key, allowed, default if here is None else here.get(key, ""), meaning)
+    print_table(table)
+
+
+@app.command(epilog="Example: pairsim mesh configs/quickstart.yaml -o meshes/pair.msh")
+def mesh(
+    case: CaseFile,
+    output: Annotated[Path, path_option("-o", "--output", words="Mesh file: .msh (gmsh), .vtu or .xdmf.")],
+    overwrite: OverwriteFile = False,
+    set_: Settings = None,
+) -> None:
+    """Write the mesh with which a run of a case begins.
+
+    Lengths are in tube diameters D_c. Prints the numbers of cells and nodes.
+    """
+    from pairsim.computing import QUESTIONS
+    from pairsim.computing.case_files import read_case
+
+    checked = read_case(QUESTIONS["run"], case, tuple(set_ or ()))
+    check_free(output, overwrite)
+    if output.suffix not in (".msh", ".vtu", ".xdmf"):
+        raise InputError(str(output), "-o", output.suffix, "must be a name ending in .msh, .vtu or .xdmf")
+
+    from pairsim.computing.mesh import write_mesh
+
+    for name, count in write_mesh(checked, output).items():
+        typer.echo(f"{name}: {count}")
+
+
+@app.command(
+    "check-law", epilog="Examples: pairsim check-law my_laws.py:FeneCR L2=20 | pairsim check-law my_laws.py:Gent Jm=1"
+)
+def check_law(
+    law: Annotated[str, typer.Argument(help="A class in a file, such as my_laws.py:FeneCR.", metavar="FILE:CLASS")],
+    numbers: Annotated[
+        list[str] | None,
+        typer.Argument(help="Parameters, such as L2=20; the others have their defaults, or values in their ranges."),
+    ] = None,
+) -> None:
+    """Check a law of your own as those that ship are checked.
+
+    At rest, in shear and extension, in turned frames; a liquid in the tube, a solid as a sphere
+    in extension; and its Jacobian. The first time, forms are compiled (half a minute).
+
+    Exit codes: 0 all statements hold, 3 some do not.
+    """
+    import pairsim.runtime.fenicsx  # noqa: F401  # before everything else that loads MPI or is compiled
+    from pairsim.computing.check_law import checks
+
+    chosen = _law_in(law, numbers or ())
+    typer.echo(f"{chosen.name}: " + ", ".join(f"{name} = {value:g}" for name, value in chosen.numbers.items()))
+    wrong = 0
+    for check in checks(chosen):
+        wrong += not check.holds
+        typer.echo(f"{'ok' if check.holds else 'WRONG':6} {check.says}  {check.why or f'(off by {check.off:.1e})'}")
+    if wrong:
+        raise typer.Exit(WRONG)
+
+
+def _law_in(place: str, numbers: Sequence[str]) -> Material:
+    """A law in a file, with given parameters.
+
+    Raises:
+        InputError: There is no such law, or a parameter is not in its range.
+    """
+    from pairsim.computing.check_law import sample
+    from pairsim.physics.own_laws import load_file, name_file
+
+    name, file = (part[::-1] for part in place[::-1].partition(":")[::2])
+    if not file:
+        raise InputError("check-law", "", place, "must be a file and a class, such as my_laws.py:FeneCR")
+    name_file(Path(file))
+    laws = {law.__name__: law for law in load_file(Path(file))}
+    if name not in laws:
+        raise InputError(file, "", name, f"must be {' or '.join(laws)}")
+    declared, given = laws[name].parameters(), dict[str, float]()
+    for text in numbers:
+        key, _, value = text.partition("=")
+        if (p := declared.get(key)) is None:
+            raise InputError("check-law", key, value, f"is no parameter of {name}, which has {', '.join(declared)}")
+        try:
+            given[key] = float(value)
+        except ValueError:
+            given[key] = float("nan")
+        if not p.least <= given[key] <= p.most or (p.open and given[key] == p.least):
+            raise InputError("check-law", key, value, f"must be a number from {p.least:g} to {p.most:g}")
+    return sample(laws[name], given)
+
+
+@app.command(epilog="Example: pairsim doctor")
+def doctor() -> None:
+    """Check the installation: versions and places of what is needed, and a small case.
+
+    The first time forms are compiled, for some ten seconds.
+
+    Exit codes: 0 cases can be computed, 4 they cannot.
+    """
+    from pairsim.api.doctor import findings
+
+    try:
+        for name, found in findings():
+            typer.echo(f"{name}: {found}")
+    except (PairsimError, ImportError) as error:
+        typer.echo(f"pairsim: {error}", err=True)
+        raise typer.Exit(EnvironmentFailure.exit_code) from None
