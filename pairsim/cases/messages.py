@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
+from pairsim.cases.allowed import allowed_in
 from pairsim.cases.material_keys import BLOCKS
 from pairsim.cases.materials import liquid_block, solid_blocks
 from pairsim.cases.mistakes import Mistake, missing
 from pairsim.cases.physical import BLOCK, stands_for
 from pairsim.cases.quantities import QUANTITY
+from pairsim.cases.values import Range
 from pairsim.physics import liquids
 from pairsim.physics.declared import PARAMETERS
 from pairsim.physics.own_laws import OPTION
@@ -29,8 +31,12 @@ ADAPTED = {
     r"^Value error, ": "",
     r"^Input should be ": "must be ",
     r"^Field required": "must have more values",
-    r"a valid tuple": "a list",
     r"a valid dictionary.*": "keys with their values",
+    r"a valid number": "a number",
+    r"a valid integer": "a whole number",
+    r"a valid string": "text",
+    r"a valid (tuple|list)": "a list",
+    r"^\w+ should have (at (least|most) \d+) items? after validation": r"the number of entries must be \1",
     r"^Input tag .* does not match any of the expected tags: ": "must be one of ",
     r"^Unable to extract tag using discriminator 'law'": "must be the name of a law, or a group with law",
 }
@@ -80,20 +86,46 @@ def _key(problem: Any, data: Mapping[str, Any]) -> str:
 def _mistake(key: str, problems: list[Any], model: type[BaseModel], data: Mapping[str, Any]) -> Mistake:
     """The mistake of a key, of each of whose alternatives there is a problem."""
     value, kind = problems[0]["input"], problems[0]["type"]
+    known = _known(key, problems[0], model)
     if kind == "missing" and isinstance(problems[0]["loc"][-1], str):
         group, _, name = key.rpartition(".")
         law = value.get("law") if group else None
-        return missing(key, f"must be given with {group}: {{law: {law}, {name}: ...}}" if law else "must be given")
+        given = f"must be given with {group}: {{law: {law}, {name}: ...}}" if law else "must be given"
+        return missing(key, "; ".join(filter(None, (given, known))))
     if kind == "extra_forbidden":
         return Mistake(key, value, f"unknown key; {_hint(key, problems[0], model, data)}")
-    allowed = ", or ".join(dict.fromkeys(_adapted(each["msg"]) for each in problems))
+    adapted = ", or ".join(dict.fromkeys(_adapted(each["msg"]) for each in problems)).replace(", or must be", ", or")
+    allowed = known or adapted
     if isinstance(value, str) and QUANTITY.fullmatch(value):
-        stem = re.sub(r"\[\d+\]$", "", "d" if key.startswith("d0") else key)
-        measured = [f"; with a unit it is {BLOCK}.{of.key}" for given, of in stands_for(data) if given == stem]
-        return Mistake(key, value, allowed + "".join(measured[:1]))
+        stem = re.sub(r"\[\d+\]$|\.(start|stop)$", "", "d" if key.startswith("d0") else key)
+        for _, measured in [each for each in stands_for(data) if each[0] == stem][:1]:
+            return Mistake(key, value, f"{allowed}; with a unit it is {BLOCK}.{measured.key}")
+    if isinstance(value, str) and kind in ("float_type", "int_type") and re.search(r"\d", value):
+        allowed += "; numbers are written as 90, 0.4 or 1e-3, without quotes or units"
     if kind == "union_tag_invalid":
         value, allowed = value["law"], f"{allowed}; {OPTION} FILE adds laws of your own"
     return Mistake(key, value, allowed)
+
+
+def _known(key: str, problem: Any, model: type[BaseModel]) -> str:
+    """What is allowed by the schema of a key; "" if it has none, or if the message of pydantic's is as good."""
+    group, _, name = key.rpartition(".")
+    home, groups = _home(group, problem["loc"], model), groups_of(model)
+    if home is None or home is Range or name not in home.model_fields:
+        return ""
+    if problem["type"] in ("value_error", "literal_error"):
+        return ""
+    if key in groups:
+        return f"allowed: a group of {', '.join(groups[key].model_fields)}"
+    return f"allowed: {allowed_in(home, name)}"
+
+
+def _home(group: str, place: Sequence[Any], model: type[BaseModel]) -> type[BaseModel] | None:
+    """The model of a group of keys in which there is a problem: of a block, a range, or a group of the file."""
+    of = re.sub(r"\[\d+\]$", "", group).rpartition(".")[2]
+    if of in BLOCKS:
+        return BLOCKS[of].get(place[-2])
+    return Range if "range" in place[-2:-1] else groups_of(model).get(group)
 
 
 def _adapted(text: str) -> str:
@@ -104,21 +136,21 @@ def _adapted(text: str) -> str:
 
 def _hint(key: str, problem: Any, model: type[BaseModel], data: Mapping[str, Any]) -> str:
     """What an unknown key may have been meant to be, or which keys are allowed."""
-    *place, name = problem["loc"]
+    name = problem["loc"][-1]
     groups, group, value = groups_of(model), key.removesuffix(name).removesuffix("."), as_typed(problem["input"])
     block, _, last = name.rpartition(".")
     if key in PARAMETERS and "liquid" in model.model_fields:
         return _in_its_law(key, value, data)
     if block and block in groups and last in groups[block].model_fields:
         return f"write it in its group, as {block}: {{{last}: {value}}}"
-    of = re.sub(r"\[\d+\]$", "", group).rpartition(".")[2]
-    if of in BLOCKS:
-        return f"allowed: {', '.join(BLOCKS[of][place[-1]].model_fields)}"
+    home = _home(group, problem["loc"], model) or model
+    if home not in groups.values():
+        return f"allowed: {', '.join(home.model_fields)}"
     if meant := _similar(name, group, groups):
         return f"did you mean {meant}?"
     if not group and BEYOND.search(name.lower()):
         return MODELLED
-    return f"allowed: {', '.join(groups.get(group, model).model_fields)}"
+    return f"allowed: {', '.join(home.model_fields)}"
 
 
 def _in_its_law(key: str, value: str, data: Mapping[str, Any]) -> str:

@@ -71,7 +71,8 @@ class Quantity(NamedTuple):
                 return si(value, of)
         except ValueError as error:
             of_range = error.errors() if isinstance(error, ValidationError) else ()
-            wrong = ", ".join(f"{each['loc'][0]}: {each['msg']}" for each in of_range) or str(error)
+            unfit = ", ".join(str(each["loc"][0]) for each in of_range)
+            wrong = f"has no valid {unfit}" if unfit else str(error)
             also = f"; may be a list or a range, too, such as {RANGE_OF_LENGTHS}" if ranged else ""
             mistakes.append(Mistake(place, value, wrong + also))
             return None

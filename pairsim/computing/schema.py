@@ -4,22 +4,18 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel
 
+from pairsim.cases.allowed import allowed_in
 from pairsim.cases.material_keys import BLOCKS
 from pairsim.cases.messages import groups_of
 from pairsim.cases.yaml_file import flat
 from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import model_of, read_case
 from pairsim.runtime.errors import InputError
-
-KINDS = {"number": "number", "integer": "whole number", "boolean": "true or false", "string": "text", "object": "keys"}
-"""What a value is, by its type in a JSON schema."""
-LIMITS = {"exclusiveMinimum": "above", "minimum": "at least", "exclusiveMaximum": "below", "maximum": "at most"}
 
 
 def schema_rows(command: str = "run") -> list[tuple[str, str, str, str]]:
@@ -32,7 +28,7 @@ def schema_rows(command: str = "run") -> list[tuple[str, str, str, str]]:
                 continue
             key = f"{group}.{name}" if group else name
             default = f"required{f' in {group}' if group else ''}" if field.is_required() else _text(field.default)
-            rows.append((key, _allowed_in(model, name), default, field.description or ""))
+            rows.append((key, allowed_in(model, name), default, field.description or ""))
             if not group:
                 rows += _rows_of_laws(key, BLOCKS.get(key, {}))
     return rows
@@ -45,7 +41,7 @@ def _rows_of_laws(key: str, models: Mapping[str, type[BaseModel]]) -> list[tuple
         for name, field in model.model_fields.items():
             if name != "law":
                 default = f"required in {key}" if field.is_required() else _text(field.default)
-                row = f"{key}.{name}", _allowed_in(model, name), default, field.description or ""
+                row = f"{key}.{name}", allowed_in(model, name), default, field.description or ""
                 found.setdefault(row, []).append(law)
     return [(*row[:3], f"{row[3]} ({', '.join(laws)})") for row, laws in found.items()]
 
@@ -84,29 +80,3 @@ def json_schema(command: str) -> str:
     schema = model_of(command).model_json_schema()
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
     return json.dumps({**head, **schema, "title": f"pairsim {command}"}, indent=2)
-
-
-def _allowed_in(model: type[BaseModel], name: str) -> str:
-    """What a key allows, as text made from its JSON schema."""
-    return _words(_json_schema(model)["properties"][name])
-
-
-@cache
-def _json_schema(model: type[BaseModel]) -> dict[str, Any]:
-    return model.model_json_schema()
-
-
-def _words(schema: Mapping[str, Any]) -> str:
-    """What a part of a JSON schema allows, as text."""
-    if "enum" in schema or "const" in schema:
-        return ", ".join(map(str, schema.get("enum", [schema.get("const")])))
-    if "$ref" in schema or "discriminator" in schema:
-        return "{start, stop, num, spacing}" if "Range" in str(schema) else "a group with law and its parameters"
-    if alternatives := schema.get("anyOf", schema.get("oneOf")):
-        each = dict.fromkeys(_words(one) for one in alternatives if one.get("type") != "null")
-        return ", or ".join(text.replace(f"list of {next(iter(each))}", "list of these") for text in each)
-    if schema.get("type") == "array":
-        return f"list of {_words(schema.get('items', schema.get('prefixItems', [{}])[0]))}"
-    limits = " and ".join(f"{word} {schema[limit]:g}" for limit, word in LIMITS.items() if limit in schema)
-    example = f"such as {schema['examples'][0]}" if "examples" in schema else ""
-    return " ".join(filter(None, (KINDS.get(str(schema.get("type")), "value"), limits, example)))

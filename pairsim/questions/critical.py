@@ -59,6 +59,7 @@ class CriticalCase(SceneCase):
         None,
         description="parameter over which critical distances are followed: Ca_e or De, with its values (a list or a "
         "range); default: the values of the case only",
+        examples=["{Ca_e: [0.05, 0.1]}"],
     )
     lines: dict[str, Values] | None = Field(
         None, description="the other parameter, with its values (a list or a range): each gives a line of its own"

@@ -151,7 +151,7 @@ def read_base(path: Path, data: Mapping[str, Any]) -> dict[str, Any]:
         InputError: That file cannot be read.
     """
     base = data.get("base", {})
-    base = read_yaml(path.parent / base) if isinstance(base, str) else base
+    base = _case_file(path, data, "base", base) if isinstance(base, str) else base
     forget_numbers(base)
     return merged_case({}, base)
 
@@ -186,9 +186,16 @@ def _entries(
         yield "entry " + ", ".join(f"{key} = {value}" for key, value in changes.items()), changes, True
     for i, given in enumerate(data.get("cases", ())):
         if isinstance(given, str):
-            content = read_yaml(path.parent / given)
+            content = _case_file(path, data, f"cases[{i}]", given)
             given = ({"name": Path(given).stem} if is_name(Path(given).stem) else {}) | content
         yield f"{listed}[{i}]", given, False
+
+
+def _case_file(path: Path, data: Mapping[str, Any], key: str, given: str) -> dict[str, Any]:
+    """The content of a case file that a key of a grid file names."""
+    if not (path.parent / given).exists():
+        raise input_error([Mistake(key, given, "no such file")], data, str(path))
+    return read_yaml(path.parent / given)
 
 
 def _matches(merged: Mapping[str, Any], rule: Mapping[str, Any]) -> bool:

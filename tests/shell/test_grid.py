@@ -119,7 +119,7 @@ def test_cases_may_be_files_which_give_their_names_and_override_the_base(tmp_pat
     grid = grid_of(tmp_path, "cases: [hard.yaml, {De: 1}]\n")
     assert (column(grid, "De"), column(grid, "d0"), column(grid, "Ca_e")) == ([5, 1], [0.3, 0.1], [0.1, 0.1])
     assert grid.cases[0].folder.startswith("hard-")
-    with pytest.raises(InputError, match=r"missing\.yaml: no such file"):
+    with pytest.raises(InputError, match=r"cases.0.: got 'missing\.yaml'; no such file"):
         grid_of(tmp_path, "cases: [missing.yaml]\n")
 
 

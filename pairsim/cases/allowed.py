@@ -1,0 +1,51 @@
+"""What a key allows, as text made from the JSON schema of its model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from typing import Any
+
+from pydantic import BaseModel
+
+from pairsim.cases.values import MOST_VALUES
+
+KINDS = {
+    "number": "number",
+    "integer": "whole number",
+    "boolean": "true or false",
+    "string": "text",
+    "object": "keys with their values",
+}
+"""What a value is, by its type in a JSON schema."""
+LIMITS = {"exclusiveMinimum": "above", "minimum": "at least", "exclusiveMaximum": "below", "maximum": "at most"}
+
+
+def allowed_in(model: type[BaseModel], name: str) -> str:
+    """What a key allows, as text made from its JSON schema."""
+    return _words(_json_schema(model)["properties"][name])
+
+
+@cache
+def _json_schema(model: type[BaseModel]) -> dict[str, Any]:
+    return model.model_json_schema()
+
+
+def _words(schema: Mapping[str, Any]) -> str:
+    """What a part of a JSON schema allows, as text."""
+    if "enum" in schema or "const" in schema:
+        return ", ".join(map(str, schema.get("enum", [schema.get("const")])))
+    if "$ref" in schema or "discriminator" in schema:
+        return "{start, stop, num, spacing}" if "Range" in str(schema) else "a group with law and its parameters"
+    example = f"such as {schema['examples'][0]}" if "examples" in schema else ""
+    if alternatives := schema.get("anyOf", schema.get("oneOf")):
+        each = dict.fromkeys(_words(one) for one in alternatives if one.get("type") != "null")
+        texts = [text.replace(f"list of {next(iter(each))}", "list of these") for text in each]
+        return " ".join(filter(None, (", or ".join(texts), example)))
+    if schema.get("type") == "array":
+        least, most = schema.get("minItems", 0), schema.get("maxItems", MOST_VALUES)
+        count = f"{least}{'' if most == least else f' to {most}' if most < MOST_VALUES else ' or more'}, each "
+        inner = _words(schema.get("items", schema.get("prefixItems", [{}])[0]))
+        return f"list of {count if least > 1 else ''}{inner}{example and ', '}{example}"
+    limits = " and ".join(f"{word} {schema[limit]:g}" for limit, word in LIMITS.items() if limit in schema)
+    return " ".join(filter(None, (KINDS.get(str(schema.get("type")), "value"), limits, example)))
