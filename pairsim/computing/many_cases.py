@@ -49,7 +49,7 @@ def _as_list(value: Any) -> list[Any]:
     return value if isinstance(value, list) else [value]
 
 
-Changes = dict[str, Any] | str
+Changes = dict[str, Any] | Annotated[str, Field(examples=["case.yaml"])]
 Exclusion = Annotated[
     dict[str, Annotated[Any, BeforeValidator(_bounds)]],
     Field(min_length=1, examples=["{Ca_e: 0, De: {min: 1}}"]),
