@@ -31,7 +31,7 @@ if _TYPE_CHECKING:
     from pairsim.api.cases import load as load
     from pairsim.api.cases import use_laws as use_laws
     from pairsim.api.folders import open as open
-    from pairsim.api.pictures import plot as plot
+    from pairsim.api.folders import plot as plot
     from pairsim.api.report import report as report
     from pairsim.api.results import Result as Result
     from pairsim.api.sweeps import SweepResult as SweepResult
@@ -50,8 +50,7 @@ if _TYPE_CHECKING:
 
 _MODULES = {
     "api.cases": ("load", "use_laws"),
-    "api.folders": ("open",),
-    "api.pictures": ("plot",),
+    "api.folders": ("open", "plot"),
     "api.report": ("report",),
     "api.results": ("Result",),
     "api.sweeps": ("sweep", "SweepResult"),

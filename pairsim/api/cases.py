@@ -56,39 +56,38 @@ def load(path_or_dict: AnyCase, *, kind: str = "run", **overrides: Any) -> Scene
         raise InputError("pairsim.load", "kind", kind, f"must be {' or '.join(QUESTIONS)}")
     if isinstance(path_or_dict, SceneCase) and path_or_dict.kind == kind and not overrides:
         return path_or_dict  # valid already
-    data, source = content_of(path_or_dict)
+    source = str(path_or_dict) if isinstance(path_or_dict, str | PathLike) else "case"
+    data = _content_of(path_or_dict)
     forget_numbers(data)
-    overrides = _with_blocks(overrides)
-    try:
-        changes = plain(overrides)
-    except (TypeError, ValueError) as error:
-        raise InputError(source, "", None, str(error)) from None
-    merge(data, changes, source)
+    merge(data, _written(overrides, source), source)
     return parse_case(QUESTIONS[kind], data, source)
 
 
-def content_of(given: AnyCase) -> tuple[dict[str, Any], str]:
-    """Keys and values of the input for a case.
-
-    Args:
-        given: Path, dict or case.
-
-    Returns:
-        Keys and values, and the name of the source for messages.
+def _content_of(given: AnyCase) -> dict[str, Any]:
+    """The keys and values of a file, of a dict or of a case.
 
     Raises:
         InputError: The file cannot be read, or `given` is of another type.
     """
     if isinstance(given, SceneCase):
-        return given.model_dump(mode="json", exclude_unset=True), "case"
+        return given.model_dump(mode="json", exclude_unset=True)
     if isinstance(given, Mapping):
-        try:
-            return plain(_with_blocks(given)), "case"
-        except (TypeError, ValueError) as error:
-            raise InputError("case", "", None, str(error)) from None
+        return _written(given, "case")
     if isinstance(given, str | PathLike):
-        return read_yaml(Path(given)), str(given)
+        return read_yaml(Path(given))
     raise InputError("case", "", type(given).__name__, "must be the path of a case file, a dict of its keys, or a case")
+
+
+def _written(keys: Mapping[str, Any], source: str) -> dict[str, Any]:
+    """Keys and values as a file has them.
+
+    Raises:
+        InputError: A law cannot be used, or a value cannot be written to a file.
+    """
+    try:
+        return dict(plain(_with_blocks(keys)))
+    except (TypeError, ValueError) as error:
+        raise InputError(source, "", None, str(error)) from None
 
 
 def use_laws(*laws: str | PathLike[str] | type[Material]) -> None:

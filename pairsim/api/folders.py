@@ -1,14 +1,18 @@
-"""Open folders of results: `open`."""
+"""Any folder of results: `open` and `plot`.
+
+What draws is imported where it is used: most commands end with one small picture.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
 from pairsim.api.sweeps import SweepResult
 from pairsim.computing import QUESTIONS
-from pairsim.results.folder import kind_of
+from pairsim.results.folder import FIELDS_XDMF, kind_of
 from pairsim.runtime.errors import InputError
 
 
@@ -32,3 +36,81 @@ def open(folder: str | PathLike[str]) -> Any:
         allowed = f"must be a folder of {', '.join(QUESTIONS)} or sweep, not of `pairsim {kind}`"
         raise InputError(str(path), "", None, allowed)
     return QUESTIONS[kind].result(QUESTIONS[kind], path)
+
+
+def plot(
+    *folders: str | PathLike[str],
+    out: str | PathLike[str] | None = None,
+    formats: str | Sequence[str] | None = None,
+    width: str | float = 170.0,
+    group: str | None = None,
+    panels: str | None = None,
+    field: str | None = None,
+    animate: bool = False,
+    physical: bool | None = None,
+) -> list[Path]:
+    """Draw what a folder holds, or lay several runs or several curves over each other.
+
+    Args:
+        folders: One folder of any command, or several of runs or of curves.
+        out: Where the pictures go: the folder itself by default; several folders need it.
+        formats: "png" (the default), "pdf", "svg", or several of them; of animations "mp4" (the default where ffmpeg
+            is found), "gif", or both.
+        width: Of the pictures, such as "85mm"; a number is in mm.
+        group: Parameter that chooses the colours, of a sweep or of several folders.
+        panels: Parameter whose values have a panel each, of a sweep or of several folders.
+        field: Fields of a run or a curve to draw, separated by commas, or "all"; nothing else is drawn then.
+        animate: Make a run's fields, or a curve's, an animation; nothing else is drawn then.
+        physical: Whether to draw in um, s, um/s and Pa; by default where all cases have a `physical` block.
+
+    Returns:
+        The files written.
+
+    Raises:
+        InputError: A folder holds no results, there is nothing to draw yet, or an option is wrong or does not fit.
+    """
+    from pairsim.plots.style import FORMATS, MOVIES, Page
+
+    if not folders:
+        raise InputError("pairsim plot", "", None, "must name a folder of results")
+    places = [Path(folder) for folder in folders]
+    if animate:
+        from pairsim.plots.fields import default_movie
+
+        page = Page.parse(formats or default_movie(), width, MOVIES, physical)
+    else:
+        page = Page.parse(formats or "png", width, FORMATS, physical)
+    target = Path(out) if out is not None else places[0]
+    if len(places) > 1:
+        if out is None:
+            raise InputError("pairsim plot", "-o", None, "must name a folder for the picture of several folders")
+        if field is not None or animate:
+            raise InputError("pairsim plot", "--field, --animate", None, "must be left out with several folders")
+        from pairsim.plots.runs_and_curves import overlay
+
+        return overlay(places, target, page, group, panels)
+    (directory,), kind = places, kind_of(places[0])
+    for option, key in (("--group", group), ("--panels", panels)):
+        if key is not None and kind != "sweep":
+            allowed = f"must be left out: it goes with a sweep or several folders, {directory} holds a {kind}"
+            raise InputError(option, "", key, allowed)
+    question = QUESTIONS.get(kind)
+    frames = question.frames if question is not None else ""
+    if not frames and (field is not None or animate):
+        option, value = ("--field", field) if field is not None else ("--animate", None)
+        raise InputError(option, "", value, f"must be left out: it goes with a run or a curve, not with a {kind}")
+    if question is not None:
+        alone = animate or field is not None
+        drawn = [] if alone else question.draw(directory, target, page)
+        if alone or (frames and (directory / FIELDS_XDMF).exists()):
+            from pairsim.plots.fields import draw_fields
+
+            drawn += draw_fields(directory, target, page, curve=frames == "d", field=field, animated=animate)
+        return drawn
+    if kind == "sweep":
+        from pairsim.sweeps.sweep_plots import plot_sweep
+
+        return plot_sweep(directory, target, group, page, panels)
+    from pairsim.sweeps.study_plots import plot_study
+
+    return plot_study(directory, target, page)

@@ -15,7 +15,6 @@ import pandas as pd
 from markupsafe import Markup
 
 from pairsim.api import folders
-from pairsim.api.pictures import plot
 from pairsim.api.results import Result
 from pairsim.api.sweeps import SweepResult
 from pairsim.computing import QUESTIONS
@@ -126,7 +125,7 @@ def _pictures(directory: Path, kind: str) -> list[tuple[str, str]]:
     captions = CAPTIONS | dict(QUESTIONS[kind].captions if kind in QUESTIONS else {})
     with tempfile.TemporaryDirectory() as out:
         try:
-            files = plot(directory, out=out)
+            files = folders.plot(directory, out=out)
         except InputError:
             return []
         encoded = ((path.stem, base64.b64encode(path.read_bytes()).decode("ascii")) for path in files)

@@ -117,11 +117,7 @@ class Result:
         """
         from pairsim.results.tables import table_of
 
-        tables = self.question.tables
-        if name is not None and name not in tables:
-            allowed = f"must be {' or '.join(tables)}, a table of `pairsim {self.kind}`"
-            raise InputError(str(self._place), "", name, allowed)
-        return table_of(self._place, name or self.question.table, physical, tidy)
+        return table_of(self._place, self.question.table_named(name, self._place), physical, tidy)
 
     @property
     def physical(self) -> pd.DataFrame:
@@ -252,7 +248,7 @@ class Result:
         Raises:
             InputError: There is nothing to draw yet, or an option is wrong.
         """
-        from pairsim.api.pictures import plot
+        from pairsim.api.folders import plot
 
         return plot(self._place, out=folder, **options)
 

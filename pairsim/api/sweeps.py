@@ -56,23 +56,13 @@ class SweepResult:
     def frame(self, name: str | None = None, *, physical: bool | None = False, tidy: bool = False) -> pd.DataFrame:
         """The tables of all cases as one, with the keys that vary as its first columns.
 
-        Args:
-            name: Name of the table without .csv, such as "equilibria"; the main one of the command by default.
-            physical: Whether to convert to um, s, um/s and Pa; None if all cases have a `physical` block.
-            tidy: Whether to make a row for each gap.
-
-        Raises:
-            InputError: No case has such a table, or `physical` is set and a case has no `physical` block.
+        Arguments and errors are those of `Result.frame`; there is an error, too, if no case has the table yet.
         """
         import pandas as pd
 
         from pairsim.results.tables import table_of
 
-        question = QUESTIONS[self.record["command"]]
-        name = name or question.table
-        if name not in question.tables:
-            allowed = f"must be {' or '.join(question.tables)}, a table of `pairsim {question.name}`"
-            raise InputError(str(self.folder), "", name, allowed)
+        name = QUESTIONS[self.record["command"]].table_named(name, self.folder)
         having = [case for case in self.record["cases"] if (self.folder / case["folder"] / f"{name}.csv").is_file()]
         if physical is None:
             physical = all(scales_in(read_record(self.folder / case["folder"])) for case in having)
@@ -125,7 +115,7 @@ class SweepResult:
         Returns:
             Paths of the pictures.
         """
-        from pairsim.api.pictures import plot
+        from pairsim.api.folders import plot
 
         return plot(self.folder, out=folder, **options)
 

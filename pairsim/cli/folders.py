@@ -187,7 +187,7 @@ def plot(
     the last dU or the zeros against each parameter, a map of how the cases ended. A study: error against wall time.
     Several folders: dU of all of them; what varies is in the legend, what does not in small print.
     """
-    from pairsim.api.pictures import plot
+    from pairsim.api.folders import plot
 
     look: dict[str, Any] = {"out": output, "formats": formats, "width": width, "physical": physical}
     paths = plot(*folders, **look, group=group, panels=panels, field=field, animate=animate)

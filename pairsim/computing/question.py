@@ -108,6 +108,21 @@ class Question[C: SceneCase]:
         """The name of its main table."""
         return next(iter(self.tables))
 
+    def table_named(self, name: str | None, source: Path) -> str:
+        """The name of a table, of the main one for None.
+
+        Args:
+            name: Its name without .csv.
+            source: The folder for messages.
+
+        Raises:
+            InputError: There is no such table.
+        """
+        if name is not None and name not in self.tables:
+            allowed = f"must be {' or '.join(self.tables)}, a table of `pairsim {self.name}`"
+            raise InputError(str(source), "", name, allowed)
+        return name or self.table
+
     @property
     def resumable(self) -> bool:
         """Whether it goes on from a checkpoint."""

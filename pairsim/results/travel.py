@@ -123,9 +123,9 @@ def _distance(
     Raises:
         InputError: It is neither a number nor a length, the case has no units, or it is outside the curve.
     """
-    if (number := _number(given)) is not None:
-        d = number
-    else:
+    try:
+        d = float(given)
+    except ValueError:
         try:
             length = si(str(given), A_LENGTH)
         except ValueError as error:
@@ -138,18 +138,12 @@ def _distance(
     return d
 
 
-def _number(given: float | str) -> float | None:
-    try:
-        return float(given)
-    except ValueError:
-        return None
-
-
 def _refusal(source: str, option: str, given: float | str, d: float, allowed: str) -> InputError:
-    """The error that names a distance as it was given."""
-    if (number := _number(given)) is not None:
-        return InputError(source, option, number, allowed)
-    return InputError(source, option, given, f"gives d = {d:g}, which {allowed}")
+    """The error that names a distance as it was given, and in diameters if it has a unit."""
+    try:
+        return InputError(source, option, float(given), allowed)
+    except ValueError:
+        return InputError(source, option, given, f"gives d = {d:g}, which {allowed}")
 
 
 def _obstacle(curve: CurveInterpolant, start: float, stop: float) -> str:

@@ -42,15 +42,7 @@ INTERRUPTED = 130
 
 @dataclass(frozen=True)
 class Options:
-    """How the cases of a sweep are computed.
-
-    Attributes:
-        case_timeout: Largest wall time of a case [s]; None for no limit.
-        chain: Largest number of neighbouring curves that start from one another; None: as many as leave each worker
-            two chains.
-        progress: How progress is shown.
-        signals: The signals that end the sweep in order, caught by the caller; without, a KeyboardInterrupt does.
-    """
+    """How the cases of a sweep are computed: the arguments of `pairsim.sweep`, signals caught by the caller."""
 
     case_timeout: float | None = None
     chain: int | None = None
@@ -146,14 +138,7 @@ def run_sweep(grid: Grid, directory: Path, options: Options, workers: Workers) -
 
 
 class _Sweep:
-    """A sweep at work: its tasks, and how its cases stand.
-
-    Args:
-        grid: The grid.
-        directory: Its folder, locked.
-        options: The options.
-        workers: What computes the cases.
-    """
+    """A sweep at work: its tasks, and how its cases stand; arguments as of `run_sweep`, the folder locked."""
 
     def __init__(self, grid: Grid, directory: Path, options: Options, workers: Workers) -> None:
         self.directory, self.options = directory, options

@@ -16,7 +16,7 @@ from support.field_samples import PAIR, scene
 from support.pictures import colours, drawn_figures, overlapping
 from support.result_folders import curve_table, make_curve, make_run, make_sweep
 
-from pairsim.api.pictures import plot
+from pairsim.api.folders import plot
 from pairsim.plots.chart import POINT, Panel, draw_chart, draw_series, leave_out_spikes, notes, point
 from pairsim.plots.critical import point_of
 from pairsim.plots.encoding import Encoding

@@ -11,7 +11,7 @@ import pytest
 from support.pictures import drawn_figures
 from support.result_folders import make_curve, make_sweep
 
-from pairsim.api.pictures import plot
+from pairsim.api.folders import plot
 from pairsim.api.sweeps import SweepResult
 from pairsim.fem.diagnostics import Health
 from pairsim.physics.scales import Scales
