@@ -236,18 +236,7 @@ class Result:
         return "Next: the same command with --overwrite computes it again; what was written stands until then."
 
     def plot(self, folder: Path | str, **options: Any) -> list[Path]:
-        """Draw the result, as `pairsim plot` does.
-
-        Args:
-            folder: Where to, made if needed.
-            options: `formats`, `width`, `field` and `animate` of `pairsim.plot`.
-
-        Returns:
-            Paths of the pictures.
-
-        Raises:
-            InputError: There is nothing to draw yet, or an option is wrong.
-        """
+        """Draw the result into a folder, which is made if needed, by `pairsim.plot` with its options and errors."""
         from pairsim.api.folders import plot
 
         return plot(self._place, out=folder, **options)

@@ -60,12 +60,7 @@ class MeasuredLiquid:
 
 
 def fit_liquid(rheology: Path | str | None, spectrum: Path | str | None, law: str | None = None) -> MeasuredLiquid:
-    """Fit the laws that ship, or one of them, to what a rheometer measured.
-
-    Args:
-        rheology: CSV file of a flow curve.
-        spectrum: CSV file of moduli.
-        law: The law; None for the one that is best by the Bayesian information criterion.
+    """Fit a law to files as of `pairsim.units`; without one, take what is best by the Bayesian information criterion.
 
     Raises:
         InputError: A file cannot be used, or has too few points for the law.

@@ -106,15 +106,7 @@ class SweepResult:
         return [f"{case.folder.name}: {warning}" for case in self.cases if case.folder for warning in case.warnings]
 
     def plot(self, folder: Path | str | None = None, **options: Any) -> list[Path]:
-        """Draw the sweep, as `pairsim plot` does.
-
-        Args:
-            folder: Where to; the sweep's folder by default.
-            options: `formats`, `width`, `group` and `panels` of `pairsim.plot`.
-
-        Returns:
-            Paths of the pictures.
-        """
+        """Draw the sweep into a folder, its own by default, by `pairsim.plot` with its options and errors."""
         from pairsim.api.folders import plot
 
         return plot(self.folder, out=folder, **options)

@@ -15,7 +15,6 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from pairsim.cli import folders, preparation, sweeps
-from pairsim.cli.options import path_option
 from pairsim.runtime.errors import EnvironmentFailure, InputError, PairsimError
 from pairsim.runtime.launcher import rank
 from pairsim.runtime.questions import NAMES, first_line
@@ -86,7 +85,7 @@ def _common(
     ] = False,
     laws: Annotated[
         list[Path] | None,
-        path_option("--laws", metavar="FILE", words="Python file with laws of your own; anywhere, may be repeated."),
+        typer.Option("--laws", metavar="FILE", help="Python file with laws of your own; anywhere, may be repeated."),
     ] = None,
 ) -> None:
     if laws:

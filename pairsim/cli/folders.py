@@ -14,8 +14,6 @@ from pairsim.cli.options import (
     OverwriteFile,
     Physical,
     check_free,
-    path_argument,
-    path_option,
     print_table,
     write_file,
 )
@@ -59,10 +57,10 @@ def status(directory: Folder) -> None:
     "pairsim table runs/curve equilibria | pairsim table runs/train --tidy | pairsim table runs/sweep equilibria"
 )
 def table(
-    directory: Annotated[Path, path_argument("Folder of a case or of a sweep.")],
+    directory: Annotated[Path, typer.Argument(help="Folder of a case or of a sweep.")],
     name: Annotated[
         str | None,
-        typer.Argument(help="A table of the folder, such as equilibria (default: its main one).", show_default=False),
+        typer.Argument(help="A table of the folder, such as equilibria (default: its main one)."),
     ] = None,
     physical: Physical = None,
     tidy: Annotated[
@@ -73,7 +71,7 @@ def table(
         typer.Option("--cytometry", help="Of a sweep of shape: a table of moduli for dclab's register_lut."),
     ] = False,
     all_: Annotated[bool, typer.Option("--all", help="On a terminal: all rows, and columns of the numerics.")] = False,
-    output: Annotated[Path | None, path_option("-o", "--output", words="CSV file to write (default: print).")] = None,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="CSV file to write (default: print).")] = None,
     overwrite: OverwriteFile = False,
 ) -> None:
     """Print a table of results, with the unit of each column in the header.
@@ -114,7 +112,7 @@ def _print(text: str, output: Path | None) -> None:
     epilog="Examples: pairsim travel runs/curve --from 0.1 --to 0.5 | pairsim travel runs/curve --from 5um --to 25um"
 )
 def travel(
-    directory: Annotated[Path, path_argument("Folder of curve.")],
+    directory: Annotated[Path, typer.Argument(help="Folder of curve.")],
     start: Annotated[
         str, typer.Option("--from", metavar="D", help="First distance, in tube diameters D_c or with a unit.")
     ],
@@ -144,9 +142,9 @@ def travel(
     "pairsim plot runs/viscoelastic --field N1,tr_c | pairsim plot runs/quickstart --field streamlines --animate"
 )
 def plot(
-    folders: Annotated[list[Path], path_argument("Folders of results.", metavar="DIR...")],
+    folders: Annotated[list[Path], typer.Argument(help="Folders of results.", metavar="DIR...")],
     output: Annotated[
-        Path | None, path_option("-o", "--output", words="Where the pictures go (default: the folder itself).")
+        Path | None, typer.Option("-o", "--output", help="Where the pictures go (default: the folder itself).")
     ] = None,
     formats: Annotated[
         str | None,

@@ -4,23 +4,12 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.questions import NAMES
-
-
-def path_argument(words: str, **more: Any) -> Any:
-    """An argument that is a path."""
-    return typer.Argument(help=words, show_default=False, **more)
-
-
-def path_option(*names: str, words: str, **more: Any) -> Any:
-    """An option that is a path."""
-    return typer.Option(*names, help=words, show_default=False, **more)
-
 
 EXAMPLES = Path(__file__).parents[1] / "cases" / "examples"
 if TYPE_CHECKING:  # mypy cannot know them
@@ -31,18 +20,18 @@ else:
     OfQuestion = Literal[NAMES]
     OfFiles = Literal[(*NAMES, "sweep", "study")]
     OfExamples = Literal[tuple(name for name in (*NAMES, "sweep") if (EXAMPLES / f"{name}.yaml").is_file())]
-CaseFile = Annotated[Path, path_argument("Case file (YAML); pairsim schema lists its keys.")]
-Folder = Annotated[Path, path_argument("Folder of results.", metavar="DIR")]
+CaseFile = Annotated[Path, typer.Argument(help="Case file (YAML); pairsim schema lists its keys.")]
+Folder = Annotated[Path, typer.Argument(help="Folder of results.", metavar="DIR")]
 Settings = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Replace a key of the file, such as mesh.Np=20; may be repeated."),
 ]
 Output = Annotated[
     Path | None,
-    path_option(
+    typer.Option(
         "-o",
         "--output",
-        words="Folder for the results (default: runs/<name>; without a name runs/<file>-<hash>).",
+        help="Folder for the results (default: runs/<name>; without a name runs/<file>-<hash>).",
     ),
 ]
 DryRun = Annotated[
@@ -58,7 +47,6 @@ Budget = Annotated[
         help="Largest time, such as 10min; what is known by then is kept. Without it a command that has found nothing "
         "ends after 4 min, or three times what --dry-run announces.",
         metavar="TIME",
-        show_default=False,
     ),
 ]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace the results in an existing folder.")]
@@ -68,7 +56,6 @@ Physical = Annotated[
     typer.Option(
         "--physical/--dimensionless",
         help="In um, s, um/s and Pa, or in D_c and U_av (default: the former where the case has a physical block).",
-        show_default=False,
     ),
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress and no answer, only the folder.")]

@@ -15,7 +15,6 @@ from pairsim.cli.options import (
     OverwriteFile,
     Settings,
     check_free,
-    path_option,
     print_table,
 )
 from pairsim.runtime.errors import EnvironmentFailure, InputError, PairsimError
@@ -30,9 +29,7 @@ WRONG = 3
 
 @app.command(epilog="Examples: pairsim init | pairsim init beads --kind curve")
 def init(
-    name: Annotated[
-        str | None, typer.Argument(help="Name of the case and of its file (default: the kind).", show_default=False)
-    ] = None,
+    name: Annotated[str | None, typer.Argument(help="Name of the case and of its file (default: the kind).")] = None,
     kind: Annotated[OfExamples, typer.Option("--kind", help="The command that reads the file.")] = "run",
 ) -> None:
     """Write a commented example to NAME.yaml; an existing file is never replaced."""
@@ -50,7 +47,7 @@ def init(
 def schema(
     command: Annotated[OfFiles, typer.Argument(help="The command that reads the file.")] = "run",
     case: Annotated[
-        Path | None, path_option("--case", words="Show the value of each key in this case, defaults included.")
+        Path | None, typer.Option("--case", help="Show the value of each key in this case, defaults included.")
     ] = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print a JSON Schema, with which editors check files.")
@@ -83,7 +80,7 @@ def schema(
 @app.command(epilog="Example: pairsim mesh configs/quickstart.yaml -o meshes/pair.msh")
 def mesh(
     case: CaseFile,
-    output: Annotated[Path, path_option("-o", "--output", words="Mesh file: .msh (gmsh), .vtu or .xdmf.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Mesh file: .msh (gmsh), .vtu or .xdmf.")],
     overwrite: OverwriteFile = False,
     set_: Settings = None,
 ) -> None:

@@ -7,7 +7,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from pairsim.cli.options import Progress, Quiet, Settings, path_argument, print_table
+from pairsim.cli.options import Progress, Quiet, Settings, print_table
 from pairsim.runtime.launcher import rank
 from pairsim.runtime.signals import Signals
 
@@ -15,9 +15,7 @@ app = typer.Typer()
 
 Output = Annotated[Path | None, typer.Option("-o", "--output", help="Folder for the results (default: runs/<name>).")]
 Workers = Annotated[int, typer.Option(help="Number of cases at the same time, without mpirun.", min=1)]
-CaseTimeout = Annotated[
-    float | None, typer.Option(help="Largest wall time of a case, in seconds.", min=0.0, show_default=False)
-]
+CaseTimeout = Annotated[float | None, typer.Option(help="Largest wall time of a case, in seconds.", min=0.0)]
 
 
 @app.command(
@@ -25,7 +23,7 @@ CaseTimeout = Annotated[
     "mpirun -n 8 pairsim sweep grid.yaml -o out"
 )
 def sweep(
-    grid: Annotated[Path, path_argument("Grid file (YAML): base, grid, zip, cases, exclude.")],
+    grid: Annotated[Path, typer.Argument(help="Grid file (YAML): base, grid, zip, cases, exclude.")],
     output: Output = None,
     workers: Workers = 1,
     case_timeout: CaseTimeout = None,
@@ -35,7 +33,6 @@ def sweep(
             help="Largest number of neighbouring curves that start from one another; 1: results do not depend on "
             "neighbours. Default: as many as leave each worker two chains.",
             min=1,
-            show_default=False,
         ),
     ] = None,
     dry_run: Annotated[
@@ -92,7 +89,7 @@ def _end(code: int, message: str, directory: Path) -> NoReturn:
     epilog="Examples: pairsim study configs/study.yaml | mpirun -n 2 pairsim study configs/study.yaml -o mesh-study"
 )
 def study(
-    file: Annotated[Path, path_argument("Study file (YAML): base, at, discretisations, reference, repeat.")],
+    file: Annotated[Path, typer.Argument(help="Study file (YAML): base, at, discretisations, reference, repeat.")],
     output: Output = None,
     case_timeout: CaseTimeout = None,
     progress: Progress = "auto",

@@ -19,7 +19,7 @@ from rich.table import Table
 from pairsim.api.units import units as units_of
 from pairsim.cases.physical import QUANTITIES
 from pairsim.cases.yaml_file import apply_settings
-from pairsim.cli.options import OfQuestion, OverwriteFile, Settings, check_free, path_option, print_table, write_file
+from pairsim.cli.options import OfQuestion, OverwriteFile, Settings, check_free, print_table, write_file
 from pairsim.physics import liquids, solids
 from pairsim.physics.declared import PARAMETERS
 from pairsim.runtime.errors import InputError
@@ -50,7 +50,7 @@ def _declared() -> Iterator[inspect.Parameter]:
 def _option(name: str, option: str, kind: Any, metavar: str, words: str) -> inspect.Parameter:
     default: Any = ... if name in REQUIRED else None
     words = f"{words[0].upper()}{words[1:]}."
-    declared = typer.Option(default, option, metavar=metavar, help=words, show_default=False)
+    declared = typer.Option(default, option, metavar=metavar, help=words)
     return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=declared, annotation=kind)
 
 
@@ -65,7 +65,7 @@ def _with_declared(command: Any) -> Any:
 
 def _law(of: str, laws: dict[str, Any]) -> Any:
     words = f"Law of the {of}: {', '.join(laws)}, or one of your own."
-    return typer.Option(metavar="LAW", help=words, show_default=False)
+    return typer.Option(metavar="LAW", help=words)
 
 
 @app.command(
@@ -87,9 +87,9 @@ def _command(
         Text, typer.Option(metavar="QUANTITY", help="Length of tube over which it falls, such as 5cm.")
     ] = None,
     rheology: Annotated[
-        File, path_option(words="CSV file of a flow curve (shear rate, viscosity, N1), to which the liquid is fitted.")
+        File, typer.Option(help="CSV file of a flow curve (shear rate, viscosity, N1), to which the liquid is fitted.")
     ] = None,
-    spectrum: Annotated[File, path_option(words="CSV file of moduli (angular frequency, G', G''), alike.")] = None,
+    spectrum: Annotated[File, typer.Option(help="CSV file of moduli (angular frequency, G', G''), alike.")] = None,
     kind: Annotated[OfQuestion, typer.Option("--kind", help="The command that the case file is for.")] = "run",
     output: Annotated[File, typer.Option("-o", "--output", help="Write a case file to this path.")] = None,
     overwrite: OverwriteFile = False,

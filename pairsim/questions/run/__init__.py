@@ -22,7 +22,7 @@ from pairsim.api.results import Result
 from pairsim.cases.estimate import Estimate
 from pairsim.cases.run_case import Case, check_run
 from pairsim.cli.compute import compute
-from pairsim.cli.options import Budget, DryRun, Output, Overwrite, Progress, Quiet, Settings, path_argument, path_option
+from pairsim.cli.options import Budget, DryRun, Output, Overwrite, Progress, Quiet, Settings
 from pairsim.computing import events
 from pairsim.computing.question import InSweeps, Question, rows_in
 from pairsim.results.columns import names_of
@@ -116,15 +116,15 @@ app = typer.Typer()
     "pairsim run --resume out --set time.end=4",
 )
 def _command(
-    case: Annotated[Path | None, path_argument("Case file (YAML); pairsim schema lists its keys.")] = None,
+    case: Annotated[Path | None, typer.Argument(help="Case file (YAML); pairsim schema lists its keys.")] = None,
     output: Output = None,
     overwrite: Overwrite = False,
     resume: Annotated[
         Path | None,
-        path_option(
+        typer.Option(
             "--resume",
             metavar="DIR",
-            words="Continue the run in this folder from its checkpoint. "
+            help="Continue the run in this folder from its checkpoint. "
             "A case file or --set may change name, time.end, limits and output.",
         ),
     ] = None,
