@@ -36,15 +36,7 @@ FEWEST = 5
 
 @dataclass(frozen=True)
 class MeasuredLiquid:
-    """The liquid that is fitted to files of a rheometer.
-
-    Attributes:
-        fit: The best fit.
-        data: What was measured.
-        quantities: Those of a `physical` block that the liquid gives.
-        block: The value of `liquid`.
-        sentences: The fit in words, with the intervals of its numbers, and whether it describes the data.
-    """
+    """The best fit to files of a rheometer; `quantities` and `block` go into `physical` and `liquid` of a case."""
 
     fit: Fit
     data: Measured

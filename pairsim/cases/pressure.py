@@ -19,12 +19,7 @@ SLOWEST, FASTEST, COUNT = 1e-7, 10.0, 33  # mean velocities among which those th
 
 
 def velocity_for(pressure: str, over: str, case_at: Callable[[str], SceneCase]) -> str:
-    """The mean velocity at which the pressure falls by so much over a length of tube without particles.
-
-    Args:
-        pressure: Pressure drop with its unit.
-        over: Length of tube with its unit.
-        case_at: The case at a mean velocity with its unit.
+    """The mean velocity at which the pressure falls by so much over a length of tube without particles, all with units.
 
     Raises:
         InputError: No velocity, or more than one, has this pressure drop.
@@ -48,11 +43,8 @@ def velocity_for(pressure: str, over: str, case_at: Callable[[str], SceneCase]) 
     found = [i for i in range(COUNT - 1) if off[i] * off[i + 1] <= 0]
     if len(found) != 1:
         fitting = ", ".join(f"{math.exp(places[i]):.2g} m/s" for i in found)
-        allowed = (
-            f"has several mean velocities, near {fitting}: give --flow or --velocity"
-            if found
-            else (f"has no mean velocity from {SLOWEST:g} to {FASTEST:g} m/s")
-        )
+        several = f"has several mean velocities, near {fitting}: give --flow or --velocity"
+        allowed = several if found else f"has no mean velocity from {SLOWEST:g} to {FASTEST:g} m/s"
         raise InputError("pairsim units", "--pressure", pressure, allowed)
     (i,) = found
     return f"{math.exp(brentq(excess, places[i], places[i + 1], xtol=1e-12)):.10g} m/s"

@@ -111,12 +111,8 @@ class Question[C: SceneCase]:
     def table_named(self, name: str | None, source: Path) -> str:
         """The name of a table, of the main one for None.
 
-        Args:
-            name: Its name without .csv.
-            source: The folder for messages.
-
         Raises:
-            InputError: There is no such table.
+            InputError: There is no such table; the message names the folder `source`.
         """
         if name is not None and name not in self.tables:
             allowed = f"must be {' or '.join(self.tables)}, a table of `pairsim {self.name}`"

@@ -289,12 +289,11 @@ def answer_of_critical(zeros: Sequence[Zero], record: Mapping[str, Any]) -> list
             kind = "stable" if stable else "unstable"
             where = f"d = {min(found):.4g} to {max(found):.4g}" if len(found) > 1 else f"d = {found[0]:.4g}"
             if scales is not None:
-                where += (
-                    f" ({' to '.join(dict.fromkeys(in_unit(scales, LENGTH, d) for d in (min(found), max(found))))})"
-                )
+                ends = dict.fromkeys(in_unit(scales, LENGTH, d) for d in (min(found), max(found)))
+                where += f" ({' to '.join(ends)})"
             lines.append(f"{len(found)} {kind} critical distance{'s' * (len(found) > 1)}, {where}: {meaning}.")
-    ends = [str(end["message"]) for end in record.get("ends", ()) if end.get("message")]
-    return [*lines, *(f"A branch ends: {message}." for message in ends)]
+    messages = [str(end["message"]) for end in record.get("ends", ()) if end.get("message")]
+    return [*lines, *(f"A branch ends: {message}." for message in messages)]
 
 
 def draw(directory: Path, out: Path, page: Page) -> list[Path]:

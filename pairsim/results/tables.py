@@ -75,13 +75,7 @@ def tidy(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def table_of(directory: Path, name: str, physical: bool | None, by_gap: bool = False) -> pd.DataFrame:
-    """A table of a folder.
-
-    Args:
-        directory: Folder of a command for one case.
-        name: Name of the table, without .csv.
-        physical: Whether to convert to micrometres, seconds and pascals; None if the case has a `physical` block.
-        by_gap: Whether to make it tidy.
+    """A table of a folder by its name without .csv, as of `pairsim.Result.frame`; tidy if `by_gap`.
 
     Raises:
         InputError: The table cannot be read, or `physical` is set and its case has no `physical` block.
@@ -121,13 +115,7 @@ def readable(table: pd.DataFrame, whole: bool = False) -> pd.DataFrame:
 
 
 def screen_text(table: pd.DataFrame, width: int, whole: bool = False) -> str:
-    """A table to be read on a screen: five digits, the main columns.
-
-    Args:
-        table: The table.
-        width: Of the screen, in characters.
-        whole: Whether to show all rows and columns.
-    """
+    """A table to be read on a screen of so many characters: five digits, and the main columns unless `whole`."""
     shown = readable(table, whole).set_axis(headings(readable(table, whole)), axis="columns")
     rows = None if whole else MOST_ROWS
     return str(shown.to_string(index=False, max_rows=rows, line_width=width, float_format="{:.5g}".format, na_rep=""))

@@ -72,12 +72,11 @@ def travel(
     source: str,
     record: Mapping[str, Any] | None = None,
 ) -> Travel:
-    """Integrate a master curve from one distance to another.
+    """Integrate a master curve from one distance to another, see `pairsim.CurveResult.travel`.
 
     Args:
         table: Columns of curve.csv in ascending d, each of shape (points,).
-        start: First distance [D_c], or a length with a unit.
-        stop: Last distance, in the same way.
+        start, stop: The distances [D_c], or lengths with a unit.
         source: Name of the folder for messages.
         record: run.json, for the units of the case.
 

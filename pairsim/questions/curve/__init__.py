@@ -184,13 +184,8 @@ def draw(directory: Path, out: Path, page: Page) -> list[Path]:
 def result_columns(case: CurveCase) -> tuple[str, ...]:
     """Points, zeros, and by gap the largest |dU| with its distance and errors; the force on a single moved particle."""
     names = ["d_peak{}", "d_peak_error{}", "dU_peak{}", "dU_error{}"]
-    others = (
-        ["zeros", "zeros_error", "stable"]
-        if case.n == 2
-        else FORCE
-        if case.n == 1 and case.velocity is not None
-        else []
-    )
+    others = FORCE if case.n == 1 and case.velocity is not None else []
+    others = ["zeros", "zeros_error", "stable"] if case.n == 2 else others
     return ("points", *others, *(name.format(gap) for gap in suffixes(GAP, case.n) for name in names))
 
 
@@ -262,9 +257,8 @@ class CurveResult(Result):
         return self.places
 
     def _headline(self) -> str:
-        zeros = ", ".join(
-            f"{'stable' if row.stable else 'unstable'} zero at d = {row.d:.5g}" for row in self.zeros.itertuples()
-        )
+        kinds = [("stable" if row.stable else "unstable", row.d) for row in self.zeros.itertuples()]
+        zeros = ", ".join(f"{kind} zero at d = {d:.5g}" for kind, d in kinds)
         return super()._headline() + (f"; {zeros}" if zeros else "")
 
     def findings(self) -> list[str]:

@@ -78,11 +78,9 @@ class RunResult(Result):
         """What the particles do at the end."""
         from pairsim.questions.run.answer import answer_of_run
 
-        return (
-            answer_of_run(self.tables["series"], self.record)
-            if rows_in(self.tables["series"])
-            else ["No step was completed."]
-        )
+        if not rows_in(self.columns):
+            return ["No step was completed."]
+        return answer_of_run(self.columns, self.record)
 
     def afterwards(self) -> str:
         folder = self._place
