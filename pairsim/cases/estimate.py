@@ -14,7 +14,7 @@ from pairsim.cases.case import SceneCase
 from pairsim.cases.mistakes import Mistake
 from pairsim.fem.meshes.columns import LONGEST
 
-STRIPS = 200  # slices of the tube over which the number of cells is summed
+TRIANGLE = 0.433  # area of a triangle with sides of length one
 MOST_UNKNOWNS = 2e7  # a larger mesh takes gmsh days or exhausts the memory
 LARGE = 3e5  # unknowns whose first mesh and factorisation take so long that the user is told beforehand; chosen
 # Unknowns times Newton iterations or time steps, twice where the liquid has modes, up to which a case takes seconds
@@ -57,37 +57,41 @@ class Estimate:
 
 def liquid_cells(case: SceneCase) -> float:
     """Number of triangles in the liquid: the integral of one over the local area of a cell."""
-    length, coarse = case.tube_length, case.mesh.max_size
+    length, mesh, coarse = case.tube_length, case.mesh, case.mesh.max_size
     if not case.n:
-        return length * 0.5 / (0.433 * coarse**2)
+        return length * 0.5 / (TRIANGLE * coarse**2)
     beta = sum(case.betas) / case.n
-    fine = math.pi * beta / 2 / case.mesh.Np
-    fine = min(fine, (1 - beta) / 2 / (case.mesh.wall_cells or max(case.mesh.Np / 4, 1)) * 2)
+    fine = math.pi * beta / 2 / mesh.Np
+    fine = min(fine, (1 - beta) / 2 / (mesh.wall_cells or max(mesh.Np / 4, 1)) * 2)
     # The part of the tube around the particles, without their area; cells grow with the distance from the surfaces.
-    around = min(case.cluster, length)
+    around, to_wall = min(case.cluster, length), 0.5 * (1 - beta)
     free = around * 0.5 - sum(math.pi * b**2 / 8 for b in case.betas)
-    cells = free / (0.433 * _mean_square(fine, case.mesh.growth, coarse, 0.5 * (1 - beta)))
-    step = max(length - around, 0.0) / STRIPS
-    for i in range(STRIPS):
-        away = (i + 0.5) * step / 2
-        if 0 < case.mesh.rows < away:  # rows of rectangles, two triangles each
-            across = min(coarse, fine + case.mesh.growth * case.mesh.rows)
-            along = max(across, min(LONGEST * min(case.betas), across + case.mesh.growth * (away - case.mesh.rows)))
-            cells += step * 0.5 / (across * along) * 2
-        else:
-            size = min(coarse, fine + case.mesh.growth * away)
-            cells += step * 0.5 / (0.433 * size**2)
-    across = case.mesh.gap_cells or case.mesh.Np / 4
+    cells = free / TRIANGLE * _per_square(fine, mesh.growth, coarse, to_wall) / to_wall
+    # On both sides, each half a tube wide; beyond a distance two triangles are a rectangle in a row along the tube.
+    side = max(length - around, 0.0) / 2
+    near = min(mesh.rows, side) if mesh.rows else side
+    cells += _per_square(fine, mesh.growth, coarse, near) / TRIANGLE
+    if side > near:
+        across = min(coarse, fine + mesh.growth * mesh.rows)
+        cells += 2 / across * _per_length(across, mesh.growth, LONGEST * min(case.betas), side - near)
+    across = mesh.gap_cells or mesh.Np / 4
     for gap in case.gaps:
         if (size := gap / across) < fine:  # equal cell sizes in both directions, in a gap that widens as d + 2 r^2/beta
             cells += 1.6 * (1 - size / fine) * across**2 * math.pi / 2 * math.sqrt(beta / (2 * gap))
     return cells
 
 
-def _mean_square(fine: float, growth: float, coarse: float, reach: float) -> float:
-    """Harmonic mean of the squared cell size over distances from 0 to `reach` from a surface."""
-    sizes = [min(coarse, fine + growth * reach * (i + 0.5) / 20) for i in range(20)]
-    return 20 / sum(1 / size**2 for size in sizes)
+def _per_length(first: float, growth: float, last: float, reach: float) -> float:
+    """The integral of one over a size up to a distance, along which it grows from `first` to `last`."""
+    grows = min(max((last - first) / growth, 0.0), reach)
+    return math.log1p(growth * grows / first) / growth + (reach - grows) / max(first, last)
+
+
+def _per_square(first: float, growth: float, last: float, reach: float) -> float:
+    """The same of one over the square of the size, which is `last` where that is less than `first`."""
+    first = min(first, last)
+    grows = min((last - first) / growth, reach)
+    return grows / (first * (first + growth * grows)) + (reach - grows) / last**2
 
 
 def unknowns(case: SceneCase) -> float:

@@ -47,12 +47,20 @@ class Reporter:
     def on_the_way(self, place: str) -> None:
         """Show where a computation is that has no step or point to show yet."""
 
+    def case(self, count: int, text: str, failed: bool) -> None:
+        """Show that a case of a sweep has ended, the count-th one."""
+        self.say(f"[{count}/{self.total:.0f}] {text}")
+
     def note(self, text: str) -> None:
         """Show what the user should know."""
         self.say(f"{self.title}: note: {text}" if self.title else text)
 
+    def stop(self) -> None:
+        """End without a line."""
+
     def finish(self, text: str) -> None:
         """End with a line."""
+        self.stop()
         self.say(f"{self.title}: {text}" if self.title else text)
 
 
@@ -91,7 +99,7 @@ class BarReporter(Reporter):
         self.console = Console(stderr=True)
 
     def start(self, title: str, goal: str, total: float) -> None:
-        self.title = title
+        self.title, self.total = title, total
         self.bar = Progress(
             TextColumn("[bold]{task.description}", table_column=Column(no_wrap=True, ratio=1)),
             BarColumn(bar_width=20),
@@ -101,7 +109,7 @@ class BarReporter(Reporter):
             expand=True,
         )
         self.task = self.bar.add_task(title, total=total)
-        self.live = Live(self._view("meshing"), console=self.console, refresh_per_second=4)
+        self.live = Live(self._view(goal), console=self.console, refresh_per_second=4)
         with sigterm_waits():  # the thread that draws does not take it
             self.live.start()
 
@@ -116,9 +124,14 @@ class BarReporter(Reporter):
     def on_the_way(self, place: str) -> None:
         self.live.update(self._view(f"on the way: {place}"))
 
-    def finish(self, text: str) -> None:
-        self.live.stop()
-        super().finish(text)
+    def case(self, count: int, text: str, failed: bool) -> None:
+        self.update(count, text, count)
+        if failed:
+            super().case(count, text, failed)
+
+    def stop(self) -> None:
+        with suppress(OSError):  # as of lines
+            self.live.stop()
 
     def _view(self, state: str) -> Group:
         return Group(self.bar, Text(f"  {state}", style="dim", no_wrap=True, overflow="ellipsis"))

@@ -86,7 +86,8 @@ def carry_out[C: SceneCase](
         else:
             prepare_folder(directory, options.overwrite or resume, own_files())
             notes += ["no checkpoint: starting at t = 0"] if resume else []
-        session = Session(case, directory, options, notes, earlier.checkpoint if earlier else None, question.resumable)
+        old = earlier.checkpoint if earlier is not None else None
+        session = _Session(case, directory, options, notes, old, question.resumable)
         return session.carry_out(question.solve(case, monitor=session.monitor, **more))
 
 
@@ -114,20 +115,8 @@ def _earlier(case: SceneCase, directory: Path, table: str) -> events.Earlier | N
     return None
 
 
-class Session:
-    """Carries out the events of a computation in an open folder. A failure or an interrupt is an outcome, too.
-
-    Args:
-        case: The case.
-        folder: The folder for the results.
-        options: Overwriting, progress, signals and budget.
-        notes: What the user is told at the beginning.
-        old: The checkpoint that is resumed, None to start at the beginning.
-        resumable: Whether the computation can be resumed once it has ended.
-
-    Attributes:
-        monitor: Ends the computation, and hears where it is.
-    """
+class _Session:
+    """Carries out the events of a computation in an open folder, from the checkpoint that is resumed, if any."""
 
     def __init__(
         self,
@@ -148,7 +137,7 @@ class Session:
             patience=options.patience if options.budget is None else None,
             listener=self.on_the_way,
         )
-        self._begun = False
+        self._begun = self._compiled = False
         self._t = old.state.history.t[0] if old else 0.0
         self._tables: dict[str, TableWriter] = {}
         self._resumed: TableWriter | None = None
@@ -168,8 +157,8 @@ class Session:
         self.reporter.on_the_way(f"{place} ({duration(passed)}{limit})")
 
     def carry_out(self, computation: events.Events) -> Outcome:
-        """Carry out a computation to its end; see the function."""
-        jit.LOG.addHandler(compiling := _FirstMessage(self.reporter))
+        """Carry out a computation to its end; a failure or an interrupt is an outcome, too."""
+        jit.LOG.addFilter(self._compiling)
         try:
             outcome = self._follow(computation)
         except RunFailure as failure:
@@ -180,7 +169,7 @@ class Session:
             how = f" at t = {self._t:g}; continue with pairsim {self.case.kind} --resume" if self.resumable else KEPT
             outcome = Outcome("interrupted", "interrupted", f"{str(interrupt) or 'stopped at once'}{how}")
         finally:
-            jit.LOG.removeHandler(compiling)
+            jit.LOG.removeFilter(self._compiling)
         if not self._begun:
             self.reporter.note(f"nothing to do: {outcome.message}" if outcome.status == "finished" else outcome.message)
             return outcome
@@ -188,6 +177,13 @@ class Session:
             return self._finish(outcome)
         finally:
             self.reporter.finish(outcome.message)
+
+    def _compiling(self, record: logging.LogRecord) -> bool:
+        """Show the first message of the compiler."""
+        if not self._compiled:
+            self.reporter.note(record.getMessage())
+        self._compiled = True
+        return True
 
     def _follow(self, computation: events.Events) -> Outcome:
         """Carry out all events; the computation hears of what goes wrong meanwhile, and says what is left to do."""
@@ -310,16 +306,3 @@ class Session:
             message = f"{error.filename or self.folder} cannot be written ({error.strerror or error})"
             again = "--resume" if self.resumable else "the same command with --overwrite"
             raise WriteFailure(message, advice=f"{again} once it can be") from error
-
-
-class _FirstMessage(logging.Handler):
-    """Shows the first message of a log."""
-
-    def __init__(self, reporter: Reporter) -> None:
-        super().__init__()
-        self._reporter = reporter
-
-    def emit(self, record: logging.LogRecord) -> None:
-        if self.filter(record):
-            self._reporter.note(record.getMessage())
-            self.addFilter(lambda _: False)

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
-from typing import Any, Self
+from typing import Any
 
 from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from pairsim.computing.progress import BarReporter, Style, make_reporter
 from pairsim.sweeps.folder import CaseState
 from pairsim.sweeps.grid import Grid
 
@@ -21,51 +19,8 @@ COLOURS = {"finished": "green", "failed": "red", "interrupted": "yellow", "runni
 """Of cases, by status."""
 
 
-class SweepProgress:
-    """Shows on stderr how a sweep goes on: a line for each case that ends, or a bar; a context.
-
-    Args:
-        style: How.
-        name: Name of the sweep.
-        cases: Number of its cases.
-        left: Number of those to be computed.
-    """
-
-    def __init__(self, style: Style, name: str, cases: int, left: int) -> None:
-        self._name, self._cases, self._ended = name, cases, cases - left
-        self._reporter = make_reporter(style)
-
-    def __enter__(self) -> Self:
-        left = f"{self._cases - self._ended} to do"
-        self._reporter.start(self._name, f"{self._cases} cases, {left}", self._cases)
-        self._reporter.on_the_way(left)
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if isinstance(self._reporter, BarReporter):
-            with suppress(OSError):  # a terminal that is gone is not worth a sweep
-                self._reporter.live.stop()
-
-    def note(self, text: str) -> None:
-        """Show a line."""
-        self._reporter.say(text)
-
-    def case(self, state: CaseState) -> None:
-        """Show that a case has ended."""
-        self._ended += 1
-        bar = isinstance(self._reporter, BarReporter)
-        if bar:
-            self._reporter.update(self._ended, _headline(state), self._ended)
-        if not bar or state.status == "failed":
-            self.note(f"[{self._ended}/{self._cases}] {_headline(state)}")
-
-    def end(self, cases: Sequence[Mapping[str, Any]]) -> None:
-        """Show the warnings of all cases."""
-        for warning in summarised(cases):
-            self.note(f"warning: {warning}")
-
-
-def _headline(state: CaseState) -> str:
+def headline(state: CaseState) -> str:
+    """How a case has ended, in a line."""
     dU, seconds = state.values.get("dU"), state.values.get("wall_time")
     reason = f" ({state.reason})" if state.reason not in ("", "end") else ""
     shown = f"  dU = {dU:+.4e}" if isinstance(dU, float) else ""
@@ -124,5 +79,5 @@ def dry_run_view(grid: Grid) -> Group:
         shown = [f"{value:g}" if isinstance(value, float) else str(value) for value in values]
         estimate = grid.question.estimate(case.case)
         table.add_row(*map(Text, [case.folder, *shown, f"~{estimate.unknowns}", estimate.duration]))
-    headline = f"{len(grid.cases)} cases of pairsim {grid.question.name}" + (f" ({notes})" if notes else "")
-    return Group(Text(headline), table)
+    title = f"{len(grid.cases)} cases of pairsim {grid.question.name}" + (f" ({notes})" if notes else "")
+    return Group(Text(title), table)

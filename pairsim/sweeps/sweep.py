@@ -16,7 +16,7 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any, cast
 
-from pairsim.computing.progress import Style
+from pairsim.computing.progress import Style, make_reporter
 from pairsim.physics.own_laws import OWN
 from pairsim.results.folder import write_text
 from pairsim.results.table_files import table_text
@@ -27,7 +27,7 @@ from pairsim.runtime.signals import ENDING, Signals
 from pairsim.sweeps.chains import chains
 from pairsim.sweeps.folder import ENDED, STOP, CaseState, begin, read_state, rows_of
 from pairsim.sweeps.grid import Grid, SweepCase
-from pairsim.sweeps.progress import SweepProgress
+from pairsim.sweeps.progress import headline, summarised
 from pairsim.sweeps.task import Task, compute
 
 POLL = 0.1
@@ -156,26 +156,29 @@ class _Sweep:
         self.free = [each for each, count in workers.executors for _ in range(len(left) if count is None else count)]
         self.running: dict[Future[list[CaseState]], tuple[Executor, list[SweepCase]]] = {}
         self.ended: SimpleQueue[Future[list[CaseState]]] = SimpleQueue()
-        self.progress = SweepProgress(options.progress, grid.name, len(grid.cases), len(left))
+        self.reporter, self.count = make_reporter(options.progress), len(self.cases) - len(left)
         self.code, self.why = 0, ""
         self._written = 0.0
 
     def run(self) -> tuple[int, str]:
         """Compute all tasks; returns exit code and message."""
-        with self.progress:
+        cases = len(self.cases)
+        self.reporter.start(self.content["name"], f"{cases} cases, {cases - self.count} to do", cases)
+        try:
             self._write_results()
-            try:
-                while self.running or (self.todo and not self.why):
-                    if self.options.signals is not None and (number := self.options.signals.number):
-                        self._stop(INTERRUPTED, signal.Signals(number).name)
-                    self._step()
-            except KeyboardInterrupt as interrupt:  # a second Ctrl-C
-                self._stop(INTERRUPTED, str(interrupt) or signal.SIGINT.name)
-            except BaseException:
-                self._stop(1, "stopped")  # executors wait for their tasks
-                raise
-            self._write_results()
-            return self._verdict()
+            while self.running or (self.todo and not self.why):
+                if self.options.signals is not None and (number := self.options.signals.number):
+                    self._stop(INTERRUPTED, signal.Signals(number).name)
+                self._step()
+        except KeyboardInterrupt as interrupt:  # a second Ctrl-C
+            self._stop(INTERRUPTED, str(interrupt) or signal.SIGINT.name)
+        except BaseException:
+            self._stop(1, "stopped")  # executors wait for their tasks
+            raise
+        finally:
+            self.reporter.stop()
+        self._write_results()
+        return self._verdict()
 
     def _step(self) -> None:
         """Submit what can be submitted, and take what has ended, for which it waits a moment."""
@@ -204,7 +207,8 @@ class _Sweep:
     def _take(self, state: CaseState) -> None:
         self.cases[state.folder].update(vars(state))
         if state.status in ENDED:
-            self.progress.case(state)
+            self.count += 1
+            self.reporter.case(self.count, headline(state), state.status == "failed")
         if state.reason == EnvironmentFailure.reason:
             self._stop(EnvironmentFailure.exit_code, state.message)
 
@@ -216,7 +220,7 @@ class _Sweep:
         with suppress(OSError):
             (self.directory / STOP).touch()
         if self.running:
-            self.progress.note(f"{why}: stopping the running cases")
+            self.reporter.say(f"{why}: stopping the running cases")
         for future in list(self.running):
             future.cancel()
 
@@ -231,7 +235,8 @@ class _Sweep:
         parts += [f"{failed} failed"] if failed else []
         parts += [f"{pending} to do"] if pending else []
         text = ", ".join(parts)
-        self.progress.end([case for case in self.cases.values() if case["warnings"]])
+        for warning in summarised(list(self.cases.values())):
+            self.reporter.say(f"warning: {warning}")
         if self.why:
             return self.code, f"{self.why}; {text}"
         if failed:
