@@ -16,7 +16,7 @@ from typer.cli import get_docs_for_click
 
 import pairsim
 from pairsim.cases.example import write_example
-from pairsim.cli.app import LATER, app, command_of
+from pairsim.cli.app import app, command_of
 from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import FILES, read_case
 from pairsim.computing.question import LAST
@@ -71,7 +71,7 @@ def in_sweeps(name: str) -> str:
 def command_line() -> str:
     """All commands with their arguments and options."""
     command: Any = typer.main.get_command(app)
-    command.commands |= {name: command_of(name) for name in LATER}
+    command.commands |= {name: command_of(name) for name in QUESTIONS}
     text = get_docs_for_click(obj=command, ctx=typer.Context(command), name="pairsim", title="Command line")
     return re.sub(r"`[^`]*`|<", lambda found: "&lt;" if found[0] == "<" else found[0], text)  # code is left as it is
 

@@ -14,26 +14,23 @@ from typing import Annotated, Any, NoReturn
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from pairsim.cli import folders, preparation, sweeps
+from pairsim.cli import folders, preparation, sweeps, units
 from pairsim.runtime.errors import EnvironmentFailure, InputError, PairsimError
 from pairsim.runtime.launcher import rank
 from pairsim.runtime.questions import NAMES, first_line
 from pairsim.runtime.version import __version__, commit
 
-LATER = {**{name: f"pairsim.questions.{name}" for name in NAMES}, "units": "pairsim.cli.units"}
-"""Commands whose modules are imported when they are called."""
+
+def command_of(question: str) -> Any:
+    """The command of a question, from its file."""
+    return typer.main.get_group(import_module(f"pairsim.questions.{question}").app).commands[question]
 
 
-def command_of(name: str) -> Any:
-    """One of the commands of `LATER`, from its module."""
-    return typer.main.get_group(import_module(LATER[name]).app).commands[name]
+class _OfQuestion(TyperCommand):
+    """The command of a question, whose file is imported when it is called; --help lists the first line of the file."""
 
-
-class _Later(TyperCommand):
-    """A command whose module is imported when it is called; --help lists the first line of the module."""
-
-    def __init__(self, name: str) -> None:
-        super().__init__(name, help=first_line(LATER[name]))
+    def __init__(self, question: str) -> None:
+        super().__init__(question, help=first_line(question))
 
     def make_context(self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any) -> Any:
         return command_of(str(self.name)).make_context(info_name, args, parent, **extra)
@@ -44,7 +41,7 @@ class _All(TyperGroup):
 
     def __init__(self, **attributes: Any) -> None:
         super().__init__(**attributes)
-        self.commands = {name: _Later(name) for name in LATER} | dict(self.commands)
+        self.commands = {name: _OfQuestion(name) for name in NAMES} | dict(self.commands)
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         own, others = list[str](), list[str]()
@@ -67,7 +64,7 @@ app = typer.Typer(
     help="Soft and rigid spheres on the axis of a tube: do they separate or collide, and how fast?",
     epilog="Example: pairsim run configs/quickstart.yaml",
 )
-for _part in (preparation, sweeps, folders):
+for _part in (preparation, units, sweeps, folders):
     app.add_typer(_part.app)
 
 

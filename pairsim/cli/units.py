@@ -1,116 +1,127 @@
-"""Compute the dimensionless numbers and scales of an experiment; with -o also write a case file.
-
-Every quantity is a number with its unit, such as 50um. Also prints whether
-inertia is negligible, a warning if no steady shape is expected, and each
-default used.
-"""
+"""`pairsim units`: the dimensionless numbers and scales of an experiment."""
 
 from __future__ import annotations
 
-import inspect
 import re
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.table import Table
 
-from pairsim.api.units import units as units_of
-from pairsim.cases.physical import QUANTITIES
-from pairsim.cases.yaml_file import apply_settings
-from pairsim.cli.options import OfQuestion, OverwriteFile, Settings, check_free, print_table, write_file
-from pairsim.physics import liquids, solids
-from pairsim.physics.declared import PARAMETERS
+from pairsim.cli.options import OfQuestion, Settings, check_free, print_table, write_file
 from pairsim.runtime.errors import InputError
 
 app = typer.Typer()
 ENDS = {"ends": "developed", "length": "auto"}
 """What a case is given that says nothing of the ends of its tube."""
-OPTIONS = {key: f"--{key.replace('_', '-')}" for key in QUANTITIES} | {"flow_rate": "--flow"}
-"""The options of quantities by their keys in a `physical` block."""
-NUMBERS = {name: each for name, each in PARAMETERS.items() if each.parameter.dimension is None}
-"""Parameters of laws that are pure numbers; the others follow from quantities."""
-REQUIRED = ("tube", "particle")
+NUMBERS = {"liquid": ("n", "a", "L2", "alpha", "epsilon"), "solid": ("c",)}
+"""Parameters without units of the laws that ship."""
+
+
 Text = str | None
+Number = float | None
 File = Path | None
 
 
-def _declared() -> Iterator[inspect.Parameter]:
-    """An option for each quantity and each of `NUMBERS`, in the words of their declarations."""
-    for key, quantity in QUANTITIES.items():
-        of, several = quantity.dimension, quantity.many or quantity.gives == "d"
-        example = of.example.format(**dict.fromkeys(of.of_unit, 0.6)).replace(" ", "")
-        words = f"{of.words}; such as {example}{', may be repeated' if several else ''}"
-        yield _option(key, OPTIONS[key], list[str] if several else str, "QUANTITY", words)
-    for name, each in NUMBERS.items():
-        yield _option(name, f"--{name}", float, "NUMBER", f"{each.parameter.words} ({', '.join(each.laws)})")
+def _quantity(words: str, *names: str) -> Any:
+    return typer.Option(*names, metavar="QUANTITY", help=words)
 
 
-def _option(name: str, option: str, kind: Any, metavar: str, words: str) -> inspect.Parameter:
-    default: Any = ... if name in REQUIRED else None
-    words = f"{words[0].upper()}{words[1:]}."
-    declared = typer.Option(default, option, metavar=metavar, help=words)
-    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=declared, annotation=kind)
-
-
-def _with_declared(command: Any) -> Any:
-    """Put the options of `_declared` in place of the `declared` of a command, before its own."""
-    signature = inspect.signature(command, eval_str=True)
-    own = (each for each in signature.parameters.values() if each.name != "declared")
-    parameters = {each.name: each for each in (*_declared(), *own)}
-    command.__signature__ = signature.replace(parameters=list(parameters.values()))
-    return command
-
-
-def _law(of: str, laws: dict[str, Any]) -> Any:
-    words = f"Law of the {of}: {', '.join(laws)}, or one of your own."
+def _law(words: str) -> Any:
     return typer.Option(metavar="LAW", help=words)
 
 
+def _number(name: str, words: str) -> Any:
+    return typer.Option(f"--{name}", metavar="NUMBER", help=words)
+
+
 @app.command(
-    "units",
-    help=__doc__,
     epilog="Examples: pairsim units --tube 50um --particle 20um --flow 1ul/min --modulus 5kPa --viscosity 1Pa.s "
     "--relaxation 2ms --liquid giesekus -o case.yaml | pairsim units --liquid power-law --n 0.6 "
-    "--consistency 0.5Pa.s^0.6 --tube 50um --particle 20um --flow 1ul/min --modulus 5kPa",
+    "--consistency 0.5Pa.s^0.6 --tube 50um --particle 20um --flow 1ul/min --modulus 5kPa"
 )
-@_with_declared
-def _command(
+def units(
     *,
-    liquid: Annotated[Text, _law("liquid", liquids.LAWS)] = None,
-    solid: Annotated[Text, _law("particles", solids.LAWS)] = None,
-    pressure: Annotated[
-        Text, typer.Option(metavar="QUANTITY", help="Pressure drop in place of --flow, such as 20kPa; with --over.")
+    tube: Annotated[str, _quantity("Inner diameter of the tube D_c, such as 50um.")],
+    particle: Annotated[list[str], _quantity("Diameter of the particles, such as 20um; repeat it, from upstream.")],
+    flow_rate: Annotated[Text, _quantity("Flow rate Q: U_av = 4 Q/(pi D_c^2), such as 1ul/min.", "--flow")] = None,
+    velocity: Annotated[Text, _quantity("Mean velocity of the liquid U_av, in place of --flow, such as 5mm/s.")] = None,
+    pressure: Annotated[Text, _quantity("Pressure drop in place of --flow, such as 20kPa; with --over.")] = None,
+    over: Annotated[Text, _quantity("Length of tube over which it falls, such as 5cm.")] = None,
+    modulus: Annotated[
+        list[str] | None, _quantity("Shear modulus G_p (default: rigid; repeat for one value each), such as 5kPa.")
     ] = None,
-    over: Annotated[
-        Text, typer.Option(metavar="QUANTITY", help="Length of tube over which it falls, such as 5cm.")
+    young: Annotated[list[str] | None, _quantity("Young's modulus E = 3 G_p, in place of --modulus.")] = None,
+    density: Annotated[Text, _quantity("Density of the liquid (default: water), such as 1000kg/m^3.")] = None,
+    distance: Annotated[
+        list[str] | None,
+        _quantity(
+            "Distance between the surfaces, such as 5um (repeat for one value each gap; with --kind curve, for its "
+            "distances; with --kind critical, for the least and the largest one)."
+        ),
     ] = None,
+    end: Annotated[Text, _quantity("End time of the run (default: by De and Ca_e), such as 2ms.")] = None,
+    liquid: Annotated[
+        Text,
+        _law(
+            "Law of the liquid: newtonian, carreau, fene-p, giesekus, oldroyd-b, power-law, ptt-linear, ptt-exp, "
+            "white-metzner, or one of your own."
+        ),
+    ] = None,
+    viscosity: Annotated[Text, _quantity("Zero-shear viscosity eta_0, solvent included, such as 1Pa.s.")] = None,
+    consistency: Annotated[Text, _quantity("Consistency K: eta_0 = K (U_av/D_c)^(n - 1), such as 0.5Pa.s^0.6.")] = None,
+    relaxation: Annotated[Text, _quantity("Relaxation time lambda: De = lambda U_av/D_c, such as 2ms.")] = None,
+    solvent: Annotated[Text, _quantity("Viscosity of the solvent eta_s: xi = eta_s/eta_0, such as 1mPa.s.")] = None,
+    time_constant: Annotated[Text, _quantity("Inverse of the rate where thinning begins, such as 2ms.")] = None,
+    viscosity_inf: Annotated[Text, _quantity("Viscosity at large shear rates, such as 1mPa.s.")] = None,
+    n: Annotated[Number, _number("n", "Flow index of the thinning part.")] = None,
+    a: Annotated[Number, _number("a", "Exponent of the transition; 2 is the law of Carreau.")] = None,
+    L2: Annotated[Number, _number("L2", "Largest trace of the conformation tensor.")] = None,
+    alpha: Annotated[Number, _number("alpha", "Mobility of the Giesekus liquid.")] = None,
+    epsilon: Annotated[Number, _number("epsilon", "Extensional parameter of the PTT liquids.")] = None,
+    solid: Annotated[
+        Text, _law("Law of the particles: neo-hookean, kelvin-voigt, mooney-rivlin, or one of your own.")
+    ] = None,
+    particle_viscosity: Annotated[Text, _quantity("Viscosity of the particles, such as 2Pa.s.")] = None,
+    c: Annotated[Number, _number("c", "Part of the second invariant in the shear modulus.")] = None,
     rheology: Annotated[
         File, typer.Option(help="CSV file of a flow curve (shear rate, viscosity, N1), to which the liquid is fitted.")
     ] = None,
     spectrum: Annotated[File, typer.Option(help="CSV file of moduli (angular frequency, G', G''), alike.")] = None,
     kind: Annotated[OfQuestion, typer.Option("--kind", help="The command that the case file is for.")] = "run",
     output: Annotated[File, typer.Option("-o", "--output", help="Write a case file to this path.")] = None,
-    overwrite: OverwriteFile = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing case file.")] = False,
     set_: Settings = None,
-    **declared: Any,
 ) -> None:
+    """Compute the dimensionless numbers and scales of an experiment; with -o also write a case file.
+
+    Every quantity is a number with its unit, such as 50um. Also prints whether
+    inertia is negligible, a warning if no steady shape is expected, and each
+    default used.
+    """
+    options = locals()
+    from rich.table import Table
+
+    from pairsim.api.units import units as units_of
+    from pairsim.cases.physical import Physical
+    from pairsim.cases.yaml_file import apply_settings
+    from pairsim.physics import liquids
+    from pairsim.physics.declared import PARAMETERS
+
     picture = output.with_name(f"{output.stem}-fit.png") if output and (rheology or spectrum) else None
     for path in (output, picture):
         check_free(path, overwrite)
-    given = {key: declared[key] for key in QUANTITIES if declared[key]}
+    given = {key: value for key, value in options.items() if key in Physical.model_fields and value}
     quantities = {key: value[0] if len(value) == 1 else value for key, value in given.items()}
     laws: dict[str, Any] = {}
-    for place, law, known in (("liquid", liquid, liquids.LAWS), ("solid", solid, solids.LAWS)):
-        numbers = {name: declared.get(name) for name, each in NUMBERS.items() if each.laws[0] in known}
-        numbers = {name: value for name, value in numbers.items() if value is not None}
-        for name in (name for name in numbers if law not in NUMBERS[name].laws):
-            allowed = f"must be left out, or be given with --{place} {' or '.join(NUMBERS[name].laws)}"
+    for place, law in (("liquid", liquid), ("solid", solid)):
+        numbers = {name: options[name] for name in NUMBERS[place] if options[name] is not None}
+        for name in (name for name in numbers if law not in PARAMETERS[name].laws):
+            allowed = f"must be left out, or be given with --{place} {' or '.join(PARAMETERS[name].laws)}"
             raise InputError("pairsim units", f"--{name}", numbers[name], allowed)
         if law or numbers:
             laws[place] = {"law": law, **numbers} if numbers else law
-    if declared["relaxation"] and not (liquid or rheology or spectrum):
+    if relaxation and not (liquid or rheology or spectrum):
         elastic = ", ".join(name for name, law in liquids.LAWS.items() if issubclass(law, liquids.ConformationLaw))
         allowed = f"must be given with --relaxation: {elastic}; --rheology FILE finds the one that fits a flow curve"
         raise InputError("pairsim units", "--liquid", None, allowed)
@@ -143,12 +154,13 @@ def _command(
 
 def _of_option(error: InputError) -> InputError:
     """The same error with options in place of the keys of a case that they stand for."""
+    from pairsim.physics.declared import PARAMETERS
 
     def option(key: re.Match[str]) -> str:
         declared = PARAMETERS.get(key[1])
         dimension = None if declared is None else declared.parameter.dimension
         name = key[1] if dimension is None else dimension.key
-        return OPTIONS.get(name, f"--{name}")
+        return "--flow" if name == "flow_rate" else f"--{name.replace('_', '-')}"
 
     key, allowed = (re.sub(r"\b(?:physical|liquid|solid)\.(\w+)", option, text) for text in (error.key, error.allowed))
     return InputError("pairsim units", key, error.value, allowed)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from importlib.util import find_spec
 from pathlib import Path
 
 FOLDER = Path(__file__).parents[1] / "questions"
@@ -12,8 +11,8 @@ ORDER = ("run", "curve", "critical")
 NAMES = (*ORDER, *sorted({entry.stem for entry in FOLDER.glob("[a-z]*")} - {*ORDER}))
 
 
-def first_line(module: str) -> str:
-    """The first line of a module, which is not imported: of a question, what it computes."""
-    spec = find_spec(module)
-    with Path(str(spec and spec.origin)).open(encoding="utf-8") as lines:
+def first_line(name: str) -> str:
+    """The first line of the file of a question: what it computes."""
+    file = FOLDER / f"{name}.py"
+    with (file if file.exists() else FOLDER / name / "__init__.py").open(encoding="utf-8") as lines:
         return lines.readline().lstrip("r").strip('"\n')
