@@ -127,5 +127,6 @@ def _complain(error: Exception) -> None:
         lines = str(error).splitlines()
         if isinstance(error, InputError) and len(error.mistakes) > 1:
             lines.insert(0, f"{len(error.mistakes)} mistakes:")
-        name = "" if lines[0].startswith("pairsim ") else "pairsim: "  # a mistake in an option names the command
+        named = lines[0].startswith(("pairsim ", "pairsim:"))  # a mistake in an option names the command
+        name = "" if named else "pairsim: "
         typer.echo(name + "\n  ".join(lines), err=True)

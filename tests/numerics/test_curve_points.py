@@ -33,6 +33,13 @@ class Analytic:
         return made_point(parameters.gaps[0], self.values(x), np.array(self.slopes(x)) / parameters.gaps[0])
 
 
+def added_to(asked: int, at: Callable[[Parameters], Any], tol: float, widest: float = 0.8) -> list[Any]:
+    """The points of a pair between d = .02 and the widest distance, of which so many were asked for."""
+    solver = SimpleNamespace(parameters=Parameters((widest,), soft(0.1, 0.1)))
+    stub: Any = SimpleNamespace(solver=solver, at=at)
+    return traced(stub, [(float(d),) for d in np.geomspace(widest, 0.02, asked)], tol, 200)
+
+
 @pytest.mark.parametrize("gap", [0, 1])
 def test_points_are_added_where_any_gap_of_three_particles_asks_for_them(gap: int) -> None:
     def mixed(bending: float, straight: float) -> list[float]:
@@ -72,9 +79,7 @@ def test_no_point_is_added_for_the_noise_of_meshes() -> None:
         rough = noise.uniform(-1e-2, 1e-2, 2)
         return made_point(d, 1 + 0.1 * np.log(d) + rough[0], (0.1 + rough[1]) / d, error=2e-2)
 
-    stub: Any = SimpleNamespace(solver=SimpleNamespace(parameters=Parameters((0.8,), soft(0.1, 0.1))), at=at)
-    places = [(float(d),) for d in np.geomspace(0.8, 0.02, 9)]
-    assert len(traced(stub, places, 2e-3, 200)) == len(places)
+    assert len(added_to(9, at, 2e-3)) == 9
 
 
 @pytest.mark.parametrize("part", [0.2, 0.45, 2.0])
@@ -87,9 +92,7 @@ def test_points_are_added_until_the_half_width_between_them_is_small(part: float
         slope = 2 / np.cosh(2 * x + 4.5) ** 2
         return made_point(parameters.gaps[0], np.tanh(2 * x + 4.5), slope / parameters.gaps[0], error=part * tol)
 
-    stub: Any = SimpleNamespace(solver=SimpleNamespace(parameters=Parameters((0.8,), soft(0.1, 0.1))), at=at)
-    places = [(float(d),) for d in np.geomspace(0.8, 0.02, 8)]
-    (curve,) = interpolants(traced(stub, places, tol, 200))
+    (curve,) = interpolants(added_to(8, at, tol))
     assert curve.half_widths(np.sqrt(curve.d[1:] * curve.d[:-1])).max() <= max(1.0, 2 * part) * tol
 
 
@@ -100,9 +103,7 @@ def test_a_jump_between_meshes_is_not_chased() -> None:
         d = parameters.gaps[0]
         return made_point(d, 1.0 + (d > 0.1), 0.0, error=1e-6)
 
-    stub: Any = SimpleNamespace(solver=SimpleNamespace(parameters=Parameters((0.8,), soft(0.1, 0.1))), at=at)
-    places = [(float(d),) for d in np.geomspace(0.8, 0.02, 9)]
-    assert len(traced(stub, places, 2e-3, 200)) < 30
+    assert len(added_to(9, at, 2e-3)) < 30
 
 
 def test_distances_that_were_asked_for_are_marked_and_never_left_out() -> None:
@@ -185,9 +186,11 @@ def curve(f: Function, slope: Function, d: np.ndarray, error: float = 0.0) -> Cu
 def test_the_interval_of_a_curve_holds_the_function_between_its_points(name: str, asked: int) -> None:
     """Whatever was asked for: points are added until the interpolant is known to 1 % of the peak."""
     f, slope = SHAPES[name]
-    fine: Any = SimpleNamespace(parameters=Parameters((1.0,), soft(0.0, 0.0)))
-    stub: Any = SimpleNamespace(solver=fine, at=lambda at: made_point(at.gaps[0], f(at.gaps[0]), slope(at.gaps[0])))
-    (found,) = interpolants(traced(stub, [(float(d),) for d in np.geomspace(1.0, 0.02, asked)], 1e-2, 200))
+
+    def at(place: Parameters) -> Any:
+        return made_point(place.gaps[0], f(place.gaps[0]), slope(place.gaps[0]))
+
+    (found,) = interpolants(added_to(asked, at, 1e-2, widest=1.0))
     off, peak = np.abs(found.values(FINE) - f(FINE)), np.abs(f(FINE)).max()
     assert (off <= found.half_widths(FINE) + 1e-12).mean() > 0.95
     assert off.max() < 1e-2 * peak

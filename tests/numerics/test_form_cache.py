@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
-import signal
 import subprocess
-import sys
 import threading
 import time
 from pathlib import Path
@@ -19,15 +17,6 @@ from pairsim.results.folder import read_record
 from pairsim.runtime.child_process import module_command
 from pairsim.runtime.errors import EnvironmentFailure
 
-PROGRAM = """
-import subprocess
-from pairsim.fem.compilation.jit import compiler_command, in_cache
-
-def build(folder):
-    subprocess.run([*compiler_command(), "-x", "c", "-c", "/dev/null", "-o", folder / "module.o"], check=True)
-
-in_cache("form", build)
-"""
 CASE = TINY.partition(": ")[2]
 
 
@@ -79,34 +68,6 @@ def test_what_is_there_is_not_built_and_needs_no_compiler(cache: Path, monkeypat
         in_cache("another", build)
 
 
-def compiler(folder: Path, script: str) -> dict[str, str]:
-    """An environment with an empty cache and a C compiler of our own."""
-    path = folder / "cc.sh"
-    path.write_text(f"#!/bin/sh\n{script}\n")
-    path.chmod(0o755)
-    return {**os.environ, "XDG_CACHE_HOME": str(folder / "empty"), "CC": str(path)}
-
-
-def test_a_process_that_is_killed_while_the_compiler_runs_leaves_nothing_in_the_way(tmp_path: Path) -> None:
-    started = tmp_path / "started"
-    hanging = compiler(tmp_path, f"touch {started}; exec sleep 1000")
-    words = [sys.executable, "-P", "-c", PROGRAM]
-    killed = subprocess.Popen(words, env=hanging, process_group=0)
-    while not started.exists():
-        assert killed.poll() is None
-        time.sleep(0.01)
-    killed.kill()
-    killed.wait()
-    os.killpg(killed.pid, signal.SIGKILL)  # the compiler
-    (processor,) = (tmp_path / "empty" / "pairsim").iterdir()
-    assert (processor / UNFINISHED).is_dir()
-    assert not (processor / "form").exists()
-    sound = {name: value for name, value in hanging.items() if name != "CC"}
-    subprocess.run(words, env=sound, check=True, timeout=60)
-    assert not (processor / UNFINISHED).exists()
-    assert (processor / "form" / "module.o").is_file()
-
-
 @pytest.mark.slow
 def test_a_run_compiles_what_it_needs_after_one_that_was_killed_in_the_compiler(tmp_path: Path) -> None:
     """What a killed process has begun is not in the cache, and what is there after another one is all of it."""
@@ -131,21 +92,21 @@ def test_a_run_compiles_what_it_needs_after_one_that_was_killed_in_the_compiler(
 
 
 @pytest.mark.slow
-def test_ctrl_c_during_a_compilation_ends_in_order(tmp_path: Path) -> None:
-    """The terminal sends it to the compiler, too, which fails."""
+@pytest.mark.parametrize(
+    ("script", "code", "status", "said"),
+    [("kill -INT $PPID; exit 1", 130, "interrupted", ""), ("exit 1", 4, "failed", "the forms cannot be compiled")],
+    ids=["Ctrl-C, which the terminal sends to the compiler too", "a fault of the compiler"],
+)
+def test_a_compiler_that_fails_is_not_the_fault_of_a_case(
+    script: str, code: int, status: str, said: str, tmp_path: Path
+) -> None:
+    (tmp_path / "cc.sh").write_text(f"#!/bin/sh\n{script}\n")
+    (tmp_path / "cc.sh").chmod(0o755)
     (tmp_path / "case.yaml").write_text(CASE.replace("Ca_e: 0", "Ca_e: 0, d0: 0.1"))
     run = module_command("pairsim", "run", "case.yaml", "-o", "out", "-q")
-    environment = compiler(tmp_path, "kill -INT $PPID; exit 1")
+    environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "empty"), "CC": str(tmp_path / "cc.sh")}
     done = subprocess.run(run, cwd=tmp_path, env=environment, capture_output=True, text=True)
-    assert done.returncode == 130, done.stderr
-    assert read_record(tmp_path / "out")["status"] == "interrupted"
-
-
-@pytest.mark.slow
-def test_a_compiler_that_fails_is_not_the_fault_of_a_case(tmp_path: Path) -> None:
-    (tmp_path / "case.yaml").write_text(CASE.replace("Ca_e: 0", "Ca_e: 0, d0: 0.1"))
-    run = module_command("pairsim", "run", "case.yaml", "-o", "out", "-q")
-    done = subprocess.run(run, cwd=tmp_path, env=compiler(tmp_path, "exit 1"), capture_output=True, text=True)
-    assert done.returncode == 4, done.stderr
-    assert "the forms cannot be compiled" in done.stderr
+    assert done.returncode == code, done.stderr
+    assert said in done.stderr
     assert "Traceback" not in done.stderr
+    assert read_record(tmp_path / "out")["status"] == status

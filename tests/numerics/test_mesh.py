@@ -8,11 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from pairsim.cases.estimate import liquid_cells
-from pairsim.computing import QUESTIONS
-from pairsim.computing.case_files import parse_case
-from pairsim.fem.meshes import cell_sizes
-from pairsim.fem.meshes.cell_sizes import Distances, make_outlines
+from pairsim.fem.meshes.cell_sizes import make_outlines
 from pairsim.fem.meshes.columns import LONGEST
 from pairsim.fem.meshes.geometry import Geometry, MeshSettings, Reference
 from pairsim.fem.meshes.meshing import liquid_mesh
@@ -116,34 +112,6 @@ def test_a_tube_without_room_for_rows_has_none() -> None:
     settings = MeshSettings(Np=12, rows=0.5)
     reference = Reference.spheres(geometry, make_outlines(geometry, settings))
     assert np.array_equal(liquid_mesh(reference, settings).points, liquid_mesh(reference, MeshSettings(Np=12)).points)
-
-
-@pytest.mark.parametrize("rows", [0.0, 0.5])
-def test_the_cost_of_a_case_is_guessed_with_its_rows(rows: float) -> None:
-    mesh = {"Np": 20, "max_size": 0.05, "rows": rows}
-    case = parse_case(QUESTIONS["run"], {"beta": 0.4, "De": 1, "Ca_e": 0.1, "d0": 0.1, "mesh": mesh}, "test")
-    geometry, settings = Geometry(case.betas, case.gaps, case.tube_length), MeshSettings(**mesh)
-    made = liquid_mesh(Reference.spheres(geometry, make_outlines(geometry, settings)), settings)
-    assert liquid_cells(case) == pytest.approx(len(made.cells), rel=0.25)
-
-
-def test_sizes_are_asked_for_no_more_often_than_a_mesh_has_nodes(monkeypatch: pytest.MonkeyPatch) -> None:
-    """By itself gmsh integrates sizes along lines so well that this takes most of the time of a mesh."""
-    asked, own = [0], cell_sizes._from_spheres
-
-    def counted(reference: Reference) -> Distances:
-        distances = own(reference)
-
-        def found(z: float, r: float) -> list[tuple[float, float]]:
-            asked[0] += 1
-            return distances(z, r)
-
-        return found
-
-    monkeypatch.setattr(cell_sizes, "_from_spheres", counted)
-    geometry, settings = Geometry((0.4, 0.4), (0.1,), 4.0), MeshSettings(Np=28)
-    mesh = liquid_mesh(Reference.spheres(geometry, make_outlines(geometry, settings)), settings)
-    assert asked[0] < len(mesh.points)
 
 
 def test_grading_moves_arcs_from_the_poles_to_the_equator() -> None:

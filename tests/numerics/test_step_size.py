@@ -61,9 +61,3 @@ def test_frequent_outputs_do_not_hold_the_step_down() -> None:
     assert control.next(0.1, 0.05, 0.9) == pytest.approx(0.1)
     assert control.next(0.1, 0.1, 1.4) < 0.1
     assert control.next(1.0, 1.0, 1e-6) == 1.0
-
-
-def test_a_fixed_step_is_kept_whatever_the_error() -> None:
-    control = StepControl(1e-4, 1e-8, 1.0, fixed=0.01)
-    assert control.accepts(1e9)
-    assert control.next(0.01, 0.01, 1e9) == 0.01

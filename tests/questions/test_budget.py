@@ -7,7 +7,6 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from support.commands import Pairsim
 
 import pairsim as api
 from pairsim.computing.progress import Reporter
@@ -63,12 +62,6 @@ def spend(monitor: Monitor) -> None:
     """Check ten times."""
     for _ in range(10):
         monitor.check()
-
-
-def test_a_budget_is_a_time(pairsim: Pairsim) -> None:
-    done = pairsim("curve", "none.yaml", "--budget", "5 um")
-    assert done.returncode == 2
-    assert "Traceback" not in done.stderr
 
 
 @pytest.mark.slow

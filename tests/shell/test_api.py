@@ -63,16 +63,6 @@ def test_a_computation_without_a_folder_prints_and_leaves_nothing(
     assert not list(scratch.iterdir())
 
 
-def test_a_table_has_the_columns_of_its_file_and_whole_numbers_are_integers(empty: Path) -> None:
-    result = pairsim.run(RUN, folder="out")
-    file = read_table("out/series.csv")
-    assert list(result.table.columns) == list(file)
-    for name, values in file.items():
-        assert np.array_equal(result.table[name], values), name
-    integers = {name for name in file if result.table[name].dtype == np.int64}
-    assert integers == {"newton", "mesh"}
-
-
 def test_a_curve_is_its_interpolant_and_an_error_outside(curve: pairsim.CurveResult) -> None:
     d, dU, held, slope, error = (
         curve.table[name].to_numpy() for name in ("d", "dU", "dU_discrete", "slope", "dU_error")
@@ -101,6 +91,9 @@ def test_a_curve_knows_its_peak_its_travel_and_its_units(curve: pairsim.CurveRes
     assert way.time == pytest.approx(0.2 / abs(curve.dU(0.2)), rel=0.5)
     assert str(way).startswith(f"from d = {ends[0]} to {ends[1]}: ")
     assert curve.equilibria.equals(curve.zeros)
+    assert list(curve.zeros.columns) == ["d", "stable", "slope", "peak", "d_error", "certain"]
+    assert len(curve.zeros) == 0
+    assert repr(curve).startswith(f"<pairsim curve: finished, {len(curve.table)} rows")
     assert curve.table.attrs["units"] | {"d": "D_c", "dU": "U_av", "D_L": ""} == curve.table.attrs["units"]
     assert list(curve.tidy.columns) == ["gap", "d", "dU", "dU_error"]
     for missing in (lambda: curve.scales, lambda: curve.physical, lambda: curve.travel("5um", 0.3)):
@@ -153,11 +146,6 @@ def test_fields_are_those_of_the_file(empty: Path) -> None:
         result.fields(0.2)
 
 
-def test_zeros_are_a_table_also_where_there_are_none(curve: pairsim.CurveResult) -> None:
-    assert list(curve.zeros.columns) == ["d", "stable", "slope", "peak", "d_error", "certain"]
-    assert len(curve.zeros) == 0
-
-
 def test_overrides_change_keys_within_groups() -> None:
     case = pairsim.load(RUN, Ca_e=np.float64(0.05), mesh={"Np": 10}, **{"time.end": 0.5})
     assert (case.Ca_e, case.mesh.Np, case.mesh.max_size, case.time.end) == (0.05, 10, 0.3, 0.5)
@@ -167,10 +155,8 @@ def test_overrides_change_keys_within_groups() -> None:
 
 
 WRONG: dict[str, tuple[Any, dict[str, Any], str]] = {
-    "value": (RUN, {"beta": 2}, "beta: got 2"),
     "key": (RUN, {"betta": 0.4}, "did you mean beta"),
     "type": (3, {}, "the path of a case file, a dict of its keys, or a case"),
-    "file": ("missing.yaml", {}, "no such file"),
     "object": (RUN, {"De": object()}, "cannot write a object"),
     "nan": (RUN, {"De": float("nan")}, "nan"),
 }
@@ -223,8 +209,12 @@ def test_a_keyboard_interrupt_leaves_a_partial_result(
         result.check()
 
 
-def test_open_gives_the_results_again(empty: Path) -> None:
-    computed = pairsim.run(RUN, folder="out")
+def test_a_table_is_that_of_its_file_and_open_gives_the_results_again(empty: Path) -> None:
+    computed, file = pairsim.run(RUN, folder="out"), read_table("out/series.csv")
+    assert list(computed.table.columns) == list(file)
+    for name, values in file.items():
+        assert np.array_equal(computed.table[name], values), name
+        assert (computed.table[name].dtype == np.int64) == (name in ("newton", "mesh")), name
     opened = pairsim.open("out")
     assert isinstance(opened, pairsim.RunResult)
     pd.testing.assert_frame_equal(opened.table, computed.table)
@@ -241,10 +231,6 @@ def test_open_refuses_what_it_does_not_know(empty: Path) -> None:
     (empty / "run.json").write_text("{}")
     with pytest.raises(pairsim.InputError, match="new or empty folder"):
         pairsim.run(RUN, folder=empty)
-
-
-def test_a_result_shows_how_it_ended(curve: pairsim.CurveResult) -> None:
-    assert repr(curve).startswith(f"<pairsim curve: finished, {len(curve.table)} rows")
 
 
 @pytest.mark.slow

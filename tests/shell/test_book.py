@@ -7,13 +7,13 @@ import sys
 from collections import Counter
 from functools import cache
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pandas as pd
 import pytest
 from support.inputs import ROOT
 
-import pairsim
 from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import read_case
 from pairsim.sweeps.grid import Grid, grid_from, read_grid
@@ -23,7 +23,7 @@ sys.path.append(str(ROOT / "scripts"))  # the modules of a script lie beside it
 import accuracy
 import paper
 import validation
-from book import cases, pages, statements
+from book import cases, pages
 from book.statements import Judged
 from paper_statements import deviations, judged
 
@@ -73,15 +73,6 @@ def test_statements_without_results_are_not_computed(tmp_path: Path) -> None:
             assert judged(statement[key], nothing)[0] == "not computed", statement["says"]
 
 
-def test_page_is_that_of_the_stored_results() -> None:
-    text = paper.PAGE.read_text()
-    assert pages.marks(text) == set(paper.blocks())
-    assert pages.filled(text, paper.blocks()) == text, "written by scripts/paper --page"
-    stored = pages.stored("paper")["statements"]
-    known = [(figure, each["says"]) for figure, each in paper.STATEMENTS]
-    assert list(zip(stored["figure"], stored["the paper says"], strict=True)) == known
-
-
 @pytest.mark.long
 def test_two_small_figures_from_end_to_end(tmp_path: Path) -> None:
     """Figs. 2 and 4: meshes, two runs with a single particle, pictures in two widths."""
@@ -118,10 +109,17 @@ def test_every_table_is_stored_and_has_its_place() -> None:
         assert pages.marks((BOOK / f"{name}.md").read_text()) == set(page["tables"]) == set(validation.stored(name))
 
 
-def test_page_of_speed_is_that_of_the_stored_results() -> None:
-    page = accuracy.PAGE.read_text()
-    assert pages.marks(page) == set(accuracy.blocks())
-    assert pages.filled(page, accuracy.blocks()) == page, "written by scripts/accuracy --page"
+@pytest.mark.parametrize("script", [paper, accuracy], ids=lambda script: script.__name__)
+def test_page_is_that_of_the_stored_results(script: ModuleType) -> None:
+    text = script.PAGE.read_text()
+    assert pages.marks(text) == set(script.blocks())
+    assert pages.filled(text, script.blocks()) == text, "written by the script with --page"
+
+
+def test_every_statement_of_the_paper_has_its_row() -> None:
+    stored = pages.stored("paper")["statements"]
+    known = [(figure, each["says"]) for figure, each in paper.STATEMENTS]
+    assert list(zip(stored["figure"], stored["the paper says"], strict=True)) == known
 
 
 def test_differences_are_as_small_as_allowed(values: pd.DataFrame) -> None:
@@ -158,9 +156,6 @@ def test_values_that_are_too_far_off_are_found() -> None:
     assert validation.judged({"one": table})["good"].tolist() == [True, False, True]
 
 
-PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": "auto", "mesh": {"Np": 12}}
-
-
 @pytest.mark.parametrize(
     ("margins", "verdict"),
     [
@@ -172,23 +167,3 @@ PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": "auto"
 )
 def test_verdicts(margins: list[tuple[float, float]], verdict: str) -> None:
     assert Judged(tuple(margins)).verdict == verdict
-
-
-def test_margins() -> None:
-    values = [(1.0, 0.0), (2.0, 0.5), (4.0, 0.25)]
-    assert statements.rising(values).margins == ((1.0, 0.5), (2.0, 0.75))
-    assert statements.falling(values).margins == ((-1.0, 0.5), (-2.0, 0.75))
-    assert statements.alike(values, within=5.0).margins == ((2.0, 0.25),)
-    assert statements.below([(-3.0, 0.1)], limit=4.0).margins == ((1.0, 0.1),)
-    assert statements.above(values, limit=0.5).margins == ((0.5, 0.0), (1.5, 0.5), (3.5, 0.25))
-    assert statements.negative(values).margins[0] == (-1.0, 0.0)
-    assert statements.ratio((4.0, 0.4), (2.0, 0.0)) == (2.0, pytest.approx(0.2))
-
-
-@pytest.mark.slow
-def test_sign_of_a_curve() -> None:
-    curve = pairsim.curve(PAIR, d=[0.05, 0.1, 0.4], max_points=3)
-    repels = statements.of_sign(curve, 1, high=0.2)
-    assert repels.verdict == "holds"
-    assert repels.numbers.startswith("least dU from d = 0.05 to 0.1: ")
-    assert statements.of_sign(curve, -1, low=0.05, high=0.1).verdict == "does not hold"

@@ -136,7 +136,15 @@ def test_folders_are_slug_and_hash(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "changes", ["{}", "{De: 1}", "{De: 1, liquid: {law: fene-p, L2: 50}}", "{ends: developed, length: auto}"]
+    "changes",
+    [
+        "{}",
+        "{De: 1}",
+        "{De: 1, liquid: {law: fene-p, L2: 50}, solid: {law: kelvin-voigt, eta: 1}}",
+        "{De: 1, liquid: {law: modes, modes: ["
+        "{law: giesekus, time: 1, weight: 2}, {law: oldroyd-b, time: 0.1, weight: 1}]}}",
+        "{ends: developed, length: auto}",
+    ],
 )
 def test_a_resolved_case_is_the_same(changes: str, tmp_path: Path) -> None:
     """case.yaml in the folder of a case is a file of the same case, and so is what is sent to a child process."""

@@ -26,14 +26,6 @@ def test_create_makes_parents_and_accepts_an_empty_folder(tmp_path: Path) -> Non
         assert names(path) == []
 
 
-def test_create_refuses_a_folder_with_files_and_leaves_it_alone(tmp_path: Path) -> None:
-    (tmp_path / "series.csv").write_text("old")
-    with pytest.raises(InputError, match="--overwrite") as caught:
-        prepare_folder(tmp_path)
-    assert (caught.value.key, caught.value.file) == ("-o", str(tmp_path))
-    assert (tmp_path / "series.csv").read_text() == "old"
-
-
 def test_overwrite_removes_own_files_and_no_others(tmp_path: Path) -> None:
     for name in (*own_files(), "notes.txt", "my.csv", ".series.csv.part"):
         (tmp_path / name).write_text("x")

@@ -77,28 +77,6 @@ def test_a_file_becomes_a_case(pairsim: Pairsim, tmp_path: Path) -> None:
     assert pairsim("run", "case.yaml", "--dry-run").returncode == 0
 
 
-@pytest.mark.parametrize(
-    ("text", "more", "said"),
-    [
-        ("rate,stress\n1,2\n", (), "must have columns of rate, viscosity; add viscosity"),
-        ("rate,viscosity\n1,2\n", (), "must have at least 5 rows"),
-        ("rate [Pa],viscosity\n1,2\n", (), "rate [Pa]: got 'Pa'; must be a unit as 1/s is"),
-        (None, (), "must be a CSV file"),
-        ("rate,viscosity\n" + "".join(f"{i},1\n" for i in range(1, 9)), ("--viscosity", "1Pa.s"), "must be left out"),
-        ("", ("--liquid", "giesekus", "--alpha", "0.1"), "must be the name of a law, whose parameters are fitted"),
-        ("", ("--liquid", "bread"), "must be the name of a law, whose parameters are fitted"),
-    ],
-)
-def test_mistakes_in_files_are_told(
-    pairsim: Pairsim, tmp_path: Path, text: str | None, more: tuple[str, ...], said: str
-) -> None:
-    if text is not None:
-        (tmp_path / "flow.csv").write_text(text)
-    done = pairsim("units", "--rheology", "flow.csv", *EXPERIMENT, *more)
-    assert done.returncode == 2
-    assert said in done.stderr
-
-
 def test_a_pressure_gives_the_mean_velocity(pairsim: Pairsim, tmp_path: Path) -> None:
     """U = dp D^2/(32 eta L), and for a power law (dp D/(4 K L))^(1/n) D n/(2 (3 n + 1))."""
     bead = ("--tube", "50um", "--particle", "20um", "--modulus", "1kPa", "--pressure", "20kPa", "--over", "5cm")

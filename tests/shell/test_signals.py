@@ -52,13 +52,6 @@ def test_second_interrupt_raises_at_once() -> None:
             signal.raise_signal(signal.SIGINT)
 
 
-def test_under_nohup_a_hangup_changes_nothing() -> None:
-    signal.signal(signal.SIGHUP, signal.SIG_IGN)
-    with Signals() as signals:
-        signal.raise_signal(signal.SIGHUP)
-        assert signals.number == 0
-
-
 def test_newtons_method_stops_before_the_next_factorisation() -> None:
     transient = Transient(soft_pair(0.4, 0.1, 0.1, mesh=MeshSettings(Np=6), length=2.0))
     newton = transient.newton

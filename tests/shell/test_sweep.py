@@ -211,14 +211,6 @@ def test_a_sweep_of_another_version_is_named(pairsim: Pairsim, tmp_path: Path) -
     assert "has a sweep by pairsim 0.2.9" in done.stderr
 
 
-def test_folder_that_is_no_sweep_is_left_alone(pairsim: Pairsim, tmp_path: Path) -> None:
-    (tmp_path / "grid.yaml").write_text(THREE)
-    (tmp_path / "out").mkdir()
-    (tmp_path / "out" / "thesis.tex").write_text("precious")
-    assert pairsim("sweep", "grid.yaml", "-o", "out").returncode == 2
-    assert [path.name for path in (tmp_path / "out").iterdir()] == ["thesis.tex"]
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("kills", "ranks"), [(1, 2), *(pytest.param(10, ranks, marks=pytest.mark.long) for ranks in (0, 2))]
@@ -447,6 +439,8 @@ def test_study_runs_resumes_and_draws(tmp_path: Path, pairsim: Pairsim) -> None:
     ]  # fmt: skip
     assert [row["reference"] for row in rows] == ["false", "false", "true", "false"]
     assert [row["steps"] for row in rows][3] == "4"
+    assert float(rows[1]["error"]) < float(rows[0]["error"])
+    assert all(float(row["wall_time"]) > 0 for row in rows)
     ends = {float(row["dU@0.02"]) for row in rows}
     assert ends == {read_table(path)["dU"][-1] for path in tmp_path.glob("out/sweep-1/*/series.csv")}
     assert image.imread(tmp_path / "out" / "study.png").shape[1] > 500

@@ -48,16 +48,6 @@ def test_each_row_is_in_the_file_at_once_with_every_digit(tmp_path: Path, ascend
     assert list(read_table(file)) == ["t", "dU"]
 
 
-def test_a_table_goes_on_after_its_first_rows_and_can_be_ascending(tmp_path: Path) -> None:
-    rows = [{"d": 0.3, "stable": True}]
-    writer = TableWriter(tmp_path / "a.csv", ["d", "stable"], rows)
-    writer.row({"d": 0.1, "stable": np.bool_(False)})
-    assert writer.count == 2
-    assert (tmp_path / "a.csv").read_text() == "d,stable\n0.3,true\n0.1,false\n"
-    TableWriter(tmp_path / "a.csv", ["d", "stable"], rows, ascending=True).row({"d": 0.1, "stable": False})
-    assert read_table(tmp_path / "a.csv")["stable"].tolist() == [False, True]
-
-
 @pytest.mark.parametrize(
     ("row", "message"), [({"t_relax": float("inf"), "d": 1.0}, "t_relax is inf"), ({"t_relax": 1.0}, "no value for d")]
 )

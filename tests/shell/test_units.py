@@ -128,14 +128,6 @@ def test_a_solvent_has_its_own_viscosity_at_rest() -> None:
     assert (model.xi, model.solvent.numbers["eta_inf"]) == pytest.approx((0.1, 0.01))
 
 
-def test_a_unit_that_depends_on_a_parameter_needs_it_first() -> None:
-    block = viscous(viscosity=None, consistency="0.5 Pa.s^0.6")
-    with pytest.raises(InputError, match=r"^test: liquid.n: is missing; [^\n]*$"):
-        case(block, liquid={"law": "power-law"})
-    with pytest.raises(InputError, match=r"must be a consistency above 0 with its unit, such as 0.5 Pa.s\^0.7"):
-        case(block, liquid={"law": "power-law", "n": 0.7})
-
-
 def test_case_of_a_folder_can_be_read_and_changed(tmp_path: Path) -> None:
     path, plain = tmp_path / "case.yaml", case(bench())
     path.write_text(yaml.safe_dump(plain.resolved()))
@@ -208,11 +200,6 @@ def test_units_prints_the_defaults_used() -> None:
         "--relaxation 2ms --liquid giesekus --modulus 5kPa --distance 5um --end 1s --density 1g/ml --solvent 0.1Pa.s"
     )
     assert re.findall("default used: (.*)", units(f"{FLOW} {given}")) == ["liquid.alpha = 0.2"]
-
-
-def test_units_asks_for_the_law_of_an_elastic_liquid() -> None:
-    with pytest.raises(InputError, match="--liquid: must be given with --relaxation: fene-p, giesekus"):
-        units(f"{FLOW} --relaxation 2ms")
 
 
 @pytest.mark.parametrize(

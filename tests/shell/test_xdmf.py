@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import signal
-import time
 from pathlib import Path
 
 import h5py
@@ -117,21 +114,3 @@ def test_frames_of_version_0_2_can_be_read(tmp_path: Path) -> None:
     (tmp_path / "fields" / "0000.h5").unlink()
     (found,) = frames_everywhere(tmp_path)
     assert_frame(found, frame)
-
-
-def test_a_kill_leaves_an_index_of_whole_frames(tmp_path: Path) -> None:
-    frames = [scene(0.1 * (k + 1), [(0.02 * k, 0.2, 0.2)], rays=8 + k // 3) for k in range(40)]
-    if not (child := os.fork()):
-        try:
-            written(tmp_path, frames)
-        finally:
-            os._exit(1)
-    while not (tmp_path / "fields.xdmf").exists():
-        time.sleep(0.001)
-    time.sleep(0.03)
-    os.kill(child, signal.SIGKILL)
-    os.waitpid(child, 0)
-    found = frames_everywhere(tmp_path)
-    assert 0 < len(found) < len(frames)
-    for one, frame in zip(found, frames, strict=False):
-        assert_frame(one, frame)

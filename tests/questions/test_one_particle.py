@@ -1,4 +1,4 @@
-"""`pairsim shape`: the steady shape of one particle over Ca_e."""
+"""`pairsim shape` and `pairsim pressure`: the steady shape of one particle, and its pressure drop, over Ca_e."""
 
 from __future__ import annotations
 
@@ -30,21 +30,37 @@ def test_shapes_are_those_of_a_curve_and_grow_with_the_square_of_Ca_e() -> None:
         assert table[name][2] == pytest.approx(alone[name][0], rel=1e-6)
 
 
+def test_a_stiff_particle_adds_what_a_rigid_one_does_and_a_soft_one_what_its_curve_says() -> None:
+    table = api.pressure(BEAD, along=[0.1, 0.002], **COARSE).check().table
+    assert table["Ca_e"].tolist() == [0.002, 0.1]
+    for Ca_e, found, within in ((0, table["dp_plus"][0], 1e-3), (0.1, table["dp_plus"][1], 1e-6)):
+        alone = api.curve({**BEAD, "Ca_e": Ca_e}, **COARSE).check().table
+        assert found == pytest.approx(alone["dp_plus"][0], rel=within)
+    assert (table["dp_plus_error"] < 0.01 * table["dp_plus"]).all()
+
+
 @pytest.mark.slow
-def test_command_says_draws_and_reports(tmp_path: Path, pairsim: Pairsim) -> None:
+@pytest.mark.parametrize(
+    ("command", "said", "columns", "swept"),
+    [
+        ("shape", "D = (-4.", "Ca_e,D_1,D_error,area [D_c^2],deformation,", "D_1"),
+        ("pressure", "The particle adds 0.33", "Ca_e,dp_plus", "dp_plus"),
+    ],
+)
+def test_command_says_draws_reports_and_is_swept(
+    command: str, said: str, columns: str, swept: str, tmp_path: Path, pairsim: Pairsim
+) -> None:
     (tmp_path / "bead.yaml").write_text(yaml.safe_dump({**BEAD, **COARSE, "along": [0.02, 0.04]}))
-    done = pairsim("shape", "bead.yaml", "-o", "out")
+    done = pairsim(command, "bead.yaml", "-o", "out")
     assert done.returncode == 0, done.stderr
-    assert "D = (-4." in done.stderr
-    assert (tmp_path / "out" / "shape.png").is_file()
+    assert said in done.stderr
+    assert (tmp_path / "out" / f"{command}.png").is_file()
     assert pairsim("report", "out").returncode == 0
-    assert pairsim("table", "out").stdout.startswith("Ca_e,D_1,D_error,area [D_c^2],deformation,")
-    (tmp_path / "grid.yaml").write_text(
-        yaml.safe_dump({"command": "shape", "base": {**BEAD, **COARSE, "along": [0.02]}, "grid": {"beta": [0.3]}})
-    )
-    swept = pairsim("sweep", "grid.yaml", "-o", "swept", "-q")
-    assert swept.returncode == 0, swept.stderr
-    assert "D_1" in (tmp_path / "swept" / "results.csv").read_text().splitlines()[0]
+    assert pairsim("table", "out").stdout.startswith(columns)
+    (tmp_path / "grid.yaml").write_text(f"{{command: {command}, base: bead.yaml, grid: {{beta: [0.3]}}}}")
+    done = pairsim("sweep", "grid.yaml", "-o", "swept", "-q")
+    assert done.returncode == 0, done.stderr
+    assert swept in (tmp_path / "swept" / "results.csv").read_text().splitlines()[0]
 
 
 def test_a_contour_is_that_of_an_ellipse_and_of_its_hull() -> None:
