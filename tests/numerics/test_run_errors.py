@@ -124,14 +124,10 @@ def test_error_to_quote_above_the_requested_accuracy_gives_a_warning() -> None:
     case = parse_case(QUESTIONS["run"], KEYS | {"dU_error": True}, "")
     for correction, shown in ((5e-3, True), (1e-3, False), (None, False)):
         errors = RunErrors.of(case.liquid_model)
-
-        def add(t: float, part: float, errors: RunErrors = errors, correction: float | None = correction) -> None:
-            errors.add(t, 0, np.ones(1), None if correction is None else np.array([part * correction]), 0.0)
-
-        for t in np.arange(1, 20) * 0.1:
-            add(float(t), 1.0)
-        assert not any("dU_error is up to 2 %" in text for text in warnings_of_run(case, errors, Extremes()))
-        add(2.0, 2.0)
+        for t in np.arange(1, 21) * 0.1:
+            assert not any("dU_error is up to 2 %" in text for text in warnings_of_run(case, errors, Extremes()))
+            part = 1.0 if t < 2 else 2.0
+            errors.add(float(t), 0, np.ones(1), None if correction is None else np.array([part * correction]), 0.0)
         assert any("dU_error is up to 2 %" in text for text in warnings_of_run(case, errors, Extremes())) is shown
 
 

@@ -1,4 +1,4 @@
-"""Every law by itself: shear, extension and small strains against closed forms, and its flow in the tube."""
+"""Every law by itself: shear, extension and small strains against closed forms; its flow in the tube; log c in UFL."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import ufl
 from scipy.integrate import quad
+from scipy.linalg import expm
 from scipy.optimize import brentq
 
 import pairsim
@@ -18,6 +20,7 @@ from pairsim.computing.check_law import checks
 from pairsim.physics import liquids, solids
 from pairsim.physics.conformation import polymer_stress
 from pairsim.physics.homogeneous import extension, shear, stress_after
+from pairsim.physics.kinematics import Expr
 from pairsim.physics.liquids import ConformationLaw, Liquid, ViscousLaw, single
 from pairsim.physics.liquids.carreau import Carreau
 from pairsim.physics.liquids.fene_p import FeneP
@@ -27,6 +30,7 @@ from pairsim.physics.liquids.oldroyd_b import OldroydB
 from pairsim.physics.liquids.power_law import PowerLaw
 from pairsim.physics.liquids.ptt import ExponentialPTT, LinearPTT
 from pairsim.physics.liquids.white_metzner import WhiteMetzner
+from pairsim.physics.log_conformation import SMALL, LogConformation
 from pairsim.physics.material import Material
 from pairsim.physics.pipe import Pipe
 from pairsim.physics.solids import Solid
@@ -225,3 +229,33 @@ def test_tension_at_the_wall_is_that_of_a_hookean_polymer() -> None:
     assert list(beyond_tension(liquid, (beta,), (Ca_e / exact * 0.9,))) == []
     (said,) = beyond_tension(liquid, (beta,), (Ca_e / exact * 2,))
     assert " 2 times the modulus" in said
+
+
+def at(y: float) -> LogConformation:
+    """s with half the square of its deviator y, a mean and a hoop component."""
+    x = np.sqrt(y)
+    return LogConformation.of(ufl.as_vector([0.3 + 0.6 * x, 0.8 * x, 0.3 - 0.6 * x, -0.2]))
+
+
+def array(block: Expr) -> np.ndarray:
+    return np.array([[float(block[i, j]) for j in range(2)] for i in range(2)])
+
+
+@pytest.mark.parametrize("y", [0.0, 1e-6, 0.2 * SMALL, 0.999 * SMALL, 1.001 * SMALL, 1.0, 9.0])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_exponential_is_that_of_matrices(y: float, sign: int) -> None:
+    s = at(y)
+    block, hoop = s.exp(sign)
+    assert array(block) == pytest.approx(expm(sign * array(s.block)), rel=1e-11)
+    assert float(hoop) == pytest.approx(np.exp(-0.2 * sign), rel=1e-14)
+
+
+@pytest.mark.parametrize("y", [1e-3, 0.2 * SMALL, 0.999 * SMALL, 1.001 * SMALL, 1.0, 9.0])
+def test_stretch_factor_is_its_formula(y: float) -> None:
+    x = np.sqrt(y)
+    assert float(at(y).y) == pytest.approx(y, rel=1e-14)
+    assert float(at(y).stretch_factor) == pytest.approx((x / np.tanh(x) - 1) / y, rel=1e-11)
+
+
+def test_stretch_factor_without_deviator_is_a_third() -> None:
+    assert float(at(0.0).stretch_factor) == pytest.approx(1 / 3, rel=1e-15)

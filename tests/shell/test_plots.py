@@ -17,7 +17,7 @@ from support.pictures import colours, drawn_figures, overlapping
 from support.result_folders import curve_table, make_curve, make_run, make_sweep
 
 from pairsim.api.folders import plot
-from pairsim.plots.chart import POINT, Panel, draw_chart, draw_series, leave_out_spikes, notes, point
+from pairsim.plots.chart import draw_series, leave_out_spikes, notes
 from pairsim.plots.critical import point_of
 from pairsim.plots.encoding import Encoding
 from pairsim.plots.fields import default_movie
@@ -314,11 +314,6 @@ def test_every_picture_of_a_field_is_one_that_overwrite_removes() -> None:
     assert tuple(FIELDS) == FIELD_NAMES
 
 
-def test_page_has_panels_beside_each_other_where_there_is_room() -> None:
-    assert [axis.get_position().x0 > 0.4 for axis in Page(width=170).panels(2)[1]] == [False, True]
-    assert [axis.get_position().x0 > 0.4 for axis in Page(width=85).panels(2)[1]] == [False, False]
-
-
 def test_intervals_of_critical_distances() -> None:
     """Upright at a distance, lying where two zeros meet, none without an error."""
     axis = Figure().subplots()
@@ -346,14 +341,6 @@ def test_small_print_of_critical_distances_has_the_parameter_of_their_line(
     with drawn_figures(monkeypatch) as figures:
         plot(tmp_path)
     assert r"$\mathrm{De} = 0.25$" in figures[0].get_supxlabel()
-
-
-def test_bars_are_seen_whole_unless_a_panel_says_otherwise() -> None:
-    single = point(0, 1.0, 0.5, POINT, error=2.0)
-    for bars in (True, False):
-        _, (axis,) = draw_chart(Page(), {0: Panel("x", "y", bars=bars)}, [single], [])
-        low, high = axis.get_ylim()
-        assert (low < -1.5 and high > 2.5) == bars
 
 
 def test_brief_start_up_reaches_out_of_the_axis() -> None:
