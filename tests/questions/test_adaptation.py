@@ -48,13 +48,7 @@ def test_dU_that_is_zero_asks_for_no_mesh() -> None:
     assert abs(result.table["dU"].iloc[0]) < 1e-11
 
 
-RUN: dict[str, Any] = {
-    "d0": 0.1,
-    "dU_error": True,
-    "accuracy": "1%",
-    "time": {"end": 0.4},
-    "output": {"fields": False},
-}
+RUN: dict[str, Any] = {"d0": 0.1, "dU_error": True, "accuracy": "1%", "time": {"end": 0.4}, "output": {"fields": False}}
 
 
 @pytest.mark.slow

@@ -99,8 +99,7 @@ def test_a_folder_that_cannot_be_written_can_be_read(tmp_path: Path, monkeypatch
 
 
 @pytest.mark.parametrize(
-    ("name", "command"),
-    [("PMI_SIZE", "run"), ("OMPI_COMM_WORLD_SIZE", "curve"), ("SLURM_STEP_NUM_TASKS", "sweep")],
+    ("name", "command"), [("PMI_SIZE", "run"), ("OMPI_COMM_WORLD_SIZE", "curve"), ("SLURM_STEP_NUM_TASKS", "sweep")]
 )
 def test_processes_that_do_not_see_each_other_are_refused(
     name: str, command: str, tmp_path: Path, pairsim: Pairsim, monkeypatch: pytest.MonkeyPatch

@@ -26,12 +26,7 @@ def patch(nodes: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.i
 
 
 def scene(
-    t: float,
-    shapes: list[tuple[float, float, float]],
-    *,
-    rigid: bool = False,
-    rays: int = 8,
-    half_length: float = 2.0,
+    t: float, shapes: list[tuple[float, float, float]], *, rigid: bool = False, rays: int = 8, half_length: float = 2.0
 ) -> FieldFrame:
     """A tube with ellipsoids (z of the centre, half axis in z, half axis in r), given from upstream.
 
