@@ -10,6 +10,7 @@ import copy
 import math
 import re
 from collections.abc import Collection, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
@@ -284,9 +285,10 @@ def in_numbers(given: Mapping[str, Any], fields: Collection[str]) -> InNumbers:
         if re.split(r"[.\[]", key)[0] not in fields:
             mistakes.append(Mistake(f"{BLOCK}.{of.key}", None, f"must be left out: this kind of case has no {key}"))
             continue
-        if (at := _place_in(data, key)) is None:
+        try:
+            group, last = within(data, key)
+        except ValueError:
             continue  # rejected by the validation
-        group, last = at
         if (own := group.get(last)) is None:
             group[last] = numbers.get(name)
             origins[key] = of.key
@@ -294,14 +296,6 @@ def in_numbers(given: Mapping[str, Any], fields: Collection[str]) -> InNumbers:
             allowed = f"must be left out, or be {_shown(numbers[name])} as given by {BLOCK}.{of.key}"
             mistakes.append(Mistake(key, own, allowed))
     return InNumbers(data, origins, mistakes)
-
-
-def _place_in(data: dict[str, Any], key: str) -> tuple[dict[str, Any], str] | None:
-    """The group of a dotted key and its name there; None if there is another value in place of the group."""
-    try:
-        return within(data, key)
-    except ValueError:
-        return None
 
 
 def forget_numbers(data: dict[str, Any]) -> None:
@@ -313,9 +307,10 @@ def forget_numbers(data: dict[str, Any]) -> None:
     numbers = numbers_of(data, [])
     for key, number in numbers.items():
         for name in ("d", "d0") if key == "d" else (key,):
-            at = _place_in(data, name) if re.split(r"[.\[]", name)[0] in data else None
-            if at is not None and (own := at[0].get(at[1])) is not None and _same(own, number):
-                del at[0][at[1]]
+            with suppress(ValueError):  # there is another value in place of its group
+                group, last = within(data, name) if re.split(r"[.\[]", name)[0] in data else ({}, name)
+                if last in group and _same(group[last], number):
+                    del group[last]
     if numbers and "De" not in numbers and data.get("De") == 0:
         del data["De"]
 

@@ -23,26 +23,27 @@ def schema_rows(command: str = "run") -> list[tuple[str, str, str, str]]:
     rows = []
     groups = groups_of(model_of(command))
     for group, model in groups.items():
-        for name, field in model.model_fields.items():
+        for name in model.model_fields:
             if not group and name in groups:
                 continue
-            key = f"{group}.{name}" if group else name
-            default = f"required{f' in {group}' if group else ''}" if field.is_required() else _text(field.default)
-            rows.append((key, allowed_in(model, name), default, field.description or ""))
+            rows.append(_row(model, name, group))
             if not group:
-                rows += _rows_of_laws(key, BLOCKS.get(key, {}))
+                rows += _rows_of_laws(name, BLOCKS.get(name, {}))
     return rows
+
+
+def _row(model: type[BaseModel], name: str, group: str) -> tuple[str, str, str, str]:
+    field, key = model.model_fields[name], f"{group}.{name}" if group else name
+    default = f"required{f' in {group}' if group else ''}" if field.is_required() else _text(field.default)
+    return key, allowed_in(model, name), default, field.description or ""
 
 
 def _rows_of_laws(key: str, models: Mapping[str, type[BaseModel]]) -> list[tuple[str, str, str, str]]:
     """The rows of the keys in the blocks of some laws; a key of several laws has one row."""
     found: dict[tuple[str, str, str, str], list[str]] = {}
     for law, model in models.items():
-        for name, field in model.model_fields.items():
-            if name != "law":
-                default = f"required in {key}" if field.is_required() else _text(field.default)
-                row = f"{key}.{name}", allowed_in(model, name), default, field.description or ""
-                found.setdefault(row, []).append(law)
+        for name in (name for name in model.model_fields if name != "law"):
+            found.setdefault(_row(model, name, key), []).append(law)
     return [(*row[:3], f"{row[3]} ({', '.join(laws)})") for row, laws in found.items()]
 
 

@@ -11,14 +11,7 @@ from pairsim.cases.case import SceneCase
 from pairsim.computing.events import Event, Outcome, Summary, Table
 from pairsim.computing.warm_start import WarmStart
 from pairsim.computing.warnings import ErrorAt, above, common_warnings, moves_on
-from pairsim.results.columns import (
-    CURVE_HEALTH,
-    FORCES,
-    POLYMER_HEALTH,
-    names_of,
-    observed,
-    table_row,
-)
+from pairsim.results.columns import CURVE_HEALTH, FORCES, POLYMER_HEALTH, names_of, observed, table_row
 from pairsim.solvers.curves.adaptation import AdaptiveBranch
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.curve import ROUNDING
