@@ -119,16 +119,16 @@ def merge(target: dict[str, Any], changes: Mapping[str, Any], source: str = "", 
         try:
             inner, last = within(target, dotted)
             of_law = last in DEFAULT_LAWS and isinstance(value, Mapping) and "law" not in value
-            if of_law or (last in GROUPS and isinstance(value, Mapping) and isinstance(inner.get(last), Mapping)):
-                merge(within(inner, f"{last}.law")[0], value, source, f"{group}{dotted}.")
-                continue
+            in_group = last in GROUPS and isinstance(value, Mapping) and isinstance(inner.get(last), Mapping)
+            kept = within(inner, f"{last}.law")[0] if of_law or in_group else None
         except ValueError as error:
-            if isinstance(error, InputError):
-                raise
             file, line = place or (source, None)
             raise InputError(file, f"{group}{dotted}", value, str(error), line=line) from None
-        inner.pop(last, None)  # with its place
-        inner[Key(last, place)] = copy.deepcopy(value)
+        if kept is not None:
+            merge(kept, value, source, f"{group}{dotted}.")
+        else:
+            inner.pop(last, None)  # with its place
+            inner[Key(last, place)] = copy.deepcopy(value)
 
 
 def apply_settings(data: dict[str, Any], overrides: tuple[str, ...]) -> None:

@@ -25,7 +25,8 @@ from pairsim.solvers.transient.transient import Transient
 
 DE, XI, CA_E = 0.5, 0.09, 0.1  # at which liquids and solids are checked
 RATES = 0.2, 2.0, 10.0  # shear rates [U_av/D_c]
-TURN = 0.7  # angle by which frames are turned
+COS, SIN = np.cos(0.7), np.sin(0.7)
+TURN = np.array([[COS, -SIN, 0.0], [SIN, COS, 0.0], [0.0, 0.0, 1.0]])  # by which frames are turned, in the (z, r) plane
 EXACT, SMALL, DISCRETE = 1e-10, 1e-5, 3e-3  # off by rounding, by differences, by cells and steps; chosen
 # What a law in the making may raise.
 WRONG = PairsimError, ArithmeticError, AttributeError, LookupError, NotImplementedError, TypeError, ValueError
@@ -115,15 +116,10 @@ def _alike(law: Material) -> float:
 
 
 def _turned(tensor: Array) -> Array:
-    """A tensor, (zz, zr, rr, tt), in a frame turned in the (z, r) plane."""
+    """A tensor, (zz, zr, rr, tt), in a turned frame."""
     zz, zr, rr, tt = tensor
-    turned = _rotation()[:2, :2] @ np.array([[zz, zr], [zr, rr]]) @ _rotation()[:2, :2].T
+    turned = TURN @ np.array([[zz, zr, 0.0], [zr, rr, 0.0], [0.0, 0.0, tt]]) @ TURN.T
     return np.array([turned[0, 0], turned[0, 1], turned[1, 1], tt])
-
-
-def _rotation() -> Array:
-    c, s = np.cos(TURN), np.sin(TURN)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
 def _of_conformation(law: ConformationLaw) -> Iterator[Statement]:
@@ -154,8 +150,8 @@ def _of_conformation(law: ConformationLaw) -> Iterator[Statement]:
         return float(max(-work, 0.0) / np.abs(tau).max())
 
     def turned() -> float:
-        L, Q = shear(RATES[1]), _rotation()
-        found, wanted = stress_after(liquid, Q @ L @ Q.T, DE), _turned(stress_after(liquid, L, DE))
+        L = shear(RATES[1])
+        found, wanted = stress_after(liquid, TURN @ L @ TURN.T, DE), _turned(stress_after(liquid, L, DE))
         return float(np.abs(found - wanted).max() / np.abs(wanted).max())
 
     def grows() -> float:
