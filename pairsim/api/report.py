@@ -18,7 +18,7 @@ from pairsim.api import folders
 from pairsim.api.results import Result
 from pairsim.api.sweeps import SweepResult
 from pairsim.computing import QUESTIONS
-from pairsim.results.folder import REPORT, kind_of, write_text
+from pairsim.results.folder import REPORT, kind_of, write_file
 from pairsim.results.tables import headings, in_units, readable
 from pairsim.results.units import scales_in
 from pairsim.runtime.errors import InputError
@@ -72,10 +72,7 @@ def report(folder: str | PathLike[str]) -> Path:
         written=time.strftime("%Y-%m-%d %H:%M:%S %z"),
     )
     path = directory / REPORT
-    try:
-        write_text(path, page)
-    except OSError as error:
-        raise InputError(str(path), "", None, f"cannot be written ({error.strerror or error})") from error
+    write_file(path, page, option="")
     return path
 
 

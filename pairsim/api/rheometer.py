@@ -20,17 +20,20 @@ from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
 RATE = Dimension("rate", "a rate", "shear rate or angular frequency", "1/s", "1 1/s", lambda value, _: value)
-COLUMNS = {
-    "rate": (r"rate|gamma", RATE),
-    "viscosity": (r"visc|^eta", ZERO_SHEAR),
-    "N1": (r"n_?1|normal", MODULUS),
-    "frequency": (r"freq|omega", RATE),
-    "storage": (r"storage|^g'(?!')|^gp\b", MODULUS),
-    "loss": (r"loss|^g''|^gpp\b", MODULUS),
+FILES = {
+    "--rheology": {
+        "rate": (r"rate|gamma", RATE),
+        "viscosity": (r"visc|^eta", ZERO_SHEAR),
+        "N1": (r"n_?1|normal", MODULUS),
+    },
+    "--spectrum": {
+        "frequency": (r"freq|omega", RATE),
+        "storage": (r"storage|^g'(?!')|^gp\b", MODULUS),
+        "loss": (r"loss|^g''|^gpp\b", MODULUS),
+    },
 }
-"""What the heads of columns begin with or contain, and what is in them."""
-FILES = {"--rheology": ("rate", "viscosity"), "--spectrum": ("frequency", "storage", "loss")}
-"""The columns that the file of each option must have."""
+"""The columns in the file of each option: what their heads begin with or contain, and what is in them."""
+OPTIONAL = "N1"
 FEWEST = 5
 
 
@@ -91,16 +94,15 @@ def _columns(option: str, file: Path) -> dict[str, Array]:
     except (OSError, ValueError, pd.errors.ParserError) as error:
         raise InputError(str(file), option, None, f"must be a CSV file with a line of heads ({error})") from None
     found: dict[str, Array] = {}
-    for name, (pattern, dimension) in COLUMNS.items():
-        head = next((h for h in table if re.search(pattern, str(h).strip().lower())), None)
-        if head is None or (name in ("frequency", "storage", "loss")) != (option == "--spectrum"):
-            continue
-        values = pd.to_numeric(table[head], errors="coerce").to_numpy(dtype=float)
-        found[name] = values * _unit(str(head), dimension, file)
-    if missing := [name for name in FILES[option] if name not in found]:
+    for name, (pattern, dimension) in FILES[option].items():
+        if head := next((h for h in map(str, table) if re.search(pattern, h.strip().lower())), None):
+            values = pd.to_numeric(table[head], errors="coerce").to_numpy(dtype=float)
+            found[name] = values * _unit(head, dimension, file)
+    needed = [name for name in FILES[option] if name != OPTIONAL]
+    if missing := [name for name in needed if name not in found]:
         heads = ", ".join(map(str, table.columns))
-        raise InputError(str(file), option, heads, f"must have columns of {', '.join(FILES[option])}; add {missing[0]}")
-    valid = np.all([found[name] > 0 for name in FILES[option]], axis=0)
+        raise InputError(str(file), option, heads, f"must have columns of {', '.join(needed)}; add {missing[0]}")
+    valid = np.all([found[name] > 0 for name in needed], axis=0)
     if valid.sum() < FEWEST:
         raise InputError(str(file), option, int(valid.sum()), f"must have at least {FEWEST} rows of positive numbers")
     return {name: values[valid] for name, values in found.items()}

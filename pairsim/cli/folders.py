@@ -9,14 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from pairsim.cli.options import (
-    Folder,
-    OverwriteFile,
-    Physical,
-    check_free,
-    print_table,
-    write_file,
-)
+from pairsim.cli.options import Folder, OverwriteFile, Physical, check_free, print_table
 from pairsim.runtime.errors import InputError
 
 app = typer.Typer()
@@ -104,6 +97,8 @@ def _print(text: str, output: Path | None) -> None:
     if output is None:
         typer.echo(text, nl=False)
     else:
+        from pairsim.results.folder import write_file
+
         write_file(output, text)
         typer.echo(str(output))
 

@@ -75,20 +75,6 @@ def check_free(path: Path | None, overwrite: bool, option: str = "-o") -> None:
         raise InputError(str(path), option, None, "the file exists; use --overwrite or another name")
 
 
-def write_file(path: Path, text: str) -> None:
-    """Write a text file that was named by -o.
-
-    Raises:
-        InputError: It cannot be written.
-    """
-    from pairsim.results.folder import write_text
-
-    try:
-        write_text(path, text)
-    except OSError as error:
-        raise InputError(str(path), "-o", None, f"must be a writable file ({error.strerror})") from None
-
-
 def print_table(view: object) -> None:
     """Print a table to stdout; 160 columns wide if stdout is not a terminal."""
     from rich.console import Console

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from pairsim.cli.options import OfQuestion, Settings, check_free, print_table, write_file
+from pairsim.cli.options import OfQuestion, Settings, check_free, print_table
 from pairsim.runtime.errors import InputError
 
 app = typer.Typer()
@@ -107,6 +107,7 @@ def units(
     from pairsim.cases.yaml_file import apply_settings
     from pairsim.physics import liquids
     from pairsim.physics.declared import PARAMETERS
+    from pairsim.results.folder import write_file
 
     picture = output.with_name(f"{output.stem}-fit.png") if output and (rheology or spectrum) else None
     for path in (output, picture):

@@ -52,6 +52,18 @@ def write_text(path: Path, text: str) -> None:
     write_bytes(path, text.encode())
 
 
+def write_file(path: Path, text: str, option: str = "-o") -> None:
+    """Write a text file whose place a user has named by an option.
+
+    Raises:
+        InputError: It cannot be written.
+    """
+    try:
+        write_text(path, text)
+    except OSError as error:
+        raise InputError(str(path), option, None, f"must be a writable file ({error.strerror or error})") from None
+
+
 def write_bytes(path: Path, content: bytes) -> None:
     """Write a file aside and rename it: whatever ends the process, readers see either the old or the new content.
 
