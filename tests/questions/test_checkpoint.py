@@ -31,17 +31,8 @@ from pairsim.solvers.stepping.step_size import StepControl
 from pairsim.solvers.transient.adaptation import RunAdaptation
 from pairsim.solvers.transient.transient import Transient
 
-SOFT: dict[str, Any] = {
-    "beta": 0.4,
-    "De": 0,
-    "Ca_e": 0.1,
-    "d0": 0.1,
-    "ends": "developed",
-    "length": 3,
-    "mesh": {"Np": 8, "max_size": 0.15},
-    "time": {"end": 0.02, "first_step": 0.001},
-    "output": {"every": 0.004},
-}
+SOFT: dict[str, Any] = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "ends": "developed", "length": 3}
+SOFT |= {"mesh": {"Np": 8, "max_size": 0.15}, "time": {"end": 0.02, "first_step": 0.001}, "output": {"every": 0.004}}
 
 
 class Stops(Reporter):

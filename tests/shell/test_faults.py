@@ -103,13 +103,8 @@ def test_cache_that_cannot_be_written_is_named_with_what_to_do(
 def test_no_home_folder_is_needed() -> None:
     environment = {name: value for name, value in os.environ.items() if name not in ("HOME", "XDG_CACHE_HOME")}
     program = "from pairsim.fem.compilation import jit; print(jit.cache())"
-    done = subprocess.run(
-        module_command("timeit", "-n", "1", "-r", "1", program),
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    words = module_command("timeit", "-n", "1", "-r", "1", program)
+    done = subprocess.run(words, env=environment, capture_output=True, text=True, check=True)
     assert "pairsim" in done.stdout
 
 
