@@ -21,6 +21,7 @@ from pairsim.results.columns import (
     HEALTH,
     POLYMER_HEALTH,
     column,
+    names_of,
     series_columns,
     suffixes_in,
     table_row,
@@ -114,7 +115,7 @@ def test_every_column_has_one_description() -> None:
     for unknown in ("D_i", "x", "dp_1"):
         with pytest.raises(KeyError):
             column(unknown)
-    assert all(column(name).meaning for name in (*HEALTH, *CURVE_HEALTH, *POLYMER_HEALTH))
+    assert all(column(name).meaning for name in names_of(2, *HEALTH, *CURVE_HEALTH, *POLYMER_HEALTH))
     assert not any(
         mark in column(entry.name + "_1" * bool(entry.of)).symbol for entry in COLUMNS for mark in ("{_}", "{,}")
     )
