@@ -24,7 +24,6 @@ from pairsim.sweeps.grid import read_grid
 
 CASE = "beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.1\n"
 GRID = "base: {beta: 0.4, De: 0, Ca_e: 0.1}\ngrid: {d0: [0.1, 0.2]}\n"
-SHELL = "$(touch executed)`touch executed`; touch executed #'\"\\ & touch executed"
 
 
 class Executed:
