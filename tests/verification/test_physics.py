@@ -130,7 +130,8 @@ def test_laws_become_one_another_at_the_ends_of_their_parameters(name: str) -> N
     one, other, difference = ALIKE[name]
     a, b = (coarse_point(json.dumps(keys)) for keys in (one, other))
     for name in ("dU", "dU_held", "U_L", "D_L", "dp_plus"):
-        assert a[name] == pytest.approx(b[name], rel=difference, abs=1e-12), name
+        noise = 2 * EXACT * b["U_L"] if name.startswith("dU") else 1e-12  # dU is a difference of two velocities
+        assert a[name] == pytest.approx(b[name], rel=difference, abs=noise), name
 
 
 @cache
