@@ -8,7 +8,6 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 import pytest
 from support.commands import Pairsim
@@ -82,7 +81,5 @@ def test_srun_starts_several_processes(slurm: Slurm, pairsim: Pairsim) -> None:
     slurm.run("srun --mpi=pmi2 -n 2 pairsim sweep short.yaml -o srun")
     found, expected = (pd.read_csv(slurm.work / name / "results.csv", dtype=str) for name in ("srun", "local"))
     pd.testing.assert_frame_equal(found.drop(columns="wall_time"), expected.drop(columns="wall_time"))
-    pairsim("run", "case.yaml", "-o", "local-run", "--set", "time.end=0.01")
-    slurm.run("srun --mpi=pmi2 -n 2 pairsim run case.yaml -o srun-run --set time.end=0.01 -q")
-    two, one = (pd.read_csv(slurm.work / name / "series.csv") for name in ("srun-run", "local-run"))
-    np.testing.assert_allclose(two.iloc[:, :9], one.iloc[:, :9], rtol=0, atol=1e-10)
+    said = slurm.run("! srun --mpi=pmi2 -n 2 pairsim run case.yaml -o srun-run")
+    assert said.count("one process computes a case, but 2 were started") == 1
