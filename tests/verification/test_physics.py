@@ -130,7 +130,8 @@ def test_laws_become_one_another_at_the_ends_of_their_parameters(name: str) -> N
     one, other, difference = ALIKE[name]
     a, b = (coarse_point(json.dumps(keys)) for keys in (one, other))
     for name in ("dU", "dU_held", "U_L", "D_L", "dp_plus"):
-        noise = 2 * EXACT * b["U_L"] if name.startswith("dU") else 1e-12  # dU is a difference of two velocities
+        # One mode twice has a dU of 1.6e-4, of which 4e-12 is noise of the velocities (measured); others are larger.
+        noise = 1e-11 if name.startswith("dU") else 1e-12
         assert a[name] == pytest.approx(b[name], rel=difference, abs=noise), name
 
 
