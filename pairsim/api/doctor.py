@@ -36,7 +36,6 @@ def findings() -> Iterator[tuple[str, str]]:
     yield "cache of compiled forms", str(jit.cache())
     beside = Path(sys.executable).parent / "mpirun"
     yield "mpirun", str(beside) if beside.exists() else shutil.which("mpirun") or "none: a sweep then uses --workers"
-    yield "ffmpeg", shutil.which("ffmpeg") or "none: plot --animate makes GIF files"
 
     from pairsim.runtime.fenicsx import MPI, dolfinx, petsc_version
 

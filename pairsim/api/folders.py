@@ -54,8 +54,7 @@ def plot(
     Args:
         folders: One folder of any command, or several of runs or of curves.
         out: Where the pictures go: the folder itself by default; several folders need it.
-        formats: "png" (the default), "pdf", "svg", or several of them; of animations "mp4" (the default where ffmpeg
-            is found), "gif", or both.
+        formats: "png" (the default), "pdf", "svg", or several of them; an animation is a "gif".
         width: Of the pictures, such as "85mm"; a number is in mm.
         group: Parameter that chooses the colours, of a sweep or of several folders.
         panels: Parameter whose values have a panel each, of a sweep or of several folders.
@@ -69,17 +68,13 @@ def plot(
     Raises:
         InputError: A folder holds no results, there is nothing to draw yet, or an option is wrong or does not fit.
     """
-    from pairsim.plots.style import FORMATS, MOVIES, Page
+    from pairsim.plots.style import ANIMATIONS, FORMATS, Page
 
     if not folders:
         raise InputError("pairsim plot", "", None, "must name a folder of results")
     places = [Path(folder) for folder in folders]
-    if animate:
-        from pairsim.plots.fields import default_movie
-
-        page = Page.parse(formats or default_movie(), width, MOVIES, physical)
-    else:
-        page = Page.parse(formats or "png", width, FORMATS, physical)
+    known = ANIMATIONS if animate else FORMATS
+    page = Page.parse(formats or known[0], width, known, physical)
     target = Path(out) if out is not None else places[0]
     if len(places) > 1:
         if out is None:

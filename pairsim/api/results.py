@@ -104,30 +104,24 @@ class Result:
 
         return scales_of(self.record, self.question.name if self.folder is None else str(self.folder))
 
-    def frame(self, name: str | None = None, *, physical: bool | None = False, tidy: bool = False) -> pd.DataFrame:
+    def frame(self, name: str | None = None, *, physical: bool | None = False) -> pd.DataFrame:
         """A table, as `pairsim table` shows it.
 
         Args:
             name: Its name without .csv, such as "equilibria"; the main one by default.
             physical: Whether to convert to um, s, um/s and Pa; None if the case has a `physical` block.
-            tidy: Whether to make a row for each gap: t (of a run), gap (from upstream), d, dU and its error.
 
         Raises:
             InputError: There is no such table, or `physical` is set and the case has no `physical` block.
         """
         from pairsim.results.tables import table_of
 
-        return table_of(self._place, self.question.table_named(name, self._place), physical, tidy)
+        return table_of(self._place, self.question.table_named(name, self._place), physical)
 
     @property
     def physical(self) -> pd.DataFrame:
         """The main table in um, s, um/s and Pa; see `frame`."""
         return self.frame(physical=True)
-
-    @property
-    def tidy(self) -> pd.DataFrame:
-        """The main table with a row for each gap; see `frame`."""
-        return self.frame(tidy=True)
 
     @property
     def kind(self) -> str:

@@ -47,7 +47,7 @@ def status(directory: Folder) -> None:
 
 @app.command(
     epilog="Examples: pairsim table runs/quickstart | pairsim table runs/case --dimensionless -o series.csv | "
-    "pairsim table runs/curve equilibria | pairsim table runs/train --tidy | pairsim table runs/sweep equilibria"
+    "pairsim table runs/curve equilibria | pairsim table runs/sweep equilibria"
 )
 def table(
     directory: Annotated[Path, typer.Argument(help="Folder of a case or of a sweep.")],
@@ -56,9 +56,6 @@ def table(
         typer.Argument(help="A table of the folder, such as equilibria (default: its main one)."),
     ] = None,
     physical: Physical = None,
-    tidy: Annotated[
-        bool, typer.Option("--tidy", help="A row for each gap: t, gap (from upstream), d, dU and its error.")
-    ] = False,
     cytometry: Annotated[
         bool,
         typer.Option("--cytometry", help="Of a sweep of shape: a table of moduli for dclab's register_lut."),
@@ -78,14 +75,14 @@ def table(
     if cytometry:
         from pairsim.results.cytometry import look_up_table
 
-        if given := name or (physical is not None and "--physical") or (tidy and "--tidy"):
+        if given := name or (physical is not None and "--physical"):
             raise InputError("pairsim table", given, None, "must be left out with --cytometry")
         _print(look_up_table(directory), output)
         return
     import pairsim
     from pairsim.results.tables import csv_text, screen_text
 
-    found = pairsim.open(directory).frame(name, physical=physical, tidy=tidy)
+    found = pairsim.open(directory).frame(name, physical=physical)
     if output is None and sys.stdout.isatty():
         typer.echo(screen_text(found, shutil.get_terminal_size().columns, all_))
     else:
@@ -146,8 +143,7 @@ def plot(
         typer.Option(
             "--format",
             metavar="png,pdf,svg",
-            help="Kinds of files, one or more (default: png); of --animate mp4 or gif (default: mp4 where ffmpeg is "
-            "found).",
+            help="Kinds of files, one or more (default: png).",
         ),
     ] = None,
     width: Annotated[
@@ -163,7 +159,7 @@ def plot(
         ),
     ] = None,
     animate: Annotated[
-        bool, typer.Option("--animate", help="Make the fields an animation of all times (of a curve: distances).")
+        bool, typer.Option("--animate", help="Make the fields a GIF of all times (of a curve: distances).")
     ] = False,
     group: Annotated[
         str | None, typer.Option(metavar="KEY", help="Parameter of a sweep, or of several folders, for the colours.")
@@ -188,8 +184,6 @@ def plot(
         typer.echo(str(path))
     if not paths:
         typer.echo("note: nothing to draw: the folder holds no line of values", err=True)
-    if animate and formats is None and paths[0].suffix == ".gif":
-        typer.echo("note: a GIF, as no ffmpeg was found; MP4 needs it: pip install imageio-ffmpeg", err=True)
 
 
 @app.command(epilog="Examples: pairsim report runs/quickstart | pairsim report runs/sweep")

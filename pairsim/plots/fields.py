@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import importlib.util
-import shutil
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -40,25 +37,21 @@ def draw_fields(
     Args:
         directory: Folder of a run or a curve.
         out: Folder of the pictures.
-        page: What they are drawn for; its formats are mp4, gif or both for animations.
+        page: What they are drawn for.
         curve: Whether it is a curve.
         field: Names of `FIELDS`, separated by commas, or "all": `field-NAME` of each in place of `fields`.
-        animated: Whether to make each an animation.
+        animated: Whether to make each an animation, a GIF.
 
     Returns:
         The files written; none where there are no fields and none are asked for.
 
     Raises:
-        InputError: A field is asked for that is unknown or not there, an animation of fewer than two frames, or an MP4
-            without ffmpeg.
+        InputError: A field is asked for that is unknown or not there, or an animation of fewer than two frames.
     """
     count = len(read_times(directory))
     if animated and count < 2:
         allowed = f"must be left out: {directory} has {'one frame' if count else 'no frame'} of fields"
         raise InputError("--animate", "", None, allowed)
-    if "mp4" in page.formats and ffmpeg() is None:
-        allowed = "needs ffmpeg, which was not found: pip install imageio-ffmpeg, or use --format gif"
-        raise InputError("--format", "", "mp4", allowed)
     if not count and field is not None:
         key = "fields, a list of distances," if curve else "output: {fields: true}"
         allowed = f"must be left out: {directory} has no fields.xdmf, which {key} in its case writes"
@@ -76,10 +69,8 @@ def draw_fields(
         figure, axes, scaled = sheet(page, views, layers, 1 if animated else len(views), first)
         small_print(figure, parts)
         if animated:
-            files = [out / f"{stem}.{kind}" for kind in page.formats]
-            for file in files:
-                _write_movie(file, figure, views, scaled)
-            written += files
+            written.append(out / f"{stem}.gif")
+            _write_animation(written[-1], figure, views, scaled)
             continue
         for place, axis in enumerate(axes):
             draw_view(axis, views[place], place, scaled)
@@ -134,34 +125,16 @@ def _motion(views: Sequence[View], units: Units) -> list[Layer]:
     return layers
 
 
-def ffmpeg() -> str | None:
-    """Path of ffmpeg: that of the system, else the one in the package imageio-ffmpeg; None without both."""
-    if (found := shutil.which("ffmpeg")) is not None or importlib.util.find_spec("imageio_ffmpeg") is None:
-        return found
-    import imageio_ffmpeg
-
-    try:
-        return str(imageio_ffmpeg.get_ffmpeg_exe())
-    except RuntimeError:  # the package comes without a binary on some platforms
-        return None
-
-
-def default_movie() -> str:
-    """The kind of animation if none is asked for: an MP4 where ffmpeg is found, else a GIF."""
-    return "mp4" if ffmpeg() is not None else "gif"
-
-
-def _write_movie(path: Path, figure: Figure, views: Sequence[View], scaled: Sequence[tuple[Layer, Any]]) -> None:
+def _write_animation(path: Path, figure: Figure, views: Sequence[View], scaled: Sequence[tuple[Layer, Any]]) -> None:
     """Write an animation of all views in the first panel of a figure; the file appears whole."""
-    from matplotlib.animation import FFMpegWriter, PillowWriter
+    from matplotlib.animation import PillowWriter
 
     axis = figure.axes[0]
-    with picture_file(path) as part, mpl.rc_context({"animation.ffmpeg_path": ffmpeg() or "ffmpeg"}):
-        writer = (FFMpegWriter if path.suffix == ".mp4" else PillowWriter)(fps=max(2, round(len(views) / SECONDS)))
-        with writer.saving(figure, str(part), DPI):
-            for place, view in enumerate(views):
-                axis.clear()
-                draw_view(axis, view, place, scaled)
-                mark_view(axis, view)
-                axis.set_xlabel(view.label("z"))
-                writer.grab_frame()
+    writer = PillowWriter(fps=max(2, round(len(views) / SECONDS)))
+    with picture_file(path) as part, writer.saving(figure, str(part), DPI):
+        for place, view in enumerate(views):
+            axis.clear()
+            draw_view(axis, view, place, scaled)
+            mark_view(axis, view)
+            axis.set_xlabel(view.label("z"))
+            writer.grab_frame()

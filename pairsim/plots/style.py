@@ -22,8 +22,7 @@ from pairsim.results.folder import part_of
 from pairsim.runtime.errors import InputError
 
 FORMATS = ("png", "pdf", "svg")
-MOVIES = ("mp4", "gif")
-"""Kinds of animations."""
+ANIMATIONS = ("gif",)
 MM = 1 / 25.4  # inches
 NARROW = 120.0  # mm; panels of narrower pictures lie below each other
 LEAST_WIDTH, MOST_WIDTH = 50.0, 400.0  # mm
@@ -73,7 +72,7 @@ def picture_file(path: Path) -> Iterator[Path]:
     Raises:
         InputError: The file cannot be written.
     """
-    part = part_of(path).with_suffix(path.suffix)  # writers of animations go by the ending
+    part = part_of(path).with_suffix(path.suffix)  # Pillow goes by the ending
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         yield part

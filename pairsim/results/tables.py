@@ -1,4 +1,4 @@
-"""Tables of a folder as pandas frames: with units, converted to them, tidy over the gaps, and as text."""
+"""Tables of a folder as pandas frames: with units, converted to them, and as text."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 import pandas as pd
 
 from pairsim.physics.scales import Scales
-from pairsim.results.columns import WHOLE, error_of, known, suffixes_in
+from pairsim.results.columns import WHOLE, error_of, known
 from pairsim.results.folder import read_record, valid_record
 from pairsim.results.table_files import read_table, table_text
 from pairsim.results.units import PURE, Unit, scales_in, scales_of
@@ -56,26 +56,8 @@ def in_units(table: pd.DataFrame, scales: Scales) -> pd.DataFrame:
     return with_units(table.assign(**converted), True)
 
 
-def tidy(table: pd.DataFrame) -> pd.DataFrame:
-    """One row a gap in place of one a time or point: t (of a run), gap (from upstream), d, dU and its error.
-
-    Raises:
-        InputError: There are no gaps.
-    """
-    endings = suffixes_in(map(str, table.columns), "d")
-    if not endings:
-        raise InputError("tidy", "", None, "must be a table with distances, of two or more particles")
-    parts = []
-    for gap, ending in enumerate(endings, 1):
-        own = {f"{name}{ending}": name for name in ("d", "dU", "dU_error") if f"{name}{ending}" in table}
-        part = table[[*(["t"] if "t" in table else []), *own]].rename(columns=own)
-        part.insert(list(part.columns).index("d"), "gap", gap)
-        parts.append(part)
-    return with_units(pd.concat(parts).sort_index(kind="stable", ignore_index=True))
-
-
-def table_of(directory: Path, name: str, physical: bool | None, by_gap: bool = False) -> pd.DataFrame:
-    """A table of a folder by its name without .csv, as of `pairsim.Result.frame`; tidy if `by_gap`.
+def table_of(directory: Path, name: str, physical: bool | None) -> pd.DataFrame:
+    """A table of a folder by its name without .csv, as of `pairsim.Result.frame`.
 
     Raises:
         InputError: The table cannot be read, or `physical` is set and its case has no `physical` block.
@@ -86,7 +68,6 @@ def table_of(directory: Path, name: str, physical: bool | None, by_gap: bool = F
     table = frame_of(read_table(path))
     if foreign := [name for name in map(str, table.columns) if known(name) is None]:
         raise InputError(str(path), "", foreign[0], "must be a column of `pairsim`")
-    table = tidy(table) if by_gap else table
     try:
         return in_units(table, scales) if scales is not None else table
     except ValueError as error:

@@ -97,7 +97,7 @@ def test_moduli_are_those_of_a_table_of_cytometry(pairsim: Pairsim, tmp_path: Pa
     (tmp_path / "grid.yaml").write_text(json.dumps(case))
     assert pairsim("sweep", "grid.yaml", "-o", "beads").returncode == 0
     assert pairsim("table", "beads", "--cytometry", "-o", "lut.txt").returncode == 0
-    assert "--tidy: must be left out" in pairsim("table", "beads", "--cytometry", "--tidy").stderr
+    assert "--physical: must be left out" in pairsim("table", "beads", "--cytometry", "--physical").stderr
     text = (tmp_path / "lut.txt").read_text()
     meta = json.loads(re.search(r"BEGIN METADATA\n(.*)# END", text, re.DOTALL)[1].replace("#", ""))  # type: ignore[index]
     assert meta["identifier"] == "beads"

@@ -128,20 +128,6 @@ def train(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_a_tidy_table_has_a_row_for_each_gap(train: Path) -> None:
-    table = table_of(train, "series", physical=False, by_gap=True)
-    assert list(table.columns) == ["t", "gap", "d", "dU", "dU_error"]
-    assert table[["t", "gap", "d"]].to_numpy().tolist() == [[0.5, 1, 0.1], [0.5, 2, 0.2], [1, 1, 0.15], [1, 2, 0.1]]
-    assert table.attrs["units"] == {"t": "D_c/U_av", "gap": "", "d": "D_c", "dU": "U_av", "dU_error": "U_av"}
-    assert in_units(table, SCALES)["d"].tolist() == pytest.approx([5, 10, 7.5, 5])
-
-
-def test_a_table_without_gaps_is_not_made_tidy(tmp_path: Path) -> None:
-    (tmp_path / "series.csv").write_text("t,U_1\n0.1,1.8\n")
-    with pytest.raises(InputError, match="two or more particles"):
-        table_of(tmp_path, "series", physical=False, by_gap=True)
-
-
 def test_csv_has_every_digit_and_the_words_of_the_file(tmp_path: Path) -> None:
     (tmp_path / "equilibria.csv").write_text(
         "d,stable,slope,peak,d_error,certain\n0.12345678901234568,true,-0.1,1.0,,false\n"
