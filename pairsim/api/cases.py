@@ -13,7 +13,7 @@ from pairsim.cases.physical import forget_numbers
 from pairsim.cases.run_case import Case
 from pairsim.cases.yaml_file import merge, read_yaml
 from pairsim.computing import QUESTIONS
-from pairsim.computing.case_files import parse_case
+from pairsim.computing.case_files import fitting, parse_case
 from pairsim.physics.material import Material
 from pairsim.physics.own_laws import file_of, load_file, name_file
 from pairsim.physics.solids import Solid
@@ -26,18 +26,18 @@ DECLARED = "pairsim.physics.declared"  # the module that lists the laws for case
 
 
 @overload
-def load(path_or_dict: AnyCase, *, kind: Literal["run"] = "run", **overrides: Any) -> Case: ...
+def load(path_or_dict: AnyCase, *, kind: Literal["run"], **overrides: Any) -> Case: ...
 @overload
-def load(path_or_dict: AnyCase, *, kind: str, **overrides: Any) -> SceneCase: ...
+def load(path_or_dict: AnyCase, *, kind: str | None = None, **overrides: Any) -> Any: ...
 
 
-def load(path_or_dict: AnyCase, *, kind: str = "run", **overrides: Any) -> SceneCase:
+def load(path_or_dict: AnyCase, *, kind: str | None = None, **overrides: Any) -> SceneCase:
     """Load and validate a case.
 
     Args:
         path_or_dict: Path of a case file (YAML), a dict of its keys, or a case.
-        kind: The computation that the case is for: "run" (in time), "curve" (quasi-steady, over the distance) or
-            "critical" (zeros of dU); or another command for one case.
+        kind: The computation that the case is for, such as "run" (in time) or "curve" (quasi-steady, over the
+            distance); by default the first one that has all of its keys.
         overrides: Keys to replace, such as `Ca_e=0.05`. Groups are merged: `mesh={"Np": 20}` only changes this key of
             `mesh`. Dotted keys are written as `**{"mesh.Np": 20}`. `liquid` and `solid` may be laws of one's own, such
             as `liquid=FeneCR(L2=20)`.
@@ -52,15 +52,17 @@ def load(path_or_dict: AnyCase, *, kind: str = "run", **overrides: Any) -> Scene
         >>> pairsim.load({"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}, mesh={"Np": 20}).tube_length
         20.0
     """
-    if kind not in QUESTIONS:
+    if kind is not None and kind not in QUESTIONS:
         raise InputError("pairsim.load", "kind", kind, f"must be {' or '.join(QUESTIONS)}")
-    if isinstance(path_or_dict, SceneCase) and path_or_dict.kind == kind and not overrides:
-        return path_or_dict  # valid already
+    if isinstance(path_or_dict, SceneCase):
+        kind = kind or path_or_dict.kind
+        if path_or_dict.kind == kind and not overrides:
+            return path_or_dict  # valid already
     source = str(path_or_dict) if isinstance(path_or_dict, str | PathLike) else "case"
     data = _content_of(path_or_dict)
     forget_numbers(data)
     merge(data, _written(overrides, source), source)
-    return parse_case(QUESTIONS[kind], data, source)
+    return parse_case(QUESTIONS[kind or fitting(data, QUESTIONS)[0]], data, source)
 
 
 def _content_of(given: AnyCase) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from dataclasses import asdict
 from inspect import cleandoc
 from os import PathLike
 from pathlib import Path
+from threading import RLock
 from typing import Any
 
 from pairsim.api.cases import AnyCase, load
@@ -25,6 +26,8 @@ Folder = str | PathLike[str]
 # Time without any result after which a command ends where no budget is given [s]; in proportion to the unknowns of a
 # large case. The longest proof that there is no steady state among fifty scenes took 200 s on a busy machine; chosen.
 PATIENCE = 240.0
+ONE_AT_A_TIME = RLock()
+"""Held by the thread that computes: PETSc, MUMPS and gmsh know one thread of a process."""
 
 
 class Computation[R: Result]:
@@ -51,7 +54,7 @@ class Computation[R: Result]:
         budget: str | None = None,
         **more: Any,
     ) -> R:
-        """Compute a case.
+        """Compute a case; a call from a second thread waits for the first one's end.
 
         Args:
             case: Path of a case file, a dict of its keys, or a case from `load`.
@@ -89,7 +92,7 @@ class Computation[R: Result]:
         title = "" if folder is None else Path(folder).resolve().name
         directory = Path(tempfile.mkdtemp(prefix="pairsim-") if folder is None else folder)
         try:
-            with Signals() if signals is True else nullcontext(signals or None) as caught:
+            with ONE_AT_A_TIME, Signals() if signals is True else nullcontext(signals or None) as caught:
                 options = Options(overwrite, reporter, command_line(), caught, seconds_of(budget), patience, title)
                 outcome = carry_out(self.question, checked, directory, options, **flags)
         except BaseException:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import shutil
+import tempfile
 import weakref
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
@@ -64,6 +65,13 @@ class Result:
         if temporary:
             weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
 
+    def __reduce__(self) -> Any:
+        """Pickled by its folder, with all files of one that is temporary."""
+        if self.folder is not None:
+            return type(self), (self.question, self.folder, self._ending)
+        files = {path.relative_to(self._place): path.read_bytes() for path in self._place.rglob("*") if path.is_file()}
+        return _with_files, (type(self), self.question, self._ending, files)
+
     @cached_property
     def record(self) -> dict[str, Any]:
         """The content of run.json: outcome, cost, versions and machine; empty if the file is missing.
@@ -104,19 +112,22 @@ class Result:
 
         return scales_of(self.record, self.question.name if self.folder is None else str(self.folder))
 
-    def frame(self, name: str | None = None, *, physical: bool | None = False) -> pd.DataFrame:
+    def frame(
+        self, name: str | None = None, *, physical: bool | None = False, at: Sequence[float | str] = ()
+    ) -> pd.DataFrame:
         """A table, as `pairsim table` shows it.
 
         Args:
             name: Its name without .csv, such as "equilibria"; the main one by default.
             physical: Whether to convert to um, s, um/s and Pa; None if the case has a `physical` block.
+            at: Distances of a curve, numbers [D_c] or texts such as "8um", for dU and its error there.
 
         Raises:
-            InputError: There is no such table, or `physical` is set and the case has no `physical` block.
+            InputError: There is no such table or distance, or `physical` is set and the case has no `physical` block.
         """
         from pairsim.results.tables import table_of
 
-        return table_of(self._place, self.question.table_named(name, self._place), physical)
+        return table_of(self._place, self.question.table_named(name, self._place), physical, at)
 
     @property
     def physical(self) -> pd.DataFrame:
@@ -242,18 +253,20 @@ class Result:
 
         return read_times(self._place)
 
-    def fields(self, at: float) -> pv.UnstructuredGrid:
+    def fields(self, at: float, *, physical: bool = False) -> pv.UnstructuredGrid:
         """Velocity, pressure, displacement and stresses on the deformed mesh, as a pyvista grid.
 
         Args:
             at: One of `places`: a time, of a curve a distance.
+            physical: Whether to convert to um, um/s and Pa.
 
         Returns:
-            Names and components are as in fields.xdmf: vectors are (z, r, 0). Cell data: `region`, 0 in the liquid and
-            i in particle i from upstream. Field data: `t`, the time or distance.
+            Names and components are as in fields.xdmf: vectors are (z, r, 0). NaN where there is no such field: the
+            elastic stress in the liquid, what is the liquid's alone in the particles. Cell data: `region`, 0 in the
+            liquid and i in particle i from upstream. Field data: `t`, the time or distance.
 
         Raises:
-            InputError: There are no fields there.
+            InputError: There are no fields there, or `physical` is set and the case has no `physical` block.
         """
         import numpy as np
 
@@ -265,7 +278,7 @@ class Result:
             key = "fields: [...]" if self.question.frames == "d" else "output.fields: true"
             allowed = f"must be one of {listed}" if listed else f"was not written; the case needs `{key}` for fields"
             raise InputError("fields", self.question.frames, at, allowed)
-        return _grid_of(read_frame(self._place, int(hits[0])))
+        return _grid_of(read_frame(self._place, int(hits[0])), self.scales if physical else None)
 
     def _headline(self) -> str:
         reason = f" ({self.reason})" if self.reason not in ("", "end") else ""
@@ -276,10 +289,28 @@ class Result:
         return f"<{self._headline()}>"
 
 
-def _grid_of(frame: FieldFrame) -> pv.UnstructuredGrid:
+def _with_files[R: Result](
+    kind: type[R], question: Question[Any], ending: Mapping[str, Any] | None, files: Mapping[Path, bytes]
+) -> R:
+    """A result whose files are in a temporary folder that goes with it."""
+    place = Path(tempfile.mkdtemp(prefix="pairsim-"))
+    for name, content in files.items():
+        (place / name).parent.mkdir(exist_ok=True)
+        (place / name).write_bytes(content)
+    return kind(question, place, ending, temporary=True)
+
+
+def _grid_of(frame: FieldFrame, scales: Scales | None) -> pv.UnstructuredGrid:
+    import numpy as np
     import pyvista as pv
 
-    fields = frame.stored
+    from pairsim.results.xdmf import ELASTIC, OF_LIQUID, unit_of_field
+
+    fields = {name: values * unit_of_field(name).factor(scales) for name, values in frame.stored.items()}
+    in_liquid = np.isin(np.arange(len(frame.points)), frame.cells[frame.region == 0])
+    for name in fields:
+        if name.startswith((ELASTIC, *OF_LIQUID)):
+            fields[name][in_liquid == name.startswith(ELASTIC)] = np.nan
     grid = pv.UnstructuredGrid({pv.CellType.QUADRATIC_TRIANGLE: frame.cells}, fields.pop("position"))
     grid.point_data.update(fields)
     grid.cell_data["region"] = frame.region

@@ -53,7 +53,9 @@ class SweepResult:
         header, rows = rows_of(self.record)
         return whole_numbers(pd.DataFrame(rows, columns=header))
 
-    def frame(self, name: str | None = None, *, physical: bool | None = False) -> pd.DataFrame:
+    def frame(
+        self, name: str | None = None, *, physical: bool | None = False, at: Sequence[float | str] = ()
+    ) -> pd.DataFrame:
         """The tables of all cases as one, with the keys that vary as its first columns.
 
         Arguments and errors are those of `Result.frame`; there is an error, too, if no case has the table yet.
@@ -68,7 +70,7 @@ class SweepResult:
             physical = all(scales_in(read_record(self.folder / case["folder"])) for case in having)
         parts = []
         for case in having:
-            part = table_of(self.folder / case["folder"], name, physical)
+            part = table_of(self.folder / case["folder"], name, physical, at)
             for place, key in enumerate(key for key in self.record["varying"] if key not in part):
                 part.insert(place, key, [case["parameters"].get(key)] * len(part))
             parts.append(part)

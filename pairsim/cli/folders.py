@@ -47,7 +47,7 @@ def status(directory: Folder) -> None:
 
 @app.command(
     epilog="Examples: pairsim table runs/quickstart | pairsim table runs/case --dimensionless -o series.csv | "
-    "pairsim table runs/curve equilibria | pairsim table runs/sweep equilibria"
+    "pairsim table runs/curve equilibria | pairsim table runs/curve --at 8um | pairsim table runs/sweep equilibria"
 )
 def table(
     directory: Annotated[Path, typer.Argument(help="Folder of a case or of a sweep.")],
@@ -60,16 +60,21 @@ def table(
         bool,
         typer.Option("--cytometry", help="Of a sweep of shape: a table of moduli for dclab's register_lut."),
     ] = False,
-    all_: Annotated[bool, typer.Option("--all", help="On a terminal: all rows, and columns of the numerics.")] = False,
+    at: Annotated[
+        list[str] | None,
+        typer.Option("--at", metavar="D", help="Of a curve: dU and its error at a distance, such as 8um; repeat it."),
+    ] = None,
+    all_: Annotated[bool, typer.Option("--all", help="All columns; on a terminal all rows, too.")] = False,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="CSV file to write (default: print).")] = None,
     overwrite: OverwriteFile = False,
 ) -> None:
     """Print a table of results, with the unit of each column in the header.
 
-    On a terminal with five digits and the main columns; into a file or a pipe as
-    CSV with all columns and digits. Units are um, s, um/s and Pa where the case has
-    a physical block, else D_c, U_av and D_c/U_av. Of a sweep, the tables of all
-    cases, one below the other, with the parameters that vary.
+    Of velocities the columns t, d, dU, dU_error and U, with --all every other one.
+    On a terminal with five digits, into a file or a pipe as CSV with all digits.
+    Units are um, s, um/s and Pa where the case has a physical block, else D_c, U_av
+    and D_c/U_av. Of a sweep, the tables of all cases, one below the other, with the
+    parameters that vary.
     """
     check_free(output, overwrite)
     if cytometry:
@@ -80,13 +85,13 @@ def table(
         _print(look_up_table(directory), output)
         return
     import pairsim
-    from pairsim.results.tables import csv_text, screen_text
+    from pairsim.results.tables import csv_text, readable, screen_text
 
-    found = pairsim.open(directory).frame(name, physical=physical)
+    found = pairsim.open(directory).frame(name, physical=physical, at=at or ())
     if output is None and sys.stdout.isatty():
         typer.echo(screen_text(found, shutil.get_terminal_size().columns, all_))
     else:
-        _print(csv_text(found), output)
+        _print(csv_text(readable(found, all_)), output)
 
 
 def _print(text: str, output: Path | None) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -100,6 +100,12 @@ def parse_file[T: BaseModel](
     return file
 
 
+def fitting(data: Mapping[str, Any], commands: Iterable[str]) -> list[str]:
+    """The commands whose files have most of some keys."""
+    unknown = {name: sum(key not in model_of(name).model_fields for key in data) for name in commands}
+    return [name for name, count in unknown.items() if count == min(unknown.values())]
+
+
 def _refuse_file_of_another_command(data: Mapping[str, Any], command: str, source: str, entry: str = "") -> None:
     """Refuse a file, or a case of a grid, whose keys fit another command better.
 
@@ -108,15 +114,12 @@ def _refuse_file_of_another_command(data: Mapping[str, Any], command: str, sourc
     """
     if all(key in model_of(command).model_fields for key in data):
         return
-    unknown = {name: [key for key in data if key not in model_of(name).model_fields] for name in FILES}
-    least = min(map(len, unknown.values()))
-    fitting = [name for name, keys in unknown.items() if len(keys) == least]
-    if command in fitting:
+    others = fitting(data, FILES)
+    if command in others:
         return
-    foreign = [key for key in unknown[command] if all(key not in unknown[name] for name in fitting)]
-    others = " or ".join(f"`pairsim {name}`" for name in fitting)
-    grid = f"; in a grid add command: {' or '.join(fitting)}" if entry else ""
-    allowed = (
-        f"must be a file for `pairsim {command}`, but this is one for {others} (it has {', '.join(foreign)}){grid}"
-    )
+    own = [model_of(name).model_fields for name in (command, *others)]
+    foreign = [key for key in data if key not in own[0] and all(key in fields for fields in own[1:])]
+    named = " or ".join(f"`pairsim {name}`" for name in others)
+    grid = f"; in a grid add command: {' or '.join(others)}" if entry else ""
+    allowed = f"must be a file for `pairsim {command}`, but this is one for {named} (it has {', '.join(foreign)}){grid}"
     raise input_error([Mistake("", None, allowed)], data, source, entry)

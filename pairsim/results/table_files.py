@@ -40,7 +40,7 @@ def read_table(path: Path | str, *, missing_ok: bool = False) -> dict[str, Array
     if missing_ok and not file.exists():
         return {}
     try:
-        text = file.read_text(encoding="utf-8")
+        text = file.read_text(encoding="utf-8-sig")  # spreadsheets put a mark in front, and write TRUE
         names, *rows = csv.reader(text[: text.rfind("\n") + 1].splitlines()) if "\n" in text else [[]]
         if not names or not all(names):
             raise ValueError("no names of columns")
@@ -52,8 +52,8 @@ def read_table(path: Path | str, *, missing_ok: bool = False) -> dict[str, Array
 
 
 def _typed(entries: Sequence[str]) -> Array:
-    if entries and set(entries) <= FLAGS.keys():
-        return np.array([FLAGS[entry] for entry in entries])
+    if entries and {entry.lower() for entry in entries} <= FLAGS.keys():
+        return np.array([FLAGS[entry.lower()] for entry in entries])
     try:
         return np.array([float(entry or "nan") for entry in entries])
     except ValueError:

@@ -3,21 +3,27 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from pairsim.physics.scales import Scales
-from pairsim.results.columns import WHOLE, error_of, known
+from pairsim.results.columns import WHOLE, error_of, known, suffixes_in
+from pairsim.results.curve_table import curve_of
 from pairsim.results.folder import read_record, valid_record
 from pairsim.results.table_files import read_table, table_text
+from pairsim.results.travel import distance_on
 from pairsim.results.units import PURE, Unit, scales_in, scales_of
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
 INNER = re.compile(r"m|newton|wanted|mesh|meshes|distortion|volume_error|stretch|s_jump|ends_error.*|\w*_correction.*")
-"""Columns of interest to whoever judges the numerics; they come last on a screen, if at all."""
+"""Columns of interest to whoever judges the numerics; they come last, if at all."""
+MAIN = re.compile(r"(De|Ca_e|t|d|dU|dU_error|U|F|F_error)(_\d+|_[LT])?")
+"""What is shown of a table of relative velocities, unless all is asked for."""
 MOST_ROWS = 40  # of a table on a screen that is not asked for all
 
 
@@ -56,22 +62,49 @@ def in_units(table: pd.DataFrame, scales: Scales) -> pd.DataFrame:
     return with_units(table.assign(**converted), True)
 
 
-def table_of(directory: Path, name: str, physical: bool | None) -> pd.DataFrame:
+def table_of(directory: Path, name: str, physical: bool | None, at: Sequence[float | str] = ()) -> pd.DataFrame:
     """A table of a folder by its name without .csv, as of `pairsim.Result.frame`.
 
     Raises:
-        InputError: The table cannot be read, or `physical` is set and its case has no `physical` block.
+        InputError: The table cannot be read, or `physical` is set and its case has no `physical` block; as of
+            `values_at`.
     """
     path = directory / f"{name}.csv"
     scales = scales_of(valid_record(directory), str(directory)) if physical else None
     scales = scales_in(read_record(directory)) if physical is None else scales
-    table = frame_of(read_table(path))
+    columns = read_table(path)
+    table = frame_of(values_at(columns, at, valid_record(directory), str(directory)) if at else columns)
     if foreign := [name for name in map(str, table.columns) if known(name) is None]:
         raise InputError(str(path), "", foreign[0], "must be a column of `pairsim`")
     try:
         return in_units(table, scales) if scales is not None else table
     except ValueError as error:
         raise InputError(str(path), "", None, f"must have numbers in its rows ({error})") from None
+
+
+def values_at(
+    table: Mapping[str, Array], places: Sequence[float | str], record: Mapping[str, Any], source: str
+) -> dict[str, Array]:
+    """The columns d, dU and dU_error of a curve at any distances.
+
+    Args:
+        table: Columns of curve.csv.
+        places: The distances: numbers [D_c], or lengths with their units.
+        record: run.json, for the units of the case.
+        source: Name of the folder for messages.
+
+    Raises:
+        InputError: It is no curve over a single distance, or a distance is outside of it.
+    """
+    found: dict[str, Array] = {}
+    for gap in suffixes_in(table, "dU"):
+        if (curve := curve_of(table, gap)) is None:
+            break
+        d = np.array([distance_on(curve, each, "--at", record, source) for each in places])
+        found |= {f"d{gap}": d, f"dU{gap}": curve.values(d), error_of(f"dU{gap}"): curve.half_widths(d)}
+    if not found:
+        raise InputError(source, "--at", None, "goes with a curve of at least two points over a single distance")
+    return found
 
 
 def csv_text(table: pd.DataFrame) -> str:
@@ -87,10 +120,18 @@ def headings(table: pd.DataFrame) -> list[str]:
 
 
 def readable(table: pd.DataFrame, whole: bool = False) -> pd.DataFrame:
-    """The table with errors beside what they belong to, and `INNER` columns last if `whole`, else left out."""
+    """The table with errors beside what they belong to; the columns of less interest come last if `whole`.
+
+    Else they are left out: of relative velocities all but `MAIN` and keys that vary, of other tables `INNER`.
+    """
     names = [str(name) for name in table.columns]
-    errors = {error_of(name) for name in names}
-    main = [name for name in names if not INNER.fullmatch(name) and name not in errors]
+    errors, moving = {error_of(name) for name in names}, bool(suffixes_in(names, "dU"))
+
+    def matters(name: str) -> bool:
+        return bool(MAIN.fullmatch(name)) or known(name) is None if moving else not INNER.fullmatch(name)
+
+    main = [name for name in names if matters(name) and name not in errors]
+    main.sort(key=lambda name: moving and name.startswith("U"))
     ordered = [each for name in main for each in (name, error_of(name)) if each in names]
     return table[[*ordered, *(name for name in names if whole and name not in ordered)]]
 

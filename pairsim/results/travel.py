@@ -88,7 +88,7 @@ def travel(
     if curve is None:
         raise InputError(source, "", None, "must be the curve of a pair with at least two points")
     record = record or {}
-    begin, end = (_distance(option, d, curve, record, source) for option, d in (("--from", start), ("--to", stop)))
+    begin, end = (distance_on(curve, d, option, record, source) for option, d in (("--from", start), ("--to", stop)))
     if why := _obstacle(curve, begin, end):
         raise _refusal(source, "--to", stop, end, why)
     low, high = sorted((begin, end))
@@ -114,10 +114,17 @@ def travel(
     return Travel(begin, end, time, length, time_error, length_error, forgotten, scales_in(record))
 
 
-def _distance(
-    option: str, given: float | str, curve: CurveInterpolant, record: Mapping[str, Any], source: str
+def distance_on(
+    curve: CurveInterpolant, given: float | str, option: str, record: Mapping[str, Any], source: str
 ) -> float:
-    """A distance on the curve [D_c], which is an end of the curve where it differs from it by rounding.
+    """A distance on a curve [D_c], which is an end of the curve where it differs from it by rounding.
+
+    Args:
+        curve: The curve.
+        given: The distance: a number [D_c], or a length with its unit.
+        option: What it is called in messages.
+        record: run.json, for the units of the case.
+        source: Name of the folder for messages.
 
     Raises:
         InputError: It is neither a number nor a length, the case has no units, or it is outside the curve.

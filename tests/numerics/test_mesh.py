@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import gmsh
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
@@ -36,6 +37,27 @@ def test_cells_around_deformed_outlines_grow_with_the_distance_from_them() -> No
     assert ratio.max() < 1.4
     assert 0.6 < ratio[beside].mean() < 1.1
     assert longest[far].max() < 1.4 * settings.max_size
+
+
+def test_a_session_of_gmsh_keeps_its_model_and_its_options_and_changes_no_mesh() -> None:
+    settings, geometry = MeshSettings(Np=8), Geometry((0.3,), (), 4.0)
+    reference = Reference.spheres(geometry, make_outlines(geometry, settings))
+    alone = liquid_mesh(reference, settings)
+    gmsh.initialize(readConfigFiles=False, interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.model.add("mine")
+        gmsh.model.occ.addBox(0, 0, 0, 1, 1, 1)
+        gmsh.model.occ.synchronize()
+        for option in ("Mesh.RecombineAll", "Mesh.MeshSizeFactor"):
+            gmsh.option.setNumber(option, 1.5)
+        within = liquid_mesh(reference, settings)
+        assert gmsh.model.getCurrent() == "mine"
+        assert gmsh.model.getEntities(3) == [(3, 1)]
+        assert gmsh.option.getNumber("Mesh.MeshSizeFactor") == 1.5
+    finally:
+        gmsh.finalize()
+    assert np.array_equal(within.points, alone.points)
 
 
 def with_rows(

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import _thread
+import pickle
 import signal
 import subprocess
 import sys
 import threading
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +18,11 @@ import pandas as pd
 import pytest
 
 import pairsim
+from pairsim.api.results import _grid_of
 from pairsim.computing.progress import Reporter
+from pairsim.physics.scales import Scales
 from pairsim.results.table_files import read_table
+from pairsim.results.xdmf import FieldFrame
 
 PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": 3, "mesh": {"Np": 8, "max_size": 0.3}}
 CURVE = PAIR | {"d": [0.1, 0.3], "fields": [0.1]}
@@ -83,6 +88,25 @@ def test_a_curve_is_its_interpolant_and_an_error_outside(curve: pairsim.CurveRes
         curve.dU(0.2, gap=2)
 
 
+def test_a_result_is_pickled_with_its_files_and_computed_in_one_thread_at_a_time() -> None:
+    """Two at once in PETSc, MUMPS or gmsh end the process."""
+    with ThreadPoolExecutor(2) as threads:
+        first, second = threads.map(lambda Ca_e: pairsim.run(RUN, Ca_e=Ca_e), (0.05, 0.1))
+    content = pickle.dumps(second)
+    copied = pickle.loads(content)
+    pd.testing.assert_frame_equal(copied.table, second.table)
+    assert (copied.status, copied.case) == ("finished", second.case)
+    assert copied.fields(0.01).n_points == second.fields(0.01).n_points
+    assert first.table["dU"].iloc[-1] != second.table["dU"].iloc[-1]
+
+
+def test_a_file_of_another_command_is_known_by_its_keys() -> None:
+    assert pairsim.load(CURVE).kind == "curve"
+    assert pairsim.load(RUN).kind == pairsim.load({"beta": 0.4, "De": 0, "Ca_e": 0, "particles": 1}).kind == "run"
+    with pytest.raises(pairsim.InputError, match="one for `pairsim curve`"):
+        pairsim.load(CURVE, kind="run")
+
+
 def test_a_curve_knows_its_peak_its_travel_and_its_units(curve: pairsim.CurveResult) -> None:
     assert curve.curve.peak.dU == pytest.approx(curve.dU(curve.curve.peak.d))
     assert [region.sign for region in curve.curve.regions] == [np.sign(curve.dU(0.2))]
@@ -95,7 +119,8 @@ def test_a_curve_knows_its_peak_its_travel_and_its_units(curve: pairsim.CurveRes
     assert len(curve.zeros) == 0
     assert repr(curve).startswith(f"<pairsim curve: finished, {len(curve.table)} rows")
     assert curve.table.attrs["units"] | {"d": "D_c", "dU": "U_av", "D_L": ""} == curve.table.attrs["units"]
-    for missing in (lambda: curve.scales, lambda: curve.physical, lambda: curve.travel("5um", 0.3)):
+    asked = (lambda: curve.scales, lambda: curve.physical, lambda: curve.travel("5um", 0.3), lambda: curve.dU("5um"))
+    for missing in asked:
         with pytest.raises(pairsim.InputError, match="physical block"):
             missing()
 
@@ -140,9 +165,25 @@ def test_fields_are_those_of_the_file(empty: Path) -> None:
     assert np.array_equal(grid.cell_data["region"], read.cell_data["region"])
     assert set(grid.point_data.keys()) | {"position"} == set(read.point_data.keys())
     for name in grid.point_data:
-        assert np.array_equal(grid.point_data[name], read.point_data[name]), name
+        known = ~np.isnan(grid.point_data[name])
+        assert np.array_equal(grid.point_data[name][known], read.point_data[name][known]), name
+        assert not read.point_data[name][~known].any(), name
     with pytest.raises(pairsim.InputError, match=r"one of 0\.1"):
         result.fields(0.2)
+
+
+def test_fields_are_in_units_on_demand_and_unknown_where_there_are_none() -> None:
+    cells, region = np.arange(12).reshape(2, 6), np.array([0, 1])
+    names = ("velocity", "tau_s", "tau_p", "tr_c", "pressure")
+    fields = [np.ones((12, 2)), np.ones((12, 4)), np.ones((12, 4)), np.ones(12), np.ones(12)]
+    frame = FieldFrame(0.1, np.ones((12, 2)), cells, region, dict(zip(names, fields, strict=True)))
+    grid = _grid_of(frame, Scales(50e-6, 10e-3, 0.85))
+    shown = {name: np.unique(values.T[0] if values.ndim > 1 else values) for name, values in grid.point_data.items()}
+    assert grid.points[0] == pytest.approx([50, 50, 0])
+    assert (shown["velocity"], shown["pressure"]) == (pytest.approx([1e4]), pytest.approx([170]))
+    for name, value, where in (("tau_s_zz", 170, slice(6, 12)), ("tau_p_rr", 170, slice(6)), ("tr_c", 1, slice(6))):
+        assert shown[name] == pytest.approx([value, np.nan], nan_ok=True), name
+        assert grid.point_data[name][where] == pytest.approx(value), name
 
 
 def test_overrides_change_keys_within_groups() -> None:

@@ -70,6 +70,28 @@ def test_numbers_flags_words_and_what_is_not_known_are_read_back(tmp_path: Path)
     assert table["dU"][1] == 1 / 3
 
 
+def test_a_table_that_a_spreadsheet_has_saved_is_read_as_before(tmp_path: Path) -> None:
+    (tmp_path / "equilibria.csv").write_bytes(b"\xef\xbb\xbfd,stable\r\n0.2,FALSE\r\n0.4,TRUE\r\n")
+    table = {name: values.tolist() for name, values in read_table(tmp_path / "equilibria.csv").items()}
+    assert table == {"d": [0.2, 0.4], "stable": [False, True]}
+
+
+def test_a_curve_has_values_at_any_distance_in_a_table_of_the_experiment(tmp_path: Path) -> None:
+    folder = make_curve(tmp_path / "curve", Ca_e=0.1)
+    scales = {"length": 50e-6, "velocity": 1e-3, "time": 0.05, "stress": 1.0}
+    (folder / "run.json").write_text(json.dumps({"kind": "curve", "scales": scales}))
+    found = table_of(folder, "curve", None, at=["10um", "0.3", "30 um"])
+    assert csv_text(found).splitlines()[0] == "d [um],dU [um/s],dU_error [um/s]"
+    assert found["d"].to_numpy() == pytest.approx([10, 15, 30])
+    assert found["dU"].to_numpy() == pytest.approx([0, 1e3 * 0.1 * np.log(1.5), 1e3 * 0.1 * np.log(3)], rel=0.02, abs=1)
+    assert (found["dU_error"] >= 1).all()
+    for wrong, message in (("31um", "ends of the curve"), ("3 s", "a length")):
+        with pytest.raises(InputError, match=message):
+            table_of(folder, "curve", None, at=[wrong])
+    with pytest.raises(InputError, match="goes with a curve"):
+        table_of(folder, "equilibria", None, at=["10um"])
+
+
 @pytest.mark.parametrize("torn", ["3.0", "3.0,4.25"])
 def test_torn_last_line_is_left_out(tmp_path: Path, torn: str) -> None:
     (tmp_path / "series.csv").write_text("t,d\n1.0,2.0\n" + torn)
@@ -139,7 +161,7 @@ def test_csv_has_every_digit_and_the_words_of_the_file(tmp_path: Path) -> None:
 
 def test_a_screen_has_five_digits_and_no_numerics_unless_asked(train: Path) -> None:
     table = frame_of(read_table(train / "series.csv"))
-    names = ["t", "d_1", "d_2", "U_1", "U_2", "U_3", "dU_1", "dU_error_1", "dU_2", "dU_error_2"]
+    names = ["t", "d_1", "d_2", "dU_1", "dU_error_1", "dU_2", "dU_error_2", "U_1", "U_2", "U_3"]
     assert list(readable(table).columns) == names
     assert list(readable(table, whole=True).columns) == [*names, "m", "newton"]
     text = screen_text(table, 200)

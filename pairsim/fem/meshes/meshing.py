@@ -9,7 +9,9 @@ mesh most of the discretisation error cancels (measured at N_p 10: error of dU 1
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from itertools import pairwise
 
 import gmsh
@@ -29,6 +31,7 @@ from pairsim.runtime.errors import MeshFailure
 SHORT_ROWS = 0.2  # length of a stretch of rows below which unstructured cells are used instead [D_c]; chosen
 # Ratio of the Jacobians of curved and straight cells below which nodes near a curved boundary are moved too; chosen.
 STRAIGHT_ENOUGH = 0.3
+TERMINAL, THROW = "General.Terminal", 2  # the option, and General.AbortOnError by which errors are exceptions
 
 
 def liquid_mesh(reference: Reference, settings: MeshSettings) -> SixNodeMesh:
@@ -161,6 +164,35 @@ def particle_meshes(
     return meshes
 
 
+@contextmanager
+def _session() -> Iterator[None]:
+    """gmsh with an empty model and its own defaults; a session of the caller gets its model and options back."""
+    if not gmsh.isInitialized():
+        gmsh.initialize(readConfigFiles=False, interruptible=False)
+        gmsh.option.setNumber(TERMINAL, 0)
+        gmsh.model.add("pairsim")
+        try:
+            yield
+        finally:
+            gmsh.finalize()
+        return
+    theirs, terminal = gmsh.model.getCurrent(), gmsh.option.getNumber(TERMINAL)
+    gmsh.option.setNumber(TERMINAL, 0)
+    with tempfile.NamedTemporaryFile(suffix=".opt") as options:
+        gmsh.write(options.name)
+        gmsh.option.restoreDefaults()
+        gmsh.option.setNumber(TERMINAL, 0)
+        gmsh.option.setNumber("General.AbortOnError", THROW)
+        gmsh.model.add("pairsim")
+        try:
+            yield
+        finally:
+            gmsh.model.remove()
+            gmsh.merge(options.name)
+            gmsh.model.setCurrent(theirs)
+            gmsh.option.setNumber(TERMINAL, terminal)
+
+
 def _run_gmsh(build: Callable[[], None], size: Callable[[float, float], float], curves: Sequence[Array]) -> SixNodeMesh:
     """Run gmsh and move the mid-side nodes on curved boundaries onto the curves.
 
@@ -181,35 +213,31 @@ def _run_gmsh(build: Callable[[], None], size: Callable[[float, float], float], 
             interrupts.append(interrupt)
             return size(z, r)
 
-    gmsh.initialize(readConfigFiles=False, interruptible=False)
     try:
-        gmsh.option.setNumber("General.Terminal", 0)
-        gmsh.option.setNumber("General.NumThreads", 1)
-        gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
-        gmsh.option.setNumber("Mesh.MeshSizeFromPoints", 0)
-        gmsh.option.setNumber("Mesh.Algorithm", 6)
-        # Precision to which gmsh integrates the cell size along lines. Its default of 1e-9 evaluates the size ten times
-        # as often, for nodes that agree to 1e-6.
-        gmsh.option.setNumber("Mesh.LcIntegrationPrecision", 1e-6)
-        gmsh.model.add("pairsim")
-        build()
-        gmsh.model.geo.synchronize()
-        gmsh.model.mesh.setSizeCallback(uninterrupted)
-        gmsh.model.mesh.generate(2)
-        if interrupts:
-            raise interrupts[0]
-        gmsh.model.mesh.setOrder(2)
-        tags, coordinates, _ = gmsh.model.mesh.getNodes()
-        kind = gmsh.model.mesh.getElementType("Triangle", 2)
-        _, nodes = gmsh.model.mesh.getElementsByType(kind)
-        if len(nodes) == 0:
-            raise MeshFailure("gmsh generated no cells", advice="another mesh.Np or a wider gap")
+        with _session():
+            gmsh.option.setNumber("General.NumThreads", 1)
+            gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
+            gmsh.option.setNumber("Mesh.MeshSizeFromPoints", 0)
+            gmsh.option.setNumber("Mesh.Algorithm", 6)
+            # Precision to which gmsh integrates the cell size along lines. Its default of 1e-9 evaluates the size ten
+            # times as often, for nodes that agree to 1e-6.
+            gmsh.option.setNumber("Mesh.LcIntegrationPrecision", 1e-6)
+            build()
+            gmsh.model.geo.synchronize()
+            gmsh.model.mesh.setSizeCallback(uninterrupted)
+            gmsh.model.mesh.generate(2)
+            if interrupts:
+                raise interrupts[0]
+            gmsh.model.mesh.setOrder(2)
+            tags, coordinates, _ = gmsh.model.mesh.getNodes()
+            kind = gmsh.model.mesh.getElementType("Triangle", 2)
+            _, nodes = gmsh.model.mesh.getElementsByType(kind)
+            if len(nodes) == 0:
+                raise MeshFailure("gmsh generated no cells", advice="another mesh.Np or a wider gap")
     except MeshFailure:
         raise
     except Exception as error:
         raise MeshFailure(f"gmsh: {error}", advice="another mesh.Np or a wider gap") from error
-    finally:
-        gmsh.finalize()
     used, cells = np.unique(nodes, return_inverse=True)
     row = np.empty(int(tags.max()) + 1, dtype=np.int64)
     row[tags.astype(np.int64)] = np.arange(len(tags))

@@ -227,7 +227,7 @@ class CurveResult(Result):
         """dU as a function of the distance: `dU, half_width = result.curve(d)`."""
         from pairsim.questions.curve.function import Curve
 
-        return Curve(self.columns, [float(d) for d in self.tables["equilibria"].get("d", ())])
+        return Curve(self.columns, [float(d) for d in self.tables["equilibria"].get("d", ())], self.record)
 
     def dU(self, d: Any, gap: int = 1) -> Any:
         """dU at any distance of the curve [U_av]; see `curve`, which returns the half-width of its interval, too."""

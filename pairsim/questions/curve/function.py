@@ -9,6 +9,7 @@ import numpy as np
 
 from pairsim.results.columns import suffixes_in
 from pairsim.results.curve_table import curve_of
+from pairsim.results.travel import distance_on
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 from pairsim.solvers.curves.interpolant import CurveInterpolant, Peak, Region
@@ -20,10 +21,13 @@ class Curve:
     Args:
         columns: The columns of curve.csv.
         zeros: Known zeros of a pair, from equilibria.csv.
+        record: run.json, for the units of the case.
     """
 
-    def __init__(self, columns: Mapping[str, Array], zeros: Sequence[float] = ()) -> None:
-        self._columns, self._zeros = columns, zeros
+    def __init__(
+        self, columns: Mapping[str, Array], zeros: Sequence[float] = (), record: Mapping[str, Any] | None = None
+    ) -> None:
+        self._columns, self._zeros, self._record = columns, zeros, record or {}
 
     def of(self, gap: int = 1) -> CurveInterpolant:
         """The interpolant of a gap.
@@ -41,7 +45,7 @@ class Curve:
         """The interpolated dU, and the half-width of its interval: the errors at the points, and between them.
 
         Args:
-            d: Distance or array of distances [D_c], of any shape.
+            d: Distance or array of distances of any shape: numbers [D_c], or texts with a unit such as "5um".
             gap: Number of the gap, counted from upstream.
 
         Returns:
@@ -50,7 +54,11 @@ class Curve:
         Raises:
             InputError: A distance is outside the curve, or there is no curve over a single distance.
         """
-        found, places = self.of(gap), np.asarray(d, dtype=float)
+        found, places = self.of(gap), np.asarray(d)
+        if places.dtype.kind == "U":
+            lengths = [distance_on(found, str(each), "d", self._record, "curve") for each in places.flat]
+            places = np.reshape(lengths, places.shape)
+        places = places.astype(float)
         low, high = found.d[[0, -1]]
         outside = places[~((places >= low) & (places <= high))]
         if outside.size:
