@@ -191,7 +191,6 @@ class _Zeros:
     def take(self, findings: Iterable[Finding], line: Line) -> Iterator[events.Event]:
         """Show the findings on a line, whose branches are numbered after those before, and write its zeros."""
         from pairsim.solvers.curves.branch import Point
-        from pairsim.solvers.curves.curve import Jump
         from pairsim.solvers.curves.zero_lines import Critical, End, Missed
 
         before = self.branches
@@ -206,7 +205,7 @@ class _Zeros:
                     numbered = replace(each, branch=each.branch + before)
                     self._ends.append({**line, **vars(numbered)})
                     yield events.Note(f"branch {numbered.branch}: {numbered.message}")
-                case Jump() | Missed():
+                case Missed():
                     self._warnings.append(each.message)
 
     def _shown(self, text: str) -> events.Progress:
@@ -226,7 +225,7 @@ class _Zeros:
         row |= {"kind": critical.kind, "branch": branch, "stable": slope < 0}
         row |= {"d_error": None, "parameter_error": None}
         if critical.by_parameter is None:
-            row["d_error"] = row["dU_error"] / abs(slope)
+            row["d_error"] = point.zero_error
         else:  # where two zeros meet, the slope vanishes
             row["parameter_error"] = row["dU_error"] / abs(critical.by_parameter)
             assert self.followed is not None

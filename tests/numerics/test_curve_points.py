@@ -14,7 +14,7 @@ from support.scenes import traced
 from pairsim.physics.solids import soft
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.curves.critical import same_zero
-from pairsim.solvers.curves.curve import Zero, equilibria, find_zeros, interpolants, trace
+from pairsim.solvers.curves.curve import Equilibrium, equilibria, find_zeros, interpolants, trace
 from pairsim.solvers.curves.distances import WIDEST, between
 from pairsim.solvers.curves.interpolant import CurveInterpolant
 from pairsim.solvers.parameters import Parameters
@@ -132,19 +132,36 @@ def test_the_peak_beside_a_zero_is_part_of_the_largest_dU_between_points_too() -
     assert found.peak == 1.0, "dU rises to more than .1 between .3 and .4"
 
 
-def test_a_zero_that_newton_misses_between_smooth_points_is_no_jump() -> None:
-    def point(d: float) -> Any:
-        return made_point(d, d - 0.2, 1.0)
+def zeros_without_newton(at: Callable[[float], Any], *places: float) -> list[Equilibrium]:
+    """The zeros of a curve on which Newton's method finds none."""
 
     def refuse(*_: float) -> Any:
         raise NoSteadyState("no")
 
-    stub: Any = SimpleNamespace(
-        zero=refuse, at=lambda parameters: point(parameters.gaps[0]), solver=SimpleNamespace(snapshot=None)
-    )
-    (zero,) = find_zeros(stub, [point(0.1), point(0.3)])
-    assert isinstance(zero, Zero)
-    assert zero.point.d == pytest.approx(0.2, rel=1e-4)
+    solver = SimpleNamespace(snapshot=None)
+    stub: Any = SimpleNamespace(zero=refuse, at=lambda parameters: at(parameters.gaps[0]), solver=solver)
+    points = [at(d) for d in places]
+    return equilibria(list(find_zeros(stub, points)), points)
+
+
+def test_a_zero_that_newton_misses_between_smooth_points_is_found() -> None:
+    (zero,) = zeros_without_newton(lambda d: made_point(d, d - 0.2, 1.0), 0.1, 0.3)
+    assert zero.d == pytest.approx(0.2, rel=1e-4)
+
+
+@pytest.mark.parametrize("error", [0.002, 0.02, 0.04])
+@pytest.mark.parametrize("slope", [-1.0, 0.01])
+def test_a_zero_at_a_jump_between_two_meshes_is_listed_with_its_interval(error: float, slope: float) -> None:
+    """dU falls from a certain sign to one that is certain, or is not, by a jump at d = .21: the zero is near."""
+    (zero,) = zeros_without_newton(lambda d: made_point(d, 0.2 - d + 0.01 * (d < 0.21), slope, error), 0.1, 0.23)
+    assert zero.stable
+    assert abs(zero.d - 0.205) <= max(zero.d_error, 0.01)
+    assert zero.d_error >= error / max(abs(slope), abs(zero.slope)) > 0
+    assert zero.certain == (error < 0.03)
+
+
+def test_a_change_of_sign_between_two_uncertain_points_is_no_zero() -> None:
+    assert zeros_without_newton(lambda d: made_point(d, 0.2 - d + 0.01 * (d < 0.21), -1.0, 0.2), 0.1, 0.23) == []
 
 
 def test_zeros_of_one_slope_that_lie_close_are_one_zero() -> None:

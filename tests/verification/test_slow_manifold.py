@@ -83,6 +83,25 @@ def test_nothing_is_added_where_the_distance_stands_still() -> None:
     assert zero.slope_at_rest != float(zero.slopes[0])
 
 
+def test_a_zero_that_two_meshes_jump_past_is_that_of_one_of_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On the mesh for each distance the zero is at the distance of the other one."""
+    branch, _ = solved(beta=0.2, d=(0.03, 0.12), mesh={"Np": 16})
+
+    def zero(below: float, edge: float, above: float) -> Point:
+        def nominal(_: object, gaps: tuple[float]) -> tuple[float]:
+            return (below if gaps[0] < edge else above,)
+
+        monkeypatch.setattr("pairsim.solvers.problems.SteadyProblem.nominal", nominal)
+        return branch.zero(0.03, 0.12, 0.06)
+
+    own = {zero(d, 1.0, d).d: d for d in (0.05, 0.06)}
+    assert len(own) == 2
+    between = zero(own[max(own)], sum(own) / 2, own[min(own)])
+    branch.close()
+    assert min(abs(between.d - d) for d in own) < 0.1 * between.zero_error
+    assert abs(between.dU) < 0.1 * between.dU_errors[0]
+
+
 @pytest.mark.slow
 def test_dU_of_a_pair_without_a_slow_manifold_is_known_by_its_sign() -> None:
     """It is between that at held distance and none; runs from .004 and .008 pass d = .02 with .0165 and .0168."""

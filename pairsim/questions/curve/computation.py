@@ -38,7 +38,7 @@ def computation(case: CurveCase, monitor: Monitor, sensitivities: bool, warm_sta
     expected = len(between(places, case.max_points)) if case.common else len(places)
     yield events.Begin(f"{expected} point{'s' * (expected > 1)}, more as needed", expected)
     found = Solutions(case, warm_start)
-    points, warnings = found.points, list[str]()
+    points = found.points
     try:
         with found:
             start = Parameters(places[0], case.solid_models, case.liquid_model)
@@ -57,12 +57,12 @@ def computation(case: CurveCase, monitor: Monitor, sensitivities: bool, warm_sta
                 yield events.Progress(min(count, expected), _shown(point, count), count)
             message = f"{len(points)} points"
             if case.n == 2 and case.velocity is None:
-                zeros = yield from _zeros(branch, points, warnings)
+                zeros = yield from _zeros(branch, points)
                 message += f"; dU = 0: {', '.join(map(_said, zeros)) or 'at no d'}"
             return events.Outcome("finished", "end", message)
         return found.outcome  # the branch ends before all distances were reached
     finally:
-        yield from _end(case, found, warnings)
+        yield from _end(case, found)
 
 
 def _columns(case: CurveCase, sensitivities: bool) -> list[str]:
@@ -102,18 +102,13 @@ def _last_shapes(solver: SteadySolver) -> FieldFrame:
         solver.close()
 
 
-def _zeros(
-    branch: Branch, points: list[Point], warnings: list[str]
-) -> Generator[events.Event, None, Sequence[Equilibrium]]:
+def _zeros(branch: Branch, points: list[Point]) -> Generator[events.Event, None, Sequence[Equilibrium]]:
     """Find the zeros of the curve of a pair; those found before a failure are written, too."""
     zeros: list[Zero] = []
     failure: RunFailure | None = None
     try:
-        for found in find_zeros(branch, points):
-            if isinstance(found, Zero):
-                zeros.append(found)
-            else:
-                warnings.append(found.message)
+        for zero in find_zeros(branch, points):
+            zeros.append(zero)
     except RunFailure as error:
         failure = error
     result = equilibria(zeros, points)
@@ -129,11 +124,11 @@ def _said(zero: Equilibrium) -> str:
     return f"{kind} at d = {zero.d:.5g}{'' if zero.certain else ' (uncertain)'}"
 
 
-def _end(case: CurveCase, found: Solutions, warnings: list[str]) -> Iterator[events.Event]:
+def _end(case: CurveCase, found: Solutions) -> Iterator[events.Event]:
     """What run.json says, and the fields of the last state on a way that has not arrived."""
-    points, entries = found.points, dict[str, Any](points=len(found.points))
+    points, entries, warnings = found.points, dict[str, Any](points=len(found.points)), list[str]()
     if case.velocity is not None:
-        warnings = [*warnings, *_large_force_errors(case, points)]
+        warnings = _large_force_errors(case, points)
     elif found.branch is not None and case.n > 1 and points:
         curves = interpolants(points) if case.common and len(points) > 1 else []
         size = max(abs(curve.peak.dU) for curve in curves) if len(points) >= ENOUGH and curves else found.branch.dU
@@ -141,7 +136,7 @@ def _end(case: CurveCase, found: Solutions, warnings: list[str]) -> Iterator[eve
         entries["adaptation"], missed = reported
         entries["adaptation"]["reference_dU"] = size
         moved = moving_errors(case, points, size) if size > ROUNDING else []
-        warnings = [*warnings, *missed, *moved, *(_far_apart(case, curves, size) if size > ROUNDING else [])]
+        warnings = [*missed, *moved, *(_far_apart(case, curves, size) if size > ROUNDING else [])]
     yield from found.last_events(entries, warnings)
     if found.ended is not None and found.ended.last is not None and case.n > 1:
         yield events.Frame(_last_shapes(found.ended.last))

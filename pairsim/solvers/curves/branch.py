@@ -107,6 +107,11 @@ class Point:
         """Derivative of the dU of a pair by its distance where dU vanishes, to first order in the neglected terms."""
         return float(self.slopes[0]) * (1 + self.motion.response)
 
+    @property
+    def zero_error(self) -> float:
+        """Half-width of the interval of a distance at which the dU of a pair vanishes, at a zero [D_c]."""
+        return max(float(self.dU_errors[0]), abs(self.dU)) / abs(self.slope_at_rest)
+
 
 class Branch:
     """Solutions of one scene at any parameters, each continued from the nearest known solution.
@@ -166,6 +171,8 @@ class Branch:
     def zero(self, left: float, right: float, guess: float) -> Point:
         """The solution at a distance between two others at which dU vanishes, by Newton's method with the slope of dU.
 
+        It is on the mesh for this distance, or where that leads to none on the present one.
+
         Args:
             left: Smaller distance.
             right: Larger distance.
@@ -185,6 +192,11 @@ class Branch:
                 d -= left_over / float(point.slopes[0])
                 if not left / BESIDE < d < right * BESIDE:
                     break
+            else:  # meshes made for two distances may each have their zero at the other one
+                self._at_zero = float(point.correction[0])
+                on_mesh = self.zero_on(parameters.with_gap, point.d, solver.y, settled=False)
+                if on_mesh is not None and left / BESIDE < on_mesh.d < right * BESIDE:
+                    return replace(on_mesh, newton=solver.iterations - before)
             raise NoSteadyState(f"the zero of dU near d = {guess:.5g} was not found")
         except (NoSteadyState, MeshFailure):
             self.recall(old)

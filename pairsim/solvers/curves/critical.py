@@ -7,7 +7,7 @@ from collections.abc import Generator, Iterator
 import numpy as np
 
 from pairsim.solvers.curves.branch import Branch, Point
-from pairsim.solvers.curves.curve import Jump, Zero, find_zeros, trace
+from pairsim.solvers.curves.curve import Zero, find_zeros, trace
 from pairsim.solvers.curves.zero_lines import Critical, End, Follower, Missed, Region, with_value
 
 # All constants were chosen.
@@ -17,11 +17,11 @@ SCAN_TOL = 0.02  # its tolerance relative to the largest |dU|
 # two meshes: between two different zeros of the same slope there is one of the opposite slope.
 SAME = 0.1
 
-type Finding = Point | Jump | Critical | Missed | End
+type Finding = Point | Critical | Missed | End
 """Results of a search for critical distances; a `Point` belongs to a curve that is searched for zeros."""
 
 
-def search(branch: Branch, least: float, most: float) -> Generator[Point | Jump, None, list[Zero]]:
+def search(branch: Branch, least: float, most: float) -> Generator[Point, None, list[Zero]]:
     """Find all zeros of dU between two distances at the present values of the other parameters.
 
     Args:
@@ -30,26 +30,20 @@ def search(branch: Branch, least: float, most: float) -> Generator[Point | Jump,
         most: Largest distance [D_c].
 
     Yields:
-        Every point of the curve, and every change of sign without a zero.
+        Every point of the curve.
 
     Returns:
         The zeros in ascending d.
 
     Raises:
-        RunFailure: The curve could not be computed, or dU changes its sign smoothly but the zero was not found.
+        RunFailure: The curve could not be computed.
     """
     places = [(float(d),) for d in np.geomspace(most, least, SCAN_POINTS)]
     points: list[Point] = []
     for point, _ in trace(branch, places, SCAN_TOL, 10 * SCAN_POINTS):
         points.append(point)
         yield point
-    zeros: list[Zero] = []
-    for found in find_zeros(branch, sorted(points, key=lambda p: p.d)):
-        if isinstance(found, Zero):
-            zeros.append(found)
-        else:
-            yield found
-    return zeros
+    return list(find_zeros(branch, sorted(points, key=lambda p: p.d)))
 
 
 def find_all(branch: Branch, least: float, most: float) -> Iterator[Finding]:

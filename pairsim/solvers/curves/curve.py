@@ -18,34 +18,15 @@ from pairsim.solvers.steady.scene import Snapshot
 # All constants were chosen.
 HALVINGS = 5  # bisections of an interval with a change of sign in which Newton's method finds no zero
 ROUNDING = 1e-10  # |dU| up to which dU and its slopes are rounding error, as for equal rigid spheres [U_av]
-ALMOST = 0.05  # |dU| at an interpolated zero, relative to that at the neighbouring points, up to which it is accepted
-JUMP = 3.0  # a change of dU larger than that expected from the slopes by this factor is a jump between two meshes
 CLOSE = 0.1  # difference of log d below which no point is added between two others: it would show meshes, not dU
 
 
 @dataclass(frozen=True)
 class Zero:
-    """A point at which dU vanishes, with a snapshot of the solution."""
+    """A point at which dU vanishes within its interval, with a snapshot of the solution."""
 
     point: Point
     snapshot: Snapshot
-
-
-@dataclass(frozen=True)
-class Jump:
-    """A change of sign without a zero: between two points dU jumps because the mesh changes."""
-
-    left: Point
-    right: Point
-
-    @property
-    def message(self) -> str:
-        """Description for log and results."""
-        a, b = self.left, self.right
-        return (
-            f"dU jumps from {a.dU:.2g} to {b.dU:.2g} between d = {a.d:.5g} and {b.d:.5g}, where the mesh changes: "
-            "the sign of dU is uncertain by the mesh error there; a larger mesh.Np resolves it"
-        )
 
 
 @dataclass(frozen=True)
@@ -56,7 +37,7 @@ class Equilibrium:
         d: The distance.
         slope: d(dU)/dd there; negative is stable.
         peak: Largest |dU| between this zero and the next one or the end, over that of the whole curve.
-        d_error: Discretisation error of d.
+        d_error: Half-width of the interval of d.
         certain: Whether |dU| exceeds its half-width somewhere between this zero and the next ones, on both sides.
     """
 
@@ -139,15 +120,14 @@ def trace(
         points.sort(key=lambda p: p.d)
 
 
-def find_zeros(branch: Branch, points: list[Point]) -> Iterator[Zero | Jump]:
-    """Find the zeros and jumps at all changes of sign of dU between the points of a curve, in ascending d.
+def find_zeros(branch: Branch, points: list[Point]) -> Iterator[Zero]:
+    """Find the zeros at all changes of sign of dU between the points of a curve, in ascending d.
+
+    Between two points whose signs are both uncertain there may be none.
 
     Args:
         branch: The branch, at any solution.
         points: Points in ascending d.
-
-    Raises:
-        NoSteadyState: dU changes its sign smoothly but the zero was not found.
     """
     for a, b in pairwise(points):
         if a.dU * b.dU < 0 and max(abs(a.dU), abs(b.dU)) > ROUNDING:
@@ -156,29 +136,33 @@ def find_zeros(branch: Branch, points: list[Point]) -> Iterator[Zero | Jump]:
                 yield found
 
 
-def _zero_between(branch: Branch, a: Point, b: Point) -> Zero | Jump | None:
-    """The zero or the jump between two points at which dU has different signs.
+def _zero_between(branch: Branch, a: Point, b: Point) -> Zero | None:
+    """The zero between two points at which dU has different signs.
 
-    None where the zero is not found at once and one of the signs is not certain.
-
-    Raises:
-        NoSteadyState: dU changes its sign smoothly but the zero was not found.
+    Where Newton's method finds none because dU jumps between two meshes, or because its slope is rounding error, it is
+    the point that its interval excludes the least. None where both signs are uncertain then.
     """
+    secant = (b.dU - a.dU) / (b.d - a.d)
     for _ in range(HALVINGS):
         with suppress(NoSteadyState, MeshFailure):
             return Zero(branch.zero(a.d, b.d, _guess(a, b)), branch.solver.snapshot)
-        if any(abs(point.dU) < point.dU_errors[0] for point in (a, b)):
+        certain = [abs(point.dU) >= point.dU_errors[0] for point in (a, b)]
+        if not any(certain):
             return None
-        point = branch.at(a.parameters.with_gap(float(np.sqrt(a.d * b.d))))
-        a, b = (a, point) if a.dU * point.dU < 0 else (point, b)
-    if abs(b.dU - a.dU) < JUMP * max(abs(a.slopes[0]), abs(b.slopes[0])) * (b.d - a.d):
-        # If the slope is close to rounding error (say 1e-9), Newton's method does not converge in d; the zero of the
-        # interpolant is then accepted if |dU| is small there.
-        point = branch.at(a.parameters.with_gap(_guess(a, b)))
-        if abs(point.dU) < ALMOST * max(abs(a.dU), abs(b.dU)):
-            return Zero(point, branch.solver.snapshot)
-        raise NoSteadyState(f"the zero of dU between d = {a.d:.5g} and {b.d:.5g} was not found")
-    return Jump(a, b)
+        if not all(certain):
+            break
+        with suppress(NoSteadyState, MeshFailure):
+            point = branch.at(a.parameters.with_gap(float(np.sqrt(a.d * b.d))))
+            a, b = (a, point) if a.dU * point.dU < 0 else (point, b)
+    candidates = [a, b]
+    with suppress(NoSteadyState, MeshFailure):
+        candidates.append(branch.at(a.parameters.with_gap(_guess(a, b))))
+    nearest = min(candidates, key=lambda point: abs(point.dU) - point.dU_errors[0])
+    if nearest is not candidates[-1]:
+        nearest = branch.at(nearest.parameters)
+    if nearest.slope_at_rest * secant < 0:
+        nearest = replace(nearest, slopes=np.array([secant]))
+    return Zero(nearest, branch.solver.snapshot)
 
 
 def _guess(a: Point, b: Point) -> float:
@@ -202,7 +186,6 @@ def equilibria(zeros: list[Zero], points: list[Point]) -> list[Equilibrium]:
     decided = [bool((np.abs(dU) > half)[side].any()) for side in sides]
     result = []
     for i, zero in enumerate(z.point for z in zeros):
-        slope = zero.slope_at_rest
-        error = float(zero.dU_errors[0]) / abs(slope)
-        result.append(Equilibrium(zero.d, slope, peaks[i + 1] / max(peaks), error, decided[i] and decided[i + 1]))
+        certain = decided[i] and decided[i + 1]
+        result.append(Equilibrium(zero.d, zero.slope_at_rest, peaks[i + 1] / max(peaks), zero.zero_error, certain))
     return result
