@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,31 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from pairsim.cases.quantities import unit_in_si
+from pairsim.api.rheometer_files import read_columns
 from pairsim.physics.liquids import LAWS
 from pairsim.physics.liquids.viscous import ZERO_SHEAR, ViscousLaw
 from pairsim.physics.material import Dimension
 from pairsim.physics.rheometry import Fit, Measured, described, fits, scatter
-from pairsim.physics.solids.solid import MODULUS
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
-
-RATE = Dimension("rate", "a rate", "shear rate or angular frequency", "1/s", "1 1/s", lambda value, _: value)
-FILES = {
-    "--rheology": {
-        "rate": (r"rate|gamma", RATE),
-        "viscosity": (r"visc|^eta", ZERO_SHEAR),
-        "N1": (r"n_?1|normal", MODULUS),
-    },
-    "--spectrum": {
-        "frequency": (r"freq|omega", RATE),
-        "storage": (r"storage|^g'(?!')|^gp\b", MODULUS),
-        "loss": (r"loss|^g''|^gpp\b", MODULUS),
-    },
-}
-"""The columns in the file of each option: what their heads begin with or contain, and what is in them."""
-OPTIONAL = "N1"
-FEWEST = 5
 
 
 @dataclass(frozen=True)
@@ -54,7 +35,9 @@ class MeasuredLiquid:
         draw_fit(self.fit, self.data, path)
 
 
-def fit_liquid(rheology: Path | str | None, spectrum: Path | str | None, law: str | None = None) -> MeasuredLiquid:
+def fit_liquid(
+    rheology: Path | str | None, spectrum: Path | str | None, law: str | None = None, section: str | None = None
+) -> MeasuredLiquid:
     """Fit a law to files as of `pairsim.units`; without one, take what is best by the Bayesian information criterion.
 
     Raises:
@@ -63,63 +46,32 @@ def fit_liquid(rheology: Path | str | None, spectrum: Path | str | None, law: st
     if law is not None and law not in [*LAWS]:
         allowed = f"must be the name of a law, whose parameters are fitted: {', '.join(LAWS)}"
         raise InputError("pairsim units", "--liquid", law, allowed)
-    data = read_measured(rheology, spectrum)
+    data, read = read_measured(rheology, spectrum, section)
     found = fits(data, [law] if law else None)
     if not found:
         raise InputError("pairsim units", "--liquid", law, "must have fewer parameters than there are points")
     quantities, block = keys_of(found[0])
-    return MeasuredLiquid(found[0], data, quantities, block, sentences(found, data))
+    return MeasuredLiquid(found[0], data, quantities, block, [*read, *sentences(found, data)])
 
 
-def read_measured(rheology: Path | str | None, spectrum: Path | str | None) -> Measured:
-    """What one or two files hold; columns are told by their heads, units stand in brackets, SI without.
+def read_measured(
+    rheology: Path | str | None, spectrum: Path | str | None, section: str | None = None
+) -> tuple[Measured, list[str]]:
+    """What one or two files hold, and what was read in sentences; see `rheometer_files`.
 
     Raises:
         InputError: A file cannot be read, or lacks a column or points.
     """
     found: dict[str, Array] = {}
-    for option, file in zip(FILES, (rheology, spectrum), strict=True):
+    said: list[str] = []
+    for option, file in (("--rheology", rheology), ("--spectrum", spectrum)):
         if file is not None:
-            found |= _columns(option, Path(file))
+            columns, sentences = read_columns(option, Path(file), section)
+            found |= columns
+            said += sentences
     if "rate" in found:
         found.setdefault("N1", np.full(len(found["rate"]), np.nan))
-    return Measured(**found)
-
-
-def _columns(option: str, file: Path) -> dict[str, Array]:
-    import pandas as pd
-
-    try:
-        table = pd.read_csv(file, comment="#", sep=None, engine="python", skipinitialspace=True)
-    except (OSError, ValueError, pd.errors.ParserError) as error:
-        raise InputError(str(file), option, None, f"must be a CSV file with a line of heads ({error})") from None
-    found: dict[str, Array] = {}
-    for name, (pattern, dimension) in FILES[option].items():
-        if head := next((h for h in map(str, table) if re.search(pattern, h.strip().lower())), None):
-            values = pd.to_numeric(table[head], errors="coerce").to_numpy(dtype=float)
-            found[name] = values * _unit(head, dimension, file)
-    needed = [name for name in FILES[option] if name != OPTIONAL]
-    if missing := [name for name in needed if name not in found]:
-        heads = ", ".join(map(str, table.columns))
-        raise InputError(str(file), option, heads, f"must have columns of {', '.join(needed)}; add {missing[0]}")
-    valid = np.all([found[name] > 0 for name in needed], axis=0)
-    if valid.sum() < FEWEST:
-        raise InputError(str(file), option, int(valid.sum()), f"must have at least {FEWEST} rows of positive numbers")
-    return {name: values[valid] for name, values in found.items()}
-
-
-def _unit(head: str, dimension: Dimension, file: Path) -> float:
-    """The unit in the brackets of a head, in SI units; a frequency in Hz is one of rad/s."""
-    unit = re.search(r"[\[(]([^\])]+)[\])]", head)
-    if unit is None:
-        return 1.0
-    text = unit[1].strip().replace("⋅", ".").replace("rad/s", "1/s")
-    if text.lower() == "hz":
-        return float(2 * np.pi)
-    try:
-        return unit_in_si(text, dimension)
-    except ValueError as error:
-        raise InputError(str(file), head, unit[1], str(error)) from None
+    return Measured(**found), said
 
 
 def keys_of(fit: Fit) -> tuple[dict[str, str], Any]:

@@ -96,6 +96,7 @@ def units(
     over: str | None = None,
     rheology: Path | str | None = None,
     spectrum: Path | str | None = None,
+    section: str | None = None,
     **given: Any,
 ) -> Units:
     """Compute the dimensionless numbers and scales of an experiment, as `pairsim units` does.
@@ -104,8 +105,9 @@ def units(
         kind: The command that the case is for.
         pressure: Pressure drop in place of the flow rate, such as "20kPa".
         over: Length of tube over which it falls, such as "5cm".
-        rheology: CSV file of a flow curve, to which the liquid is fitted: shear rate, viscosity, N1.
-        spectrum: CSV file of moduli, alike: angular frequency, G', G''.
+        rheology: File of a flow curve, to which the liquid is fitted: shear rate, viscosity or stress, N1.
+        spectrum: File of moduli, alike: frequency, G', G''.
+        section: A part of the name of the section that is read in a file of several.
         given: The keys of a `physical` block, each a text with its unit such as `tube="50um"`, and other keys of a
             case, such as `liquid={"law": "power-law", "n": 0.6}`. Without a modulus the particles are rigid.
 
@@ -124,7 +126,7 @@ def units(
     if rheology is not None or spectrum is not None:
         from pairsim.api.rheometer import fit_liquid
 
-        fit = fit_liquid(rheology, spectrum, given.get("liquid"))
+        fit = fit_liquid(rheology, spectrum, given.get("liquid"), section)
         given["liquid"] = fit.block
         _check_left_out(fit.quantities.keys() & quantities.keys(), quantities, "since it is fitted")
         quantities |= fit.quantities

@@ -96,16 +96,17 @@ def si(text: Any, of: Dimension) -> float:
     return value
 
 
-def unit_in_si(unit: str, of: Dimension) -> float:
-    """A unit in the SI unit of a dimension.
+def unit_in_si(unit: str, of: Dimension | None) -> float:
+    """A unit in the SI unit of a dimension; 1 for any unit if there is no dimension.
 
     Raises:
-        ValueError: It is none of this dimension.
+        ValueError: It is no unit, or none of this dimension.
     """
     try:
-        return float(_registry().Quantity(1.0, unit.replace(".", "*")).to(of.unit).magnitude)
+        parsed = _registry().parse_units(unit)
+        return float(_registry().Quantity(1.0, parsed).to(of.unit).magnitude) if of else 1.0
     except Exception:  # pint does not document which exceptions its parser raises
-        raise ValueError(f"must be a unit as {of.unit} is") from None
+        raise ValueError(f"is no unit{f' as {of.unit} is' if of else ''}") from None
 
 
 def seconds_of(budget: str | None) -> float | None:

@@ -85,9 +85,11 @@ def units(
     particle_viscosity: Annotated[Text, _quantity("Viscosity of the particles, such as 2Pa.s.")] = None,
     c: Annotated[Number, _number("c", "Part of the second invariant in the shear modulus.")] = None,
     rheology: Annotated[
-        File, typer.Option(help="CSV file of a flow curve (shear rate, viscosity, N1), to which the liquid is fitted.")
+        File,
+        typer.Option(help="File of a rheometer with a flow curve (shear rate, viscosity or stress, N1), to be fitted."),
     ] = None,
-    spectrum: Annotated[File, typer.Option(help="CSV file of moduli (angular frequency, G', G''), alike.")] = None,
+    spectrum: Annotated[File, typer.Option(help="File of a rheometer with moduli (frequency, G', G''), alike.")] = None,
+    section: Annotated[Text, typer.Option(help="A part of the name of the section to be read, of several.")] = None,
     kind: Annotated[OfQuestion, typer.Option("--kind", help="The command that the case file is for.")] = "run",
     output: Annotated[File, typer.Option("-o", "--output", help="Write a case file to this path.")] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing case file.")] = False,
@@ -132,7 +134,9 @@ def units(
         typer.echo("fit: laws of up to four modes, some half a minute", err=True)
     flow = {"pressure": pressure, "over": over}
     try:
-        found = units_of(kind=kind, rheology=rheology, spectrum=spectrum, **flow, **case.pop("physical"), **case)
+        found = units_of(
+            kind=kind, rheology=rheology, spectrum=spectrum, section=section, **flow, **case.pop("physical"), **case
+        )
     except InputError as error:
         raise InputError.of_all(map(_of_option, error.mistakes)) from None
     for sentence in found.fit.sentences if found.fit else ():

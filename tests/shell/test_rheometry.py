@@ -69,7 +69,7 @@ def test_a_file_becomes_a_case(pairsim: Pairsim, tmp_path: Path) -> None:
     data = flow_curve(Liquid(Carreau(n=0.45, Cu=0.8)), 0.7)
     rows = "".join(f"{rate:g},{1e3 * eta:g}\n" for rate, eta in zip(data.rate, data.viscosity, strict=True))
     (tmp_path / "flow.csv").write_text(f"shear rate [1/s],viscosity [mPa.s]\n{rows}")
-    assert read_measured(tmp_path / "flow.csv", None).viscosity == pytest.approx(data.viscosity, rel=1e-5)
+    assert read_measured(tmp_path / "flow.csv", None)[0].viscosity == pytest.approx(data.viscosity, rel=1e-5)
     done = pairsim("units", "--rheology", "flow.csv", *EXPERIMENT, "-o", "case.yaml")
     assert done.returncode == 0
     assert "fit: Carreau-Yasuda: eta_0 [Pa.s] = 0.7" in done.stdout
