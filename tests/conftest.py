@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -17,6 +18,13 @@ def pytest_sessionstart(session: pytest.Session) -> None:
     """Import MPI through pairsim first, as the commands do."""
     if not session.config.pluginmanager.hasplugin("dsession"):  # which starts workers and runs no test itself
         importlib.import_module("pairsim.runtime.fenicsx")
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Files with most slow tests come first: short ones are left for the processes that have nothing else to do."""
+    slow = Counter(item.path for item in items if item.get_closest_marker("slow"))
+    items.sort(key=lambda item: -slow[item.path])
 
 
 @pytest.fixture

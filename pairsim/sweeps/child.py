@@ -23,7 +23,6 @@ from pairsim.computing.progress import Reporter
 from pairsim.computing.record import memory
 from pairsim.computing.session import Options, carry_out
 from pairsim.computing.warm_start import WarmStart
-from pairsim.plots.style import Page
 from pairsim.results.folder import CHECKPOINT
 from pairsim.runtime.child_process import end_with_parent
 from pairsim.runtime.errors import InputError, RunFailure
@@ -65,6 +64,8 @@ def compute(task: Task, place: int, warm_start: WarmStart) -> tuple[str, str]:
             if outcome is None:
                 outcome = carry_out(question, case, folder, options, **more)
         if outcome.status == "finished" and question.draws_from is not None:
+            from pairsim.plots.style import Page  # matplotlib takes a quarter of the time to start
+
             with suppress(OSError, InputError):  # a picture can be drawn again
                 question.draw(folder, folder, Page())
     except InputError as error:

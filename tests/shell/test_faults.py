@@ -12,6 +12,7 @@ import pytest
 from support.commands import Pairsim
 from support.inputs import TINY
 
+from pairsim.fem.compilation import jit
 from pairsim.results.folder import read_record
 from pairsim.runtime.child_process import module_command
 from pairsim.sweeps.folder import read_sweep
@@ -57,44 +58,41 @@ def test_a_folder_that_was_removed_ends_the_command_with_a_file_that_cannot_be_w
 
 
 @pytest.fixture
-def empty_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The base folder of an empty cache of compiled forms for child processes."""
-    base = tmp_path / "cache"
-    base.mkdir()
-    monkeypatch.setenv("XDG_CACHE_HOME", str(base))
-    return base
+def without_forms(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Base folder, not there, of a cache of compiled forms; this process forgets those that it has loaded."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setitem(jit.JIT_OPTIONS, "cache_dir", jit._default())
+    monkeypatch.setattr("pairsim.fem.phases.compiled_phase._COMPILED", {})
+    return tmp_path / "cache"
 
 
 @pytest.mark.slow
 def test_no_compiler_is_a_sentence_and_not_the_fault_of_a_case(
-    empty_cache: Path, tmp_path: Path, pairsim_apart: Pairsim, monkeypatch: pytest.MonkeyPatch
+    without_forms: Path, tmp_path: Path, pairsim: Pairsim, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """In processes of their own: this one may have loaded the forms already."""
     monkeypatch.setenv("CC", "no-such-compiler")
     (tmp_path / "case.yaml").write_text(TUBE)
-    done = pairsim_apart("run", "case.yaml", "-o", "out", "-q")
+    done = pairsim("run", "case.yaml", "-o", "out", "-q")
     assert done.returncode == 4
     assert "there is no C compiler (no-such-compiler)" in done.stderr
     assert len(done.stderr.splitlines()) == 1
     assert read_record(tmp_path / "out")["reason"] == "environment"
     (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: [0.1, 0.2]}\n")
-    done = pairsim_apart("sweep", "grid.yaml", "-o", "swept", "-q")
+    done = pairsim("sweep", "grid.yaml", "-o", "swept", "-q")
     assert done.returncode == 4
     assert "there is no C compiler" in done.stderr
     counts = read_sweep(tmp_path / "swept")["counts"]
     assert (counts["failed"], counts["pending"]) == (1, 1), "no further case begins"
 
 
-@pytest.mark.slow
 def test_cache_that_cannot_be_written_is_named_with_what_to_do(
-    tmp_path: Path, pairsim_apart: Pairsim, monkeypatch: pytest.MonkeyPatch
+    without_forms: Path, tmp_path: Path, pairsim: Pairsim
 ) -> None:
-    (tmp_path / "file").touch()
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    without_forms.touch()
     (tmp_path / "case.yaml").write_text(TUBE)
-    done = pairsim_apart("run", "case.yaml", "-o", "out", "-q")
+    done = pairsim("run", "case.yaml", "-o", "out", "-q")
     assert done.returncode == 4
-    assert f"the cache of compiled forms, {tmp_path / 'file'}" in done.stderr
+    assert f"the cache of compiled forms, {without_forms}" in done.stderr
     assert "cannot be written (Not a directory); try another folder in the environment variable XDG_CACHE_HOME" in (
         done.stderr
     )

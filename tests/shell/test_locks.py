@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 from support.commands import Done, Pairsim, at_work
-from support.inputs import TINY
+from support.inputs import SMALL
 
 from pairsim.results.folder import prepare_folder
 from pairsim.results.table_files import read_table
@@ -21,8 +21,7 @@ from pairsim.results.xdmf import read_frame
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import LOCK_FILES, is_locked, sole_writer
 
-BASE = TINY.partition("{")[2].rpartition("time")[0]  # the tiny case without its times
-ENDLESS = f"{{d0: 0.1, {BASE}time: {{end: 100, fixed_step: 0.002}}, output: {{every: 0.01, checkpoint: 1}}}}\n"
+ENDLESS = f"{{d0: 0.1, {SMALL}, time: {{end: 100, fixed_step: 0.002}}, output: {{every: 0.01, checkpoint: 1}}}}\n"
 
 
 def refused(done: Done, owner: subprocess.Popen[str]) -> None:
@@ -106,8 +105,8 @@ def test_processes_that_do_not_see_each_other_are_refused(
 ) -> None:
     """With a launcher of another MPI, each process would run the same case in the same folder."""
     monkeypatch.setenv(name, "2")
-    case = {"run": "{d0: 0.1, ", "curve": "{d: [0.1], ", "sweep": "{grid: {d0: [0.1]}, base: {"}[command] + BASE
-    (tmp_path / "case.yaml").write_text(case.rstrip(", ") + "}}\n"[command != "sweep" :])
+    case = {"run": "{d0: 0.1, ", "curve": "{d: [0.1], ", "sweep": "{grid: {d0: [0.1]}, base: {"}[command] + SMALL
+    (tmp_path / "case.yaml").write_text(case + ("}}" if command == "sweep" else "}"))
     done = pairsim(command, "case.yaml", "-o", "out", timeout=60)
     assert done.returncode == 2
     assert "2 processes that do not see each other" in done.stderr

@@ -10,14 +10,16 @@ import re
 import signal
 import subprocess
 import sys
+import threading
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 from matplotlib import image
 from support.commands import Pairsim, descendants, words_of
-from support.inputs import ROOT, STUDY, TINY
+from support.inputs import ROOT, SMALL, STUDY, TINY
 from support.pictures import colours
 from support.result_folders import make_sweep
 from typer.testing import CliRunner
@@ -35,11 +37,9 @@ from pairsim.sweeps.grid import read_grid
 from pairsim.sweeps.sweep_plots import plot_sweep
 
 THREE = TINY + "grid: {d0: [0.1, 0.2], beta: [0.4, 0.3]}\nexclude: [{d0: 0.1, beta: 0.3}]\n"
-DOOMED = TINY + "cases:\n- {d0: 0.1}\n"
-DOOMED += "".join(f"- {{d0: 0.1, liquid: {{law: doom, fate: {fate}}}}}\n" for fate in (1, 2, 3))
-DOOMED += "- {d0: 0.2}\n- {d0: 0.2, beta: 0.3}\n"
+FATES = {1: "out_of_memory", 2: "case_timeout", 3: "error"}
 ENDLESS = TINY.replace("time: {end: 0.01}", "time: {end: 500, max_step: 0.001}") + "grid: {d0: [0.1, 0.2, 0.3]}\n"
-CURVES = "command: curve\n" + TINY.replace("Ca_e: 0, ", "d: [0.15], tol: 1, ").replace(", time: {end: 0.01}", "")
+CURVES = f"command: curve\nbase: {{{SMALL}, d: [0.15], tol: 1}}\n".replace("Ca_e: 0, ", "")
 LAWS = """\
 import os, signal, sys, time
 from dataclasses import dataclass
@@ -85,15 +85,27 @@ def counts(folder: Path) -> dict[str, int]:
     return {status: count for status, count in read_sweep(folder)["counts"].items() if count}
 
 
+def doomed(*fates: int) -> str:
+    """A case that ends, one of each fate, and one that ends."""
+    cases = ["{d0: 0.1}", *(f"{{d0: 0.1, liquid: {{law: doom, fate: {fate}}}}}" for fate in fates), "{d0: 0.2}"]
+    return TINY + "cases:\n" + "".join(f"- {case}\n" for case in cases)
+
+
 @pytest.fixture(scope="module")
 def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Three cases on two processes of mpirun."""
+    """Three cases, one after another."""
     folder = tmp_path_factory.mktemp("swept")
     (folder / "grid.yaml").write_text(THREE)
-    done = subprocess.run(command(ranks=2), cwd=folder, capture_output=True, text=True, timeout=200, check=False)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.strip() == "out"
+    assert package.sweep(folder / "grid.yaml", folder=folder / "out").status == "finished"
     return folder
+
+
+@pytest.fixture
+def hangup() -> Iterator[None]:
+    """SIGHUP ends processes that are started meanwhile, also where nohup has started the tests."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    yield
+    signal.signal(signal.SIGHUP, before)
 
 
 @pytest.mark.slow
@@ -111,26 +123,22 @@ def test_table_has_a_row_a_case_and_the_promised_columns(swept: Path) -> None:
     assert {"versions", "machine", "command_line"} <= set(json.loads((swept / "out" / "sweep.json").read_text()))
 
 
-def dask_script(timeout: float) -> str:
-    """The script of the page, with a time for a case."""
-    found = re.search(r'```python title="dask_sweep.py"\n(.*?)```', PAGE, re.DOTALL)
-    assert found is not None
-    return found[1].replace("workers=2)\n", f"workers=2, case_timeout={timeout})\n")
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize("how", ["threads", "mpirun", "dask"])
-def test_a_case_that_is_killed_hangs_or_raises_costs_itself_alone(how: str, swept: Path, tmp_path: Path) -> None:
-    """On every executor; the other rows are the same to the last digit."""
-    (tmp_path / "grid.yaml").write_text(DOOMED)
+@pytest.mark.parametrize(("how", "fates"), [("threads", (1, 2, 3)), ("mpirun", (1, 3)), ("dask", (1, 3))])
+def test_a_case_that_is_killed_hangs_or_raises_costs_itself_alone(
+    how: str, fates: tuple[int, ...], swept: Path, tmp_path: Path
+) -> None:
+    """On every executor; the other rows are the same to the last digit. A task by itself waits for one that hangs."""
+    (tmp_path / "grid.yaml").write_text(doomed(*fates))
     (tmp_path / "laws.py").write_text(LAWS)
+    script = re.search(r'```python title="dask_sweep.py"\n(.*?)```', PAGE, re.DOTALL)
+    assert script is not None
+    (tmp_path / "dask_sweep.py").write_text(script[1])
     took = [read_record(path.parent)["wall_time"] for path in swept.glob("out/*/run.json")]
     enough = 4 + 4 * max(took)  # also on a crowded machine
-    (tmp_path / "dask_sweep.py").write_text(dask_script(enough))
-    timeout = ("--case-timeout", f"{enough}")
     words = {
-        "threads": command("--workers", "2", *timeout),
-        "mpirun": command(*timeout, ranks=2),
+        "threads": command("--workers", "2", "--case-timeout", f"{enough}"),
+        "mpirun": command(ranks=2),
         "dask": [sys.executable, "dask_sweep.py"],
     }[how]
     environment = os.environ | {"PAIRSIM_LAWS": str(tmp_path / "laws.py")}
@@ -139,19 +147,19 @@ def test_a_case_that_is_killed_hangs_or_raises_costs_itself_alone(how: str, swep
     )
     assert done.returncode == (0 if how == "dask" else 3), done.stderr
     rows = rows_of(tmp_path / "out")
-    ends = ["end", "out_of_memory", "case_timeout", "error", "end", "end"]
+    ends = ["end", *(FATES[fate] for fate in fates), "end"]
     assert [row["reason"] for row in rows] == ends
     assert [row["status"] for row in rows] == ["finished" if end == "end" else "failed" for end in ends]
-    good = [row for row in rows if row["reason"] == "end"]
-    assert all(a.items() <= b.items() for a, b in zip(rows_of(swept / "out"), good, strict=True))
-    assert "a fault" in read_record(tmp_path / "out" / rows[3]["folder"])["message"]
-    assert how != "mpirun" or "3 of 6 cases finished, 3 failed" in done.stderr
+    for good, alone in zip((rows[0], rows[-1]), rows_of(swept / "out")[:2], strict=True):
+        assert alone.items() <= good.items()
+    assert "a fault" in read_record(tmp_path / "out" / rows[-2]["folder"])["message"]
+    assert how != "mpirun" or "2 of 4 cases finished, 2 failed" in done.stderr
 
 
 @pytest.mark.slow
 def test_a_worker_need_not_know_the_laws_of_a_case(tmp_path: Path) -> None:
     """A task that is sent to another machine takes the files of the laws along, for its child process."""
-    (tmp_path / "grid.yaml").write_text(DOOMED)
+    (tmp_path / "grid.yaml").write_text(doomed(1, 2, 3))
     (tmp_path / "laws.py").write_text(LAWS)
     send = """
 import pickle
@@ -175,19 +183,34 @@ pairsim.sweep("grid.yaml", folder="out", executor=Sender())
 import pickle
 
 with open("tasks", "rb") as file:
-    for _ in range(6):
+    for _ in range(5):
         function, task = pickle.load(file)
         print(task.environment["PAIRSIM_LAWS"])
 """
     done = subprocess.run([sys.executable, "-c", receive], cwd=tmp_path, capture_output=True, text=True, check=True)
-    assert done.stdout.splitlines() == 6 * [str(tmp_path / "laws.py")]
+    assert done.stdout.splitlines() == 5 * [str(tmp_path / "laws.py")]
+
+
+@pytest.fixture
+def children(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Ids of the child processes of sweeps that are started meanwhile."""
+    started: list[int] = []
+    begin = task.Child.__init__
+
+    def counted(child: task.Child, environment: Any) -> None:
+        begin(child, environment)
+        started.append(child.process.pid)
+
+    monkeypatch.setattr(task.Child, "__init__", counted)
+    return started
 
 
 @pytest.mark.slow
-def test_the_same_command_repeats_failures_of_the_machine_only(tmp_path: Path) -> None:
+def test_the_same_command_repeats_failures_of_the_machine_only(tmp_path: Path, children: list[int]) -> None:
     (tmp_path / "grid.yaml").write_text(TINY + "cases: [{d0: 0.1}, {d0: 0.2}, {d0: 0.4, limits.max_steps: 2}]\n")
     result = package.sweep(tmp_path / "grid.yaml", folder=tmp_path / "out")
     assert [case.reason for case in result.cases] == ["end", "end", "max_steps"]
+    assert len(children) == 1, "one after another in the same process"
     assert (result.status, result.reason) == ("failed", "max_steps")
     before, rows = records(tmp_path / "out"), rows_of(tmp_path / "out")
     killed = result.cases[1].folder
@@ -242,17 +265,18 @@ def test_a_sweep_killed_again_and_again_loses_nothing(kills: int, ranks: int, tm
         assert finished.items() <= now.items(), "a finished case was computed again"
         finished = now
     done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
+    assert (done.returncode, done.stdout.strip()) == (0, "out"), done.stderr
     assert finished.items() <= records(out).items()
-    package.sweep(tmp_path / "grid.yaml", folder=tmp_path / "alone")
-    assert [row["folder"] for row in rows_of(out)] == [row["folder"] for row in rows_of(tmp_path / "alone")]
-    for name in ("dU", "d", "D_L"):
-        ours, theirs = ([float(row[name]) for row in rows_of(folder)] for folder in (out, tmp_path / "alone"))
-        assert ours == pytest.approx(theirs, rel=0, abs=4 * TRANSIENT.tolerance * 2)
+    for row, case in zip(rows_of(out), read_grid(tmp_path / "grid.yaml").cases, strict=True):
+        assert row["folder"] == case.folder
+        alone = package.run(case.case).check().table.iloc[-1]
+        for name in ("dU", "d", "D_L"):
+            assert float(row[name]) == pytest.approx(alone[name], rel=0, abs=4 * TRANSIENT.tolerance * 2)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "ranks"), [("SIGTERM", 2), ("SIGHUP", 0), ("SIGINT", 0)])
+@pytest.mark.usefixtures("hangup")
+@pytest.mark.parametrize(("name", "ranks"), [("SIGTERM", 2), ("SIGHUP", 0)])
 def test_stopped_sweep_keeps_its_cases(name: str, ranks: int, tmp_path: Path) -> None:
     """Meanwhile no other sweep may write into the folder."""
     (tmp_path / "grid.yaml").write_text(ENDLESS)
@@ -276,6 +300,7 @@ def test_stopped_sweep_keeps_its_cases(name: str, ranks: int, tmp_path: Path) ->
     assert len(list(tmp_path.glob("out/*/checkpoint.npz"))) == 2
 
 
+@pytest.mark.usefixtures("hangup")
 def test_nohup_is_heeded_and_mpi_leaves_sighup_alone() -> None:
     """UCX, which comes with MPICH, would catch the signal, also where nohup ignores it."""
     program = (
@@ -290,36 +315,31 @@ def test_nohup_is_heeded_and_mpi_leaves_sighup_alone() -> None:
 
 
 @pytest.mark.slow
-def test_a_child_that_has_grown_large_is_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    started: list[int] = []
-    begin = task.Child.__init__
-
-    def counted(child: task.Child, environment: Any) -> None:
-        begin(child, environment)
-        started.append(child.process.pid)
-
-    monkeypatch.setattr(task.Child, "__init__", counted)
-    (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: [0.1, 0.2]}\n")
-    assert package.sweep(tmp_path / "grid.yaml", folder=tmp_path / "first").status == "finished"
-    assert len(started) == 1
+def test_a_child_that_has_grown_large_is_replaced(
+    tmp_path: Path, children: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(task, "MOST_MEMORY", 0.0)
-    assert package.sweep(tmp_path / "grid.yaml", folder=tmp_path / "second").status == "finished"
-    assert len(started) == 3
+    (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: [0.1, 0.2]}\n")
+    assert package.sweep(tmp_path / "grid.yaml", folder=tmp_path / "out").status == "finished"
+    assert len(children) == 2
 
 
 @pytest.mark.slow
-def test_a_chain_survives_the_death_of_a_member(tmp_path: Path) -> None:
+def test_a_chain_survives_the_death_of_a_member(tmp_path: Path, children: list[int]) -> None:
     """Each curve starts from the one before; its finished members are not repeated."""
     grid = CURVES.replace("De: 0,", "De: 0.25,").replace("Np: 8", "Np: 8, max_size: 0.3")
     (tmp_path / "grid.yaml").write_text(grid + "grid: {Ca_e: [0.02, 0.04, 0.06, 0.08]}\n")
     folders = [tmp_path / "out" / case.folder for case in read_grid(tmp_path / "grid.yaml").cases]
-    job = subprocess.Popen(command("--chain", "4"), cwd=tmp_path, stderr=subprocess.DEVNULL)
-    while not (folders[2] / "run.json").exists():
-        assert job.poll() is None
-        time.sleep(0.005)
-    (child,) = (pid for pid in descendants(job.pid) if "pairsim.sweeps.child" in words_of(pid))
-    os.kill(child, signal.SIGKILL)
-    assert job.wait(timeout=300) == 3
+
+    def kill_the_third() -> None:
+        while not (folders[2] / "run.json").exists():
+            time.sleep(0.005)
+        os.kill(children[0], signal.SIGKILL)
+
+    killer = threading.Thread(target=kill_the_third, daemon=True)
+    killer.start()
+    assert package.sweep(tmp_path / "grid.yaml", folder=tmp_path / "out", chain=4).status == "failed"
+    killer.join()
     first = list(map(read_record, folders))
     assert [record["reason"] for record in first] == ["end", "end", "out_of_memory", "end"]
     assert first[1]["newton_iterations"] < first[0]["newton_iterations"]
@@ -331,8 +351,11 @@ def test_a_chain_survives_the_death_of_a_member(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_curves_are_swept_too(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """results.csv has points, zeros and peak of every curve, as in its folder; pictures are drawn."""
-    (tmp_path / "grid.yaml").write_text(CURVES.replace("[0.15]", "[0.1, 0.3]") + "grid: {Ca_e: [0, 0.05]}\n")
+    """results.csv has points, zeros and peak of every curve, as in its folder; pictures are drawn.
+
+    A curve whose steady states end before its first point is finished, too.
+    """
+    (tmp_path / "grid.yaml").write_text(CURVES.replace("[0.15]", "[0.1, 0.3]") + "grid: {Ca_e: [0, 0.05, 0.4]}\n")
     result = package.sweep(tmp_path / "grid.yaml", folder=tmp_path / "out", workers=2)
     assert result.status == "finished"
     assert capfd.readouterr() == ("", "")
@@ -341,7 +364,8 @@ def test_curves_are_swept_too(tmp_path: Path, capfd: pytest.CaptureFixture[str])
         "folder,status,reason,Ca_e,beta,De,points,zeros,zeros_error,stable,d_peak,d_peak_error,dU_peak,dU_error,"
         "unknowns,warnings"
     )
-    rigid, soft = (row for _, row in result.table.iterrows())
+    rigid, soft, softest = (row for _, row in result.table.iterrows())
+    assert (softest["status"], softest["reason"]) == ("finished", "no_steady_state")
     assert (soft["status"], soft["points"], soft["zeros"], soft["stable"]) == ("finished", 3, [], [])
     curve = result.cases[1]
     points = curve.table.loc[curve.table["dU"].idxmax()]
@@ -387,15 +411,6 @@ def test_pictures_of_a_sweep(swept: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_case_without_a_steady_state_is_finished(tmp_path: Path, pairsim: Pairsim) -> None:
-    base = "base: {beta: 0.4, De: 0, d: [0.2], ends: developed, length: 3, mesh: {Np: 8}}\n"
-    (tmp_path / "grid.yaml").write_text(f"command: curve\n{base}grid: {{Ca_e: [0.4]}}\n")
-    assert pairsim("sweep", "grid.yaml", "-o", "out").returncode == 0
-    (row,) = rows_of(tmp_path / "out")
-    assert (row["status"], row["reason"]) == ("finished", "no_steady_state")
-
-
-@pytest.mark.slow
 def test_cases_do_not_import_what_lies_in_the_current_folder(tmp_path: Path, pairsim_apart: Pairsim) -> None:
     """Above a clone of the project, its folder would be taken for the package."""
     (tmp_path / "pairsim").mkdir()
@@ -420,7 +435,7 @@ def test_dry_run_lists_all_cases_and_computes_none(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_study_runs_resumes_and_draws(tmp_path: Path, pairsim: Pairsim) -> None:
     (tmp_path / "study.yaml").write_text(STUDY)
-    done = pairsim("study", "study.yaml", "-o", "out", "-q", ranks=2)
+    done = pairsim("study", "study.yaml", "-o", "out", "-q")
     assert (done.returncode, done.stdout.strip()) == (0, "out"), done.stderr
     with (tmp_path / "out" / "study.csv").open() as file:
         rows = list(csv.DictReader(file))

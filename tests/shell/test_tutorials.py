@@ -1,7 +1,7 @@
 """The tutorials and the page about Python, executed: files are written, commands and programs run in an empty folder.
 
 A block of `text` is what the commands before it print: each of its lines must follow, in this order, numbers to 2 %;
-`...` stands for anything.
+`...` stands for anything. Commands of pairsim are run in this process, but for those that bring laws, which would stay.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import io
 import math
 import os
 import re
+import shlex
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -18,6 +19,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
+from support.commands import Done, in_process
 from support.inputs import ROOT
 
 TUTORIALS = [*sorted((ROOT / "docs" / "tutorials").glob("*.md")), ROOT / "docs" / "how-to" / "python.md"]
@@ -43,22 +45,30 @@ def blocks(page: Path) -> Iterator[Block]:
         yield Block(match["language"], match["title"], match["note"], match["text"])
 
 
-def shell(text: str, folder: Path, code: int) -> str:
-    """Output of the commands of a block, which ends at the first that fails."""
+def shell(line: str, folder: Path, given: str = "") -> Done:
+    """Run a line of shell on some input."""
     path = os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"]))
     environment = os.environ | {"PATH": path, "PYTHONPATH": str(ROOT)}
-    done = subprocess.run(
-        ["bash", "-euo", "pipefail", "-c", text],
-        cwd=folder,
-        env=environment,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        timeout=600,
-        check=False,
+    words = ["bash", "-euo", "pipefail", "-c", line]
+    return subprocess.run(
+        words, cwd=folder, env=environment, input=given, capture_output=True, text=True, timeout=600, check=False
     )
-    assert done.returncode == code, done.stdout
-    return done.stdout
+
+
+def commands(text: str, folder: Path, capture: pytest.CaptureFixture[str]) -> tuple[str, int]:
+    """Output of the lines of a block, and the exit code of the last one; the others succeed."""
+    output, code = "", 0
+    for line in text.splitlines():
+        assert code == 0, output
+        if line.startswith("pairsim ") and "my_laws" not in line:
+            words, _, rest = line.partition(" | ")
+            done = in_process(folder, tuple(shlex.split(words)[1:]), capture)
+            if rest and done.returncode == 0:
+                done = shell(rest, folder, done.stdout)
+        else:
+            done = shell(line, folder)
+        output, code = output + done.stderr + done.stdout, done.returncode
+    return output, code
 
 
 def python(text: str, names: dict[str, Any]) -> str:
@@ -95,7 +105,9 @@ def shows(expected: str, output: str) -> bool:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", TUTORIALS, ids=lambda page: page.stem)
-def test_tutorial(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_tutorial(
+    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
     monkeypatch.chdir(tmp_path)
     names: dict[str, Any] = {"__name__": "tutorial"}
     output, executed = "", 0
@@ -105,7 +117,9 @@ def test_tutorial(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
         if block.title is not None:
             (tmp_path / block.title).write_text(block.text)
         elif block.language == "sh":
-            output, executed = shell(block.text, tmp_path, NOTES[block.note]), executed + 1
+            output, code = commands(block.text, tmp_path, capfd)
+            assert code == NOTES[block.note], output
+            executed += 1
         elif block.language == "python":
             output, executed = python(block.text, names), executed + 1
         elif block.language == "text":

@@ -9,7 +9,9 @@ ROOT = Path(__file__).parents[2]
 OTHERS = {"curve", "critical", "study", "sweep"}
 CONFIGS = sorted(path for path in (ROOT / "configs").glob("*.yaml") if path.stem not in OTHERS)
 """The shipped cases of `pairsim run`; other commands' are named after them."""
-TINY = "base: {beta: 0.4, De: 0, Ca_e: 0, ends: developed, length: 3, mesh: {Np: 8}, time: {end: 0.01}}\n"
+SMALL = "beta: 0.4, De: 0, Ca_e: 0, ends: developed, length: 3, mesh: {Np: 8}"
+"""Keys of a pair on few cells."""
+TINY = f"base: {{{SMALL}, output: {{fields: false}}, time: {{end: 0.01}}}}\n"
 """The base of grids whose cases take a second."""
 STUDY = """
 base: {beta: 0.4, De: 0, Ca_e: 0.1, d0: 0.1, ends: developed, length: 3, time: {end: 0.02}, output: {fields: false}}
