@@ -195,7 +195,7 @@ def test_a_change_of_sign_between_two_meshes_is_no_zero_and_is_told() -> None:
 @pytest.mark.slow
 def test_critical_distances_follow_the_zeros_of_curves_along_lines(tmp_path: Path) -> None:
     """At beta .4 there is an unstable distance, smaller for larger Ca_e, as in Fig. 11."""
-    mesh = {"Np": 8, "max_size": 0.1}  # 0.1 is that of `accuracy: 5%`: no warning of it
+    mesh = {"Np": 8, "max_size": 0.15}
     pair = {"beta": 0.4, "De": 0.5, "Ca_e": 0.1, "ends": "developed", "length": 3.0, "mesh": mesh}
     asked = {"along": {"De": [0.4, 0.5]}, "lines": {"Ca_e": [0.05, 0.1]}, "d": [0.22, 0.28]}
     critical = pairsim.critical(pair, **asked, folder=tmp_path / "out").check()

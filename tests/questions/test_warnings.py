@@ -147,13 +147,12 @@ def test_default_tubes_are_long_enough() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("ends", ["developed", "periodic"])
 @pytest.mark.parametrize(
-    ("compute", "place"),
+    ("compute", "place", "ends"),
     [
-        (pairsim.run, {"d0": 0.5, "time": {"end": 0.002}, "output": {"fields": False}}),
-        (pairsim.curve, {"d": [0.5]}),
-        (pairsim.critical, {"d": [0.45, 0.5]}),
+        (pairsim.run, {"d0": 0.5, "time": {"end": 0.002}, "output": {"fields": False}}, "periodic"),
+        (pairsim.curve, {"d": [0.5]}, "developed"),
+        (pairsim.critical, {"d": [0.45, 0.5]}, "periodic"),
     ],
     ids=["run", "curve", "critical"],
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pandas as pd
@@ -228,6 +229,7 @@ def test_parabolas_are_carried_exactly_to_other_points() -> None:
     assert found == pytest.approx(np.column_stack([points[:, 0] ** 2, points[:, 0] * points[:, 1]]), abs=1e-10)
 
 
+@cache
 def quasi_steady(De: float) -> pd.Series:
     """A soft pair at d .1, on the same cells with and without elasticity of the liquid."""
     mesh = {"Np": 8, "max_size": 0.2, "rows": 0}
