@@ -44,7 +44,7 @@ SCENES = {
 # Steps with a new matrix in every iteration, and how many of them, the last ones, are evaluated; chosen.
 PLAIN_STEPS, PLAIN_COUNTED = 20, 5
 TEXT = dict.fromkeys(["mesh.Np", "mesh.max_size", "accuracy"], str)
-NUMBERS = ["mesh.grading", "mesh.row_grading", "time.fixed_step", "error", "relative_error", "wall_time_spread"]
+NUMBERS = ["mesh.grading", "mesh.row_grading", "time.fixed_step", "error", "relative_error"]
 """Columns that not every study.csv has."""
 
 
@@ -68,7 +68,7 @@ def plain(study: dict[str, Any]) -> list[float]:
 
     paper = next(row for row in study["discretisations"] if "time.fixed_step" in row)
     end = PLAIN_STEPS * paper["time.fixed_step"]
-    settings = {key: value for key, value in paper.items() if key != "repeat"} | {"time.end": end}
+    settings = paper | {"time.end": end}
     problem = problem_of(api.load(study["base"], kind="run", **settings))
     every = MatrixPolicy(slow=0.0, other_step=-1.0, far=0.0)
     transient = Transient(replace(problem, newton=replace(problem.newton, matrix=every)))
@@ -98,10 +98,9 @@ def all_rows(output: Path) -> pd.DataFrame:
     return table.assign(equal=equal, adapted=adapted, graded=~equal & ~adapted, reference=table["reference"].eq(True))
 
 
-def number(value: float, digits: int = 2, spread: float = 0.0) -> str:
-    """A number with so many digits, as an integer from 100 on, and its spread if there is one; empty for NaN."""
-    text = "" if math.isnan(value) else f"{value:.0f}" if value >= 100 else f"{value:.{digits}g}"
-    return f"{text} ({spread:.2g})" if spread > 0 else text
+def number(value: float, digits: int = 2) -> str:
+    """A number with so many digits, as an integer from 100 on; empty for NaN."""
+    return "" if math.isnan(value) else f"{value:.0f}" if value >= 100 else f"{value:.{digits}g}"
 
 
 def percent(value: float) -> str:
@@ -120,8 +119,6 @@ def curves(table: pd.DataFrame) -> Iterator[tuple[str, pd.DataFrame]]:
         cells = here.pivot_table(index="scene", columns="mesh", values="cell", aggfunc="first", sort=False)
         by_mesh = here[here["wall_time"].notna()].groupby("mesh")
         cells.loc["mean s"] = by_mesh["wall_time"].mean().map("{:.1f}".format)
-        if (here["wall_time_spread"] > 0).any():
-            cells.iloc[-1] += by_mesh["wall_time_spread"].max().map(" ({:.1f})".format)
         cells.index.name = "beta, De, Ca_e"
         order = sorted(cells.columns, key=lambda mesh: (int(mesh.split(", ")[0]), -float(mesh.split(", ")[1])))[:-1]
         yield f"curves-{kind}", cells[order].fillna("").reset_index()
@@ -222,7 +219,7 @@ def beside(table: pd.DataFrame, error: float, whole: tuple[float, float]) -> str
     good = table[table["part"] <= error]
     row = (good.nsmallest(1, "wall_time") if len(good) else table.nsmallest(1, "part")).iloc[0]
     parts = ", ".join(f"1/{seconds / row['wall_time']:.0f}" for seconds in whole)
-    return f"{number(row['wall_time'], 3, row['wall_time_spread'])} s, {percent(row['part'])} %: {parts}"
+    return f"{number(row['wall_time'], 3)} s, {percent(row['part'])} %: {parts}"
 
 
 def moving(output: Path) -> pd.DataFrame:

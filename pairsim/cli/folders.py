@@ -32,10 +32,8 @@ def status(directory: Folder) -> None:
     from pairsim.sweeps.folder import read_sweep
     from pairsim.sweeps.progress import COLOURS, status_view
 
-    if (kind := kind_of(directory)) in ("sweep", "study"):
-        inner = sorted(path.parent for path in directory.glob("*/sweep.json"))
-        sweeps = [directory] if kind == "sweep" else inner
-        print_table(Group(*(status_view(read_sweep(sweep, values=False), is_locked(sweep)) for sweep in sweeps)))
+    if kind_of(directory) in ("sweep", "study"):
+        print_table(status_view(read_sweep(directory, values=False), is_locked(directory)))
     else:
         result = pairsim.open(directory)
         reason = f" ({result.reason})" if result.reason not in ("", result.status) else ""

@@ -89,7 +89,7 @@ def _end(code: int, message: str, directory: Path) -> NoReturn:
     epilog="Examples: pairsim study configs/study.yaml | mpirun -n 2 pairsim study configs/study.yaml -o mesh-study"
 )
 def study(
-    file: Annotated[Path, typer.Argument(help="Study file (YAML): base, at, discretisations, reference, repeat.")],
+    file: Annotated[Path, typer.Argument(help="Study file (YAML): base, at, discretisations, reference.")],
     output: Output = None,
     case_timeout: CaseTimeout = None,
     progress: Progress = "auto",

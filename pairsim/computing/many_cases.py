@@ -124,7 +124,7 @@ class StudyFile(_Keys):
 
     discretisations: list[dict[str, Any]] = Field(
         min_length=2,
-        description="two or more discretisations, each with the keys that differ from base, or repeat",
+        description="two or more discretisations, each with the keys that differ from base",
         examples=["[{mesh.Np: 20, time.tol: 1e-4}, {mesh.Np: 40}]"],
     )
     name: FolderName | None = Field(None, description="name of the study and of its folder; default: that of the file")
@@ -137,24 +137,15 @@ class StudyFile(_Keys):
     reference: Literal["finest"] | Whole = Field(
         "finest", description="index (from 0) of the discretisation that errors refer to; finest: the most unknowns"
     )
-    repeat: Whole = Field(1, ge=1, le=100, description="repetitions of each discretisation; wall times are medians")
 
     @property
     def places(self) -> list[float]:
         """The values of `at`."""
         return _as_list(self.at)
 
-    @property
-    def repeats(self) -> list[Any]:
-        """The number of repetitions of each discretisation: its own, else that of the file."""
-        return [entry.get("repeat", self.repeat) for entry in self.discretisations]
-
 
 def check_study(file: StudyFile) -> Iterator[Mistake]:
     """Check the keys of a study file against each other; yields mistakes."""
-    for i, count in enumerate(file.repeats):
-        if type(count) is not int or not 1 <= count <= 100:
-            yield Mistake(f"discretisations[{i}].repeat", count, "must be a whole number at least 1 and at most 100")
     last = len(file.discretisations) - 1
     if isinstance(file.reference, int) and not 0 <= file.reference <= last:
         yield Mistake("reference", file.reference, f"must be finest, or the index of a discretisation from 0 to {last}")

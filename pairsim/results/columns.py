@@ -230,7 +230,6 @@ STUDY_COLUMNS = (
     *_OF_CASES,
     _plain("newton_iterations", "total number of Newton iterations", whole=True),
     _plain("factorisations", "total number of factorisations of Newton's matrix", whole=True),
-    _plain("wall_time_spread", "largest minus smallest wall time of the repetitions", SECONDS),
     _plain("*@*", "the compared column at each entry of `at`, such as dU@0.5; its last value without `at`"),
     _plain("error", "largest difference from the reference, over all entries of `at`"),
     _plain("relative_error", "error relative to the largest value of the reference"),

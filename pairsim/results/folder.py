@@ -168,10 +168,7 @@ def write_json(path: Path, content: Mapping[str, Any]) -> None:
     write_text(path, json.dumps(plain(content), indent=2, allow_nan=False, ensure_ascii=False) + "\n")
 
 
-MARKS = {
-    "sweep": ("sweep.json", "sweep-*-of-*.json"),
-    "study": ("study.csv", "sweep-[0-9]*/grid.yaml"),
-}
+MARKS = {"study.csv": "study", "sweep.json": "sweep"}
 """The files by which the folder of a command for many cases is recognised."""
 MOST_FOLDERS = 5  # that a message names
 
@@ -188,8 +185,8 @@ def kind_of(directory: Path) -> str:
         raise InputError(
             str(directory), "", None, "must be a folder of results, such as runs/quickstart, but is a file"
         )
-    for kind, patterns in MARKS.items():
-        if any(path.is_file() for pattern in patterns for path in directory.glob(pattern)):
+    for name, kind in MARKS.items():
+        if (directory / name).is_file():
             return kind
     if isinstance(named := read_record(directory).get("kind"), str):
         return named

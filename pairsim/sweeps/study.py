@@ -1,12 +1,8 @@
-"""`pairsim study`: error and wall time of one case in several discretisations.
-
-Each discretisation is a case of a sweep, and each repetition a sweep of its own, in the folders sweep-1, sweep-2, ...
-"""
+"""`pairsim study`: error and wall time of one case in several discretisations, each a case of a sweep."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
 from itertools import takewhile
 from pathlib import Path
 from typing import Any
@@ -24,18 +20,18 @@ from pairsim.results.columns import series_columns
 from pairsim.results.folder import read_record, write_text
 from pairsim.results.table_files import read_table, table_text
 from pairsim.sweeps.grid import Grid, grid_from
-from pairsim.sweeps.sweep import INTERRUPTED, Options, Workers, run_sweep, with_workers
+from pairsim.sweeps.sweep import Options, Workers, run_sweep, with_workers
 
 TABLE = "study.csv"
 FAMILIES = {"space": "mesh.", "time": "time."}
 """Discretisations that differ only in keys with one of these prefixes form a family, for which orders are computed."""
 COUNTS = ("unknowns", "steps", "newton_iterations", "factorisations")
-MEASURED = ("status", "reason", *COUNTS, "wall_time", "wall_time_spread")
+MEASURED = ("status", "reason", *COUNTS, "wall_time")
 SAME = 1e-9  # relative tolerance at which two times or distances count as equal
 
 
-def read_study(path: Path, settings: Sequence[str] = ()) -> tuple[StudyFile, list[Grid]]:
-    """Read a study file; returns its keys, and a grid for each repetition, the first one with all discretisations.
+def read_study(path: Path, settings: Sequence[str] = ()) -> tuple[StudyFile, Grid]:
+    """Read a study file; returns its keys, and the grid of its discretisations.
 
     Raises:
         InputError: The file or a case has mistakes; lists file, entry, key, value and what is allowed.
@@ -43,20 +39,15 @@ def read_study(path: Path, settings: Sequence[str] = ()) -> tuple[StudyFile, lis
     data = read_yaml(path)
     file = parse_file("study", StudyFile, check_study, data, str(path))
     at = {"d" if file.command == "curve" else "output.times": file.places} if file.places else {}
-    cases = [{key: value for key, value in entry.items() if key != "repeat"} | at for entry in data["discretisations"]]
+    cases = [entry | at for entry in file.discretisations]
     shared = {key: data[key] for key in ("name", "base", "command") if key in data}
     grid = grid_from(path, shared | {"cases": cases}, settings, "discretisations")
-    wrong, known = [], series_columns(grid.cases[0].case.n)[1:]
-    if file.quantity not in known:
-        wrong.append(Mistake("quantity", file.quantity, f"must be one of {', '.join(known)}"))
+    if file.quantity not in (known := series_columns(grid.cases[0].case.n)[1:]):
+        raise input_error([Mistake("quantity", file.quantity, f"must be one of {', '.join(known)}")], data, str(path))
     if grid.duplicates:
         allowed = f"must all differ; {grid.duplicates} are equal to an earlier one"
-        wrong.append(Mistake("discretisations", None, allowed))
-    if wrong:
-        raise input_error(wrong, data, str(path))
-    counted = list(zip(grid.cases, file.repeats, strict=True))
-    repeated = (tuple(case for case, count in counted if count > i) for i in range(max(file.repeats)))
-    return file, [replace(grid, cases=each) for each in repeated]
+        raise input_error([Mistake("discretisations", None, allowed)], data, str(path))
+    return file, grid
 
 
 def compute_study(
@@ -64,14 +55,7 @@ def compute_study(
 ) -> tuple[int, str, Path]:
     """Compute the cases of a study that are not finished yet, and write study.csv and study.png into its folder.
 
-    Args:
-        path: The study file.
-        folder: Folder of the study; made, or continued if it exists. None: runs/<name of the study>.
-        options: How its sweeps are computed.
-        settings: key=value settings that replace keys in every case.
-
-    Returns:
-        Exit code and message of the sweep that has ended worst, and the folder.
+    Arguments are those of `pairsim study`; returns exit code and message of its sweep, and the folder.
 
     Raises:
         InputError: The study is invalid, the folder belongs to another one, or another command is writing to it.
@@ -80,30 +64,23 @@ def compute_study(
     def compute(workers: Workers) -> tuple[int, str, Path]:
         from pairsim.sweeps.study_plots import plot_study
 
-        file, grids = read_study(path, settings)
-        directory = folder or RUNS / grids[0].name
-        done: list[tuple[int, str]] = []
-        for i, grid in enumerate(grids):
-            done.append(run_sweep(grid, directory / f"sweep-{i + 1}", options, workers))
-            if done[-1][0] == INTERRUPTED:
-                break
-        table = study_table(file, grids, directory).dropna(axis="columns", how="all").convert_dtypes()
+        file, grid = read_study(path, settings)
+        directory = folder or RUNS / grid.name
+        code, message = run_sweep(grid, directory, options, workers)
+        table = study_table(file, grid, directory).dropna(axis="columns", how="all").convert_dtypes()
         rows = table.astype(object).where(table.notna(), None).to_numpy().tolist()
         write_text(directory / TABLE, table_text(list(table.columns), rows))
         plot_study(directory)
-        return *max(done, key=lambda each: each[0]), directory
+        return code, message, directory
 
     return with_workers(compute)
 
 
-def study_table(file: StudyFile, grids: Sequence[Grid], directory: Path) -> pd.DataFrame:
+def study_table(file: StudyFile, grid: Grid, directory: Path) -> pd.DataFrame:
     """The columns of study.csv, with a row for each discretisation in the order of the file."""
     compared = [f"{file.quantity}@{place:g}" for place in file.places] or [file.quantity]
-    rows = []
-    for case, count in zip(grids[0].cases, file.repeats, strict=True):
-        folders = [directory / f"sweep-{i + 1}" / case.folder for i in range(count)]
-        rows.append({**case.parameters, **_measured(folders, file, compared)})
-    table = pd.DataFrame(rows, columns=[*grids[0].varying, *MEASURED, *compared])
+    rows = [{**case.parameters, **_measured(directory / case.folder, file, compared)} for case in grid.cases]
+    table = pd.DataFrame(rows, columns=[*grid.varying, *MEASURED, *compared])
     values = table[compared].astype(float)
     whole = values.notna().all(axis=1)
     reference: Any = file.reference
@@ -120,16 +97,13 @@ def study_table(file: StudyFile, grids: Sequence[Grid], directory: Path) -> pd.D
     return table
 
 
-def _measured(folders: Sequence[Path], file: StudyFile, compared: Sequence[str]) -> dict[str, Any]:
-    """Status, counts, times and compared values of a discretisation, once all its repetitions have finished."""
-    records = [read_record(folder) for folder in folders]
-    record = next((each for each in records if each.get("status") != "finished"), records[0])
-    row = {name: record.get(name) for name in ("reason", *COUNTS)} | {"status": record.get("status", "pending")}
+def _measured(folder: Path, file: StudyFile, compared: Sequence[str]) -> dict[str, Any]:
+    """Status and counts of a discretisation, and its compared values once it has finished."""
+    record = {"status": "pending", **read_record(folder)}
+    row = {name: record.get(name) for name in MEASURED}
     if row["status"] != "finished":
         return row
-    times = [each["wall_time"] for each in records]
-    row |= {"wall_time": np.median(times), "wall_time_spread": max(times) - min(times)}
-    series = read_table(folders[0] / f"{QUESTIONS[file.command].table}.csv")
+    series = read_table(folder / f"{QUESTIONS[file.command].table}.csv")
     axis = next(iter(series.values()))
     at = np.array(file.places or axis[-1:])
     nearest = np.abs(axis[:, None] - at).argmin(axis=0)
