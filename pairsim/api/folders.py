@@ -48,6 +48,7 @@ def plot(
     field: str | None = None,
     animate: bool = False,
     physical: bool | None = None,
+    legend: bool = True,
 ) -> list[Path]:
     """Draw what a folder holds, or lay several runs or several curves over each other.
 
@@ -61,6 +62,7 @@ def plot(
         field: Fields of a run or a curve to draw, separated by commas, or "all"; nothing else is drawn then.
         animate: Make a run's fields, or a curve's, an animation; nothing else is drawn then.
         physical: Whether to draw in um, s, um/s and Pa; by default where all cases have a `physical` block.
+        legend: Whether there are a legend and the small print with the parameters.
 
     Returns:
         The files written.
@@ -74,7 +76,7 @@ def plot(
         raise InputError("pairsim plot", "", None, "must name a folder of results")
     places = [Path(folder) for folder in folders]
     known = ANIMATIONS if animate else FORMATS
-    page = Page.parse(formats or known[0], width, known, physical)
+    page = Page.parse(formats or known[0], width, known, physical, legend)
     target = Path(out) if out is not None else places[0]
     if len(places) > 1:
         if out is None:

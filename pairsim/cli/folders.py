@@ -171,6 +171,7 @@ def plot(
         str | None, typer.Option(metavar="KEY", help="Such a parameter whose values have a panel each.")
     ] = None,
     physical: Physical = None,
+    legend: Annotated[bool, typer.Option(" /--no-legend", help="Leave out the legend and the small print.")] = True,
 ) -> None:
     """Draw the results of run, curve, critical, sweep or study, or several runs or curves in one picture.
 
@@ -181,7 +182,7 @@ def plot(
     """
     from pairsim.api.folders import plot
 
-    look: dict[str, Any] = {"out": output, "formats": formats, "width": width, "physical": physical}
+    look: dict[str, Any] = {"out": output, "formats": formats, "width": width, "physical": physical, "legend": legend}
     paths = plot(*folders, **look, group=group, panels=panels, field=field, animate=animate)
     for path in paths:
         typer.echo(str(path))

@@ -154,10 +154,12 @@ def draw_chart(
         cut |= _draw_panel(axis, panel, [each for i, each in drawn if (i, each.panel) == (number, name)], group)
     labelled = [axis.get_legend_handles_labels()[0] for axis in axes]
     for axis, entries in zip(axes, labelled, strict=True):
-        if count > 1 and len(entries) > 1:
+        if page.legend and count > 1 and len(entries) > 1:
             axis.legend()
     encoding.bar(figure, axes)
     lines, points = any(not each.mark for each in series), any(each.mark or each.marked for each in series)
+    if not page.legend:
+        return figure, axes
     own = [*encoding.handles(lines=lines, points=points), *handles, *(labelled[0] if count == 1 else [])]
     key(figure, [*own, *notes(series)])
     more = [f"all values of {symbol(name)}" for name in encoding.untold] + ["a brief start-up is cut off"] * cut

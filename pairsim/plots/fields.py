@@ -62,12 +62,13 @@ def draw_fields(
     units = Units.of(directory, page.physical)
     frames = [read_frame(directory, int(i)) for i in np.linspace(0, count - 1, min(count, most)).round()]
     views = views_of(frames, units, curve)
-    parts = _parts(directory, [frame.t for frame in frames], curve)
+    parts = _parts(directory, [frame.t for frame in frames], curve, units.physical)
     written: list[Path] = []
     for stem, layers in _pictures(directory, views, units, field).items():
         first = 0 if curve else len(views) // 2
         figure, axes, scaled = sheet(page, views, layers, 1 if animated else len(views), first)
-        small_print(figure, parts)
+        if page.legend:
+            small_print(figure, parts)
         if animated:
             written.append(out / f"{stem}.gif")
             _write_animation(written[-1], figure, views, scaled)
@@ -79,19 +80,20 @@ def draw_fields(
     return written
 
 
-def _parts(directory: Path, drawn: Sequence[float], curve: bool) -> list[str]:
+def _parts(directory: Path, drawn: Sequence[float], curve: bool, physical: bool) -> list[str]:
     """The parameters of the case, or of the last solution on the way to it where this is what is drawn.
 
     Args:
         directory: The folder.
         drawn: Times or distances of the frames.
         curve: Whether they are distances.
+        physical: As of `case_parts`.
     """
     case = read_case(directory / "case.yaml")
     last = {name: values[-1] for name, values in read_table(directory / WAY, missing_ok=True).items()}
     d = min((last[f"d{gap}"] for gap in suffixes_in(last, "d")), default=np.nan)
     if not np.isclose(drawn, d).any():
-        return case_parts(case, {"d0"} if curve else ())
+        return case_parts(case, {"d0"} if curve else (), physical)
     factor = last["Ca_e"] / softest if (softest := np.max(case["Ca_e"])) else 0.0
     reached = {"De": float(last["De"]), "Ca_e": (factor * np.array(case["Ca_e"])).tolist()}
     return ["the last steady state that was found", *case_parts(case | reached, {"d0"})]

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from pairsim.cases.materials import declared_in, is_viscous, liquid_block, liquid_of, solid_blocks
-from pairsim.cases.physical import BLOCK, QUANTITIES
+from pairsim.cases.physical import BLOCK, QUANTITIES, stands_for
 from pairsim.cases.quantities import in_one_unit
 from pairsim.cases.yaml_file import flat, read_yaml
 from pairsim.physics import declared
@@ -16,10 +16,13 @@ from pairsim.physics.declared import LAWS
 
 SYMBOLS = {"beta": r"\beta", "d0": "d_0", "mesh.Np": "N_p", **declared.SYMBOLS}
 SYMBOLS |= {f"{BLOCK}.{name}": each.dimension.symbol for name, each in QUANTITIES.items()}
+SYMBOLS[f"{BLOCK}.distance"] = "d_0"
 
 FIRST = ("beta", "De", "Ca_e", "d0", "particles", "liquid", "xi", "solid")
 """The keys of the problem: where cases differ in them is looked for first, and never passed over in silence."""
 NOT_COMPARED = ("name", "output", "fields", "physical", "time.end", "limits")
+NOT_SHOWN = ("density", "end")
+"""Quantities of an experiment that change no picture."""
 
 
 def read_case(file: Path) -> dict[str, Any]:
@@ -91,23 +94,36 @@ def equation(key: str, value: Any) -> str:
     return f"{symbol(key)} = {shown(value)}"
 
 
-def case_parts(case: Mapping[str, Any], leave_out: Collection[str] = ()) -> list[str]:
+def given_by(case: Mapping[str, Any]) -> set[str]:
+    """The keys of a case that its `physical` block gives; De of a Newtonian one, too."""
+    block = case.get(BLOCK, {})
+    known = {"d0" if key == "d" else key for key, of in stands_for(case) if of.key in block}
+    return known | ({"De"} if block and not case.get("De") else set())
+
+
+def case_parts(case: Mapping[str, Any], leave_out: Collection[str] = (), physical: bool = False) -> list[str]:
     """The parameters of a case: blockage, distance, softness, liquid with its law and numbers.
 
     Args:
         case: Content of case.yaml, defaults filled in.
         leave_out: Keys that vary, or that are not fixed for another reason.
+        physical: Whether quantities of its `physical` block take the place of the numbers that they give.
     """
+    block = case.get(BLOCK, {}) if physical else {}
+    hidden = {*NOT_SHOWN, *(["distance"] if "d" in case else [])}
+    told = [key for key in block if key not in hidden and f"{BLOCK}.{key}" not in leave_out]
+    quantities = [equation(f"{BLOCK}.{key}", block[key]) for key in told]
+    elastic = "De" in leave_out or bool(case.get("De"))
+    leave_out = {*leave_out, *(given_by(case) if physical else ())}
     count = case.get("particles", 2)
     thinning = is_viscous(case) and not liquid_of(case).newtonian
-    elastic = "De" in leave_out or bool(case.get("De"))
     soft = case.get("Ca_e")
 
     def of(*keys: str) -> list[str]:
         return [equation(key, case[key]) for key in keys if case.get(key) is not None and key not in leave_out]
 
     words = {0: "no particles", 1: "1 particle"}.get(count, f"{count} particles")
-    parts = [] if count == 2 or "particles" in leave_out else [words]
+    parts = [*([] if count == 2 or "particles" in leave_out else [words]), *quantities]
     parts += of("beta", "Ca_e") if count else []
     parts += of("d0") if count > 1 else []
     parts += [] if thinning else of("De")
@@ -150,20 +166,31 @@ def varying_keys(cases: Sequence[Mapping[str, Any]], names: Sequence[str] = ()) 
     return chosen
 
 
-def common_parts(cases: Sequence[Mapping[str, Any]], varying: Collection[str]) -> list[str]:
+def common_parts(
+    cases: Sequence[Mapping[str, Any]], varying: Collection[str], physical: bool = False, changed: Collection[str] = ()
+) -> list[str]:
     """The parameters that several cases share, without those that vary; a law is that of the most elastic one.
 
     Args:
         cases: Their contents of case.yaml.
         varying: Keys that the picture tells apart.
+        physical: As of `case_parts`.
+        changed: Keys that vary in further cases.
     """
     spelled = list(map(flat, cases))
     known = {key: {hashable(case[key]) for case in spelled if key in case} for key in dict.fromkeys(chain(*spelled))}
-    changed = [key for key, values in known.items() if len(values) > 1 and key not in varying]
+    found = {*changed, *(key for key, values in known.items() if len(values) > 1)}
     # A Newtonian one has no law to name.
     fullest = max(cases, key=lambda case: (float(case.get("De") or 0), isinstance(case.get("liquid"), dict)))
-    unnamed = ", ".join(symbol(key) for key in FIRST if key in changed)
-    return [*case_parts(fullest, {*varying, *changed}), *([f"not the same: {unnamed}"] if unnamed else [])]
+    of_laws = [key for key in known if key.startswith(("liquid.", "solid."))]
+    names = dict.fromkeys((*FIRST, *of_laws))
+    if physical:
+        of_block = [f"{BLOCK}.{name}" for name in dict.fromkeys(chain(*(case.get(BLOCK, {}) for case in cases)))]
+        given = {key for case in cases for key in given_by(case)}
+        names = dict.fromkeys(name for name in (*of_block, *names) if name not in given)
+    unnamed = ", ".join(symbol(key) for key in names if key in found and key not in varying)
+    shared = case_parts(fullest, {*varying, *found}, physical)
+    return [*shared, *([f"not the same: {unnamed}"] if unnamed else [])]
 
 
 def parameter_label(key: str, unit: str = "") -> str:

@@ -51,12 +51,13 @@ def draw_run(directory: Path, out: Path, page: Page) -> list[Path]:
     table = units.table(read_table(directory / SERIES))
     if "t" not in table or not len(table["t"]):
         raise InputError(str(directory / SERIES), "", None, "has no rows yet; wait for the first step")
-    parts = case_parts(read_case(directory / "case.yaml"))
+    parts = case_parts(read_case(directory / "case.yaml"), physical=units.physical)
     gaps = suffixes_in(table, "dU")
     if len(gaps) > MOST_LINES:
         names = [[name + each for each in suffixes_in(table, name)] for name in ("d", "dU", "D")]
         figure = draw_space_time(page, table, names, units)
-        small_print(figure, parts)
+        if page.legend:
+            small_print(figure, parts)
         return page.save(figure, out, "series")
     record = read_record(directory)
     starting = min(start_up(record) * units.factor(TIME), float(table["t"][-1]))
@@ -119,7 +120,7 @@ def draw_curve(directory: Path, out: Path, page: Page) -> list[Path]:
     lines = told_apart(lines_of(directory, units, curve=True))
     if not lines:
         return []
-    parts = case_parts(read_case(directory / "case.yaml"))
+    parts = case_parts(read_case(directory / "case.yaml"), physical=units.physical)
     figure, _ = draw_chart(page, panels_of(lines, units, wide="x"), lines, parts)
     return page.save(figure, out, "curve")
 
@@ -161,7 +162,8 @@ def overlay(
         if not found:
             raise InputError(str(folder), "", None, "has no line to draw: no rows yet, or no curve over one distance")
         lines += found
-    return draw_overlay(lines, keys, common_parts(whole, keys), units[0], out, page, f"{kind}s", group, panels)
+    parts = common_parts(whole, keys, units[0].physical)
+    return draw_overlay(lines, keys, parts, units[0], out, page, f"{kind}s", group, panels)
 
 
 @printing()
@@ -202,14 +204,16 @@ def draw_overlay(
     if encoding.panel:
         lines = [each for each in lines if each.panel[0] == over]
     chart = panels_of(lines, units, wide="x" * (over == "d"))
-    if not encoding.panel and (differences := _differences(motion, encoding, units)) is not None:
+    if not encoding.panel and (differences := _differences(motion, encoding, units, [*keys, *gaps])) is not None:
         chart[DIFFERENCES], more = differences
         lines += more
     figure, _ = draw_chart(page, chart, lines, parts, encoding)
     return page.save(figure, out, stem)
 
 
-def _differences(lines: Sequence[Series], encoding: Encoding, units: Units) -> tuple[Panel, list[Series]] | None:
+def _differences(
+    lines: Sequence[Series], encoding: Encoding, units: Units, keys: Sequence[str]
+) -> tuple[Panel, list[Series]] | None:
     """What lines differ from one whose case differs in one key alone, where they lie on it, with both half-widths."""
     key = encoding.line or encoding.colour
     if key in ("", "gap"):
@@ -218,7 +222,7 @@ def _differences(lines: Sequence[Series], encoding: Encoding, units: Units) -> t
     found = []
     for line in lines:
         for other in lines:
-            same = {**other.parameters, key: None} == {**line.parameters, key: None}
+            same = all(other.parameters.get(name) == line.parameters.get(name) for name in keys if name != key)
             if other is line or not same or hashable(other.parameters.get(key)) != reference:
                 continue
             x = line.x[(line.x >= other.x[0]) & (line.x <= other.x[-1])]

@@ -59,7 +59,9 @@ def colour_bar(figure: Figure, scale: ScalarMappable, **look: Any) -> Colorbar:
 @contextmanager
 def printing() -> Iterator[None]:
     """The style of whatever is drawn meanwhile; also a decorator."""
-    with mpl.rc_context(PRINT):
+    with mpl.rc_context():
+        mpl.rcdefaults()  # a matplotlibrc of the user's has no say
+        mpl.rcParams.update(PRINT)
         yield
 
 
@@ -93,12 +95,14 @@ class Page:
         width: Width in mm.
         dpi: Pixels by inch, of PNG and of what is made of pixels in PDF and SVG.
         physical: Whether pictures are in units of the experiment; None where the case has a `physical` block.
+        legend: Whether there are a legend and the small print.
     """
 
     formats: tuple[str, ...] = ("png",)
     width: float = 170.0
     dpi: float = 300.0
     physical: bool | None = None
+    legend: bool = True
 
     @staticmethod
     def parse(
@@ -106,6 +110,7 @@ class Page:
         width: str | float = 170.0,
         known: Sequence[str] = FORMATS,
         physical: bool | None = None,
+        legend: bool = True,
     ) -> Page:
         """A page from words.
 
@@ -113,7 +118,7 @@ class Page:
             formats: Kinds of files, separated by commas if they are one text.
             width: mm as a number, or text such as "85mm".
             known: What `formats` may be.
-            physical: As the attribute.
+            physical, legend: As the attributes.
 
         Raises:
             InputError: A format is unknown, or the width is not between `LEAST_WIDTH` and `MOST_WIDTH`.
@@ -128,7 +133,7 @@ class Page:
         if not LEAST_WIDTH <= size <= MOST_WIDTH:
             allowed = f"must be {LEAST_WIDTH:g}mm to {MOST_WIDTH:g}mm, such as 85mm (a column) or 170mm (a page)"
             raise InputError("--width", "", width, allowed)
-        return Page(tuple(name for name in known if name in chosen), size, physical=physical)
+        return Page(tuple(name for name in known if name in chosen), size, physical=physical, legend=legend)
 
     @property
     def narrow(self) -> bool:

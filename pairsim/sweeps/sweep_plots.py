@@ -46,6 +46,7 @@ class _Sweep:
         command: Its command.
         cases: Those that have ended, as `read_sweep` returns them, with their `units`.
         varying: Keys that vary, without those that follow from others.
+        changed: All keys that vary.
         numbers: Those of them that are numbers or quantities: the values of all cases, and their unit.
         quantity: The column that tells best what cases do.
         group, panels: Keys that choose colours and panels, None where they were not chosen.
@@ -55,6 +56,7 @@ class _Sweep:
     command: str
     cases: Sequence[dict[str, Any]]
     varying: Sequence[str]
+    changed: Sequence[str]
     numbers: Mapping[str, tuple[Sequence[float], str]]
     quantity: str
     group: str | None
@@ -64,7 +66,8 @@ class _Sweep:
         """The parameters that all cases share, as the most elastic, the first and the last one tell."""
         elastic = max(self.cases, key=lambda entry: float(entry["parameters"].get("De") or 0))
         paths = [self.directory / each["folder"] / "case.yaml" for each in (elastic, self.cases[0], self.cases[-1])]
-        return common_parts([read_case(path) for path in paths], self.varying)
+        cases, physical = [read_case(path) for path in paths], self.cases[0]["units"].physical
+        return common_parts(cases, self.varying, physical, self.changed)
 
     def label(self, name: str) -> str:
         """The axis label of a number that varies."""
@@ -128,7 +131,9 @@ def _read(directory: Path, group: str | None, panels: str | None, physical: bool
     Encoding.of(parameters, varying, group, panels)  # refuses keys that do not vary
     known = {name: measured([case.get(name) for case in parameters]) for name in varying}
     numbers = {name: pair for name, pair in known.items() if pair is not None and len(set(pair[0])) > 1}
-    return _Sweep(directory, content["command"], cases, varying, numbers, quantity_of(cases), group, panels)
+    return _Sweep(
+        directory, content["command"], cases, varying, content["varying"], numbers, quantity_of(cases), group, panels
+    )
 
 
 def _last_errors(folder: Path) -> dict[str, float]:

@@ -6,6 +6,7 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import matplotlib as mpl
 import numpy as np
 import pytest
 from matplotlib import image
@@ -16,12 +17,13 @@ from support.pictures import colours, drawn_figures, overlapping
 from support.result_folders import curve_table, make_curve, make_run, make_sweep
 
 from pairsim.api.folders import plot
-from pairsim.plots.chart import draw_series, leave_out_spikes, notes
+from pairsim.plots.chart import Series, draw_series, leave_out_spikes, notes
 from pairsim.plots.critical import point_of
 from pairsim.plots.encoding import Encoding
 from pairsim.plots.frames import FIELDS, outlines
 from pairsim.plots.labels import common_parts, measured, varying_keys
 from pairsim.plots.lines import curve_lines, run_lines
+from pairsim.plots.runs_and_curves import _differences
 from pairsim.plots.sections import _streamlines, views_of
 from pairsim.plots.style import GREY, MM, Page
 from pairsim.plots.units import Units
@@ -131,6 +133,40 @@ def test_small_print_states_what_all_cases_share_alone() -> None:
         r"$d_0 = 0.1\ D_c$", r"$\mathrm{De} = 1$", r"$\xi = 0.09$", r"not the same: $\mathrm{Ca}_e$, liquid",
     ]  # fmt: skip
     assert common_parts([giesekus, {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}], ["De"])[-1] == r"$\alpha = 0.2$"
+
+
+def test_small_print_has_the_quantities_of_an_experiment_and_none_that_varies() -> None:
+    block = {"tube": "6 mm", "flow_rate": "2 ml/min", "particle": "2 mm", "modulus": "1.5 kPa", "viscosity": "4 Pa.s"}
+    one = {"beta": 0.4, "De": 0, "Ca_e": 0.05, "d": [0.1, 0.2], "physical": block | {"distance": ["1 mm", "2 mm"]}}
+    two = one | {"Ca_e": 0.15, "physical": one["physical"] | {"flow_rate": "20 ml/min", "modulus": "5 kPa"}}
+    shared = ["$D_c$ = 6 mm", "$D_p$ = 2 mm", "$\\eta_0$ = 4 Pa\u22c5s", "not the same: $G_p$"]
+    assert common_parts([one, two], ["physical.flow_rate"], True) == shared
+    assert common_parts([one], ["physical.flow_rate"], True, ["physical.modulus"]) == shared
+
+
+def test_lines_that_lie_on_each_other_may_differ_in_numbers_that_follow() -> None:
+    x = np.linspace(1, 2, 9)
+    parameters = [{"physical.modulus": "1 kPa", "Ca_e": 0.1}, {"physical.modulus": "5 kPa", "Ca_e": 0.02}]
+    lines = [Series(0, x, x + i / 100, columns=("d", "dU"), parameters=each) for i, each in enumerate(parameters)]
+    keys = ["physical.modulus"]
+    found = _differences(lines, Encoding.of(parameters, keys), Units(), keys)
+    assert found is not None
+    assert found[1][0].y == pytest.approx(0.01)
+
+
+def test_a_matplotlibrc_has_no_say_and_a_legend_can_be_left_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = make_curve(tmp_path / "curve", 0.1)
+    (plain,) = plot(folder, out=tmp_path / "a", width="85mm")
+    with mpl.rc_context({"text.usetex": True, "text.color": "white", "savefig.transparent": True}):
+        (same,) = plot(folder, out=tmp_path / "b", width="85mm")
+    assert same.read_bytes() == plain.read_bytes()
+    with drawn_figures(monkeypatch) as figures:
+        plot(folder, out=tmp_path / "c", legend=False)
+    assert not figures[0].legends
+    assert not figures[0].get_supxlabel()
+    assert not any(axis.get_legend() for axis in figures[0].axes)
 
 
 def test_only_relative_velocities_are_called_separating() -> None:
