@@ -149,19 +149,21 @@ def test_runs_in_a_strongly_thinning_liquid_start_from_rest() -> None:
 @pytest.mark.slow
 def test_t_relax_of_viscous_particles_does_not_depend_on_the_mesh() -> None:
     keys = {**PAIR, "Ca_e": 0.1, "De": 0, "solid": {"law": "kelvin-voigt", "eta": 20.0}}
-    coarse, fine = (row(**{**keys, "mesh": {"Np": Np}}) for Np in (12, 20))
-    assert coarse["t_relax"] == pytest.approx(fine["t_relax"], rel=0.15)
+    coarse, fine = (row(**{**keys, "mesh": {"Np": Np}}) for Np in (20, 28))
+    assert coarse["t_relax"] == pytest.approx(fine["t_relax"], rel=0.02)
 
 
 @pytest.mark.slow
 def test_a_run_with_viscous_particles_forgets_its_start_within_t_relax() -> None:
+    """A start from rest excites slower modes of the inside than the lag of a moving pair, for which t_relax is made."""
     keys = {**PAIR, "Ca_e": 0.1, "De": 0, "solid": {"law": "kelvin-voigt", "eta": 10.0}, "mesh": {"Np": 16}}
     curve = pairsim.curve({**keys, "d": [0.1, 0.11, 0.12, 0.13, 0.14]}).check().table
     fixed = {key: value for key, value in keys.items() if key not in ("d", "tol")}
     run = pairsim.run({**fixed, "d0": 0.1, "time": {"end": 6}, "output": {"fields": False}}).check().table
     late = run[run["t"] > 3]
     left = np.abs(late["dU"] - CubicSpline(curve["d"], curve["dU"])(late["d"]))
-    assert -1 / np.polyfit(late["t"], np.log(left), 1)[0] == pytest.approx(curve["t_relax"].median(), rel=0.2)
+    measured = -1 / np.polyfit(late["t"], np.log(left), 1)[0]
+    assert curve["t_relax"].median() < measured < 1.4 * curve["t_relax"].median()
 
 
 @pytest.mark.slow
