@@ -10,14 +10,10 @@ from typing import Any
 import numpy as np
 
 from pairsim.plots.chart import ENDS, ZEROS, Panel, Series, draw_chart, point
-from pairsim.plots.encoding import Encoding
 from pairsim.plots.labels import case_parts, read_case
 from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
 from pairsim.results.table_files import read_table
-
-OTHER = {"Ca_e": "De", "De": "Ca_e"}
-"""The parameter that a picture is drawn over, and the one that tells its lines apart."""
 
 
 @printing()
@@ -42,21 +38,16 @@ def draw_critical(directory: Path, out: Path, page: Page) -> list[Path]:
     if not case.get("along") or not rows:
         return []
     name = next(iter(case["along"]))
-    other = OTHER[name]
-    encoding = Encoding.of(rows, [other])
     series = []
     for first, second in itertools.pairwise(rows):
         if first["branch"] == second["branch"]:
             end = second if first["kind"] == "vanishes" else first  # what vanishes is neither: the other end tells
             x, y = (np.array([first[column], second[column]]) for column in (name, "d_cr"))
-            series.append(Series(0, x, y, parameters=first, look={"linestyle": "-" if end["stable"] else "--"}))
+            series.append(Series(0, x, y, look={"linestyle": "-" if end["stable"] else "--"}))
     series += [each for row in rows for each in point_of(row, name)]
     # The error of a distance grows without bound towards a fold.
     panel = Panel(units.axis_label([name]), units.axis_label(["d_cr"]), wide="xy", margins=(0.05, 0.15), bars=False)
-    lines = case.get("lines") or {}
-    own = {other: lines[other][0]} if other in lines else {}
-    parts = case_parts(case | own, {name, other} if encoding.colour else {name})
-    figure, _ = draw_chart(page, {0: panel}, series, parts, encoding)
+    figure, _ = draw_chart(page, {0: panel}, series, case_parts(case, {name}))
     return page.save(figure, out, "critical")
 
 

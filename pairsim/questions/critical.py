@@ -1,9 +1,8 @@
 r"""Find the distances at which dU = 0, and follow them over a parameter.
 
 The case file has along: {Ca_e: ...} or {De: ...} with values or {start, stop,
-num, spacing}, optionally lines: with values of the other parameter, and d:
-\[least, largest], the range of distances in tube diameters D_c. Writes
-critical.csv, critical.png, case.yaml and run.json.
+num, spacing}, and d: \[least, largest], the range of distances in tube
+diameters D_c. Writes critical.csv, critical.png, case.yaml and run.json.
 
 Exit codes: 0 finished, 2 wrong input, 3 computation failed, 4 installation or
 system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
@@ -12,7 +11,6 @@ system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, cast
 
@@ -31,7 +29,6 @@ from pairsim.computing import events
 from pairsim.computing.question import InSweeps, Question, Tables, Value, rows_in
 from pairsim.results.columns import CRITICAL_COLUMNS
 from pairsim.results.units import LENGTH
-from pairsim.runtime.errors import MeshFailure, NoSteadyState
 
 if TYPE_CHECKING:
     from pairsim.computing.steady import Solutions
@@ -42,10 +39,7 @@ if TYPE_CHECKING:
     from pairsim.solvers.curves.branch import Point
     from pairsim.solvers.curves.critical import Finding
     from pairsim.solvers.curves.zero_lines import Critical, Followed, Region
-    from pairsim.solvers.parameters import Parameters
 
-Line = dict[str, float]
-"""The parameter of a line of critical distances and its value; empty without `lines`."""
 SHOWN = {"zeros": "d_cr", "stable": "stable"}
 
 
@@ -60,9 +54,6 @@ class CriticalCase(SceneCase):
         description="parameter over which critical distances are followed: Ca_e or De, with its values (a list or a "
         "range); default: the values of the case only",
         examples=["{Ca_e: [0.05, 0.1]}"],
-    )
-    lines: dict[str, Values] | None = Field(
-        None, description="the other parameter, with its values (a list or a range): each gives a line of its own"
     )
     d: tuple[Distance, Distance] = Field(
         (0.02, 0.8), description="least and largest distance of the search for zeros of dU [D_c]"
@@ -79,8 +70,7 @@ class CriticalCase(SceneCase):
 
     @property
     def values_of_De(self) -> tuple[float, ...]:
-        followed = [De for line in (self.along, self.lines) if line for De in line.get("De", ())]
-        return (self.De, *followed)
+        return (self.De, *(self.along or {}).get("De", ()))
 
     def _slug_parts(self) -> list[str]:
         return ["critical", *super()._slug_parts()]
@@ -93,38 +83,36 @@ def check(case: CriticalCase) -> Iterator[Mistake]:
         return
     if case.d[0] >= case.d[1]:
         yield Mistake("d", list(case.d), "must be [least, largest] in ascending order")
-    for key, values in (("along", case.along), ("lines", case.lines)):
-        if values is None:
-            continue
-        if len(values) != 1 or next(iter(values)) not in ("Ca_e", "De"):
-            allowed = f"must be Ca_e or De with its values, such as {key}: {{Ca_e: [0.05, 0.1]}}"
-            yield Mistake(key, dict(values), allowed)
-            continue
-        (name, given), *_ = values.items()
-        least, most = FOLLOWED[name]
-        if wrong := [value for value in given if not least <= value <= most]:
-            yield Mistake(key, wrong[0], f"must be values of {name} from {least:g} to {most:g}")
-        if "Ca_e" in values and case.Ca_e is not None and len({Ca_e for Ca_e in case.Ca_es if Ca_e}) != 1:
-            yield Mistake("Ca_e", case.Ca_e, f"must be a single value above 0, as {key} replaces it")
-        if "De" in values and is_viscous(dict(case)):
-            yield Mistake(key, dict(values), "must be Ca_e: the liquid has no relaxation time, and so no De")
-        elif "De" in values and case.De == 0:
-            yield Mistake("De", case.De, f"must be above 0, as {key} replaces it")
-    if case.lines is not None and (case.along is None or case.lines.keys() == case.along.keys()):
-        allowed = "must be the parameter that along does not have; along must be given, too"
-        yield Mistake("lines", dict(case.lines), allowed)
+    if case.along is not None:
+        yield from _check_along(case, case.along)
     yield from check_scene(case)
 
 
+def _check_along(case: CriticalCase, along: Mapping[str, Sequence[float]]) -> Iterator[Mistake]:
+    if len(along) != 1 or next(iter(along)) not in ("Ca_e", "De"):
+        allowed = "must be Ca_e or De with its values, such as along: {Ca_e: [0.05, 0.1]}"
+        yield Mistake("along", dict(along), allowed)
+        return
+    (name, given), *_ = along.items()
+    least, most = FOLLOWED[name]
+    if wrong := [value for value in given if not least <= value <= most]:
+        yield Mistake("along", wrong[0], f"must be values of {name} from {least:g} to {most:g}")
+    if name == "Ca_e" and case.Ca_e is not None and len({Ca_e for Ca_e in case.Ca_es if Ca_e}) != 1:
+        yield Mistake("Ca_e", case.Ca_e, "must be a single value above 0, as along replaces it")
+    if name == "De" and is_viscous(dict(case)):
+        yield Mistake("along", dict(along), "must be Ca_e: the liquid has no relaxation time, and so no De")
+    elif name == "De" and case.De == 0:
+        yield Mistake("De", case.De, "must be above 0, as along replaces it")
+
+
 def estimate(case: CriticalCase) -> Estimate:
-    """Size and duration of critical distances: on each line a search for zeros, then two branches over all values."""
+    """Size and duration of critical distances: a search for zeros, then two branches over all values."""
     values = len(next(iter(case.along.values()))) if case.along else 1
-    lines = len(next(iter(case.lines.values()))) if case.lines else 1
-    return steady_estimate(case, lines * (15 + 4 * values))
+    return steady_estimate(case, 15 + 4 * values)
 
 
 def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
-    """Find the critical distances of every line, and follow them over the parameter of the case.
+    """Find the critical distances, and follow them over the parameter of the case.
 
     Args:
         case: The validated case.
@@ -133,33 +121,25 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
     from pairsim.computing.problems import steady_problem
     from pairsim.computing.steady import Solutions, health_columns
     from pairsim.solvers.curves.critical import find_all, follow_all
+    from pairsim.solvers.curves.zero_lines import with_value
+    from pairsim.solvers.parameters import Parameters
 
     least, most = case.d
     region = _region(case)
-    lines = list(_lines(case, region))
-    count = len(lines) * (len(region.values) if region is not None else 1)
+    start = Parameters((most,), case.solid_models, case.liquid_model)
+    if region is not None:
+        start = with_value(region.name, start, region.values[0])
+    count = len(region.values) if region is not None else 1
     yield events.Begin(f"zeros of dU between d = {least:g} and {most:g}", count)
     found = Solutions(case)
     zeros = _Zeros(found, None if region is None else region.name)
     try:
         with found:
             yield events.Table("critical", [*CRITICAL_COLUMNS, *health_columns(case)])
-            failures: list[str] = []
-            for line, start in lines:
-                try:
-                    # Meshes are adapted to the zeros asked for, not to those between them.
-                    problem = steady_problem(case, least, monitor)
-                    branch = found.branch or found.begin(problem, start, zeros_only=True)
-                    branch.at(start)
-                    of_line = find_all(branch, least, most) if region is None else follow_all(branch, region)
-                    yield from zeros.take(of_line, line)
-                except (NoSteadyState, MeshFailure) as failure:
-                    if not line:
-                        raise
-                    failures += [f"{name} = {value:g}: {failure}" for name, value in line.items()]
-                    yield events.Note(failures[-1])
-            if failures:
-                raise NoSteadyState("; ".join(failures))
+            # Meshes are adapted to the zeros asked for, not to those between them.
+            branch = found.begin(steady_problem(case, least, monitor), start, zeros_only=True)
+            branch.at(start)
+            yield from zeros.take(find_all(branch, least, most) if region is None else follow_all(branch, region))
             return events.Outcome(
                 "finished", "end", f"{len(found.points)} critical distances on {zeros.branches} branches"
             )
@@ -188,23 +168,21 @@ class _Zeros:
         self._warnings: list[str] = []
         self._solved = 0
 
-    def take(self, findings: Iterable[Finding], line: Line) -> Iterator[events.Event]:
-        """Show the findings on a line, whose branches are numbered after those before, and write its zeros."""
+    def take(self, findings: Iterable[Finding]) -> Iterator[events.Event]:
+        """Show the findings, and write the zeros among them."""
         from pairsim.solvers.curves.branch import Point
         from pairsim.solvers.curves.zero_lines import Critical, End, Missed
 
-        before = self.branches
         for each in findings:
             match each:
                 case Point():
                     yield self._shown(f"search: d = {each.d:.5f}  dU = {each.dU:+.4e}")
                 case Critical():
-                    self.branches = max(self.branches, each.branch + before)
-                    yield from self._critical(each, each.branch + before)
+                    self.branches = max(self.branches, each.branch)
+                    yield from self._critical(each)
                 case End():
-                    numbered = replace(each, branch=each.branch + before)
-                    self._ends.append({**line, **vars(numbered)})
-                    yield events.Note(f"branch {numbered.branch}: {numbered.message}")
+                    self._ends.append({**vars(each)})
+                    yield events.Note(f"branch {each.branch}: {each.message}")
                 case Missed():
                     self._warnings.append(each.message)
 
@@ -212,7 +190,7 @@ class _Zeros:
         self._solved += 1
         return events.Progress(len(self._wanted), text, self._solved)
 
-    def _critical(self, critical: Critical, branch: int) -> Iterator[events.Event]:
+    def _critical(self, critical: Critical) -> Iterator[events.Event]:
         from pairsim.computing.steady import error_at, point_row
         from pairsim.solvers.curves.zero_lines import value_of
 
@@ -222,7 +200,7 @@ class _Zeros:
         self._wanted += [point] if critical.kind == "wanted" else []
         slope = point.slope_at_rest
         row |= {"Ca_e": max(place.Ca_es), "De": place.De, "d_cr": point.d, "U": row["U_T"], "slope": slope}
-        row |= {"kind": critical.kind, "branch": branch, "stable": slope < 0}
+        row |= {"kind": critical.kind, "branch": critical.branch, "stable": slope < 0}
         row |= {"d_error": None, "parameter_error": None}
         if critical.by_parameter is None:
             row["d_error"] = point.zero_error
@@ -258,22 +236,6 @@ def _region(case: CriticalCase) -> Region | None:
         return None
     name, values = next(iter(case.along.items()))
     return Region(cast("Followed", name), tuple(sorted(values)), *case.d)
-
-
-def _lines(case: CriticalCase, region: Region | None) -> Iterator[tuple[Line, Parameters]]:
-    """Yield, for each line, the value of its parameter (empty without `lines`) and the parameters where it begins."""
-    from pairsim.solvers.curves.zero_lines import with_value
-    from pairsim.solvers.parameters import Parameters
-
-    start = Parameters((case.d[1],), case.solid_models, case.liquid_model)
-    if region is not None:
-        start = with_value(region.name, start, region.values[0])
-    if case.lines is None:
-        yield {}, start
-        return
-    name, values = next(iter(case.lines.items()))
-    for value in sorted(values):
-        yield {name: value}, with_value(cast("Followed", name), start, value)
 
 
 def answer_of_critical(zeros: Sequence[Zero], record: Mapping[str, Any]) -> list[str]:

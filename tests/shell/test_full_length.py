@@ -46,7 +46,7 @@ def test_shipped_run(path: Path, tmp_path: Path, pairsim: Pairsim) -> None:
 def test_shipped_curve_has_the_zero_of_the_critical_distances(tmp_path: Path, pairsim: Pairsim) -> None:
     done = pairsim("curve", str(ROOT / "configs" / "curve.yaml"), "-o", "out", "-q")
     assert done.returncode == 0, done.stderr
-    one = ["--set", "along={Ca_e: [0.1]}", "--set", "lines={De: [0.5]}", "--set"]
+    one = ["--set", "along={Ca_e: [0.1]}"]
     done = pairsim("critical", str(ROOT / "configs" / "critical.yaml"), "-o", "critical", "-q", *one)
     assert done.returncode == 0, done.stderr
     (critical,), zeros = (rows(tmp_path / name) for name in ("critical/critical.csv", "out/equilibria.csv"))
@@ -56,20 +56,28 @@ def test_shipped_curve_has_the_zero_of_the_critical_distances(tmp_path: Path, pa
     assert (curve["stable"], critical["stable"]) == ("false", "false")
 
 
-def test_shipped_critical_distances_are_those_of_the_docs(tmp_path: Path, pairsim: Pairsim) -> None:
+@pytest.mark.parametrize(
+    ("De", "expected"),
+    [
+        (0.125, {0.005: 0.284, 0.04: 0.1385}),
+        (0.25, {0.005: 0.274, 0.15: 0.0804}),
+        (0.5, {0.005: 0.2488, 0.15: 0.2292}),
+        (1.0, {}),
+    ],
+)
+def test_shipped_critical_distances_are_those_of_the_docs(
+    De: float, expected: dict[float, float], tmp_path: Path, pairsim: Pairsim
+) -> None:
     """Fig. 11 of the paper: values of finer meshes, which those of the coarse one agree with within their errors."""
-    done = pairsim("critical", str(ROOT / "configs" / "critical.yaml"), "-o", "out", "-q")
+    done = pairsim("critical", str(ROOT / "configs" / "critical.yaml"), "-o", "out", "-q", "--set", f"De={De}")
     assert done.returncode == 0, done.stderr
-    wanted = {
-        (row["De"], row["Ca_e"]): row for row in rows(tmp_path / "out" / "critical.csv") if row["kind"] == "wanted"
-    }
-    found = {place: float(row["d_cr"]) for place, row in wanted.items()}
-    expected = {("0.125", "0.005"): 0.284, ("0.125", "0.04"): 0.1385, ("0.25", "0.005"): 0.274}
-    expected |= {("0.25", "0.15"): 0.0804, ("0.5", "0.005"): 0.2488, ("0.5", "0.15"): 0.2292}
-    assert {place: found[place] for place in expected} == pytest.approx(expected, rel=0.025)
-    for place, d_cr in expected.items():
-        assert abs(found[place] - d_cr) < float(wanted[place]["d_error"])
-    assert all(0.178 < d_cr < 0.192 for (De, _), d_cr in found.items() if float(De) == 1)
+    wanted = {float(row["Ca_e"]): row for row in rows(tmp_path / "out" / "critical.csv") if row["kind"] == "wanted"}
+    found = {Ca_e: float(row["d_cr"]) for Ca_e, row in wanted.items()}
+    assert {Ca_e: found[Ca_e] for Ca_e in expected} == pytest.approx(expected, rel=0.025)
+    for Ca_e, d_cr in expected.items():
+        assert abs(found[Ca_e] - d_cr) < float(wanted[Ca_e]["d_error"])
+    assert found
+    assert De < 1 or all(0.178 < d_cr < 0.192 for d_cr in found.values())
 
 
 @pytest.mark.parametrize(("command", "count"), [("sweep", 24), ("study", 9)])

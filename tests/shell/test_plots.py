@@ -352,21 +352,6 @@ def test_intervals_of_critical_distances() -> None:
     assert drawn[1] == pytest.approx(np.array([[0.8, 0.1], [1.2, 0.1]]))
 
 
-def test_small_print_of_critical_distances_has_the_parameter_of_their_line(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """That of `lines`, not the one of the case."""
-    case = {"beta": 0.4, "De": 1.0, "Ca_e": 0.05, "along": {"Ca_e": [0.01, 0.1]}, "lines": {"De": [0.25]}}
-    (tmp_path / "case.yaml").write_text(json.dumps(case))
-    (tmp_path / "run.json").write_text('{"kind": "critical"}')
-    head = "Ca_e,De,d_cr,stable,kind,branch,d_error,parameter_error\n"
-    rows = (f"{Ca_e},0.25,0.2,true,wanted,1,0.01,\n" for Ca_e in (0.01, 0.1))
-    (tmp_path / "critical.csv").write_text(head + "".join(rows))
-    with drawn_figures(monkeypatch) as figures:
-        plot(tmp_path)
-    assert r"$\mathrm{De} = 0.25$" in figures[0].get_supxlabel()
-
-
 def test_brief_start_up_reaches_out_of_the_axis() -> None:
     t = np.concatenate([np.linspace(0, 1e-3, 50), np.linspace(0.01, 1, 100)])
     axis = Figure().subplots()
