@@ -36,11 +36,13 @@ class Found:
         row: Its values by the names of the columns that all questions have.
         coarse: Those on a mesh with cells `COARSER` times larger.
         solver: The solver with the solution.
+        beside: That with the solution on the coarser mesh.
     """
 
     row: dict[str, float]
     coarse: dict[str, float]
     solver: SteadySolver
+    beside: SteadySolver
 
 
 def mesh_error(name: str, symbol: str, of: str, unit: Unit = PURE) -> Column:
@@ -117,7 +119,7 @@ def solve_along(case: AlongCase, monitor: Monitor, columns: Sequence[str | Colum
                 place = start.with_Ca_e(Ca_e)
                 found.points.append(branch.at(place))
                 row = point_row(found.points[-1]) | {"Ca_e": Ca_e}
-                state = Found(row, point_row(beside.at(place)), branch.solver)
+                state = Found(row, point_row(beside.at(place)), branch.solver, beside.solver)
                 row |= {name: float(value(state)) for name, value in own.items()}
                 yield events.Row(case.kind, row)
                 yield events.Progress(count, f"Ca_e = {Ca_e:.4g}  {shown} = {row[shown]:.6g}", count)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -94,15 +95,30 @@ def taylor_parameter(outline: Array) -> float:
 POINTS = np.linspace(-1, 1, 17)  # along an arc, where contours are measured as polygons
 
 
-def contour(outline: Array) -> tuple[float, float, float, float]:
+class Contour(NamedTuple):
     """What a microscope sees of a particle, as deformability cytometry measures it.
 
-    Args:
-        outline: Nodes (z, r), ends and mid-points of the arcs alternating, shape (2 k + 1, 2) [D_c].
+    Attributes:
+        area: Area of the meridional section [D_c^2].
+        deformation: 1 - 2 sqrt(pi area)/perimeter.
+        area_hull: Area of the convex hull, which differs where the rear is dented.
+        deformation_hull: Its deformation.
+        inertia_ratio_hull: Root of its second moment of area along the axis over that across.
+        volume: Volume that the outline encloses by rotation [D_c^3].
+    """
 
-    Returns:
-        Area of the meridional section [D_c^2] and deformation 1 - 2 sqrt(pi area)/perimeter, then both of its convex
-        hull, where the rear is dented.
+    area: float
+    deformation: float
+    area_hull: float
+    deformation_hull: float
+    inertia_ratio_hull: float
+    volume: float
+
+
+def contour(outline: Array) -> Contour:
+    """Measure the outline of a particle: nodes (z, r), ends and mid-points of the arcs alternating, shape (2 k + 1, 2).
+
+    The moments are those of polygons by Green's theorem.
     """
     from scipy.spatial import ConvexHull  # of which runs and curves have no use
 
@@ -111,13 +127,21 @@ def contour(outline: Array) -> tuple[float, float, float, float]:
     fine = np.concatenate([(middle + s * (right - left) / 2 + s**2 * ((left + right) / 2 - middle)), right[None]])
     half = fine.transpose(1, 0, 2).reshape(-1, 2)
     whole = np.concatenate([half, half[::-1] * [1.0, -1.0]])
-    hull = ConvexHull(whole)
-    z, r = whole.T
-    area = abs(np.sum(z * np.roll(r, -1) - np.roll(z, -1) * r)) / 2
-    perimeter = np.linalg.norm(whole - np.roll(whole, -1, axis=0), axis=1).sum()
-    found = [(area, perimeter), (hull.volume, hull.area)]  # in two dimensions scipy's volume is the area
-    (A, D), (A_hull, D_hull) = [(float(a), float(1 - 2 * np.sqrt(np.pi * a) / p)) for a, p in found]
-    return A, D, A_hull, D_hull
+    area, deformation, _ = _measure(whole)
+    z, r = half.T
+    volume = np.pi / 3 * abs(np.diff(z) @ (r[1:] ** 2 + r[1:] * r[:-1] + r[:-1] ** 2))
+    return Contour(area, deformation, *_measure(whole[ConvexHull(whole).vertices]), float(volume))
+
+
+def _measure(polygon: Array) -> tuple[float, float, float]:
+    """Area, deformation and inertia ratio of a polygon that is symmetric about the axis, shape (m, 2)."""
+    (z, r), (z_next, r_next) = polygon.T, np.roll(polygon, -1, axis=0).T
+    cross = z * r_next - z_next * r
+    area, perimeter = cross.sum() / 2, np.hypot(z_next - z, r_next - r).sum()
+    centre = cross @ (z + z_next) / (6 * area)
+    along = cross @ (z**2 + z * z_next + z_next**2) / 12 - area * centre**2
+    across = cross @ (r**2 + r * r_next + r_next**2) / 12
+    return float(abs(area)), float(1 - 2 * np.sqrt(np.pi * abs(area)) / perimeter), float(np.sqrt(along / across))
 
 
 def gaps(bodies: list[Body], h: Array) -> Array:

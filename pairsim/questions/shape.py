@@ -10,39 +10,44 @@ system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from pairsim.api.compute import Computation
 from pairsim.api.results import Result
 from pairsim.cli.compute import app_of
-from pairsim.computing.along import AlongCase, Found, check_along, draw_along, estimate_along, mesh_error, solve_along
+from pairsim.computing.along import AlongCase, check_along, draw_along, estimate_along, mesh_error, solve_along
 from pairsim.computing.question import InSweeps, Question, rows_in
 from pairsim.results.columns import Column
-from pairsim.results.units import AREA
+from pairsim.results.units import AREA, PURE, VOLUME, Unit
+
+if TYPE_CHECKING:
+    from pairsim.fem.diagnostics import Contour
+    from pairsim.solvers.steady.scene import SteadySolver
 
 
-def _of_contour(i: int) -> Callable[[Found], float]:
-    def value(found: Found) -> float:
-        from pairsim.fem.diagnostics import contour
+def _contour(solver: SteadySolver) -> Contour:
+    from pairsim.fem.diagnostics import contour
 
-        return contour(found.solver.bodies[0].outline_points(found.solver.state()[0]))[i]
+    return contour(solver.bodies[0].outline_points(solver.state()[0]))
 
-    return value
+
+def _measured(name: str, symbol: str, meaning: str, unit: Unit = PURE) -> Column:
+    return Column(name, symbol, meaning, unit, value=lambda found: getattr(_contour(found.solver), name))
 
 
 CONTOUR = (
-    Column("area", "A", "area of the meridional section", AREA, value=_of_contour(0)),
+    _measured("area", "A", "area of the meridional section", AREA),
+    _measured("deformation", r"\mathrm{Def}", "1 - 2 sqrt(pi area)/perimeter of the meridional section"),
+    _measured("area_hull", r"A_c", "area of the convex hull of the section", AREA),
+    _measured("deformation_hull", r"\mathrm{Def}_c", "deformation of the convex hull, as cytometry measures it"),
     Column(
-        "deformation", r"\mathrm{Def}", "1 - 2 sqrt(pi area)/perimeter of the meridional section", value=_of_contour(1)
+        "deformation_error",
+        r"\epsilon_\mathrm{Def}",
+        "|deformation_hull - deformation_hull on a mesh with cells 2^0.5 times larger|",
+        value=lambda found: abs(_contour(found.beside).deformation_hull - _contour(found.solver).deformation_hull),
     ),
-    Column("area_hull", r"A_c", "area of the convex hull of the section", AREA, value=_of_contour(2)),
-    Column(
-        "deformation_hull",
-        r"\mathrm{Def}_c",
-        "deformation of the convex hull, as cytometry measures it",
-        value=_of_contour(3),
-    ),
+    _measured("inertia_ratio_hull", "I_c", "root of the hull's second moment of area along the axis over that across"),
+    _measured("volume", "V", "volume of the particle", VOLUME),
 )
 COLUMNS = (
     *("Ca_e", "D_1", mesh_error("D_error", r"\epsilon_D", "D_1"), *CONTOUR, "U_1", "U_correction_1"),

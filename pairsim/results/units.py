@@ -42,6 +42,7 @@ VELOCITY = Unit("U_av", "um/s", lambda scales: 1e6 * scales.velocity)
 STRESS = Unit("eta_0 U_av/D_c", "Pa", lambda scales: scales.stress)
 RATE = Unit("U_av/D_c", "1/s", lambda scales: 1 / scales.time)
 AREA = Unit("D_c^2", "um^2", lambda scales: 1e12 * scales.length**2)
+VOLUME = Unit("D_c^3", "um^3", lambda scales: 1e18 * scales.length**3)
 FORCE = Unit("eta_0 U_av D_c", "nN", lambda scales: 1e9 * scales.stress * scales.length**2)
 SECONDS = Unit("s", "s")
 

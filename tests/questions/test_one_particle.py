@@ -66,19 +66,21 @@ def test_command_says_draws_reports_and_is_swept(
 def test_a_contour_is_that_of_an_ellipse_and_of_its_hull() -> None:
     a, b = 0.3, 0.2
     angles = np.linspace(0, np.pi, 81)
-    area, deformation, *hull = contour(np.column_stack([a * np.cos(angles), b * np.sin(angles)]))
+    seen = contour(np.column_stack([a * np.cos(angles), b * np.sin(angles)]))
     perimeter = 4 * a * ellipe(1 - (b / a) ** 2)
-    assert area == pytest.approx(np.pi * a * b, rel=1e-4)
-    assert deformation == pytest.approx(1 - 2 * np.pi * np.sqrt(a * b) / perimeter, rel=1e-2)
-    assert hull == pytest.approx([area, deformation], rel=1e-9)
+    assert seen.area == pytest.approx(np.pi * a * b, rel=1e-4)
+    assert seen.deformation == pytest.approx(1 - 2 * np.pi * np.sqrt(a * b) / perimeter, rel=1e-2)
+    assert (seen.area_hull, seen.deformation_hull) == pytest.approx((seen.area, seen.deformation), rel=1e-9)
+    assert seen.inertia_ratio_hull == pytest.approx(a / b, rel=1e-4)
+    assert seen.volume == pytest.approx(4 / 3 * np.pi * a * b**2, rel=1e-4)
 
 
 def test_the_hull_closes_the_dent_of_a_rear() -> None:
     angles = np.linspace(0, np.pi, 81)
     dented = np.column_stack([np.maximum(np.cos(angles), -0.5 - 0.3 * np.sin(angles)), np.sin(angles)])
-    area, deformation, area_hull, deformation_hull = contour(dented)
-    assert area < area_hull
-    assert deformation > deformation_hull
+    seen = contour(dented)
+    assert seen.area < seen.area_hull
+    assert seen.deformation > seen.deformation_hull
 
 
 @pytest.mark.slow
