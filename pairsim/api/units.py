@@ -12,11 +12,13 @@ from pairsim.api.cases import load
 from pairsim.cases.case import SceneCase
 from pairsim.cases.materials import declared_in, is_viscous
 from pairsim.cases.physical import BLOCK, DENSITY, QUANTITIES, Physical
-from pairsim.cases.quantities import si
+from pairsim.cases.quantities import kelvin_of, si
 from pairsim.cases.run_case import Case
 from pairsim.cases.yaml_file import yaml_text
 from pairsim.computing import QUESTIONS
 from pairsim.computing.warnings import beyond_checked
+from pairsim.physics.carriers import methyl_cellulose
+from pairsim.physics.liquids.power_law import PowerLaw
 from pairsim.physics.pipe import Pipe
 from pairsim.physics.scales import Scales
 from pairsim.results.folder import plain
@@ -97,6 +99,8 @@ def units(
     rheology: Path | str | None = None,
     spectrum: Path | str | None = None,
     section: str | None = None,
+    carrier: str | None = None,
+    temperature: str = "23 degC",
     **given: Any,
 ) -> Units:
     """Compute the dimensionless numbers and scales of an experiment, as `pairsim units` does.
@@ -108,6 +112,8 @@ def units(
         rheology: File of a flow curve, to which the liquid is fitted: shear rate, viscosity or stress, N1.
         spectrum: File of moduli, alike: frequency, G', G''.
         section: A part of the name of the section that is read in a file of several.
+        carrier: Methyl cellulose of deformability cytometry in place of a liquid, such as "0.59% MC-PBS".
+        temperature: Its temperature.
         given: The keys of a `physical` block, each a text with its unit such as `tube="50um"`, and other keys of a
             case, such as `liquid={"law": "power-law", "n": 0.6}`. Without a modulus the particles are rigid.
 
@@ -123,6 +129,10 @@ def units(
     """
     quantities = {key: given.pop(key) for key in Physical.model_fields if key in given}
     fit = None
+    if carrier is not None:
+        K, n = methyl_cellulose(carrier, kelvin_of(temperature))
+        _check_left_out(given.keys() & {"liquid"}, given, "since the carrier is a power law")
+        given["liquid"], quantities["consistency"] = {"law": PowerLaw.name, "n": round(n, 6)}, f"{K:.6g}Pa.s^{n:.6f}"
     if rheology is not None or spectrum is not None:
         from pairsim.api.rheometer import fit_liquid
 

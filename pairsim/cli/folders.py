@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -56,8 +56,15 @@ def table(
     physical: Physical = None,
     cytometry: Annotated[
         bool,
-        typer.Option("--cytometry", help="Of a sweep of shape: a table of moduli for dclab's register_lut."),
+        typer.Option("--cytometry", help="Of a sweep of shape: a table of moduli for pairsim moduli and dclab."),
     ] = False,
+    channel: Annotated[
+        Literal["equivalent", "square", "round"],
+        typer.Option(
+            help="With --cytometry: the tube stands for a square channel (equivalent: as it is; square: corrected for "
+            "its walls), or is what was measured in (round)."
+        ),
+    ] = "equivalent",
     at: Annotated[
         list[str] | None,
         typer.Option("--at", metavar="D", help="Of a curve: dU and its error at a distance, such as 8um; repeat it."),
@@ -80,7 +87,10 @@ def table(
 
         if given := name or (physical is not None and "--physical"):
             raise InputError("pairsim table", given, None, "must be left out with --cytometry")
-        _print(look_up_table(directory), output)
+        made = look_up_table(directory, channel)
+        for note in made.notes:
+            typer.echo(f"note: {note}", err=True)
+        _print(made.text, output)
         return
     import pairsim
     from pairsim.results.tables import csv_text, readable, screen_text

@@ -79,6 +79,10 @@ def units(
     L2: Annotated[Number, _number("L2", "Largest trace of the conformation tensor.")] = None,
     alpha: Annotated[Number, _number("alpha", "Mobility of the Giesekus liquid.")] = None,
     epsilon: Annotated[Number, _number("epsilon", "Extensional parameter of the PTT liquids.")] = None,
+    carrier: Annotated[
+        Text, typer.Option(help="Carrier of cytometry in place of --liquid, such as '0.59% MC-PBS'.")
+    ] = None,
+    temperature: Annotated[str, _quantity("Its temperature.")] = "23degC",
     solid: Annotated[
         Text, _law("Law of the particles: neo-hookean, kelvin-voigt, mooney-rivlin, or one of your own.")
     ] = None,
@@ -132,10 +136,10 @@ def units(
     apply_settings(case, tuple(set_ or ()))
     if spectrum:
         typer.echo("fit: laws of up to four modes, some half a minute", err=True)
-    flow = {"pressure": pressure, "over": over}
+    more = {"pressure": pressure, "over": over, "carrier": carrier, "temperature": temperature}
     try:
         found = units_of(
-            kind=kind, rheology=rheology, spectrum=spectrum, section=section, **flow, **case.pop("physical"), **case
+            kind=kind, rheology=rheology, spectrum=spectrum, section=section, **more, **case.pop("physical"), **case
         )
     except InputError as error:
         raise InputError.of_all(map(_of_option, error.mistakes)) from None

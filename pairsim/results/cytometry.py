@@ -6,67 +6,149 @@ import json
 import time
 from dataclasses import astuple
 from pathlib import Path
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from pairsim.cases.materials import liquid_of
+from pairsim.cases.yaml_file import read_yaml
+from pairsim.physics.carriers import gradient_in_square, wall_rate
+from pairsim.physics.homogeneous import steady_shear
+from pairsim.physics.liquids import Liquid
+from pairsim.physics.pipe import Pipe
+from pairsim.physics.scales import FLOW_RATE, Scales
 from pairsim.results.folder import read_record
 from pairsim.results.table_files import read_table
 from pairsim.results.units import scales_of
+from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.version import __version__
 
-# Width of the tube over that of a square channel that acts alike on a particle on the axis (Mietke et al., Biophys. J.
-# 109, 2023, 2015, supplement S3).
-SQUARE = 1.094
+Channel = Literal["equivalent", "square", "round"]
+# Width of the tube over that of a square channel in which a Newtonian liquid has the same pressure gradient, and so the
+# same curvature of its velocity on the axis (Mietke et al., Biophys. J. 109, 2023, 2015, supplement S3).
+RATIO = 1.094
+# What the walls of a square channel add to the modulus of a sphere whose diameter is x widths, as sum of a x^p: fitted
+# to dclab's HE-3D-FEM-22 over HE-2D-FEM-22, less the part of the pressure gradients (docs/how-to/cytometry.md).
+WALLS = ((0.1736, 4), (0.1692, 12))
+LARGEST = 0.85  # x of the fit
+FITTED_INDEX = 0.6039  # flow index of the carrier in both tables
+OF_FIT, OF_SMALL = 0.01, 1e-4  # what the fit leaves in 95 % of the entries; times a small deformation
+LAW, INDEX, CONSISTENCY = "fluid_law", "fluid_flow_behaviour_index", "fluid_consistency_coefficient"
+"""Keys in the head of a table, the last two of power laws alone."""
 TABLE = "shape.csv"
 ENDED = "finished", "failed"  # shapes that were found are right, whether or not others were
 HEAD = "area_um [um^2]\tdeform\temodulus [kPa]"
+UNCORRECTED = (
+    f"a square channel is taken for a tube {RATIO} times as wide, which in methyl cellulose reads moduli 3 to 14 % too "
+    "low; pairsim table --cytometry --channel square corrects them"
+)
 
 
-def look_up_table(directory: Path) -> str:
+class LookUpTable(NamedTuple):
+    """A table as text, and what is to be said of it."""
+
+    text: str
+    notes: list[str]
+
+
+def in_square(n: float, size: Array, deformation: Array, elastic: bool) -> tuple[Array, Array]:
+    """Modulus of a sphere in a square channel over that of the same area and deformation in the equivalent tube.
+
+    Args:
+        n: Flow index of the carrier at the wall.
+        size: Diameter of the sphere over the width of the channel, (m,).
+        deformation: Its deformation, (m,).
+        elastic: Whether the carrier has normal stresses.
+
+    Returns:
+        The quotient and its half-width. What the walls add is known for one carrier. In others it may be absent or
+        twice as large: this enters in proportion to the difference of the flow indices, in full at n = 1.
+    """
+    walls = np.asarray(sum(a * size**p for a, p in WALLS))
+    unlike = 1.0 if elastic else min(abs(n - FITTED_INDEX) / (1 - FITTED_INDEX), 1.0)
+    return gradient_in_square(n, RATIO) * (1 + walls), OF_FIT + OF_SMALL / deformation + unlike * walls
+
+
+def look_up_table(directory: Path, channel: Channel = "equivalent") -> LookUpTable:
     """Area and deformation of the convex hull, and Young's modulus 3 G_p, of all shapes in a folder.
 
     Args:
-        directory: Folder of `pairsim shape` or of a sweep of it, in one tube, flow and liquid. Its name identifies the
-            table.
+        directory: Folder of `pairsim shape` or of a sweep of it, in one tube, flow and liquid. Its name is part of the
+            identifier of the table.
+        channel: What the table is for: a square channel that the tube stands for, with or without the correction by
+            `in_square`, or the tube.
 
     Raises:
         InputError: There are no shapes, a case has no `physical` block, or another tube, flow or liquid than the first
             one.
     """
-    rows, first = [np.empty((0, 3))], None
+    rows, first = list[Array](), None
     for file in (directory / TABLE, *sorted(directory.glob(f"*/{TABLE}"))):
         folder, record = file.parent, read_record(file.parent)
         if not file.is_file() or record.get("status") not in ENDED:
             continue
-        scales, table = scales_of(record, str(folder)), read_table(file)
-        first = first or scales
-        if not np.allclose(astuple(scales), astuple(first)):
+        scales, table, liquid = (
+            scales_of(record, str(folder)),
+            read_table(file),
+            liquid_of(read_yaml(folder / "case.yaml")),
+        )
+        first = first or (scales, liquid)
+        if not np.allclose(astuple(scales), astuple(first[0])) or liquid != first[1]:
             raise InputError(str(folder), "", None, "must have the tube, the flow and the liquid of the other shapes")
-        modulus = 3e-3 * scales.stress / np.asarray(table["Ca_e"])
-        area = 1e12 * scales.length**2 * np.asarray(table["area_hull"])
-        rows.append(np.column_stack([area, table["deformation_hull"], modulus]))
+        modulus, deformation = 3e-3 * scales.stress / table["Ca_e"], table["deformation_hull"]
+        error = table.get("deformation_error", np.nan) / deformation / 2  # deformation goes as 1/E^2
+        rows.append(np.column_stack([table["area_hull"], deformation, modulus, error]))
     if first is None:
         allowed = "must have shapes: a folder of pairsim shape, or a sweep of it"
         raise InputError(str(directory), "--cytometry", None, allowed)
-    width = 1e6 * first.length / SQUARE
-    meta = {
-        "authors": "",
-        "channel_width": round(width, 6),
+    scales, liquid = first
+    area, deformation, modulus, error = np.nan_to_num(np.concatenate(rows)).T
+    meta, notes = _meta(scales, liquid, channel), [UNCORRECTED] if channel == "equivalent" else []
+    if channel == "square":
+        size = RATIO * np.sqrt(4 * area / np.pi)
+        factor, of_channel = in_square(_index(liquid), size, deformation, bool(liquid.modes))
+        modulus, error, kept = modulus * factor, error + of_channel, size <= LARGEST
+        area, deformation, modulus, error, factor = (each[kept] for each in (area, deformation, modulus, error, factor))
+        ranges = [f"{100 * each.min():.2g} to {100 * each.max():.3g} %" for each in (factor - 1, error)]
+        notes = [f"square channel: moduli are raised by {ranges[0]}; half-widths {ranges[1]}"]
+        notes += [f"{sum(~kept)} shapes wider than {LARGEST} of the channel were left out"] if not kept.all() else []
+    meta |= {"identifier": f"pairsim:{directory.resolve().name}", "emodulus_error": [*map(float, error.round(5))]}
+    described = ",\n".join(f"  {json.dumps(key)}: {json.dumps(value)}" for key, value in meta.items())
+    head = ["BEGIN METADATA", "{", *described.splitlines(), "}", "END METADATA", "", HEAD]
+    values = zip(1e12 * scales.length**2 * area, deformation, modulus, strict=True)
+    body = ["\t".join(f"{value:.6e}" for value in row) for row in values]
+    return LookUpTable("\n".join([*(f"# {line}".rstrip() for line in head), *body, ""]), notes)
+
+
+def _index(liquid: Liquid, part: float = 1.0) -> float:
+    """Flow index at a part of the shear rate at the wall of the tube without particles."""
+    rates = part * Pipe(liquid).steady().wall_rate * np.array([0.99, 1.01])
+    slope = np.diff(np.log(steady_shear(liquid, rates)[0])) / np.diff(np.log(rates))
+    return 1 + float(slope[0])
+
+
+def _meta(scales: Scales, liquid: Liquid, channel: Channel) -> dict[str, Any]:
+    """What the head says of channel, flow and liquid, whose viscosity is that at the walls of a square, as in dclab."""
+    width = scales.length / (1.0 if channel == "round" else RATIO)
+    flow_rate, n = FLOW_RATE * scales.velocity * scales.length**2, _index(liquid)
+    rate = wall_rate(flow_rate, width, n)
+    viscosity = scales.viscosity * float(steady_shear(liquid, np.array([rate * scales.time]))[0].item())
+    of_power_law = {INDEX: round(n, 6), CONSISTENCY: viscosity * rate ** (1 - n), f"{CONSISTENCY}_unit": "Pa s^n"}
+    has_power_law = not liquid.modes and np.isclose(n, _index(liquid, 1e-3))
+    return {
+        "channel": channel,
+        "channel_width": round(1e6 * width, 6),
         "channel_width_unit": "um",
         "date": time.strftime("%Y-%m-%d"),
         "dimensionality": "2Daxis",
-        "flow_rate": round(1e9 * first.velocity * np.pi / 4 * first.length**2, 9),
+        "flow_rate": round(1e9 * flow_rate, 9),
         "flow_rate_unit": "uL/s",
-        "fluid_viscosity": round(1e3 * first.viscosity, 9),
+        LAW: (liquid.modes[0] if liquid.modes else liquid.solvent).name,
+        **(of_power_law if has_power_law else {}),
+        "fluid_viscosity": round(1e3 * viscosity, 6),
         "fluid_viscosity_unit": "mPa s",
-        "identifier": directory.resolve().name,
         "method": "FEM",
-        "model": "steady shapes without inertia; case files of pairsim have the laws",
+        "model": "steady shapes of spheres without inertia; case files of pairsim have the laws",
         "software": f"pairsim {__version__}",
-        "summary": "axisymmetric spheres on the axis of a tube 1.094 times as wide as the square channel",
     }
-    lines = json.dumps(meta, indent=2).splitlines()
-    head = ["BEGIN METADATA", *lines, "END METADATA", "", HEAD]
-    body = ["\t".join(f"{value:.6e}" for value in row) for row in np.concatenate(rows)]
-    return "".join(f"# {line}".rstrip() + "\n" for line in head) + "".join(f"{line}\n" for line in body)
