@@ -136,7 +136,7 @@ def units(
     apply_settings(case, tuple(set_ or ()))
     if spectrum:
         typer.echo("fit: laws of up to four modes, some half a minute", err=True)
-    more = {"pressure": pressure, "over": over, "carrier": carrier, "temperature": temperature}
+    more: dict[str, Any] = {"pressure": pressure, "over": over, "carrier": carrier, "temperature": temperature}
     try:
         found = units_of(
             kind=kind, rheology=rheology, spectrum=spectrum, section=section, **more, **case.pop("physical"), **case

@@ -26,16 +26,16 @@ def draw_moduli(table: pd.DataFrame, lines: tuple[Array, Array, Array], out: Pat
         lines: Areas (n,), deformations (m,) and the moduli there, (m, n).
         out: The file.
     """
-    outside = table["emodulus"].isna()
-    bounds = np.nanpercentile(table["emodulus"], (1, 99))
-    look: dict[str, Any] = {"norm": LogNorm(*bounds), "cmap": ORDERED}
+    area, deformation, modulus, _ = table.to_numpy().T
+    inside, outside = np.isfinite(modulus), np.isnan(modulus)
+    low, high = map(float, np.nanpercentile(modulus, (1, 99)))
+    look: dict[str, Any] = {"s": 3.0, "linewidths": 0, "rasterized": True}
     figure = (page := Page(width=120.0)).figure(80.0)
     axes = figure.add_subplot(xlabel=r"area  [$\mathrm{\mu m^2}$]", ylabel="deformation")
-    axes.scatter("area_um", "deform", 3.0, GREY, data=table[outside], linewidths=0, rasterized=True)
-    shown = axes.scatter(
-        "area_um", "deform", 3.0, "emodulus", data=table[~outside], linewidths=0, rasterized=True, **look
-    )
-    drawn = axes.contour(*lines, levels=np.geomspace(*bounds, LEVELS), colors="0.3", linewidths=0.6)
+    axes.scatter(area[outside], deformation[outside], color=GREY, **look)
+    look |= {"c": modulus[inside], "norm": LogNorm(low, high), "cmap": ORDERED}
+    shown = axes.scatter(area[inside], deformation[inside], **look)
+    drawn = axes.contour(*lines, levels=np.geomspace(low, high, LEVELS), colors="0.3", linewidths=0.6)
     axes.clabel(drawn, fmt=lambda level: f"{level:.3g}", fontsize=6)
     colour_bar(figure, shown, ax=axes, label="Young's modulus  [kPa]")
     page.save(figure, out.parent, out.stem)
