@@ -123,7 +123,7 @@ def check_law(
     from pairsim.computing.check_law import checks
 
     chosen = _law_in(law, numbers or ())
-    typer.echo(f"{chosen.name}: " + ", ".join(f"{name} = {value:g}" for name, value in chosen.numbers.items()))
+    typer.echo(f"{chosen.name}: {', '.join(f'{k} = {v:g}' for k, v in chosen.numbers.items()) or 'no parameters'}")
     wrong = 0
     for check in checks(chosen):
         wrong += not check.holds

@@ -38,13 +38,20 @@ def above(value: float, limit: float) -> str:
     return next((text for text in texts if float(text) > limit), f"{value}")
 
 
+def asked_for(case: SceneCase) -> str:
+    """Symbol of what a case is computed for: the forces on particles that are moved, or else their velocities."""
+    if case.driven[1] is not None:
+        return "F"
+    return "dU" if case.n > 1 else "U"
+
+
 def coarse_mesh(case: SceneCase) -> list[str]:
     """Warn of a mesh that is coarser than any whose error was measured."""
     measured = SETTINGS[COARSEST].mesh(case.liquid_model.cells, case.betas, "time" in type(case).model_fields)
     coarse = {"Np": case.mesh.Np < measured["Np"], "max_size": case.mesh.max_size > measured["max_size"]}
     return [
         f"mesh.{name} = {getattr(case.mesh, name):g} is coarser than accuracy: {COARSEST} ({measured[name]:g}): the "
-        f"error of dU may exceed {COARSEST} of its largest value"
+        f"error of {asked_for(case)} may exceed {COARSEST} of its largest value"
         for name, is_coarse in coarse.items()
         if case.n and is_coarse
     ]
@@ -63,7 +70,7 @@ def unresolved_stress(case: SceneCase, s_jump: float) -> list[str]:
         return []
     return [
         f"s = log c changes by {above(s_jump, allowed)} within one cell: the polymer stress is not resolved there. "
-        f"Above {allowed:g}, the error of dU may exceed {case.accuracy} of its largest value "
+        f"Above {allowed:g}, the error of {asked_for(case)} may exceed {case.accuracy} of its largest value "
         f"(docs/how-to/accuracy.md); compare with {finer(case)}"
     ]
 
@@ -128,10 +135,12 @@ def near_ends(case: SceneCase, span: float) -> list[str]:
     left, least = (case.tube_length - span) / 2, part * case.margin
     if not case.n or left >= least:
         return []
+    affected = asked_for(case)
     message = (
-        f"there are {left:.3g} D_c of tube on each side of the particles, less than {least:.3g}: the ends affect dU"
+        f"there are {left:.3g} D_c of tube on each side of the particles, less than {least:.3g}: "
+        f"the ends affect {affected}"
     )
-    if case.liquid_model.modes:
+    if case.liquid_model.modes and affected == "dU":
         off = next(error for below, error in ENDS_ERRORS if left < below * case.margin)
         message += f", by up to {off} % of the largest |dU| in the tubes measured"
     return [f"{message}; use {_longer(case)}, or limits.max_gap in a run"]

@@ -41,6 +41,7 @@ def told(*errors: ErrorAt, **keys: Any) -> list[str]:
 
 
 PAIR = case()
+MOVED = {"beta": 0.4, "Ca_e": 0, "d": [0.1], "velocity": 1, "flow": 0, "mesh": {"Np": 12}}
 MORE_THAN_WANTED = "dU_error is 3 % of the largest |dU| at d = 0.1, more than accuracy: 1%; use a "
 COARSE = "is coarser than accuracy: 5% ({}): the error of dU may exceed 5% of its largest value"
 FAST = (
@@ -60,6 +61,9 @@ WARNINGS = {
     MORE_THAN_WANTED + "longer tube (--set length=7.35)": lambda: told(ErrorAt(0.03, "d = 0.1", 0.02)),
     "at d = 0.03 " + FAST: lambda: moves_on(PAIR, ["d = 0.03"], 0.2),
     "at 2 places from d = 0.03 to d = 0.04 " + FAST: lambda: moves_on(PAIR, ["d = 0.03", "d = 0.04"], 0.2),
+    "mesh.Np = 12 " + COARSE.format(20).replace("dU", "F"): lambda: coarse_mesh(
+        parse_case(QUESTIONS["curve"], MOVED, "test")
+    ),
     "there are 0.9 D_c of tube on each side of the particles, less than 1: the ends affect dU; use a longer tube "
     "(--set length=7.35), or limits.max_gap in a run": lambda: near_ends(PAIR, PAIR.tube_length - 1.8),
 }
