@@ -2,30 +2,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from pairsim.api.rheometer_files import read_columns
+from pairsim.cases.physical import BLOCK
+from pairsim.cases.quantities import known_unit, si
 from pairsim.physics.liquids import LAWS
-from pairsim.physics.liquids.viscous import ZERO_SHEAR, ViscousLaw
+from pairsim.physics.liquids.viscous import ViscousLaw
 from pairsim.physics.material import Dimension
-from pairsim.physics.rheometry import Fit, Measured, described, fits, scatter
+from pairsim.physics.rheometry import Fit, Measured, Number, described, dimensions_of, fits, scatter
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
+
+ALL = {of.key: of for law in LAWS.values() for of in dimensions_of(law).values() if of is not None}
+"""What can be known of a liquid, by its key in the `physical` block."""
 
 
 @dataclass(frozen=True)
 class MeasuredLiquid:
-    """The best fit to files of a rheometer; `quantities` and `block` go into `physical` and `liquid` of a case."""
+    """The best fit to files of a rheometer.
+
+    Attributes:
+        fit: The fit.
+        data: What was measured.
+        quantities: What goes into `physical` of a case.
+        block: The value of its key `liquid`.
+        intervals: The interval of each fitted number by its key in either.
+        sentences: What was read, the fit in words, and warnings.
+    """
 
     fit: Fit
     data: Measured
     quantities: dict[str, str]
     block: Any
+    intervals: dict[str, str]
     sentences: list[str]
 
     def draw(self, path: Path) -> None:
@@ -36,22 +51,47 @@ class MeasuredLiquid:
 
 
 def fit_liquid(
-    rheology: Path | str | None, spectrum: Path | str | None, law: str | None = None, section: str | None = None
+    rheology: Path | str | None,
+    spectrum: Path | str | None,
+    liquid: Any = None,
+    section: str | None = None,
+    quantities: Mapping[str, Any] | None = None,
 ) -> MeasuredLiquid:
-    """Fit a law to files as of `pairsim.units`; without one, take what is best by the Bayesian information criterion.
+    """Fit a law to files as of `pairsim.units`.
+
+    Args:
+        rheology: File of a flow curve.
+        spectrum: File of moduli.
+        liquid: The law, or a block with its name and numbers that are held; None for what is best by the Bayesian
+            information criterion.
+        section: A part of the name of the section to be read.
+        quantities: The `physical` block, of which those of the liquid are held.
 
     Raises:
         InputError: A file cannot be used, or has too few points for the law.
     """
-    if law is not None and law not in [*LAWS]:
+    block = dict(liquid) if isinstance(liquid, Mapping) else {"law": liquid}
+    law, numbers = block.pop("law", None), block
+    if law is not None and law not in LAWS:
         allowed = f"must be the name of a law, whose parameters are fitted: {', '.join(LAWS)}"
-        raise InputError("pairsim units", "--liquid", law, allowed)
+        raise InputError("pairsim units", "--liquid", liquid, allowed)
+    held = {key: text for key, text in (quantities or {}).items() if key in ALL}
+    given = {name: float(value) for name, value in numbers.items()}
+    for key, text in held.items():
+        try:
+            given[key] = si(text, known_unit(ALL[key], numbers))
+        except ValueError as error:
+            raise InputError("pairsim units", f"{BLOCK}.{key}", text, str(error)) from None
     data, read = read_measured(rheology, spectrum, section)
-    found = fits(data, [law] if law else None)
+    found = fits(data, [law] if law else None, given)
     if not found:
-        raise InputError("pairsim units", "--liquid", law, "must have fewer parameters than there are points")
-    quantities, block = keys_of(found[0])
-    return MeasuredLiquid(found[0], data, quantities, block, [*read, *sentences(found, data)])
+        known = f" besides {', '.join(given)}" if given else ""
+        allowed = f"must be a law with unknown numbers{known}, fewer of them than there are points"
+        raise InputError("pairsim units", "--liquid", law, allowed)
+    best = found[0]
+    fitted, value = keys_of(best)
+    said = [*read, *sentences(found, data, chosen=law is not None)]
+    return MeasuredLiquid(best, data, {**fitted, **held}, value, intervals(best), said)
 
 
 def read_measured(
@@ -76,53 +116,90 @@ def read_measured(
 
 def keys_of(fit: Fit) -> tuple[dict[str, str], Any]:
     """The quantities of a `physical` block that a fitted liquid gives, and the value of `liquid`."""
-    liquid, eta_0 = fit.liquid, fit.eta_0
-    lone = len(liquid.modes) < 2
+    liquid = fit.liquid
     own = liquid.modes[0] if liquid.modes else liquid.solvent
-    measured = own.measured if isinstance(own, ViscousLaw) else ZERO_SHEAR
-    quantities = {measured.key: _quantity(eta_0, measured, own.numbers)}
-    if liquid.modes:
-        quantities |= {"relaxation": f"{liquid.De:.4g} s", "solvent": f"{liquid.xi * eta_0:.4g} Pa.s"}
-    pure = {}
-    for name, p in own.parameters().items():
-        if p.dimension is None:
-            pure[name] = float(f"{getattr(own, name):.4g}")
-        elif getattr(own, name) != p.default:
-            factor = eta_0 if p.dimension.unit == "Pa*s" else 1.0
-            quantities[p.dimension.key] = _quantity(factor * getattr(own, name), p.dimension, own.numbers)
-    if lone:
+    pure = {name: float(f"{getattr(own, name):.4g}") for name, p in own.parameters().items() if p.dimension is None}
+    values = {"eta_0": fit.eta_0, "De": liquid.De, "xi": liquid.xi} | own.numbers
+    quantities = {}
+    for name, of in dimensions_of(fit.law).items():
+        default = own.parameters()[name].default if name in own.parameters() else None
+        if of is not None and values[name] != default:
+            quantities[of.key] = f"{_measured(fit, name, values[name], of):.4g} {_unit(of, pure)}"
+    if len(liquid.modes) < 2:
         return quantities, {"law": own.name, **pure} if pure else own.name
     modes = [{"law": own.name, "time": m.time, "weight": m.weight} for m in liquid.modes]
     rounded = [{key: float(f"{v:.4g}") if key != "law" else v for key, v in mode.items()} | pure for mode in modes]
     return quantities, {"law": "modes", "modes": rounded}
 
 
-def _quantity(value: float, dimension: Dimension, numbers: dict[str, Any]) -> str:
-    return f"{value:.4g} {dimension.unit.format(**numbers).replace('*', '.')}"
+def _measured(fit: Fit, name: str, value: float, of: Dimension) -> float:
+    """A number of a liquid as it is measured: ratios of viscosities are viscosities [Pa s]."""
+    return value * fit.eta_0 if of.unit == "Pa*s" and name != "eta_0" else value
 
 
-def sentences(fits: Sequence[Fit], data: Measured) -> list[str]:
-    """The best fit in words, with the intervals of its numbers, and whether it describes the data."""
+def _unit(of: Dimension, numbers: Mapping[str, Any]) -> str:
+    return known_unit(of, numbers).unit.replace("*", ".")
+
+
+def intervals(fit: Fit) -> dict[str, str]:
+    """The interval of each number of one mode, by its key in `physical` or in `liquid`."""
+    found = {}
+    if len(fit.liquid.modes) < 2:
+        for name, of in dimensions_of(fit.law).items():
+            number = fit.numbers.get(name)
+            if number is not None and not number.given:
+                ends = [_measured(fit, name, end, of) if of else end for end in (number.least, number.most)]
+                found[of.key if of else name] = _interval(replace(number, least=ends[0], most=ends[1]))
+    return found
+
+
+def _interval(number: Number) -> str:
+    """Where a number is, with a probability of 95 %."""
+    if number.given:
+        return "given"
+    if not number.determined:
+        return "not determined by these data"
+    if np.isinf(number.least):
+        return f"at most {number.most:.4g}"
+    return f"at least {number.least:.4g}" if np.isinf(number.most) else f"{number.least:.4g} to {number.most:.4g}"
+
+
+def sentences(fits: Sequence[Fit], data: Measured, chosen: bool = False) -> list[str]:
+    """The best fit in words, with the intervals of its numbers, and what the data do not tell."""
     best, *others = fits
     modes = f", {len(best.liquid.modes)} modes" if len(best.liquid.modes) > 1 else ""
-    numbers = [f"{_name(best, key)} = {n.value:.3g} ({n.least:.3g} to {n.most:.3g})" for key, n in best.numbers.items()]
-    said = [f"fit: {best.law.label}{modes}: {', '.join(numbers)}"]
+    eta_0_first = sorted(best.numbers.items(), key=lambda item: item[0] != "eta_0")
+    numbers = ", ".join(f"{_name(best, key)} = {n.value:.4g} ({_interval(n)})" for key, n in eta_0_first)
     noise = f"{100 * best.deviation:.2g} % where neighbouring points scatter by {100 * scatter(data):.2g} %"
     rest = f"; next best: {others[0].law.label}, {100 * others[0].deviation:.2g} %" if others else ""
-    said.append(f"fit: off by {noise}{rest}")
+    said = [f"fit: {best.law.label}{modes}: {numbers}; intervals of 95 %", f"fit: off by {noise}{rest}"]
+    return said + [f"warning: {text}" for text in _doubts(best, data, noise, chosen)]
+
+
+def _doubts(best: Fit, data: Measured, noise: str, chosen: bool) -> Iterator[str]:
+    viscous = issubclass(best.law, ViscousLaw)
     if not described(best, data):
-        said.append(f"warning: no law tried describes these data: the best, {best.law.label}, is off by {noise}")
-    return said
+        yield f"no law tried describes these data: the best, {best.law.label}, is off by {noise}"
+    if (xi := best.numbers.get("xi")) and np.isinf(xi.least):
+        yield f"these data do not show the viscosity of the solvent (xi {_interval(xi)}): --solvent holds a known one"
+    if data.yields:
+        yield "the shear stress is about constant at the slowest rates: a yield stress, which no law here has"
+    if viscous:
+        more = "N1 or moduli tell, and a time that is known is held by --relaxation"
+        yield f"a viscosity alone does not tell whether the liquid is elastic: De = 0 is assumed; {more}"
+    elif data.kinds == {"viscosity"}:
+        yield "no elasticity was measured: relaxation time and N1 follow from the thinning by the law alone"
+    elif not data.kinds & {"viscosity", "N1"}:
+        laws = "" if chosen else f"; {best.law.label} is taken, and other laws fit as well: choose one by --liquid"
+        yield f"moduli do not tell how the viscosity falls with the rate, which a flow curve (--rheology) does{laws}"
 
 
 def _name(fit: Fit, key: str) -> str:
-    """A fitted number with its unit."""
-    if key == "eta_0":
-        unit = fit.law.measured.unit if issubclass(fit.law, ViscousLaw) else ZERO_SHEAR.unit
-        return f"{key} [{unit.format(n='n').replace('*', '.')}]"
+    """A number of a fit with its unit."""
     word, _, i = key.partition("_")
     if word in ("ratio", "weight") and i.isdigit():
         return f"lambda_{int(i) + 1}/lambda_{i}" if word == "ratio" else f"weight_{int(i) + 1}/weight_1"
-    declared = fit.law.parameters().get(key)
-    in_seconds = declared is not None and declared.dimension is not None and declared.dimension.unit == "s"
-    return "lambda [s]" if key == "De" else f"{key} [s]" if in_seconds else key
+    of = dimensions_of(fit.law)[key]
+    if of is None or (of.unit == "Pa*s" and key != "eta_0"):
+        return key
+    return f"{'lambda' if key == 'De' else key} [{of.unit.format(n='n').replace('*', '.')}]"

@@ -18,8 +18,10 @@ from pairsim.cases.yaml_file import yaml_text
 from pairsim.computing import QUESTIONS
 from pairsim.computing.warnings import beyond_checked
 from pairsim.physics.carriers import methyl_cellulose
+from pairsim.physics.homogeneous import falling_stress
+from pairsim.physics.liquids import Liquid
 from pairsim.physics.liquids.power_law import PowerLaw
-from pairsim.physics.pipe import Pipe
+from pairsim.physics.pipe import Pipe, PipeState
 from pairsim.physics.scales import Scales
 from pairsim.results.folder import plain
 from pairsim.runtime.errors import InputError, NoSteadyState
@@ -78,7 +80,9 @@ class Units:
             name: Name of the case.
         """
         numbers = ", ".join(f"{name} {value}" for name, value, _ in self.numbers)
-        warnings = [note.removeprefix("warning: ") for note in self.notes if note.startswith("warning: ")]
+        said = [*(self.fit.sentences if self.fit else ()), *self.notes]
+        warnings = [note.removeprefix("warning: ") for note in said if note.startswith("warning: ")]
+        intervals = self.fit.intervals if self.fit else {}
         head = [f"Written by pairsim units; pairsim schema {self.case.kind} lists all keys.", numbers, *warnings]
         lines = [f"# {line}" for line in head]
         for key, value in {"name": name, **self.written}.items():
@@ -86,8 +90,11 @@ class Units:
             if key == BLOCK:
                 words |= {each: QUANTITIES[each].dimension.words for each in value}
             for line in yaml_text(plain({key: value}), blocks=True).splitlines():
-                comment = FURTHER.split(words.get(line.partition(":")[0].strip(), ""))[0]
-                lines.append(f"{line:{COLUMN}}# {comment}" if comment else line)
+                entry = line.partition(":")[0].strip(" '")
+                comment = FURTHER.split(words.get(entry, ""))[0]
+                if entry in intervals and key in (BLOCK, "liquid"):
+                    comment = f"{comment}, 95 %: {intervals[entry]}".removeprefix(", ")
+                lines.append(f"{line:{COLUMN - 1}} # {comment}" if comment else line)
         return "\n".join([*lines, ""])
 
 
@@ -136,9 +143,8 @@ def units(
     if rheology is not None or spectrum is not None:
         from pairsim.api.rheometer import fit_liquid
 
-        fit = fit_liquid(rheology, spectrum, given.get("liquid"), section)
+        fit = fit_liquid(rheology, spectrum, given.get("liquid"), section, quantities)
         given["liquid"] = fit.block
-        _check_left_out(fit.quantities.keys() & quantities.keys(), quantities, "since it is fitted")
         quantities |= fit.quantities
     if isinstance(sizes := quantities.get("particle"), list):
         given.setdefault("particles", len(sizes))
@@ -163,8 +169,16 @@ def units(
     assert case.physical is not None
     scales = case.physical.scales(dict(case))
     Re = scales.reynolds(si(quantities.get(DENSITY.key, WATER), DENSITY.dimension))
-    numbers, notes = _numbers(case, Re), _notes(case, quantities, Re)
-    return Units(case, {BLOCK: quantities, **given}, [*numbers], [*_scales(case, scales)], [*notes], fit)
+    numbers, notes = _numbers(case, Re), [*_notes(case, quantities, Re)]
+    try:
+        flow = Pipe(case.liquid_model).steady()
+    except NoSteadyState as error:
+        return Units(
+            case, {BLOCK: quantities, **given}, [*numbers], [*_scales(scales)], [*notes, f"warning: {error}"], fit
+        )
+    notes += _of_wall(case.liquid_model, flow.wall_rate, scales, fit)
+    rows = [*_scales(scales), *_flow(case.liquid_model, flow, scales)]
+    return Units(case, {BLOCK: quantities, **given}, [*numbers], rows, notes, fit)
 
 
 def _check_left_out(keys: set[str], given: Mapping[str, Any], why: str) -> None:
@@ -190,23 +204,34 @@ def _numbers(case: SceneCase, Re: float) -> Iterator[Row]:
     yield "Re beta^2", f"{Re * max(case.betas) ** 2:.3g}", "Reynolds number of a particle"
 
 
-def _scales(case: SceneCase, scales: Scales) -> Iterator[Row]:
-    """The units, and what the liquid without particles does at the wall if it has a steady flow."""
+def _scales(scales: Scales) -> Iterator[Row]:
     yield "length", f"{scales.length * 1e6:.4g} um", "tube diameter D_c"
     yield "velocity", f"{scales.velocity * 1e3:.4g} mm/s", "mean velocity U_av"
     yield "time", f"{scales.time * 1e3:.4g} ms", "D_c/U_av"
     yield "viscosity", f"{scales.viscosity:.4g} Pa s", "eta_0"
     yield "stress", f"{scales.stress:.4g} Pa", "eta_0 U_av/D_c"
-    liquid = case.liquid_model
-    try:
-        flow = Pipe(liquid).steady()
-    except NoSteadyState:
-        return
+
+
+def _flow(liquid: Liquid, flow: PipeState, scales: Scales) -> Iterator[Row]:
+    """What the liquid without particles does at the wall."""
     yield "wall shear rate", f"{flow.wall_rate / scales.time:.4g} 1/s", "of the flow without particles"
     if liquid.modes:
         yield "Wi at the wall", f"{liquid.longest * flow.wall_rate:.4g}", "Weissenberg number lambda times this rate"
     yield "wall stress", f"{flow.gradient / 4 * scales.stress:.4g} Pa", "shear stress there"
     yield "pressure drop", f"{1e-5 * flow.gradient * scales.stress / scales.length:.4g} kPa/cm", "without particles"
+
+
+def _of_wall(liquid: Liquid, rate: float, scales: Scales, fit: MeasuredLiquid | None) -> Iterator[str]:
+    """Warnings of a shear stress that falls with the rate, and of a rate beyond what was measured."""
+    if falls := falling_stress(liquid, rate):
+        between = " to ".join(f"{each / scales.time:.3g}" for each in falls)
+        bands = (
+            "the flow may form shear bands, and a steady one may not be found; a larger solvent viscosity (xi) helps"
+        )
+        yield f"warning: the shear stress falls with the shear rate from {between} 1/s: {bands}"
+    if fit and rate / scales.time > 1.001 * fit.data.fastest:
+        wall = f"the shear rate at the wall, {rate / scales.time:.4g} 1/s, and those at the particles"
+        yield f"warning: {wall} are beyond the data, which end at {fit.data.fastest:.4g} 1/s: the law is extrapolated"
 
 
 def _distances(case: SceneCase) -> tuple[str, str]:

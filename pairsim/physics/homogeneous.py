@@ -85,6 +85,16 @@ def steady_shear(liquid: Liquid, rates: Array) -> tuple[Array, Array]:
     return viscosity, N1
 
 
+def falling_stress(liquid: Liquid, most: float) -> tuple[float, float] | None:
+    """The shear rates [U_av/D_c] up to `most` between which the shear stress falls, None if it grows all the way.
+
+    A flow at such rates may form shear bands: its steady state is not unique, or is not found.
+    """
+    rates = np.geomspace(1e-3 * most, most, 121)
+    falls = np.flatnonzero(np.diff(rates * steady_shear(liquid, rates)[0]) < 0)
+    return (float(rates[falls[0]]), float(rates[falls[-1] + 1])) if len(falls) else None
+
+
 def _sheared(liquid: Liquid, law: ConformationLaw, rates: Array) -> Array:
     """The conformation of a mode in steady shear, shape (4, n)."""
     alone = replace(law, time=1.0, weight=1.0)

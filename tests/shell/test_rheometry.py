@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 from support.commands import Pairsim
 
-from pairsim.api.rheometer import keys_of, read_measured, sentences
+import pairsim
+from pairsim.api.rheometer import keys_of, sentences
 from pairsim.physics.homogeneous import moduli, steady_shear
 from pairsim.physics.liquids import Liquid, Newtonian
 from pairsim.physics.liquids.carreau import Carreau
@@ -18,6 +20,7 @@ from pairsim.runtime.arrays import Array
 
 RATES = np.logspace(-2, 3, 26)
 NOISE = 0.02
+GIESEKUS = Liquid(Newtonian(), 0.025, 0.08, (Giesekus(alpha=0.15),))
 EXPERIMENT = ("--tube", "50um", "--particle", "20um", "--flow", "1ul/min", "--modulus", "5kPa")
 
 
@@ -61,20 +64,105 @@ def test_a_liquid_of_three_modes_comes_back() -> None:
 
 def test_a_curve_that_no_law_describes_is_told_to_be_one() -> None:
     data = Measured(RATES, noisy(np.exp(np.sin(1.5 * np.log(RATES))), 1), np.full(len(RATES), np.nan))
-    found = fits(data)
-    assert "no law tried describes these data" in sentences(found, data)[-1]
+    assert "no law tried describes these data" in " ".join(sentences(fits(data), data))
+
+
+@pytest.mark.parametrize("points", [6, 8, 11, 25])
+def test_a_yield_stress_is_told_however_few_points_there_are(points: int) -> None:
+    rates = np.geomspace(1e-2, 1e3, points)
+    data = Measured(rates, 1 + 10 / rates, np.full(points, np.nan))
+    said = " ".join(sentences(fits(data), data))
+    assert "no law tried describes these data" in said
+    assert "a yield stress" in said
+
+
+def test_six_points_of_a_carreau_liquid_are_described() -> None:
+    rates = np.geomspace(1e-2, 1e3, 6)
+    eta = 0.7 * steady_shear(Liquid(Carreau(n=0.45, Cu=0.8)), rates)[0]
+    for seed in range(5):
+        data = Measured(rates, noisy(eta, seed), np.full(6, np.nan))
+        assert described(fits(data)[0], data)
+
+
+MODULI = moduli(GIESEKUS, RATES)
+SPECTRUM = Measured(frequency=RATES, storage=noisy(0.04 * MODULI[0], 3), loss=noisy(0.04 * MODULI[1], 4))
+
+
+def test_what_moduli_do_not_determine_is_said() -> None:
+    best, *_ = found = fits(SPECTRUM, ["giesekus"])
+    assert holds(best, eta_0=0.04, De=0.08, xi=0.025)
+    assert not best.numbers["alpha"].determined
+    said = " ".join(sentences(found, SPECTRUM, chosen=True))
+    assert "alpha = 0.2 (not determined by these data)" in said
+    assert "moduli do not tell how the viscosity falls with the rate" in said
+    either = fits(SPECTRUM, ["oldroyd-b", "giesekus"])
+    assert "Oldroyd-B is taken, and other laws fit as well" in " ".join(sentences(either, SPECTRUM))
+
+
+@pytest.mark.slow
+def test_a_solvent_that_normal_stresses_do_not_show_has_an_upper_limit_or_is_held() -> None:
+    data = flow_curve(GIESEKUS, 0.04)
+    (free,) = fits(data, ["giesekus"])
+    assert free.numbers["xi"].most < 0.1
+    (held,) = found = fits(data, ["giesekus"], {"solvent": 1e-3})
+    assert held.numbers["xi"].given
+    assert held.liquid.xi * held.eta_0 == pytest.approx(1e-3)
+    assert holds(held, eta_0=0.04, De=0.08, alpha=0.15)
+    assert "xi = 0.02" in sentences(found, data)[0]
+
+
+def test_a_viscosity_alone_takes_a_time_that_is_known() -> None:
+    viscous = flow_curve(Liquid(Carreau(n=0.45, Cu=0.8)), 0.7)
+    assert "De = 0 is assumed" in " ".join(sentences(fits(viscous), viscous))
+    elastic = Measured(RATES, noisy(0.04 * steady_shear(GIESEKUS, RATES)[0], 1), np.full(len(RATES), np.nan))
+    (best,) = fits(elastic, ["giesekus"], {"relaxation": 0.08, "solvent": 1e-3})
+    assert best.liquid.De == 0.08
+    assert holds(best, eta_0=0.04, alpha=0.15)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_noisy_power_law_becomes_a_case(seed: int, tmp_path: Path) -> None:
+    rows = zip(RATES, noisy(0.4 * RATES**-0.4, seed), strict=True)
+    (tmp_path / "flow.csv").write_text("rate [1/s],eta [Pa.s]\n" + "".join(f"{x:g},{y:g}\n" for x, y in rows))
+    found = pairsim.units(rheology=tmp_path / "flow.csv", tube="50um", particle="20um", flow_rate="1ul/min")
+    written = tmp_path / "case.yaml"
+    written.write_text(found.case_file("case"))
+    assert pairsim.load(written).liquid_model == found.case.liquid_model
 
 
 def test_a_file_becomes_a_case(pairsim: Pairsim, tmp_path: Path) -> None:
     data = flow_curve(Liquid(Carreau(n=0.45, Cu=0.8)), 0.7)
     rows = "".join(f"{rate:g},{1e3 * eta:g}\n" for rate, eta in zip(data.rate, data.viscosity, strict=True))
     (tmp_path / "flow.csv").write_text(f"shear rate [1/s],viscosity [mPa.s]\n{rows}")
-    assert read_measured(tmp_path / "flow.csv", None)[0].viscosity == pytest.approx(data.viscosity, rel=1e-5)
     done = pairsim("units", "--rheology", "flow.csv", *EXPERIMENT, "-o", "case.yaml")
     assert done.returncode == 0
+    assert "read: flow.csv: 26 points, 0.01 to 1000 1/s, viscosity in mPa.s (column 2" in done.stdout
     assert "fit: Carreau-Yasuda: eta_0 [Pa.s] = 0.7" in done.stdout
+    assert "1/s, and those at the particles are beyond the data, which end at 1000 1/s" in done.stdout
     assert (tmp_path / "case-fit.png").stat().st_size > 10_000
+    case = (tmp_path / "case.yaml").read_text()
+    assert re.search(r"viscosity: 0\.\d+ Pa\.s # zero-shear viscosity .*, 95 %: 0\.6\d+ to 0\.7\d+\n", case)
+    assert re.search(r"'n': 0\.4\d+ +# flow index .*|'n': 0\.4\d+ +# 95 %: 0\.4\d+ to 0\.4\d+\n", case)
+    assert "# a viscosity alone does not tell" in case
     assert pairsim("run", "case.yaml", "--dry-run").returncode == 0
+
+
+def test_a_shear_stress_that_falls_with_the_rate_is_told(pairsim: Pairsim) -> None:
+    flow = (
+        "--tube",
+        "50um",
+        "--particle",
+        "20um",
+        "--velocity",
+        "1mm/s",
+        "--viscosity",
+        "1Pa.s",
+        "--solvent",
+        "1mPa.s",
+    )
+    liquid = ("--relaxation", "50ms", "--liquid", "giesekus", "--alpha")
+    assert "the shear stress falls with the shear rate from" in pairsim("units", *flow, *liquid, "0.9").stdout
+    assert "the shear stress falls" not in pairsim("units", *flow, *liquid, "0.2").stdout
 
 
 def test_a_pressure_gives_the_mean_velocity(pairsim: Pairsim, tmp_path: Path) -> None:
