@@ -83,7 +83,7 @@ def moduli(
     else:
         notes.append("the file does not say the size of a pixel: deformations are as measured")
     stress, of_index, words = _stress(meta, setup, carrier, temperature, events.get("temp"))
-    mean = float(np.mean(stress))
+    mean = float(np.nanmean(stress))
     look_up = look_up * [(setup[WIDTH] / meta["channel_width"]) ** 2, 1.0, mean, 1.0]
     modulus, error = modulus_at(look_up, area, deformation)
     modulus = modulus * stress / mean
@@ -216,13 +216,17 @@ def _stress(
     if name == OF_TABLE:
         K, n, words = own_K, own_n, f"that of the table, n = {own_n:.4g}"
     else:
-        T = ZERO_CELSIUS + (float(setup.get("setup:temperature", np.nan)) if measured is None else measured)
-        T = kelvin_of(temperature) if temperature else T
-        if not np.isfinite(T).all():
+        T: Any = ZERO_CELSIUS + float(setup.get("setup:temperature", np.nan))
+        if temperature:
+            T = kelvin_of(temperature)
+        elif measured is not None and np.isfinite(measured).any():
+            T = ZERO_CELSIUS + measured
+        if not np.isfinite(T).any():
             raise InputError("pairsim moduli", "--temperature", None, "must be given: the file does not have it")
         K, n = methyl_cellulose(name, T)
-        celsius, (least, most) = float(np.mean(T)) - ZERO_CELSIUS, MEASURED
+        celsius, (least, most) = float(np.nanmean(T)) - ZERO_CELSIUS, MEASURED
         beyond = "" if least <= celsius <= most else f" (measured from {least} to {most} degC)"
-        words = f"{name} at {celsius:.3g} degC{beyond}, n = {np.mean(n):.4g} (table: {own_n:.4g})"
+        words = f"{name} at {celsius:.3g} degC{beyond}, n = {np.nanmean(n):.4g} (table: {own_n:.4g})"
     stress = K * wall_rate(flow_rate, width, n) ** n / (own_K * wall_rate(own_flow_rate, own_width, own_n) ** own_n)
-    return stress, OF_INDEX * abs(n - own_n), f"carrier: {words}; stress {np.mean(stress):.4g} times that of the table"
+    words = f"carrier: {words}; stress at the walls {np.nanmean(stress):.4g} times that of the table"
+    return stress, OF_INDEX * abs(n - own_n), words

@@ -87,10 +87,10 @@ def table(
 
         if given := name or (physical is not None and "--physical"):
             raise InputError("pairsim table", given, None, "must be left out with --cytometry")
-        made = look_up_table(directory, channel)
-        for note in made.notes:
+        text, notes = look_up_table(directory, channel)
+        for note in notes:
             typer.echo(f"note: {note}", err=True)
-        _print(made.text, output)
+        _print(text, output)
         return
     import pairsim
     from pairsim.results.tables import csv_text, readable, screen_text

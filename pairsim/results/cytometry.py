@@ -6,7 +6,7 @@ import json
 import time
 from dataclasses import astuple
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 
@@ -45,13 +45,6 @@ UNCORRECTED = (
 )
 
 
-class LookUpTable(NamedTuple):
-    """A table as text, and what is to be said of it."""
-
-    text: str
-    notes: list[str]
-
-
 def in_square(n: float, size: Array, deformation: Array, elastic: bool) -> tuple[Array, Array]:
     """Modulus of a sphere in a square channel over that of the same area and deformation in the equivalent tube.
 
@@ -70,7 +63,7 @@ def in_square(n: float, size: Array, deformation: Array, elastic: bool) -> tuple
     return gradient_in_square(n, RATIO) * (1 + walls), OF_FIT + OF_SMALL / deformation + unlike * walls
 
 
-def look_up_table(directory: Path, channel: Channel = "equivalent") -> LookUpTable:
+def look_up_table(directory: Path, channel: Channel = "equivalent") -> tuple[str, list[str]]:
     """Area and deformation of the convex hull, and Young's modulus 3 G_p, of all shapes in a folder.
 
     Args:
@@ -78,6 +71,9 @@ def look_up_table(directory: Path, channel: Channel = "equivalent") -> LookUpTab
             identifier of the table.
         channel: What the table is for: a square channel that the tube stands for, with or without the correction by
             `in_square`, or the tube.
+
+    Returns:
+        The table as text, and notes on it.
 
     Raises:
         InputError: There are no shapes, a case has no `physical` block, or another tube, flow or liquid than the first
@@ -118,7 +114,7 @@ def look_up_table(directory: Path, channel: Channel = "equivalent") -> LookUpTab
     head = ["BEGIN METADATA", "{", *described.splitlines(), "}", "END METADATA", "", HEAD]
     values = zip(1e12 * scales.length**2 * area, deformation, modulus, strict=True)
     body = ["\t".join(f"{value:.6e}" for value in row) for row in values]
-    return LookUpTable("\n".join([*(f"# {line}".rstrip() for line in head), *body, ""]), notes)
+    return "\n".join([*(f"# {line}".rstrip() for line in head), *body, ""]), notes
 
 
 def _index(liquid: Liquid, part: float = 1.0) -> float:

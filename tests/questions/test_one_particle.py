@@ -13,6 +13,7 @@ from scipy.special import ellipe
 from support.commands import Pairsim
 
 import pairsim as api
+from pairsim.api.moduli import read_look_up_table
 from pairsim.fem.diagnostics import contour
 
 BEAD = {"particles": 1, "beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": "auto"}
@@ -85,7 +86,7 @@ def test_the_hull_closes_the_dent_of_a_rear() -> None:
 
 @pytest.mark.slow
 def test_moduli_are_those_of_a_table_of_cytometry(pairsim: Pairsim, tmp_path: Path) -> None:
-    """A sphere in a power-law liquid, against the table HE-2D-FEM-22 of dclab (COMSOL) at three moduli."""
+    """A sphere in a power-law liquid, against the tables HE-2D-FEM-22 and HE-3D-FEM-22 of dclab at three moduli."""
     case = {
         "command": "shape",
         "base": {
@@ -102,12 +103,16 @@ def test_moduli_are_those_of_a_table_of_cytometry(pairsim: Pairsim, tmp_path: Pa
     assert "--physical: must be left out" in pairsim("table", "beads", "--cytometry", "--physical").stderr
     text = (tmp_path / "lut.txt").read_text()
     meta = json.loads(re.search(r"BEGIN METADATA\n(.*)# END", text, re.DOTALL)[1].replace("#", ""))  # type: ignore[index]
-    assert meta["identifier"] == "beads"
+    assert meta["identifier"] == "pairsim:beads"
     assert meta["channel_width"] == pytest.approx(20, rel=1e-3)
     area, deformation, modulus = np.loadtxt(tmp_path / "lut.txt").T
     assert area == pytest.approx([93.92, 93.83, 93.65], rel=1e-3)
     assert deformation == pytest.approx([0.002650, 0.005471, 0.010980], rel=0.015)
     assert modulus == pytest.approx([2.929, 2.050, 1.464], rel=1e-3)
+    assert pairsim("table", "beads", "--cytometry", "--channel", "square", "-o", "square.txt").returncode == 0
+    modulus, error = read_look_up_table(tmp_path / "square.txt")[1][:, 2:].T
+    assert (abs(modulus / [3.161, 2.176, 1.543] - 1) < error).all()
+    assert error.max() < 0.06
 
 
 def test_a_large_sphere_in_a_thinning_liquid_is_found() -> None:
