@@ -91,7 +91,8 @@ class Case(SceneCase):
     start: Literal["rest", "steady"] = Field(
         "rest",
         description="state at t = 0: unstressed liquid and particles at rest, or the quasi-steady state of the initial "
-        "distances in the developed flow",
+        "distances in the developed flow (default: rest; steady with a physical block, as beads that meet in a tube "
+        "have flowed through it for long)",
     )
     dU_error: bool = Field(
         False,
@@ -109,7 +110,8 @@ class Case(SceneCase):
         elastic = RUN_PER_DE * self.De * slowest_of(dict(self))
         latest = max(SHORTEST_RUN, elastic, *(RUN_PER_CAPILLARY * each for each in soft))
         end = float(f"{min(latest, values.MOST_TIME):.3g}")
-        return super()._defaults() | {"time": {"tol": settings_of(self.accuracy).time_tol, "end": end}}
+        start = {} if self.physical is None else {"start": "steady"}
+        return super()._defaults() | start | {"time": {"tol": settings_of(self.accuracy).time_tol, "end": end}}
 
     @property
     def gaps(self) -> tuple[float, ...]:

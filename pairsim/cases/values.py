@@ -54,7 +54,7 @@ def _named(text: str) -> str:
 
 # Strict: booleans and texts are no numbers.
 Whole = Annotated[int, Field(strict=True)]
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False), AfterValidator(lambda value: value + 0.0)]  # no -0.0
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[Number, Field(gt=0)]
 CaseName = Annotated[str, Field(json_schema_extra={"pattern": NAME}), AfterValidator(_named)]
 DIAMETERS = 1e-3, 0.999  # [D_c]; cell sizes by default follow from the diameter

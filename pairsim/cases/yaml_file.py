@@ -174,12 +174,16 @@ class _Constructor(SafeConstructor):
         lines = {key.value: key.start_mark for key, _ in node.value}
         return {Key(key, Place(lines[key].name, lines[key].line + 1)): value for key, value in values.items()}
 
+    def number(self, node: Node) -> float:
+        return float(self.construct_yaml_float(node)) + 0.0  # no -0.0, which would make another case
+
     def refuse(self, node: Node) -> None:
         raise ConstructorError(None, None, f"tags such as {node.tag} are not allowed", node.start_mark)
 
 
 _Constructor.add_constructor(None, _Constructor.refuse)
 _Constructor.add_constructor("tag:yaml.org,2002:map", _Constructor.group)
+_Constructor.add_constructor("tag:yaml.org,2002:float", _Constructor.number)
 _Constructor.add_constructor("tag:yaml.org,2002:timestamp", _Constructor.construct_yaml_str)
 
 

@@ -19,6 +19,8 @@ from pairsim.computing import QUESTIONS, Question
 from pairsim.computing.many_cases import StudyFile, SweepFile
 
 OF_MANY: dict[str, type[BaseModel]] = {"sweep": SweepFile, "study": StudyFile}
+SAME_END = {"physical.end": "time.end", "time.end": "physical.end"}
+"""A key that a setting replaces, and the other one for the same: a run is prolonged by either."""
 FILES = (*QUESTIONS, *OF_MANY)
 """The kinds of files, by the command that reads them."""
 
@@ -41,6 +43,10 @@ def read_case[C: SceneCase](question: Question[C], path: Path, overrides: tuple[
     """
     data = read_yaml(path)
     forget_numbers(data)
+    for key in {setting.partition("=")[0].strip() for setting in overrides} & SAME_END.keys():
+        group, _, other = SAME_END[key].partition(".")
+        if isinstance(data.get(group), dict):
+            data[group].pop(other, None)
     apply_settings(data, overrides)
     return parse_case(question, data, str(path))
 

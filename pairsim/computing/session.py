@@ -21,6 +21,7 @@ from pairsim.fem.compilation import jit
 from pairsim.results.checkpoint import Checkpoint, check_same, load
 from pairsim.results.folder import CHECKPOINT, kind_of, plain, prepare_folder, read_record, write_json, write_yaml
 from pairsim.results.table_files import TableWriter, read_table
+from pairsim.results.units import TIME, in_unit
 from pairsim.results.xdmf import FieldsWriter
 from pairsim.runtime.errors import EnvironmentFailure, InputError, RunFailure, WriteFailure
 from pairsim.runtime.locks import sole_writer
@@ -166,7 +167,9 @@ class _Session:
                 raise
             outcome = Outcome("failed", failure.reason, str(failure))
         except KeyboardInterrupt as interrupt:
-            how = f" at t = {self._t:g}; continue with pairsim {self.case.kind} --resume" if self.resumable else KEPT
+            at = in_unit(self.case.scales, TIME, self._t, digits=6)
+            go_on = f"continue with pairsim {self.case.kind} --resume {self.folder}"
+            how = f" at t = {at}; {go_on}" if self.resumable else KEPT
             outcome = Outcome("interrupted", "interrupted", f"{str(interrupt) or 'stopped at once'}{how}")
         finally:
             jit.LOG.removeFilter(self._compiling)

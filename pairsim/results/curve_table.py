@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import scipy
 
-from pairsim.results.units import with_error
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.interpolant import CurveInterpolant, Peak, Region
 
@@ -97,9 +96,10 @@ class Zero:
     stable: bool
     error: float | None = None
 
-    def __str__(self) -> str:
-        kind = "stable" if self.stable else "unstable"
-        return f"{with_error(self.d, self.error)} ({kind})"
+    @property
+    def kind(self) -> str:
+        """Stable or unstable."""
+        return "stable" if self.stable else "unstable"
 
 
 def zeros_in(table: Mapping[str, Any], name: str = "d") -> list[Zero]:

@@ -117,7 +117,9 @@ def plain(value: Any, where: str = "") -> Any:
         raise ValueError(f"{where or 'value'} is nan and would be written to a file")
     if isinstance(value, Path):
         return str(value)
-    if value is None or isinstance(value, bool | int | float | str):
+    if isinstance(value, float):
+        return value + 0.0  # no -0.0, which would make another case
+    if value is None or isinstance(value, bool | int | str):
         return value
     raise TypeError(f"{where or 'value'}: cannot write a {type(value).__name__}")
 
@@ -137,6 +139,8 @@ def prepare_folder(folder: Path, overwrite: bool = False, files: Iterable[str] =
         folder.mkdir(parents=True, exist_ok=True)
         if not overwrite and any(file.name not in LOCK_FILES for file in folder.iterdir()):
             allowed = "must be a new or empty folder, unless --overwrite replaces the results in it"
+            if (folder / CHECKPOINT).is_file():
+                allowed += f"; pairsim run --resume {folder} continues its run"
             raise InputError(str(folder), "-o", None, allowed)
         old = [file for name in files for file in (folder / name, part_of(folder / name))]
         for file in (*old, *(file for _, file in frame_files(folder))):

@@ -14,7 +14,7 @@ from pairsim.cases.quantities import LENGTH as A_LENGTH
 from pairsim.cases.quantities import si
 from pairsim.physics.scales import Scales
 from pairsim.results.curve_table import curve_of, forgotten_at, stretch_of
-from pairsim.results.units import TIME, in_unit, scales_in, scales_of, with_error
+from pairsim.results.units import LENGTH, TIME, in_unit, scales_in, scales_of, with_error
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 from pairsim.solvers.curves.interpolant import CurveInterpolant
@@ -49,19 +49,21 @@ class Travel:
 
     def __str__(self) -> str:
         """The answer of `pairsim travel`."""
-        time, length = with_error(self.time, self.time_error), with_error(self.length, self.length_error)
-        lines = [
-            f"from d = {self.start:g} to {self.stop:g}: {time} D_c/U_av and {length} D_c of tube "
-            f"(mean velocity {self.length / self.time:.4g} U_av)"
-        ]
-        if self.scales is not None:
-            millimetres = 1e3 * self.scales.length
-            tube = with_error(self.length * millimetres, self.length_error * millimetres)
-            seconds = in_unit(self.scales, TIME, self.time, self.time_error)
-            lines.append(f"in physical units: {seconds} and {tube} mm of tube")
+        scales, velocity = self.scales, self.length / self.time
+        start, stop = (in_unit(scales, LENGTH, d, digits=6) for d in (self.start, self.stop))
+        time = in_unit(scales, TIME, self.time, self.time_error)
+        if scales is None:
+            tube, mean = f"{with_error(self.length, self.length_error)} D_c", f"{velocity:.4g} U_av"
+            time = f"{time} D_c/U_av"
+        else:
+            millimetres = 1e3 * scales.length
+            tube = f"{with_error(millimetres * self.length, millimetres * self.length_error)} mm"
+            mean = f"{1e3 * scales.velocity * velocity:.4g} mm/s"
+        lines = [f"from d = {start} to {stop}: {time} and {tube} of tube (mean velocity {mean})"]
         if self.forgotten is not None:
-            known = f"from d = {self.forgotten:.3g} on" if self.forgotten < np.inf else "nowhere on this curve"
-            lines.append(f"the start at d = {self.start:g} is forgotten {known}; until then dU depends on it")
+            there = in_unit(scales, LENGTH, self.forgotten, digits=3)
+            known = f"from d = {there} on" if self.forgotten < np.inf else "nowhere on this curve"
+            lines.append(f"the start at d = {start} is forgotten {known}; until then dU depends on it")
         return "\n".join(lines)
 
 

@@ -69,17 +69,17 @@ def scales_of(record: Mapping[str, Any], source: str) -> Scales:
     return scales
 
 
-def with_error(value: float, error: float | None, sign: str = "") -> str:
+def with_error(value: float, error: float | None, sign: str = "", digits: int = 4) -> str:
     """A number with its error: (1.567 +- 0.004)e-3.
 
     Args:
         value: The number.
-        error: Half-width of its interval, shown to one digit (two where it begins with 1). None: the number is shown to
-            four digits.
+        error: Half-width of its interval, shown to one digit (two where it begins with 1).
         sign: "+" shows the sign of positive numbers, too.
+        digits: Those of a number without an error.
     """
     if error is None or not math.isfinite(error) or error <= 0:
-        return f"{value:{sign}.4g}"
+        return f"{value:{sign}.{digits}g}"
     exponent = math.floor(math.log10(max(abs(value), error)))
     scale = 1.0 if -2 <= exponent < 4 else 10.0**exponent
     digits = -math.floor(math.log10(error / scale))
@@ -89,7 +89,10 @@ def with_error(value: float, error: float | None, sign: str = "") -> str:
     return text if scale == 1.0 else f"({text})e{exponent}"
 
 
-def in_unit(scales: Scales, unit: Unit, value: float, error: float | None = None, sign: str = "") -> str:
-    """A number with its error in the physical unit in place of a unit of columns, such as 10.0 +- 0.5 um."""
-    size = unit.size(scales)
-    return f"{with_error(size * value, None if error is None else size * error, sign)} {unit.physical}"
+def in_unit(
+    scales: Scales | None, unit: Unit, value: float, error: float | None = None, sign: str = "", digits: int = 4
+) -> str:
+    """A number with its error as `with_error`, in the physical unit such as 10.0 +- 0.5 um; without scales as it is."""
+    size = unit.factor(scales)
+    text = with_error(size * value, None if error is None else size * error, sign, digits)
+    return text if scales is None else f"{text} {unit.physical}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 from typing import Any
@@ -16,10 +17,12 @@ from pairsim.questions.curve.answer import answer_of_curve
 from pairsim.questions.curve.function import Curve
 from pairsim.questions.run.answer import answer_of_run
 from pairsim.results.curve_table import Zero
+from pairsim.results.folder import prepare_folder
 from pairsim.results.settled import SETTLED, start_up
 from pairsim.results.units import with_error
 from pairsim.runtime.errors import (
     BranchEnd,
+    InputError,
     MeshFailure,
     NewtonFailure,
     NoSteadyState,
@@ -52,23 +55,24 @@ def logarithmic(zero: float, rate: float, error: float, count: int = 3) -> dict[
     return curve_table(d, rate * np.log(d / zero), rate / d, dU_error=np.full(count, error))
 
 
+BEYOND = ", the end of this curve; beyond it |dU| may be larger."
 CURVES = [
     (
         (logarithmic(0.2, 1e-3, 1e-5), [Zero(0.2, False, 0.002)]),
         "The pair comes closer between d = 0.1 and 0.2, separates between d = 0.2 and 0.3. "
         "It keeps its distance at d = 0.200 +- 0.002 (unstable).",
-        "Largest |dU|: (-6.93 +- 0.10)e-4 at d = 0.100 +- 0.002.",
+        "Largest |dU|: (-6.93 +- 0.10)e-4 at d = 0.100 +- 0.002" + BEYOND,
     ),
     (
         (logarithmic(0.2, -1e-3, 1e-5), [Zero(0.2, True)]),
         "The pair separates between d = 0.1 and 0.2, comes closer between d = 0.2 and 0.3. "
         "It keeps its distance at d = 0.2 (stable).",
-        "Largest |dU|: (+6.93 +- 0.10)e-4 at d = 0.100 +- 0.002.",
+        "Largest |dU|: (+6.93 +- 0.10)e-4 at d = 0.100 +- 0.002" + BEYOND,
     ),
     (
         (logarithmic(0.05, 1e-3, 1e-5), []),
         "The pair separates between d = 0.1 and 0.3.",
-        "Largest |dU|: (+1.792 +- 0.010)e-3 at d = 0.300 +- 0.005.",
+        "Largest |dU|: (+1.792 +- 0.010)e-3 at d = 0.300 +- 0.005" + BEYOND,
     ),
     (
         (logarithmic(0.2, 1e-12, 1e-5), []),
@@ -134,13 +138,17 @@ def test_a_case_in_units_has_its_answer_in_units() -> None:
     """D_c 50 um and U_av 10 mm/s: 5 ms, and 10 um/s for dU = 1e-3."""
     record = {"scales": {"length": 50e-6, "velocity": 10e-3, "time": 5e-3, "stress": 170.0}}
     run = series(1.0, [0.1, 0.12], [1e-3, 1.5e-3], dU_error=[1e-5, 1e-5])
-    assert answer_of_run(run, record)[1:] == [
-        "In physical units: from d = 5 um to 6 um in 0.005 s, dU = +15.00 +- 0.10 um/s at the end."
+    assert answer_of_run(run, record) == [
+        "The pair separates: from d = 5 um at t = 0 s to d = 6 um at t = 0.005 s, dU = +15.00 +- 0.10 um/s at the end."
     ]
+    starting = answer_of_run(series(2.0, [0.1, 0.09], [-1e-2, -1e-2]), record | settled(-4e-3, 5e-5))[0]
+    assert "-40.0 +- 0.5 um/s once the start-up has decayed" in starting
+    assert starting.endswith("(physical.end = 0.034 s would do).")
     curve = logarithmic(0.2, 1e-3 / np.log(2), 1e-6)
-    assert answer_of_curve(curve, [Zero(0.2, False, 0.01)], record)[1::2] == [
-        "In physical units: it keeps its distance at d = 10.0 +- 0.5 um.",
-        "In physical units: -10.000 +- 0.010 um/s at d = 5 um.",
+    assert answer_of_curve(curve, [Zero(0.2, False, 0.01)], record) == [
+        "The pair comes closer between d = 5 um and 10 um, separates between d = 10 um and 15 um. "
+        "It keeps its distance at d = 10.0 +- 0.5 um (unstable).",
+        "Largest |dU|: -10.000 +- 0.010 um/s at d = 5 um" + BEYOND,
     ]
     assert answer_of_critical([Zero(0.1, False), Zero(0.2, False)], record) == [
         "2 unstable critical distances, d = 0.1 to 0.2 (5 um to 10 um): "
@@ -183,6 +191,18 @@ def test_nobody_is_told_to_repeat_what_fails_in_the_same_way(kind: str, again: s
     assert again in advice(kind, "interrupted", "interrupted", "SIGINT")
 
 
+def test_what_comes_next_works_for_the_run_that_it_is_printed_for(tmp_path: Path) -> None:
+    assert advice("run", "finished", "end").endswith("pairsim run --resume out --set time.end=... continues.")
+    assert advice("run", "finished", "contact") == "Next: pairsim plot out draws it."
+    assert "--set limits.max_gap=..." in advice("run", "finished", "max_gap")
+    scales = {"length": 50e-6, "velocity": 10e-3, "time": 5e-3, "stress": 170.0}
+    (tmp_path / "run.json").write_text(json.dumps({"scales": scales}))
+    assert "--set physical.end=..." in advice("run", "finished", "end", folder=tmp_path)
+    (tmp_path / "checkpoint.npz").touch()
+    with pytest.raises(InputError, match=f"pairsim run --resume {tmp_path} continues"):
+        prepare_folder(tmp_path)
+
+
 @pytest.mark.parametrize("limit", [WallTime, TooManySteps])
 def test_run_that_meets_a_limit_goes_on_with_a_larger_one(limit: type[RunFailure]) -> None:
     """With the same limit it would end at once."""
@@ -221,7 +241,8 @@ UNDECIDED = "may separate or come closer (not decided: the interval of dU holds 
         (
             -5e-6,  # contradicts the curve within the errors of both
             (2e-5, 1.5e-5),
-            UNDECIDED + ": {}, dU = -5e-06 at the end, (+2 +- 2)e-5 in quasi-steady motion there.",
+            UNDECIDED + ": {}, dU = -5e-06 at the end, (+2 +- 2)e-5 in quasi-steady motion there. "
+            "The first holds for this run, the second for a pair that has forgotten its start.",
         ),
         (1e-12, (2e-12, 1e-14), "keeps its distance: {}, dU = +1e-12 at the end."),
     ],
@@ -294,6 +315,16 @@ def test_a_run_that_ends_in_contact_collides_and_one_whose_dU_is_below_its_error
     (line,) = answer_of_run(series(1.0, [0.1, 0.1], [1e-4, 1e-4], dU_error=[2e-4, 2e-4]), {})
     assert line.startswith(f"The pair {UNDECIDED}: ")
     assert line.endswith("dU = (+1 +- 2)e-4 at the end.")
+
+
+@pytest.mark.parametrize("status", ["running", "interrupted", "failed"])
+def test_a_run_that_has_not_come_to_its_end_has_no_sign_that_its_start_up_makes(status: str) -> None:
+    run, record = series(0.1, [0.1, 0.09], [-1e-2, -1e-2]), {"status": status, "start": "rest"}
+    assert answer_of_run(run, record) == [
+        "The pair moved from d = 0.1 at t = 0 to d = 0.09 at t = 0.1, dU = -0.01 at the end; "
+        "what it does once its start-up has decayed is not known yet."
+    ]
+    assert answer_of_run(run, record | {"start": "steady"})[0].startswith("The pair comes closer: ")
 
 
 def test_every_gap_of_three_particles_has_its_line() -> None:

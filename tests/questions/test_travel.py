@@ -172,5 +172,5 @@ def test_without_memory_a_start_is_forgotten_at_once_and_without_decay_times_it_
 def test_the_answer_says_so_where_it_is_far() -> None:
     slow = answer_of_curve(decaying(0.2, 1.0, dU_held=1.1 * 0.2 * D), [], {})[1]
     assert slow.startswith("A pair that starts at d = 0.05 follows this curve from d = 0.091")
-    assert "held distance: 10 % more" in slow
+    assert "held distance: dU_held, 10 % more" in slow
     assert "forgotten" not in "".join(answer_of_curve(decaying(0.2, 0.02), [], {}))

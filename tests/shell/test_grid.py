@@ -86,6 +86,7 @@ def test_the_same_case_twice_is_computed_once(tmp_path: Path) -> None:
     grid = grid_of(tmp_path, text)
     assert column(grid, "d0") == [0.1, 0.2, 0.3]
     assert grid.duplicates == 5
+    assert len(grid_of(tmp_path, "grid: {Ca_e: [0, -0.0]}\n").cases) == 1
 
 
 def test_outputs_and_limits_make_another_case(tmp_path: Path) -> None:

@@ -83,7 +83,7 @@ def test_report_of_an_experiment_is_in_its_units(tmp_path: Path) -> None:
     folder = a_curve(tmp_path / "beads", scales=scales)
     page = report(folder).read_text(encoding="utf-8")
     words = text_of(page)
-    assert "In physical units: " in words
+    assert "between d = 2.5 um and" in words
     assert " ± " in words
     assert "d [um] dU [um/s]" in words
     assert [row[0] for row in rows_of(page)] == ["2.5", "5", "10", "20", "30"]

@@ -70,6 +70,16 @@ def test_block_becomes_the_numbers_worked_by_hand() -> None:
     assert case(bench(), De=case(bench()).De, beta=0.4) == case(bench()), "numbers that agree may stand beside it"
 
 
+def test_a_run_of_an_experiment_begins_quasi_steady_and_its_end_is_set_in_either_unit(tmp_path: Path) -> None:
+    assert (case(bench()).start, case(bench(), start="rest").start) == ("steady", "rest")
+    file = tmp_path / "case.yaml"
+    for end, setting, seconds in (("50 ms", "time.end=4", 4 / RATE), (None, "physical.end=20ms", 20e-3)):
+        content = bench(end=end) | ({} if end else {"time": {"end": 9.0}})
+        file.write_text(yaml.safe_dump(content | {"ends": "developed", "length": "auto"}))
+        found = read_case(QUESTIONS["run"], file, (setting,))
+        assert found.time.end / RATE == pytest.approx(seconds)
+
+
 @pytest.mark.parametrize(
     ("changes", "same"),
     [
@@ -263,7 +273,11 @@ def test_units_writes_a_case_only_when_asked_and_replaces_none(tmp_path: Path, m
 
 BEADS = "physical: {{tube: 1 mm, particle: 0.4 mm, velocity: 5 mm/s, young: 1.5 kPa, viscosity: 10 Pa.s, {}}}\n"
 MESH = "ends: developed\nlength: auto\nmesh: {Np: 20}\n"
-RUN = BEADS.format("distance: 90 um, end: 20 s") + MESH + "limits: {max_gap: 0.16}\noutput: {fields: false}\n"
+RUN = (
+    BEADS.format("distance: 90 um, end: 20 s")
+    + MESH
+    + "start: rest\nlimits: {max_gap: 0.16}\noutput: {fields: false}\n"
+)
 CURVE = BEADS.format("distance: {start: 80 um, stop: 180 um, num: 3}") + MESH
 
 
@@ -287,20 +301,23 @@ def test_run_and_curve_in_units(tmp_path: Path, pairsim: Pairsim) -> None:
     }
 
     plain, converted = (header_and_rows(pairsim("table", "run", *more).stdout) for more in (["--dimensionless"], []))
-    assert plain[0][:5] == ["t [D_c/U_av]", "d [D_c]", "U_L [U_av]", "U_T [U_av]", "dU [U_av]"]
-    assert converted[0][:8] == ["t [s]", "d [um]", "U_L [um/s]", "U_T [um/s]", "dU [um/s]", "D_L", "D_T", "dp [Pa]"]
-    assert converted[1][:, :8] == pytest.approx(plain[1][:, :8] * [0.2, 1e3, 5e3, 5e3, 5e3, 1, 1, 50])
+    assert plain[0] == ["t [D_c/U_av]", "d [D_c]", "dU [U_av]", "U_L [U_av]", "U_T [U_av]"]
+    assert converted[0] == ["t [s]", "d [um]", "dU [um/s]", "U_L [um/s]", "U_T [um/s]"]
+    assert converted[1] == pytest.approx(plain[1] * [0.2, 1e3, 5e3, 5e3, 5e3])
+    whole, _ = header_and_rows(pairsim("table", "run", "--all").stdout)
+    assert whole[:8] == [*converted[0], "D_L", "D_T", "dp [Pa]"]
     assert pairsim("table", "curve", "equilibria", "-o", "zeros.csv").returncode == 0
-    assert (tmp_path / "zeros.csv").read_text().startswith("d [um],stable,slope [1/s],peak")
+    assert (tmp_path / "zeros.csv").read_text().startswith("d [um],d_error [um],stable,slope [1/s],peak")
 
     way = pairsim("travel", "curve", "--from", "110um", "--to", "0.15")
     assert way.returncode == 0, way.stderr
-    numbers = re.findall(r"([\d.]+) \+- [\d.]+ (?:D_c/U_av|D_c of|s and|mm of)", way.stdout)
-    t, z, seconds, mm = map(float, numbers)
-    assert (seconds, mm) == pytest.approx((0.2 * t, z), rel=1e-3)
+    quick = curve.travel(0.11, 0.15)
+    assert way.stdout.startswith("from d = 110 um to 150 um: ")
+    seconds, mm = map(float, re.findall(r"([\d.]+) \+- [\d.]+ (?:s and|mm of)", way.stdout))
+    assert (seconds, mm) == pytest.approx((0.2 * quick.time, quick.length), rel=1e-3)
 
     # The run passes the same distances after its transient; the meshes with N_p 20 differ by 2 %.
-    series, quick = read_table(tmp_path / "run" / "series.csv"), curve.travel(0.11, 0.15)
+    series = read_table(tmp_path / "run" / "series.csv")
     grows = slice(int(np.argmin(series["d"])), None)
     U = (series["U_L"] + series["U_T"]) / 2
     moved = np.concatenate([[0.0], np.cumsum(np.diff(series["t"]) * (U[1:] + U[:-1]) / 2)])

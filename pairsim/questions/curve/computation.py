@@ -19,6 +19,7 @@ from pairsim.results.columns import (
     curve_columns,
 )
 from pairsim.results.fields import SteadyMoment, frame
+from pairsim.results.units import FORCE, LENGTH, VELOCITY, in_unit
 from pairsim.results.xdmf import FieldFrame
 from pairsim.runtime.errors import RunFailure
 from pairsim.runtime.monitor import Monitor
@@ -54,11 +55,12 @@ def computation(case: CurveCase, monitor: Monitor, sensitivities: bool, warm_sta
                 yield events.Row("curve", point_row(point) | {"wanted": float(wanted)})
                 if any(abs(point.d - d) < 1e-9 * d for d in case.fields):
                     yield events.Frame(_frame(point.d, branch.solver))
-                yield events.Progress(min(count, expected), _shown(point, count), count)
+                yield events.Progress(min(count, expected), _shown(case, point, count), count)
             message = f"{len(points)} points"
             if case.n == 2 and case.velocity is None:
                 zeros = yield from _zeros(branch, points)
-                message += f"; dU = 0: {', '.join(map(_said, zeros)) or 'at no d'}"
+                found_zeros = ", ".join(_said(case, zero) for zero in zeros)
+                message += f"; dU = 0: {found_zeros or 'at no d'}"
             return events.Outcome("finished", "end", message)
         return found.outcome  # the branch ends before all distances were reached
     finally:
@@ -73,17 +75,16 @@ def _columns(case: CurveCase, sensitivities: bool) -> list[str]:
     return [*columns, *health_columns(case)]
 
 
-def _shown(point: Point, count: int) -> str:
+def _shown(case: CurveCase, point: Point, count: int) -> str:
     """A line of progress for a point."""
-    o = point.observation
-    gaps = f"d = {', '.join(f'{d:.5f}' for d in point.gaps)}  " if point.gaps else ""
-    if len(o.F):
-        name, values = "F", ", ".join(f"{F:.6g}" for F in o.F)
-    elif o.U.size > 1:
-        name, values = "dU", ", ".join(f"{dU:+.4e}" for dU in o.dU)
-    else:
-        name, values = "U", f"{o.U[0]:.6f}"
-    return f"{gaps}{name} = {values}  Newton {point.newton}  point {count}"
+    o, scales = point.observation, case.scales
+    gaps = ", ".join(in_unit(scales, LENGTH, d, digits=5) for d in point.gaps)
+    forces = ", ".join(in_unit(scales, FORCE, F, digits=6) for F in o.F)
+    relative = ", ".join(in_unit(scales, VELOCITY, dU, sign="+") for dU in o.dU)
+    moves = (
+        f"F = {forces}" if forces else f"dU = {relative}" if relative else f"U = {in_unit(scales, VELOCITY, o.U[0])}"
+    )
+    return f"{f'd = {gaps}  ' if gaps else ''}{moves}  Newton {point.newton}  point {count}"
 
 
 def _frame(d: float, solver: SteadySolver) -> FieldFrame:
@@ -118,10 +119,10 @@ def _zeros(branch: Branch, points: list[Point]) -> Generator[events.Event, None,
     return result
 
 
-def _said(zero: Equilibrium) -> str:
+def _said(case: CurveCase, zero: Equilibrium) -> str:
     """A zero in words."""
     kind = "stable" if zero.stable else "unstable"
-    return f"{kind} at d = {zero.d:.5g}{'' if zero.certain else ' (uncertain)'}"
+    return f"{kind} at d = {in_unit(case.scales, LENGTH, zero.d, digits=5)}{'' if zero.certain else ' (uncertain)'}"
 
 
 def _end(case: CurveCase, found: Solutions) -> Iterator[events.Event]:

@@ -26,6 +26,7 @@ from pairsim.cli.options import Budget, DryRun, Output, Overwrite, Progress, Qui
 from pairsim.computing import events
 from pairsim.computing.question import InSweeps, Question, rows_in
 from pairsim.results.columns import names_of
+from pairsim.results.units import scales_in
 from pairsim.runtime.errors import InputError
 
 if TYPE_CHECKING:
@@ -83,8 +84,12 @@ class RunResult(Result):
         return answer_of_run(self.columns, self.record)
 
     def afterwards(self) -> str:
-        folder = self._place
-        return f"pairsim plot {folder} draws it; pairsim run --resume {folder} --set time.end=... continues"
+        drawn = f"pairsim plot {self._place} draws it"
+        if self.reason == "contact":
+            return drawn
+        end = "time.end" if scales_in(self.record) is None else "physical.end"
+        key = "limits.max_gap" if self.reason == "max_gap" else end
+        return f"{drawn}; pairsim run --resume {self._place} --set {key}=... continues"
 
 
 QUESTION = Question(

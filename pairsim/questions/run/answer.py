@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from pairsim.computing.answer import shapes_in
-from pairsim.results.columns import error_of, suffixes_in
+from pairsim.results.columns import column, error_of, suffixes_in
 from pairsim.results.settled import NOTHING, SETTLED, Settled
-from pairsim.results.units import LENGTH, TIME, VELOCITY, in_unit, scales_in, with_error
+from pairsim.results.units import LENGTH, TIME, VELOCITY, in_unit, scales_in
 from pairsim.runtime.arrays import Array
 
 MOST_GAPS = 3  # that have a sentence each
@@ -29,18 +29,12 @@ def answer_of_run(series: Mapping[str, Array], record: Mapping[str, Any]) -> lis
         who = "The pair" if len(gaps) == 1 else f"Gap {i + 1}"
         d, (dU, error), settled = series[f"d{gap}"], _last_dU(series, gap), Settled.of(record, i)
         lines.append(f"{who} {_motion(series['t'], d, dU, error, settled, record)}")
-        if scales is not None:
-            first, last = (f"{each:.5g} um" for each in d[[0, -1]] * LENGTH.factor(scales))
-            took, speed = (
-                in_unit(scales, TIME, series["t"][-1] - series["t"][0]),
-                in_unit(scales, VELOCITY, dU, error, "+"),
-            )
-            lines.append(f"In physical units: from d = {first} to {last} in {took}, dU = {speed} at the end.")
     if gaps and (message := record.get(SETTLED, {}).get("message")):
         lines.append(f"Whether the start-up has decayed is not known: {message}.")
     if not gaps:
-        velocities = ", ".join(f"U{each} = {series[f'U{each}'][-1]:.6g}" for each in suffixes_in(series, "U"))
-        lines.append(f"At t = {series['t'][-1]:.4g}: {velocities or f'dp = {series["dp"][-1]:.6g}'}.")
+        names = [*(f"U{each}" for each in suffixes_in(series, "U"))] or ["dp"]
+        values = (f"{name} = {in_unit(scales, column(name).unit, series[name][-1], digits=6)}" for name in names)
+        lines.append(f"At t = {in_unit(scales, TIME, series['t'][-1])}: {', '.join(values)}.")
     return [*lines, *shapes_in(series, -1, "at the end")]
 
 
@@ -50,16 +44,19 @@ def _train(series: Mapping[str, Array], gaps: Sequence[str], record: Mapping[str
     for i, gap in enumerate(gaps):
         settled = Settled.of(record, i)
         signs.append(_sign(settled.dU, settled.error) if settled else _sign(*_last_dU(series, gap)))
-    when = f"at t = {series['t'][-1]:.4g}"
+    scales = scales_in(record)
+    when = f"at t = {in_unit(scales, TIME, series['t'][-1])}"
     if Settled.of(record, 0) is not None:
-        when = f"at the distances of t = {series['t'][-1]:.4g}, once the start-up has decayed"
+        when = f"at the distances of t = {in_unit(scales, TIME, series['t'][-1])}, once the start-up has decayed"
+    elif _starting_up(record):
+        when = f"{when}, before the start-up is known to have decayed"
     words = {1: "separating", -1: "coming closer", 0: "not decided (their intervals of dU hold both signs)"}
     counted = ", ".join(f"{signs.count(sign)} {what}" for sign, what in words.items() if sign in signs)
     first, last = (np.array([series[f"d{gap}"][at] for gap in gaps]) for at in (0, -1))
-    scales, (low, high) = scales_in(record), (int(np.argmin(last)), int(np.argmax(last)))
+    low, high = int(np.argmin(last)), int(np.argmax(last))
 
     def said(d: float) -> str:
-        return f"{d * LENGTH.factor(scales):.5g}{' um' if scales else ''}"
+        return in_unit(scales, LENGTH, d, digits=5)
 
     return [
         *([f"Gap {low + 1} collides."] if record.get("reason") == "contact" else []),
@@ -80,24 +77,39 @@ def _motion(
     t: Array, d: Array, dU: float, error: float | None, settled: Settled | None, record: Mapping[str, Any]
 ) -> str:
     """What a gap does, and its way: a sentence or two without their subject."""
-    way = f"from d = {d[0]:.5g} at t = {t[0]:.3g} to d = {d[-1]:.5g} at t = {t[-1]:.4g}"
-    now = f"dU = {with_error(dU, error, '+')} at the end"
+    scales = scales_in(record)
+
+    def velocity(value: float, half_width: float | None) -> str:
+        return in_unit(scales, VELOCITY, value, half_width, "+")
+
+    places = [f"d = {in_unit(scales, LENGTH, d[i], digits=5)} at t = {in_unit(scales, TIME, t[i])}" for i in (0, -1)]
+    way, now = f"from {places[0]} to {places[1]}", f"dU = {velocity(dU, error)} at the end"
     if record.get("reason") == "contact":
         return f"collides: {way}, {now}."
     if settled is None:
+        if _starting_up(record):
+            return f"moved {way}, {now}; what it does once its start-up has decayed is not known yet."
         sign = _sign(dU, error)
         turned = sign != 0 and np.sign(d[-1] - d[0]) == -sign
         return f"{_moves(sign, dU)}{' in the end, after moving the other way' if turned else ''}: {way}, {now}."
-    sign, later = _sign(settled.dU, settled.error), with_error(settled.dU, settled.error, "+")
+    sign, later = _sign(settled.dU, settled.error), velocity(settled.dU, settled.error)
     if settled.decayed(float(t[-1]), dU, error):
         sign = sign if sign * dU >= 0 else 0
         turned = sign != 0 and np.sign(d[-1] - d[0]) == -sign
         other = f" While it started up it {'came closer' if sign > 0 else 'moved apart'}." if turned else ""
         steady = f", {later} in quasi-steady motion there" if abs(settled.dU) > NOTHING else ""
-        return f"{_moves(sign, settled.dU)}: {way}, {now}{steady}.{other}"
+        apart = steady and abs(dU - settled.dU) > settled.error + (error or 0.0)
+        which = " The first holds for this run, the second for a pair that has forgotten its start." if apart else ""
+        return f"{_moves(sign, settled.dU)}: {way}, {now}{steady}.{which}{other}"
     end = settled.end_needed(float(t[-1]), dU, error)
+    would = f"time.end = {end:g}" if scales is None else f"physical.end = {in_unit(scales, TIME, end)}"
     then = f"{later} once the start-up has decayed: it then {_moves(sign, settled.dU)}"
-    return f"is still starting up: {way}, {now}, {then} (time.end = {end:g} would do)."
+    return f"is still starting up: {way}, {now}, {then} ({would} would do)."
+
+
+def _starting_up(record: Mapping[str, Any]) -> bool:
+    """Whether a run from rest ended before it was judged if its start-up has decayed."""
+    return record.get("start") != "steady" and record.get("status") in ("running", "interrupted", "failed")
 
 
 def _sign(dU: float, error: float | None) -> int:

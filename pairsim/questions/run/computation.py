@@ -27,6 +27,7 @@ from pairsim.results.columns import (
 from pairsim.results.fields import frame
 from pairsim.results.folder import plain
 from pairsim.results.settled import SETTLED
+from pairsim.results.units import LENGTH, TIME, VELOCITY, in_unit
 from pairsim.runtime.errors import RunFailure, TooManySteps, WallTime
 from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.signals import Stopped
@@ -73,10 +74,10 @@ class Run:
     def computation(self) -> events.Events:
         """The computation."""
         case, old = self.case, self.old
-        ended = end_of(self.problem, old.state.history.t[0], old.state.gaps) if old is not None else None
+        ended = end_of(case, self.problem, old.state.history.t[0], old.state.gaps) if old is not None else None
         if self.earlier is not None and self.earlier.finished and ended is not None:
             return ended
-        yield events.Begin(f"to t = {case.time.end:g}", case.time.end)
+        yield events.Begin(f"to {moment(case, case.time.end)}", case.time.end)
         try:
             if old is not None and ended is not None:  # it was killed after its last checkpoint
                 self._entries |= settled_entry(case, self.problem, old.state.gaps, ended)
@@ -85,7 +86,8 @@ class Run:
             columns = [*series_columns(case.n), *self._errors, *names_of(case.n, *HEALTH, *polymer)]
             yield events.Table("series", columns, resumed=True)
             if old is not None:
-                yield events.Note(f"resuming from t = {old.state.history.t[0]:g} (step {old.state.counts.steps})")
+                at = moment(case, old.state.history.t[0])
+                yield events.Note(f"resuming from {at} (step {old.state.counts.steps})")
             elif case.adapts:
                 yield events.Note(f"a coarse run first: it tells which cells accuracy: {case.accuracy} needs")
                 self._adapt(RunAdaptation.begin(self.problem, case.error_wanted))
@@ -136,8 +138,8 @@ class Run:
                     yield from self._fields(transient)
                 checkpoint = partial(Checkpoint, transient.state, resolved, self.adaptation)
                 state = events.Resumable(checkpoint, case.output.checkpoint, convenient=at_output)
-                yield events.Progress(step.t, _shown(step, count), count, state)
-            if (outcome := end_of(self.problem, step.t, transient.gaps)) is not None:
+                yield events.Progress(step.t, _shown(case, step, count), count, state)
+            if (outcome := end_of(case, self.problem, step.t, transient.gaps)) is not None:
                 return outcome
             self.problem.monitor.check()
             if limits.wall_time is not None and (passed := time.perf_counter() - self._begun) > limits.wall_time:
@@ -145,7 +147,7 @@ class Run:
             if count >= limits.max_steps:
                 message = f"{limits.max_steps} steps were taken"
                 raise TooManySteps(message, t=step.t, step=count, advice=ADVICE[TooManySteps])
-        return events.Outcome("finished", "end", f"finished at t = {transient.history.t[0]:g}")
+        return events.Outcome("finished", "end", f"finished at {moment(case, transient.history.t[0])}")
 
     def _fields(self, transient: Transient) -> Iterator[events.Event]:
         """The fields of the last step, unless they were written."""
@@ -164,7 +166,7 @@ class Run:
             state = self.old.state
             entries = _summary(state.counts, state.history.t[0], state.history.y[0].size)
             seconds, errors, extremes = state.seconds, state.run_errors, state.extremes
-        entries |= self._entries
+        entries |= {"start": self.case.start, **self._entries}
         if self.adaptation is not None:
             entries |= {"adaptation": _coarse_run(self.adaptation) | accuracy_of(self.case, errors)[0]}
         yield events.Summary(entries, warnings_of_run(self.case, errors, extremes), seconds)
@@ -198,22 +200,29 @@ def passes_frame(case: Case, t: float, dt: float) -> bool:
     return int(t * rate) > int((t - dt) * rate)
 
 
-def end_of(problem: Problem, t: float, gaps: Sequence[float]) -> events.Outcome | None:
+def moment(case: Case, t: float) -> str:
+    """A time in words, in the units of the case."""
+    return f"t = {in_unit(case.scales, TIME, t, digits=6)}"
+
+
+def end_of(case: Case, problem: Problem, t: float, gaps: Sequence[float]) -> events.Outcome | None:
     """The outcome of a run that has reached its end at a time and distances, else None."""
+    at, scales = moment(case, t), case.scales
     match reason_to_end(problem, t, gaps):
         case "contact":
-            message = f"contact: the gap fell below {problem.min_gap:g} at t = {t:g}"
+            message = f"contact: the gap fell below {in_unit(scales, LENGTH, problem.min_gap)} at {at}"
             return events.Outcome("finished", "contact", message)
         case "max_gap":
-            return events.Outcome("finished", "max_gap", f"the gap exceeded {problem.max_gap:g} at t = {t:g}")
+            widest = in_unit(scales, LENGTH, problem.max_gap or 0.0)
+            return events.Outcome("finished", "max_gap", f"the gap exceeded {widest} at {at}")
         case "tube_too_short":
             message = (
-                f"the particles are only {problem.room(gaps):.3g} D_c from the ends of the tube at t = {t:g}; try a "
+                f"the particles are only {problem.room(gaps):.3g} D_c from the ends of the tube at {at}; try a "
                 "larger length, or limits.max_gap"
             )
             return events.Outcome("failed", "tube_too_short", message)
         case "end":
-            return events.Outcome("finished", "end", f"finished at t = {t:g}")
+            return events.Outcome("finished", "end", f"finished at {at}")
         case None:
             return None
 
@@ -260,11 +269,15 @@ def row_of(step: Step) -> dict[str, float]:
     return table_row(o.U.size, **values)
 
 
-def _shown(step: Step, count: int) -> str:
+def _shown(case: Case, step: Step, count: int) -> str:
     """A line of progress for a step."""
-    o = step.observation
-    gap = f"d = {o.d[0]:.5f}  dU = {o.dU[0]:+.4e}  " if o.d.size == 1 else ""
-    return f"t = {step.t:.4g}  {gap}dt = {step.dt:.2g}  Newton {step.report.iterations}  step {count}"
+    o, scales = step.observation, case.scales
+    gap = ""
+    if o.d.size == 1:
+        d = f"{o.d[0]:.5f}" if scales is None else in_unit(scales, LENGTH, o.d[0], digits=5)
+        gap = f"d = {d}  dU = {in_unit(scales, VELOCITY, o.dU[0], sign='+')}  "
+    t, dt = in_unit(scales, TIME, step.t), in_unit(scales, TIME, step.dt, digits=2)
+    return f"t = {t}  {gap}dt = {dt}  Newton {step.report.iterations}  step {count}"
 
 
 def _summary(counts: Counts, t: float, unknowns: int) -> dict[str, Any]:
