@@ -57,19 +57,6 @@ def test_points_are_added_where_any_gap_of_three_particles_asks_for_them(gap: in
     assert np.abs(curve.values(d) - np.tanh(2 * np.log(d) + 4.5)).max() < 2e-3
 
 
-def test_two_distances_mean_a_range_that_is_looked_at() -> None:
-    """The peak lies between them, and neither value nor slope at the ends tells of it."""
-    branch: Any = Analytic(
-        lambda x: [1 / np.cosh(3 * x + 5) ** 2], lambda x: [-6 * np.tanh(3 * x + 5) / np.cosh(3 * x + 5) ** 2]
-    )
-    branch.solver.parameters = Parameters((1.0,), soft(0.0, 0.0))
-    curve = interpolants(traced(branch, [(1.0,), (0.04,)], 1e-2, 200))[0]
-    assert curve.d[[0, -1]] == pytest.approx([0.04, 1.0])
-    assert abs(curve.peak.dU - 1) < curve.peak.error + 1e-12
-    assert abs(curve.peak.d - np.exp(-5 / 3)) < curve.peak.d_error
-    assert len(curve.d) < 25
-
-
 def test_no_point_is_added_for_the_noise_of_meshes() -> None:
     """dU and slopes of different meshes differ by less than their errors: that is no bend of the curve."""
     noise = np.random.default_rng(1)

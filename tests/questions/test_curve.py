@@ -139,13 +139,14 @@ def test_shipped_case_runs(command: str, tmp_path: Path, pairsim: Pairsim) -> No
     assert len((tmp_path / "out" / f"{command}.csv").read_text().splitlines()) >= 2
     if command == "curve":
         assert pv.get_reader(tmp_path / "out" / "fields.xdmf").time_values == pytest.approx([0.1, 0.3])
-    assert pairsim("plot", "out", "-o", "pictures").returncode == 0
-    assert (tmp_path / "pictures" / f"{command}.png").is_file()
+    else:
+        assert pairsim("plot", "out", "-o", "pictures").returncode == 0
+        assert (tmp_path / "pictures" / "critical.png").is_file()
 
 
 @pytest.mark.slow
 def test_the_estimate_of_dU_is_the_difference_of_those_of_the_velocities() -> None:
-    pair = pairsim.curve(GIESEKUS, De=0.3, Ca_e=[0, 0.1], d=[0.3, 0.1], fields=[], max_points=3, tol=1e-3).check().table
+    pair = pairsim.curve(GIESEKUS, De=0.3, Ca_e=[0, 0.1], fields=[]).check().table
     difference = pair["U_correction_L"] - pair["U_correction_T"]
     assert pair["dU_correction"].to_numpy() == pytest.approx(difference.to_numpy(), rel=1e-9)
 
@@ -195,7 +196,7 @@ def test_a_change_of_sign_between_two_meshes_is_no_zero_and_is_told() -> None:
 @pytest.mark.slow
 def test_critical_distances_follow_the_zeros_of_curves(tmp_path: Path) -> None:
     """At beta .4 there is an unstable distance, smaller for larger Ca_e, as in Fig. 11."""
-    mesh = {"Np": 8, "max_size": 0.15}
+    mesh = {"Np": 8, "max_size": 0.1}  # 0.1 is that of `accuracy: 5%`: no warning of it
     pair = {"beta": 0.4, "De": 0.5, "Ca_e": 0.1, "ends": "developed", "length": 3.0, "mesh": mesh}
     critical = pairsim.critical(pair, along={"Ca_e": [0.05, 0.1]}, d=[0.22, 0.28], folder=tmp_path / "out").check()
     rows = critical.table[critical.table["kind"] == "wanted"]
@@ -206,7 +207,7 @@ def test_critical_distances_follow_the_zeros_of_curves(tmp_path: Path) -> None:
     assert (rows["d_error"] > 0).all()
     found = rows.set_index("Ca_e")
     assert found.loc[0.1, "d_cr"] < found.loc[0.05, "d_cr"]
-    zeros = pairsim.curve(pair, d={"start": 0.22, "stop": 0.28, "num": 3}, tol=1e-3).check().zeros
+    zeros = pairsim.curve(pair, d={"start": 0.22, "stop": 0.28, "num": 3}, tol=1).check().zeros
     d_cr, d_error = found.loc[0.1, ["d_cr", "d_error"]]
     assert zeros["d"].tolist() == pytest.approx([d_cr], abs=float(d_error))
     assert zeros["stable"].tolist() == [False]

@@ -14,6 +14,8 @@ from support.commands import Pairsim
 
 import pairsim as api
 from pairsim.api.moduli import read_look_up_table
+from pairsim.computing import QUESTIONS
+from pairsim.computing.case_files import read_case
 from pairsim.fem.diagnostics import contour
 
 BEAD = {"particles": 1, "beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": "auto"}
@@ -58,10 +60,9 @@ def test_command_says_draws_reports_and_is_swept(
     assert (tmp_path / "out" / f"{command}.png").is_file()
     assert pairsim("report", "out").returncode == 0
     assert pairsim("table", "out").stdout.startswith(columns)
-    (tmp_path / "grid.yaml").write_text(f"{{command: {command}, base: bead.yaml, grid: {{beta: [0.3]}}}}")
-    done = pairsim("sweep", "grid.yaml", "-o", "swept", "-q")
-    assert done.returncode == 0, done.stderr
-    assert swept in (tmp_path / "swept" / "results.csv").read_text().splitlines()[0]
+    question = QUESTIONS[command]
+    assert swept in question.in_sweeps.columns(read_case(question, tmp_path / "bead.yaml"))
+    assert swept in question.values(tmp_path / "out")
 
 
 def test_a_contour_is_that_of_an_ellipse_and_of_its_hull() -> None:

@@ -47,13 +47,6 @@ def test_cubic_in_log_d_is_integrated_exactly() -> None:
     assert way.length == pytest.approx(expected, rel=1e-9)
 
 
-def test_way_is_the_sum_of_its_parts() -> None:
-    parts = [travel(LINEAR, a, b, "test") for a, b in ((0.07, 0.2), (0.2, 0.9))]
-    whole = travel(LINEAR, 0.07, 0.9, "test")
-    assert whole.time == pytest.approx(sum(part.time for part in parts), rel=1e-9)
-    assert whole.length == pytest.approx(sum(part.length for part in parts), rel=1e-9)
-
-
 def test_the_pair_moves_with_dU_not_with_that_of_held_distances() -> None:
     way = travel(table(0.01 * D, np.full_like(D, 0.01), rest=0.25), 0.1, 0.5, "test")
     assert way.time == pytest.approx(np.log(5) / 0.0125, rel=1e-3)

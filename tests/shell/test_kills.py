@@ -14,6 +14,7 @@ import pytest
 from support.commands import Pairsim
 from support.frames import frames_everywhere
 
+import pairsim as api
 from pairsim.results.table_files import read_table
 from pairsim.runtime.child_process import module_command
 from pairsim.solvers.nonlinear.newton import TRANSIENT
@@ -93,7 +94,7 @@ def test_a_run_killed_again_and_again_loses_nothing(kills: int, tmp_path: Path, 
 
 
 @pytest.mark.slow
-def test_a_killed_curve_has_whole_rows_and_frames(tmp_path: Path, pairsim: Pairsim) -> None:
+def test_a_killed_curve_has_whole_rows_and_frames(tmp_path: Path) -> None:
     (tmp_path / "in.yaml").write_text(CURVE)
     table = tmp_path / "out" / "curve.csv"
     Command(tmp_path, "curve", "in.yaml", "-o", "out").kill(table, 2, 0.1)
@@ -101,5 +102,5 @@ def test_a_killed_curve_has_whole_rows_and_frames(tmp_path: Path, pairsim: Pairs
     assert text.endswith("\n")
     assert len({line.count(",") for line in text.splitlines()}) == 1
     assert [frame.t for frame in frames_everywhere(tmp_path / "out")][-1:] == [pytest.approx(0.4)]
-    assert pairsim("curve", "in.yaml", "-o", "out", "--overwrite", "-q").returncode == 0
+    api.curve(tmp_path / "in.yaml", folder=tmp_path / "out", overwrite=True).check()
     assert [frame.t for frame in frames_everywhere(tmp_path / "out")] == pytest.approx([0.1, 0.4])

@@ -57,7 +57,9 @@ def problems() -> dict[str, Problem]:
     }
 
 
-@pytest.mark.parametrize("name", problems())
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow if "modes" in name else ()) for name in problems()]
+)
 def test_jacobian_matches_differences(name: str) -> None:
     assert jacobian_off(problems()[name]) < 1e-6
 

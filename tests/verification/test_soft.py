@@ -113,6 +113,7 @@ def test_remeshing_leaves_no_jump(Np: int, end: float, jump: float) -> None:
         assert abs(np.polyval(parabola, t[k]) - found[k]) < jump * np.abs(found).max()
 
 
+@pytest.mark.slow
 def test_fixed_steps_leave_an_error_of_second_order_by_the_first_one() -> None:
     """dU and D keep what BDF1's first step leaves, of second order; the source m of the pressure gauge, which the
     time scheme leaves where volume and flux disagree, does not.
