@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from contextlib import suppress
 
 from pairsim.runtime.errors import EnvironmentFailure
 
@@ -19,5 +20,10 @@ try:
 except (ImportError, RuntimeError) as error:
     reason = str(error).splitlines()[0] if str(error) else type(error).__name__
     raise EnvironmentFailure(f"MPI cannot be loaded ({reason}); {INSTALL}") from error
+
+if MPI.COMM_WORLD.size == 1:
+    # MPICH's shared memory, a megabyte that nobody shares here: a process that is killed would leave it for good.
+    with suppress(OSError):
+        os.unlink(f"/dev/shm/mpich_shm_{os.getpid():x}_0")
 
 __all__ = ["INSTALL", "MPI"]

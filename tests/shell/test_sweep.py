@@ -301,7 +301,7 @@ def test_stopped_sweep_keeps_its_cases(name: str, ranks: int, tmp_path: Path) ->
 
 
 @pytest.mark.usefixtures("hangup")
-def test_nohup_is_heeded_and_mpi_leaves_sighup_alone() -> None:
+def test_nohup_is_heeded_and_mpi_leaves_sighup_alone_and_nothing_behind() -> None:
     """UCX, which comes with MPICH, would catch the signal, also where nohup ignores it."""
     program = (
         "import signal; from pairsim.runtime.mpi import MPI; from pairsim.runtime.signals import Signals\n"
@@ -311,7 +311,9 @@ def test_nohup_is_heeded_and_mpi_leaves_sighup_alone() -> None:
     done = [subprocess.run(words, capture_output=True, text=True, check=True) for words in (alone, ["nohup", *alone])]
     assert [each.stdout.strip() for each in done] == [str(int(signal.SIGHUP)), "0"]
     bare = "import os, signal; from pairsim.runtime.mpi import MPI; os.kill(os.getpid(), signal.SIGHUP)"
-    assert subprocess.run([sys.executable, "-c", bare], check=False).returncode == -signal.SIGHUP
+    process = subprocess.Popen([sys.executable, "-c", bare])
+    assert process.wait() == -signal.SIGHUP
+    assert not list(Path("/dev/shm").glob(f"*_{process.pid:x}_*")), "memory that MPI would share"
 
 
 @pytest.mark.slow
