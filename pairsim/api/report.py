@@ -79,7 +79,8 @@ def report(folder: str | PathLike[str]) -> Path:
 def _of_result(result: Result | SweepResult) -> dict[str, Any]:
     """What the page says of a result."""
     if isinstance(result, SweepResult):
-        record, table, file = result.cases[0].record if result.cases else {}, result.table, "results.csv"
+        record, file = result.cases[0].record if result.cases else {}, "results.csv"
+        table = result.frame("results", physical=None)
         answer = [", ".join(f"{count} {status}" for status, count in result.record["counts"].items() if count)]
         failed = [case for case in result.record["cases"] if case["status"] == "failed"]
         warnings = [f"{case['folder']}: {case['message'] or case['reason']}" for case in failed] + result.warnings
@@ -93,6 +94,7 @@ def _of_result(result: Result | SweepResult) -> dict[str, Any]:
         "answer": answer,
         "warnings": warnings,
         "table": table,
+        "physical": scales_in(record) is not None,
         "file": file,
         "provenance": _provenance(record),
     }
@@ -113,7 +115,7 @@ def _provenance(record: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _html(table: pd.DataFrame) -> str:
-    shown = table.set_axis(headings(table), axis="columns") if "units" in table.attrs else table
+    shown = table.set_axis([name.removeprefix("physical.") for name in headings(table)], axis="columns")
     return str(shown.to_html(index=False, border=0, na_rep="", float_format="{:.5g}".format))
 
 

@@ -15,7 +15,7 @@ from pairsim.cases.identity import RUNS
 from pairsim.computing import QUESTIONS
 from pairsim.computing.progress import Style, style_of
 from pairsim.results.folder import plain, read_record
-from pairsim.results.units import scales_in
+from pairsim.results.units import scales_in, scales_of
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import is_locked
 from pairsim.runtime.signals import Signals
@@ -58,12 +58,18 @@ class SweepResult:
     ) -> pd.DataFrame:
         """The tables of all cases as one, with the keys that vary as its first columns.
 
-        Arguments and errors are those of `Result.frame`; there is an error, too, if no case has the table yet.
+        Arguments and errors are those of `Result.frame`; there is an error, too, if no case has the table yet. The
+        name "results" stands for `table`.
         """
         import pandas as pd
 
-        from pairsim.results.tables import table_of
+        from pairsim.results.tables import results_in_units, table_of
 
+        if name == "results":
+            records = [read_record(self.folder / each) for each in self.table["folder"]]
+            scales = [scales_of(each, str(self.folder)) if physical else scales_in(each) for each in records]
+            units = physical or (physical is None and None not in scales)
+            return results_in_units(self.table, scales if units else [None] * len(scales), self.record["parameters"])
         name = QUESTIONS[self.record["command"]].table_named(name, self.folder)
         having = [case for case in self.record["cases"] if (self.folder / case["folder"] / f"{name}.csv").is_file()]
         if physical is None:

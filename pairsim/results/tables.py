@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from pairsim.physics.scales import Scales
-from pairsim.results.columns import WHOLE, error_of, known, suffixes_in
+from pairsim.results.columns import SWEEP_COLUMNS, WHOLE, error_of, known, suffixes_in
 from pairsim.results.curve_table import curve_of
 from pairsim.results.folder import read_record, valid_record
 from pairsim.results.table_files import read_table, table_text
@@ -80,6 +80,29 @@ def table_of(directory: Path, name: str, physical: bool | None, at: Sequence[flo
         return in_units(table, scales) if scales is not None else table
     except ValueError as error:
         raise InputError(str(path), "", None, f"must have numbers in its rows ({error})") from None
+
+
+def results_in_units(table: pd.DataFrame, scales: Sequence[Scales | None], keys: Sequence[str]) -> pd.DataFrame:
+    """results.csv of a sweep with the units of its columns, in those of the experiment by the scales of each row.
+
+    Args:
+        table: The table, whose cells may be lists.
+        scales: Of the case of each row; None for all to leave the numbers as they are.
+        keys: The columns that are keys of the cases.
+    """
+    units, physical = {each.name: each.unit for each in SWEEP_COLUMNS}, None not in scales
+    found, shown = table.copy(), dict[str, str]()
+
+    def scaled(value: Any, size: float) -> Any:
+        return [each * size for each in value] if isinstance(value, list) else None if value is None else value * size
+
+    for name in (str(each) for each in table.columns if each not in keys):
+        unit = units.get(re.sub(r"_\d+$", "", name)) or _unit_of(name)
+        shown[name] = unit.physical if physical else unit.name
+        if unit.physical and physical:
+            found[name] = [scaled(value, unit.factor(own)) for value, own in zip(table[name], scales, strict=True)]
+    found.attrs["units"] = shown
+    return found
 
 
 def values_at(

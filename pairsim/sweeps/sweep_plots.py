@@ -190,7 +190,7 @@ def _ends(sweep: _Sweep, name: str) -> list[Series]:
     parameters: dict[Any, Mapping[str, Any]] = {}
     for place, case in zip(sweep.numbers[name][0], sweep.cases, strict=True):
         if case["status"] == "finished" and sweep.quantity in case["values"]:
-            rest = tuple((key, hashable(value)) for key, value in case["parameters"].items() if key != name)
+            rest = tuple((key, hashable(case["parameters"].get(key))) for key in sweep.varying if key != name)
             size = case["units"].factor(column(sweep.quantity).unit)
             value = size * case["values"][sweep.quantity]
             error = size * case["values"].get(error_of(sweep.quantity), np.nan)

@@ -13,7 +13,9 @@ from support.field_samples import PAIR, scene
 from support.result_folders import make_curve, make_run, make_sweep
 
 from pairsim.api.report import report
+from pairsim.api.sweeps import SweepResult
 from pairsim.results.folder import prepare_folder
+from pairsim.results.tables import headings
 from pairsim.runtime.errors import InputError
 
 RECORD = {
@@ -87,6 +89,21 @@ def test_report_of_an_experiment_is_in_its_units(tmp_path: Path) -> None:
     assert " ± " in words
     assert "d [um] dU [um/s]" in words
     assert [row[0] for row in rows_of(page)] == ["2.5", "5", "10", "20", "30"]
+
+
+def test_table_of_a_sweep_is_in_the_units_of_each_case(tmp_path: Path) -> None:
+    parameters = {}
+    for name, velocity in (("slow", 1e-3), ("fast", 10e-3)):
+        scales = {"length": 50e-6, "velocity": velocity, "time": 50e-6 / velocity, "stress": 1.0}
+        a_curve(tmp_path / "sweep" / name, scales=scales)
+        parameters[name] = {"physical.velocity": f"{1e3 * velocity:g} mm/s"}
+    columns = ["zeros", "dU_peak"]
+    sweep = SweepResult(make_sweep(tmp_path / "sweep", "curve", parameters, ["physical.velocity"], columns=columns))
+    table = sweep.frame("results", physical=None)
+    assert headings(table)[3:6] == ["physical.velocity", "zeros [um]", "dU_peak [um/s]"]
+    assert table["zeros"].to_list() == [pytest.approx([10.0])] * 2
+    assert (table["dU_peak"] / sweep.table["dU_peak"]).to_list() == pytest.approx([1e3, 1e4])
+    assert headings(sweep.frame("results"))[4:6] == ["zeros [D_c]", "dU_peak [U_av]"]
 
 
 @pytest.mark.slow
