@@ -49,11 +49,8 @@ class Moduli:
 
         area, deformation = (np.linspace(each.min(), each.max(), POINTS) for each in self.look_up.T[:2])
         grid = np.meshgrid(area, deformation)
-        draw_moduli(
-            self.table,
-            (area, deformation, modulus_at(self.look_up, *map(np.ravel, grid))[0].reshape(grid[0].shape)),
-            path,
-        )
+        modulus, _ = modulus_at(self.look_up, *map(np.ravel, grid))
+        draw_moduli(self.table, (area, deformation, modulus.reshape(grid[0].shape)), path)
 
 
 def moduli(
@@ -95,10 +92,8 @@ def moduli(
     }
     inside = np.isfinite(modulus)
     if not inside.any():
-        (a, d, *_), (a_most, d_most, *_) = look_up.min(axis=0), look_up.max(axis=0)
-        allowed = (
-            f"must have events of {a:.3g} to {a_most:.3g} um^2 and deformations of {d:.2g} to {d_most:.2g}, as {table}"
-        )
+        areas, deformations = (f"{each.min():.3g} to {each.max():.3g}" for each in look_up.T[:2])
+        allowed = f"must have events in the table: of {areas} um^2, with deformations of {deformations}"
         raise InputError(str(file), "", None, allowed)
     low, middle, high = np.percentile(modulus[inside], (16, 50, 84))
     half = float(np.median(columns["emodulus_error"][inside]))
@@ -125,10 +120,13 @@ def modulus_at(look_up: Array, area: Array, deformation: Array) -> tuple[Array, 
         deformation: Deformations, shape (n,).
     """
     from scipy.interpolate import CloughTocher2DInterpolator, LinearNDInterpolator
-    from scipy.spatial import Delaunay
+    from scipy.spatial import Delaunay, QhullError
 
-    places, logs = np.log(look_up[:, :2]), np.log(look_up[:, 2])
-    cells = Delaunay(places, qhull_options="QJ")  # rows of equal area are no cells
+    logs = np.log(look_up[:, 2])
+    try:
+        cells = Delaunay(np.log(look_up[:, :2]))
+    except QhullError:
+        raise InputError("pairsim moduli", "--table", None, "must have several areas and deformations") from None
     with np.errstate(divide="ignore", invalid="ignore"):
         wanted = np.log(np.column_stack([area, deformation]))
     linear, error = LinearNDInterpolator(cells, np.column_stack([logs, look_up[:, 3]]))(wanted).T
@@ -152,10 +150,9 @@ def read_look_up_table(path: Path) -> tuple[dict[str, Any], Array]:
         names = [name.split()[0] for name in head[-1].split("\t")]
         values = np.loadtxt(path, ndmin=2)[:, [names.index(each) for each in ("area_um", "deform", "emodulus")]]
         errors = np.broadcast_to(meta.get("emodulus_error", 0.0), len(values))
-    except (OSError, ValueError, IndexError) as error:
-        allowed = (
-            f"must be a table of pairsim table --cytometry, or another one over area_um in dclab's format ({error})"
-        )
+        [meta[key] for key in ("channel_width", "flow_rate", "fluid_viscosity")]
+    except (OSError, ValueError, IndexError, KeyError) as error:
+        allowed = f"must be a table of pairsim table --cytometry, or one over area_um in dclab's format ({error})"
         raise InputError(str(path), "--table", None, allowed) from None
     return meta, np.column_stack([values, errors])
 
@@ -186,10 +183,8 @@ def read_events(path: Path) -> tuple[dict[str, Array], dict[str, Any]]:
         raise InputError(str(path), "", None, allowed) from None
     if "circ" in events:
         events.setdefault("deform", 1 - events["circ"])
-    for key, present in (
-        {name: name in events for name in ("area_um", "deform")} | {k: k in setup for k in (WIDTH, FLOW_RATE)}
-    ).items():
-        if not present:
+    for key in ("area_um", "deform", WIDTH, FLOW_RATE):
+        if key not in {**events, **setup}:
             raise InputError(str(path), key, None, "is missing in the file")
     if (region := setup.get("setup:chip region", "channel")) != "channel":
         raise InputError(str(path), "setup:chip region", region, "must be channel, where the flow deforms")
@@ -200,15 +195,15 @@ def _stress(
     meta: dict[str, Any], setup: dict[str, Any], carrier: str | None, temperature: str | None, measured: Array | None
 ) -> tuple[Any, Any, str]:
     """Stress at the walls over that of a table, relative half-width by the flow index, and words on the carrier."""
-    flow_rate, width = 1e-9 * float(setup[FLOW_RATE]), 1e-6 * float(setup[WIDTH])
-    own_flow_rate, own_width = 1e-9 * meta["flow_rate"], 1e-6 * meta["channel_width"]
+    width, flow_rate = 1e-6 * float(setup[WIDTH]), 1e-9 * float(setup[FLOW_RATE])
+    own_width, own_flow_rate = 1e-6 * meta["channel_width"], 1e-9 * meta["flow_rate"]
     if LAW in meta and INDEX not in meta:
-        if not np.allclose((flow_rate, width), (own_flow_rate, own_width), rtol=1e-3, atol=0):
-            place = f"channel {1e6 * width:g} um, {1e9 * flow_rate:g} ul/s"
-            allowed = (
-                f"must be {1e6 * own_width:g} um, {1e9 * own_flow_rate:g} ul/s as in the table: at another rate its "
-            )
-            raise InputError("pairsim moduli", place, None, f"{allowed}liquid ({meta[LAW]}) needs a table of its own")
+        allowed = (
+            f"holds for its own liquid ({meta[LAW]}) in {meta['channel_width']:g} um at {meta['flow_rate']:g} ul/s"
+        )
+        same = np.allclose((width, flow_rate), (own_width, own_flow_rate), rtol=1e-3, atol=0)
+        if not same or carrier not in (None, OF_TABLE):
+            raise InputError("pairsim moduli", "--table", None, f"{allowed} alone; another flow needs another table")
         return 1.0, 0.0, f"carrier: that of the table ({meta[LAW]})"
     own_n = meta.get(INDEX, 1.0)
     own_K = meta.get(CONSISTENCY, 1e-3 * meta["fluid_viscosity"])

@@ -82,6 +82,8 @@ def table(
     parameters that vary.
     """
     check_free(output, overwrite)
+    if channel != "equivalent" and not cytometry:
+        raise InputError("pairsim table", "--channel", channel, "must be given with --cytometry")
     if cytometry:
         from pairsim.results.cytometry import look_up_table
 

@@ -84,12 +84,8 @@ def look_up_table(directory: Path, channel: Channel = "equivalent") -> tuple[str
         folder, record = file.parent, read_record(file.parent)
         if not file.is_file() or record.get("status") not in ENDED:
             continue
-        scales, table, liquid = (
-            scales_of(record, str(folder)),
-            read_table(file),
-            liquid_of(read_yaml(folder / "case.yaml")),
-        )
-        first = first or (scales, liquid)
+        scales, liquid = scales_of(record, str(folder)), liquid_of(read_yaml(folder / "case.yaml"))
+        table, first = read_table(file), first or (scales, liquid)
         if not np.allclose(astuple(scales), astuple(first[0])) or liquid != first[1]:
             raise InputError(str(folder), "", None, "must have the tube, the flow and the liquid of the other shapes")
         modulus, deformation = 3e-3 * scales.stress / table["Ca_e"], table["deformation_hull"]
@@ -99,7 +95,9 @@ def look_up_table(directory: Path, channel: Channel = "equivalent") -> tuple[str
         allowed = "must have shapes: a folder of pairsim shape, or a sweep of it"
         raise InputError(str(directory), "--cytometry", None, allowed)
     scales, liquid = first
-    area, deformation, modulus, error = np.nan_to_num(np.concatenate(rows)).T
+    area, deformation, modulus, error = np.concatenate(rows).T
+    if np.isnan(error).any():
+        raise InputError(str(directory), "deformation_error", None, "is missing: compute the shapes with this version")
     meta, notes = _meta(scales, liquid, channel), [UNCORRECTED] if channel == "equivalent" else []
     if channel == "square":
         size = RATIO * np.sqrt(4 * area / np.pi)
