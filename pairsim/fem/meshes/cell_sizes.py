@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from bisect import bisect_left
 from collections.abc import Callable
 
 import numpy as np
@@ -103,25 +102,13 @@ def _from_nodes(reference: Reference) -> Distances:
         at_ends = np.minimum(np.append(chord, chord[-1]), np.append(chord[0], chord))
         arcs = np.empty(len(nodes))
         arcs[::2], arcs[1::2] = at_ends, chord
-        centre = (nodes[0, 0] + nodes[-1, 0]) / 2
-        angles = np.maximum.accumulate(np.arctan2(nodes[:, 1], nodes[:, 0] - centre))
-        outlines.append((centre, angles.tolist(), nodes.tolist(), arcs.tolist()))
+        outlines.append((nodes @ [1, 1j], nodes.tolist(), arcs.tolist()))
 
     def distances(z: float, r: float) -> list[tuple[float, float]]:
         found = []
-        for centre, angles, nodes, arcs in outlines:
-            # The search for the nearest node starts from the node in the direction of the point and moves along the
-            # outline while the distance decreases: a full search would be slow, as this is called for every cell.
-            last = len(nodes) - 1
-            k = min(bisect_left(angles, math.atan2(abs(r), z - centre)), last)
-            least = math.hypot(z - nodes[k][0], r - nodes[k][1])
-            for step in (-1, 1):
-                while 0 <= k + step <= last:
-                    distance = math.hypot(z - nodes[k + step][0], r - nodes[k + step][1])
-                    if distance >= least:
-                        break
-                    k, least = k + step, distance
-            found.append((least, arcs[k]))
+        for places, nodes, arcs in outlines:
+            nearest = int(np.abs(places - complex(z, r)).argmin())
+            found.append((math.dist((z, r), nodes[nearest]), arcs[nearest]))
         return found
 
     return distances
