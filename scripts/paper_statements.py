@@ -87,18 +87,27 @@ def distances(curves: Iterable[Case], *, stable: bool = False) -> list[Value]:
     return found
 
 
-def critical(r: Cases, De: float) -> dict[float, Value]:
+class CriticalDistances(dict[float, Value]):
+    """Values by Ca_e; one that is not there was not computed."""
+
+    def __missing__(self, Ca_e: float) -> Value:
+        raise NotComputed(f"no critical distance at Ca_e {Ca_e:g}")
+
+
+def critical(r: Cases, De: float) -> CriticalDistances:
     """Unstable distances by Ca_e, along their first branch."""
     table = r.all("critical", De=De)[0].table
     table = table[(table["kind"] == "wanted") & ~table["stable"].astype(bool)]
     if table.empty:
         raise NotComputed(f"no critical distance at De {De:g}")
     table = table[table["branch"] == table["branch"].iloc[0]].sort_values("Ca_e")
-    return dict(zip(table["Ca_e"], zip(table["d_cr"], table["d_error"], strict=True), strict=True))
+    return CriticalDistances(zip(table["Ca_e"], zip(table["d_cr"], table["d_error"], strict=True), strict=True))
 
 
 def slope(d_cr: dict[float, Value]) -> Value:
     """The mean |slope| of d_cr over Ca_e."""
+    if len(d_cr) < 2:
+        raise NotComputed("two critical distances")
     (softest, (d, error)), (stiffest, (other, another)) = max(d_cr.items()), min(d_cr.items())
     return abs(d - other) / (softest - stiffest), (error + another) / (softest - stiffest)
 

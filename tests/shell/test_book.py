@@ -25,7 +25,7 @@ import paper
 import validation
 from book import cases, pages
 from book.statements import Judged
-from paper_statements import deviations, judged
+from paper_statements import CriticalDistances, deviations, judged, slope
 
 GRIDS = [name for name in paper.computations(paper.FIGURES) if not name.startswith("fig02/")]
 CHECKED = paper.computations(paper.CHECKS)
@@ -120,6 +120,14 @@ def test_every_statement_of_the_paper_has_its_row() -> None:
     stored = pages.stored("paper")["statements"]
     known = [(figure, each["says"]) for figure, each in paper.STATEMENTS]
     assert list(zip(stored["figure"], stored["the paper says"], strict=True)) == known
+
+
+def test_a_critical_distance_that_coarse_cases_lack_is_not_computed() -> None:
+    """`scripts/paper --quick` has other Ca_e than the paper."""
+    found = CriticalDistances({0.01: (0.25, 0.001)})
+    for lacking in (lambda: found[0.005], lambda: slope(found)):
+        with pytest.raises(cases.NotComputed):
+            lacking()
 
 
 def test_differences_are_as_small_as_allowed(values: pd.DataFrame) -> None:
