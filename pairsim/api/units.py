@@ -24,6 +24,7 @@ from pairsim.physics.liquids.power_law import PowerLaw
 from pairsim.physics.pipe import Pipe, PipeState
 from pairsim.physics.scales import Scales
 from pairsim.results.folder import plain
+from pairsim.results.units import LENGTH, TIME, in_unit
 from pairsim.runtime.errors import InputError, NoSteadyState
 
 if TYPE_CHECKING:
@@ -169,7 +170,7 @@ def units(
     assert case.physical is not None
     scales = case.physical.scales(dict(case))
     Re = scales.reynolds(si(quantities.get(DENSITY.key, WATER), DENSITY.dimension))
-    numbers, notes = _numbers(case, Re), [*_notes(case, quantities, Re)]
+    numbers, notes = _numbers(case, Re), [*_notes(case, {**given, **quantities}, Re)]
     try:
         flow = Pipe(case.liquid_model).steady()
     except NoSteadyState as error:
@@ -279,8 +280,11 @@ def _defaults(case: SceneCase, given: Mapping[str, Any]) -> Iterator[str]:
         yield "no modulus: the particles are rigid (Ca_e = 0)"
     if "distance" not in given:
         name, values = _distances(case)
-        yield f"distance between the surfaces: {name} = {values} D_c"
+        lengths = " to ".join(in_unit(case.scales, LENGTH, d) for d in dict.fromkeys(case.range_of_d))
+        yield f"distance between the surfaces: {name} = {values} D_c, {lengths}"
     if isinstance(case, Case) and "end" not in given:
-        yield f"end time: {case.time.end:g} D_c/U_av"
+        yield f"end time: {case.time.end:g} D_c/U_av, {in_unit(case.scales, TIME, case.time.end)}"
+    if isinstance(case, Case) and "start" not in given:
+        yield f"start: {case.start}, as of beads that have flowed through the tube for long"
     if "density" not in given:
         yield f"density: {WATER}"

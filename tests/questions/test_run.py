@@ -187,7 +187,7 @@ FEW = {"ends": "developed", "length": "auto", "output": {"fields": False}}
 @pytest.mark.long
 def test_run_and_curve_give_one_answer() -> None:
     """De 1.7: the run comes closer by 2 % of the distance before it separates."""
-    whole = pairsim.run(OF_BEADS, **FEW, d0=0.1)
+    whole = pairsim.run(OF_BEADS, **FEW, d0=0.1, start="rest")
     t, d, dU = (whole.table[name].iloc[-1] for name in ("t", "d", "dU"))
     assert t == pytest.approx(10.2)
     assert d < 0.1

@@ -271,7 +271,8 @@ class CurveResult(Result):
         return answer_of_curve(self.tables["curve"], zeros_in(self.tables["equilibria"]), self.record)
 
     def afterwards(self) -> str:
-        if rows_in(self.columns) > 1 and "dU" in self.columns:
+        moving = "dU" in self.columns and bool((abs(self.columns["dU"]) > self.columns["dU_error"]).any())
+        if rows_in(self.columns) > 1 and moving:
             return f"pairsim travel {self._place} --from D --to D gives the time and tube that a pair needs"
         return f"pairsim plot {self._place} draws it"
 
