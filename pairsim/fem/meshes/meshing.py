@@ -167,15 +167,8 @@ def particle_meshes(
 @contextmanager
 def _session() -> Iterator[None]:
     """gmsh with an empty model and its own defaults; a session of the caller gets its model and options back."""
-    if not gmsh.isInitialized():
+    if own := not gmsh.isInitialized():
         gmsh.initialize(readConfigFiles=False, interruptible=False)
-        gmsh.option.setNumber(TERMINAL, 0)
-        gmsh.model.add("pairsim")
-        try:
-            yield
-        finally:
-            gmsh.finalize()
-        return
     theirs, terminal = gmsh.model.getCurrent(), gmsh.option.getNumber(TERMINAL)
     gmsh.option.setNumber(TERMINAL, 0)
     with tempfile.NamedTemporaryFile(suffix=".opt") as options:
@@ -187,10 +180,13 @@ def _session() -> Iterator[None]:
         try:
             yield
         finally:
-            gmsh.model.remove()
             gmsh.merge(options.name)
-            gmsh.model.setCurrent(theirs)
+            gmsh.model.remove()
             gmsh.option.setNumber(TERMINAL, terminal)
+            if theirs:  # a model without a name cannot be made the current one, but is when it is alone
+                gmsh.model.setCurrent(theirs)
+            if own:
+                gmsh.finalize()
 
 
 def _run_gmsh(build: Callable[[], None], size: Callable[[float, float], float], curves: Sequence[Array]) -> SixNodeMesh:

@@ -46,7 +46,7 @@ def answer_of_curve(
         met = {a.stop for a, b in pairwise(regions) if a.sign * b.sign < 0}
         zeros = [zero for zero in zeros if zero.d in met]
         lines.append(_motion_over_d(regions, zeros, scales))
-        lines += _starts(table, scales)
+        lines += [*_starts(table, scales), *_held(table, scales)]
     for gap in gaps:
         name, peak = f"dU{gap}", peak_of(table, gap)
         value = in_unit(scales, VELOCITY, peak.dU, peak.error, "+")
@@ -79,6 +79,17 @@ def _motion_over_d(regions: Sequence[Region], zeros: Sequence[in_tables.Zero], s
         places = [f"{in_unit(scales, LENGTH, zero.d, zero.error)} ({zero.kind})" for zero in zeros]
         sentences.append(f"It keeps its distance at d = {', '.join(places)}.")
     return " ".join(sentences)
+
+
+def _held(table: Mapping[str, Array], scales: Scales | None) -> list[str]:
+    """What dU at held distances is for, where it differs from dU by more than its half-width."""
+    apart = np.abs(table["dU_held"] - table["dU"])
+    if not len(far := np.flatnonzero(apart > table["dU_error"])):
+        return []
+    at = far[np.argmax(apart[far])]
+    both = [in_unit(scales, VELOCITY, table[name][at], sign="+") for name in ("dU", "dU_held")]
+    place = in_unit(scales, LENGTH, table["d"][at])
+    return [f"dU is of pairs on their way, dU_held of distances that are held: {' and '.join(both)} at d = {place}."]
 
 
 def _starts(table: Mapping[str, Array], scales: Scales | None) -> list[str]:
