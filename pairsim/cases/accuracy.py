@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Any, Literal, get_args
 
 from pydantic import BeforeValidator, Field
@@ -36,13 +36,15 @@ Accuracy = Annotated[
     Field(pattern=r"^\s*(\d+\.?\d*|\.\d+)\s*%\s*$", examples=["0.5%"]),
     BeforeValidator(percentage),
 ]
-Liquid = Literal["newtonian", "thinning", "hardening"]
-"""Kinds of liquids by the cells that they need: without a memory; viscoelastic and shear-thinning, whose polymer stress
-is advected far downstream; and viscoelastic ones that harden in extension, with thin stress layers at the particles."""
+Liquid = Literal["newtonian", "viscous", "thinning", "hardening"]
+"""Kinds of liquids by the cells that they need: Newtonian, whose profile in the tube any cells carry; without a memory,
+but with another profile; viscoelastic and shear-thinning, whose polymer stress is advected far downstream; and
+viscoelastic ones that harden in extension, with thin stress layers at the particles."""
 # Length of cells across the tube on the axis over that at the wall, in rows of runs in viscoelastic liquids. While the
 # flow starts, the stress varies most next to the wall, and what equal cells leave of it flows past the pair.
 # Quasi-steady pairs gain nothing by it (docs/explanation/decisions.md).
 ROW_GRADING = 3.5
+PROFILE_ROWS = 1.0  # rows of cells where only this profile is left, without a memory (docs/explanation/decisions.md)
 PIPE_CELL = 0.05  # largest cell in a tube without particles, where only the profile over the radius matters
 
 
@@ -93,31 +95,35 @@ class Settings:
             return {"Np": chosen.Np, "max_size": chosen.max_size if liquid == "newtonian" else PIPE_CELL, "rows": 0.0}
         cells = {"Np": chosen.Np, "max_size": chosen.largest(beta), "rows": chosen.rows}
         cells |= {"grading": chosen.grading}
-        return cells | {"row_grading": ROW_GRADING} if in_time and liquid != "newtonian" else cells
+        return cells | {"row_grading": ROW_GRADING} if in_time and liquid in ("thinning", "hardening") else cells
 
 
-def _by_liquid(*cells: Cells) -> dict[Liquid, Cells]:
-    return dict(zip(get_args(Liquid), cells, strict=True))
+def _by_liquid(newtonian: Cells, profile: float, *others: Cells) -> dict[Liquid, Cells]:
+    """Cells by liquid, with the largest cells that carry the profile of a viscosity that depends on the shear rate."""
+    viscous = replace(newtonian, max_size=profile, rows=PROFILE_ROWS)
+    return dict(zip(get_args(Liquid), (newtonian, viscous, *others), strict=True))
 
 
 # Beside a particle, where the liquid is as fast as it, stresses have thin layers; at its poles they have none.
 _GRADED = 2.0
 SETTINGS: dict[str, Settings] = {
     "5%": Settings(
-        _by_liquid(Cells(20, 0.2, rows=2.0), Cells(18, 0.12, 0.5, 0.5, _GRADED), Cells(24, 0.06, 0.3, 0.5)),
-        _by_liquid(Cells(20, 0.2, rows=2.0), Cells(20, 0.1, 0.35, 0.5, _GRADED), Cells(28, 0.05, 0.25, 0.5)),
+        _by_liquid(Cells(20, 0.2, rows=2.0), 0.1, Cells(18, 0.12, 0.5, 0.5, _GRADED), Cells(24, 0.06, 0.3, 0.5)),
+        _by_liquid(Cells(20, 0.2, rows=2.0), 0.1, Cells(20, 0.1, 0.35, 0.5, _GRADED), Cells(28, 0.05, 0.25, 0.5)),
         s_jump=2.0,
         time_tol=1e-3,
     ),
     "1%": Settings(
-        _by_liquid(Cells(28, 0.2, rows=2.0), Cells(20, 0.066, 0.3, 0.5, _GRADED), Cells(40, 0.05, 0.25, 0.5)),
-        _by_liquid(Cells(40, 0.2, rows=2.0), Cells(28, 0.05, 0.18, 0.5, _GRADED), Cells(64, 0.05, 0.25, 0.5)),
+        _by_liquid(Cells(28, 0.2, rows=2.0), 0.07, Cells(20, 0.066, 0.3, 0.5, _GRADED), Cells(40, 0.05, 0.25, 0.5)),
+        _by_liquid(Cells(40, 0.2, rows=2.0), 0.07, Cells(28, 0.05, 0.18, 0.5, _GRADED), Cells(64, 0.05, 0.25, 0.5)),
         s_jump=1.6,
         time_tol=3e-4,
     ),
     "0.1%": Settings(
-        _by_liquid(Cells(40, 0.2, rows=2.0), Cells(36, 0.038, 0.15, 0.5, _GRADED), Cells(64, 0.04, 0.2, 0.5)),
-        _by_liquid(Cells(56, 0.14, rows=2.0), Cells(80, 0.025, 0.125, 0.5, _GRADED), Cells(80, 0.025, 0.125, 0.5)),
+        _by_liquid(Cells(40, 0.2, rows=2.0), 0.05, Cells(36, 0.038, 0.15, 0.5, _GRADED), Cells(64, 0.04, 0.2, 0.5)),
+        _by_liquid(
+            Cells(56, 0.14, rows=2.0), 0.05, Cells(80, 0.025, 0.125, 0.5, _GRADED), Cells(80, 0.025, 0.125, 0.5)
+        ),
         s_jump=1.0,
         time_tol=5e-5,
     ),

@@ -134,6 +134,17 @@ def test_parts_of_liquid_and_particles_that_cancel_count() -> None:
     assert abs(estimate.dU[0]) + abs(estimate.spread_dU[0]) < abs(left) < estimate.dU_error[0] < 10 * abs(left)
 
 
+def test_scatter_of_a_viscosity_where_the_shear_rate_vanishes() -> None:
+    """On rings of the particles' surfaces, of whose cells the linear estimate sees nothing.
+
+    dU is -5.055e-6 on N_p 112, -5.050e-6 on N_p 160, and -5.048e-6 on N_p 90 with other cells around them.
+    """
+    thin = {"beta": 0.233, "De": 0, "Ca_e": 0.0074, "liquid": {"law": "power-law", "n": 0.563}, "d": (0.078,)}
+    found, estimate = solved(thin, Np=28, max_size=0.2)
+    left = abs(-5.05e-6 - estimate.corrected(found).dU[0])
+    assert estimate.regular_dU[0] < left < estimate.dU_error[0] < 10 * left
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("ends", ["developed", "periodic"])
 def test_ends_of_a_short_tube(ends: str) -> None:

@@ -142,7 +142,7 @@ def coarse_point(keys: str) -> dict[str, float]:
     """
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("pairsim.solvers.steady.scene.LAST", ACCURATE)
-        return point(**{"De": 0.3, "Ca_e": 0.1, "mesh": {"Np": 8, "max_size": 0.25}} | json.loads(keys))
+        return point(**{"De": 0.3, "Ca_e": 0.1, "mesh": {"Np": 8, "max_size": 0.25, "rows": 0.5}} | json.loads(keys))
 
 
 def test_a_neo_hookean_solid_is_a_mooney_rivlin_solid_without_the_second_invariant() -> None:

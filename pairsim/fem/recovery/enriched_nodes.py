@@ -29,6 +29,12 @@ def own_shapes(degree: int) -> Array:
     return shape_values(points) if degree == 3 else barycentric(points)
 
 
+def tabulated(degree: int, points: Array) -> tuple[Array, Array]:
+    """Shape functions of a degree at points of the reference triangle, and their gradients, (q, a) and (q, a, 2)."""
+    table = _element(degree).tabulate(1, points)[..., 0]
+    return table[0], np.moveaxis(table[1:], 0, -1)
+
+
 @cache
 def remainder(degree: int) -> Array:
     """Maps nodal values of a polynomial of a degree to those of what interpolation one degree lower leaves, (q, q)."""

@@ -14,6 +14,7 @@ import numpy as np
 from pairsim.fem.recovery.enriched_residual import EnrichedTests
 from pairsim.fem.recovery.enriched_scene import EnrichedPhase, EnrichedScene
 from pairsim.fem.recovery.patch_recovery import NARROW
+from pairsim.fem.recovery.viscosity_scatter import viscosity_scatter
 from pairsim.runtime.arrays import Array
 
 
@@ -28,7 +29,9 @@ class WeightedResidual:
         stress_products: Sums over the cells of the products of what two functionals have of the constitutive equation
             there, (k, k). Where the weight of the stress is not resolved its contributions have random signs, and the
             root of a functional's sum of squares is the size of error to expect of their sum.
-        stress_by_cell: These contributions themselves in the cells of the liquid, (k, m); None in a Newtonian liquid.
+        stress_by_cell: These contributions themselves in the cells of the liquid, (k, m); in a liquid without modes
+            those of `viscosity_scatter`, and None in a Newtonian one.
+        corners: Vertices of these cells in the reference domain, (m, 3, 2).
     """
 
     sums: Array
@@ -36,13 +39,15 @@ class WeightedResidual:
     changes: Array
     stress_products: Array
     stress_by_cell: Array | None
+    corners: Array
 
     @staticmethod
-    def of(enriched: EnrichedScene[EnrichedTests], weights: Array) -> WeightedResidual:
-        """The residual at the phases' present unknowns, tested with what the recovery adds to weights.
+    def of(enriched: EnrichedScene[EnrichedTests], x: Array, weights: Array) -> WeightedResidual:
+        """The residual tested with what the recovery adds to weights.
 
         Args:
-            enriched: The scene.
+            enriched: The scene, whose phases have these unknowns.
+            x: Its unknowns as a full vector, (n,).
             weights: Test functions as full vectors, (k, n).
         """
         own = enriched.parts(weights)
@@ -61,8 +66,12 @@ class WeightedResidual:
             sums.append(np.sum([each.sum(axis=1) for each in tested.values()], axis=0))
             changes += sum(each.sum(axis=1) - tested[name].sum(axis=1) for name, each in others.items())
             stress = tested.get("s", stress)
+        mesh, order = enriched.liquid.phase.six_node_mesh, enriched.liquid.residual.cells
+        if stress is None and not enriched.scene.material.newtonian:
+            stress = viscosity_scatter(enriched, x, weights, added[0]["u"])[:, order]
         products = np.zeros((len(weights), len(weights))) if stress is None else stress @ stress.T
-        return WeightedResidual(np.sum(sums, axis=0), sums[0], changes, products, stress)
+        corners = mesh.points[mesh.cells[order, :3]]
+        return WeightedResidual(np.sum(sums, axis=0), sums[0], changes, products, stress, corners)
 
 
 def _by_cell(
@@ -73,9 +82,3 @@ def _by_cell(
         name: np.einsum("mqkc,mqc->km", phase.in_cells(name, values), residual[name], optimize=True)
         for name, values in weights.items()
     }
-
-
-def corners(enriched: EnrichedScene[EnrichedTests]) -> Array:
-    """Vertices in the reference domain of the cells of `WeightedResidual.stress_by_cell`, (m, 3, 2)."""
-    mesh = enriched.scene.liquid.six_node_mesh
-    return np.asarray(mesh.points[mesh.cells[enriched.liquid.residual.cells, :3]])

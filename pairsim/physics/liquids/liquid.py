@@ -121,10 +121,10 @@ class Liquid:
         return max((float(self.relaxation_time(mode)) for mode in self.modes), default=0.0)
 
     @property
-    def cells(self) -> Literal["newtonian", "thinning", "hardening"]:
-        """The kind of stress layers at the particles, which decides the cells of a mesh."""
+    def cells(self) -> Literal["newtonian", "viscous", "thinning", "hardening"]:
+        """The kind of profile in the tube and of stress layers at the particles, which decides the cells of a mesh."""
         if not self.modes:
-            return "newtonian"
+            return "newtonian" if self.newtonian else "viscous"
         return "hardening" if any(mode.hardens for mode in self.modes) else "thinning"
 
 

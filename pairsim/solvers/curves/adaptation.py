@@ -21,7 +21,7 @@ from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.solvers.curves.branch import BESIDE, Branch, Point
 from pairsim.solvers.curves.curve import ROUNDING
-from pairsim.solvers.errors.estimate import OF_SCATTER, ErrorEstimator
+from pairsim.solvers.errors.estimate import ErrorEstimator
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.continuation import prepared, where
@@ -152,7 +152,7 @@ class AdaptiveBranch(Branch):
     ) -> None:
         super().__init__(solver, sensitivities)
         self._first, self.wanted, self._held, self._zeros_only = solver.problem, wanted, held, zeros_only
-        self._estimator = ErrorEstimator(cells=bool(solver.parameters.liquid.modes) and np.isfinite(wanted))
+        self._estimator = ErrorEstimator(cells=not solver.parameters.liquid.newtonian and np.isfinite(wanted))
         self._begin(places)
 
     def _begin(self, places: Sequence[tuple[float, ...]]) -> None:
@@ -275,7 +275,7 @@ class AdaptiveBranch(Branch):
     def _finer(self, point: Point, most: Array) -> SteadyProblem | None:
         """The problem with cells that should leave no more than `most` of every dU; None if all cells are held."""
         estimate, elastic = point.estimate, bool(point.parameters.liquid.modes)
-        if elastic and not self._held and (estimate.irregular_dU >= estimate.regular_dU).all():
+        if estimate.cells is not None and not self._held and (estimate.irregular_dU >= estimate.regular_dU).all():
             self._fields[self._nominal(point)] = self._sizes(point, most)
             sizes = AdaptedSizes(tuple(self._fields.values()))
             return replace(self.problem, mesh=replace(self.problem.mesh, sizes=sizes))
@@ -289,13 +289,14 @@ class AdaptiveBranch(Branch):
 
     def _sizes(self, point: Point, most: Array) -> SizeField:
         """Cell sizes for a point."""
-        cells = point.estimate.cells
-        assert cells is not None, "an elastic liquid has them"
-        largest_factor = MOST_FACTOR
+        cells, scatter = point.estimate.cells, point.estimate.factors.scatter
+        assert cells is not None, "liquids that are not Newtonian have them"
+        # Without modes cells that contribute nothing to dU carry the profile, and with it the pressure drop.
+        largest_factor = MOST_FACTOR if point.parameters.liquid.modes else 1.0
         if self.rounds[self._nominal(point)]:  # smaller cells where the scatter came from were not enough
             common = float(np.max(point.estimate.cells_dU / most))
             largest_factor = float(np.clip(common ** (-1 / ORDER), LEAST_COMMON, 1.0))
-        return cells.sizes(most / OF_SCATTER, largest_factor, self.problem.mesh.rows or self.problem.length)
+        return cells.sizes(most / scatter, largest_factor, self.problem.mesh.rows or self.problem.length)
 
     def _go_on(self, problem: SteadyProblem, parameters: Parameters) -> bool:
         """Carry the solution over to other cells; False, with the old ones kept, if that fails."""

@@ -16,7 +16,7 @@ from pairsim.fem.diagnostics import Observation
 from pairsim.fem.meshes.size_field import CellIndicators
 from pairsim.fem.recovery.enriched_residual import EnrichedTests
 from pairsim.fem.recovery.enriched_scene import EnrichedScene
-from pairsim.fem.recovery.weighted_residual import WeightedResidual, corners
+from pairsim.fem.recovery.weighted_residual import WeightedResidual
 from pairsim.physics.scales import FLOW_RATE
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.errors.adjoints import Adjoints
@@ -24,12 +24,23 @@ from pairsim.solvers.errors.end_effects import end_effects
 from pairsim.solvers.errors.run_errors import OF_POINTS, widening
 from pairsim.solvers.steady.scene import SteadySolver
 
-# The half-width of what a correction leaves is OF_CORRECTION times the correction and its spread, or OF_SCATTER times
-# the scatter, whichever is larger. Determined on half of the scenes of scripts/error_bars
-# (docs/explanation/error-estimate.md).
-OF_CORRECTION = 1.0
-OF_ELASTIC_CORRECTION = 0.75  # in its place in a viscoelastic liquid
-OF_SCATTER = 1.6
+
+@dataclass(frozen=True)
+class Factors:
+    """Factors of the half-width of what a correction leaves.
+
+    Attributes:
+        correction: Of the correction and its spread.
+        scatter: Of the scatter.
+    """
+
+    correction: float
+    scatter: float
+
+
+# Determined on half of the scenes of scripts/error_bars (docs/explanation/error-estimate.md).
+VISCOUS = Factors(1.0, 2.0)
+ELASTIC = Factors(0.75, 1.6)
 # What is left of parts of the estimate that cancel between the liquid and soft particles, relative to them. Where
 # spheres are far apart the parts are a hundred times their sum. Determined on Newtonian curves of beta .4 (all of 30
 # intervals hold), and checked on those of beta .2 and .6 (98 % of 51).
@@ -55,12 +66,14 @@ class ErrorEstimate:
         spread_dU: By how much another recovery of the adjoint pressures changes the estimates of dU, (N-1,).
         cancelled_dU: What cancels in the estimates of dU between the liquid and the particles, (N-1,).
         scatter_dU: Root of the sum over the cells of the squares of what each has of the estimates of dU by the
-            constitutive equation; 0 in a Newtonian liquid, (N-1,). Where stress or adjoint are not resolved the signs
-            are random, and the estimate is no more than the remainder of a sum of this size.
+            constitutive equation, (N-1,). Where stress or adjoint are not resolved the signs are random, and the
+            estimate is no more than the remainder of a sum of this size. In a liquid without modes it is what errors
+            do to the viscosity beyond the first order (`pairsim.fem.recovery.viscosity_scatter`), 0 in a Newtonian one.
         ends_dU: By how much the ends of the tube change every dU, (N-1,).
         widening: Factor of the cells' part of the half-widths where they do not resolve the stress of a polymer.
+        factors: Factors of the half-widths.
         trusted: Whether the estimates of all dU, or of all forces, are more than what is left of contributions that
-            cancel.
+            cancel. Without modes they are: the scatter is none of the estimates there.
         cells: What the cells have of `scatter_dU`; None unless it was asked for.
     """
 
@@ -74,6 +87,7 @@ class ErrorEstimate:
     scatter_dU: Array
     ends_dU: Array
     widening: float
+    factors: Factors
     trusted: bool
     cells: CellIndicators | None = None
 
@@ -90,12 +104,12 @@ class ErrorEstimate:
     @property
     def regular_dU(self) -> Array:
         """What corrections leave of the cells' part of the error where cells resolve stress and adjoint, (N-1,)."""
-        return _regular(self.dU, self.spread_dU, self.scatter_dU, self.cancelled_dU)
+        return _regular(self.factors, self.dU, self.spread_dU, self.cancelled_dU)
 
     @property
     def irregular_dU(self) -> Array:
         """What is left where cells do not resolve them, (N-1,)."""
-        return OF_SCATTER * self.scatter_dU
+        return self.factors.scatter * self.scatter_dU
 
     @property
     def cells_dU(self) -> Array:
@@ -143,20 +157,23 @@ class ErrorEstimator:
         changes = -z @ _flow_rate_defect(steady, residual)
         ends = end_effects(steady, z[:-1], residual)
         with steady.clock("assembly"):
-            scene.set(steady.state()[1])
-            tested = WeightedResidual.of(self._enriched, (constraints.T.T @ z.T).T)
+            x = steady.state()[1]
+            scene.set(x)
+            tested = WeightedResidual.of(self._enriched, x, (constraints.T.T @ z.T).T)
         changes = changes - tested.sums
         difference = np.eye(len(z))[1:count] - np.eye(len(z))[: count - 1]
         scatter = np.sqrt(np.diagonal(tested.stress_products))
         scatter_dU = np.sqrt(np.einsum("ik,kl,il->i", difference, tested.stress_products, difference))
         F = slice(count, len(z) - 1)
         moved = len(changes[F]) > 0
+        elastic = bool(scene.material.modes)
+        factors = ELASTIC if elastic else VISCOUS
         cancelling = (scatter[F] if moved else scatter_dU) > CANCELLING * np.abs(
             changes[F] if moved else np.diff(changes[:count])
         )
-        regular_F = _regular(changes[F], tested.changes[F], scatter[F], _cancelled(tested)[F])
+        regular_F = _regular(factors, changes[F], tested.changes[F], _cancelled(tested)[F])
         wider = widening(discrete.s_jump, OF_POINTS)
-        cells_F = wider * np.maximum(regular_F, OF_SCATTER * scatter[F])
+        cells_F = wider * np.maximum(regular_F, factors.scatter * scatter[F])
         return ErrorEstimate(
             U=changes[:count],
             dp_plus=drop.value - scene.pressure_drop(steady.state()[1]) + float(changes[-1]),
@@ -168,7 +185,8 @@ class ErrorEstimator:
             scatter_dU=scatter_dU,
             ends_dU=np.abs(np.diff(ends[:, :count])).max(axis=0),
             widening=wider,
-            trusted=not cancelling.any(),
+            factors=factors,
+            trusted=not (elastic and cancelling.any()),
             cells=_indicators(self._enriched, tested, count) if self._cells else None,
         )
 
@@ -178,7 +196,7 @@ def _indicators(enriched: EnrichedScene[EnrichedTests], tested: WeightedResidual
     if tested.stress_by_cell is None:
         return None
     reference, squares = enriched.scene.reference, np.diff(tested.stress_by_cell[:count], axis=0).T ** 2
-    return CellIndicators(reference.geometry, reference.mirrored, corners(enriched), squares)
+    return CellIndicators(reference.geometry, reference.mirrored, tested.corners, squares)
 
 
 def _cancelled(tested: WeightedResidual, combined: Array | None = None) -> Array:
@@ -188,13 +206,9 @@ def _cancelled(tested: WeightedResidual, combined: Array | None = None) -> Array
     return np.asarray(np.abs(parts).sum(axis=0) - np.abs(parts.sum(axis=0)))
 
 
-def _regular(change: Array, spread: Array, scatter: Array, cancelled: Array) -> Array:
-    """What is left of signed estimates, with what another recovery changes them by, once they are added, (k,) each.
-
-    Only viscoelastic liquids have a scatter.
-    """
-    factor = OF_ELASTIC_CORRECTION if scatter.any() else OF_CORRECTION
-    return np.asarray(factor * (np.abs(change) + np.abs(spread)) + OF_CANCELLED * cancelled)
+def _regular(factors: Factors, change: Array, spread: Array, cancelled: Array) -> Array:
+    """What is left of signed estimates, with what another recovery changes them by, once they are added, (k,) each."""
+    return np.asarray(factors.correction * (np.abs(change) + np.abs(spread)) + OF_CANCELLED * cancelled)
 
 
 def _flow_rate_defect(steady: SteadySolver, residual: Array) -> Array:

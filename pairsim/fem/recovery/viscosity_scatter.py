@@ -1,0 +1,104 @@
+"""What the error of a solution does to a viscosity that depends on the shear rate, beyond the first order.
+
+An estimate takes the stress as linear in the error of the strain rate e. Where e is nearly zero, the viscosity of a
+thinning liquid varies within a cell by much, and the stress is not: at places on the axis and between two particles,
+and on the rings of a particle's surface where the shear changes its sign. With e+ the recovered strain rate a cell
+contributes
+
+    int [sigma(e+) - sigma(e) - sigma'(e)(e+ - e)] : e(z)
+
+to a functional with the weight z. The signs of these contributions are random, and the root of the sum of their
+squares is the size of error to expect.
+"""
+
+from __future__ import annotations
+
+import basix
+import numpy as np
+
+from pairsim.fem.meshes.six_node_mesh import SixNodeMesh, shape_gradients, shape_values
+from pairsim.fem.recovery.enriched_nodes import own_shapes, tabulated
+from pairsim.fem.recovery.enriched_residual import EnrichedTests
+from pairsim.fem.recovery.enriched_scene import EnrichedScene
+from pairsim.physics.liquids.viscous import LEAST_RATE, ViscousLaw
+from pairsim.runtime.arrays import Array
+
+DEGREE = 6  # of the quadrature; chosen
+IMAGINARY = 1e-30j  # complex step; it causes no cancellation
+
+
+def viscosity_scatter(enriched: EnrichedScene[EnrichedTests], x: Array, weights: Array, added: Array) -> Array:
+    """What the cells of a liquid without modes contribute, in the order of its mesh, (k, m).
+
+    Args:
+        enriched: The scene.
+        x: The solution as a full vector, (n,).
+        weights: Weights of k functionals as full vectors, (k, n).
+        added: What recovery adds to those of the velocity, (nodes of third degree, k, 2).
+    """
+    liquid, scene = enriched.liquid, enriched.scene
+    solution, of_liquid = enriched.parts(x), enriched.parts(weights)[0]
+    recovered = liquid.added(solution[0][None], ["u"])["u"]
+    # As the discrete velocity, the exact one is that of the particle on its surface.
+    enriched.join(recovered, (np.zeros((each.nodes[3].count, 1, 2)) for each in enriched.solids))
+    for at in (enriched.wall, enriched.inlet, enriched.outlet):
+        recovered[at] = 0.0
+    cells, nodes, own = liquid.phase.six_node_mesh.cells, liquid.nodes[3].numbers, own_shapes(3)
+
+    def in_cells(vector: Array) -> Array:
+        return np.einsum("qa,mac->mqc", own, liquid.phase.nodal("u", vector)[cells])
+
+    rates = _StrainRates(SixNodeMesh(scene.positions(x), cells))
+    e, more = rates.of(in_cells(solution[0])), rates.of(recovered[nodes, 0])
+    left = rates.volumes[..., None] * _beyond_first_order(scene.material.solvent, e, more)
+    found = np.empty((len(weights), len(cells)))
+    for k, weight in enumerate(of_liquid):
+        found[k] = np.einsum("mqc,mqc->m", left, rates.of(in_cells(weight) + added[nodes, k]))
+    if scene.reference.mirrored:
+        # What a cell and its image contribute is one contribution, as most of it cancels in a relative velocity: each
+        # has half of its square. The second half of the cells are the images of the first.
+        halves = found.reshape(len(found), 2, -1)
+        found = ((halves + halves[:, ::-1]) / 2**0.5).reshape(found.shape)
+    return found
+
+
+def _beyond_first_order(law: ViscousLaw, e: Array, more: Array) -> Array:
+    """The stress at e + more, without that at e and its change to first order in more, (..., 4)."""
+
+    def viscosity(gamma2: Array) -> Array:
+        return np.asarray(law.viscosity(gamma2 + LEAST_RATE**2))
+
+    gamma2, changed = 2 * (e**2).sum(axis=-1), 2 * ((e + more) ** 2).sum(axis=-1)
+    slope = 4 * (e * more).sum(axis=-1) * viscosity(gamma2 + IMAGINARY).imag / IMAGINARY.imag
+    return np.asarray(2 * (viscosity(changed) - viscosity(gamma2))[..., None] * (e + more) - 2 * slope[..., None] * e)
+
+
+class _StrainRates:
+    """Strain rates of velocities of third degree at the quadrature points of the m cells of a mesh.
+
+    Args:
+        mesh: The mesh, at the present positions of its nodes.
+
+    Attributes:
+        volumes: Weights of volume integrals, (m, q).
+    """
+
+    def __init__(self, mesh: SixNodeMesh) -> None:
+        points, weights = basix.make_quadrature(basix.CellType.triangle, DEGREE)
+        x = mesh.points[mesh.cells]
+        dx = np.einsum("qak,mai->mqik", shape_gradients(points), x, optimize=True)
+        self._values, self._gradients = tabulated(3, points)
+        self._inverse = np.linalg.inv(dx)
+        self._radius = np.einsum("qa,ma->mq", shape_values(points), x[..., 1], optimize=True)
+        self.volumes: Array = 2 * np.pi * self._radius * np.linalg.det(dx) * weights
+
+    def of(self, u: Array) -> Array:
+        """Components whose sum of products is that of two tensors, (m, q, 4).
+
+        Args:
+            u: Values at the nodes of third degree of the cells, (m, 10, 2).
+        """
+        gradient = np.einsum("qak,mai->mqik", self._gradients, u, optimize=True) @ self._inverse
+        hoop = np.einsum("qa,ma->mq", self._values, u[..., 1], optimize=True) / self._radius
+        shear = (gradient[..., 0, 1] + gradient[..., 1, 0]) / 2**0.5
+        return np.stack([gradient[..., 0, 0], gradient[..., 1, 1], hoop, shear], axis=-1)
