@@ -31,7 +31,7 @@ def _defaults(name: str) -> str:
     values = [
         ", ".join(f"{getattr(cells, name):g}" for cells in each.values()) for each in (USUAL.in_time, USUAL.steady)
     ]
-    kinds = "a liquid without a memory, one that thins and one that hardens in extension"
+    kinds = "a Newtonian liquid, another without a memory, and with one that thins or hardens in extension"
     return f"default: by accuracy; at {DEFAULT}, in {kinds}: {values[0]} in runs, else {values[1]}"
 
 
