@@ -24,6 +24,7 @@ from pairsim.runtime.arrays import Array, Indices
 # Power of the cell size with which a cell's contribution falls. Measured: 3.2 when all cells of De 2 are halved
 # (docs/explanation/decisions.md); the larger one makes sizes change less from round to round.
 ORDER = 5.0
+VISCOUS_ORDER = 3.0  # the same without modes: in a cell where the shear rate vanishes it falls by 2 + n (flow index)
 GRADATION = 0.2  # largest growth of the cell size per unit distance; chosen
 LEAST_FACTOR = 0.4  # of a size in one round; chosen
 MOST_FACTOR = 1.5  # of a size in one round; chosen
@@ -47,12 +48,14 @@ class CellIndicators:
         mirrored: Whether the reference domain is symmetric under z -> -z.
         corners: Vertices of the cells in the reference domain, (m, 3, 2).
         squares: Squares of their contributions to every dU, (m, N-1).
+        order: Power of the cell size with which they fall.
     """
 
     geometry: Geometry
     mirrored: bool
     corners: Array
     squares: Array
+    order: float = ORDER
 
     def sizes(self, most: Array, largest_factor: float, reach: float) -> SizeField:
         """Cell sizes with which the roots of the sums of the squares are expected to fall below given values.
@@ -79,10 +82,10 @@ class CellIndicators:
         least, largest = 1e-6 * float(eta.max(initial=1e-300)), 1e3 * float(eta.max(initial=1e-300))
         for _ in range(BISECTIONS):
             each = float(np.sqrt(least * largest))
-            factor = np.clip((each / np.maximum(eta, 1e-300)) ** (1 / ORDER), LEAST_FACTOR, largest_factor)
+            factor = np.clip((each / np.maximum(eta, 1e-300)) ** (1 / self.order), LEAST_FACTOR, largest_factor)
             sizes = grid.graded(np.exp(on_grid(_at_vertices(cells, np.log(h * factor), area, len(places)))))
             there = grid.at(sizes, centres)
-            expected = float(np.sum((eta**2) * (there / h) ** (2 * ORDER - 2)))
+            expected = float(np.sum((eta**2) * (there / h) ** (2 * self.order - 2)))
             least, largest = (least, each) if expected > 1.0 else (each, largest)
         return SizeField(self.geometry, float(grid.z[0]), grid.spacing, sizes)
 

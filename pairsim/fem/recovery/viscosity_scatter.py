@@ -13,6 +13,8 @@ squares is the size of error to expect.
 
 from __future__ import annotations
 
+from typing import Any
+
 import basix
 import numpy as np
 
@@ -65,8 +67,8 @@ def viscosity_scatter(enriched: EnrichedScene[EnrichedTests], x: Array, weights:
 def _beyond_first_order(law: ViscousLaw, e: Array, more: Array) -> Array:
     """The stress at e + more, without that at e and its change to first order in more, (..., 4)."""
 
-    def viscosity(gamma2: Array) -> Array:
-        return np.asarray(law.viscosity(gamma2 + LEAST_RATE**2))
+    def viscosity(gamma2: Any) -> Any:
+        return law.viscosity(gamma2 + LEAST_RATE**2)
 
     gamma2, changed = 2 * (e**2).sum(axis=-1), 2 * ((e + more) ** 2).sum(axis=-1)
     slope = 4 * (e * more).sum(axis=-1) * viscosity(gamma2 + IMAGINARY).imag / IMAGINARY.imag

@@ -289,12 +289,14 @@ class AdaptiveBranch(Branch):
 
     def _sizes(self, point: Point, most: Array) -> SizeField:
         """Cell sizes for a point."""
-        cells, scatter = point.estimate.cells, point.estimate.factors.scatter
+        estimate, cells = point.estimate, point.estimate.cells
         assert cells is not None, "liquids that are not Newtonian have them"
+        parts = estimate.factors.joined(estimate.regular_dU, estimate.irregular_dU)
+        scatter = estimate.factors.scatter * (parts / estimate.irregular_dU)
         # Without modes cells that contribute nothing to dU carry the profile, and with it the pressure drop.
         largest_factor = MOST_FACTOR if point.parameters.liquid.modes else 1.0
         if self.rounds[self._nominal(point)]:  # smaller cells where the scatter came from were not enough
-            common = float(np.max(point.estimate.cells_dU / most))
+            common = float(np.max(estimate.cells_dU / most))
             largest_factor = float(np.clip(common ** (-1 / ORDER), LEAST_COMMON, 1.0))
         return cells.sizes(most / scatter, largest_factor, self.problem.mesh.rows or self.problem.length)
 

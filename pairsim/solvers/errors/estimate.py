@@ -8,12 +8,13 @@ z is the discrete adjoint (`pairsim.solvers.errors.adjoints`), recovered one deg
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pairsim.fem.diagnostics import Observation
-from pairsim.fem.meshes.size_field import CellIndicators
+from pairsim.fem.meshes.size_field import ORDER, VISCOUS_ORDER, CellIndicators
 from pairsim.fem.recovery.enriched_residual import EnrichedTests
 from pairsim.fem.recovery.enriched_scene import EnrichedScene
 from pairsim.fem.recovery.weighted_residual import WeightedResidual
@@ -32,15 +33,17 @@ class Factors:
     Attributes:
         correction: Of the correction and its spread.
         scatter: Of the scatter.
+        joined: What the half-width is of the two parts.
     """
 
     correction: float
     scatter: float
+    joined: Callable[[Array, Array], Array]
 
 
 # Determined on half of the scenes of scripts/error_bars (docs/explanation/error-estimate.md).
-VISCOUS = Factors(1.0, 2.0)
-ELASTIC = Factors(0.75, 1.6)
+VISCOUS = Factors(1.0, 2.0, np.add)
+ELASTIC = Factors(0.75, 1.6, np.maximum)
 # What is left of parts of the estimate that cancel between the liquid and soft particles, relative to them. Where
 # spheres are far apart the parts are a hundred times their sum. Determined on Newtonian curves of beta .4 (all of 30
 # intervals hold), and checked on those of beta .2 and .6 (98 % of 51).
@@ -114,7 +117,7 @@ class ErrorEstimate:
     @property
     def cells_dU(self) -> Array:
         """The cells' part of the half-width, (N-1,)."""
-        return self.widening * np.maximum(self.regular_dU, self.irregular_dU)
+        return self.widening * self.factors.joined(self.regular_dU, self.irregular_dU)
 
     @property
     def ends_error(self) -> Array:
@@ -173,7 +176,7 @@ class ErrorEstimator:
         )
         regular_F = _regular(factors, changes[F], tested.changes[F], _cancelled(tested)[F])
         wider = widening(discrete.s_jump, OF_POINTS)
-        cells_F = wider * np.maximum(regular_F, factors.scatter * scatter[F])
+        cells_F = wider * factors.joined(regular_F, factors.scatter * scatter[F])
         return ErrorEstimate(
             U=changes[:count],
             dp_plus=drop.value - scene.pressure_drop(steady.state()[1]) + float(changes[-1]),
@@ -196,7 +199,8 @@ def _indicators(enriched: EnrichedScene[EnrichedTests], tested: WeightedResidual
     if tested.stress_by_cell is None:
         return None
     reference, squares = enriched.scene.reference, np.diff(tested.stress_by_cell[:count], axis=0).T ** 2
-    return CellIndicators(reference.geometry, reference.mirrored, tested.corners, squares)
+    order = ORDER if enriched.scene.material.modes else VISCOUS_ORDER
+    return CellIndicators(reference.geometry, reference.mirrored, tested.corners, squares, order)
 
 
 def _cancelled(tested: WeightedResidual, combined: Array | None = None) -> Array:
