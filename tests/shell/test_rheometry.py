@@ -18,7 +18,7 @@ from pairsim.physics.liquids.giesekus import Giesekus
 from pairsim.physics.rheometry import Fit, Measured, described, fits
 from pairsim.runtime.arrays import Array
 
-RATES = np.logspace(-2, 3, 26)
+RATES = np.logspace(-2, 3, 16)
 NOISE = 0.02
 GIESEKUS = Liquid(Newtonian(), 0.025, 0.08, (Giesekus(alpha=0.15),))
 EXPERIMENT = ("--tube", "50um", "--particle", "20um", "--flow", "1ul/min", "--modulus", "5kPa")
@@ -136,7 +136,7 @@ def test_a_file_becomes_a_case(pairsim: Pairsim, tmp_path: Path) -> None:
     (tmp_path / "flow.csv").write_text(f"shear rate [1/s],viscosity [mPa.s]\n{rows}")
     done = pairsim("units", "--rheology", "flow.csv", *EXPERIMENT, "-o", "case.yaml")
     assert done.returncode == 0
-    assert "read: flow.csv: 26 points, 0.01 to 1000 1/s, viscosity in mPa.s (column 2" in done.stdout
+    assert "read: flow.csv: 16 points, 0.01 to 1000 1/s, viscosity in mPa.s (column 2" in done.stdout
     assert "fit: Carreau-Yasuda: eta_0 [Pa.s] = 0.7" in done.stdout
     assert "1/s, and those at the particles are beyond the data, which end at 1000 1/s" in done.stdout
     assert (tmp_path / "case-fit.png").stat().st_size > 10_000
