@@ -145,6 +145,7 @@ def test_end_of_a_killed_run_is_recorded_at_resume(stopped: tuple[Case, Path, Pa
     assert np.array_equal(read_times(cut), frames)
 
 
+@pytest.mark.slow
 def test_run_can_be_resumed_from_any_step(tmp_path: Path) -> None:
     """Also before and after remeshing, around deformed particles; errors and extremes are read back exactly."""
     settings, control = MeshSettings(Np=8), StepControl(3e-4, 1e-8, 2.0, 0.05)

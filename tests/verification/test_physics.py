@@ -51,6 +51,7 @@ def test_a_triplet_of_equal_rigid_spheres_moves_as_its_mirror_image() -> None:
     assert found["U_2"] < found["U_1"]
 
 
+@pytest.mark.slow
 def test_the_same_volume_flows_through_every_cross_section() -> None:
     """Of the liquid and the particles together: between, beside and through them it is that of the tube, pi/4."""
     grid = pairsim.curve(SCENE | {"Ca_e": 0.15, "fields": [0.2]}).check().fields(0.2)

@@ -46,7 +46,7 @@ def settled_at(keys: dict[str, Any], gaps: tuple[float, ...]) -> Point:
         pytest.param(BOTH, "developed", id="soft in a viscoelastic liquid", marks=pytest.mark.slow),
         pytest.param(BOTH, "periodic", id="soft in a viscoelastic liquid, periodic", marks=pytest.mark.slow),
         pytest.param(UNEQUAL, "developed", id="unequal, rigid", marks=pytest.mark.slow),
-        pytest.param(UNEQUAL, "periodic", id="unequal, rigid, periodic"),
+        pytest.param(UNEQUAL, "periodic", id="unequal, rigid, periodic", marks=pytest.mark.slow),
     ],
 )
 def test_first_dU_is_that_of_the_curve(keys: dict[str, Any], ends: str) -> None:
@@ -91,6 +91,7 @@ def test_a_single_particle_and_the_tube_alone_start_as_they_go_on() -> None:
         assert dp[0] == pytest.approx(3 * Pipe(liquid).steady().gradient, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_error_of_the_start_is_part_of_the_errors() -> None:
     """The estimate that a run carries forward begins with exact stresses and positions, which a curve has not."""
     transient = Transient(
