@@ -13,7 +13,7 @@ from pairsim.api.rheometer_files import read_columns
 from pairsim.cases.physical import BLOCK
 from pairsim.cases.quantities import known_unit, si
 from pairsim.physics.liquids import LAWS
-from pairsim.physics.liquids.viscous import ViscousLaw
+from pairsim.physics.liquids.viscous import ZERO_SHEAR, ViscousLaw
 from pairsim.physics.material import Dimension
 from pairsim.physics.rheometry import Fit, Measured, Number, described, dimensions_of, fits, scatter
 from pairsim.runtime.arrays import Array
@@ -202,4 +202,5 @@ def _name(fit: Fit, key: str) -> str:
     of = dimensions_of(fit.law)[key]
     if of is None or (of.unit == "Pa*s" and key != "eta_0"):
         return key
-    return f"{'lambda' if key == 'De' else key} [{of.unit.format(n='n').replace('*', '.')}]"
+    word = {"De": "lambda", "eta_0": "eta_0" if of is ZERO_SHEAR else of.key}.get(key, key)
+    return f"{word} [{of.unit.format(n='n').replace('*', '.')}]"

@@ -5,8 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+from ruamel.yaml import YAML
 
 from pairsim.cases.quantities import unit_in_si
 from pairsim.physics.liquids.viscous import ZERO_SHEAR
@@ -15,90 +19,34 @@ from pairsim.physics.solids.solid import MODULUS
 
 RATE = Dimension("rate", "a shear rate", "shear rate", "1/s", "1 1/s", lambda value, _: value)
 FREQUENCY = Dimension("frequency", "a frequency", "angular frequency", "rad/s", "1 rad/s", lambda value, _: value)
+DIMENSIONS = {"rate": RATE, "viscosity": ZERO_SHEAR, "frequency": FREQUENCY}
+"""What is in the columns; all others are stresses."""
 NO_VALUES = r"\blog|\bstd\b|error|deviat|uncert|oscill|[ck]omplex"
+FORCE = r"(normal|axial) ?(force|kraft)|force normale"
 
 
-@dataclass(frozen=True)
-class Heading:
-    """How the column of a quantity is headed.
-
-    Attributes:
-        dimension: What is in it.
-        names: Regular expressions of its names, the preferred ones first.
-        unlike: Regular expression of headings that are of something else.
-    """
-
-    dimension: Dimension
-    names: tuple[str, ...]
-    unlike: str = NO_VALUES
-
-    def places(self, headings: Sequence[str]) -> dict[int, str]:
-        """Places of the headings that name the quantity, the preferred first, and what each says after the name."""
-        found: dict[int, str] = {}
-        for name in self.names:
-            for i, heading in enumerate(headings):
-                match = re.search(name, heading, re.IGNORECASE)
-                if match and not re.search(f"{NO_VALUES}|{self.unlike}", heading, re.IGNORECASE):
-                    found.setdefault(i, heading[match.end() :])
-        return found
+@cache
+def headings() -> dict[str, dict[str, Any]]:
+    """How the columns of each option are headed, see headings.yaml."""
+    return YAML(typ="safe").load(Path(__file__).with_name("headings.yaml"))
 
 
-HEADINGS = {
-    "--rheology": {
-        "rate": Heading(
-            RATE,
-            (
-                r"(shear|strain) ?rate|scher(rate|geschwindigkeit|gefälle)|(gradient|vitesse|taux) de cisaillement",
-                r"[γɣ]\u0307|[ẏý]|gamma ?(dot|point|punkt)|\bgp\b|^rate\b",  # noqa: RUF001
-            ),
-        ),
-        "viscosity": Heading(
-            ZERO_SHEAR,
-            (r"visc(osit\w*|\b)|viskosit\w*", r"\beta\b|η"),
-            r"(η|eta|visco\w*) ?\*|[|']|betrag|\b(re|im)\(|kinem|relati|spe[cz]if|intrinsi|extensi|redu[cz]|inherent",
-        ),
-        "stress": Heading(
-            MODULUS,
-            (
-                r"shear ?stress|s(chub|cher)spannung|contrainte de cisaillement",
-                r"^(stress|tau|sigma)\b|τ|σ",  # noqa: RUF001
-            ),
-            r"normal|yield|sinus|amplitud",
-        ),
-        "N1": Heading(
-            MODULUS,
-            (r"\bn ?1\b", r"normal ?(stress|spannung)(s?differen\w*| differen\w*)?|contraintes? normales?"),
-            r"force|kraft|[ck]oeff|se[ck]ond|zweite|\bn ?2\b|\b2\.",
-        ),
-    },
-    "--spectrum": {
-        "frequency": Heading(
-            FREQUENCY,
-            (
-                r"angular ?freq\w*|(kreis|winkel)freq\w*|fréquence angulaire|\bpulsation|\bomega\b|ω",
-                r"\bfr[eé]q\w*|(?-i:^[fw]\b)",
-            ),
-        ),
-        "storage": Heading(
-            MODULUS,
-            (
-                r"storage ?modul\w*|speichermodul|module de (stockage|conservation)|elastic (modul\w*|component)",
-                r"\bg ?'(?!')|\bg ?prime|\bgp\b|\bg1\b",
-            ),
-            r"tan|compliance|g'+ ?/ ?g",
-        ),
-        "loss": Heading(
-            MODULUS,
-            (
-                r"loss ?modul\w*|verlustmodul|module de perte|viscous (modul\w*|component)",
-                r"\bg ?''|\bg ?double ?prime|\bgpp\b|\bg2\b",
-            ),
-            r"tan|compliance|g'+ ?/ ?g",
-        ),
-    },
-}
-"""The columns in the file of each option, in English, German and French."""
-FORCE = Heading(MODULUS, (r"(normal|axial) ?(force|kraft)|force normale",))
+def places_of(names: Sequence[str], unlike: str, row: Sequence[str]) -> dict[int, str]:
+    """Places of the cells that name a quantity, the preferred first, and what each says after the name."""
+    found: dict[int, str] = {}
+    for name in names:
+        for i, cell in enumerate(row):
+            match = re.search(name, cell, re.IGNORECASE)
+            if match and not re.search(f"{NO_VALUES}|{unlike}", cell, re.IGNORECASE):
+                found.setdefault(i, cell[match.end() :])
+    return found
+
+
+def places(option: str, row: Sequence[str]) -> dict[str, dict[int, str]]:
+    """The same for all quantities of an option that are named."""
+    found = {name: places_of(each["names"], each.get("unlike", "$^"), row) for name, each in headings()[option].items()}
+    return {name: each for name, each in found.items() if each}
+
 
 SPELLINGS = (
     (r"(?<=[A-Za-zµμ])[ .-](?=[A-Za-z])", "*"),  # Pa.s, mPa s, Pa-s
@@ -107,7 +55,7 @@ SPELLINGS = (
     (r"(?i:hz)\b", "Hz"),
     (r"(?i:\bcps?)\b", "cP"),
     (r"\bNs\b", "N*s"),
-    (r"^/", "1/"),
+    (r"^(/|per )", "1/"),
     (r"(?<=[A-Za-z])\^?(-?\d+)", r"**\1"),  # s-1, cm^2
 )
 """Units as rheometers and spreadsheets write them, in the way of pint; superscripts and dots are plain before."""
@@ -135,12 +83,13 @@ class Column:
         return f'column {self.place + 1} "{self.heading}"'
 
 
-def column(dimension: Dimension, place: int, heading: str, rest: str, below: Sequence[str]) -> Column:
+def column(quantity: str, place: int, heading: str, rest: str, below: Sequence[str]) -> Column:
     """A column with its unit, from the heading, what it says after the name, and cells between heading and numbers.
 
     Raises:
         ValueError: Its unit is not known, or is none of the dimension; says which.
     """
+    dimension = DIMENSIONS.get(quantity, MODULUS)
     si = dimension.unit.replace("*", ".")
     in_brackets = re.findall(r"[\[(]([^\[\]()]*)[\])]", heading)
     after = re.sub(r"^[\s\])]*(in\b|[,/:;-])?\s*", "", rest)

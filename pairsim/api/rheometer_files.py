@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pairsim.api.rheometer_columns import FORCE, HEADINGS, Column, column
+from pairsim.api.rheometer_columns import FORCE, Column, column, places, places_of
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
@@ -33,7 +33,7 @@ ONE_SIGN = str.maketrans(
     | dict.fromkeys("·⋅∙•×", "*")  # noqa: RUF001
 )
 """Quotation marks, primes, dashes and points of products, each in one way."""
-NUMBER = r"[-+]?(?=[.,]?\d)(\d+|\d{{1,3}}({thousands}\d{{3}})+)?({decimal}\d*)?([eE][-+]?\d+)?"
+NUMBER = r"[-+]?(\d+[.,]?\d*|[.,]\d+)(e[-+]?\d+)?"
 REPTATE = "omega[rad/s]\tG'[Pa]\tG''[Pa]"
 STEPS = "action name|step name|interval|segment"
 TITLES = "step name|result|résultat|ergebnis"
@@ -96,14 +96,8 @@ def read_columns(option: str, file: Path, wanted: str | None = None) -> tuple[di
     try:
         section, others = _section(option, _text(file), wanted)
         columns = {
-            name: column(
-                HEADINGS[option][name].dimension,
-                place,
-                section.heading[place],
-                rest,
-                [_cell(row, place) for row in section.below],
-            )
-            for name, (place, rest) in section.places.items()
+            name: column(name, i, section.heading[i], rest, [_cell(row, i) for row in section.below])
+            for name, (i, rest) in section.places.items()
         }
     except ValueError as error:
         raise InputError(str(file), option, file.name, str(error)) from None
@@ -133,7 +127,8 @@ def _text(file: Path) -> str:
     if decoded is None:
         raise ValueError("must be text: export the table as CSV or text from the software of the rheometer")
     text = str(decoded).removeprefix("\ufeff").translate(ONE_SIGN)
-    return unicodedata.normalize("NFKC", text).translate(ONE_SIGN)
+    text = unicodedata.normalize("NFKC", text).translate(ONE_SIGN)
+    return re.sub(r"(?m)^#+[ \t]*(?=[^\W\d])", "", text)  # headings that begin with the sign of a comment
 
 
 def _section(option: str, text: str, wanted: str | None) -> tuple[Section, list[str]]:
@@ -175,12 +170,15 @@ def _rows(text: str, separator: str) -> list[list[str]]:
 
 def _sections(option: str, rows: list[list[str]], separator: str) -> Iterator[Section]:
     """All tables with the columns of an option, split by the steps that their rows name."""
-    rows = [_without_sign(row) for row in rows]
     heads = [(i, places) for i, row in enumerate(rows) if (places := _places(option, row))]
     for (start, places), (end, _) in pairwise([*heads, (len(rows), {})]):
         heading = rows[start]
         body = [(i + 1, rows[i]) for i in range(start + 1, end) if any(rows[i])]
         decimal = _decimal([cell for _, row in body for cell in row], separator)
+        if split := [i for i, row in body if separator == "," and len(row) > len(heading) and "".join(row).isdigit()]:
+            raise ValueError(
+                f"must have other separators than decimal marks: line {split[0]} has more numbers than columns"
+            )
         if heading[0].endswith(":"):  # the name of a block; rows begin with a blank below it, or with their numbers
             body = [(line, row if np.isnan(_number(row[0], decimal)) else ["", *row]) for line, row in body]
         columns = {name: [_number(_cell(row, i), decimal) for _, row in body] for name, (i, _) in places.items()}
@@ -206,23 +204,15 @@ def _sections(option: str, rows: list[list[str]], separator: str) -> Iterator[Se
             yield Section(name, heading, places, below, [body[k] for k in mine], numbers.iloc[mine])
 
 
-def _without_sign(row: list[str]) -> list[str]:
-    """A line of headings that begins with the sign of a comment, without it."""
-    if not row or not re.match(r"#\s*([^\W\d]|$)", row[0]):
-        return row
-    return row[1:] if row[0] == "#" else [row[0].lstrip("# "), *row[1:]]
-
-
 def _places(option: str, row: Sequence[str]) -> dict[str, tuple[int, str]]:
     """Place of each quantity's column and the rest of its heading; empty if the row is no line of headings."""
     if sum(cell[:1].isdigit() for cell in row) > 1:
         return {}
-    found = {name: heading.places(row) for name, heading in HEADINGS[option].items()}
-    places = {name: next(iter(each.items())) for name, each in found.items() if each}
-    if "viscosity" in places:
-        places.pop("stress", None)
-    needed = [i for name, (i, _) in places.items() if name != "N1"]
-    return places if len({*needed}) == len(needed) == NEEDED[option][0] else {}
+    found = {name: next(iter(each.items())) for name, each in places(option, row).items()}
+    if "viscosity" in found:
+        found.pop("stress", None)
+    needed = [i for name, (i, _) in found.items() if name != "N1"]
+    return found if len({*needed}) == len(needed) == NEEDED[option][0] else {}
 
 
 def _is_text(row: Sequence[str]) -> bool:
@@ -257,30 +247,23 @@ def _decimal(cells: Sequence[str], separator: str) -> str:
     """The decimal mark of a table.
 
     Raises:
-        ValueError: 1,000 may be one or a thousand.
+        ValueError: Its commas may be decimal marks, thousands or separators.
     """
-    plain = [each for each in cells if re.fullmatch(r"[-+]?[\d.,]*\d[\d.,]*([eE][-+]?\d+)?", each)]
-    votes = {mark: sum(_is_decimal(each, mark) for each in plain) for mark in ",."}
-    unclear = next((each for each in plain if "," in each), "")
-    if unclear and not any(votes.values()) and separator != ";":
-        raise ValueError(f"has {unclear}, which may be one or a thousand; export it with points and without thousands")
-    return "," if votes[","] > votes["."] or (unclear and not votes["."]) else "."
-
-
-def _is_decimal(cell: str, mark: str) -> bool:
-    """Whether a mark in a number is no mark of thousands."""
-    last = re.search(r"[.,]\d*\D*$|$", cell.partition("e")[0].partition("E")[0])
-    if {",", "."} <= {*cell}:
-        return last is not None and last[0].startswith(mark)
-    return cell.count(mark) == 1 and not re.fullmatch(r"[-+]?[1-9]\d{0,2}[.,]\d{3}", cell)
+    numbers = [cell for cell in cells if re.fullmatch(NUMBER, cell, re.IGNORECASE)]
+    commas = [cell for cell in numbers if "," in cell]
+    if len(commas) <= sum("." in cell for cell in numbers):
+        return "."
+    if separator != ";" and all(re.fullmatch(r"[-+]?[1-9]\d{0,2},\d{3}", cell) for cell in commas):
+        raise ValueError(
+            f"has {commas[0]}, which may be one or a thousand; export it with points and without thousands"
+        )
+    return ","
 
 
 def _number(cell: str, decimal: str) -> float:
-    thousands = "," if decimal == "." else "."
-    plain = re.sub(r"\s", "", cell)
-    if not re.fullmatch(NUMBER.format(decimal=re.escape(decimal), thousands=re.escape(thousands)), plain):
-        return float("nan")
-    return float(plain.replace(thousands, "").replace(decimal, "."))
+    """A cell as a number, NaN if it is none; marks of thousands are not read."""
+    is_number = re.fullmatch(NUMBER, cell, re.IGNORECASE) and ("," if decimal == "." else ".") not in cell
+    return float(cell.replace(decimal, ".")) if is_number else float("nan")
 
 
 def _cell(row: Sequence[str], place: int) -> str:
@@ -306,11 +289,12 @@ def _left_out(option: str, section: Section, columns: Mapping[str, Column]) -> I
         value = _cell(row, place.place)
         why = f"'{value}' is no positive number" if value else "is empty"
         yield f"{len(out)} of {len(section.rows)} rows left out; in the first one, line {line}, {place} {why}"
+    named = places(option, section.heading)
     for name in [*columns][1:]:
-        for i in HEADINGS[option][name].places(section.heading).keys() - {columns[name].place}:
+        for i in named[name].keys() - {columns[name].place}:
             yield f'column {i + 1} "{section.heading[i]}" is not read, which may be {name}, too'
     if option == "--rheology" and "N1" not in columns:
-        for i in FORCE.places(section.heading):
+        for i in places_of([FORCE], "$^", section.heading):
             yield f'column {i + 1} "{section.heading[i]}" is not read: N1 = 2 F/(pi R^2) needs the radius R of the cone'
 
 
@@ -343,7 +327,7 @@ def _no_table(option: str, text: str) -> str:
     rows = [row for separator in SEPARATORS for row in _rows(text, separator)]
     if other := next((each for each in NEEDED if each != option and any(_places(each, row) for row in rows)), None):
         return f"must have columns of {wanted}, and has those of {other}"
-    named = max(rows, key=lambda row: (sum(bool(each.places(row)) for each in HEADINGS[option].values()), len(row)))
-    if not any(each.places(named) for each in HEADINGS[option].values()):
+    named = max(rows, key=lambda row: (len(places(option, row)), len(row) > 1))
+    if not places(option, named):
         return f"must have a line of headings, such as {example}"
     return f"must have columns of {wanted}, such as {example}, and has {', '.join(filter(None, named[:8]))}"

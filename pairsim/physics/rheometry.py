@@ -32,7 +32,7 @@ SPARSE, OF_SPARSE = 12, 0.05  # points of a curve below which its scatter is at 
 DOUBTFUL = (
     0.2  # half-width of an interval, of a logarithm or the range, above which derivatives are not relied on; chosen
 )
-SINGULAR = 1e-6  # singular values over the largest one, below which data do not determine a combination of numbers
+SINGULAR = 1e-6  # derivatives below which data do not determine a number, or a combination of several; chosen
 YIELDS = 0.15  # d log stress / d log rate over the slowest decade, below which the stress has a limit at rest; chosen
 
 
@@ -139,7 +139,10 @@ class Fit:
         problem, x = self._problem, self._best.x
         quantile = student.ppf((1 + CONFIDENCE) / 2, problem.free)
         variance = max(2 * self._best.cost, problem.count * 1e-12) / problem.free
-        half = quantile * np.sqrt(variance) * _spread(self._best.jac)
+        sizes = np.maximum(np.linalg.norm(self._best.jac, axis=0), SINGULAR)
+        scaled = self._best.jac / sizes
+        inverse = np.linalg.inv(scaled.T @ scaled + SINGULAR**2 * np.eye(len(x)))
+        half = quantile * np.sqrt(variance * np.diagonal(inverse)) / sizes
         cost = self._best.cost + quantile**2 * variance / 2
         found = {name: Number(value, value, value) for name, value in self.values.items()}
         for i, (unknown, h) in enumerate(zip(problem.unknowns, half, strict=True)):
@@ -382,18 +385,6 @@ def _fitted(
     criterion = count * np.log(max(squares / count, 1e-12)) + len(problem.unknowns) * np.log(count)
     deviation = float(np.sqrt(squares / count))
     return Fit(law, _liquid(law, modes, known), known["eta_0"], known, deviation, float(criterion), problem, best)
-
-
-def _spread(jacobian: Array) -> Array:
-    """Standard deviations of numbers over that of the data; infinite for those that the data do not determine."""
-    sizes = np.linalg.norm(jacobian, axis=0)
-    known = sizes > 1e-12 * max(sizes.max(), 1e-300)
-    spread = np.full(len(sizes), np.inf)
-    _, singular, axes = np.linalg.svd(jacobian[:, known] / sizes[known], full_matrices=False)
-    parts = np.abs(axes) / np.maximum(singular, 1e-300)[:, None]
-    parts[(singular <= SINGULAR * singular.max())[:, None] & (np.abs(axes) > 1e-3)] = np.inf
-    spread[known] = np.sqrt((parts**2).sum(axis=0)) / sizes[known]
-    return spread
 
 
 def described(fit: Fit, data: Measured) -> bool:
