@@ -55,7 +55,7 @@ def plot(
     Args:
         folders: One folder of any command, or several of runs or of curves.
         out: Where the pictures go: the folder itself by default; several folders need it.
-        formats: "png" (the default), "pdf", "svg", or several of them; an animation is a "gif".
+        formats: "png" (the default), "pdf", "svg", or several of them; an animation is a GIF.
         width: Of the pictures, such as "85mm"; a number is in mm.
         group: Parameter that chooses the colours, of a sweep or of several folders.
         panels: Parameter whose values have a panel each, of a sweep or of several folders.
@@ -70,13 +70,14 @@ def plot(
     Raises:
         InputError: A folder holds no results, there is nothing to draw yet, or an option is wrong or does not fit.
     """
-    from pairsim.plots.style import ANIMATIONS, FORMATS, Page
+    from pairsim.plots.style import Page
 
     if not folders:
         raise InputError("pairsim plot", "", None, "must name a folder of results")
     places = [Path(folder) for folder in folders]
-    known = ANIMATIONS if animate else FORMATS
-    page = Page.parse(formats or known[0], width, known, physical, legend)
+    if animate and formats not in (None, "gif"):
+        raise InputError("--format", "", formats, "must be left out with --animate, which makes a GIF")
+    page = Page.parse("png" if animate or formats is None else formats, width, physical, legend)
     target = Path(out) if out is not None else places[0]
     if len(places) > 1:
         if out is None:

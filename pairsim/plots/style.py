@@ -22,7 +22,6 @@ from pairsim.results.folder import part_of
 from pairsim.runtime.errors import InputError
 
 FORMATS = ("png", "pdf", "svg")
-ANIMATIONS = ("gif",)
 MM = 1 / 25.4  # inches
 NARROW = 120.0  # mm; panels of narrower pictures lie below each other
 LEAST_WIDTH, MOST_WIDTH = 50.0, 400.0  # mm
@@ -108,7 +107,6 @@ class Page:
     def parse(
         formats: str | Sequence[str] = "png",
         width: str | float = 170.0,
-        known: Sequence[str] = FORMATS,
         physical: bool | None = None,
         legend: bool = True,
     ) -> Page:
@@ -117,7 +115,6 @@ class Page:
         Args:
             formats: Kinds of files, separated by commas if they are one text.
             width: mm as a number, or text such as "85mm".
-            known: What `formats` may be.
             physical, legend: As the attributes.
 
         Raises:
@@ -126,14 +123,14 @@ class Page:
         names = formats.split(",") if isinstance(formats, str) else list(formats)
         chosen = {name.strip().lower(): None for name in names}
         for name in chosen:
-            if name not in known:
-                raise InputError("--format", "", name, f"must be one or more of {', '.join(known)}")
+            if name not in FORMATS:
+                raise InputError("--format", "", name, f"must be one or more of {', '.join(FORMATS)}")
         match = re.fullmatch(r"\s*(\d+(?:\.\d*)?)\s*(mm|cm|in)?\s*", str(width))
         size = float(match[1]) * {"mm": 1.0, "cm": 10.0, "in": 25.4}[match[2] or "mm"] if match else 0.0
         if not LEAST_WIDTH <= size <= MOST_WIDTH:
             allowed = f"must be {LEAST_WIDTH:g}mm to {MOST_WIDTH:g}mm, such as 85mm (a column) or 170mm (a page)"
             raise InputError("--width", "", width, allowed)
-        return Page(tuple(name for name in known if name in chosen), size, physical=physical, legend=legend)
+        return Page(tuple(name for name in FORMATS if name in chosen), size, physical=physical, legend=legend)
 
     @property
     def narrow(self) -> bool:

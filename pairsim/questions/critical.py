@@ -10,7 +10,7 @@ system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, cast
 
@@ -31,13 +31,11 @@ from pairsim.results.columns import CRITICAL_COLUMNS
 from pairsim.results.units import LENGTH
 
 if TYPE_CHECKING:
-    from pairsim.computing.steady import Solutions
     from pairsim.computing.warnings import ErrorAt
     from pairsim.plots.style import Page
     from pairsim.results.curve_table import Zero
     from pairsim.runtime.monitor import Monitor
     from pairsim.solvers.curves.branch import Point
-    from pairsim.solvers.curves.critical import Finding
     from pairsim.solvers.curves.zero_lines import Critical, Followed, Region
 
 SHOWN = {"zeros": "d_cr", "stable": "stable"}
@@ -119,9 +117,11 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
         monitor: Ends the computation.
     """
     from pairsim.computing.problems import steady_problem
-    from pairsim.computing.steady import Solutions, health_columns
+    from pairsim.computing.steady import Solutions, adaptation_report, error_at, health_columns
+    from pairsim.computing.warnings import large_errors
+    from pairsim.solvers.curves.branch import Point
     from pairsim.solvers.curves.critical import find_all, follow_all
-    from pairsim.solvers.curves.zero_lines import with_value
+    from pairsim.solvers.curves.zero_lines import Critical, End, Missed, value_of, with_value
     from pairsim.solvers.parameters import Parameters
 
     least, most = case.d
@@ -131,101 +131,64 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
         start = with_value(region.name, start, region.values[0])
     count = len(region.values) if region is not None else 1
     yield events.Begin(f"zeros of dU between d = {least:g} and {most:g}", count)
-    found = Solutions(case)
-    zeros = _Zeros(found, None if region is None else region.name)
+    found, branches, solved = Solutions(case), set[int](), 0
+    wanted: list[Point] = []  # those at requested values, whose error `accuracy` is kept for
+    errors: list[ErrorAt] = []  # of parameters where two zeros meet, relative to them
+    ends: list[dict[str, Any]] = []
+    warnings: list[str] = []
     try:
         with found:
             yield events.Table("critical", [*CRITICAL_COLUMNS, *health_columns(case)])
             # Meshes are adapted to the zeros asked for, not to those between them.
             branch = found.begin(steady_problem(case, least, monitor), start, zeros_only=True)
             branch.at(start)
-            yield from zeros.take(find_all(branch, least, most) if region is None else follow_all(branch, region))
-            return events.Outcome(
-                "finished", "end", f"{len(found.points)} critical distances on {zeros.branches} branches"
-            )
+            for each in find_all(branch, least, most) if region is None else follow_all(branch, region):
+                match each:
+                    case Point():
+                        solved += 1
+                        text = f"search: d = {each.d:.5f}  dU = {each.dU:+.4e}"
+                        yield events.Progress(len(wanted), text, solved)
+                    case Critical():
+                        solved += 1
+                        branches.add(each.branch)
+                        found.points.append(each.point)
+                        wanted += [each.point] if each.kind == "wanted" else []
+                        if each.by_parameter is not None and region is not None:
+                            size = abs(each.by_parameter) * value_of(region.name, each.point.parameters)
+                            errors.append(error_at(each.point, 0, size))
+                        yield events.Row("critical", row := critical_row(each))
+                        text = f"Ca_e = {row['Ca_e']:.5g}  De = {row['De']:.5g}  d_cr = {row['d_cr']:.5f}  {each.kind}"
+                        yield events.Progress(len(wanted), text, solved)
+                    case End():
+                        ends.append({**vars(each)})
+                        yield events.Note(f"branch {each.branch}: {each.message}")
+                    case Missed():
+                        warnings.append(each.message)
+            text = f"{len(found.points)} critical distances on {max(branches, default=0)} branches"
+            return events.Outcome("finished", "end", text)
         return found.outcome  # the branch ends before all distances were reached
     finally:
-        yield from zeros.end()
-
-
-class _Zeros:
-    """The critical distances found so far.
-
-    Args:
-        found: The quasi-steady solutions of the command; those at critical distances are added to its points.
-        followed: The parameter over which they are followed, None if they are not.
-
-    Attributes:
-        branches: Number of branches with a critical distance.
-    """
-
-    def __init__(self, found: Solutions, followed: Followed | None) -> None:
-        self.found, self.followed = found, followed
-        self.branches = 0
-        self._wanted: list[Point] = []  # those at requested values, whose error `accuracy` is kept for
-        self._errors: list[ErrorAt] = []  # of parameters where two zeros meet, relative to them
-        self._ends: list[dict[str, Any]] = []
-        self._warnings: list[str] = []
-        self._solved = 0
-
-    def take(self, findings: Iterable[Finding]) -> Iterator[events.Event]:
-        """Show the findings, and write the zeros among them."""
-        from pairsim.solvers.curves.branch import Point
-        from pairsim.solvers.curves.zero_lines import Critical, End, Missed
-
-        for each in findings:
-            match each:
-                case Point():
-                    yield self._shown(f"search: d = {each.d:.5f}  dU = {each.dU:+.4e}")
-                case Critical():
-                    self.branches = max(self.branches, each.branch)
-                    yield from self._critical(each)
-                case End():
-                    self._ends.append({**vars(each)})
-                    yield events.Note(f"branch {each.branch}: {each.message}")
-                case Missed():
-                    self._warnings.append(each.message)
-
-    def _shown(self, text: str) -> events.Progress:
-        self._solved += 1
-        return events.Progress(len(self._wanted), text, self._solved)
-
-    def _critical(self, critical: Critical) -> Iterator[events.Event]:
-        from pairsim.computing.steady import error_at, point_row
-        from pairsim.solvers.curves.zero_lines import value_of
-
-        point = critical.point
-        place, row = point.parameters, dict[str, Any](point_row(point))
-        self.found.points.append(point)
-        self._wanted += [point] if critical.kind == "wanted" else []
-        slope = point.slope_at_rest
-        row |= {"Ca_e": max(place.Ca_es), "De": place.De, "d_cr": point.d, "U": row["U_T"], "slope": slope}
-        row |= {"kind": critical.kind, "branch": critical.branch, "stable": slope < 0}
-        row |= {"d_error": None, "parameter_error": None}
-        if critical.by_parameter is None:
-            row["d_error"] = point.zero_error
-        else:  # where two zeros meet, the slope vanishes
-            row["parameter_error"] = row["dU_error"] / abs(critical.by_parameter)
-            assert self.followed is not None
-            size = abs(critical.by_parameter) * value_of(self.followed, place)
-            self._errors.append(error_at(point, 0, size))
-        yield events.Row("critical", row)
-        yield self._shown(f"Ca_e = {row['Ca_e']:.5g}  De = {place.De:.5g}  d_cr = {point.d:.5f}  {critical.kind}")
-
-    def end(self) -> Iterator[events.Event]:
-        """What run.json says."""
-        from pairsim.computing.steady import adaptation_report
-        from pairsim.computing.warnings import large_errors
-
-        entries: dict[str, Any] = {"ends": self._ends}
-        case, branch, warnings = self.found.case, self.found.branch, [*self._warnings]
-        if branch is not None:
-            sizes = [abs(point.slope_at_rest) * point.d for point in self._wanted]
+        entries: dict[str, Any] = {"ends": ends}
+        if found.branch is not None:
+            sizes = [abs(point.slope_at_rest) * point.d for point in wanted]
             what = "itself, that of a critical distance"
-            entries["adaptation"], missed = adaptation_report(case, branch, self._wanted, sizes, what)
+            entries["adaptation"], missed = adaptation_report(case, found.branch, wanted, sizes, what)
             warnings += missed
-        warnings += large_errors(case, "the error of a parameter at which two zeros meet", "itself", self._errors)
-        yield from self.found.last_events(entries, warnings)
+        warnings += large_errors(case, "the error of a parameter at which two zeros meet", "itself", errors)
+        yield from found.last_events(entries, warnings)
+
+
+def critical_row(critical: Critical) -> dict[str, Any]:
+    """The row of a critical distance. Where two zeros meet, the slope vanishes, and the parameter has the error."""
+    from pairsim.computing.steady import point_row
+
+    point, row = critical.point, dict[str, Any](point_row(critical.point))
+    place, slope, change = point.parameters, point.slope_at_rest, critical.by_parameter
+    row |= {"Ca_e": max(place.Ca_es), "De": place.De, "d_cr": point.d, "U": row["U_T"], "slope": slope}
+    row |= {"kind": critical.kind, "branch": critical.branch, "stable": slope < 0}
+    row["d_error"] = point.zero_error if change is None else None
+    row["parameter_error"] = row["dU_error"] / abs(change) if change is not None else None
+    return row
 
 
 def _region(case: CriticalCase) -> Region | None:
