@@ -12,7 +12,7 @@ from pairsim.api.cases import load
 from pairsim.cases.case import SceneCase
 from pairsim.cases.materials import declared_in, is_viscous
 from pairsim.cases.physical import BLOCK, DENSITY, QUANTITIES, Physical
-from pairsim.cases.quantities import kelvin_of, si
+from pairsim.cases.quantities import si
 from pairsim.cases.run_case import Case
 from pairsim.cases.yaml_file import yaml_text
 from pairsim.computing import QUESTIONS
@@ -108,7 +108,7 @@ def units(
     spectrum: Path | str | None = None,
     section: str | None = None,
     carrier: str | None = None,
-    temperature: str = "23 degC",
+    celsius: float = 23.0,
     **given: Any,
 ) -> Units:
     """Compute the dimensionless numbers and scales of an experiment, as `pairsim units` does.
@@ -121,7 +121,7 @@ def units(
         spectrum: File of moduli, alike: frequency, G', G''.
         section: A part of the name of the section that is read in a file of several.
         carrier: Methyl cellulose of deformability cytometry in place of a liquid, such as "0.59% MC-PBS".
-        temperature: Its temperature.
+        celsius: Its temperature.
         given: The keys of a `physical` block, each a text with its unit such as `tube="50um"`, and other keys of a
             case, such as `liquid={"law": "power-law", "n": 0.6}`. Without a modulus the particles are rigid.
 
@@ -138,7 +138,7 @@ def units(
     quantities = {key: given.pop(key) for key in Physical.model_fields if key in given}
     fit = None
     if carrier is not None:
-        K, n = methyl_cellulose(carrier, kelvin_of(temperature))
+        K, n = methyl_cellulose(carrier, celsius)
         _check_left_out(given.keys() & {"liquid"}, given, "since the carrier is a power law")
         given["liquid"], quantities["consistency"] = {"law": PowerLaw.name, "n": round(n, 6)}, f"{K:.6g}Pa.s^{n:.6f}"
     if rheology is not None or spectrum is not None:

@@ -123,18 +123,6 @@ def seconds_of(budget: str | None) -> float | None:
         raise InputError("pairsim", "--budget", budget, str(error)) from None
 
 
-def kelvin_of(temperature: str) -> float:
-    """A temperature such as "24 degC" in K.
-
-    Raises:
-        InputError: It is none.
-    """
-    try:
-        return si(temperature, Dimension("temperature", "a temperature", "", "K", "24 degC", lambda T, _: T))
-    except ValueError as error:
-        raise InputError("pairsim", "--temperature", temperature, str(error)) from None
-
-
 def in_one_unit(texts: Sequence[str]) -> tuple[list[float], str]:
     """Quantities such as "2 ms" as numbers in the unit of the first one, and that unit.
 

@@ -14,7 +14,7 @@ app = typer.Typer()
 
 @app.command(
     epilog="Examples: pairsim moduli M001.rtdc --table lut.txt | pairsim moduli M001.rtdc --table lut.txt "
-    '--carrier "0.59% MC-PBS" --temperature 24degC -o moduli.csv'
+    '--carrier "0.59% MC-PBS" --celsius 24 -o moduli.csv'
 )
 def moduli(
     file: Annotated[Path, typer.Argument(help="File of a cytometer (.rtdc).")],
@@ -23,9 +23,7 @@ def moduli(
         str | None,
         typer.Option(help="Carrier in place of that in the file: 0.49%, 0.59% or 0.83% MC-PBS; table: its own."),
     ] = None,
-    temperature: Annotated[
-        str | None, typer.Option(metavar="QUANTITY", help="Temperature in place of that in the file, such as 24degC.")
-    ] = None,
+    celsius: Annotated[float | None, typer.Option(help="Its temperature in place of that in the file.")] = None,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="CSV file to write (default: FILE-moduli.csv).")
     ] = None,
@@ -37,15 +35,16 @@ def moduli(
     picture of the events over lines of equal modulus.
     """
     from pairsim.api.moduli import moduli as moduli_of
+    from pairsim.plots.moduli import draw_moduli
     from pairsim.results.folder import write_file
 
     output = output or Path(f"{file.stem}-moduli.csv")
     picture = output.with_suffix(".png")
     for path in (output, picture):
         check_free(path, overwrite)
-    found = moduli_of(file, table, carrier=carrier, temperature=temperature)
+    found = moduli_of(file, table, carrier=carrier, celsius=celsius)
     write_file(output, found.table.to_csv(index=False, float_format="%.6g"))
-    found.draw(picture)
+    draw_moduli(found.table.to_numpy(), found.look_up, picture)
     for sentence in found.sentences:
         typer.echo(sentence)
     typer.echo(f"{output}\n{picture}")

@@ -82,7 +82,7 @@ def units(
     carrier: Annotated[
         Text, typer.Option(help="Carrier of cytometry in place of --liquid, such as '0.59% MC-PBS'.")
     ] = None,
-    temperature: Annotated[str, _quantity("Its temperature.")] = "23degC",
+    celsius: Annotated[float, typer.Option(help="Its temperature.")] = 23.0,
     solid: Annotated[
         Text, _law("Law of the particles: neo-hookean, kelvin-voigt, mooney-rivlin, or one of your own.")
     ] = None,
@@ -136,7 +136,7 @@ def units(
     apply_settings(case, tuple(set_ or ()))
     if spectrum:
         typer.echo("fit: laws of up to four modes, some half a minute", err=True)
-    more: dict[str, Any] = {"pressure": pressure, "over": over, "carrier": carrier, "temperature": temperature}
+    more: dict[str, Any] = {"pressure": pressure, "over": over, "carrier": carrier, "celsius": celsius}
     try:
         found = units_of(
             kind=kind, rheology=rheology, spectrum=spectrum, section=section, **more, **case.pop("physical"), **case

@@ -96,30 +96,18 @@ POINTS = np.linspace(-1, 1, 17)  # along an arc, where contours are measured as 
 
 
 class Contour(NamedTuple):
-    """What a microscope sees of a particle, as deformability cytometry measures it.
-
-    Attributes:
-        area: Area of the meridional section [D_c^2].
-        deformation: 1 - 2 sqrt(pi area)/perimeter.
-        area_hull: Area of the convex hull, which differs where the rear is dented.
-        deformation_hull: Its deformation.
-        inertia_ratio_hull: Root of its second moment of area along the axis over that across.
-        volume: Volume that the outline encloses by rotation [D_c^3].
-    """
+    """What a microscope sees of a particle: its section, the convex hull of that, and the volume by rotation [D_c]."""
 
     area: float
-    deformation: float
+    deformation: float  # 1 - 2 sqrt(pi area)/perimeter
     area_hull: float
     deformation_hull: float
-    inertia_ratio_hull: float
+    inertia_ratio_hull: float  # root of the second moment of area along the axis over that across
     volume: float
 
 
 def contour(outline: Array) -> Contour:
-    """Measure the outline of a particle: nodes (z, r), ends and mid-points of the arcs alternating, shape (2 k + 1, 2).
-
-    The moments are those of polygons by Green's theorem.
-    """
+    """Measure an outline: nodes (z, r), ends and mid-points of the arcs alternating, shape (2 k + 1, 2)."""
     from scipy.spatial import ConvexHull  # of which runs and curves have no use
 
     left, middle, right = outline[:-2:2], outline[1::2], outline[2::2]
@@ -134,7 +122,7 @@ def contour(outline: Array) -> Contour:
 
 
 def _measure(polygon: Array) -> tuple[float, float, float]:
-    """Area, deformation and inertia ratio of a polygon that is symmetric about the axis, shape (m, 2)."""
+    """Area, deformation and inertia ratio, by Green's theorem, of a polygon about the axis, shape (m, 2)."""
     (z, r), (z_next, r_next) = polygon.T, np.roll(polygon, -1, axis=0).T
     cross = z * r_next - z_next * r
     area, perimeter = cross.sum() / 2, np.hypot(z_next - z, r_next - r).sum()

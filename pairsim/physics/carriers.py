@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from typing import Any
 
 import numpy as np
 
@@ -15,17 +14,14 @@ from pairsim.runtime.errors import InputError
 ACTIVATION, SLOPE = 3379.7, 0.00223  # lambda [K], alpha [1/K]
 METHYL_CELLULOSE = {0.49: (2.30e-6, -0.0056), 0.59: (5.70e-6, -0.0744), 0.83: (16.52e-6, -0.1455)}
 """A [Pa s^n] and beta by concentration."""
-MEASURED = 22, 37  # degrees Celsius
-ROUNDED = 0.031  # names say 0.5, 0.6 and 0.8 %, too
 TRADE_NAMES = {"cellcarrier": 0.49, "cellcarrierb": 0.59}
-ZERO_CELSIUS = 273.15  # K
 # The mean stress at the walls of a tube of hydraulic diameter D is that at the shear rate 8 U/D (b + a/n), with (a, b)
 # of a square and of a circle (Kozicki, Chou and Tiu, Chem. Eng. Sci. 21, 665, 1966).
 SQUARE, CIRCLE = (0.2121, 0.6771), (0.25, 0.75)
 
 
-def methyl_cellulose(name: str, temperature: Any) -> tuple[Any, Any]:
-    """Consistency K [Pa s^n] and flow index n of a carrier, such as "0.59% MC-PBS", at a temperature [K].
+def methyl_cellulose(name: str, celsius: float) -> tuple[float, float]:
+    """Consistency K [Pa s^n] and flow index n of a carrier, such as "0.59% MC-PBS", at 22 to 37 degrees Celsius.
 
     Raises:
         InputError: There is no such carrier.
@@ -34,19 +30,20 @@ def methyl_cellulose(name: str, temperature: Any) -> tuple[Any, Any]:
     number = re.fullmatch(r"(0\.\d+)%?mc(?:pbs)?", plain)
     percent = float(number[1]) if number else TRADE_NAMES.get(plain, 0.0)
     nearest = min(METHYL_CELLULOSE, key=lambda each: abs(each - percent))
-    if abs(nearest - percent) > ROUNDED:
+    if abs(nearest - percent) > 0.031:  # names say 0.5, 0.6 and 0.8 %, too
         allowed = "must be 0.49% MC-PBS (CellCarrier), 0.59% MC-PBS (CellCarrier B) or 0.83% MC-PBS"
         raise InputError("pairsim", "carrier", name, allowed)
     A, beta = METHYL_CELLULOSE[nearest]
-    return A * np.exp(ACTIVATION / temperature), SLOPE * temperature + beta
+    T = celsius + 273.15
+    return A * float(np.exp(ACTIVATION / T)), SLOPE * T + beta
 
 
-def wall_rate(flow_rate: Any, width: Any, n: Any) -> Any:
+def wall_rate(flow_rate: float, width: float, n: float) -> float:
     """Shear rate [1/s] of the mean stress at the walls of a square channel, in m^3/s and m, by the flow index n."""
     return 8 * flow_rate / width**3 * (SQUARE[1] + SQUARE[0] / n)
 
 
-def gradient_in_square(n: Any, ratio: float) -> Any:
+def gradient_in_square(n: float, ratio: float) -> float:
     """Pressure gradient in a square channel over that in a tube `ratio` times as wide, at the same flow rate."""
     of_square, of_circle = (b + a / n for a, b in (SQUARE, CIRCLE))
-    return ratio * (ratio**3 * np.pi / 4 * of_square / of_circle) ** n
+    return ratio * float(ratio**3 * np.pi / 4 * of_square / of_circle) ** n

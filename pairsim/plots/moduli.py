@@ -3,30 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.colors import LogNorm
 
 from pairsim.plots.style import GREY, ORDERED, Page, colour_bar, printing
+from pairsim.results.cytometry import modulus_at
 from pairsim.runtime.arrays import Array
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-LEVELS = 7
 
 
 @printing()
-def draw_moduli(table: pd.DataFrame, lines: tuple[Array, Array, Array], out: Path) -> None:
-    """Draw deformation over area, coloured by Young's modulus, and lines of equal modulus; a PNG file.
-
-    Args:
-        table: The events, as in `pairsim.api.moduli.Moduli`.
-        lines: Areas (n,), deformations (m,) and the moduli there, (m, n).
-        out: The file.
-    """
-    area, deformation, modulus, _ = table.to_numpy().T
+def draw_moduli(events: Array, look_up: Array, out: Path) -> None:
+    """Draw events over lines of equal modulus of a table, (m, 4): area, deformation, modulus, error; a PNG file."""
+    area, deformation, modulus, _ = events.T
     inside, outside = np.isfinite(modulus), np.isnan(modulus)
     low, high = map(float, np.nanpercentile(modulus, (1, 99)))
     look: dict[str, Any] = {"s": 3.0, "linewidths": 0, "rasterized": True}
@@ -35,7 +25,9 @@ def draw_moduli(table: pd.DataFrame, lines: tuple[Array, Array, Array], out: Pat
     axes.scatter(area[outside], deformation[outside], color=GREY, **look)
     look |= {"c": modulus[inside], "norm": LogNorm(low, high), "cmap": ORDERED}
     shown = axes.scatter(area[inside], deformation[inside], **look)
-    drawn = axes.contour(*lines, levels=np.geomspace(low, high, LEVELS), colors="0.3", linewidths=0.6)
+    x, y = np.meshgrid(*(np.linspace(each.min(), each.max(), 90) for each in look_up.T[:2]))
+    lines, _ = modulus_at(look_up, x.ravel(), y.ravel())
+    drawn = axes.contour(x, y, lines.reshape(x.shape), levels=np.geomspace(low, high, 7), colors="0.3", linewidths=0.6)
     axes.clabel(drawn, fmt=lambda level: f"{level:.3g}", fontsize=6)
     colour_bar(figure, shown, ax=axes, label="Young's modulus  [kPa]")
     page.save(figure, out.parent, out.stem)

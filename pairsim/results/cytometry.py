@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import time
 from dataclasses import astuple
 from pathlib import Path
 from typing import Any, Literal
@@ -46,17 +45,16 @@ UNCORRECTED = (
 
 
 def in_square(n: float, size: Array, deformation: Array, elastic: bool) -> tuple[Array, Array]:
-    """Modulus of a sphere in a square channel over that of the same area and deformation in the equivalent tube.
+    """Modulus of a sphere in a square channel over that in the equivalent tube, and the half-width of this quotient.
+
+    What the walls add is known for one carrier. In others it may be absent or twice as large: this enters in proportion
+    to the difference of the flow indices, in full at n = 1.
 
     Args:
         n: Flow index of the carrier at the wall.
         size: Diameter of the sphere over the width of the channel, (m,).
         deformation: Its deformation, (m,).
         elastic: Whether the carrier has normal stresses.
-
-    Returns:
-        The quotient and its half-width. What the walls add is known for one carrier. In others it may be absent or
-        twice as large: this enters in proportion to the difference of the flow indices, in full at n = 1.
     """
     walls = np.asarray(sum(a * size**p for a, p in WALLS))
     unlike = 1.0 if elastic else min(abs(n - FITTED_INDEX) / (1 - FITTED_INDEX), 1.0)
@@ -76,8 +74,7 @@ def look_up_table(directory: Path, channel: Channel = "equivalent") -> tuple[str
         The table as text, and notes on it.
 
     Raises:
-        InputError: There are no shapes, a case has no `physical` block, or another tube, flow or liquid than the first
-            one.
+        InputError: There are no shapes, or a case has no `physical` block, or another tube, flow or liquid.
     """
     rows, first = list[Array](), None
     for file in (directory / TABLE, *sorted(directory.glob(f"*/{TABLE}"))):
@@ -134,15 +131,55 @@ def _meta(scales: Scales, liquid: Liquid, channel: Channel) -> dict[str, Any]:
         "channel": channel,
         "channel_width": round(1e6 * width, 6),
         "channel_width_unit": "um",
-        "date": time.strftime("%Y-%m-%d"),
-        "dimensionality": "2Daxis",
         "flow_rate": round(1e9 * flow_rate, 9),
         "flow_rate_unit": "uL/s",
         LAW: (liquid.modes[0] if liquid.modes else liquid.solvent).name,
         **(of_power_law if has_power_law else {}),
         "fluid_viscosity": round(1e3 * viscosity, 6),
         "fluid_viscosity_unit": "mPa s",
-        "method": "FEM",
-        "model": "steady shapes of spheres without inertia; case files of pairsim have the laws",
         "software": f"pairsim {__version__}",
     }
+
+
+def modulus_at(look_up: Array, area: Array, deformation: Array) -> tuple[Array, Array]:
+    """Modulus and relative half-width at areas and deformations by a table, (m, 4); nan outside of it.
+
+    Logarithms are interpolated, which are nearly linear in each other. The difference between linear and smooth
+    interpolation is part of the half-width.
+    """
+    from scipy.interpolate import CloughTocher2DInterpolator, LinearNDInterpolator
+    from scipy.spatial import Delaunay, QhullError
+
+    logs = np.log(look_up[:, 2])
+    try:
+        cells = Delaunay(np.log(look_up[:, :2]))
+    except QhullError:
+        raise InputError("pairsim moduli", "--table", None, "must have several areas and deformations") from None
+    with np.errstate(divide="ignore", invalid="ignore"):
+        wanted = np.log(np.column_stack([area, deformation]))
+    linear, error = LinearNDInterpolator(cells, np.column_stack([logs, look_up[:, 3]]))(wanted).T
+    smooth = CloughTocher2DInterpolator(cells, logs)(wanted)
+    return np.exp(smooth), error + abs(smooth - linear)
+
+
+def read_look_up_table(path: Path) -> tuple[dict[str, Any], Array]:
+    """Read a look-up table in the format of dclab.
+
+    Returns:
+        What its head says; area [um^2], deformation, modulus [kPa] and relative half-width, 0 where the table does not
+        know it, shape (m, 4).
+
+    Raises:
+        InputError: It is none.
+    """
+    try:
+        head = [line[1:].strip() for line in path.read_text(encoding="utf-8").splitlines() if line.startswith("#")]
+        meta = json.loads("\n".join(head[head.index("BEGIN METADATA") + 1 : head.index("END METADATA")]))
+        names = [name.split()[0] for name in head[-1].split("\t")]
+        values = np.loadtxt(path, ndmin=2)[:, [names.index(each) for each in ("area_um", "deform", "emodulus")]]
+        errors = np.broadcast_to(meta.get("emodulus_error", 0.0), len(values))
+        [meta[key] for key in ("channel_width", "flow_rate", "fluid_viscosity")]
+    except (OSError, ValueError, IndexError, KeyError) as error:
+        allowed = f"must be a table of pairsim table --cytometry, or one over area_um in dclab's format ({error})"
+        raise InputError(str(path), "--table", None, allowed) from None
+    return meta, np.column_stack([values, errors])
