@@ -24,17 +24,13 @@ PIXEL_SIZE = "imaging:pixel size"
 
 
 class Moduli(NamedTuple):
-    """Moduli of the events of a file.
+    """Area [um^2], deformation without what pixels add, modulus and its half-width [kPa] of the events of a file.
 
-    Attributes:
-        table: A row for each event: area [um^2], deformation without what the pixels add, Young's modulus and its
-            half-width [kPa], nan outside of the look-up table.
-        sentences: What was found, and what it rests on.
-        look_up: The look-up table in the conditions of the file: area, deformation, modulus and relative half-width.
+    They are nan outside of the look-up table, which is here in the conditions of the file, with relative half-widths.
     """
 
     table: pd.DataFrame
-    sentences: list[str]
+    sentences: list[str]  # what was found, and what it rests on
     look_up: Array
 
 

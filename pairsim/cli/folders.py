@@ -1,4 +1,4 @@
-"""Commands that read folders of results: `status`, `table`, `travel`, `plot` and `report`."""
+"""Commands that read folders of results, and `moduli`, which reads a cytometer's file."""
 
 from __future__ import annotations
 
@@ -212,3 +212,41 @@ def report(directory: Folder) -> None:
     from pairsim.api.report import report
 
     typer.echo(str(report(directory)))
+
+
+@app.command(
+    epilog="Examples: pairsim moduli M001.rtdc --table lut.txt | pairsim moduli M001.rtdc --table lut.txt "
+    '--carrier "0.59% MC-PBS" --celsius 24 -o moduli.csv'
+)
+def moduli(
+    file: Annotated[Path, typer.Argument(help="File of a cytometer (.rtdc).")],
+    table: Annotated[Path, typer.Option(help="Look-up table, of pairsim table --cytometry or as dclab's.")],
+    carrier: Annotated[
+        str | None,
+        typer.Option(help="Carrier in place of that in the file: 0.49%, 0.59% or 0.83% MC-PBS; table: its own."),
+    ] = None,
+    celsius: Annotated[float | None, typer.Option(help="Its temperature in place of that in the file.")] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="CSV file to write (default: FILE-moduli.csv).")
+    ] = None,
+    overwrite: OverwriteFile = False,
+) -> None:
+    """Compute Young's modulus of each event of a cytometer by a look-up table, with its half-width.
+
+    Writes a CSV file with a row for each event, in the order of the file, and a
+    picture of the events over lines of equal modulus.
+    """
+    from pairsim.api.moduli import moduli as moduli_of
+    from pairsim.plots.moduli import draw_moduli
+    from pairsim.results.folder import write_file
+
+    output = output or Path(f"{file.stem}-moduli.csv")
+    picture = output.with_suffix(".png")
+    for path in (output, picture):
+        check_free(path, overwrite)
+    found = moduli_of(file, table, carrier=carrier, celsius=celsius)
+    write_file(output, found.table.to_csv(index=False, float_format="%.6g"))
+    draw_moduli(found.table.to_numpy(), found.look_up, picture)
+    for sentence in found.sentences:
+        typer.echo(sentence)
+    typer.echo(f"{output}\n{picture}")

@@ -48,13 +48,8 @@ def in_square(n: float, size: Array, deformation: Array, elastic: bool) -> tuple
     """Modulus of a sphere in a square channel over that in the equivalent tube, and the half-width of this quotient.
 
     What the walls add is known for one carrier. In others it may be absent or twice as large: this enters in proportion
-    to the difference of the flow indices, in full at n = 1.
-
-    Args:
-        n: Flow index of the carrier at the wall.
-        size: Diameter of the sphere over the width of the channel, (m,).
-        deformation: Its deformation, (m,).
-        elastic: Whether the carrier has normal stresses.
+    to the difference of the flow indices n, in full at n = 1 or where the carrier is `elastic`. The `size` is the
+    diameter over the width of the channel, (m,), as the deformation.
     """
     walls = np.asarray(sum(a * size**p for a, p in WALLS))
     unlike = 1.0 if elastic else min(abs(n - FITTED_INDEX) / (1 - FITTED_INDEX), 1.0)
