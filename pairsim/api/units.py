@@ -278,7 +278,7 @@ def _defaults(case: SceneCase, given: Mapping[str, Any]) -> Iterator[str]:
         yield f"solvent viscosity: xi = {case.xi:g} of the total"
     if "modulus" not in given and "young" not in given:
         yield "no modulus: the particles are rigid (Ca_e = 0)"
-    if "distance" not in given:
+    if "distance" not in given and case.n > 1:
         name, values = _distances(case)
         lengths = " to ".join(in_unit(case.scales, LENGTH, d) for d in dict.fromkeys(case.range_of_d))
         yield f"distance between the surfaces: {name} = {values} D_c, {lengths}"
