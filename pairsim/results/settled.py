@@ -41,10 +41,13 @@ class Settled:
         from_rest, accuracy = entry["start"] == "rest", entry["accuracy"]
         return Settled(entry["dU"][gap], entry["dU_error"][gap], entry["t_relax"], from_rest, accuracy)
 
+    def own(self, error: float | None) -> float:
+        """Half-width of dU at the end of a run; without an estimate in the run that on the same cells [U_av]."""
+        return max(self.error, self.accuracy * abs(self.dU)) if error is None else error
+
     def allowed(self, error: float | None) -> float:
-        """Difference from dU of a run that errors explain; without an estimate in the run, on the same cells."""
-        own = max(self.error, self.accuracy * abs(self.dU)) if error is None else error
-        return max(self.error + own, NOTHING)
+        """Difference from dU of a run that errors explain."""
+        return max(self.error + self.own(error), NOTHING)
 
     def decayed(self, t: float, dU: float, error: float | None) -> bool:
         """Whether the start-up has decayed at the end of a run.

@@ -230,19 +230,18 @@ UNDECIDED = "may separate or come closer (not decided: the interval of dU holds 
         (
             1.5e-2,
             (1.5e-2, 1e-4),
-            "separates: {}, dU = +0.015 at the end, +0.01500 +- 0.00010 in quasi-steady motion there. "
+            "separates: {}, dU = +0.01500 +- 0.00015 at the end, +0.01500 +- 0.00010 in quasi-steady motion there. "
             "While it started up it came closer.",
         ),
         (
             -1.5e-2,
             (-1.5e-2, 1e-4),
-            "comes closer: {}, dU = -0.015 at the end, -0.01500 +- 0.00010 in quasi-steady motion there.",
+            "comes closer: {}, dU = -0.01500 +- 0.00015 at the end, -0.01500 +- 0.00010 in quasi-steady motion there.",
         ),
         (
             -5e-6,  # contradicts the curve within the errors of both
             (2e-5, 1.5e-5),
-            UNDECIDED + ": {}, dU = -5e-06 at the end, (+2 +- 2)e-5 in quasi-steady motion there. "
-            "The first holds for this run, the second for a pair that has forgotten its start.",
+            UNDECIDED + ": {}, dU = (-0 +- 2)e-5 at the end, (+2 +- 2)e-5 in quasi-steady motion there.",
         ),
         (1e-12, (2e-12, 1e-14), "keeps its distance: {}, dU = +1e-12 at the end."),
     ],

@@ -27,7 +27,8 @@ def answer_of_run(series: Mapping[str, Array], record: Mapping[str, Any]) -> lis
     lines, scales = _train(series, gaps, record) if len(gaps) > MOST_GAPS else [], scales_in(record)
     for i, gap in enumerate(gaps if len(gaps) <= MOST_GAPS else []):
         who = "The pair" if len(gaps) == 1 else f"Gap {i + 1}"
-        d, (dU, error), settled = series[f"d{gap}"], _last_dU(series, gap), Settled.of(record, i)
+        d, settled = series[f"d{gap}"], Settled.of(record, i)
+        dU, error = _last_dU(series, gap, settled)
         lines.append(f"{who} {_motion(series['t'], d, dU, error, settled, record)}")
     if gaps and (message := record.get(SETTLED, {}).get("message")):
         lines.append(f"Whether the start-up has decayed is not known: {message}.")
@@ -43,7 +44,7 @@ def _train(series: Mapping[str, Array], gaps: Sequence[str], record: Mapping[str
     signs = []
     for i, gap in enumerate(gaps):
         settled = Settled.of(record, i)
-        signs.append(_sign(settled.dU, settled.error) if settled else _sign(*_last_dU(series, gap)))
+        signs.append(_sign(settled.dU, settled.error) if settled else _sign(*_last_dU(series, gap, None)))
     scales = scales_in(record)
     when = f"at t = {in_unit(scales, TIME, series['t'][-1])}"
     if Settled.of(record, 0) is not None:
@@ -67,10 +68,17 @@ def _train(series: Mapping[str, Array], gaps: Sequence[str], record: Mapping[str
     ]
 
 
-def _last_dU(series: Mapping[str, Array], gap: str) -> tuple[float, float | None]:
-    """dU of a gap in the last row, and the half-width of its interval, None if it was not estimated."""
-    error = series.get(error_of(f"dU{gap}"))
-    return float(series[f"dU{gap}"][-1]), None if error is None else float(error[-1])
+def _last_dU(series: Mapping[str, Array], gap: str, settled: Settled | None) -> tuple[float, float | None]:
+    """dU of a gap in the last row, and the half-width of its interval.
+
+    Where the run has not estimated it, it is that of quasi-steady motion on the same cells, once the start-up has
+    decayed; None before.
+    """
+    dU, errors = float(series[f"dU{gap}"][-1]), series.get(error_of(f"dU{gap}"))
+    if errors is not None:
+        return dU, float(errors[-1])
+    known = settled is not None and abs(settled.dU) > NOTHING and settled.decayed(float(series["t"][-1]), dU, None)
+    return dU, settled.own(None) if settled is not None and known else None
 
 
 def _motion(
@@ -98,9 +106,7 @@ def _motion(
         turned = sign != 0 and np.sign(d[-1] - d[0]) == -sign
         other = f" While it started up it {'came closer' if sign > 0 else 'moved apart'}." if turned else ""
         steady = f", {later} in quasi-steady motion there" if abs(settled.dU) > NOTHING else ""
-        apart = steady and abs(dU - settled.dU) > settled.error + (error or 0.0)
-        which = " The first holds for this run, the second for a pair that has forgotten its start." if apart else ""
-        return f"{_moves(sign, settled.dU)}: {way}, {now}{steady}.{which}{other}"
+        return f"{_moves(sign, settled.dU)}: {way}, {now}{steady}.{other}"
     end = settled.end_needed(float(t[-1]), dU, error)
     would = f"time.end = {end:g}" if scales is None else f"physical.end = {in_unit(scales, TIME, end)}"
     then = f"{later} once the start-up has decayed: it then {_moves(sign, settled.dU)}"
