@@ -13,7 +13,7 @@ import scipy
 from pairsim.cases.quantities import LENGTH as A_LENGTH
 from pairsim.cases.quantities import si
 from pairsim.physics.scales import Scales
-from pairsim.results.curve_table import curve_of, forgotten_at, stretch_of
+from pairsim.results.curve_table import Memory, curve_of, stretch_of
 from pairsim.results.units import LENGTH, TIME, in_unit, scales_in, scales_of, with_error
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
@@ -34,7 +34,9 @@ class Travel:
         length: Integral of U/dU dz with the mean velocity U of the pair: how far it travels along the tube [D_c].
         time_error: Half-width of the time: with dU on either end of its interval everywhere.
         length_error: Half-width of the length, in the same way.
-        forgotten: Distance from which on a pair that starts at the first one moves so; see `forgotten_at`.
+        forgotten: Distance from which on a pair that starts at the first one moves so; see `Memory`.
+        start_error: By how much a start from rest at the first distance may change the time [D_c/U_av]; no part of
+            `time_error`, as of a pair that only passes there. None with `forgotten`, if decay times are not known.
         scales: The units of the case, None without a `physical` block.
     """
 
@@ -45,6 +47,7 @@ class Travel:
     time_error: float
     length_error: float
     forgotten: float | None
+    start_error: float | None
     scales: Scales | None = None
 
     def __str__(self) -> str:
@@ -60,10 +63,14 @@ class Travel:
             tube = f"{with_error(millimetres * self.length, millimetres * self.length_error)} mm"
             mean = f"{1e3 * scales.velocity * velocity:.4g} mm/s"
         lines = [f"from d = {start} to {stop}: {time} and {tube} of tube (mean velocity {mean})"]
-        if self.forgotten is not None:
+        if self.forgotten is not None and self.start_error is not None:
             there = in_unit(scales, LENGTH, self.forgotten, digits=3)
             known = f"from d = {there} on" if self.forgotten < np.inf else "nowhere on this curve"
-            lines.append(f"the start at d = {start} is forgotten {known}; until then dU depends on it")
+            changed = f"{in_unit(scales, TIME, self.start_error, digits=2)}{'' if scales else ' D_c/U_av'}"
+            lines.append(
+                f"the start at d = {start} is forgotten {known}; a start from rest there changes the time by up to "
+                f"about {changed} more"
+            )
         return "\n".join(lines)
 
 
@@ -112,8 +119,9 @@ def travel(
         return value, max(value - least, most - value)
 
     (time, time_error), (length, length_error) = with_half_width(lambda x: 1.0), with_half_width(mean)
-    forgotten = forgotten_at(table, begin)
-    return Travel(begin, end, time, length, time_error, length_error, forgotten, scales_in(record))
+    memory = Memory.after(table, begin)
+    forgotten, start_error = (memory.forgotten, memory.time_until(end)) if memory is not None else (None, None)
+    return Travel(begin, end, time, length, time_error, length_error, forgotten, start_error, scales_in(record))
 
 
 def distance_on(
