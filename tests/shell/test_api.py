@@ -160,7 +160,7 @@ def test_fields_are_those_of_the_file(empty: Path) -> None:
     reader.set_active_time_value(0.1)
     read = reader.read()
     read = read[0] if isinstance(read, pv.MultiBlock) else read
-    assert result.distances == pytest.approx([0.1])
+    assert result.places == pytest.approx([0.1])
     assert np.array_equal(grid.points, read.points)
     assert np.array_equal(grid.cell_data["region"], read.cell_data["region"])
     assert set(grid.point_data.keys()) | {"position"} == set(read.point_data.keys())
@@ -244,7 +244,7 @@ def test_a_keyboard_interrupt_leaves_a_partial_result(
         pytest.fail("the interrupt was not caught")
     assert result.status == "interrupted"
     assert len(result.table) >= 5
-    assert result.fields(result.times[0]).n_points > 0
+    assert result.fields(result.places[0]).n_points > 0
     with pytest.raises(KeyboardInterrupt):
         result.check()
 

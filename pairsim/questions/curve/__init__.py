@@ -40,7 +40,6 @@ if TYPE_CHECKING:
     from pairsim.plots.style import Page
     from pairsim.questions.curve.function import Curve
     from pairsim.results.travel import Travel
-    from pairsim.runtime.arrays import Array
     from pairsim.runtime.monitor import Monitor
 
 FORCE = names_of(1, *FORCES)  # columns of the only point of a single particle that is moved
@@ -250,11 +249,6 @@ class CurveResult(Result):
 
         source = "curve" if self.folder is None else str(self.folder)
         return travel(self.columns, start, stop, source, self.record)
-
-    @property
-    def distances(self) -> Array:
-        """Distances at which there are fields [D_c], shape (n,); see `fields` of the case."""
-        return self.places
 
     def _headline(self) -> str:
         kinds = [("stable" if row.stable else "unstable", row.d) for row in self.zeros.itertuples()]

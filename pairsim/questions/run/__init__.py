@@ -31,7 +31,6 @@ from pairsim.runtime.errors import InputError
 
 if TYPE_CHECKING:
     from pairsim.plots.style import Page
-    from pairsim.runtime.arrays import Array
     from pairsim.runtime.monitor import Monitor
 
 
@@ -69,11 +68,6 @@ def result_columns(case: Case) -> tuple[str, ...]:
 
 class RunResult(Result):
     """The result of a run in time. `table` is series.csv, with a row for each accepted step."""
-
-    @property
-    def times(self) -> Array:
-        """Times at which there are fields [D_c/U_av], shape (n,)."""
-        return self.places
 
     def findings(self) -> list[str]:
         """What the particles do at the end."""
