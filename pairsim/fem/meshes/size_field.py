@@ -121,6 +121,10 @@ class SizeField:
         low, high = rows[i], rows[i + 1]
         return (1 - a) * ((1 - b) * low[j] + b * low[j + 1]) + a * ((1 - b) * high[j] + b * high[j + 1])
 
+    def at_most(self, largest: float) -> SizeField:
+        """The same with a bound on all sizes [D_c]."""
+        return replace(self, sizes=np.minimum(self.sizes, largest))
+
     def on(self, geometry: Geometry) -> Size:
         """Sizes for the same particles at other distances: gaps are stretched, particles are not."""
         here, own = _edges(geometry), _edges(self.geometry)

@@ -26,6 +26,8 @@ from pairsim.physics.liquids.viscous import LEAST_RATE, ViscousLaw
 from pairsim.runtime.arrays import Array
 
 DEGREE = 6  # of the quadrature; chosen
+# Part of the square of the change of the shear rate that its square is at least, where slopes are evaluated; chosen.
+SMOOTHED = 0.25
 IMAGINARY = 1e-30j  # complex step; it causes no cancellation
 
 
@@ -71,8 +73,11 @@ def _beyond_first_order(law: ViscousLaw, e: Array, more: Array) -> Array:
         return law.viscosity(gamma2 + LEAST_RATE**2)
 
     gamma2, changed = 2 * (e**2).sum(axis=-1), 2 * ((e + more) ** 2).sum(axis=-1)
-    slope = 4 * (e * more).sum(axis=-1) * viscosity(gamma2 + IMAGINARY).imag / IMAGINARY.imag
-    return np.asarray(2 * (viscosity(changed) - viscosity(gamma2))[..., None] * (e + more) - 2 * slope[..., None] * e)
+    # The slope at a shear rate that is nearly zero says nothing about a change to larger ones.
+    smooth = gamma2 + SMOOTHED * 2 * (more**2).sum(axis=-1)
+    slope = 4 * (e * more).sum(axis=-1) * viscosity(smooth + IMAGINARY).imag / IMAGINARY.imag
+    linear = viscosity(smooth)[..., None] * more + slope[..., None] * e
+    return np.asarray(2 * (viscosity(changed)[..., None] * (e + more) - viscosity(gamma2)[..., None] * e - linear))
 
 
 class _StrainRates:

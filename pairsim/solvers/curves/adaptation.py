@@ -242,6 +242,8 @@ class AdaptiveBranch(Branch):
             with suppress(NoSteadyState, MeshFailure):
                 point = solve(point)
             finer_error = float(point.estimate.dU_error.max())
+            if self._by_chance(point):
+                continue
             if finer_error > HELPS * error:
                 self.rounds[self._nominal(point)] = ROUNDS
             if finer_error > error and self._go_on(coarser, point.parameters):
@@ -251,6 +253,14 @@ class AdaptiveBranch(Branch):
                     point = solve(point)
         self.unknowns[self._nominal(point)] = self.solver.constraints.size
         return replace(point, newton=self.solver.iterations - before)
+
+    def _by_chance(self, point: Point) -> bool:
+        """Whether the error may have grown with finer cells by chance.
+
+        Without modes few cells have most of the scatter, those that the shear rate vanishes in, by where it does.
+        """
+        estimate = point.estimate
+        return not point.parameters.liquid.modes and bool((estimate.irregular_dU > estimate.regular_dU).any())
 
     def _nominal(self, point: Point) -> tuple[float, ...]:
         return self.problem.nominal(point.gaps)
@@ -293,12 +303,14 @@ class AdaptiveBranch(Branch):
         assert cells is not None, "liquids that are not Newtonian have them"
         parts = estimate.factors.joined(estimate.regular_dU, estimate.irregular_dU)
         scatter = estimate.factors.scatter * (parts / estimate.irregular_dU)
-        # Without modes cells that contribute nothing to dU carry the profile, and with it the pressure drop.
-        largest_factor = MOST_FACTOR if point.parameters.liquid.modes else 1.0
+        largest_factor = MOST_FACTOR
         if self.rounds[self._nominal(point)]:  # smaller cells where the scatter came from were not enough
             common = float(np.max(estimate.cells_dU / most))
             largest_factor = float(np.clip(common ** (-1 / ORDER), LEAST_COMMON, 1.0))
-        return cells.sizes(most / scatter, largest_factor, self.problem.mesh.rows or self.problem.length)
+        mesh = self.problem.mesh
+        field = cells.sizes(most / scatter, largest_factor, mesh.rows or self.problem.length)
+        # Without modes cells that contribute nothing to dU carry the profile, and with it the pressure drop.
+        return field if point.parameters.liquid.modes else field.at_most(mesh.max_size)
 
     def _go_on(self, problem: SteadyProblem, parameters: Parameters) -> bool:
         """Carry the solution over to other cells; False, with the old ones kept, if that fails."""
