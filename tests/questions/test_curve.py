@@ -185,6 +185,7 @@ def test_zeros_before_one_that_was_lost_are_written(monkeypatch: pytest.MonkeyPa
     assert len(result.zeros) == 1
 
 
+@pytest.mark.slow
 def test_a_change_of_sign_between_two_meshes_is_no_zero_and_is_told() -> None:
     """On ten cells dU at d = .8 has the wrong sign; its neighbour .7 lies on a mesh made for another distance."""
     result = pairsim.curve(PAIR, mesh={"Np": 10, "max_size": 0.2}, tol=1, d=[0.7, 0.8]).check()

@@ -17,9 +17,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from matplotlib import image
 from support.commands import Pairsim, descendants, words_of
-from support.inputs import ROOT, SMALL, STUDY, TINY
+from support.inputs import ROOT, SMALL, TINY
 from support.pictures import colours
 from support.result_folders import make_sweep
 from typer.testing import CliRunner
@@ -27,7 +26,6 @@ from typer.testing import CliRunner
 import pairsim as package
 from pairsim.cli.app import app
 from pairsim.results.folder import read_record
-from pairsim.results.table_files import read_table
 from pairsim.runtime.child_process import module_command
 from pairsim.runtime.errors import InputError
 from pairsim.solvers.nonlinear.newton import TRANSIENT
@@ -432,29 +430,3 @@ def test_dry_run_lists_all_cases_and_computes_none(tmp_path: Path) -> None:
     assert "1 duplicates left out" in result.output
     assert all(case.folder in result.output for case in read_grid(tmp_path / "grid.yaml").cases)
     assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.slow
-def test_study_runs_resumes_and_draws(tmp_path: Path, pairsim: Pairsim) -> None:
-    (tmp_path / "study.yaml").write_text(STUDY)
-    done = pairsim("study", "study.yaml", "-o", "out", "-q")
-    assert (done.returncode, done.stdout.strip()) == (0, "out"), done.stderr
-    with (tmp_path / "out" / "study.csv").open() as file:
-        rows = list(csv.DictReader(file))
-    assert [(row["mesh.Np"], row["time.fixed_step"]) for row in rows] == [
-        ("8", ""), ("11", ""), ("16", ""), ("8", "0.005"),
-    ]  # fmt: skip
-    assert [row["reference"] for row in rows] == ["false", "false", "true", "false"]
-    assert [row["steps"] for row in rows][3] == "4"
-    assert float(rows[1]["error"]) < float(rows[0]["error"])
-    assert all(float(row["wall_time"]) > 0 for row in rows)
-    ends = {float(row["dU@0.02"]) for row in rows}
-    assert ends == {read_table(path)["dU"][-1] for path in tmp_path.glob("out/*/series.csv")}
-    assert image.imread(tmp_path / "out" / "study.png").shape[1] > 500
-    records = {path: path.read_text() for path in tmp_path.glob("out/*/run.json")}
-    assert len(records) == 4
-    (tmp_path / "out" / "study.csv").unlink()
-    again = pairsim("study", "study.yaml", "-o", "out", "-q")
-    assert again.returncode == 0, again.stderr
-    assert all(path.read_text() == text for path, text in records.items())
-    assert (tmp_path / "out" / "study.csv").is_file()

@@ -11,7 +11,11 @@ from typing import Any
 import pandas as pd
 import pytest
 import pyvista
+from matplotlib import image
 from support.commands import Pairsim
+from support.inputs import STUDY
+
+from pairsim.results.table_files import read_table
 
 CASE = """
 beta: 0.4
@@ -33,7 +37,7 @@ def table_of(tmp_path: Path, pairsim: Pairsim) -> Any:
         (tmp_path / "file.yaml").write_text(content)
         done = pairsim(command, "file.yaml", "-o", "out", "-q", **more)
         assert done.returncode == 0, done.stderr
-        return pd.read_csv(tmp_path / "out" / table)
+        return pd.read_csv(tmp_path / "out" / table, float_precision="round_trip")
 
     return compute
 
@@ -61,9 +65,19 @@ def test_a_sweep_under_mpirun_has_a_row_a_case(table_of: Any) -> None:
 
 
 @pytest.mark.slow
-def test_a_study_reports_speed_against_error(table_of: Any) -> None:
-    cells = "{mesh.Np: 8}, {mesh.Np: 11}, {mesh.Np: 16}"
-    table = table_of("study", f"{GRID}\nat: [0.02]\ndiscretisations: [{cells}]", "study.csv")
-    coarse, fine = table["error"].dropna()  # the finest mesh is the reference
-    assert fine < coarse
+def test_a_study_reports_speed_against_error(table_of: Any, tmp_path: Path, pairsim: Pairsim) -> None:
+    """It draws them; the same command computes no case again."""
+    table = table_of("study", STUDY, "study.csv")
+    assert table["mesh.Np"].tolist() == [8, 11, 16, 8]
+    assert table["reference"].tolist() == [False, False, True, False]
+    assert table["steps"][3] == 4
+    assert table["error"][1] < table["error"][0]
     assert (table["wall_time"] > 0).all()
+    assert {*table["dU@0.02"]} == {read_table(path)["dU"][-1] for path in tmp_path.glob("out/*/series.csv")}
+    assert image.imread(tmp_path / "out" / "study.png").shape[1] > 500
+    records = {path: path.read_text() for path in tmp_path.glob("out/*/run.json")}
+    assert len(records) == 4
+    (tmp_path / "out" / "study.csv").unlink()
+    assert pairsim("study", "file.yaml", "-o", "out", "-q").returncode == 0
+    assert all(path.read_text() == text for path, text in records.items())
+    assert (tmp_path / "out" / "study.csv").is_file()

@@ -86,6 +86,7 @@ def test_nothing_is_added_where_the_distance_stands_still() -> None:
     assert zero.slope_at_rest != float(zero.slopes[0])
 
 
+@pytest.mark.slow
 def test_a_zero_that_two_meshes_jump_past_is_that_of_one_of_them(monkeypatch: pytest.MonkeyPatch) -> None:
     """On the mesh for each distance the zero is at the distance of the other one."""
     branch, _ = solved(beta=0.2, d=(0.03, 0.12), mesh={"Np": 16})

@@ -26,7 +26,6 @@ from pairsim.physics.liquids.fene_p import FeneP
 from pairsim.physics.liquids.giesekus import Giesekus
 from pairsim.physics.liquids.oldroyd_b import OldroydB
 from pairsim.physics.liquids.ptt import ExponentialPTT, LinearPTT
-from pairsim.physics.liquids.white_metzner import WhiteMetzner
 from pairsim.physics.pipe import Pipe
 from pairsim.results.fields import frame
 from pairsim.runtime.errors import NoSteadyState
@@ -195,18 +194,6 @@ def test_jacobian_of_the_pipe_is_that_of_differences(name: str) -> None:
     c = pipe._start * np.random.default_rng(0).uniform(0.8, 1.2, len(pipe._start)) + 0.3
     columns = [(pipe._rate(0, c + e) - pipe._rate(0, c - e)) / 2e-6 for e in 1e-6 * np.eye(len(c))]
     assert pipe._jacobian(0, c) == pytest.approx(np.column_stack(columns), rel=1e-6, abs=1e-6)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "liquid", [*LAWS.values(), single(WhiteMetzner(n=0.5, Cu=1.0), De=0.8)], ids=lambda liquid: liquid.label
-)
-def test_every_law_starts_up_on_the_mesh(liquid: Liquid) -> None:
-    """The UFL form of each law against the one-dimensional flow, which is written for c and not for log c."""
-    found = pipe_in_two_dimensions(liquid, [0.3, 1.0], 0.25, max_size=0.1)
-    exact = Pipe(liquid).until(1.0)
-    for t, (gradient, _) in found.items():
-        assert gradient == pytest.approx(exact(t).gradient, rel=3e-3)
 
 
 def test_exponential_and_logarithm_are_those_of_matrices() -> None:
