@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 from pairsim.physics.solids import soft
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import NoSteadyState
-from pairsim.solvers.curves import zero_lines
+from pairsim.solvers.curves import critical, zero_lines
 from pairsim.solvers.curves.zero_lines import Critical, End, Follower, Region
 from pairsim.solvers.parameters import Parameters
 
@@ -70,6 +70,10 @@ class Formula:
     def recall(self, snapshot: Any) -> None:
         self.solver.parameters = snapshot
 
+    def return_to(self, zero: Any, snapshot: Any) -> None:
+        self.expected = zero
+        self.recall(snapshot)
+
     def improved(self, zero: Any) -> Any:
         return zero
 
@@ -93,6 +97,44 @@ def followed(branch: Any, values: list[float]) -> tuple[list[Critical], End]:
     assert isinstance(end, End)
     assert all(isinstance(each, Critical) for each in found), "none is missed"
     return found, end
+
+
+def test_a_line_begins_with_the_correction_of_its_own_zero() -> None:
+    """That of the last zero of another line may be larger than dU is anywhere on this one."""
+    branch = Formula(lambda q: float(np.log(0.2)), 0.01)
+    (first, *_), _ = followed(branch, [0.01, 0.02])
+    assert branch.expected is first.point
+
+
+def test_a_line_that_was_lost_is_not_followed_twice(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A zero that cannot be followed from the first value is met by its own line from the last one."""
+
+    def at(Ca_e: float) -> Any:
+        return SimpleNamespace(parameters=Parameters((0.73,), soft(Ca_e, Ca_e)), d=0.73, slopes=np.ones(1))
+
+    def search(branch: Any, least: float, most: float) -> Any:
+        yield from ()
+        return [SimpleNamespace(point=at(branch.value))]
+
+    def follow(_: Any, number: int, start: Any, forward: float) -> Any:
+        yield Critical(start.point, number, "wanted")
+        if forward > 0:
+            yield End(number, "lost", "")
+            return
+        yield from (Critical(at(Ca_e), number, "wanted") for Ca_e in (0.05, 0.02))
+        yield End(number, "range", "")
+
+    branch: Any = SimpleNamespace(solver=SimpleNamespace(parameters=Parameters((0.8,), soft(0.02, 0.02))))
+    branch.at = lambda parameters: setattr(branch, "value", parameters.Ca_es[0])
+    monkeypatch.setattr(critical, "search", search)
+    monkeypatch.setattr(Follower, "follow", follow)
+    found = list(critical.follow_all(branch, Region("Ca_e", (0.02, 0.05, 0.1), 0.02, 1.0)))
+    assert [(c.branch, c.point.parameters.Ca_es[0]) for c in found if isinstance(c, Critical)] == [
+        (1, 0.02),
+        (2, 0.1),
+        (2, 0.05),
+    ]
+    assert [(end.branch, end.reason) for end in found if isinstance(end, End)] == [(1, "lost"), (2, "met")]
 
 
 @pytest.mark.parametrize("values", [[0.005, 0.02, 0.04, 0.045, 0.05], [0.04, 0.0425, 0.045, 0.0475, 0.05]])
@@ -144,5 +186,5 @@ def test_end_of_a_line_tells_why() -> None:
             return super().zero_on(along, tau, y, settled=settled)
 
     _, end = followed(Ending(lambda q: float(np.log(0.1) + 0.1 * q), 0.05), [0.05, 0.1])
-    assert end.reason == "no_steady_state"
+    assert end.reason == "lost"
     assert "the shapes end" in end.message

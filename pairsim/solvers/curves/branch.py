@@ -254,6 +254,11 @@ class Branch:
         """Restore a stored solution."""
         self.solver.recall(snapshot)
 
+    def return_to(self, zero: Point, snapshot: Snapshot) -> None:
+        """Restore a stored zero, whose correction the next zero is expected to have, too."""
+        self.recall(snapshot)
+        self._at_zero = float(zero.correction[0])
+
     def _nearest(self, parameters: Parameters, margin: float = float(np.log(GAP_RATIO))) -> None:
         """Restore the known solution nearest to given parameters if it is nearer than the present one."""
         nearest = min(self._known, key=lambda snapshot: _apart(snapshot.parameters, parameters))

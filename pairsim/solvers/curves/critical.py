@@ -9,6 +9,7 @@ import numpy as np
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.curve import Zero, find_zeros, trace
 from pairsim.solvers.curves.zero_lines import Critical, End, Follower, Missed, Region, with_value
+from pairsim.solvers.steady.continuation import where
 
 # All constants were chosen.
 SCAN_POINTS = 9  # of the curve dU(d) that is searched for zeros
@@ -79,6 +80,10 @@ def follow_all(branch: Branch, region: Region) -> Iterator[Finding]:
             count += 1
             for found in follower.follow(count, zero, forward):
                 if isinstance(found, Critical):
+                    met = next((c for c in seen if c.branch != count and same_zero(found.point, c.point)), None)
+                    if met is not None:
+                        yield End(count, "met", f"branch {met.branch} is met at {where(met.point.parameters)}")
+                        break
                     seen.append(found)
                 yield found
         if len(region.values) == 1:

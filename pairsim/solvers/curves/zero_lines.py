@@ -76,7 +76,8 @@ class End:
 
     Attributes:
         branch: Number of the line.
-        reason: "range": last value of the parameter passed; "edge": as for `Critical`; "no_steady_state".
+        reason: "range": last value of the parameter passed; "edge": as for `Critical`; "met": it has come to another
+            line, which was lost; "lost": no further zero was found.
         message: Description for log and results.
     """
 
@@ -167,7 +168,7 @@ class Follower:
         Raises:
             NoSteadyState: The matrix is singular at a zero.
         """
-        self.branch.recall(start.snapshot)
+        self.branch.return_to(start.point, start.snapshot)
         yield Critical(start.point, number, "wanted")
         pose, step = self._pose(np.array([0.0, forward])), FIRST
         for _ in range(MOST_STEPS):
@@ -193,7 +194,7 @@ class Follower:
                 yield End(number, "edge", message)
                 return
         message = f"the line of zeros has not ended after {MOST_STEPS} steps, at {where(self.branch.solver.parameters)}"
-        yield End(number, "no_steady_state", message)
+        yield End(number, "lost", message)
 
     def _step(self, number: int, pose: _Pose, change: Array, step: float) -> End | tuple[Point, Kind, float]:
         """Take one step from a zero, with `change` the derivative of y along the tangent, shape (n_y,).
@@ -230,8 +231,7 @@ class Follower:
             branch.recall(before)
             step = length / 3
             if step < SHORTEST:
-                message = f"no steady state was found beyond {where(scene.parameters)}: {why}"
-                return End(number, "no_steady_state", message)
+                return End(number, "lost", f"the zero was not found beyond {where(scene.parameters)}: {why}")
 
     def _landed(self, here: Array, change: Array, before: Snapshot) -> Point | None:
         """The critical distance at the first requested value that the step from `here` has passed, None without one.
