@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 COARSER = 2**0.5
 """Size of the cells of a second solution over that of the first; their difference is an error."""
+WRINKLED = 2.0  # roughness of a surface from which it has waves as long as cells (`pairsim.fem.surface.roughness`)
 COARSE_TOO = 1.5  # factor of the time for also solving on a coarser mesh
 
 
@@ -100,6 +101,8 @@ def solve_along(case: AlongCase, monitor: Monitor, columns: Sequence[str | Colum
     """
     from pairsim.computing.problems import steady_problem
     from pairsim.computing.steady import Solutions, health_columns, point_row
+    from pairsim.computing.warnings import finer
+    from pairsim.fem.surface import roughness
     from pairsim.solvers.parameters import Parameters
     from pairsim.solvers.steady.first_solution import coarser
 
@@ -109,24 +112,30 @@ def solve_along(case: AlongCase, monitor: Monitor, columns: Sequence[str | Colum
     yield events.Table(case.kind, [*names, *health_columns(case)])
     own = {each.name: each.value for each in columns if isinstance(each, Column) and each.value is not None}
     problem, start = steady_problem(case, 1.0, monitor), Parameters((), case.solid_models, case.liquid_model)
-    found = Solutions(case)
+    found, rough = Solutions(case), list[str]()
     try:
         with found:
             first = start.with_Ca_e(case.series[0])
             branch = found.begin(problem, first)
-            beside = found.begin(coarser(problem, COARSER), first, beside=True)
+            beside = found.begin(coarser(problem, COARSER), first, beside=branch.solver)
             for count, Ca_e in enumerate(case.series, 1):
                 place = start.with_Ca_e(Ca_e)
                 found.points.append(branch.at(place))
                 row = point_row(found.points[-1]) | {"Ca_e": Ca_e}
-                state = Found(row, point_row(beside.at(place)), branch.solver, beside.solver)
+                state = Found(row, point_row(beside.at(place, branch.solver)), branch.solver, beside.solver)
                 row |= {name: float(value(state)) for name, value in own.items()}
                 yield events.Row(case.kind, row)
+                if roughness(branch.solver.bodies[0], branch.solver.state()[0]) > WRINKLED:
+                    rough.append(f"{Ca_e:.4g}")
                 yield events.Progress(count, f"Ca_e = {Ca_e:.4g}  {shown} = {row[shown]:.6g}", count)
             return events.Outcome("finished", "end", what)
         return found.outcome  # the branch ends before the last Ca_e
     finally:
-        yield from found.last_events({"points": len(found.points)})
+        warning = (
+            f"at Ca_e = {', '.join(rough)} the surface has waves as long as its cells, on this mesh alone: D and "
+            f"deformation may be off by more than their errors; compare with {finer(case)}"
+        )
+        yield from found.last_events({"points": len(found.points)}, [warning] if rough else [])
 
 
 def draw_along(directory: Path, out: Path, page: Page, name: str, errors: Mapping[str, str]) -> list[Path]:

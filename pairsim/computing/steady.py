@@ -19,6 +19,7 @@ from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.continuation import where
 from pairsim.solvers.steady.ends import Ended, Passed, SpentOnTheWay
+from pairsim.solvers.steady.scene import SteadySolver
 
 MOST_NAMED = 5  # distances that a warning names
 
@@ -79,7 +80,7 @@ class Solutions:
         places: Sequence[tuple[float, ...]] = (),
         sensitivities: bool = False,
         zeros_only: bool = False,
-        beside: bool = False,
+        beside: SteadySolver | None = None,
     ) -> AdaptiveBranch:
         """Solve at the first parameters, on meshes that follow from `accuracy` where there is a dU.
 
@@ -87,7 +88,7 @@ class Solutions:
             problem: The problem.
             first: The first parameters.
             places, sensitivities, zeros_only: See `AdaptiveBranch`.
-            beside: Whether it is a further branch, of another problem.
+            beside: That of another branch at the same parameters, if this is a further one, of another problem.
 
         Raises:
             NoSteadyState: No solution was found.
@@ -95,7 +96,7 @@ class Solutions:
         """
         wanted = self.case.error_wanted if self.case.n > 1 and self.case.driven[1] is None else np.inf
         options = {"wanted": wanted, "held": self.case.held, "sensitivities": sensitivities, "zeros_only": zeros_only}
-        branch = (WarmStart() if beside else self._kept).start(problem, first, places, options)
+        branch = (self._kept if beside is None else WarmStart()).start(problem, first, places, options, beside)
         if isinstance(branch, Ended):
             self.ended = branch
             raise branch.failure

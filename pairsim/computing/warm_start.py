@@ -10,7 +10,8 @@ from pairsim.solvers.curves.adaptation import AdaptiveBranch
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.ends import Ended
-from pairsim.solvers.steady.first_solution import first_scene
+from pairsim.solvers.steady.first_solution import first_scene, scene_past_end
+from pairsim.solvers.steady.scene import SteadySolver
 
 
 class WarmStart:
@@ -21,7 +22,12 @@ class WarmStart:
         self._kind: tuple[Any, ...] = ()
 
     def start(
-        self, problem: SteadyProblem, first: Parameters, places: Sequence[tuple[float, ...]], options: Mapping[str, Any]
+        self,
+        problem: SteadyProblem,
+        first: Parameters,
+        places: Sequence[tuple[float, ...]],
+        options: Mapping[str, Any],
+        beside: SteadySolver | None = None,
     ) -> AdaptiveBranch | Ended:
         """A branch at the first point of a case, continued from the previous case if possible, else solved anew.
 
@@ -30,6 +36,7 @@ class WarmStart:
             first: Parameters of its first point.
             places: Distances of the case.
             options: Other options of `AdaptiveBranch`.
+            beside: A scene at the first parameters on other cells, which may help to find one.
 
         Returns:
             The branch, or what is known of its end before the first point.
@@ -48,6 +55,8 @@ class WarmStart:
                 pass
         self.close()
         scene = first_scene(problem, first)
+        if isinstance(scene, Ended) and scene.kind and not first.gaps:
+            scene = scene_past_end(problem, first, scene, beside)
         if isinstance(scene, Ended):
             return scene
         self._branch = AdaptiveBranch(scene, places=places, **options)

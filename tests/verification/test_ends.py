@@ -10,13 +10,16 @@ import pytest
 
 import pairsim
 from pairsim.cases.softest import LARGEST, beyond_steady_shapes, largest_Ca_e
-from pairsim.fem.surface import UNSTABLE, compression
+from pairsim.computing.along import WRINKLED
+from pairsim.fem.meshes.geometry import MeshSettings
+from pairsim.fem.surface import UNSTABLE, compression, roughness
 from pairsim.physics.solids import soft
 from pairsim.solvers.parameters import Parameters
-from pairsim.solvers.steady import ends
+from pairsim.solvers.problems import SteadyProblem
+from pairsim.solvers.steady import ends, first_solution
 from pairsim.solvers.steady.continuation import MESH_SPREAD, SPREAD_OF_SEVERAL, ended
-from pairsim.solvers.steady.ends import end_after
-from pairsim.solvers.steady.first_solution import agreed
+from pairsim.solvers.steady.ends import Ended, end_after
+from pairsim.solvers.steady.first_solution import agreed, scene_past_end
 
 
 def test_compression_of_a_stretched_sphere_is_that_of_its_equator_and_its_poles() -> None:
@@ -29,6 +32,54 @@ def test_compression_of_a_stretched_sphere_is_that_of_its_equator_and_its_poles(
     found = compression(body, np.empty(0))
     assert found[200] == pytest.approx(stretch**1.5, rel=1e-3)
     assert found[[0, -1]] == pytest.approx(stretch**-1.5, rel=1e-3)
+
+
+def test_waves_as_long_as_cells_make_a_surface_rough() -> None:
+    angle = np.linspace(0, np.pi, 61)
+    sphere = np.column_stack([np.cos(angle), np.sin(angle)])
+    waves = np.column_stack([np.cos(angle + 0.01 * (-1.0) ** np.arange(61)), np.sin(angle)])
+    smooth, wrinkled = (
+        roughness(SimpleNamespace(outline=SimpleNamespace(nodes=sphere), outline_points=lambda _, at=at: at), angle)  # type: ignore[misc,arg-type]
+        for at in (sphere * [0.7, 1.1], waves)
+    )
+    assert smooth < 1.1 < WRINKLED < wrinkled
+
+
+@pytest.mark.parametrize("down", [True, False])
+def test_the_end_of_a_branch_is_told_by_two_meshes(down: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A solution on more cells is one on those of the problem where it leads to one, and disproves the end anyway."""
+    target, mesh = Parameters((), soft(0.2)), MeshSettings(Np=28)
+    problem: Any = SteadyProblem((0.6,), 5.0, False, mesh)
+    first, second = (ended("fold", {"Ca_e": (Ca_e, 0.001)}, target, MESH_SPREAD) for Ca_e in (0.16, 0.17))
+    finer: Any = SimpleNamespace(close=lambda: None)
+    answers: list[Any] = [second, finer]
+    tried = []
+
+    def scene(problem: SteadyProblem, _: Parameters) -> Any:
+        tried.append(problem.mesh.Np)
+        return answers[len(tried) - 1]
+
+    monkeypatch.setattr(first_solution, "first_scene", scene)
+    monkeypatch.setattr(first_solution, "_from_other_mesh", lambda *_: "on its cells" if down else None)
+    both = scene_past_end(problem, target, first)
+    assert isinstance(both, Ended)
+    assert both.at["Ca_e"] == pytest.approx((0.165, 0.006 + SPREAD_OF_SEVERAL * 0.165))
+    assert scene_past_end(problem, target, first) == ("on its cells" if down else finer)
+    assert tried == [40, 40]
+
+
+@pytest.mark.long
+def test_a_shape_that_is_there_on_more_cells_is_no_end() -> None:
+    """In a cytometer's carrier, softer than where the branch ends on 28 cells; deformation with 40 and 56: .0734."""
+    carrier = {
+        "beta": 0.6,
+        "Ca_e": 0.25,
+        "ends": "developed",
+        "length": 5.0,
+        "liquid": {"law": "power-law", "n": 0.6039},
+    }
+    result = pairsim.shape(carrier | {"particles": 1}, along=[0.256278]).check()
+    assert result.table["deformation_hull"].item() == pytest.approx(0.0734, abs=1e-4)
 
 
 def test_a_half_space_wrinkles_at_biots_stretch() -> None:

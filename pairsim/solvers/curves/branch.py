@@ -19,6 +19,7 @@ from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.bordered import solve_with
 from pairsim.solvers.steady.continuation import IN_TIME, follow, new_mesh, where
 from pairsim.solvers.steady.ends import Ended
+from pairsim.solvers.steady.first_solution import scene_past_end
 from pairsim.solvers.steady.relaxation import relaxation_time
 from pairsim.solvers.steady.scene import Snapshot, SteadySolver
 from pairsim.solvers.steady.tangents import gap_tangents
@@ -145,26 +146,37 @@ class Branch:
             new_mesh(self.solver, afresh=True)
         self._known = [self.solver.snapshot]
 
-    def at(self, parameters: Parameters) -> Point:
+    def at(self, parameters: Parameters, beside: SteadySolver | None = None) -> Point:
         """The solution at given parameters.
+
+        Args:
+            parameters: The parameters.
+            beside: A scene at these parameters on other cells, which may help where the branch ends.
 
         Raises:
             NoSteadyState: The continuation did not reach the parameters, or the error there cannot be estimated.
         """
         before = self.solver.iterations
         self._nearest(parameters)
-        self._follow(parameters)
+        self._follow(parameters, beside)
         if min(_apart(snapshot.parameters, parameters) for snapshot in self._known) > SPACING:
             self._known.append(self.solver.snapshot)
         return self._read(before)
 
-    def _follow(self, parameters: Parameters) -> None:
-        """Continue to other parameters.
+    def _follow(self, parameters: Parameters, beside: SteadySolver | None = None) -> None:
+        """Continue to other parameters; that the branch of a single particle ends is told by two meshes.
 
         Raises:
             NoSteadyState: The continuation did not reach them; `ended` says more.
         """
         self.ended = follow(self.solver, parameters)
+        if self.ended is not None and self.ended.kind and not parameters.gaps:
+            found = scene_past_end(self.solver.problem, parameters, self.ended, beside)
+            self.ended = found if isinstance(found, Ended) else None
+            if isinstance(found, SteadySolver):
+                found.take_over_costs(self.solver)
+                self.solver.close()
+                self.solver, self._known = found, [found.snapshot]
         if self.ended is not None:
             raise self.ended.failure
 

@@ -32,6 +32,7 @@ SCOUT_CELLS = 8  # on a half-circle, at least; chosen
 # liquid (docs/explanation/decisions.md).
 SOFT = 0.05
 FINER_SCOUT = 2**0.5  # where the first scout fails, or to see that a branch ends at the same place; chosen
+FINER = 2**0.5  # factor of the cells of a particle where a branch has ended; chosen
 # Distortion above which a solution from undeformed spheres is taken as it is, more than LEAST_STEADY, below which
 # a mesh is made around deformed shapes; chosen. Such a mesh should not depend on how the shapes were found.
 SLIGHT = 0.75
@@ -150,6 +151,50 @@ def first_scene(problem: SteadyProblem, parameters: Parameters) -> SteadySolver 
         return agreed([*ends, other], parameters) if other.kind else other
     other.take_over_costs(scene)
     return other
+
+
+def scene_past_end(
+    problem: SteadyProblem, parameters: Parameters, end: Ended, known: SteadySolver | None = None
+) -> SteadySolver | Ended:
+    """What other cells tell of a branch that has ended: a scene at the parameters wanted, or its end.
+
+    Near the softest shapes the surface of a particle is neutral to waves as long as its cells, on each mesh at another
+    place: a branch that ends there on one mesh may be there on others, and then beyond its end on the first one, too.
+
+    Args:
+        problem: The problem.
+        parameters: Parameters that its branch has not reached.
+        end: The end of the branch.
+        known: A scene at these parameters on other cells. The solution is looked for from it, and from one with more
+            cells on the particles.
+
+    Returns:
+        A scene on the cells of the problem, or with more cells on the particles.
+    """
+    if known is not None and (scene := _from_other_mesh(problem, parameters, known)) is not None:
+        return scene
+    known_problem = problem if known is None else known.problem
+    mesh = replace(known_problem.mesh, Np=round(FINER * known_problem.mesh.Np))
+    try:
+        finer = first_scene(replace(known_problem, mesh=mesh), parameters)
+    except (MeshFailure, NoSteadyState):
+        return end
+    if isinstance(finer, Ended):
+        return agreed([finer, end], parameters) if finer.kind else end
+    scene = _from_other_mesh(problem, parameters, finer)
+    if scene is None:
+        return finer
+    finer.close()
+    return scene
+
+
+def _from_other_mesh(problem: SteadyProblem, parameters: Parameters, known: SteadySolver) -> SteadySolver | None:
+    """The scene from a solution of another mesh; None where it does not follow at once."""
+    scene = SteadySolver(problem, parameters)
+    if try_from_other_mesh(scene, parameters, known):
+        return scene
+    scene.close()
+    return None
 
 
 def _scout(problem: SteadyProblem, parameters: Parameters, ends: list[Ended]) -> SteadySolver | None:
