@@ -28,22 +28,20 @@ from pairsim.solvers.steady.scene import SteadySolver
 
 @dataclass(frozen=True)
 class Factors:
-    """Factors of the half-width of what a correction leaves.
+    """How the half-width of what a correction leaves follows from correction and scatter.
 
     Attributes:
-        correction: Of the correction and its spread.
-        scatter: Of the scatter.
-        joined: What the half-width is of the two parts.
+        scatter: Factor of the scatter.
+        joined: What the half-width is of the correction, with its spread, and of the scatter.
     """
 
-    correction: float
     scatter: float
     joined: Callable[[Array, Array], Array]
 
 
 # Determined on half of the scenes of scripts/error_bars (docs/explanation/error-estimate.md).
-VISCOUS = Factors(1.0, 2.0, np.add)
-ELASTIC = Factors(0.75, 1.6, np.maximum)
+VISCOUS = Factors(2.0, np.add)
+ELASTIC = Factors(1.6, np.maximum)
 # What is left of parts of the estimate that cancel between the liquid and soft particles, relative to them. Where
 # spheres are far apart the parts are a hundred times their sum. Determined on Newtonian curves of beta .4 (all of 30
 # intervals hold), and checked on those of beta .2 and .6 (98 % of 51).
@@ -74,7 +72,7 @@ class ErrorEstimate:
             do to the viscosity beyond the first order (`pairsim.fem.recovery.viscosity_scatter`), 0 in a Newtonian one.
         ends_dU: By how much the ends of the tube change every dU, (N-1,).
         widening: Factor of the cells' part of the half-widths where they do not resolve the stress of a polymer.
-        factors: Factors of the half-widths.
+        factors: How half-widths follow from correction and scatter.
         trusted: Whether the estimates of all dU, or of all forces, are more than what is left of contributions that
             cancel. Without modes they are: the scatter is none of the estimates there.
         cells: What the cells have of `scatter_dU`; None unless it was asked for.
@@ -107,7 +105,7 @@ class ErrorEstimate:
     @property
     def regular_dU(self) -> Array:
         """What corrections leave of the cells' part of the error where cells resolve stress and adjoint, (N-1,)."""
-        return _regular(self.factors, self.dU, self.spread_dU, self.cancelled_dU)
+        return _regular(self.dU, self.spread_dU, self.cancelled_dU)
 
     @property
     def irregular_dU(self) -> Array:
@@ -174,7 +172,7 @@ class ErrorEstimator:
         cancelling = (scatter[F] if moved else scatter_dU) > CANCELLING * np.abs(
             changes[F] if moved else np.diff(changes[:count])
         )
-        regular_F = _regular(factors, changes[F], tested.changes[F], _cancelled(tested)[F])
+        regular_F = _regular(changes[F], tested.changes[F], _cancelled(tested)[F])
         wider = widening(discrete.s_jump, OF_POINTS)
         cells_F = wider * factors.joined(regular_F, factors.scatter * scatter[F])
         return ErrorEstimate(
@@ -210,9 +208,9 @@ def _cancelled(tested: WeightedResidual, combined: Array | None = None) -> Array
     return np.asarray(np.abs(parts).sum(axis=0) - np.abs(parts.sum(axis=0)))
 
 
-def _regular(factors: Factors, change: Array, spread: Array, cancelled: Array) -> Array:
+def _regular(change: Array, spread: Array, cancelled: Array) -> Array:
     """What is left of signed estimates, with what another recovery changes them by, once they are added, (k,) each."""
-    return np.asarray(factors.correction * (np.abs(change) + np.abs(spread)) + OF_CANCELLED * cancelled)
+    return np.asarray(np.abs(change) + np.abs(spread) + OF_CANCELLED * cancelled)
 
 
 def _flow_rate_defect(steady: SteadySolver, residual: Array) -> Array:
