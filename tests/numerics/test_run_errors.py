@@ -52,12 +52,13 @@ def test_jumps_at_remeshings_count_unless_the_estimate_has_them() -> None:
     assert lost[after] == pytest.approx(2e-3 * np.exp(-(T[after] - T[after][0])), rel=1e-6)
 
 
-def test_error_of_the_start_is_forgotten_and_its_first_estimates_do_not_count() -> None:
-    """Before SET_IN soft shapes take up the stress that the error equation begins without."""
-    error, t = Interval(memory=1.0), np.array([1e-3, 0.5, 1.0])
+def test_error_of_the_start_does_not_fade_and_its_first_estimates_do_not_count() -> None:
+    """Before SET_IN soft shapes take up the stress that the error equation begins without; then the larger counts."""
+    error, t, estimates = Interval(memory=1.0), (1e-3, 0.5, 1.0, 1.5), (1e-3, 0.0, 3e-4, 0.0)
     error.start = np.array([1e-4])
-    found = [error.add(float(at), 0, np.zeros(1), np.array([1e-3 * (at < 0.1)]), 0.0)[0] for at in t]
-    assert found == pytest.approx([1e-3 + 1e-4 * np.exp(-t[0]), *1e-4 * np.exp(-t[1:])], rel=1e-9)
+    rows = zip(t, estimates, strict=True)
+    found = [error.add(at, 0, np.zeros(1), np.array([each]), 0.0)[0] for at, each in rows]
+    assert found == pytest.approx([1.1e-3, 1e-4, 6e-4, 3e-4 * np.exp(-0.5)], rel=1e-9)
 
 
 def test_intervals_widen_where_cells_do_not_resolve_the_stress() -> None:

@@ -42,13 +42,14 @@ class Interval:
        continuous in time, and so is dU + dU_correction but for errors, since it depends little on the mesh: what this
        sum jumps by, against a parabola through its last values, counts as an error.
 
-    4. The error of the quasi-steady state that the run started from, which the estimates do not contain: they are
-       carried forward from zero at t = 0, and those before SET_IN, in which soft shapes take up the stress that is
-       missing, do not count as the largest one.
+    4. The error of the quasi-steady state that the run started from, where that is more than the largest estimate:
+       estimates are carried forward from zero at t = 0. It does not fade, as the same cells leave the same error in the
+       states nearby that the run passes, where the estimates may be too small. Those before SET_IN, in which soft
+       shapes take up the stress that is missing, do not count as the largest one.
 
     Attributes:
-        memory: Time in which the largest estimate, the jumps and the error of the start are forgotten [D_c/U_av].
-        start: Half-width of the error of dU in the state that the run started from [U_av], shape (N-1,); 0 at rest.
+        memory: Time in which the largest estimate and the jumps are forgotten [D_c/U_av].
+        start: Error of the discrete dU in the state that the run started from [U_av], shape (N-1,); 0 at rest.
         mesh: Number of remeshings before the last step.
         times: Times of the last steps, newest first, at most KNOWN.
         values: Their corrected dU, shape (N-1,) each.
@@ -87,9 +88,9 @@ class Interval:
         if t > SET_IN or not np.any(self.start):
             self.largest = np.maximum(self.largest, np.abs(correction))
         self.times, self.values = [t, *self.times[: KNOWN - 1]], [corrected, *self.values[: KNOWN - 1]]
-        start = self.start * np.exp(-t / self.memory)
-        cells = widening(s_jump, OF_RUNS) * (np.abs(correction) + self.largest)
-        return np.asarray(cells + steps + self.jumps + start)
+        wider = widening(s_jump, OF_RUNS)
+        cells = wider * np.abs(correction) + np.maximum(wider * self.largest, self.start)
+        return np.asarray(cells + steps + self.jumps)
 
 
 @dataclass

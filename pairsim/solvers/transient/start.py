@@ -35,7 +35,7 @@ class Flow:
         velocity: Velocity of the particles' material [U_av], shape (n_h,).
         scalars: Free unknowns of the fields in SCALARS.
         U: Velocities of the particles [U_av], shape (N,).
-        dU_error: Half-widths of the intervals around dU, shape (N-1,); zeros unless they were asked for.
+        dU_error: Errors of dU, which is not corrected, shape (N-1,); zeros unless they were asked for.
     """
 
     liquid: dict[str, Array]
@@ -58,7 +58,8 @@ class Flow:
         scalars = {name: y[constraints.fields[name]] for name in SCALARS if name in constraints.fields}
         U, error = y[constraints.fields["U_p"]], np.zeros(max(len(steady.bodies) - 1, 0))
         if dU_error:
-            error = ErrorEstimator().estimate(steady, Adjoints.of(steady), steady.observe()).dU_error
+            estimate = ErrorEstimator().estimate(steady, Adjoints.of(steady), steady.observe())
+            error = np.abs(estimate.dU) + estimate.dU_error
         return Flow(nodal, constraints.V @ y, scalars, U, error)
 
     def unknowns(self, scene: Scene, constraints: Constraints) -> Array:
