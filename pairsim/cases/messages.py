@@ -102,6 +102,10 @@ def _mistake(key: str, problems: list[Any], model: type[BaseModel], data: Mappin
             return Mistake(key, value, f"{allowed}; with a unit it is {BLOCK}.{measured.key}")
     if isinstance(value, str) and kind in ("float_type", "int_type") and re.search(r"\d", value):
         allowed += "; numbers are written as 90, 0.4 or 1e-3, without quotes or units"
+    if kind == "int_type" and isinstance(value, float):
+        allowed += ", without a point"
+    if kind == "string_type" and isinstance(value, int | float):
+        allowed += ", in quotes where it is a number"
     if kind == "union_tag_invalid":
         value, allowed = value["law"], f"{allowed}; {OPTION} FILE adds laws of your own"
     return Mistake(key, value, allowed)

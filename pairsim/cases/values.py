@@ -115,7 +115,9 @@ def spelled_out(described: Range[Any]) -> list[float]:
 
 def _shape(value: Any) -> str:
     """What pydantic shall take a value for, so that it finds one mistake and not one for each alternative."""
-    return "range" if isinstance(value, Mapping) else "each" if isinstance(value, list | tuple) else "one"
+    if isinstance(value, Mapping) and value.keys() & Range.model_fields.keys():
+        return "range"
+    return "each" if isinstance(value, list | tuple) else "one"
 
 
 def _listed(value: Any) -> Any:
