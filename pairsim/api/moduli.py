@@ -86,6 +86,8 @@ def read_events(path: Path) -> tuple[dict[str, Array], dict[str, Any]]:
     with suppress(ImportError):
         import hdf5plugin  # noqa: F401  # registers the filters of compressed files
 
+    if not path.is_file():
+        raise InputError(str(path), "", None, "must be a file of a cytometer (.rtdc): there is none")
     try:
         with h5py.File(path) as file:
             setup = {key: each.decode() if isinstance(each, bytes) else each for key, each in file.attrs.items()}

@@ -181,6 +181,8 @@ def test_units_takes_a_carrier_by_name(tmp_path: Path, pairsim: Pairsim) -> None
 
 
 def test_other_files_are_refused(table: Path, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="there is none"):
+        api.moduli(tmp_path / "none.rtdc", table)
     (other := tmp_path / "d.rtdc").write_text("text")
     with pytest.raises(InputError, match=r"must be an .rtdc file"):
         api.moduli(other, table)
