@@ -14,7 +14,6 @@ from pairsim.cases.physical import BLOCK
 from pairsim.cases.quantities import known_unit, si
 from pairsim.physics.liquids import LAWS
 from pairsim.physics.liquids.viscous import ZERO_SHEAR, ViscousLaw
-from pairsim.physics.material import Dimension
 from pairsim.physics.rheometry import Fit, Measured, Number, described, dimensions_of, fits, scatter
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
@@ -82,75 +81,45 @@ def fit_liquid(
             given[key] = si(text, known_unit(ALL[key], numbers))
         except ValueError as error:
             raise InputError("pairsim units", f"{BLOCK}.{key}", text, str(error)) from None
-    data, read = read_measured(rheology, spectrum, section)
+    columns: dict[str, Array] = {}
+    said: list[str] = []
+    for option, file in (("--rheology", rheology), ("--spectrum", spectrum)):
+        if file is not None:
+            of_file, read = read_columns(option, Path(file), section)
+            columns, said = columns | of_file, said + read
+    data = Measured(**columns)
     found = fits(data, [law] if law else None, given)
     if not found:
         known = f" besides {', '.join(given)}" if given else ""
         allowed = f"must be a law with unknown numbers{known}, fewer of them than there are points"
         raise InputError("pairsim units", "--liquid", law, allowed)
-    best = found[0]
-    fitted, value = keys_of(best)
-    said = [*read, *sentences(found, data, chosen=law is not None)]
-    return MeasuredLiquid(best, data, {**fitted, **held}, value, intervals(best), said)
+    fitted, value, intervals = keys_of(found[0])
+    said += sentences(found, data, chosen=law is not None)
+    return MeasuredLiquid(found[0], data, {**fitted, **held}, value, intervals, said)
 
 
-def read_measured(
-    rheology: Path | str | None, spectrum: Path | str | None, section: str | None = None
-) -> tuple[Measured, list[str]]:
-    """What one or two files hold, and what was read in sentences; see `rheometer_files`.
-
-    Raises:
-        InputError: A file cannot be read, or lacks a column or points.
-    """
-    found: dict[str, Array] = {}
-    said: list[str] = []
-    for option, file in (("--rheology", rheology), ("--spectrum", spectrum)):
-        if file is not None:
-            columns, sentences = read_columns(option, Path(file), section)
-            found |= columns
-            said += sentences
-    if "rate" in found:
-        found.setdefault("N1", np.full(len(found["rate"]), np.nan))
-    return Measured(**found), said
-
-
-def keys_of(fit: Fit) -> tuple[dict[str, str], Any]:
-    """The quantities of a `physical` block that a fitted liquid gives, and the value of `liquid`."""
+def keys_of(fit: Fit) -> tuple[dict[str, str], Any, dict[str, str]]:
+    """The quantities of a `physical` block that a fitted liquid gives, the value of `liquid`, and intervals by key."""
     liquid = fit.liquid
     own = liquid.modes[0] if liquid.modes else liquid.solvent
     pure = {name: float(f"{getattr(own, name):.4g}") for name, p in own.parameters().items() if p.dimension is None}
     values = {"eta_0": fit.eta_0, "De": liquid.De, "xi": liquid.xi} | own.numbers
-    quantities = {}
+    quantities, intervals = {}, {}
     for name, of in dimensions_of(fit.law).items():
         default = own.parameters()[name].default if name in own.parameters() else None
+        factor = fit.eta_0 if of and of.unit == "Pa*s" and name != "eta_0" else 1.0  # ratios of viscosities
         if of is not None and values[name] != default:
-            quantities[of.key] = f"{_measured(fit, name, values[name], of):.4g} {_unit(of, pure)}"
+            unit = known_unit(of, pure).unit.replace("*", ".")
+            quantities[of.key] = f"{factor * values[name]:.4g} {unit}"
+        number = fit.numbers.get(name)
+        if number is not None and not number.given and len(liquid.modes) < 2:
+            scaled = replace(number, least=factor * number.least, most=factor * number.most)
+            intervals[of.key if of else name] = _interval(scaled)
     if len(liquid.modes) < 2:
-        return quantities, {"law": own.name, **pure} if pure else own.name
+        return quantities, {"law": own.name, **pure} if pure else own.name, intervals
     modes = [{"law": own.name, "time": m.time, "weight": m.weight} for m in liquid.modes]
     rounded = [{key: float(f"{v:.4g}") if key != "law" else v for key, v in mode.items()} | pure for mode in modes]
-    return quantities, {"law": "modes", "modes": rounded}
-
-
-def _measured(fit: Fit, name: str, value: float, of: Dimension) -> float:
-    """A number of a liquid as it is measured: ratios of viscosities are viscosities [Pa s]."""
-    return value * fit.eta_0 if of.unit == "Pa*s" and name != "eta_0" else value
-
-
-def _unit(of: Dimension, numbers: Mapping[str, Any]) -> str:
-    return known_unit(of, numbers).unit.replace("*", ".")
-
-
-def intervals(fit: Fit) -> dict[str, str]:
-    """The interval of each number of one mode, by its key in `physical` or in `liquid`."""
-    found = {}
-    if len(fit.liquid.modes) < 2:
-        for name, of in dimensions_of(fit.law).items():
-            number = fit.numbers.get(name)
-            if number is not None and not number.given:
-                ends = [_measured(fit, name, end, of) if of else end for end in (number.least, number.most)]
-                found[of.key if of else name] = _interval(replace(number, least=ends[0], most=ends[1]))
-    return found
+    return quantities, {"law": "modes", "modes": rounded}, intervals
 
 
 def _interval(number: Number) -> str:
@@ -182,8 +151,6 @@ def _doubts(best: Fit, data: Measured, noise: str, chosen: bool) -> Iterator[str
         yield f"no law tried describes these data: the best, {best.law.label}, is off by {noise}"
     if (xi := best.numbers.get("xi")) and np.isinf(xi.least):
         yield f"these data do not show the viscosity of the solvent (xi {_interval(xi)}): --solvent holds a known one"
-    if data.yields:
-        yield "the shear stress is about constant at the slowest rates: a yield stress, which no law here has"
     if viscous:
         more = "N1 or moduli tell, and a time that is known is held by --relaxation"
         yield f"a viscosity alone does not tell whether the liquid is elastic: De = 0 is assumed; {more}"

@@ -22,43 +22,25 @@ FREQUENCY = Dimension("frequency", "a frequency", "angular frequency", "rad/s", 
 DIMENSIONS = {"rate": RATE, "viscosity": ZERO_SHEAR, "frequency": FREQUENCY}
 """What is in the columns; all others are stresses."""
 NO_VALUES = r"\blog|\bstd\b|error|deviat|uncert|oscill|[ck]omplex"
-FORCE = r"(normal|axial) ?(force|kraft)|force normale"
 
 
 @cache
-def headings() -> dict[str, dict[str, Any]]:
-    """How the columns of each option are headed, see headings.yaml."""
+def words() -> dict[str, dict[str, Any]]:
+    """How columns are headed and units are written, see headings.yaml."""
     return YAML(typ="safe").load(Path(__file__).with_name("headings.yaml"))
 
 
-def places_of(names: Sequence[str], unlike: str, row: Sequence[str]) -> dict[int, str]:
-    """Places of the cells that name a quantity, the preferred first, and what each says after the name."""
-    found: dict[int, str] = {}
-    for name in names:
-        for i, cell in enumerate(row):
-            match = re.search(name, cell, re.IGNORECASE)
-            if match and not re.search(f"{NO_VALUES}|{unlike}", cell, re.IGNORECASE):
-                found.setdefault(i, cell[match.end() :])
-    return found
-
-
 def places(option: str, row: Sequence[str]) -> dict[str, dict[int, str]]:
-    """The same for all quantities of an option that are named."""
-    found = {name: places_of(each["names"], each.get("unlike", "$^"), row) for name, each in headings()[option].items()}
-    return {name: each for name, each in found.items() if each}
-
-
-SPELLINGS = (
-    (r"(?<=[A-Za-zµμ])[ .-](?=[A-Za-z])", "*"),  # Pa.s, mPa s, Pa-s
-    (r"(?i:pa)\*?s(ec)?\b", "Pa*s"),  # mPas, which pint takes for several mPa
-    (r"(?<![A-Za-z])([mk]?)(?i:pa)\b", r"\1Pa"),
-    (r"(?i:hz)\b", "Hz"),
-    (r"(?i:\bcps?)\b", "cP"),
-    (r"\bNs\b", "N*s"),
-    (r"^(/|per )", "1/"),
-    (r"(?<=[A-Za-z])\^?(-?\d+)", r"**\1"),  # s-1, cm^2
-)
-"""Units as rheometers and spreadsheets write them, in the way of pint; superscripts and dots are plain before."""
+    """Places of the cells that name a quantity, the preferred first, and what each says after the name."""
+    found: dict[str, dict[int, str]] = {}
+    for quantity, each in words()[option].items():
+        unlike = f"{NO_VALUES}|{each.get('unlike', '$^')}"
+        for name in each["names"]:
+            for i, cell in enumerate(row):
+                match = re.search(name, cell, re.IGNORECASE)
+                if match and not re.search(unlike, cell, re.IGNORECASE):
+                    found.setdefault(quantity, {}).setdefault(i, cell[match.end() :])
+    return found
 
 
 @dataclass(frozen=True)
@@ -110,7 +92,7 @@ def _factor(text: str, dimension: Dimension | None) -> float | None:
     for spelled in (text, text.replace(" ", "/"), text.lower()):
         if re.fullmatch(r"[\d\s.]*", text) or re.search(r"\bMPA\b|\bMPAS", text):  # milli or mega?
             return None
-        for pattern, by in SPELLINGS:
+        for pattern, by in words()["units"].items():
             spelled = re.sub(pattern, by, spelled)
         try:
             factor = unit_in_si(spelled, dimension)

@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pairsim.api.rheometer_columns import FORCE, Column, column, places, places_of
+from pairsim.api.rheometer_columns import Column, column, places
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
@@ -45,8 +45,6 @@ NEEDED = {
 WORDS = {"stress": "viscosity from a stress", "storage": "G'", "loss": "G''"}
 FEWEST = 5
 LEAST_SPAN = 2.0  # largest over least rate: what is measured at about one rate is no curve; chosen
-AS_WIDE = 0.9  # part of the widest span (logarithms) from which on a section is as wide; the first one is taken; chosen
-FEWEST_N1 = 3
 MOST_NAMED = 3  # other sections, or headings, that a sentence names
 
 
@@ -96,7 +94,7 @@ def read_columns(option: str, file: Path, wanted: str | None = None) -> tuple[di
     try:
         section, others = _section(option, _text(file), wanted)
         columns = {
-            name: column(name, i, section.heading[i], rest, [_cell(row, i) for row in section.below])
+            name: column(name, i, section.heading[i], rest, [row[i] for row in section.below])
             for name, (i, rest) in section.places.items()
         }
     except ValueError as error:
@@ -153,7 +151,7 @@ def _section(option: str, text: str, wanted: str | None) -> tuple[Section, list[
     named = [each for each in wide if wanted is None or wanted.lower() in each.name.lower()]
     if not named:
         raise ValueError(f"must have a section named {wanted}, and has {'; '.join(each.name for each in wide)}")
-    taken = next(each for each in named if each.span >= AS_WIDE * max(each.span for each in named))
+    taken = max(named, key=lambda each: each.span)
     return taken, [each.name for each in wide if each is not taken]
 
 
@@ -165,7 +163,9 @@ def _rows(text: str, separator: str) -> list[list[str]]:
         cells: Iterable[list[str]] = csv.reader(lines, delimiter=separator)
     else:  # numbers have no spaces in between that would be none
         cells = (re.split(separator if re.search(r"[^\W\d_eE]", x) else SEPARATORS[-1], x.strip()) for x in lines)
-    return [[cell.replace("_", " ").replace('"', "''").strip() for cell in row] for row in cells]
+    rows = [[cell.replace("_", " ").replace('"', "''").strip() for cell in row] for row in cells]
+    width = max(map(len, rows))
+    return [row + [""] * (width - len(row)) for row in rows]
 
 
 def _sections(option: str, rows: list[list[str]], separator: str) -> Iterator[Section]:
@@ -175,17 +175,16 @@ def _sections(option: str, rows: list[list[str]], separator: str) -> Iterator[Se
         heading = rows[start]
         body = [(i + 1, rows[i]) for i in range(start + 1, end) if any(rows[i])]
         decimal = _decimal([cell for _, row in body for cell in row], separator)
-        if split := [i for i, row in body if separator == "," and len(row) > len(heading) and "".join(row).isdigit()]:
-            raise ValueError(
-                f"must have other separators than decimal marks: line {split[0]} has more numbers than columns"
-            )
+        filled = max(i for i, cell in enumerate(heading) if cell) + 1
+        if split := [i for i, row in body if separator == "," and "".join(row).isdigit() and any(row[filled:])]:
+            raise ValueError(f"must not have commas in and between numbers: line {split[0]} has more than headings")
         if heading[0].endswith(":"):  # the name of a block; rows begin with a blank below it, or with their numbers
             body = [(line, row if np.isnan(_number(row[0], decimal)) else ["", *row]) for line, row in body]
-        columns = {name: [_number(_cell(row, i), decimal) for _, row in body] for name, (i, _) in places.items()}
+        columns = {name: [_number(row[i], decimal) for _, row in body] for name, (i, _) in places.items()}
         numbers = pd.DataFrame(columns, dtype=float)
         measured = [*numbers.notna().any(axis=1), False]
         first = measured.index(True) if any(measured) else len(body)
-        while first and not any(_cell(body[first - 1][1], i) for i, _ in places.values()):
+        while first and not any(body[first - 1][1][i] for i, _ in places.values()):
             first -= 1  # points without numbers, which are counted
         of_step: dict[str, list[int]] = {}
         step = ""
@@ -208,7 +207,7 @@ def _places(option: str, row: Sequence[str]) -> dict[str, tuple[int, str]]:
     """Place of each quantity's column and the rest of its heading; empty if the row is no line of headings."""
     if sum(cell[:1].isdigit() for cell in row) > 1:
         return {}
-    found = {name: next(iter(each.items())) for name, each in places(option, row).items()}
+    found = {name: next(iter(each.items())) for name, each in places(option, row).items() if name != "force"}
     if "viscosity" in found:
         found.pop("stress", None)
     needed = [i for name, (i, _) in found.items() if name != "N1"]
@@ -254,9 +253,7 @@ def _decimal(cells: Sequence[str], separator: str) -> str:
     if len(commas) <= sum("." in cell for cell in numbers):
         return "."
     if separator != ";" and all(re.fullmatch(r"[-+]?[1-9]\d{0,2},\d{3}", cell) for cell in commas):
-        raise ValueError(
-            f"has {commas[0]}, which may be one or a thousand; export it with points and without thousands"
-        )
+        raise ValueError(f"has {commas[0]}, which may be one or a thousand; export it with decimal points")
     return ","
 
 
@@ -264,10 +261,6 @@ def _number(cell: str, decimal: str) -> float:
     """A cell as a number, NaN if it is none; marks of thousands are not read."""
     is_number = re.fullmatch(NUMBER, cell, re.IGNORECASE) and ("," if decimal == "." else ".") not in cell
     return float(cell.replace(decimal, ".")) if is_number else float("nan")
-
-
-def _cell(row: Sequence[str], place: int) -> str:
-    return row[place] if place < len(row) else ""
 
 
 def _read(section: Section, columns: Mapping[str, Column], rates: Array) -> str:
@@ -286,15 +279,15 @@ def _left_out(option: str, section: Section, columns: Mapping[str, Column]) -> I
         line, row = section.rows[out[0]]
         of_first = section.numbers.iloc[out[0]]
         place = next(columns[name] for name in columns if name != "N1" and not of_first[name] > 0)
-        value = _cell(row, place.place)
+        value = row[place.place]
         why = f"'{value}' is no positive number" if value else "is empty"
         yield f"{len(out)} of {len(section.rows)} rows left out; in the first one, line {line}, {place} {why}"
     named = places(option, section.heading)
     for name in [*columns][1:]:
         for i in named[name].keys() - {columns[name].place}:
             yield f'column {i + 1} "{section.heading[i]}" is not read, which may be {name}, too'
-    if option == "--rheology" and "N1" not in columns:
-        for i in places_of([FORCE], "$^", section.heading):
+    if "N1" not in columns:
+        for i in named.get("force", ()):
             yield f'column {i + 1} "{section.heading[i]}" is not read: N1 = 2 F/(pi R^2) needs the radius R of the cone'
 
 
@@ -304,11 +297,7 @@ def _without_noise(values: dict[str, Array]) -> Iterator[str]:
     if len(noise):
         values["N1"] = np.where(values["rate"] > noise.max(), values["N1"], np.nan)
         left = int(np.isfinite(values["N1"]).sum())
-        if left < FEWEST_N1:
-            values["N1"] = np.full(len(values["N1"]), np.nan)
-            yield f"N1 is not positive at {noise.max():.4g} 1/s: it is noise, and not read"
-        else:
-            yield f"N1 is not positive at up to {noise.max():.4g} 1/s: the {left} points at larger rates are read"
+        yield f"N1 is not positive at up to {noise.max():.4g} 1/s: {left} of its points, at larger rates, are read"
 
 
 def _assumed(file: Path, columns: Mapping[str, Column]) -> Iterator[str]:

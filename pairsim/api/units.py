@@ -21,7 +21,7 @@ from pairsim.physics.carriers import methyl_cellulose
 from pairsim.physics.homogeneous import falling_stress
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.liquids.power_law import PowerLaw
-from pairsim.physics.pipe import Pipe, PipeState
+from pairsim.physics.pipe import Pipe
 from pairsim.physics.scales import Scales
 from pairsim.results.folder import plain
 from pairsim.results.units import LENGTH, TIME, in_unit
@@ -92,9 +92,8 @@ class Units:
                 words |= {each: QUANTITIES[each].dimension.words for each in value}
             for line in yaml_text(plain({key: value}), blocks=True).splitlines():
                 entry = line.partition(":")[0].strip(" '")
-                comment = FURTHER.split(words.get(entry, ""))[0]
-                if entry in intervals and key in (BLOCK, "liquid"):
-                    comment = f"{comment}, 95 %: {intervals[entry]}".removeprefix(", ")
+                interval = f"95 %: {intervals[entry]}" if entry in intervals and key in (BLOCK, "liquid") else ""
+                comment = ", ".join(filter(None, (FURTHER.split(words.get(entry, ""))[0], interval)))
                 lines.append(f"{line:{COLUMN - 1}} # {comment}" if comment else line)
         return "\n".join([*lines, ""])
 
@@ -171,15 +170,9 @@ def units(
     scales = case.physical.scales(dict(case))
     Re = scales.reynolds(si(quantities.get(DENSITY.key, WATER), DENSITY.dimension))
     numbers, notes = _numbers(case, Re), [*_notes(case, {**given, **quantities}, Re)]
-    try:
-        flow = Pipe(case.liquid_model).steady()
-    except NoSteadyState as error:
-        return Units(
-            case, {BLOCK: quantities, **given}, [*numbers], [*_scales(scales)], [*notes, f"warning: {error}"], fit
-        )
-    notes += _of_wall(case.liquid_model, flow.wall_rate, scales, fit)
-    rows = [*_scales(scales), *_flow(case.liquid_model, flow, scales)]
-    return Units(case, {BLOCK: quantities, **given}, [*numbers], rows, notes, fit)
+    rows, warnings = _of_flow(case.liquid_model, scales, fit)
+    written = {BLOCK: quantities, **given}
+    return Units(case, written, [*numbers], [*_scales(scales), *rows], [*notes, *warnings], fit)
 
 
 def _check_left_out(keys: set[str], given: Mapping[str, Any], why: str) -> None:
@@ -213,26 +206,27 @@ def _scales(scales: Scales) -> Iterator[Row]:
     yield "stress", f"{scales.stress:.4g} Pa", "eta_0 U_av/D_c"
 
 
-def _flow(liquid: Liquid, flow: PipeState, scales: Scales) -> Iterator[Row]:
-    """What the liquid without particles does at the wall."""
-    yield "wall shear rate", f"{flow.wall_rate / scales.time:.4g} 1/s", "of the flow without particles"
-    if liquid.modes:
-        yield "Wi at the wall", f"{liquid.longest * flow.wall_rate:.4g}", "Weissenberg number lambda times this rate"
-    yield "wall stress", f"{flow.gradient / 4 * scales.stress:.4g} Pa", "shear stress there"
-    yield "pressure drop", f"{1e-5 * flow.gradient * scales.stress / scales.length:.4g} kPa/cm", "without particles"
-
-
-def _of_wall(liquid: Liquid, rate: float, scales: Scales, fit: MeasuredLiquid | None) -> Iterator[str]:
-    """Warnings of a shear stress that falls with the rate, and of a rate beyond what was measured."""
-    if falls := falling_stress(liquid, rate):
+def _of_flow(liquid: Liquid, scales: Scales, fit: MeasuredLiquid | None) -> tuple[list[Row], list[str]]:
+    """What the liquid without particles does at the wall, and warnings of shear bands and of rates beyond the data."""
+    try:
+        flow = Pipe(liquid).steady()
+    except NoSteadyState as error:
+        return [], [f"warning: {error}"]
+    rate, warnings = flow.wall_rate / scales.time, []
+    if falls := falling_stress(liquid, flow.wall_rate):
         between = " to ".join(f"{each / scales.time:.3g}" for each in falls)
-        bands = (
-            "the flow may form shear bands, and a steady one may not be found; a larger solvent viscosity (xi) helps"
-        )
-        yield f"warning: the shear stress falls with the shear rate from {between} 1/s: {bands}"
-    if fit and rate / scales.time > 1.001 * fit.data.fastest:
-        wall = f"the shear rate at the wall, {rate / scales.time:.4g} 1/s, and those at the particles"
-        yield f"warning: {wall} are beyond the data, which end at {fit.data.fastest:.4g} 1/s: the law is extrapolated"
+        bands = "it may form shear bands, and have no steady flow; a larger solvent viscosity (xi) helps"
+        warnings.append(f"warning: the shear stress falls with the shear rate from {between} 1/s: {bands}")
+    if fit and rate > 1.001 * fit.data.fastest:
+        beyond = f"beyond the data, which end at {fit.data.fastest:.4g} 1/s: the law is extrapolated"
+        warnings.append(f"warning: the shear rate at the wall, {rate:.4g} 1/s, and those at the particles are {beyond}")
+    rows = [("wall shear rate", f"{rate:.4g} 1/s", "of the flow without particles")]
+    if liquid.modes:
+        Wi = f"{liquid.longest * flow.wall_rate:.4g}"
+        rows.append(("Wi at the wall", Wi, "Weissenberg number lambda times this rate"))
+    rows.append(("wall stress", f"{flow.gradient / 4 * scales.stress:.4g} Pa", "shear stress there"))
+    drop = 1e-5 * flow.gradient * scales.stress / scales.length
+    return [*rows, ("pressure drop", f"{drop:.4g} kPa/cm", "without particles")], warnings
 
 
 def _distances(case: SceneCase) -> tuple[str, str]:

@@ -6,10 +6,9 @@ times what it says is its stress in Pa. Deviations are those of logarithms, whic
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -19,7 +18,7 @@ from scipy.stats import t as student
 from pairsim.physics.homogeneous import moduli, steady_shear
 from pairsim.physics.liquids import LAWS, ConformationLaw, Liquid, Newtonian, ViscousLaw
 from pairsim.physics.liquids.viscous import ZERO_SHEAR
-from pairsim.physics.material import Dimension, Parameter
+from pairsim.physics.material import Dimension, Material, Parameter
 from pairsim.runtime.arrays import Array
 
 CONFIDENCE = 0.95
@@ -33,7 +32,6 @@ DOUBTFUL = (
     0.2  # half-width of an interval, of a logarithm or the range, above which derivatives are not relied on; chosen
 )
 SINGULAR = 1e-6  # derivatives below which data do not determine a number, or a combination of several; chosen
-YIELDS = 0.15  # d log stress / d log rate over the slowest decade, below which the stress has a limit at rest; chosen
 
 
 @dataclass(frozen=True)
@@ -43,7 +41,7 @@ class Measured:
     Attributes:
         rate: Shear rates of the flow curve [1/s], (n,).
         viscosity: Viscosities there [Pa s], (n,).
-        N1: First normal stress differences there [Pa], (n,), NaN where not measured.
+        N1: First normal stress differences there [Pa], (n,), NaN where not measured; empty if none was.
         frequency: Angular frequencies of the moduli [rad/s], (m,).
         storage: Storage moduli G' there [Pa], (m,).
         loss: Loss moduli G'' there [Pa], (m,).
@@ -59,7 +57,7 @@ class Measured:
     @property
     def curves(self) -> list[tuple[str, Array, Array]]:
         """Each quantity with its shear rates or frequencies."""
-        all_ = [("viscosity", self.rate, self.viscosity), ("N1", self.rate, self.N1)]
+        all_ = [("viscosity", self.rate, self.viscosity), ("N1", self.rate[: len(self.N1)], self.N1)]
         all_ += [("storage", self.frequency, self.storage), ("loss", self.frequency, self.loss)]
         return [(name, x[y > 0], y[y > 0]) for name, x, y in all_ if (y > 0).any()]
 
@@ -72,15 +70,6 @@ class Measured:
     def fastest(self) -> float:
         """The largest shear rate or frequency."""
         return float(max(x.max() for _, x, _ in self.curves))
-
-    @property
-    def yields(self) -> bool:
-        """Whether the shear stress is about constant at the slowest rates."""
-        slow = self.rate <= 10 * self.rate.min() if len(self.rate) else np.zeros(0, dtype=bool)
-        if slow.sum() < 2 or np.ptp(self.rate[slow]) == 0:
-            return False
-        stress = self.rate[slow] * self.viscosity[slow]
-        return bool(np.polyfit(np.log(self.rate[slow]), np.log(stress), 1)[0] < YIELDS)
 
 
 @dataclass(frozen=True)
@@ -134,28 +123,23 @@ class Fit:
         """Its numbers with their intervals.
 
         They follow from the derivatives at the best fit where that leaves little doubt, else from fits in which the
-        number is changed until the squares are too large for the probability.
+        number is held at other values, until the squares are too large for the probability.
         """
-        problem, x = self._problem, self._best.x
-        quantile = student.ppf((1 + CONFIDENCE) / 2, problem.free)
-        variance = max(2 * self._best.cost, problem.count * 1e-12) / problem.free
-        sizes = np.maximum(np.linalg.norm(self._best.jac, axis=0), SINGULAR)
-        scaled = self._best.jac / sizes
-        inverse = np.linalg.inv(scaled.T @ scaled + SINGULAR**2 * np.eye(len(x)))
+        problem, x, jac = self._problem, self._best.x, self._best.jac
+        free = len(jac) - len(x)
+        quantile = student.ppf((1 + CONFIDENCE) / 2, free)
+        variance = max(2 * self._best.cost, len(jac) * 1e-12) / free
+        sizes = np.maximum(np.linalg.norm(jac, axis=0), SINGULAR)
+        inverse = np.linalg.inv(jac.T @ jac / np.outer(sizes, sizes) + SINGULAR**2 * np.eye(len(x)))
         half = quantile * np.sqrt(variance * np.diagonal(inverse)) / sizes
         cost = self._best.cost + quantile**2 * variance / 2
         found = {name: Number(value, value, value) for name, value in self.values.items()}
         for i, (unknown, h) in enumerate(zip(problem.unknowns, half, strict=True)):
-            width = DOUBTFUL if unknown.logarithmic else DOUBTFUL * (problem.high[i] - problem.low[i])
-            ends = [x[i] - h, x[i] + h]
-            if h > width:
-                ends = [problem.end(x, i, sign * min(h, width), cost) for sign in (-1, 1)]
-            least, most = ends
-            found[unknown.name] = Number(
-                unknown.number(x[i]),
-                unknown.number(least) if least > problem.low[i] else -np.inf,
-                unknown.number(most) if most < problem.high[i] else np.inf,
-            )
+            width = DOUBTFUL if unknown.logarithmic else DOUBTFUL * (unknown.high - unknown.low)
+            sure = len(x) == 1 or (h <= width and unknown.low < x[i] - h and x[i] + h < unknown.high)
+            steps = -min(h, width), min(h, width)
+            ends = [x[i] + step if sure else problem.end(self.values, unknown, step, cost) for step in steps]
+            found[unknown.name] = Number(self.values[unknown.name], *map(unknown.number, ends))
         return found
 
     def of(self, quantity: str, x: Array) -> Array:
@@ -230,11 +214,20 @@ class _Unknown:
     def logarithmic(self) -> bool:
         return self.least > 0 and self.most / self.least > LOGARITHMIC
 
+    @property
+    def low(self) -> float:
+        return self.fitted(self.least)
+
+    @property
+    def high(self) -> float:
+        return self.fitted(self.most)
+
     def fitted(self, value: float) -> float:
         return float(np.log(value)) if self.logarithmic else value
 
     def number(self, fitted: float) -> float:
-        return float(np.exp(fitted)) if self.logarithmic else float(fitted)
+        """The number; infinite ends of an interval stay infinite."""
+        return float(np.exp(fitted)) if self.logarithmic and np.isfinite(fitted) else float(fitted)
 
 
 def dimensions_of(law: type[ViscousLaw | ConformationLaw]) -> dict[str, Dimension | None]:
@@ -244,22 +237,8 @@ def dimensions_of(law: type[ViscousLaw | ConformationLaw]) -> dict[str, Dimensio
     return {"eta_0": measured} | {name: p.dimension for name, p in {**of_polymer, **law.parameters()}.items()}
 
 
-def _held(law: type[ViscousLaw | ConformationLaw], given: Mapping[str, float]) -> dict[str, float]:
-    """The numbers of a liquid that are given, in SI units: those that are ratios of viscosities are viscosities.
-
-    Raises:
-        LookupError: The law has no such number.
-    """
-    keys = {name: of.key if of else name for name, of in dimensions_of(law).items()}
-    if strange := given.keys() - {*keys.values()}:
-        raise LookupError(", ".join(sorted(strange)))
-    return {name: given[key] for name, key in keys.items() if key in given}
-
-
-def _unknowns(
-    law: type[ViscousLaw | ConformationLaw], modes: int, data: Measured, held: Collection[str]
-) -> list[_Unknown]:
-    """The numbers of a liquid that are not held, with first guesses from the data."""
+def _unknowns(law: type[Material], modes: int, data: Measured) -> list[_Unknown]:
+    """The numbers of a liquid, with first guesses from the data."""
     rates = np.concatenate([x for _, x, _ in data.curves])
     slow, fast, middle = rates.min(), rates.max(), float(np.exp(np.log(rates).mean()))
     eta = data.viscosity.max() if len(data.viscosity) else float((data.loss / data.frequency).max())
@@ -275,7 +254,7 @@ def _unknowns(
             found.append(_Unknown(name, *times, 1 / middle))
         elif not (p.default is not None and not modes):  # exponents and limits that have a default keep it
             found.append(_Unknown(name, *_bounds(p), _inside(p)))
-    return [each for each in found if each.name not in held]
+    return found
 
 
 def _bounds(p: Parameter) -> tuple[float, float]:
@@ -311,58 +290,49 @@ class _Problem:
         self, law: type[ViscousLaw | ConformationLaw], modes: int, data: Measured, given: Mapping[str, float]
     ) -> None:
         self.law, self.modes, self.curves = law, modes, data.curves
-        self.held = _held(law, given)
-        self.unknowns = _unknowns(law, modes, data, self.held)
-        self.count = sum(len(x) for _, x, _ in self.curves)
-        self.free = self.count - len(self.unknowns)
-        of_viscosity = (name for name, of in dimensions_of(law).items() if of and of.unit == "Pa*s")
-        self._ratios = [name for name in of_viscosity if name in self.held and name != "eta_0"]
-        low, high = ([u.fitted(getattr(u, end)) for u in self.unknowns] for end in ("least", "most"))
-        self.low, self.high = np.array(low), np.array(high)
+        dimensions = dimensions_of(law)
+        keys = {name: of.key if of else name for name, of in dimensions.items()}
+        if given.keys() - {*keys.values()}:
+            raise LookupError
+        self._held = {name: given[key] for name, key in keys.items() if key in given}
+        of_viscosity = [name for name, of in dimensions.items() if of and of.unit == "Pa*s" and name != "eta_0"]
+        self._ratios = [name for name in of_viscosity if name in self._held]
+        self.unknowns = [each for each in _unknowns(law, modes, data) if each.name not in self._held]
 
     def values(self, p: Array) -> dict[str, float]:
         """All numbers, from those that are fitted or their logarithms."""
-        known = self.held | {each.name: each.number(x) for each, x in zip(self.unknowns, p, strict=True)}
-        return known | {name: min(self.held[name] / known["eta_0"], 1.0) for name in self._ratios}
+        known = self._held | {each.name: each.number(x) for each, x in zip(self.unknowns, p, strict=True)}
+        return known | {name: min(self._held[name] / known["eta_0"], 1.0) for name in self._ratios}
 
-    def off(self, p: Array) -> Array:
-        """Deviations of the logarithms."""
-        known = self.values(p)
-        liquid = _liquid(self.law, self.modes, known)
-        with np.errstate(all="ignore"):
-            parts = [np.log(_quantity(liquid, known["eta_0"], name, x) / y) for name, x, y in self.curves]
-        return np.nan_to_num(np.concatenate(parts), nan=20.0, posinf=20.0, neginf=-20.0).clip(-20, 20)
-
-    def solve(self, start: Array, fixed: int | None = None) -> Any:
-        """The least squares from a first guess, in which one of the numbers may be fixed."""
-        free = np.arange(len(start)) != fixed
+    def solve(self, guess: Mapping[str, float], fixed: str = "") -> Any:
+        """The least squares of the deviations of logarithms, from a first guess, in which one number may be fixed."""
+        free = [each for each in self.unknowns if each.name != fixed]
+        start = {each.name: np.clip(each.fitted(guess[each.name]), each.low + 1e-9, each.high - 1e-9) for each in free}
+        at = {each.name: each.fitted(guess[each.name]) for each in self.unknowns}
 
         def off(q: Array) -> Array:
-            p = start.copy()
-            p[free] = q
-            return self.off(p)
+            now = at | dict(zip(start, q, strict=True))
+            known = self.values(np.array([*now.values()]))
+            liquid = _liquid(self.law, self.modes, known)
+            with np.errstate(all="ignore"):
+                parts = [np.log(_quantity(liquid, known["eta_0"], name, x) / y) for name, x, y in self.curves]
+            return np.nan_to_num(np.concatenate(parts), nan=20.0, posinf=20.0, neginf=-20.0).clip(-20, 20)
 
-        if not free.any():
-            return SimpleNamespace(x=start[free], cost=float(np.sum(self.off(start) ** 2) / 2))
-        low, high = self.low[free], self.high[free]
-        inside = np.clip(start[free], low + 1e-9, high - 1e-9)
-        return least_squares(off, inside, bounds=(low, high), x_scale="jac", max_nfev=200)
+        bounds = [each.low for each in free], [each.high for each in free]
+        return least_squares(off, [*start.values()], bounds=bounds, x_scale="jac", max_nfev=200)
 
-    def end(self, best: Array, i: int, step: float, cost: float) -> float:
+    def end(self, best: Mapping[str, float], unknown: _Unknown, step: float, cost: float) -> float:
         """How far a number may be changed with the others fitted anew, until the least squares reach a cost.
 
         The sign of `step` is that of the change; infinite where they do not reach it up to the bound of the number.
         """
-        bound = self.high[i] if step > 0 else self.low[i]
-        near, p = float(best[i]), best.copy()
 
         def excess(x: float) -> float:
-            p[i] = x
-            p[np.arange(len(p)) != i] = (found := self.solve(p, i)).x
-            return found.cost - cost
+            return self.solve({**best, unknown.name: unknown.number(x)}, unknown.name).cost - cost
 
-        while near != bound:
-            far = float(np.clip(near + step, self.low[i], self.high[i]))
+        near = unknown.fitted(best[unknown.name])
+        while near != (bound := unknown.high if step > 0 else unknown.low):
+            far = min(near + step, bound) if step > 0 else max(near + step, bound)
             if excess(far) > 0:
                 return float(brentq(excess, near, far, xtol=abs(step) / 20, rtol=1e-3))
             near, step = far, 2 * step
@@ -373,18 +343,18 @@ def _fitted(
     law: type[ViscousLaw | ConformationLaw], modes: int, data: Measured, given: Mapping[str, float]
 ) -> Fit | None:
     """The law fitted to the data; None where it has as many numbers as there are data, or not those that are given."""
+    count = sum(len(x) for _, x, _ in data.curves)
     try:
         problem = _Problem(law, modes, data, given)
-        if not problem.unknowns or problem.free <= 0:
+        if not 0 < len(problem.unknowns) < count:
             return None
-        best = problem.solve(np.array([u.fitted(u.guess) for u in problem.unknowns]))
+        best = problem.solve({each.name: each.guess for each in problem.unknowns})
     except (LookupError, np.linalg.LinAlgError, ValueError):
         return None
-    squares, count = float(2 * best.cost), problem.count
-    known = problem.values(best.x)
-    criterion = count * np.log(max(squares / count, 1e-12)) + len(problem.unknowns) * np.log(count)
-    deviation = float(np.sqrt(squares / count))
-    return Fit(law, _liquid(law, modes, known), known["eta_0"], known, deviation, float(criterion), problem, best)
+    mean, known = float(2 * best.cost / count), problem.values(best.x)
+    criterion = count * np.log(max(mean, 1e-12)) + len(problem.unknowns) * np.log(count)
+    liquid = _liquid(law, modes, known)
+    return Fit(law, liquid, known["eta_0"], known, np.sqrt(mean), float(criterion), problem, best)
 
 
 def described(fit: Fit, data: Measured) -> bool:

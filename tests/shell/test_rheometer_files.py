@@ -155,7 +155,7 @@ def test_moduli_are_read(kind: str, tmp_path: Path) -> None:
         ("rate [1/s],A viscosity [Pa.s],B viscosity [Pa.s]\n" + table(RATES, VISCOSITIES, POINTS),
          'column 3 "B viscosity [Pa.s]" is not read, which may be viscosity, too'),
         ("rate [1/s],viscosity [Pa.s],N1 [Pa]\n" + table(RATES, VISCOSITIES, [1.0, -2.0, 3.0, 4.0, 5.0, 6.0]),
-         "N1 is not positive at up to 0.5 1/s: the 4 points at larger rates are read"),
+         "N1 is not positive at up to 0.5 1/s: 4 of its points, at larger rates, are read"),
         (TRIOS, "not read: section 'Flow sweep - 4'; --section NAME reads another one"),
     ],
 )  # fmt: skip
@@ -177,7 +177,7 @@ def test_what_is_left_out_or_assumed_is_said(text: str, says: str, tmp_path: Pat
         ("rate [Hz],viscosity [Pa.s]\n" + table(RATES, VISCOSITIES), 'a unit as 1/s is for "rate [Hz]", not Hz'),
         ("rate [1/s],viscosity [mPa]\n" + table(RATES, VISCOSITIES), "a unit as Pa.s is"),
         ("rate [1/s],viscosity [MPA.S]\n" + table(RATES, VISCOSITIES), "not MPA.S"),
-        ("rate [1/s],viscosity [Pa.s]\n0,10,2,50\n0,20,2,40\n", "line 2 has more numbers than columns"),
+        ("rate [1/s],viscosity [Pa.s]\n0,10,2,50\n0,20,2,40\n", "must not have commas in and between numbers: line 2"),
         ("rate [1/s]\tviscosity [Pa.s]\n1,000\t2\n2,000\t3\n", "1,000, which may be one or a thousand"),
     ],
 )  # fmt: skip
