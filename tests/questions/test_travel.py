@@ -177,4 +177,7 @@ def test_the_answer_says_so_where_it_is_far() -> None:
     slow = answer_of_curve(decaying(0.2, 1.0, dU_held=1.1 * 0.2 * D), [], {})[1]
     assert slow.startswith("A pair that starts at d = 0.05 follows this curve from d = 0.091")
     assert "held distance: dU_held, 10 % more" in slow
+    held = answer_of_curve(decaying(0.2, 1.0, dU_held=1.1 * 0.2 * D), [], {})[2]
+    assert held.startswith("dU is that of pairs on their way, dU_held that of held distances, ")
+    assert held.endswith(f": +{0.2 * D[-1]:.4g} and +{0.22 * D[-1]:.4g} at d = {D[-1]:.4g}.")
     assert "forgotten" not in "".join(answer_of_curve(decaying(0.2, 0.02), [], {}))

@@ -89,7 +89,10 @@ def _held(table: Mapping[str, Array], scales: Scales | None) -> list[str]:
     at = far[np.argmax(apart[far])]
     both = [in_unit(scales, VELOCITY, table[name][at], sign="+") for name in ("dU", "dU_held")]
     place = in_unit(scales, LENGTH, table["d"][at])
-    return [f"dU is of pairs on their way, dU_held of distances that are held: {' and '.join(both)} at d = {place}."]
+    return [
+        "dU is that of pairs on their way, dU_held that of held distances, with which start: steady begins: "
+        f"{' and '.join(both)} at d = {place}."
+    ]
 
 
 def _starts(table: Mapping[str, Array], scales: Scales | None) -> list[str]:
