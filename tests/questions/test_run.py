@@ -158,7 +158,7 @@ def test_shipped_case_runs(config: Path, tmp_path: Path, pairsim: Pairsim) -> No
     """On a coarse mesh for a few steps."""
     short = ("time.end=0.02", "output.times=[]", "mesh.Np=8", "accuracy=5%")
     done = pairsim("run", str(config), "-o", "out", "-q", *(word for setting in short for word in ("--set", setting)))
-    assert done.returncode == 0, done.stderr
+    assert (done.returncode, done.stdout, done.stderr) == (0, "out\n", ""), "quiet but for its folder"
     assert json.loads((tmp_path / "out" / "run.json").read_text())["status"] == "finished"
 
 

@@ -119,7 +119,7 @@ def test_dU_of_a_pair_without_a_slow_manifold_is_known_by_its_sign() -> None:
 @pytest.mark.parametrize("keys", [{"De": 1.0, "Ca_e": 0, "d": (0.2,)}, {"De": 0.5, "beta": (0.4, 0.3), "Ca_e": 0}])
 def test_dU_does_not_depend_on_the_velocity_of_the_mesh(keys: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     found = []
-    for part in (0.5, 1.0, 0.3):
+    for part in (1.0, 0.3):
         monkeypatch.setattr("pairsim.fem.algebra.mesh_velocity.TRANSITION", part)
         found.append(point(**keys, mesh={"Np": 14}))
     dU, held = np.array([p.dU for p in found]), np.array([p.held_dUs[0] for p in found])
