@@ -126,7 +126,7 @@ def _interval(number: Number) -> str:
     """Where a number is, with a probability of 95 %."""
     if number.given:
         return "given"
-    if not number.determined:
+    if np.isinf(number.least) and np.isinf(number.most):
         return "not determined by these data"
     if np.isinf(number.least):
         return f"at most {number.most:.4g}"

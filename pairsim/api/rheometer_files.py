@@ -141,13 +141,13 @@ def _section(option: str, text: str, wanted: str | None) -> tuple[Section, list[
             break
     if not any(each.usable.any() for each in sections):
         raise ValueError(_no_table(option, text))
-    long = [each for each in sections if each.usable.sum() >= FEWEST]
-    if not long:
-        most = max(each.usable.sum() for each in sections)
-        raise ValueError(f"must have at least {FEWEST} rows of positive numbers below its headings, and has {most}")
-    wide = [each for each in long if each.span >= np.log(LEAST_SPAN)]
+    wide = [each for each in sections if each.usable.sum() >= FEWEST and each.span >= np.log(LEAST_SPAN)]
     if not wide:
-        raise ValueError(f"must have different rates, the largest at least {LEAST_SPAN:g} times the least")
+        most = max(each.usable.sum() for each in sections)
+        rows = (
+            f"at least {FEWEST} rows of positive numbers, with rates that differ by a factor of {LEAST_SPAN:g} or more"
+        )
+        raise ValueError(f"must have {rows}, and has {most}")
     named = [each for each in wide if wanted is None or wanted.lower() in each.name.lower()]
     if not named:
         raise ValueError(f"must have a section named {wanted}, and has {'; '.join(each.name for each in wide)}")

@@ -6,7 +6,7 @@ times what it says is its stress in Pa. Deviations are those of logarithms, whic
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -89,10 +89,6 @@ class Number:
     @property
     def given(self) -> bool:
         return self.least == self.most
-
-    @property
-    def determined(self) -> bool:
-        return bool(np.isfinite([self.least, self.most]).any())
 
 
 @dataclass(frozen=True)
@@ -183,22 +179,20 @@ def fits(data: Measured, laws: Sequence[str] | None = None, given: Mapping[str, 
     elastic = data.kinds & {"N1", "storage"} or given.keys() & {"relaxation", "solvent"}
     kind = ConformationLaw if elastic else ViscousLaw
     tried = [LAWS[name] for name in laws] if laws else [law for law in LAWS.values() if issubclass(law, kind)]
-    found = [fit for law in tried for fit in _of_law(law, data, given)]
+    found = [fit for law in tried if (fit := _of_law(law, data, given))]
     return sorted(found, key=lambda fit: fit.criterion)
 
 
-def _of_law(law: type[ViscousLaw | ConformationLaw], data: Measured, given: Mapping[str, float]) -> Iterator[Fit]:
+def _of_law(law: type[ViscousLaw | ConformationLaw], data: Measured, given: Mapping[str, float]) -> Fit | None:
     """A law fitted to data, by one mode or, where moduli are known, by as many as improve it."""
-    modes = 0 if issubclass(law, ViscousLaw) else 1
-    best = _fitted(law, modes, data, given)
-    while modes and len(data.frequency) and modes < MOST_MODES:
-        modes += 1
+    least = 0 if issubclass(law, ViscousLaw) else 1
+    best = _fitted(law, least, data, given)
+    for modes in range(2, MOST_MODES + 1) if least and len(data.frequency) else ():
         better = _fitted(law, modes, data, given)
         if better is None or best is None or better.criterion >= best.criterion:
             break
         best = better
-    if best is not None:
-        yield best
+    return best
 
 
 @dataclass(frozen=True)

@@ -173,7 +173,7 @@ def test_what_is_left_out_or_assumed_is_said(text: str, says: str, tmp_path: Pat
         ("rate [1/s],strain [%]\n1,2\n", "must have columns of shear rate and viscosity or shear stress"),
         (SPECTRA["Hz"], "and has those of --spectrum"),
         ("rate [1/s],viscosity [Pa.s]\n1,1\n2,0\n", "must have at least 5 rows of positive numbers"),
-        ("rate [1/s],viscosity [Pa.s]\n" + "10,1\n" * 9, "must have different rates"),
+        ("rate [1/s],viscosity [Pa.s]\n" + "10,1\n" * 9, "rates that differ by a factor of 2 or more, and has 9"),
         ("rate [Hz],viscosity [Pa.s]\n" + table(RATES, VISCOSITIES), 'a unit as 1/s is for "rate [Hz]", not Hz'),
         ("rate [1/s],viscosity [mPa]\n" + table(RATES, VISCOSITIES), "a unit as Pa.s is"),
         ("rate [1/s],viscosity [MPA.S]\n" + table(RATES, VISCOSITIES), "not MPA.S"),

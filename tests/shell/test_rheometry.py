@@ -90,7 +90,7 @@ SPECTRUM = Measured(frequency=RATES, storage=noisy(0.04 * MODULI[0], 3), loss=no
 def test_what_moduli_do_not_determine_is_said() -> None:
     best, *_ = found = fits(SPECTRUM, ["giesekus"])
     assert holds(best, eta_0=0.04, De=0.08, xi=0.025)
-    assert not best.numbers["alpha"].determined
+    assert best.numbers["alpha"].most == np.inf
     said = " ".join(sentences(found, SPECTRUM, chosen=True))
     assert "alpha = 0.2 (not determined by these data)" in said
     assert "moduli do not tell how the viscosity falls with the rate" in said
