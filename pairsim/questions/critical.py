@@ -203,18 +203,17 @@ def _region(case: CriticalCase) -> Region | None:
 
 def answer_of_critical(zeros: Sequence[Zero], record: Mapping[str, Any]) -> list[str]:
     """The answer of a search that has found critical distances."""
-    from pairsim.results.units import in_unit, scales_in
+    from pairsim.results.units import in_unit, scales_in, with_error
 
     lines = []
     scales = scales_in(record)
     for stable, meaning in ((False, "closer pairs come together, wider ones separate"), (True, "pairs come to rest")):
-        found = [zero.d for zero in zeros if zero.stable == stable]
+        found = sorted((zero for zero in zeros if zero.stable == stable), key=lambda zero: zero.d)
         if found:
-            kind = "stable" if stable else "unstable"
-            where = f"d = {min(found):.4g} to {max(found):.4g}" if len(found) > 1 else f"d = {found[0]:.4g}"
+            kind, ends = found[0].kind, found[:: max(len(found) - 1, 1)]
+            where = f"d = {' to '.join(with_error(zero.d, zero.error) for zero in ends)}"
             if scales is not None:
-                ends = dict.fromkeys(in_unit(scales, LENGTH, d) for d in (min(found), max(found)))
-                where += f" ({' to '.join(ends)})"
+                where += f" ({' to '.join(in_unit(scales, LENGTH, zero.d, zero.error) for zero in ends)})"
             lines.append(f"{len(found)} {kind} critical distance{'s' * (len(found) > 1)}, {where}: {meaning}.")
     messages = [str(end["message"]) for end in record.get("ends", ()) if end.get("message")]
     return [*lines, *(f"A branch ends: {message}." for message in messages)]

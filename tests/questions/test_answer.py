@@ -157,8 +157,10 @@ def test_a_case_in_units_has_its_answer_in_units() -> None:
 
 
 def test_critical_distances_by_kind() -> None:
-    zeros = [Zero(0.1, False), Zero(0.2, False), Zero(0.3, True)]
-    assert answer_of_critical(zeros, {"ends": [{"message": "edge"}]})[1:] == [
+    zeros = [Zero(0.2, False, 0.02), Zero(0.1, False, 0.003), Zero(0.3, True)]
+    assert answer_of_critical(zeros, {"ends": [{"message": "edge"}]}) == [
+        "2 unstable critical distances, d = 0.100 +- 0.003 to 0.20 +- 0.02: "
+        "closer pairs come together, wider ones separate.",
         "1 stable critical distance, d = 0.3: pairs come to rest.",
         "A branch ends: edge.",
     ]

@@ -17,7 +17,7 @@ from pairsim.fem.recovery.enriched_nodes import EnrichedNodes, nodes_of
 from pairsim.fem.recovery.enriched_residual import EnrichedTests
 from pairsim.fem.recovery.patch_recovery import WIDE, PatchRecovery
 from pairsim.solvers.errors.adjoints import Adjoints
-from pairsim.solvers.errors.estimate import ROUNDING, ErrorEstimate, ErrorEstimator
+from pairsim.solvers.errors.estimate import ROUNDING, VISCOUS, ErrorEstimate, ErrorEstimator
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.first_solution import by_continuation
 from pairsim.solvers.steady.scene import SteadySolver
@@ -44,6 +44,15 @@ def solved(keys: dict[str, object], **mesh: float) -> tuple[Observation, ErrorEs
     estimate = ErrorEstimator().estimate(scene, Adjoints.of(scene), observation)
     scene.close()
     return observation, estimate
+
+
+def test_an_estimate_that_vanishes_by_chance_in_one_gap_leaves_a_tenth_of_the_others() -> None:
+    nothing = np.zeros(2)
+    parts = dict.fromkeys(("newton_dU", "spread_dU", "cancelled_dU", "scatter_dU", "ends_dU"), nothing)
+    found = ErrorEstimate(
+        np.array([0.0, 1e-6, 1e-6]), 0.0, nothing, nothing, **parts, widening=1.0, factors=VISCOUS, trusted=True
+    )
+    assert found.dU_error == pytest.approx([1e-6, 1e-7], rel=1e-5)
 
 
 @cache

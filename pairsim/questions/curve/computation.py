@@ -122,7 +122,7 @@ def _zeros(branch: Branch, points: list[Point]) -> Generator[events.Event, None,
 def _said(case: CurveCase, zero: Equilibrium) -> str:
     """A zero in words."""
     kind = "stable" if zero.stable else "unstable"
-    return f"{kind} at d = {in_unit(case.scales, LENGTH, zero.d, digits=5)}{'' if zero.certain else ' (uncertain)'}"
+    return f"{kind} at d = {in_unit(case.scales, LENGTH, zero.d, zero.d_error)}{'' if zero.certain else ' (uncertain)'}"
 
 
 def _end(case: CurveCase, found: Solutions) -> Iterator[events.Event]:

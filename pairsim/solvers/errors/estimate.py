@@ -46,6 +46,8 @@ ELASTIC = Factors(1.6, np.maximum)
 # spheres are far apart the parts are a hundred times their sum. Determined on Newtonian curves of beta .4 (all of 30
 # intervals hold), and checked on those of beta .2 and .6 (98 % of 51).
 OF_CANCELLED = 0.015
+# Least part of what is left in one gap of that in another: the estimate of a single gap may vanish by chance. Chosen.
+OF_OTHER_GAPS = 0.1
 OF_ENDS = 2.0  # what the ends may do over what they are found to do; chosen
 # Rounding of a relative velocity [U_av]: equal rigid spheres in a Newtonian liquid, whose dU is 0, have up to 5e-15 on
 # 24 meshes.
@@ -105,7 +107,8 @@ class ErrorEstimate:
     @property
     def regular_dU(self) -> Array:
         """What corrections leave of the cells' part of the error where cells resolve stress and adjoint, (N-1,)."""
-        return _regular(self.dU, self.spread_dU, self.cancelled_dU)
+        regular = _regular(self.dU, self.spread_dU, self.cancelled_dU)
+        return np.maximum(regular, OF_OTHER_GAPS * regular.max(initial=0.0))
 
     @property
     def irregular_dU(self) -> Array:
