@@ -37,7 +37,8 @@ KNOWN, NEGLIGIBLE, COVERED = 0.2, 2e-4, 0.95
 
 def cases(name: str, scene: Mapping[str, Any], meshes: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     """A scene on all meshes."""
-    for kind, keys in meshes["viscoelastic" if scene["De"] else "newtonian"].items():
+    without_memory = "viscous" if "liquid" in scene and "viscous" in meshes else "newtonian"
+    for kind, keys in meshes["viscoelastic" if scene["De"] else without_memory].items():
         case = {"name": f"{name}+{kind}", **scene, **keys}
         if "d" in scene:
             places = sorted({*keys.get("d", ()), scene["d"]})
@@ -92,8 +93,9 @@ def groups(judged: pd.DataFrame) -> dict[str, pd.DataFrame]:
     """Errors by what is said of them: those that fix factors (of every second scene), the others, and by liquid."""
     law = judged["scene"].str.split("-").str[0]
     found = {"fixing": judged[judged["fixes"]], "judging": judged[~judged["fixes"]]}
-    found |= {kind: judged[law == kind] for kind in ("newtonian", "giesekus")}
-    found["other laws"] = judged[~law.isin(["newtonian", "giesekus"])]
+    kinds = ("newtonian", "thin", "giesekus")
+    found |= {kind: judged[law == kind] for kind in kinds}
+    found["other laws"] = judged[~law.isin(kinds)]
     return found | {"De 2": judged[judged["De"] == 2]}
 
 

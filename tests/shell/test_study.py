@@ -110,7 +110,7 @@ def test_hard_cases_are_valid_and_all_different() -> None:
     assert sum(counts.values()) == 120
 
 
-@pytest.mark.parametrize(("kind", "count"), [pytest.param("scenes", 286, marks=pytest.mark.slow), ("runs", 32)])
+@pytest.mark.parametrize(("kind", "count"), [pytest.param("scenes", 346, marks=pytest.mark.slow), ("runs", 32)])
 def test_scenes_of_error_bars_are_valid(kind: str, count: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(ROOT / "scripts"))
     import error_bars
