@@ -39,7 +39,8 @@ class Factors:
     joined: Callable[[Array, Array], Array]
 
 
-# Determined on half of the scenes of scripts/error_bars (docs/explanation/error-estimate.md).
+# Determined on twelve solutions without a memory, and on half of the other scenes of scripts/error_bars
+# (docs/explanation/error-estimate.md).
 VISCOUS = Factors(2.0, np.add)
 ELASTIC = Factors(1.6, np.maximum)
 # What is left of parts of the estimate that cancel between the liquid and soft particles, relative to them. Where
