@@ -154,7 +154,7 @@ def _doubts(best: Fit, data: Measured, noise: str, chosen: bool) -> Iterator[str
     if viscous:
         more = "N1 or moduli tell, and a time that is known is held by --relaxation"
         yield f"a viscosity alone does not tell whether the liquid is elastic: De = 0 is assumed; {more}"
-    elif data.kinds == {"viscosity"}:
+    elif data.kinds == {"viscosity"} and not best.numbers["De"].given:
         yield "no elasticity was measured: relaxation time and N1 follow from the thinning by the law alone"
     elif not data.kinds & {"viscosity", "N1"}:
         laws = "" if chosen else f"; {best.law.label} is taken, and other laws fit as well: choose one by --liquid"

@@ -114,7 +114,8 @@ def test_a_viscosity_alone_takes_a_time_that_is_known() -> None:
     viscous = flow_curve(Liquid(Carreau(n=0.45, Cu=0.8)), 0.7)
     assert "De = 0 is assumed" in " ".join(sentences(fits(viscous), viscous))
     elastic = Measured(RATES, noisy(0.04 * steady_shear(GIESEKUS, RATES)[0], 1), np.full(len(RATES), np.nan))
-    (best,) = fits(elastic, ["giesekus"], {"relaxation": 0.08, "solvent": 1e-3})
+    (best,) = found = fits(elastic, ["giesekus"], {"relaxation": 0.08, "solvent": 1e-3})
+    assert "no elasticity was measured" not in " ".join(sentences(found, elastic))
     assert best.liquid.De == 0.08
     assert holds(best, eta_0=0.04, alpha=0.15)
 
