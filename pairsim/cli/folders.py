@@ -61,8 +61,8 @@ def table(
     channel: Annotated[
         Literal["equivalent", "square", "round"],
         typer.Option(
-            help="With --cytometry: the tube stands for a square channel (equivalent: as it is; square: corrected for "
-            "its walls), or is what was measured in (round)."
+            help="With --cytometry, the channel of the cytometer: square, for which the tube stands (equivalent: "
+            "moduli of the tube as they are; square: corrected for the walls), or round, the tube itself."
         ),
     ] = "equivalent",
     at: Annotated[
@@ -75,8 +75,8 @@ def table(
 ) -> None:
     """Print a table of results, with the unit of each column in the header.
 
-    Of velocities the columns t, d, dU, dU_error and U, with --all every other one.
-    On a terminal with five digits, into a file or a pipe as CSV with all digits.
+    Of a run or a curve the columns t, d, dU, dU_error and U, with --all all columns.
+    A terminal shows five digits; a file or a pipe gets CSV with all digits.
     Units are um, s, um/s and Pa where the case has a physical block, else D_c, U_av
     and D_c/U_av. Of a sweep, the tables of all cases, one below the other, with the
     parameters that vary.
@@ -133,7 +133,8 @@ def travel(
     centres of volume, the length that of U/dU dc with the mean velocity U of the
     pair [D_c]; there must be no zero of dU between the distances. Their
     half-widths follow from that of dU along the curve. If the case has a physical
-    block, also in s and mm.
+    block, both are in s and mm. Also prints by how much the time changes for a
+    pair that starts from rest at the first distance, and where that is forgotten.
     """
     import pairsim
     from pairsim.results.folder import kind_of
@@ -183,7 +184,9 @@ def plot(
         str | None, typer.Option(metavar="KEY", help="Such a parameter whose values have a panel each.")
     ] = None,
     physical: Physical = None,
-    legend: Annotated[bool, typer.Option(" /--no-legend", help="Leave out the legend and the small print.")] = True,
+    legend: Annotated[
+        bool, typer.Option(" /--no-legend", show_default=False, help="Leave out the legend and the small print.")
+    ] = True,
 ) -> None:
     """Draw the results of run, curve, critical, sweep or study, or several runs or curves in one picture.
 
@@ -220,12 +223,16 @@ def report(directory: Folder) -> None:
 )
 def moduli(
     file: Annotated[Path, typer.Argument(help="File of a cytometer (.rtdc).")],
-    table: Annotated[Path, typer.Option(help="Look-up table, of pairsim table --cytometry or as dclab's.")],
+    table: Annotated[Path, typer.Option(help="Look-up table of pairsim table --cytometry, or one of dclab.")],
     carrier: Annotated[
         str | None,
-        typer.Option(help="Carrier in place of that in the file: 0.49%, 0.59% or 0.83% MC-PBS; table: its own."),
+        typer.Option(
+            help="Carrier in place of that in the file: 0.49%, 0.59% or 0.83% MC-PBS, or table for that of the table."
+        ),
     ] = None,
-    celsius: Annotated[float | None, typer.Option(help="Its temperature in place of that in the file.")] = None,
+    celsius: Annotated[
+        float | None, typer.Option(help="Temperature of the carrier [degrees Celsius] in place of that in the file.")
+    ] = None,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="CSV file to write (default: FILE-moduli.csv).")
     ] = None,
@@ -234,7 +241,8 @@ def moduli(
     """Compute Young's modulus of each event of a cytometer by a look-up table, with its half-width.
 
     Writes a CSV file with a row for each event, in the order of the file, and a
-    picture of the events over lines of equal modulus.
+    picture of the events over lines of equal modulus beside it. Moduli of events
+    outside of the table are empty.
     """
     from pairsim.api.moduli import moduli as moduli_of
     from pairsim.plots.moduli import draw_moduli

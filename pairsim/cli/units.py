@@ -82,7 +82,7 @@ def units(
     carrier: Annotated[
         Text, typer.Option(help="Carrier of cytometry in place of --liquid, such as '0.59% MC-PBS'.")
     ] = None,
-    celsius: Annotated[float, typer.Option(help="Its temperature.")] = 23.0,
+    celsius: Annotated[float, typer.Option(help="Temperature of the carrier [degrees Celsius].")] = 23.0,
     solid: Annotated[
         Text, _law("Law of the particles: neo-hookean, kelvin-voigt, mooney-rivlin, or one of your own.")
     ] = None,
@@ -92,8 +92,10 @@ def units(
         File,
         typer.Option(help="File of a rheometer with a flow curve (shear rate, viscosity or stress, N1), to be fitted."),
     ] = None,
-    spectrum: Annotated[File, typer.Option(help="File of a rheometer with moduli (frequency, G', G''), alike.")] = None,
-    section: Annotated[Text, typer.Option(help="A part of the name of the section to be read, of several.")] = None,
+    spectrum: Annotated[
+        File, typer.Option(help="File of a rheometer with moduli (frequency, G', G''), to be fitted.")
+    ] = None,
+    section: Annotated[Text, typer.Option(help="Section of these files to be read, by a part of its name.")] = None,
     kind: Annotated[OfQuestion, typer.Option("--kind", help="The command that the case file is for.")] = "run",
     output: Annotated[File, typer.Option("-o", "--output", help="Write a case file to this path.")] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing case file.")] = False,
