@@ -21,7 +21,7 @@ RATE = Dimension("rate", "a shear rate", "shear rate", "1/s", "1 1/s", lambda va
 FREQUENCY = Dimension("frequency", "a frequency", "angular frequency", "rad/s", "1 rad/s", lambda value, _: value)
 DIMENSIONS = {"rate": RATE, "viscosity": ZERO_SHEAR, "frequency": FREQUENCY}
 """What is in the columns; all others are stresses."""
-NO_VALUES = r"\blog|\bstd\b|error|deviat|uncert|oscill|[ck]omplex"
+NO_VALUES = r"(^|\()(set|soll|target)|normali[sz]ed|normiert|\blog|\bstd\b|error|deviat|uncert|oscill|[ck]omplex"
 
 
 @cache
@@ -73,10 +73,13 @@ def column(quantity: str, place: int, heading: str, rest: str, below: Sequence[s
     """
     dimension = DIMENSIONS.get(quantity, MODULUS)
     si = dimension.unit.replace("*", ".")
+    if re.search(r"[x*] ?1(0|e[-+]?\d)", " ".join([heading, *below])):
+        raise ValueError(f'must have a unit without a factor for "{heading}", as {si} is')
     in_brackets = re.findall(r"[\[(]([^\[\]()]*)[\])]", heading)
     after = re.sub(r"^[\s\])]*(in\b|[,/:;-])?\s*", "", rest)
     bare = re.fullmatch(r"[\[(](.*)[\])]", after)
-    pieces = [bare[1] if bare else after, *reversed(in_brackets), *re.split(r"\bin\b|,", after)[1:]]
+    words_in = [*re.split(r"\bin\b|,", after)[1:], *re.findall(r"^\S{2,}", after)]
+    pieces = [bare[1] if bare else after, *reversed(in_brackets), *words_in]
     for text in [each.strip() for each in (*pieces, *(cell.strip("[]() ") for cell in below)) if each.strip()]:
         if (factor := _factor(text, dimension)) is not None:
             return Column(place, heading, text.replace("*", "."), factor, si)

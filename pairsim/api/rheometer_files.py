@@ -25,11 +25,11 @@ from pairsim.runtime.errors import InputError
 
 ENCODINGS = ["utf_8", "utf_16", "utf_16_le", "utf_16_be", "cp1252"]
 SPREADSHEETS = b"PK\x03\x04", b"\xd0\xcf\x11\xe0"  # first bytes of .xlsx, .ods and .xls
-SEPARATORS = ("\t", ";", ",", r"\t|\s{2,}", r"\s+")
+SEPARATORS = ("\t", ";", ",", r"\t|\s{2,}", r"\s+(?![^\[(]*[\])])")
 ONE_SIGN = str.maketrans(
     dict.fromkeys("″“”", "''")
     | dict.fromkeys("’′´`‘", "'")  # noqa: RUF001
-    | dict.fromkeys("−–", "-")  # noqa: RUF001
+    | dict.fromkeys("−–‐", "-")  # noqa: RUF001
     | dict.fromkeys("·⋅∙•×", "*")  # noqa: RUF001
 )
 """Quotation marks, primes, dashes and points of products, each in one way."""
@@ -121,7 +121,8 @@ def _text(file: Path) -> str:
         raise ValueError(f"must be a file that can be read ({error.strerror})") from None
     if content.startswith(SPREADSHEETS):
         raise ValueError("must be text: open it in a spreadsheet, and save the sheet with the table as CSV (UTF-8)")
-    decoded = from_bytes(content, cp_isolation=ENCODINGS).best()
+    guesses = from_bytes(content, cp_isolation=ENCODINGS)  # UTF-8, where it can be, is seldom anything else
+    decoded = next((each for each in guesses if each.encoding == "utf_8"), guesses.best())
     if decoded is None:
         raise ValueError("must be text: export the table as CSV or text from the software of the rheometer")
     text = str(decoded).removeprefix("\ufeff").translate(ONE_SIGN)
@@ -152,6 +153,9 @@ def _section(option: str, text: str, wanted: str | None) -> tuple[Section, list[
     if not named:
         raise ValueError(f"must have a section named {wanted}, and has {'; '.join(each.name for each in wide)}")
     taken = max(named, key=lambda each: each.span)
+    (line, row), filled = taken.rows[0], max(i for i, cell in enumerate(taken.heading) if cell) + 1
+    if any(re.fullmatch(NUMBER, cell, re.IGNORECASE) for cell in row[filled:]) and text[: len(REPTATE)] != REPTATE:
+        raise ValueError(f"must have a heading over each column: line {line} has more numbers")
     return taken, [each.name for each in wide if each is not taken]
 
 
@@ -180,6 +184,8 @@ def _sections(option: str, rows: list[list[str]], separator: str) -> Iterator[Se
             raise ValueError(f"must not have commas in and between numbers: line {split[0]} has more than headings")
         if heading[0].endswith(":"):  # the name of a block; rows begin with a blank below it, or with their numbers
             body = [(line, row if np.isnan(_number(row[0], decimal)) else ["", *row]) for line, row in body]
+        for i, _ in places.values():
+            _refuse_thousands([row[i] for _, row in body], decimal)
         columns = {name: [_number(row[i], decimal) for _, row in body] for name, (i, _) in places.items()}
         numbers = pd.DataFrame(columns, dtype=float)
         measured = [*numbers.notna().any(axis=1), False]
@@ -257,9 +263,21 @@ def _decimal(cells: Sequence[str], separator: str) -> str:
     return ","
 
 
+def _refuse_thousands(cells: Sequence[str], decimal: str) -> None:
+    """Refuse a column as 1.500, 950: the mark is of thousands, or it is not."""
+    marked = [cell for cell in cells if decimal in cell and re.fullmatch(NUMBER, cell, re.IGNORECASE)]
+    if any(re.fullmatch(r"\d{3}", cell) for cell in cells if marked) and all(
+        re.fullmatch(r"[1-9]\d{0,2}[.,]\d{3}", cell) for cell in marked
+    ):
+        raise ValueError(f"has {marked[0]}, which may be one or a thousand; export it without marks of thousands")
+
+
 def _number(cell: str, decimal: str) -> float:
-    """A cell as a number, NaN if it is none; marks of thousands are not read."""
-    is_number = re.fullmatch(NUMBER, cell, re.IGNORECASE) and ("," if decimal == "." else ".") not in cell
+    """A cell as a number, NaN if it is none; marks of thousands are read in numbers with decimals."""
+    other = "," if decimal == "." else "."
+    if re.fullmatch(rf"\d{{1,3}}([ '{other}]\d{{3}})+\{decimal}\d+", cell):
+        cell = re.sub(rf"[ '{other}]", "", cell)
+    is_number = re.fullmatch(NUMBER, cell, re.IGNORECASE) and other not in cell
     return float(cell.replace(decimal, ".")) if is_number else float("nan")
 
 

@@ -35,10 +35,11 @@ TRIOS = """Filename\tPEO_1wt\nrundate\t27/07/2022\n[File Parameters]\nName\tPEO\
 [step]\nFlow sweep - 2\nStress\tShear rate\tViscosity\tStep time\tTime\tNormal stress\nPa\t1/s\tPa.s\ts\ts\tPa\n{flow}
 [step]\nFrequency sweep - 3\nStorage modulus\tLoss modulus\tTan(delta)\tAngular frequency\tOscillation strain rate
 kPa\tPa\t\trad/s\t1/s\n{moduli}
-[step]\nFlow sweep - 4\nStress\tShear rate\tViscosity\nPa\t1/s\tPa.s\n{flow}"""
+[step]\nFlow sweep - 4\nStress\tShear rate\tViscosity\nPa\t1/s\tPa.s\n{again}"""
 TRIOS = TRIOS.format(
     hold=table(POINTS, POINTS, [10.0, 10.1, 9.9, 10.0, 10.2, 9.8], POINTS, by="\t"),
     flow=table(STRESS, RATES, VISCOSITIES, POINTS, POINTS, scaled(POINTS, 3.0), by="\t"),
+    again=table(STRESS, RATES, VISCOSITIES, by="\t"),
     moduli=table(scaled(STORAGE, 1e-3), LOSS, POINTS, RATES, POINTS, by="\t"),
 )
 GERMAN = "Projekt:;PEO\nTest:;Fließkurve 1\nErgebnis:;Fließkurve 1\nIntervall und Messpunkte:;2;6\n\nIntervalldaten:;"
@@ -71,6 +72,14 @@ FLOW_CURVES = {
     "a row of units": "Shear rate,Viscosity\n1/s,mPa.s\n" + table(RATES, MILLI),
     "minutes": "Shear rate,Viscosity\n1/min,Pa.s\n" + table(scaled(RATES, 60), VISCOSITIES),
     "a name below the units": "Shear rate,Viscosity\n1/s,Pa.s\n,Sample A\n" + table(RATES, VISCOSITIES),
+    "LaTeX": "Shear rate [s$^{-1}$]\tμ {mPa.s}\n" + table(RATES, MILLI, by="\t"),
+    "words of units": "Shear rate (reciprocal seconds);Viscosity_mPas_mean\n" + table(RATES, MILLI, by=";"),
+    "a hyphen and a product": "Shear rate [s\u20111];Viscosity [mPa\u22c5s]\n" + table(RATES, MILLI, by=";"),
+    "newtons": "Shear rate [s -1];Viscosity [mNs/m²]\n" + table(RATES, MILLI, by=";"),
+    "one space": "# rate(1/s) eta(mPa s)\n" + table(RATES, MILLI, by=" "),
+    "what was set": "Set shear rate [1/s],Shear rate [1/s],Viscosity [Pa.s]\n" + table(POINTS, RATES, VISCOSITIES),
+    "thousands": "Scherrate [1/s];Viskosität [mPas]\n0,1;2.500,0\n0,5;2 400,00\n2,5;2'100,0\n12,5;1.200,00\n"
+    + table(RATES[4:], MILLI[4:], by=";", comma=True),
     "stress": "shear rate [1/s],shear stress [kPa]\n" + table(RATES, scaled(STRESS, 1e-3)),
     "quoted decimal commas": '"shear rate [1/s]","viscosity [Pa.s]"\n'
     + table(RATES, VISCOSITIES, by='";"', before='"', after='"').replace(".", ",").replace('";"', '","'),
@@ -98,6 +107,7 @@ SPECTRA = {
     + table(RATES, POINTS, POINTS, STORAGE, LOSS, by=";"),
     "both frequencies": "Frequency [Hz],Angular Frequency [rad/s],Storage Modulus [Pa],Loss Modulus [Pa],|G*| [Pa]\n"
     + table(scaled(RATES, 1 / TURN), RATES, STORAGE, LOSS, POINTS),
+    "functions": "Frequency [rad/s],G'(ω) [Pa],G''(ω) [Pa]\n" + table(RATES, STORAGE, LOSS),
     "German": "Kreisfrequenz [1/s];Speichermodul [Pa];Verlustmodul [Pa];Verlustfaktor [1]\n"
     + table(RATES, STORAGE, LOSS, POINTS, by=";", comma=True),
     "TRIOS": TRIOS,
@@ -178,6 +188,10 @@ def test_what_is_left_out_or_assumed_is_said(text: str, says: str, tmp_path: Pat
         ("rate [1/s],viscosity [mPa]\n" + table(RATES, VISCOSITIES), "a unit as Pa.s is"),
         ("rate [1/s],viscosity [MPA.S]\n" + table(RATES, VISCOSITIES), "not MPA.S"),
         ("rate [1/s],viscosity [Pa.s]\n0,10,2,50\n0,20,2,40\n", "must not have commas in and between numbers: line 2"),
+        ("rate [1/s];viscosity [mPa.s]\n1;2.500\n9;950\n", "2.500, which may be one or a thousand"),
+        ("rate [1/s],viscosity [Pa.s]\n" + table(POINTS, RATES, VISCOSITIES), "a heading over each column: line 2"),
+        ("rate [1/s],viscosity x1000 [Pa.s]\n" + table(RATES, MILLI), "a unit without a factor"),
+        ("rate [1/s],viscosity/eta0\n" + table(RATES, VISCOSITIES), "must have columns of shear rate and viscosity"),
         ("rate [1/s]\tviscosity [Pa.s]\n1,000\t2\n2,000\t3\n", "1,000, which may be one or a thousand"),
     ],
 )  # fmt: skip
