@@ -21,7 +21,7 @@ RATE = Dimension("rate", "a shear rate", "shear rate", "1/s", "1 1/s", lambda va
 FREQUENCY = Dimension("frequency", "a frequency", "angular frequency", "rad/s", "1 rad/s", lambda value, _: value)
 DIMENSIONS = {"rate": RATE, "viscosity": ZERO_SHEAR, "frequency": FREQUENCY}
 """What is in the columns; all others are stresses."""
-NO_VALUES = r"(^|\()(set|soll|target)|normali[sz]ed|normiert|\blog|\bstd\b|error|deviat|uncert|oscill|[ck]omplex"
+NO_VALUES = r"(^|\()(set|soll|target)|normali[sz]ed|normiert|\blog|\bstd\b|\bsd\b|error|deviat|uncert|oscill|[ck]omplex"
 
 
 @cache

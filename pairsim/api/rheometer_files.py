@@ -301,7 +301,7 @@ def _left_out(option: str, section: Section, columns: Mapping[str, Column]) -> I
         why = f"'{value}' is no positive number" if value else "is empty"
         yield f"{len(out)} of {len(section.rows)} rows left out; in the first one, line {line}, {place} {why}"
     named = places(option, section.heading)
-    for name in [*columns][1:]:
+    for name in [each for each in columns if each != "frequency"]:  # which many files have in Hz and in rad/s
         for i in named[name].keys() - {columns[name].place}:
             yield f'column {i + 1} "{section.heading[i]}" is not read, which may be {name}, too'
     if "N1" not in columns:
@@ -334,6 +334,9 @@ def _no_table(option: str, text: str) -> str:
     rows = [row for separator in SEPARATORS for row in _rows(text, separator)]
     if other := next((each for each in NEEDED if each != option and any(_places(each, row) for row in rows)), None):
         return f"must have columns of {wanted}, and has those of {other}"
+    of_words = (row for separator in SEPARATORS[:-1] for row in _rows(text, separator))
+    if any(_places(option, row) for row in of_words):
+        return f"must have rows of positive numbers, without units, below the headings of {wanted}"
     named = max(rows, key=lambda row: (len(places(option, row)), len(row) > 1))
     if not places(option, named):
         return f"must have a line of headings, such as {example}"

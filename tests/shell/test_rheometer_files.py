@@ -78,6 +78,11 @@ FLOW_CURVES = {
     "newtons": "Shear rate [s -1];Viscosity [mNs/m²]\n" + table(RATES, MILLI, by=";"),
     "one space": "# rate(1/s) eta(mPa s)\n" + table(RATES, MILLI, by=" "),
     "what was set": "Set shear rate [1/s],Shear rate [1/s],Viscosity [Pa.s]\n" + table(POINTS, RATES, VISCOSITIES),
+    "what is true": "Apparent shear rate [1/s],True shear rate [1/s],Apparent viscosity [Pa.s],True viscosity [Pa.s]\n"
+    + table(POINTS, RATES, POINTS, VISCOSITIES),
+    "what is of something else": "Shear rate (max) [1/s],Shear rate [1/s],Solvent viscosity [Pa.s],Viscosity SD [Pa.s],"
+    + "Viscosity [Pa.s]\n"
+    + table(POINTS, RATES, POINTS, POINTS, VISCOSITIES),
     "thousands": "Scherrate [1/s];Viskosität [mPas]\n0,1;2.500,0\n0,5;2 400,00\n2,5;2'100,0\n12,5;1.200,00\n"
     + table(RATES[4:], MILLI[4:], by=";", comma=True),
     "stress": "shear rate [1/s],shear stress [kPa]\n" + table(RATES, scaled(STRESS, 1e-3)),
@@ -107,6 +112,7 @@ SPECTRA = {
     + table(RATES, POINTS, POINTS, STORAGE, LOSS, by=";"),
     "both frequencies": "Frequency [Hz],Angular Frequency [rad/s],Storage Modulus [Pa],Loss Modulus [Pa],|G*| [Pa]\n"
     + table(scaled(RATES, 1 / TURN), RATES, STORAGE, LOSS, POINTS),
+    "words": "omega_rad_per_s,G_storage_Pa,G_loss_Pa\n" + table(RATES, STORAGE, LOSS),
     "functions": "Frequency [rad/s],G'(ω) [Pa],G''(ω) [Pa]\n" + table(RATES, STORAGE, LOSS),
     "German": "Kreisfrequenz [1/s];Speichermodul [Pa];Verlustmodul [Pa];Verlustfaktor [1]\n"
     + table(RATES, STORAGE, LOSS, POINTS, by=";", comma=True),
@@ -166,6 +172,8 @@ def test_moduli_are_read(kind: str, tmp_path: Path) -> None:
          'column 3 "B viscosity [Pa.s]" is not read, which may be viscosity, too'),
         ("rate [1/s],viscosity [Pa.s],N1 [Pa]\n" + table(RATES, VISCOSITIES, [1.0, -2.0, 3.0, 4.0, 5.0, 6.0]),
          "N1 is not positive at up to 0.5 1/s: 4 of its points, at larger rates, are read"),
+        ("rate [1/s],rate [1/s],viscosity [Pa.s]\n" + table(RATES, POINTS, VISCOSITIES),
+         'column 2 "rate [1/s]" is not read, which may be rate, too'),
         (TRIOS, "not read: section 'Flow sweep - 4'; --section NAME reads another one"),
     ],
 )  # fmt: skip
@@ -190,6 +198,7 @@ def test_what_is_left_out_or_assumed_is_said(text: str, says: str, tmp_path: Pat
         ("rate [1/s],viscosity [Pa.s]\n0,10,2,50\n0,20,2,40\n", "must not have commas in and between numbers: line 2"),
         ("rate [1/s];viscosity [mPa.s]\n1;2.500\n9;950\n", "2.500, which may be one or a thousand"),
         ("rate [1/s],viscosity [Pa.s]\n" + table(POINTS, RATES, VISCOSITIES), "a heading over each column: line 2"),
+        ("rate [1/s],viscosity [Pa.s]\n" + table(scaled(RATES, -1), VISCOSITIES), "must have rows of positive numbers"),
         ("rate [1/s],viscosity x1000 [Pa.s]\n" + table(RATES, MILLI), "a unit without a factor"),
         ("rate [1/s],viscosity/eta0\n" + table(RATES, VISCOSITIES), "must have columns of shear rate and viscosity"),
         ("rate [1/s]\tviscosity [Pa.s]\n1,000\t2\n2,000\t3\n", "1,000, which may be one or a thousand"),
