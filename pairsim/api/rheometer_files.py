@@ -264,11 +264,12 @@ def _decimal(cells: Sequence[str], separator: str) -> str:
 
 
 def _refuse_thousands(cells: Sequence[str], decimal: str) -> None:
-    """Refuse a column as 1.500, 950: the mark is of thousands, or it is not."""
+    """Refuse a column as 1.500, 950, which neither rises nor falls: the mark may be of thousands."""
+    steps = np.diff([value for cell in cells if np.isfinite(value := _number(cell, decimal))])
     marked = [cell for cell in cells if decimal in cell and re.fullmatch(NUMBER, cell, re.IGNORECASE)]
-    if any(re.fullmatch(r"\d{3}", cell) for cell in cells if marked) and all(
-        re.fullmatch(r"[1-9]\d{0,2}[.,]\d{3}", cell) for cell in marked
-    ):
+    whole = [cell for cell in cells if re.fullmatch(r"\d{3}", cell)]
+    mixed = marked and whole and all(re.fullmatch(r"[1-9]\d{0,2}[.,]\d{3}", cell) for cell in marked)
+    if mixed and (steps > 0).any() and (steps < 0).any():
         raise ValueError(f"has {marked[0]}, which may be one or a thousand; export it without marks of thousands")
 
 

@@ -196,7 +196,7 @@ def test_what_is_left_out_or_assumed_is_said(text: str, says: str, tmp_path: Pat
         ("rate [1/s],viscosity [mPa]\n" + table(RATES, VISCOSITIES), "a unit as Pa.s is"),
         ("rate [1/s],viscosity [MPA.S]\n" + table(RATES, VISCOSITIES), "not MPA.S"),
         ("rate [1/s],viscosity [Pa.s]\n0,10,2,50\n0,20,2,40\n", "must not have commas in and between numbers: line 2"),
-        ("rate [1/s];viscosity [mPa.s]\n1;2.500\n9;950\n", "2.500, which may be one or a thousand"),
+        ("rate [1/s];viscosity [mPa.s]\n1;2.500\n5;1.800\n9;950\n", "2.500, which may be one or a thousand"),
         ("rate [1/s],viscosity [Pa.s]\n" + table(POINTS, RATES, VISCOSITIES), "a heading over each column: line 2"),
         ("rate [1/s],viscosity [Pa.s]\n" + table(scaled(RATES, -1), VISCOSITIES), "must have rows of positive numbers"),
         ("rate [1/s],viscosity x1000 [Pa.s]\n" + table(RATES, MILLI), "a unit without a factor"),
