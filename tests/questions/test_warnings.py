@@ -116,8 +116,8 @@ def test_particles_near_the_ends_are_told_and_at_last_refused() -> None:
     assert not near_ends(pair, pair.cluster)
     assert near_ends(pair, pair.tube_length - 1.8)
     problem = problem_of(pair)
-    assert end_of(problem, 1.0, [0.2]) is None
-    ended = end_of(problem, 1.0, [pair.tube_length - 0.8 - 0.9])
+    assert end_of(pair, problem, 1.0, [0.2]) is None
+    ended = end_of(pair, problem, 1.0, [pair.tube_length - 0.8 - 0.9])
     assert ended is not None
     assert (ended.status, ended.reason) == ("failed", "tube_too_short")
 

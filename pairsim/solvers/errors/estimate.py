@@ -168,7 +168,7 @@ class ErrorEstimator:
         changes = changes - tested.sums
         difference = np.eye(len(z))[1:count] - np.eye(len(z))[: count - 1]
         scatter = np.sqrt(np.diagonal(tested.stress_products))
-        scatter_dU = np.sqrt(np.einsum("ik,kl,il->i", difference, tested.stress_products, difference))
+        scatter_dU = np.sqrt(np.maximum(np.einsum("ik,kl,il->i", difference, tested.stress_products, difference), 0.0))
         F = slice(count, len(z) - 1)
         moved = len(changes[F]) > 0
         elastic = bool(scene.material.modes)

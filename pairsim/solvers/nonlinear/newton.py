@@ -37,6 +37,8 @@ class NewtonOptions:
     Attributes:
         tolerance: Largest estimated error of a field after the last iteration, relative to the norm of the field.
         max_iterations: Largest number of iterations in one solve.
+        line_search: Whether steps are shortened in liquids that thin without a memory. Where the shear rate vanishes a
+            whole step changes their viscosity too much.
         single: Whether the factors are in single precision until the refinement of a solution fails.
         matrix: Criteria for a new matrix.
         mumps: Control parameters of the factorisation.
@@ -44,6 +46,7 @@ class NewtonOptions:
 
     tolerance: float = 1e-8
     max_iterations: int = 12
+    line_search: bool = False
     single: bool = True
     matrix: MatrixPolicy = field(default_factory=MatrixPolicy)
     mumps: MumpsOptions = field(default_factory=MumpsOptions)
@@ -51,7 +54,7 @@ class NewtonOptions:
 
 # With the matrix of the last iterations the derivatives at the solution are computed, too. `SteadySolver.factor` adds
 # an iteration with the matrix at the solution: 1e-6 in place of 1e-4 here changed no dU by more than 2e-6 of the peak.
-STEADY = NewtonOptions(tolerance=1e-4, matrix=MatrixPolicy(slow=0.05, far=0.3))
+STEADY = NewtonOptions(tolerance=1e-4, line_search=True, matrix=MatrixPolicy(slow=0.05, far=0.3))
 # In time-dependent problems the matrix is reused for longer, which takes more iterations.
 TRANSIENT = NewtonOptions(tolerance=1e-9, max_iterations=25, matrix=MatrixPolicy(slow=0.3))
 
@@ -98,8 +101,9 @@ class Newton:
         self._snes.setType("newtonls")
         self._snes.setMaxFunctionEvaluations(-1)
         self._factors = Factors(self._system, self._snes.getKSP(), prefix, self.options.mumps, self.options.single)
-        database = PETSc.Options()
-        names = {f"{prefix}snes_linesearch_type": "basic", f"{prefix}snes_max_it": self.options.max_iterations}
+        database, liquid = PETSc.Options(), self.scene.material
+        search = "bt" if self.options.line_search and not (liquid.modes or liquid.newtonian) else "basic"
+        names = {f"{prefix}snes_linesearch_type": search, f"{prefix}snes_max_it": self.options.max_iterations}
         names |= {f"{prefix}{k}": v for k, v in self._factors.options.items()}
         for name, value in names.items():
             database[name] = value

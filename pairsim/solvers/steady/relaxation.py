@@ -3,13 +3,13 @@
 With the residual R(y, y_t) of `pairsim.solvers.steady.motion`, a small disturbance v of a solution obeys J v = -M v_t
 with J = dR/dy and M = dR/dy_t. Two families of its modes have no length of their own and are resolved by no mesh: short
 waves on the surfaces and the advected stress of the polymer, which decays within about De. For the second M is
-restricted to the surfaces, and to the inside of viscous solids, with a stress that follows them at once. What is left
-decays as exp(-t/T), where T is the restriction of J^-1 M.
+restricted to the particles, with a stress that follows them at once. What is left decays as exp(-t/T), where T is the
+restriction of J^-1 M.
 
 Short waves have times up to several times those of the smooth shapes, which grow with the number of cells, but are
 hardly excited, and the slowest of all modes is no number that a user sees. The time tau_0 is that of what is seen: of
-the results f(t) (every dU; U of a single particle) while the shapes with which particles lag behind slow changes of
-their distances (of Ca_e) come to rest,
+the results f(t) (every dU; U of a single particle; less what the shapes move the centres by) while the shapes with
+which particles lag behind slow changes of their distances (of Ca_e) come to rest,
 
     tau_0 = 2/3 int t^3 |f|^2 dt / int t^2 |f|^2 dt,
 
@@ -68,14 +68,11 @@ def _is_viscous(body: Body) -> bool:
 
 
 def _unknowns_that_move(steady: SteadySolver) -> np.ndarray:
-    """Which free unknowns move the surfaces of soft particles, or the inside of viscous ones; boolean, shape (n_y,)."""
-    wanted = np.zeros(steady.scene.h_size)
-    for body in steady.bodies:
-        if _is_viscous(body):
-            wanted[body.start : body.start + body.size] = 1.0
-        for c in range(2):
-            wanted[body.start + 2 * body.nodes + c] = 1.0
-    return np.asarray(abs(steady.constraints.M).T @ wanted > 0)
+    """Which free unknowns move soft particles; boolean, shape (n_y,).
+
+    The inside of elastic particles too: it has no stress of its own, but a part of the velocity of their centres.
+    """
+    return np.asarray(abs(steady.constraints.M).T @ np.ones(steady.scene.h_size) > 0)
 
 
 def _shape_time(steady: SteadySolver, moving: np.ndarray) -> tuple[float, float]:
@@ -94,7 +91,7 @@ def _shape_time(steady: SteadySolver, moving: np.ndarray) -> tuple[float, float]
     basis, H, results = [start / np.linalg.norm(start)], np.zeros((STEPS + 1, STEPS)), []
     for j in range(STEPS):
         y = times(basis[j])
-        results.append(_results(steady, y))
+        results.append(_results(steady, y, basis[j], moving))
         w = y[moving]
         for _ in range(2):
             parts = np.array(basis) @ w
@@ -126,9 +123,22 @@ def _late_time(H: Array, results: Array) -> float:
     return 2 * late / early if early > 0 else math.inf
 
 
-def _results(steady: SteadySolver, y: Array) -> Array:
-    """What is seen of a change of the unknowns: that of every dU, or of U of a single particle [U_av]."""
-    U = y[steady.constraints.fields["U_p"]]
+def _results(steady: SteadySolver, y: Array, v: Array, moving: np.ndarray) -> Array:
+    """What is seen of rates v of the unknowns that move: every dU, or U of a single particle [U_av].
+
+    Without what the shapes move the centres by, which may change the sign of dU while it decays.
+
+    Args:
+        steady: The scene.
+        y: J^-1 M v, shape (n_y,).
+        v: The rates.
+        moving: Which unknowns they are of.
+    """
+    y_t = np.zeros(len(moving))
+    y_t[moving] = v
+    h, _ = steady.newton.state(steady.y)
+    h_t = steady.constraints.M @ y_t
+    U = y[steady.constraints.fields["U_p"]] + [body.mean(h_t, h) for body in steady.bodies]
     return np.asarray(np.diff(U) if len(U) > 1 else U)
 
 
