@@ -1,13 +1,18 @@
-"""Error bars of dU against errors, of quasi-steady solutions or, with --runs, of runs in time.
+"""Error bars of dU against errors: of quasi-steady solutions in listed or random scenes, or of runs in time.
 
-usage: scripts/error_bars [-o runs/error_bars] [--runs] [--only WORD] [--workers N] [--table]
+usage: scripts/error_bars [-o runs/error_bars] [--random] [--runs] [--only WORD] [--workers N] [--table]
 
 Solves every scene of configs/error_bars/scenes.yaml on three meshes, with the error, and integrates every case of
 runs.yaml at two values of `accuracy`; both also on two fine meshes of different kinds, which give the truth. Some three
 hours, and twenty minutes for runs; the same command goes on after any kind of end. An error is judged if the two truths
 agree to a fifth of it, and if it is not below .02 % of the largest |dU|. On half of the scenes the factors are fixed
-with which the bars cover 95 % of the errors, on the others they are judged. Writes every error to scenes.csv or
-runs.csv in the output folder, and the judgement to scenes.md or runs.md.
+with which the bars cover 95 % of the errors, on the others they are judged.
+
+With --random curves of one point, drawn with the seed of random.yaml, are solved with default settings, and finely for
+the truth; some two hours. An error is judged, however small, if the half-width of the truth is below a third of that by
+default. A single particle has no dU: its velocity is judged, by its correction.
+
+Writes every error to scenes.csv, runs.csv or random.csv in the output folder, and the judgement to the .md beside it.
 
 Exit code 0: all was solved and judged; 1: a scene could not be solved.
 """
@@ -23,7 +28,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import yaml
-from book import pages
+from book import draws, pages
 from book.cases import Case, Cases
 from book.computing import CONFIGS, pairsim, parser_of
 
@@ -33,14 +38,28 @@ FINE = ("fine.1", "fine.2")
 TIMES = 10
 """Times at which runs are judged."""
 KNOWN, NEGLIGIBLE, COVERED = 0.2, 2e-4, 0.95
+TRUTH = 1 / 3  # largest half-width of the truth of random scenes, over that by default
+DE_CLASSES = {"0": 0.0, "to .5": 0.5, "to 1": 1.0, "to 2": 2.0, "to 3": 3.0}
+"""Classes of random scenes by the largest De."""
+
+
+def read(kind: str) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+    """What all scenes of a file of configs/error_bars have, the scenes, and the meshes of each."""
+    content = yaml.safe_load((CONFIGS / "error_bars" / f"{kind}.yaml").read_text())
+    meshes = content.pop("meshes")
+    drawn = draws.scenes(content.pop("seed"), content.pop("count")) if "seed" in content else {}
+    return content, content.pop("scenes", drawn), meshes
 
 
 def cases(name: str, scene: Mapping[str, Any], meshes: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     """A scene on all meshes."""
     without_memory = "viscous" if "liquid" in scene and "viscous" in meshes else "newtonian"
-    for kind, keys in meshes["viscoelastic" if scene["De"] else without_memory].items():
+    liquid = "viscoelastic" if scene["De"] else without_memory
+    for kind, keys in meshes.get(liquid, meshes.get("any", {})).items():
         case = {"name": f"{name}+{kind}", **scene, **keys}
-        if "d" in scene:
+        if "any" in meshes:
+            yield case
+        elif "d" in scene:
             places = sorted({*keys.get("d", ()), scene["d"]})
             yield case | {"d": places, "max_points": len(places)}
         else:
@@ -143,11 +162,13 @@ def main() -> int:
     """Compute, then judge."""
     parser = parser_of("error_bars", __doc__, "runs/error_bars")
     parser.add_argument("--only", default="", metavar="WORD", help="scenes whose name contains it")
-    parser.add_argument("--runs", action="store_true", help="runs in time instead")
+    kinds = parser.add_mutually_exclusive_group()
+    for other, words in (("runs", "runs in time instead"), ("random", "scenes drawn at random instead")):
+        kinds.add_argument(f"--{other}", dest="kind", action="store_const", const=other, help=words)
+    parser.set_defaults(kind="scenes")
     arguments = parser.parse_args()
-    kind = "runs" if arguments.runs else "scenes"
-    content = yaml.safe_load((CONFIGS / "error_bars" / f"{kind}.yaml").read_text())
-    scenes, meshes = content.pop("scenes"), content.pop("meshes")
+    kind = arguments.kind
+    content, scenes, meshes = read(kind)
     output: Path = arguments.output / (f"{kind}-{arguments.only}" if arguments.only else kind)
     code, file = 0, output.parent / f"{output.name}.yaml"
     if not arguments.table:
@@ -155,7 +176,9 @@ def main() -> int:
         grid = content | {"cases": [case for name, scene in chosen.items() for case in cases(name, scene, meshes)]}
         output.parent.mkdir(parents=True, exist_ok=True)
         write_text(file, yaml.safe_dump(grid, sort_keys=False))
-        code = pairsim("sweep", file, "-o", output, "--workers", arguments.workers)
+        code = pairsim("sweep", file, "-o", output, "--chain", 1, "--workers", arguments.workers)
+    if kind == "random":
+        return int(code != 0)
     found = [table for name, kinds in sorted_out(output, scenes) for table in errors_of(name, kinds)]
     if found:
         errors = pd.concat(found, ignore_index=True)
