@@ -20,6 +20,7 @@ Exit code 0: all was solved and judged; 1: a scene could not be solved.
 from __future__ import annotations
 
 import math
+import re
 import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -38,6 +39,7 @@ FINE = ("fine.1", "fine.2")
 TIMES = 10
 """Times at which runs are judged."""
 KNOWN, NEGLIGIBLE, COVERED = 0.2, 2e-4, 0.95
+LIMIT = 1200  # wall time of a case [s]
 TRUTH = 1 / 3  # largest half-width of the truth of random scenes, over that by default
 DE_CLASSES = {"0": 0.0, "to .5": 0.5, "to 1": 1.0, "to 2": 2.0, "to 3": 3.0}
 """Classes of random scenes by the largest De."""
@@ -158,6 +160,61 @@ def page(errors: pd.DataFrame) -> str:
     return "\n".join([pages.prose(text), *map(pages.markdown, (bars(judged), by_scene(errors), missed))])
 
 
+def random_errors(output: Path, scenes: Mapping[str, Any]) -> pd.DataFrame:
+    """What default settings say of each scene and how far it is from the truth, a row for each gap.
+
+    Scenes without a steady state, or with a truth that was not found, have one row with the reason.
+    """
+    found: dict[str, dict[str, Any]] = {}
+    for result in Cases(output.parent, []).sweep(output.name).cases:
+        scene, _, kind = result.folder.name.rpartition("-")[0].partition("+")
+        found.setdefault(scene, {})[kind] = result
+    rows = []
+    for name, kinds in found.items():
+        scene = scenes[name]
+        row = {"scene": name, "law": name.split("-", 1)[1].rpartition("-")[0], "N": scene["particles"]}
+        row |= {"De": scene["De"], "ends": scene.get("ends", "periodic"), "soft": scene["Ca_e"] != 0}
+        ended = [f"{kind}: {each.reason or each.status}" for kind, each in kinds.items() if each.status != "finished"]
+        if ended or len(kinds) < len(("default", "fine")):
+            rows.append(row | {"half_width": math.nan, "ended": ", ".join(ended or ["not computed"])})
+            continue
+        default, fine = kinds["default"], kinds["fine"]
+        peak = default.record.get("adaptation", {}).get("reference_dU", math.nan)
+        (said,), (true,) = default.table.to_dict("records"), fine.table.to_dict("records")
+        values = [(key, key.replace("dU", "dU_error")) for key in said if re.fullmatch(r"dU(_\d+)?", key)]
+        for key, half_width in values or [("U_1", "U_correction_1")]:
+            one = {"at": key, "value": said[key], "half_width": abs(said[half_width]), "peak": peak}
+            one |= {"error": true[key] - said[key], "known": abs(true[half_width])}
+            rows.append(row | one | {"ended": "", "seconds": default.record.get("wall_time")})
+    return pd.DataFrame(rows)
+
+
+def random_page(errors: pd.DataFrame) -> str:
+    """How many errors are inside the interval alone, and inside it and that of the truth together."""
+    answered = errors[errors["half_width"].notna()]
+    classes = pd.cut(answered["De"], [-1.0, *DE_CLASSES.values()], labels=list(DE_CLASSES))
+    kinds = {"De": classes, "particles": answered["soft"].map({True: "soft", False: "rigid"})}
+    parts = [("all", answered)]
+    for kind, by in ({key: answered[key] for key in ("law", "N", "ends")} | kinds).items():
+        parts += [(f"{kind} {name}", part) for name, part in answered.groupby(by, observed=True)]
+    lines = []
+    for name, part in parts:
+        error, half_width = part["error"].abs(), part["half_width"]
+        known = part["known"] <= TRUTH * half_width
+        line = {"points": name, "scenes": part["scene"].nunique(), "errors": len(part)}
+        line["inside both"] = f"{100 * (error <= half_width + part['known']).mean():.0f} %"
+        line |= {"judged": known.sum(), "inside": f"{100 * (error <= half_width)[known].mean():.0f} %"}
+        line["half-width over error, median"] = f"{(half_width / error).median():.1f}"
+        line["largest error over half-width"] = f"{(error / half_width).max():.2f}"
+        line["half-width over peak, median"] = f"{100 * (half_width / part['peak']).median():.2f} %"
+        lines.append(line)
+    missed = answered[answered["error"].abs() > answered["half_width"]]
+    missed = missed[["scene", "at", "value", "error", "half_width", "known", "peak"]]
+    missed = missed.map(lambda cell: f"{cell:.3g}" if isinstance(cell, float) else cell)
+    ended = errors.loc[errors["half_width"].isna(), ["scene", "De", "ended"]]
+    return "\n".join(pages.markdown(table) for table in (pd.DataFrame(lines), missed, ended))
+
+
 def main() -> int:
     """Compute, then judge."""
     parser = parser_of("error_bars", __doc__, "runs/error_bars")
@@ -176,8 +233,13 @@ def main() -> int:
         grid = content | {"cases": [case for name, scene in chosen.items() for case in cases(name, scene, meshes)]}
         output.parent.mkdir(parents=True, exist_ok=True)
         write_text(file, yaml.safe_dump(grid, sort_keys=False))
-        code = pairsim("sweep", file, "-o", output, "--chain", 1, "--workers", arguments.workers)
+        alone_each = ("--chain", 1, "--case-timeout", LIMIT)
+        code = pairsim("sweep", file, "-o", output, *alone_each, "--workers", arguments.workers)
     if kind == "random":
+        drawn = random_errors(output, scenes)
+        write_text(output.parent / f"{kind}.csv", drawn.to_csv(index=False))
+        write_text(output.parent / f"{kind}.md", random_page(drawn))
+        print(random_page(drawn))
         return int(code != 0)
     found = [table for name, kinds in sorted_out(output, scenes) for table in errors_of(name, kinds)]
     if found:

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-import yaml
 from support.inputs import ROOT, STUDY, examples
 
 from pairsim.cases.yaml_file import read_yaml
@@ -110,14 +109,20 @@ def test_hard_cases_are_valid_and_all_different() -> None:
     assert sum(counts.values()) == 120
 
 
-@pytest.mark.parametrize(("kind", "count"), [pytest.param("scenes", 346, marks=pytest.mark.slow), ("runs", 32)])
+@pytest.mark.parametrize(
+    ("kind", "count"),
+    [
+        pytest.param("scenes", 346, marks=pytest.mark.slow),
+        pytest.param("random", 200, marks=pytest.mark.slow),
+        ("runs", 32),
+    ],
+)
 def test_scenes_of_error_bars_are_valid(kind: str, count: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(ROOT / "scripts"))
     import error_bars
 
     path = ROOT / "configs" / "error_bars" / f"{kind}.yaml"
-    content = yaml.safe_load(path.read_text())
-    scenes, meshes = content.pop("scenes"), content.pop("meshes")
+    content, scenes, meshes = error_bars.read(kind)
     cases = [case for name, scene in scenes.items() for case in error_bars.cases(name, scene, meshes)]
     assert len(grid_from(path, content | {"cases": cases}).cases) == count
 
