@@ -157,6 +157,13 @@ def point_row(point: Point) -> dict[str, float]:
     )
 
 
+def slope_rows(point: Point) -> Iterator[dict[str, float]]:
+    """The rows of slopes.csv for a quasi-steady solution, one for each distance."""
+    slopes = zip(point.velocity_slopes.T, point.held_slopes.T, strict=True)
+    for gap, (moving, held) in enumerate(slopes, 1):
+        yield table_row(len(moving), d=point.gaps, gap=gap, U_slope=moving, U_slope_held=held)
+
+
 def way_row(passed: Passed) -> dict[str, float]:
     """The values of a solution on the way to others; velocities are those at held distances."""
     place, U = passed.parameters, passed.U

@@ -158,6 +158,15 @@ COLUMNS: tuple[Column, ...] = (
     Column("mesh", r"k", "number of remeshings before the step", whole=True),
     Column("meshes", r"k", "number of meshes made so far", whole=True),
     Column("slope", r"\mathrm{d}\Delta U{_}/\mathrm{d}d", _SLOPE, RATE, GAP),
+    Column(
+        "U_slope",
+        r"\partial U{_}/\partial d",
+        "derivative of U{_} by a distance, to first order in what moving changes: exact where dU = 0",
+        RATE,
+        PARTICLE,
+    ),
+    Column("U_slope_held", r"\partial U_{h{,}}/\partial d", "the same of velocities at held distances", RATE, PARTICLE),
+    _plain("gap", "the distance by which is derived, counted from upstream", whole=True),
     _by("Ca_e", r"\mathrm{Ca}_e"),
     _by("De", r"\mathrm{De}"),
     _by("beta", r"\beta"),
@@ -308,6 +317,11 @@ def observed(observation: Any) -> dict[str, Any]:
     """The values that are read off the `Observation` of a solution, by quantity."""
     polymer = observation.conformation is not None
     return {e.name: e.value(observation) for e in COLUMNS if e.value is not None and polymer >= e.polymer}
+
+
+def slope_columns(n: int) -> list[str]:
+    """The columns of slopes.csv."""
+    return names_of(n, "d", "gap", "U_slope", "U_slope_held")
 
 
 def series_columns(n: int) -> list[str]:

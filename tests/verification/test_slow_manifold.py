@@ -16,6 +16,7 @@ from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case
 from pairsim.computing.problems import steady_problem
 from pairsim.solvers.curves.branch import Branch, Point
+from pairsim.solvers.curves.slow_manifold import SlowMotion
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.first_solution import first_scene
 from pairsim.solvers.steady.motion import moving_residual
@@ -191,3 +192,24 @@ def test_the_time_of_the_shapes_is_the_mean_late_time_of_what_is_seen(results: l
 def test_the_time_of_one_mode_is_its_own_and_what_grows_has_none() -> None:
     assert _late_time(np.array([[0.7]]), np.array([[2.0]])) == pytest.approx(0.7)
     assert _late_time(np.array([[-0.7]]), np.array([[2.0]])) == np.inf
+
+
+def test_slopes_of_all_velocities_by_each_distance_of_three_are_their_differences() -> None:
+    branch, here = solved(d=((0.1, 0.25),), particles=3, length=6.0, mesh={"Np": 10})
+    step, largest = 1e-3, float(np.abs(here.held_slopes).max())
+    for gap in (0, 1):
+        ends = [branch.at(here.parameters.with_longer_gap(gap, s)).discrete.U for s in (step, -step)]
+        assert here.held_slopes[:, gap] == pytest.approx((ends[0] - ends[1]) / (2 * step), abs=1e-3 * largest)
+    branch.close()
+
+
+def test_slopes_on_the_slow_manifold_belong_to_the_rates_that_they_cause() -> None:
+    rng = np.random.default_rng(1)
+    held, by_rates, stretch = (
+        rng.normal(size=(4, 3)),
+        rng.normal(size=(4, 3)),
+        np.eye(3) + 0.1 * rng.normal(size=(3, 3)),
+    )
+    slopes = SlowMotion(np.zeros(4), np.zeros(3), by_rates, stretch).slopes(held)
+    rates = np.linalg.solve(stretch, np.diff(slopes, axis=0))  # the distances between centres change by dU
+    assert slopes == pytest.approx(held + by_rates @ rates)

@@ -2,7 +2,8 @@
 
 The case file has d (distances in tube diameters D_c: a list, or {start, stop,
 num, spacing}) in place of d0. Writes curve.csv (dU in U_av), equilibria.csv,
-curve.png of two points or more, case.yaml and run.json.
+slopes.csv of more than two particles, curve.png of two points or more, case.yaml
+and run.json.
 
 Exit codes: 0 finished, 2 wrong input, 3 computation failed, 4 installation or
 system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
@@ -29,7 +30,7 @@ from pairsim.cases.values import MOST_VALUES, CurveTolerance, Distance, Gaps, Ve
 from pairsim.cli.compute import compute
 from pairsim.cli.options import Budget, CaseFile, DryRun, Output, Overwrite, Progress, Quiet, Settings
 from pairsim.computing.question import InSweeps, Question, Tables, Value, rows_in
-from pairsim.results.columns import EQUILIBRIA_COLUMNS, FORCES, GAP, names_of, suffixes, suffixes_in
+from pairsim.results.columns import EQUILIBRIA_COLUMNS, FORCES, GAP, names_of, slope_columns, suffixes, suffixes_in
 from pairsim.solvers.curves.distances import between
 
 if TYPE_CHECKING:
@@ -276,7 +277,7 @@ QUESTION = Question(
     check=check,
     estimate=estimate,
     solve=solve,
-    tables={"curve": (), "equilibria": (), "way": ()},
+    tables={"curve": (), "equilibria": (), "slopes": slope_columns(3), "way": ()},
     result=CurveResult,
     in_sweeps=InSweeps(result_columns, read, neighbours=("De", "Ca_e")),
     draw=draw,

@@ -10,13 +10,14 @@ import numpy as np
 
 from pairsim.computing import events
 from pairsim.computing.problems import steady_problem
-from pairsim.computing.steady import Solutions, adaptation_report, health_columns, moving_errors, point_row
+from pairsim.computing.steady import Solutions, adaptation_report, health_columns, moving_errors, point_row, slope_rows
 from pairsim.computing.warm_start import WarmStart
 from pairsim.computing.warnings import ErrorAt, finer, large_errors
 from pairsim.questions.curve import CurveCase
 from pairsim.results.columns import (
     EQUILIBRIA_COLUMNS,
     curve_columns,
+    slope_columns,
 )
 from pairsim.results.fields import SteadyMoment, frame
 from pairsim.results.units import FORCE, LENGTH, VELOCITY, in_unit
@@ -47,12 +48,17 @@ def computation(case: CurveCase, monitor: Monitor, sensitivities: bool, warm_sta
             problem = steady_problem(case, narrowest, monitor)
             branch = found.begin(problem, start, places=places, sensitivities=sensitivities)
             yield events.Table("curve", _columns(case, sensitivities), ascending=case.common)
+            sloping = case.n > 2 and case.velocity is None
+            if sloping:
+                yield events.Table("slopes", slope_columns(case.n), ascending=case.common)
             for point, wanted in trace(branch, places, case.tol, case.max_points):
                 points.append(point)
                 if case.common:
                     points.sort(key=lambda p: p.d)
                 count = len(points)
                 yield events.Row("curve", point_row(point) | {"wanted": float(wanted)})
+                for row in slope_rows(point) if sloping else ():
+                    yield events.Row("slopes", row)
                 if any(abs(point.d - d) < 1e-9 * d for d in case.fields):
                     yield events.Frame(_frame(point.d, branch.solver))
                 yield events.Progress(min(count, expected), _shown(case, point, count), count)

@@ -44,6 +44,7 @@ class Point:
         motion: What moving adds to the velocities.
         t_relax: Slowest decay time of a disturbance at held distances [D_c/U_av].
         slopes: Derivative of every dU at held distances when all distances change equally, shape (N-1,).
+        held_slopes: Derivatives of the velocities (rows) at held distances by each distance (columns), (N, N-1).
         sensitivities: Derivatives of the same dU with respect to Ca_e, De and beta; empty unless requested.
         estimate: Estimate of the discretisation errors.
         newton: Newton iterations since the previous point.
@@ -57,6 +58,7 @@ class Point:
     motion: SlowMotion
     t_relax: float
     slopes: Array
+    held_slopes: Array
     sensitivities: dict[str, Array]
     estimate: ErrorEstimate
     newton: int
@@ -104,9 +106,15 @@ class Point:
         return self.estimate.dU_error + self.motion.remainder
 
     @property
+    def velocity_slopes(self) -> Array:
+        """Derivatives of the velocities (rows) by each distance (columns) on the slow manifold, (N, N-1)."""
+        return self.motion.slopes(self.held_slopes)
+
+    @property
     def slope_at_rest(self) -> float:
         """Derivative of the dU of a pair by its distance where dU vanishes, to first order in the neglected terms."""
-        return float(self.slopes[0]) * (1 + self.motion.response)
+        by_rate = np.diff(self.motion.by_rates, axis=0)[0, 0]
+        return float(self.slopes[0] * (1 + by_rate / self.motion.centres_by_gaps[0, 0]))
 
     @property
     def zero_error(self) -> float:
@@ -281,7 +289,7 @@ class Branch:
         solver = self.solver
         solver.factor()
         adjoints = Adjoints.of(solver)
-        slopes = np.diff(gap_tangents(solver).sum(axis=0)[solver.constraints.fields["U_p"]])
+        held_slopes = gap_tangents(solver)[:, solver.constraints.fields["U_p"]].T
         discrete = solver.observe()
         estimate, t_relax = self._estimator.estimate(solver, adjoints, discrete), relaxation_time(solver)
         if not np.isfinite(estimate.U).all():
@@ -293,7 +301,8 @@ class Branch:
             held,
             slow_motion(solver, held.dU, adjoints, t_relax, least),
             t_relax,
-            slopes,
+            np.diff(held_slopes.sum(axis=1)),
+            held_slopes,
             sensitivities(solver, adjoints) if self._sensitivities else {},
             estimate,
             solver.iterations - iterations_before,

@@ -47,14 +47,30 @@ class SlowMotion:
     Attributes:
         U: Change of the velocities of the particles [U_av], shape (N,).
         remainder: What the next terms of the series may add to every dU [U_av], shape (N-1,).
-        response: For a pair, the change of dU to first order over the rate of the distance; else 0.
-        stretch: Derivative of the distances between centres when all those between surfaces change equally, (N-1,).
+        by_rates: Derivatives of the velocities to first order (rows) by the rates of the distances (columns), (N, N-1).
+        centres_by_gaps: Derivatives of the distances between centres (rows) by those between surfaces (columns),
+            (N-1, N-1).
     """
 
     U: Array
     remainder: Array
-    response: float
-    stretch: Array
+    by_rates: Array
+    centres_by_gaps: Array
+
+    @property
+    def stretch(self) -> Array:
+        """Derivatives of the distances between centres when all those between surfaces change equally, (N-1,)."""
+        return self.centres_by_gaps.sum(axis=1)
+
+    def slopes(self, held: Array) -> Array:
+        """Derivatives of the velocities on the slow manifold, from those at held distances, (N, N-1).
+
+        Changes of the distances change the rates by G = (C' - D E)^-1 D A, with the differences D of neighbours, the
+        held slopes A and E = `by_rates`. That E and C' change with the distances, too, is left out: it is as small as
+        the rates themselves, and nothing where no distance changes.
+        """
+        rates = np.linalg.solve(self.centres_by_gaps - np.diff(self.by_rates, axis=0), np.diff(held, axis=0))
+        return np.asarray(held + self.by_rates @ rates)
 
 
 def slow_motion(steady: SteadySolver, dU: Array, adjoints: Adjoints, t_relax: float, error: float) -> SlowMotion:
@@ -69,7 +85,7 @@ def slow_motion(steady: SteadySolver, dU: Array, adjoints: Adjoints, t_relax: fl
     """
     y, fields = steady.y, steady.constraints.fields["U_p"]
     count = len(dU)
-    still = SlowMotion(np.zeros(count + 1), np.zeros(count), 0.0, np.ones(count))
+    still = SlowMotion(np.zeros(count + 1), np.zeros(count), np.zeros((count + 1, count)), np.eye(count))
     if count == 0 or steady.problem.velocity is not None:
         return still
     fastest = float(np.abs(dU).max())
@@ -77,10 +93,18 @@ def slow_motion(steady: SteadySolver, dU: Array, adjoints: Adjoints, t_relax: fl
     probe = scale * dU if scale else np.full(count, PROBE)
     tangents, stretch = gap_tangents(steady), _centres_by_gaps(steady)
     rates = np.linalg.solve(stretch, probe)
-    neglected = moving_residual(steady, steady.parameters, y, rates @ tangents, rates) - steady.residual()
+    residual = steady.residual()
+
+    def dropped(at: Array) -> Array:
+        """The residual at rates of the distances, which holding them drops."""
+        return moving_residual(steady, steady.parameters, y, at @ tangents, at) - residual
+
+    neglected = dropped(rates)
     first = -adjoints.velocities @ neglected
-    response = float(np.diff(first)[0] / probe[0]) if count == 1 else 0.0
-    still = replace(still, response=response, stretch=stretch.sum(axis=1))
+    each = float(np.abs(rates).max()) * np.eye(count)  # the rates of one distance after the other
+    changes = [neglected * each[0, 0] / rates[0]] if count == 1 else [dropped(rate) for rate in each]
+    by_rates = -adjoints.velocities @ np.transpose(changes) / each[0, 0]
+    still = replace(still, by_rates=by_rates, centres_by_gaps=stretch)
     if scale != 1.0:
         return replace(still, U=first / scale if scale else 0 * first)
     slopes = np.diff(tangents[:, fields], axis=1)  # of every dU (columns) by every distance (rows)
