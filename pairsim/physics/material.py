@@ -8,7 +8,7 @@ checks of case files use it.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Container, Iterable, Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from pkgutil import iter_modules
@@ -159,11 +159,11 @@ def apart(a: Mapping[str, float], b: Mapping[str, float]) -> float:
     return max((abs(a[name] - b[name]) / size for name, size in sizes.items() if size), default=0.0)
 
 
-def between(a: Mapping[str, float], b: Mapping[str, float], tau: float) -> dict[str, float]:
-    """Numbers on the way from a (tau = 0) to b (1): geometric for De, linear for all others."""
+def between(a: Mapping[str, float], b: Mapping[str, float], tau: float, geometric: Container[str]) -> dict[str, float]:
+    """Numbers on the way from a (tau = 0) to b (1): geometric for some of them, linear for all others."""
     return {
         name: a[name] * (b[name] / a[name]) ** tau
-        if name == "De" and a[name] > 0
+        if name in geometric and a[name] > 0
         else a[name] + (b[name] - a[name]) * tau
         for name in a
     }

@@ -20,3 +20,9 @@ def exp(x: Any) -> Any:
 def sqrt(x: Any) -> Any:
     """Square root."""
     return _library(x).sqrt(x)
+
+
+def expm1(x: Any) -> Any:
+    """exp(x) - 1; without cancellation for numbers, as UFL has none of its own."""
+    library = _library(x)
+    return library.exp(x) - 1 if library.__name__ == "ufl" else library.expm1(x)

@@ -33,6 +33,8 @@ SMALLEST = 1e-300  # stress on the axis, which has no logarithm
 IMAGINARY = 1e-30j  # complex step; it causes no cancellation, so that any size far below rounding will do
 MOST_ITERATIONS = 10  # of Newton's method for the steady flow; chosen
 MOST_OF_VISCOSITY = 200  # of Newton's methods for a viscosity that depends on the shear rate; chosen
+WIDEST = 20.0  # largest step of the logarithm of a shear rate where no bracket bounds it; chosen
+CLOSE = 1e-15  # of the flow and its gradient, relative to them
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,7 @@ class PipeState:
         u: Axial velocity [U_av], shape (n,).
         c: Conformations of the M modes, components (zz, zr, rr, tt) each, shape (n, 4 M).
         p: Pressure over a cross-section, with zero mean [eta_0 U_av/D_c], shape (n,).
+        wall_rate: Shear rate at the wall [U_av/D_c].
     """
 
     gradient: float
@@ -52,13 +55,7 @@ class PipeState:
     u: Array
     c: Array
     p: Array
-
-    @property
-    def wall_rate(self) -> float:
-        """Shear rate at the wall [U_av/D_c]."""
-        degree = len(self.r) - 3
-        series = np.polynomial.legendre.Legendre.fit(self.r[1:-1], self.u[1:-1], degree, domain=[0, TUBE_RADIUS])
-        return float(abs(series.deriv()(TUBE_RADIUS)))
+    wall_rate: float
 
     def profiles(self, r: Array) -> Array:
         """Interpolate u and the components of log c to other radii, shape (m,); returns shape (1 + 4 M, m)."""
@@ -121,26 +118,44 @@ class Pipe:
         if self.liquid.solvent.linear:
             return np.asarray(stress / self.liquid.xi)
         size = np.abs(stress.real) + SMALLEST
-        x = size / self._slope(np.zeros_like(size))
-        # Newton's method for log x by log(stress), whose slope does not vary much.
+        x = np.log(size / self._slope(np.zeros_like(size)))
+        low, high = np.full_like(x, -np.inf), np.full_like(x, np.inf)
+        # Newton's method for log x by log(stress), whose slope does not vary much but in liquids with a yield stress:
+        # where a step leaves the bracket that is known, the bracket is halved.
         for _ in range(MOST_OF_VISCOSITY):
-            found = self._viscous(x)
-            change = np.log(size / found) * found / (x * self._slope(x))
-            x = x * np.exp(change)
-            if np.abs(change).max() <= 1e-15:
+            found = self._viscous(np.exp(x))
+            off = np.log(size / found)
+            low, high = np.where(off > 0, np.maximum(low, x), low), np.where(off < 0, np.minimum(high, x), high)
+            step = off * found / (np.exp(x) * self._slope(np.exp(x)))
+            inside = (low <= x + step) & (x + step <= high) & (np.abs(step) <= WIDEST)
+            bounded = np.isfinite(low) & np.isfinite(high)
+            middle = np.add(low, high, where=bounded, out=np.zeros_like(x)) / 2
+            step = np.where(inside, step, np.where(bounded, middle - x, np.copysign(WIDEST, off)))
+            x = x + step
+            if (np.minimum(np.abs(off), np.abs(step)) <= CLOSE * (1 + np.abs(x))).all():
                 break
-        x = np.copysign(x, stress.real)
+        else:
+            raise NoSteadyState(f"no shear rate was found at a shear stress in the tube ({self.liquid.label})")
+        x = np.copysign(np.exp(x), stress.real)
         return x + 1j * stress.imag / self._slope(x) if np.iscomplexobj(stress) else x
 
     def _gradient(self, tau: Array) -> float:
         """Pressure gradient G at which the flow rate -pi int r^2 u' dr is flow pi/4, for tau_rz of shape (n,)."""
         G = 0.0 if self.liquid.solvent.linear else self._last
+        low, high, last = -np.inf, np.inf, np.inf
         for _ in range(MOST_OF_VISCOSITY):
             shear = self._shear(-(G * self.r / 2 + tau))
             excess, by_G = self._weights @ shear + self._flow / 4, -self._weights @ (self.r / 2 / self._slope(shear))
-            G, before = float(G - excess / by_G), G
-            if self.liquid.solvent.linear or abs(G - before) <= 1e-15 * abs(G):
+            low, high = (max(low, G), high) if excess > 0 else (low, min(high, G))
+            step = float(-excess / by_G)
+            if not low <= G + step <= high and np.isfinite(high - low):
+                step = (low + high) / 2 - G
+            G, rounding = G + step, abs(step) >= last
+            last = abs(step)
+            if self.liquid.solvent.linear or last <= CLOSE * abs(G) or (rounding and last <= 1e-12 * abs(G)):
                 break
+        else:
+            raise NoSteadyState(f"no pressure gradient was found of the flow in the tube ({self.liquid.label})")
         self._last = G
         return G
 
@@ -267,7 +282,7 @@ class Pipe:
         shear = self._shear(-(G * self.r / 2 + tau))
         # u = -int_r^R u' dr.
         velocity = self._primitive(shear[1:-1])
-        return PipeState(G, self.r, velocity - velocity[-1], c.T.copy(), self._pressure(c.T))
+        return PipeState(G, self.r, velocity - velocity[-1], c.T.copy(), self._pressure(c.T), abs(float(shear[-1])))
 
     def _pressure(self, c: Array) -> Array:
         """Pressure over a cross-section, shape (n,), from the radial balance p' = tau_rr' + (tau_rr - tau_tt)/r."""

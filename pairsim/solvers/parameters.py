@@ -56,7 +56,7 @@ class Parameters:
         return replace(self, solids=tuple(s and replace(s, Ca_e=Ca_e) for s in self.solids))
 
     def towards(self, end: Parameters, tau: float) -> Parameters:
-        """Parameters on the way to others of the same laws: geometric in De, linear in all others.
+        """Parameters on the way to others of the same laws: see `Liquid.towards`; linear in all others.
 
         The displacement of the liquid's mesh is linear in the distances, so that a tangent predictor along a line that
         is linear in them is exact for the mesh.
@@ -68,7 +68,7 @@ class Parameters:
         solids = zip(self.solids, end.solids, strict=True)
         return Parameters(
             tuple(a + (b - a) * tau for a, b in zip(self.gaps, end.gaps, strict=True)),
-            tuple(a and b and a.with_numbers(between(a.numbers, b.numbers, tau)) for a, b in solids),
-            self.liquid.with_numbers(between(self.liquid.numbers, end.liquid.numbers, tau)),
+            tuple(a and b and a.with_numbers(between(a.numbers, b.numbers, tau, ())) for a, b in solids),
+            self.liquid.towards(end.liquid, tau),
             self.size,
         )

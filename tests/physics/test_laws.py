@@ -22,9 +22,11 @@ from pairsim.physics.conformation import polymer_stress
 from pairsim.physics.homogeneous import extension, shear, stress_after
 from pairsim.physics.kinematics import Expr
 from pairsim.physics.liquids import ConformationLaw, Liquid, ViscousLaw, single
+from pairsim.physics.liquids.bingham import Bingham
 from pairsim.physics.liquids.carreau import Carreau
 from pairsim.physics.liquids.fene_p import FeneP
 from pairsim.physics.liquids.giesekus import Giesekus
+from pairsim.physics.liquids.herschel_bulkley import HerschelBulkley
 from pairsim.physics.liquids.newtonian import Newtonian
 from pairsim.physics.liquids.oldroyd_b import OldroydB
 from pairsim.physics.liquids.power_law import PowerLaw
@@ -38,7 +40,11 @@ from pairsim.physics.solids.kelvin_voigt import KelvinVoigt
 from pairsim.physics.solids.mooney_rivlin import MooneyRivlin
 from pairsim.physics.solids.neo_hookean import NeoHookean
 
-VISCOUS: list[ViscousLaw] = [Newtonian(), PowerLaw(n=0.6), Carreau(n=0.5, Cu=3.0, a=1.5, eta_inf=0.1)]
+YIELDING = [Bingham(Bn=2.0), HerschelBulkley(Bn=0.5, n=0.5)]
+VISCOUS: list[ViscousLaw] = [
+    *(Newtonian(), PowerLaw(n=0.6), Carreau(n=0.5, Cu=3.0, a=1.5, eta_inf=0.1)),
+    *YIELDING,
+]
 ELASTIC: list[ConformationLaw] = [
     *(OldroydB(), Giesekus(alpha=0.3), LinearPTT(epsilon=0.25), ExponentialPTT(epsilon=0.25), FeneP(L2=50.0)),
     WhiteMetzner(n=0.5, Cu=1.0),
@@ -163,7 +169,34 @@ def test_power_law_in_the_tube_is_exact(n: float) -> None:
     exact = (3 * n + 1) / (n + 1) * (1 - (2 * flow.r) ** ((n + 1) / n))
     assert flow.u == pytest.approx(exact, abs=1e-8)
     assert flow.gradient == pytest.approx(4 * (2 * (3 * n + 1) / n) ** n, rel=1e-10)
-    assert flow.wall_rate == pytest.approx(2 * (3 * n + 1) / n, rel=1e-3)
+    assert flow.wall_rate == pytest.approx(2 * (3 * n + 1) / n, rel=1e-8)
+
+
+@pytest.mark.parametrize("n", [0.3, 1.0])
+@pytest.mark.parametrize("Bn", [0.01, 2.0, 50.0, 2000.0])
+def test_flow_of_a_liquid_with_a_yield_stress_in_the_tube_is_exact(Bn: float, n: float) -> None:
+    """That of Buckingham (1921) and Reiner, for any n: the plug ends where the stress G r/2 is the yield stress."""
+
+    def flow_rate(G: float) -> float:
+        plug, k = 2 * Bn / G, 1 / n
+        s = G / 4 - Bn  # what the stress at the wall exceeds the yield stress by; u' = (G r/2 - Bn)^k
+        parts = [s ** (k + i) * plug ** (3 - i) * (2 / G) ** i * c / (k + i) for i, c in ((1, 1), (2, 2), (3, 1))]
+        return sum(parts)
+
+    G = brentq(lambda G: flow_rate(G) - 0.25, 4 * Bn * (1 + 1e-9) + 1e-3, 1e5, rtol=1e-14)
+    flow = Pipe(Liquid(HerschelBulkley(Bn=Bn, n=n, m=1e6) if n < 1 else Bingham(Bn=Bn, m=1e6))).steady()
+    assert flow.gradient == pytest.approx(G, rel=4e-5)
+    assert flow.wall_rate == pytest.approx((G / 4 - Bn) ** (1 / n), rel=1e-3)
+    inside = flow.u[flow.r < 0.9 * 2 * Bn / G]
+    assert np.ptp(inside) < 1e-3 * inside[0]
+
+
+@pytest.mark.parametrize("law", YIELDING, ids=name_of)
+def test_simple_shear_of_a_liquid_with_a_yield_stress_is_exact(law: Bingham) -> None:
+    rates, n = np.array([1.0, 10.0]), getattr(law, "n", 1.0)
+    assert rates * law.viscosity(rates**2) == pytest.approx(law.Bn + rates**n, rel=1e-15)
+    at_rest = replace(law, m=1e3).viscosity(1e-20) - law.flowing(1e-20)
+    assert at_rest == pytest.approx(1e3 * law.Bn, rel=1e-6)
 
 
 @pytest.mark.parametrize("Cu", [0.1, 1.0, 10.0])

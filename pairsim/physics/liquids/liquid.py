@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Literal
 from pairsim.physics.liquids.conformation import ConformationLaw
 from pairsim.physics.liquids.newtonian import Newtonian
 from pairsim.physics.liquids.viscous import ViscousLaw
-from pairsim.physics.material import Material, Parameter, a_time, a_viscosity
+from pairsim.physics.material import Material, Parameter, a_time, a_viscosity, between
 
 SEVERAL_TIMES = "; several relaxation times are modes, liquid: {law: modes, modes: [...]}"
 COLD_DEBORAH = 0.01  # log c overflows from 0.02 in gaps of 0.02, from 0.05 at N_p 28
@@ -102,6 +102,15 @@ class Liquid:
     def with_De(self, De: float) -> Liquid:
         """The same liquid at another Deborah number; one without modes has none."""
         return replace(self, De=De) if self.modes else self
+
+    @property
+    def regularisation(self) -> str:
+        """The name among `numbers` of what rounds off a kink of its stress; "" without one."""
+        return self.solvent.regularisation and f"solvent.{self.solvent.regularisation}"
+
+    def towards(self, other: Liquid, tau: float) -> Liquid:
+        """A liquid on the way to another one of the same laws: geometric in De and the regularisation, else linear."""
+        return self.with_numbers(between(self.numbers, other.numbers, tau, {"De", self.regularisation}))
 
     def easier(self) -> Liquid:
         """The same liquid with parameters at which a solution is found from undeformed spheres."""

@@ -32,10 +32,13 @@ class ViscousLaw(Material):
     Attributes:
         linear: Whether the viscosity is constant.
         measured: The quantity that gives the unit of viscosity eta_0, by `unit_viscosity`.
+        regularisation: Name of the parameter that rounds off a kink of the stress, which vanishes as 1 over it; "" in a
+            law without a kink. Solutions are continued in its logarithm, with a new matrix in each iteration.
     """
 
     linear: ClassVar[bool] = False
     measured: ClassVar[Dimension] = ZERO_SHEAR
+    regularisation: ClassVar[str] = ""
 
     def viscosity(self, gamma2: Any) -> Any:
         """Viscosity over its unit.
@@ -44,6 +47,11 @@ class ViscousLaw(Material):
             gamma2: Square of the shear rate [(U_av/D_c)^2], above 0.
         """
         raise NotImplementedError
+
+    @property
+    def yield_stress(self) -> Any:
+        """Stress [eta_0 U_av/D_c] up to which the liquid does not flow but for the regularisation."""
+        return 0.0
 
     def easier(self) -> Self:
         """The same law with parameters for which Newton's method converges from a liquid at rest."""

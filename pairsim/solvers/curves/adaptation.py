@@ -271,7 +271,7 @@ class AdaptiveBranch(Branch):
         if self.rounds[place] >= ROUNDS:
             return False
         estimate, allowed = point.estimate, self.allowed(point)
-        room = allowed - estimate.ends_error - np.abs(estimate.newton_dU)
+        room = allowed - estimate.ends_error - estimate.regularisation_error - np.abs(estimate.newton_dU)
         least = LEAST_ROOM * allowed
         if self.rounds[place] and (room < least).any():  # no mesh helps; coarse ones overestimate what the ends do
             return False

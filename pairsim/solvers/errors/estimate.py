@@ -22,6 +22,7 @@ from pairsim.physics.scales import FLOW_RATE
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.errors.adjoints import Adjoints
 from pairsim.solvers.errors.end_effects import end_effects
+from pairsim.solvers.errors.regularisation import by_regularisation
 from pairsim.solvers.errors.run_errors import OF_POINTS, widening
 from pairsim.solvers.steady.scene import SteadySolver
 
@@ -74,6 +75,7 @@ class ErrorEstimate:
             estimate is no more than the remainder of a sum of this size. In a liquid without modes it is what errors
             do to the viscosity beyond the first order (`pairsim.fem.recovery.viscosity_scatter`), 0 in a Newtonian one.
         ends_dU: By how much the ends of the tube change every dU, (N-1,).
+        by_regularisation: Derivatives of the velocities by the logarithm of the regularisation, (N,).
         widening: Factor of the cells' part of the half-widths where they do not resolve the stress of a polymer.
         factors: How half-widths follow from correction and scatter.
         trusted: Whether the estimates of all dU, or of all forces, are more than what is left of contributions that
@@ -90,6 +92,7 @@ class ErrorEstimate:
     cancelled_dU: Array
     scatter_dU: Array
     ends_dU: Array
+    by_regularisation: Array
     widening: float
     factors: Factors
     trusted: bool
@@ -103,7 +106,7 @@ class ErrorEstimate:
     @property
     def dU_error(self) -> Array:
         """Half-width of the interval around the corrected dU that should hold the exact one, (N-1,)."""
-        return self.cells_dU + self.ends_error + np.abs(self.newton_dU) + ROUNDING
+        return self.cells_dU + self.ends_error + self.regularisation_error + np.abs(self.newton_dU) + ROUNDING
 
     @property
     def regular_dU(self) -> Array:
@@ -125,6 +128,11 @@ class ErrorEstimate:
     def ends_error(self) -> Array:
         """The part of `dU_error` that is due to the ends of the tube, (N-1,)."""
         return OF_ENDS * self.ends_dU
+
+    @property
+    def regularisation_error(self) -> Array:
+        """The part of `dU_error` that is due to the regularisation of the liquid, (N-1,)."""
+        return np.abs(np.diff(self.by_regularisation))
 
     def corrected(self, discrete: Observation) -> Observation:
         """A solution's quantities with the estimates of their errors added, if they are trusted."""
@@ -161,6 +169,7 @@ class ErrorEstimator:
         left = -z @ residual
         changes = -z @ _flow_rate_defect(steady, residual)
         ends = end_effects(steady, z[:-1], residual)
+        regularised = by_regularisation(steady, z[:-1])
         with steady.clock("assembly"):
             x = steady.state()[1]
             scene.set(x)
@@ -183,12 +192,13 @@ class ErrorEstimator:
             U=changes[:count],
             dp_plus=drop.value - scene.pressure_drop(steady.state()[1]) + float(changes[-1]),
             F=changes[F],
-            F_error=cells_F + OF_ENDS * np.abs(ends[:, F]).max(axis=0) + np.abs(left[F]),
+            F_error=cells_F + OF_ENDS * np.abs(ends[:, F]).max(axis=0) + np.abs(regularised[F]) + np.abs(left[F]),
             newton_dU=difference @ left,
             spread_dU=difference @ tested.changes,
             cancelled_dU=_cancelled(tested, difference),
             scatter_dU=scatter_dU,
             ends_dU=np.abs(np.diff(ends[:, :count])).max(axis=0),
+            by_regularisation=regularised[:count],
             widening=wider,
             factors=factors,
             trusted=not (elastic and cancelling.any()),

@@ -46,6 +46,7 @@ class Convergence:
         tolerance: Largest estimated error of a field after the last iteration, relative to the norm of the field.
         max_iterations: Largest number of iterations in one solve.
         matrix: The matrix of the iterations.
+        steps_may_grow: Whether steps that grow are no sign of divergence, as where a line search has shortened them.
 
     Attributes:
         reason: Why the iterations ended; empty before.
@@ -54,8 +55,11 @@ class Convergence:
         leading: Largest of the last steps that tell whether the iteration diverges.
     """
 
-    def __init__(self, tolerance: float, max_iterations: int, matrix: KeptMatrix) -> None:
+    def __init__(
+        self, tolerance: float, max_iterations: int, matrix: KeptMatrix, *, steps_may_grow: bool = False
+    ) -> None:
         self._tolerance, self._max_iterations, self._matrix = tolerance, max_iterations, matrix
+        self._steps_may_grow = steps_may_grow
         self.leading = 0.0
         self.begin()
 
@@ -87,7 +91,7 @@ class Convergence:
         left = self._matrix.error_left(iteration, largest)
         if left < self._tolerance or largest < 0.1 * self._tolerance:
             return self._ended("converged", end.CONVERGED_SNORM_RELATIVE)
-        if growth > 2 and (leading > 0.1 or (self._matrix.fresh and iteration > 3)):
+        if not self._steps_may_grow and growth > 2 and (leading > 0.1 or (self._matrix.fresh and iteration > 3)):
             return self._ended("the steps grow", end.DIVERGED_DTOL)
         if iteration >= self._max_iterations:
             return self._ended(f"no convergence in {iteration} iterations", end.DIVERGED_MAX_IT)

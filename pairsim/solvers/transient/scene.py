@@ -17,7 +17,6 @@ from pairsim.fem.meshes.geometry import Geometry, Outline
 from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
 from pairsim.fem.scene import Scene
 from pairsim.physics.liquids import Liquid
-from pairsim.physics.material import between
 from pairsim.physics.pipe import Pipe
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
@@ -144,7 +143,7 @@ class StepSolver(MeshedSolver):
         done, step = -THINNER, THINNER
         while easier != wanted and done < 1.0 and step > THINNER / 64:
             tau = min(done + step, 1.0)
-            yield easier.with_numbers(between(easier.numbers, wanted.numbers, tau))
+            yield easier.towards(wanted, tau)
             if reports[-1].converged:
                 done, step = tau, step * (1.5 if reports[-1].iterations <= FEW_ITERATIONS else 1.0)
             else:

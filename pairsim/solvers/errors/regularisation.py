@@ -1,0 +1,37 @@
+"""What a regularisation does to the results of a quasi-steady solution.
+
+The stress of a liquid that yields is rounded off within a part of 1/m of its kink, and results approach those without
+as 1/m (Frigaard and Nouar, J. Non-Newtonian Fluid Mech. 127, 1, 2005): what is left is as large as dJ/d ln m.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from pairsim.runtime.arrays import Array
+from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.steady.scene import SteadySolver
+from pairsim.solvers.steady.tangents import residual_change
+
+
+def less_regularised(parameters: Parameters, factor: float) -> Parameters:
+    """The same with the regularisation of the liquid multiplied by a factor."""
+    liquid = parameters.liquid
+    m = liquid.regularisation
+    return replace(parameters, liquid=liquid.with_numbers(liquid.numbers | {m: factor * liquid.numbers[m]}))
+
+
+def by_regularisation(steady: SteadySolver, adjoints: Array) -> Array:
+    """Derivatives of functionals by the logarithm of the regularisation, (k,); zeros in liquids without one.
+
+    Args:
+        steady: The solution.
+        adjoints: Adjoint solutions of the functionals, (k, n_y).
+    """
+    if not steady.parameters.liquid.regularisation:
+        return np.zeros(len(adjoints))
+    change = residual_change(steady, lambda tau: less_regularised(steady.parameters, math.exp(tau)))
+    return np.asarray(-adjoints @ change)
