@@ -59,6 +59,7 @@ def test_error_of_the_start_does_not_fade_and_its_first_estimates_do_not_count()
     rows = zip(t, estimates, strict=True)
     found = [error.add(at, 0, np.zeros(1), np.array([each]), 0.0)[0] for at, each in rows]
     assert found == pytest.approx([1.1e-3, 1e-4, 6e-4, 3e-4 * np.exp(-0.5)], rel=1e-9)
+    assert error.add(2.0, 0, np.zeros(1), np.zeros(1), 0.0, closer=2.0) == pytest.approx(4e-4)
 
 
 def test_intervals_widen_where_cells_do_not_resolve_the_stress() -> None:

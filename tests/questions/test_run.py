@@ -18,6 +18,7 @@ from support.inputs import CONFIGS
 import pairsim
 from pairsim.fem.diagnostics import extents
 from pairsim.results.table_files import read_table
+from pairsim.results.units import VELOCITY, in_unit
 from pairsim.results.xdmf import read_frame, read_times
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.problems import Problem
@@ -204,6 +205,8 @@ def test_a_soft_pair_that_starts_steady_has_no_start_up() -> None:
     assert pairsim.run(keys, **FEW).answer.startswith("The pair is still starting up: ")
     steady = pairsim.run(keys, **FEW, start="steady")
     assert steady.answer.startswith("The pair separates: ")
+    assert {"dU_error", "dU_discrete"} & set(steady.table) == {"dU_error"}
+    assert in_unit(None, VELOCITY, *steady.table[["dU", "dU_error"]].iloc[-1], "+") in steady.answer
     assert steady.record["settled"]["dU"] == pytest.approx(steady.table["dU"].iloc[-1:], rel=0.01)
 
 

@@ -53,8 +53,12 @@ def test_first_dU_is_that_of_the_curve(keys: dict[str, Any], ends: str) -> None:
     """At held distance: the surfaces do not know yet that it changes. Nothing jumps in the steps that follow."""
     keys = {**keys, "ends": ends}
     steps = steps_of(keys, 0.01, start="steady")
-    held = settled_at(keys, (0.1,)).discrete.dU
-    assert steps[0].observation.dU == pytest.approx(held, rel=2e-3)
+    point = settled_at(keys, (0.1,))
+    assert steps[0].observation.dU == pytest.approx(point.discrete.dU, rel=2e-3)
+    for step in steps:  # its error is known without being asked for; nothing is added
+        assert step.dU_correction is None
+        assert step.dU_error is not None
+        assert (step.dU_error > 0.95 * (np.abs(point.correction) + point.estimate.dU_error)).all()
     dU = np.array([step.observation.dU[0] for step in steps])
     assert np.ptp(dU) < 0.02 * abs(dU[0])
 

@@ -60,7 +60,8 @@ class Run:
         self.old = old = earlier.checkpoint if earlier is not None else None
         self.transient: Transient | None = None
         self._adapt(old.adaptation if old is not None else None)
-        self._errors = error_columns(case.n) if case.estimates_error else []
+        known = names_of(case.n, "dU_error") if case.start == "steady" else []
+        self._errors = error_columns(case.n) if case.estimates_error else known
         self._entries: dict[str, Any] = {}
         self._pending: Step | None = None  # its fields are not written
         self._begun = time.perf_counter() - (old.wall if old else 0.0)
@@ -264,8 +265,10 @@ def row_of(step: Step) -> dict[str, float]:
     values: dict[str, Any] = {"t": step.t, "d": o.d, "U": step.U, "dU": step.dU, "D": o.D}
     values |= {"dp": o.dp, "dp_plus": o.dp_plus, "dt": step.dt, "newton": step.report.iterations}
     values |= {"mesh": step.mesh_id, "distortion": step.distortion, **observed(o)}
-    if step.dU_correction is not None and step.dU_error is not None:
-        values |= {"dU_discrete": step.dU_discrete, "dU_correction": step.dU_correction, "dU_error": step.dU_error}
+    if step.dU_error is not None:
+        values["dU_error"] = step.dU_error
+    if step.dU_correction is not None:
+        values |= {"dU_discrete": step.dU_discrete, "dU_correction": step.dU_correction}
     return table_row(o.U.size, **values)
 
 

@@ -17,6 +17,8 @@ RESOLVED = 1.1  # largest change of log c within a cell up to which intervals ho
 OF_POINTS = 1  # power of it by which intervals widen above, of quasi-steady solutions
 OF_RUNS = 3  # the same of runs, whose estimate has no scatter
 KNOWN = 3  # accepted values from which dU is extrapolated over a remeshing
+# Power of the distances with which errors of quasi-steady dU grow on given cells as particles come closer; measured.
+NARROWING = 2
 
 
 def widening(s_jump: float, power: int) -> float:
@@ -44,8 +46,8 @@ class Interval:
 
     4. The error of the quasi-steady state that the run started from, where that is more than the largest estimate:
        estimates are carried forward from zero at t = 0. It does not fade, as the same cells leave the same error in the
-       states nearby that the run passes, where the estimates may be too small. Those before SET_IN, in which soft
-       shapes take up the stress that is missing, do not count as the largest one.
+       states nearby that the run passes, where the estimates may be too small, and a larger one as a gap narrows. Those
+       before SET_IN, in which soft shapes take up the stress that is missing, do not count as the largest one.
 
     Attributes:
         memory: Time in which the largest estimate and the jumps are forgotten [D_c/U_av].
@@ -65,7 +67,9 @@ class Interval:
     largest: Array | float = 0.0
     jumps: Array | float = 0.0
 
-    def add(self, t: float, mesh: int, dU: Array, correction: Array, steps: float, s_jump: float = 0.0) -> Array:
+    def add(
+        self, t: float, mesh: int, dU: Array, correction: Array, steps: float, s_jump: float = 0.0, closer: float = 1.0
+    ) -> Array:
         """The half-width after an accepted step [U_av], shape (N-1,).
 
         Args:
@@ -75,6 +79,7 @@ class Interval:
             correction: Estimates of exact minus discrete dU [U_av], shape (N-1,).
             steps: Error of dU by the time steps so far [U_av].
             s_jump: Largest change of log c within a cell; 0 in a Newtonian liquid.
+            closer: Largest factor by which a gap is narrower than at the start, at least 1.
         """
         corrected = dU + correction
         if self.times:
@@ -89,7 +94,7 @@ class Interval:
             self.largest = np.maximum(self.largest, np.abs(correction))
         self.times, self.values = [t, *self.times[: KNOWN - 1]], [corrected, *self.values[: KNOWN - 1]]
         wider = widening(s_jump, OF_RUNS)
-        cells = wider * np.abs(correction) + np.maximum(wider * self.largest, self.start)
+        cells = wider * np.abs(correction) + np.maximum(wider * self.largest, closer**NARROWING * self.start)
         return np.asarray(cells + steps + self.jumps)
 
 
@@ -114,7 +119,9 @@ class RunErrors:
         """Those of a run that has not begun; it forgets in a time of 1 + De (chosen), as liquid passes and relaxes."""
         return cls(TimeError(order=2 if liquid.modes else 3), Interval(memory=1.0 + liquid.longest))
 
-    def add(self, t: float, mesh: int, dU: Array, correction: Array | None, s_jump: float) -> Array | None:
+    def add(
+        self, t: float, mesh: int, dU: Array, correction: Array | None, s_jump: float, closer: float = 1.0
+    ) -> Array | None:
         """The half-width after an accepted step [U_av], shape (N-1,); None where the error is not estimated.
 
         Args:
@@ -123,11 +130,12 @@ class RunErrors:
             dU: Relative velocities of the discrete solution [U_av], shape (N-1,).
             correction: Estimates of exact minus discrete dU [U_av], shape (N-1,); NaN from where they diverge.
             s_jump: Largest change of log c within a cell; 0 in a Newtonian liquid.
+            closer: Largest factor by which a gap is narrower than at the start, at least 1.
         """
         self.steps.add(t, mesh, dU)
         if correction is None:
             return None
-        error = self.interval.add(t, mesh, dU, correction, self.steps.largest, s_jump)
+        error = self.interval.add(t, mesh, dU, correction, self.steps.largest, s_jump, closer)
         if np.isnan(error).any():
             self.lost = min(self.lost, t)
         elif t > SET_IN:

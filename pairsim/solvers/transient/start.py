@@ -35,7 +35,7 @@ class Flow:
         velocity: Velocity of the particles' material [U_av], shape (n_h,).
         scalars: Free unknowns of the fields in SCALARS.
         U: Velocities of the particles [U_av], shape (N,).
-        dU_error: Errors of dU, which is not corrected, shape (N-1,); zeros unless they were asked for.
+        dU_error: Errors of dU, which is not corrected, shape (N-1,).
     """
 
     liquid: dict[str, Array]
@@ -45,19 +45,18 @@ class Flow:
     dU_error: Array
 
     @staticmethod
-    def of(steady: SteadySolver, x: Array, dU_error: bool) -> Flow:
+    def of(steady: SteadySolver, x: Array) -> Flow:
         """The flow of a quasi-steady solution.
 
         Args:
             steady: The scene, at a solution.
             x: Its full vector, shape (n,).
-            dU_error: Whether to estimate the error of dU.
         """
         liquid, constraints, y = steady.scene.liquid, steady.constraints, steady.y
         nodal = {f.name: liquid.nodal(f.name, x) for f in liquid.compiled.fields}
         scalars = {name: y[constraints.fields[name]] for name in SCALARS if name in constraints.fields}
         U, error = y[constraints.fields["U_p"]], np.zeros(max(len(steady.bodies) - 1, 0))
-        if dU_error:
+        if error.size:
             estimate = ErrorEstimator().estimate(steady, Adjoints.of(steady), steady.observe())
             error = np.abs(estimate.dU) + estimate.dU_error
         return Flow(nodal, constraints.V @ y, scalars, U, error)
@@ -136,7 +135,7 @@ def quasi_steady(problem: Problem, clock: Clock) -> Start:
         h, x = steady.state()
         scene = steady.scene
         insides = tuple(None if body.phase is None else body.phase.six_node_mesh for body in steady.bodies)
-        flow = Flow.of(steady, x, problem.dU_error)
+        flow = Flow.of(steady, x)
         work = steady.iterations, steady.factorisations
         for name, seconds in steady.clock.seconds.items():
             clock.seconds[name] += seconds

@@ -240,7 +240,9 @@ class Transient(StepSolver):
         self._dt = self.problem.control.next(self._dt, size, error)
         self._due = needs_mesh(distortion, observation.d, self.scene.reference.geometry.gaps)
         dU_correction = np.diff(correction) if correction is not None else None
-        mesh = self.counts.remeshings
+        if dU_correction is None and self.problem.from_steady:
+            dU_correction = np.zeros(observation.dU.size)  # nothing is added: the error of the start is what is known
+        mesh, closer = self.counts.remeshings, float(np.max(self.problem.gaps / observation.d, initial=1.0))
         step = Step(
             t=t,
             dt=size,
@@ -254,7 +256,7 @@ class Transient(StepSolver):
             h=h,
             velocity=self.constraints.M @ y,
             U_correction=correction,
-            dU_error=self.run_errors.add(t, mesh, observation.dU, dU_correction, observation.s_jump),
+            dU_error=self.run_errors.add(t, mesh, observation.dU, dU_correction, observation.s_jump, closer),
         )
         self.extremes.add(step)
         return step
