@@ -70,7 +70,8 @@ class OutputOptions(Keys):
         20,
         ge=0,
         le=MOST_OUTPUTS,
-        description="approximate number of times in fields.xdmf, at steps as they come; if times and every are unset",
+        description="approximate number of times in fields.xdmf, at steps as they come, spread over the way to the end "
+        "time, contact or max_gap; if times and every are unset",
     )
     fields: bool = Field(True, strict=True, description="whether fields.xdmf is written")
     checkpoint: values.Interval = Field(

@@ -144,7 +144,7 @@ def gaps(bodies: list[Body], h: Array) -> Array:
 
 
 def centres(bodies: list[Body], h: Array) -> Array:
-    """Distances between the centres of volume of neighbours, shape (N-1,), which change with dU; see `gaps`."""
+    """Positions of the centres of volume, shape (N,), whose differences change with dU; see `gaps`."""
     places = []
     for body in bodies:
         if body.phase is None:
@@ -152,7 +152,7 @@ def centres(bodies: list[Body], h: Array) -> Array:
             continue
         points = body.positions(h)
         places.append(body.quadrature.mean(points[:, 0], points))
-    return np.diff(places)
+    return np.array(places)
 
 
 def velocities(bodies: list[Body], velocity: Array, h: Array) -> Array:

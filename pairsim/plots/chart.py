@@ -99,6 +99,39 @@ def point(
 
 
 @dataclass(frozen=True)
+class Scale:
+    """A second scale above a panel.
+
+    Attributes:
+        label: Its label, with unit.
+        x: Places along x, (n,), ascending.
+        values: What it shows there, (n,), ascending.
+    """
+
+    label: str
+    x: Array
+    values: Array
+
+    def draw(self, axis: Axes) -> None:
+        """Put it above a panel; beyond the known places it goes on evenly."""
+        if len(self.x) < 2 or np.any(np.diff(self.values) <= 0):
+            return
+        pace = (self.values[-1] - self.values[0]) / (self.x[-1] - self.x[0])
+        far = self.x[-1] - self.x[0]
+        x = np.concatenate([[self.x[0] - far], self.x, [self.x[-1] + far]])
+        values = np.concatenate([[self.values[0] - pace * far], self.values, [self.values[-1] + pace * far]])
+
+        def shown(places: Any) -> Array:
+            return np.interp(places, x, values)
+
+        def place(shown: Any) -> Array:
+            return np.interp(shown, values, x)
+
+        above = axis.secondary_xaxis("top", functions=(shown, place))
+        above.set_xlabel(self.label)
+
+
+@dataclass(frozen=True)
 class Panel:
     """The axes of a panel.
 
@@ -109,6 +142,7 @@ class Panel:
         margins: Part of the range around what is drawn, along x and y.
         shade: From and to where it is grey, along x.
         bars: Whether bars set the range, and not points alone.
+        above: A second scale along x.
     """
 
     x: str
@@ -118,6 +152,7 @@ class Panel:
     margins: tuple[float, float] = (0.05, 0.05)
     shade: tuple[float, float] | None = None
     bars: bool = True
+    above: Scale | None = None
 
 
 def draw_chart(
@@ -193,6 +228,8 @@ def _draw_panel(axis: Axes, panel: Panel, inside: Sequence[Series], group: Seque
         axis.axis(seen)
     finish(axis, panel.x, panel.y, [each.range(bars=panel.bars) for each in group])
     _widen(axis, "x", [each.x for each in group])
+    if panel.above is not None:
+        panel.above.draw(axis)
     timed = [(each.t, each.y) for each in inside if each.t is not None]
     return bool(timed) and leave_out_spikes(axis, timed)
 

@@ -54,12 +54,15 @@ def lines_of(
     return curve_lines(table, parameters or {}, zeros, failed=failed)
 
 
-def run_lines(table: Mapping[str, Array], parameters: Mapping[str, Any], *, failed: bool = False) -> list[Series]:
+def run_lines(
+    table: Mapping[str, Array], parameters: Mapping[str, Any], *, failed: bool = False, places: bool = False
+) -> list[Series]:
     """Distances, motion and D of a run over time, and relative velocities over distance.
 
     Args:
         table: Columns of series.csv, of at least one row.
         parameters, failed: As in `lines_of`.
+        places: Whether the positions of the particles, relative to their mean, are drawn too.
     """
     motion = next(name for name in MOTION if suffixes_in(table, name))
     found = []
@@ -71,6 +74,11 @@ def run_lines(table: Mapping[str, Array], parameters: Mapping[str, Any], *, fail
             found.append(Series((x, y), over, values, table.get(error_of(columns[1])), t=table["t"], **more))
             if failed:
                 found.append(point((x, y), over[-1], values[-1], FAILED, **more))
+    if places and (endings := suffixes_in(table, "z")):
+        mean = np.mean([table[f"z{ending}"] for ending in endings], axis=0)
+        for ending, own in _of_each(endings, parameters):
+            line = Series(("t", "z"), table["t"], table[f"z{ending}"] - mean, t=table["t"], parameters=own)
+            found.append(replace(line, columns=("t", f"z{ending}")))
     return found
 
 
@@ -154,5 +162,6 @@ def panels_of(series: Sequence[Series], units: Units, wide: str = "") -> dict[An
     for name in dict.fromkeys(each.panel for each in series):
         both = zip(*(each.columns for each in series if each.panel == name), strict=True)
         x, y = (units.axis_label(list(dict.fromkeys(names))) for names in both)
+        y = y.replace("  [", " from their mean  [") if name[1] == "z" else y
         panels[name] = Panel(x, y, wide, shared=name != ("t", "d"))
     return panels

@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.patches import Patch
 
 from pairsim.cases.yaml_file import flat
-from pairsim.plots.chart import SETTLED, START_UP, Panel, Series, draw_chart, point, small_print
+from pairsim.plots.chart import SETTLED, START_UP, Panel, Scale, Series, draw_chart, point, small_print
 from pairsim.plots.encoding import Encoding
 from pairsim.plots.labels import case_parts, common_parts, equation, hashable, read_case, varying_keys
 from pairsim.plots.lines import lines_of, panels_of, run_lines, told_apart
@@ -22,10 +22,10 @@ from pairsim.results.columns import column, suffixes_in
 from pairsim.results.folder import SERIES, WAY, kind_of, read_record
 from pairsim.results.settled import Settled, start_up
 from pairsim.results.table_files import read_table
-from pairsim.results.units import TIME, VELOCITY
+from pairsim.results.units import POSITION, TIME, VELOCITY
 from pairsim.runtime.errors import InputError
 
-MOST_LINES = 3  # gaps in a panel; the gaps of more particles are rows of a picture over time
+MOST_LINES = 10  # gaps in a panel; the gaps of more particles are rows of a picture over time
 FOLDER, DIFFERENCES = "folder", "differences"
 ALIKE = 0.05  # lines whose differences are below this part of their range lie on each other
 
@@ -61,8 +61,12 @@ def draw_run(directory: Path, out: Path, page: Page) -> list[Path]:
         return page.save(figure, out, "series")
     record = read_record(directory)
     starting = min(start_up(record) * units.factor(TIME), float(table["t"][-1]))
-    lines = told_apart(run_lines(table, {}))
+    lines = told_apart(run_lines(table, {}, places=len(gaps) > 1))
     panels = panels_of(lines, units)
+    if places := suffixes_in(table, "z"):
+        along = np.mean([table[f"z{each}"] for each in places], axis=0)
+        above = Scale(f"position along the tube  [{units.name(POSITION)}]", table["t"], along - along[0])
+        panels = {name: replace(panel, above=above) if name == ("t", "d") else panel for name, panel in panels.items()}
     if starting:
         panels = {
             name: replace(panel, shade=(0.0, starting) if name[0] == "t" else None) for name, panel in panels.items()

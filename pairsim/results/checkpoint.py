@@ -22,7 +22,7 @@ from pairsim.runtime.errors import InputError
 from pairsim.solvers.transient.adaptation import RunAdaptation
 from pairsim.solvers.transient.state import State
 
-FORMAT = 6
+FORMAT = 7
 ARRAY = "array"
 FREE = ("name", "time.end", "physical.end", "limits", "output")
 """Keys and groups of keys that may be changed when a run is resumed."""

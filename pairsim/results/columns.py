@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from pairsim.results.units import FORCE, LENGTH, PURE, RATE, SECONDS, STRESS, TIME, VELOCITY, Unit
+from pairsim.results.units import FORCE, LENGTH, POSITION, PURE, RATE, SECONDS, STRESS, TIME, VELOCITY, Unit
 
 GAP, PARTICLE = "gap", "particle"
 WORDS: dict[str, dict[str, str]] = {
@@ -137,6 +137,7 @@ _SLOPE = (
     "negative slope is stable"
 )
 _ENDS = "the part of dU_error{_} that is due to the ends of the tube"
+_PLACE = "position of the centre of {of} along the tube, from where that of the first (upstream) one started"
 _MOVED = "force along the tube that moves {of} at the prescribed velocity"
 
 COLUMNS: tuple[Column, ...] = (
@@ -152,6 +153,7 @@ COLUMNS: tuple[Column, ...] = (
     Column("D", r"D{_}", _TAYLOR, PURE, PARTICLE),
     Column("dp", r"\Delta p", "pressure drop over the length of the tube", STRESS),
     Column("dp_plus", r"\Delta p^+", "pressure drop in excess of that of the same tube without particles", STRESS),
+    Column("z", r"z{_}", _PLACE, POSITION, PARTICLE),
     Column("F", r"F{_}", _MOVED, FORCE, PARTICLE),
     Column("dt", r"\Delta t", "size of the time step that ends at t", TIME),
     Column("newton", "n", "Newton iterations of the step, or of the continuation from the previous point", whole=True),
@@ -204,6 +206,8 @@ COLUMNS: tuple[Column, ...] = (
 """All columns, but for those of one command alone. Plots take their labels from symbol and unit."""
 OBSERVED = tuple(entry.name for entry in COLUMNS if entry.value is not None and not entry.polymer)
 """Quantities that are read off the observation of a solution."""
+MOTION = ("d", "U", "dU", "D", "dp", "dp_plus")
+"""What tables of runs and curves have of every solution."""
 HEALTH = ("dt", "newton", "mesh", *OBSERVED, "distortion")
 """Diagnostics in series.csv, after `series_columns`."""
 POLYMER_HEALTH = tuple(entry.name for entry in COLUMNS if entry.polymer)
@@ -326,7 +330,7 @@ def slope_columns(n: int) -> list[str]:
 
 def series_columns(n: int) -> list[str]:
     """The first columns of series.csv for `n` particles."""
-    return names_of(n, "t", "d", "U", "dU", "D", "dp", "dp_plus")
+    return names_of(n, "t", *MOTION, "z")
 
 
 def error_columns(n: int) -> list[str]:
@@ -346,7 +350,7 @@ def curve_columns(n: int, common: bool, sensitivities: Sequence[str], forces: bo
     names = ["newton", "dU_held", "dU_discrete", "stretch", "dU_correction", "dU_error", "ends_error"]
     names += [*(["slope"] if common else []), *(f"by_{name}" for name in sensitivities)]
     names += ["U_correction", "dp_plus_correction", *(FORCES if forces else ()), "corrected", "wanted"]
-    return [*series_columns(n)[1:], *names_of(n, *names)]
+    return names_of(n, *MOTION, *names)
 
 
 CRITICAL_COLUMNS = (

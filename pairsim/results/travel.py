@@ -14,7 +14,7 @@ from pairsim.cases.quantities import LENGTH as A_LENGTH
 from pairsim.cases.quantities import si
 from pairsim.physics.scales import Scales
 from pairsim.results.curve_table import Memory, curve_of, stretch_of
-from pairsim.results.units import LENGTH, TIME, in_unit, scales_in, scales_of, with_error
+from pairsim.results.units import LENGTH, POSITION, TIME, in_unit, scales_in, scales_of
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 from pairsim.solvers.curves.interpolant import CurveInterpolant
@@ -55,12 +55,10 @@ class Travel:
         scales, velocity = self.scales, self.length / self.time
         start, stop = (in_unit(scales, LENGTH, d, digits=6) for d in (self.start, self.stop))
         time = in_unit(scales, TIME, self.time, self.time_error)
+        tube = in_unit(scales, POSITION, self.length, self.length_error)
         if scales is None:
-            tube, mean = f"{with_error(self.length, self.length_error)} D_c", f"{velocity:.4g} U_av"
-            time = f"{time} D_c/U_av"
+            time, tube, mean = f"{time} D_c/U_av", f"{tube} D_c", f"{velocity:.4g} U_av"
         else:
-            millimetres = 1e3 * scales.length
-            tube = f"{with_error(millimetres * self.length, millimetres * self.length_error)} mm"
             mean = f"{1e3 * scales.velocity * velocity:.4g} mm/s"
         lines = [f"from d = {start} to {stop}: {time} and {tube} of tube (mean velocity {mean})"]
         if self.forgotten is not None and self.start_error is not None:

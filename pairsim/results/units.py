@@ -38,6 +38,7 @@ class Unit:
 PURE = Unit()
 TIME = Unit("D_c/U_av", "s", lambda scales: scales.time)
 LENGTH = Unit("D_c", "um", lambda scales: 1e6 * scales.length)
+POSITION = Unit("D_c", "mm", lambda scales: 1e3 * scales.length)
 VELOCITY = Unit("U_av", "um/s", lambda scales: 1e6 * scales.velocity)
 STRESS = Unit("eta_0 U_av/D_c", "Pa", lambda scales: scales.stress)
 RATE = Unit("U_av/D_c", "1/s", lambda scales: 1 / scales.time)

@@ -313,6 +313,9 @@ def test_without_a_quasi_steady_solution_the_run_speaks_for_itself(d: list[float
 def test_a_run_that_ends_in_contact_collides_and_one_whose_dU_is_below_its_error_has_no_sign() -> None:
     (line,) = answer_of_run(series(1.0, [0.1, 0.004], [-1e-2, -1e-2]), {"reason": "contact"})
     assert line.startswith("The pair collides: from d = 0.1 at t = 0 to d = 0.004 at t = 1")
+    positions = {"z_L": np.array([0.5, 2.4]), "z_T": np.array([0.0, 2.0])}
+    (line,) = answer_of_run(series(1.0, [0.1, 0.004], [-1e-2, -1e-2]) | positions, {"reason": "contact"})
+    assert line.startswith("The pair collides: from d = 0.1 at t = 0 to d = 0.004 at t = 1, 1.95 D_c of tube later, dU")
     (line,) = answer_of_run(series(1.0, [0.1, 0.1], [1e-4, 1e-4], dU_error=[2e-4, 2e-4]), {})
     assert line.startswith(f"The pair {UNDECIDED}: ")
     assert line.endswith("dU = (+1 +- 2)e-4 at the end.")
@@ -337,6 +340,9 @@ def test_every_gap_of_three_particles_has_its_line() -> None:
     assert first.startswith("Gap 1 separates: from d = 0.1")
     assert second.startswith("Gap 2 is still starting up: from d = 0.2")
     assert deformation == "Taylor parameters at the end: D_1 = 0.01."
+    first, second, _ = answer_of_run(table, {"reason": "contact"})
+    assert first.startswith("Gap 1 collides: ")
+    assert second.startswith("Gap 2 comes closer: "), "it is not the one that has closed"
 
 
 def test_many_gaps_are_counted_and_their_mean_is_told() -> None:
@@ -345,7 +351,9 @@ def test_many_gaps_are_counted_and_their_mean_is_told() -> None:
     table |= {f"d_{i}": np.array([0.2, end]) for i, end in enumerate(d, 1)}
     table |= {f"dU_{i}": np.array([0.0, value]) for i, value in enumerate(dU, 1)}
     counted, spread = answer_of_run(table, {"reason": "contact"})[1:]
-    assert answer_of_run(table, {"reason": "contact"})[0] == "Gap 1 collides."
+    assert answer_of_run(table, {"reason": "contact"})[0] == "Gap 1 collides at t = 10."
+    places = {f"z_{i}": np.array([0.5 * i, 0.5 * i + 20]) for i in range(6)}
+    assert answer_of_run(table | places, {"reason": "contact"})[0] == "Gap 1 collides at t = 10, 20 D_c of tube later."
     assert counted.startswith("Of 5 gaps at t = 10: 3 separating, 1 coming closer, 1 not decided")
     later = settled(1e-2, 1e-4)
     later[SETTLED] |= {"dU": 5 * [1e-2], "dU_error": 5 * [1e-4]}

@@ -11,12 +11,14 @@ import meshio
 import numpy as np
 import pytest
 import yaml
+from scipy.integrate import cumulative_trapezoid
 from support.commands import Pairsim, interrupted
 from support.frames import frames_everywhere
 from support.inputs import CONFIGS
 
 import pairsim
 from pairsim.fem.diagnostics import extents
+from pairsim.questions.run.computation import frames_until
 from pairsim.results.table_files import read_table
 from pairsim.results.units import VELOCITY, in_unit
 from pairsim.results.xdmf import read_frame, read_times
@@ -41,6 +43,11 @@ def test_series_and_record_have_what_was_promised(soft_run: Path) -> None:
     series, record = read_table(soft_run / "series.csv"), json.loads((soft_run / "run.json").read_text())
     assert np.allclose(series["dU"], series["U_L"] - series["U_T"], atol=1e-15)
     assert np.allclose(series["dp_plus"], series["dp"] - 32 * 20, atol=1e-9)
+    for each in "LT":
+        way = series[f"z_{each}"] - series[f"z_{each}"][0]
+        assert way == pytest.approx(cumulative_trapezoid(series[f"U_{each}"], series["t"], initial=0), abs=2e-5)
+    assert series["z_L"] - series["z_T"] == pytest.approx(series["d"] + 0.4, abs=0.01)
+    assert series["z_T"][0] == pytest.approx(series["U_T"][0] * series["t"][0], rel=0.1), "from where the first started"
     assert {0.02, 0.05, 0.1} <= set(np.round(series["t"], 12))
     assert (record["status"], record["reason"], record["steps"]) == ("finished", "end", len(rows))
     assert {"mesh", "jit", "assembly", "factorisation", "solve", "output"} <= set(record["wall_time_by_phase"])
@@ -90,6 +97,16 @@ def test_frames_are_written_at_steps_as_they_come(tmp_path: Path) -> None:
     assert len(read_times(tmp_path / "none")) == 2
     due = [min(t for t in some if t >= 0.1 * k / 6 - 1e-12) for k in range(1, 7)]
     assert list(read_times(tmp_path / "some")) == sorted({some[0], *due})
+
+
+def test_as_many_frames_are_due_where_a_run_ends_before_its_time() -> None:
+    """Those of a row whose first gap closes, at a time of one hundredth of the end, and of a pair that moves off."""
+    row = pairsim.load(SOFT | {"particles": 3, "d0": [0.1, 0.3], "time": {"end": 50.0}, "output": {}}, kind="run")
+    counts = [frames_until(row, t, (0.1 - 0.196 * t, 0.3 + t / 10)) for t in np.linspace(0, 0.5, 40)]
+    assert (counts[0], counts[-1]) == (0, 20)
+    assert set(np.diff(counts)) <= {0, 1}
+    pair = pairsim.load(SOFT | {"time": {"end": 50.0}, "limits": {"max_gap": 0.2}, "output": {}}, kind="run")
+    assert [frames_until(pair, t, (0.1 + t / 10,)) for t in (0.0, 0.25, 0.5, 1.0)] == [0, 5, 10, 20]
 
 
 @pytest.mark.slow

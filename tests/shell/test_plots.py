@@ -273,6 +273,20 @@ def test_pictures_are_in_the_units_of_the_experiment(tmp_path: Path, monkeypatch
                     assert axis.get_ylim() == pytest.approx(np.array(same.get_ylim()) * 8e3, rel=1e-6)
 
 
+def test_gaps_of_a_row_are_lines_below_a_scale_of_positions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with drawn_figures(monkeypatch) as figures:
+        plot(make_run(tmp_path / "run", 5, []))
+    panels = {axis.get_ylabel().partition("  ")[0]: axis for axis in figures[0].axes}
+    distances, places = (next(axis for label, axis in panels.items() if label.startswith(f"${q}_")) for q in "dz")
+    assert len(distances.get_lines()) == 4
+    assert places.get_ylabel().startswith("$z_{1}$, $z_{2}$, $z_{3}$, ... from their mean")
+    (above,) = distances.child_axes
+    assert above.get_xlabel().startswith("position along the tube")
+    figures[0].draw_without_rendering()
+    assert above.get_xlim() == pytest.approx(1.5 * (np.array(distances.get_xlim()) - 0.1), rel=0.03)
+    assert overlapping(figures[0]) == []
+
+
 @pytest.mark.slow
 def test_files_are_fit_for_print(tmp_path: Path) -> None:
     """Fonts are embedded as TrueType, the width is that of a column, and the same picture is the same file."""
@@ -379,7 +393,7 @@ def test_lines_that_lie_on_each_other_have_a_panel_of_their_differences(
 
 
 def test_many_particles_are_rows_over_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    folder = make_run(tmp_path / "run", 10, [])
+    folder = make_run(tmp_path / "run", 12, [])
     with drawn_figures(monkeypatch) as figures:
         plot(folder, width=85)
     panels, bars = figures[0].axes[:4], figures[0].axes[4:]

@@ -110,15 +110,15 @@ def test_what_is_no_table_is_an_input_error(tmp_path: Path, text: str | None) ->
     ("n", "header"),
     [
         (0, "t,dp,dp_plus"),
-        (1, "t,U_1,D_1,dp,dp_plus"),
-        (2, "t,d,U_L,U_T,dU,D_L,D_T,dp,dp_plus"),
-        (3, "t,d_1,d_2,U_1,U_2,U_3,dU_1,dU_2,D_1,D_2,D_3,dp,dp_plus"),
+        (1, "t,U_1,D_1,dp,dp_plus,z_1"),
+        (2, "t,d,U_L,U_T,dU,D_L,D_T,dp,dp_plus,z_L,z_T"),
+        (3, "t,d_1,d_2,U_1,U_2,U_3,dU_1,dU_2,D_1,D_2,D_3,dp,dp_plus,z_1,z_2,z_3"),
     ],
 )
 def test_header_row_and_descriptions_agree(n: int, header: str) -> None:
     assert ",".join(series_columns(n)) == header
     U = 1.0 + 0.1 * np.arange(n) ** 2
-    row = table_row(n, t=0.5, d=np.full(max(n - 1, 0), 0.2), U=U, dU=np.diff(U), D=0.01 * U, dp=640.0, dp_plus=3.0)
+    row = table_row(n, t=0.5, d=np.full(max(n - 1, 0), 0.2), U=U, dU=np.diff(U), D=0.01 * U, dp=640.0, dp_plus=3.0, z=U)
     assert row.keys() == set(series_columns(n))
     assert [row[f"U{each}"] for each in sorted(suffixes_in(row, "U"), reverse=n == 2)] == U.tolist()
     assert all(column(name).meaning for name in row)

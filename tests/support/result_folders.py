@@ -26,7 +26,9 @@ def make_run(folder: Path, n: int, frames: list[FieldFrame], rows: int = 12) -> 
         gaps, order = np.full(max(n - 1, 0), 0.1 + 0.1 * t), np.arange(n)
         U = 1.5 + 0.01 * order * t
         D = 0.01 * t * (order + 1)
-        series.row(table_row(n, t=t, d=gaps, U=U, dU=np.diff(U), D=D, dp=640.0, dp_plus=2.0, dt=0.1))
+        series.row(
+            table_row(n, t=t, d=gaps, U=U, dU=np.diff(U), D=D, dp=640.0, dp_plus=2.0, z=0.5 * order + U * t, dt=0.1)
+        )
     writer = FieldsWriter(folder)
     for frame in frames:
         writer.write(frame)

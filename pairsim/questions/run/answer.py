@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from pairsim.computing.answer import shapes_in
+from pairsim.physics.scales import Scales
 from pairsim.results.columns import column, error_of, suffixes_in
 from pairsim.results.settled import NOTHING, SETTLED, Settled
-from pairsim.results.units import LENGTH, TIME, VELOCITY, in_unit, scales_in
+from pairsim.results.units import LENGTH, POSITION, TIME, VELOCITY, in_unit, scales_in
 from pairsim.runtime.arrays import Array
 
 MOST_GAPS = 3  # that have a sentence each
@@ -25,11 +26,14 @@ def answer_of_run(series: Mapping[str, Array], record: Mapping[str, Any]) -> lis
     """
     gaps = suffixes_in(series, "d")
     lines, scales = _train(series, gaps, record) if len(gaps) > MOST_GAPS else [], scales_in(record)
+    least = int(np.argmin([series[f"d{gap}"][-1] for gap in gaps])) if gaps else 0
+    closed = least if record.get("reason") == "contact" else None
     for i, gap in enumerate(gaps if len(gaps) <= MOST_GAPS else []):
         who = "The pair" if len(gaps) == 1 else f"Gap {i + 1}"
         d, settled = series[f"d{gap}"], Settled.of(record, i)
         dU, error = _last_dU(series, gap, settled)
-        lines.append(f"{who} {_motion(series['t'], d, dU, error, settled, record)}")
+        way = _tube(series, i, scales)
+        lines.append(f"{who} {_motion(series['t'], d, way, dU, error, settled, record, closed == i)}")
     if gaps and (message := record.get(SETTLED, {}).get("message")):
         lines.append(f"Whether the start-up has decayed is not known: {message}.")
     if not gaps:
@@ -46,9 +50,10 @@ def _train(series: Mapping[str, Array], gaps: Sequence[str], record: Mapping[str
         settled = Settled.of(record, i)
         signs.append(_sign(settled.dU, settled.error) if settled else _sign(*_last_dU(series, gap, None)))
     scales = scales_in(record)
-    when = f"at t = {in_unit(scales, TIME, series['t'][-1])}"
+    moment = f"at t = {in_unit(scales, TIME, series['t'][-1])}"
+    when = moment + _tube(series, len(gaps) // 2, scales)
     if Settled.of(record, 0) is not None:
-        when = f"at the distances of t = {in_unit(scales, TIME, series['t'][-1])}, once the start-up has decayed"
+        when = f"at the distances of {when.removeprefix('at ')}, once the start-up has decayed"
     elif _starting_up(record):
         when = f"{when}, before the start-up is known to have decayed"
     words = {1: "separating", -1: "coming closer", 0: "not decided (their intervals of dU hold both signs)"}
@@ -60,12 +65,25 @@ def _train(series: Mapping[str, Array], gaps: Sequence[str], record: Mapping[str
         return in_unit(scales, LENGTH, d, digits=5)
 
     return [
-        *([f"Gap {low + 1} collides."] if record.get("reason") == "contact" else []),
+        *(
+            [f"Gap {low + 1} collides {moment}{_tube(series, low, scales)}."]
+            if record.get("reason") == "contact"
+            else []
+        ),
         f"Of {len(gaps)} gaps {when}: {counted}.",
         f"Their mean went from {said(first.mean())} to {said(last.mean())}, their standard deviation from "
         f"{said(first.std())} to {said(last.std())}; the smallest is gap {low + 1}, {said(last[low])}, the largest gap "
         f"{high + 1}, {said(last[high])}.",
     ]
+
+
+def _tube(series: Mapping[str, Array], gap: int, scales: Scales | None) -> str:
+    """The length of tube that the middle of a gap has moved by, after a comma; empty for tables without positions."""
+    ends = suffixes_in(series, "z")[gap : gap + 2]
+    if not ends:
+        return ""
+    z = np.mean([series[f"z{end}"] for end in ends], axis=0)
+    return f", {in_unit(scales, POSITION, float(z[-1] - z[0]))}{'' if scales else ' D_c'} of tube later"
 
 
 def _last_dU(series: Mapping[str, Array], gap: str, settled: Settled | None) -> tuple[float, float | None]:
@@ -82,7 +100,14 @@ def _last_dU(series: Mapping[str, Array], gap: str, settled: Settled | None) -> 
 
 
 def _motion(
-    t: Array, d: Array, dU: float, error: float | None, settled: Settled | None, record: Mapping[str, Any]
+    t: Array,
+    d: Array,
+    tube: str,
+    dU: float,
+    error: float | None,
+    settled: Settled | None,
+    record: Mapping[str, Any],
+    closed: bool,
 ) -> str:
     """What a gap does, and its way: a sentence or two without their subject."""
     scales = scales_in(record)
@@ -91,8 +116,8 @@ def _motion(
         return in_unit(scales, VELOCITY, value, half_width, "+")
 
     places = [f"d = {in_unit(scales, LENGTH, d[i], digits=5)} at t = {in_unit(scales, TIME, t[i])}" for i in (0, -1)]
-    way, now = f"from {places[0]} to {places[1]}", f"dU = {velocity(dU, error)} at the end"
-    if record.get("reason") == "contact":
+    way, now = f"from {places[0]} to {places[1]}{tube}", f"dU = {velocity(dU, error)} at the end"
+    if closed:
         return f"collides: {way}, {now}."
     if settled is None:
         if _starting_up(record):

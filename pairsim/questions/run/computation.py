@@ -43,6 +43,7 @@ ADVICE = {
     WallTime: "a larger limits.wall_time, with --resume",
     TooManySteps: "a larger limits.max_steps, with --resume",
 }
+ROUNDING = 1e-9
 SETTLES = 10.0  # time for the settled state at the end of a run [s], at least: else what the run itself took; chosen
 
 
@@ -129,14 +130,17 @@ class Run:
         """
         case, limits = self.case, self.case.limits
         wanted, resolved = milestones(case), plain(case.resolved() | sources_of(case))
+        before = frames_until(case, transient.history.t[0], transient.gaps)
         for step in transient.steps(iter(wanted)):
             count = transient.counts.steps
             with transient.clock("output"):
                 yield events.Row("series", row_of(step))
                 self._pending = step
                 at_output = any(abs(step.t - t) <= 1e-9 * max(1.0, t) for t in wanted)
-                if at_output or count == 1 or passes_frame(case, step.t, step.dt):
+                after = frames_until(case, step.t, transient.gaps)
+                if at_output or count == 1 or after > before:
                     yield from self._fields(transient)
+                before = after
                 checkpoint = partial(Checkpoint, transient.state, resolved, self.adaptation)
                 state = events.Resumable(checkpoint, case.output.checkpoint, convenient=at_output)
                 yield events.Progress(step.t, _shown(case, step, count), count, state)
@@ -184,21 +188,26 @@ def milestones(case: Case) -> list[float]:
     return [*sorted(times), end]
 
 
-def passes_frame(case: Case, t: float, dt: float) -> bool:
-    """Whether a step passes one of the `output.frames` times, which are spread evenly up to the end.
+def frames_until(case: Case, t: float, gaps: Sequence[float]) -> int:
+    """How many of the `output.frames` are due at a time and distances.
 
-    Unlike `milestones` they cost no steps. Where a run was stopped makes no difference to them.
+    They are spread evenly over the way to what ends the run: its end time, contact or `max_gap`, of which the nearest
+    one counts. Unlike `milestones` they cost no steps. Where a run was stopped makes no difference to them.
 
     Args:
         case: The case.
-        t: End of the step.
-        dt: Its size.
+        t: Time [D_c/U_av].
+        gaps: Distances [D_c], N-1 values.
     """
-    output = case.output
+    output, limits = case.output, case.limits
     if output.times or output.every is not None:
-        return False
-    rate = output.frames / case.time.end
-    return int(t * rate) > int((t - dt) * rate)
+        return 0
+    passed = t / case.time.end
+    for start, d in zip(case.gaps, gaps, strict=True):
+        passed = max(passed, (start - d) / (start - limits.min_gap))
+        if limits.max_gap is not None:
+            passed = max(passed, (d - start) / (limits.max_gap - start))
+    return int(output.frames * passed + ROUNDING)
 
 
 def moment(case: Case, t: float) -> str:
@@ -262,7 +271,7 @@ def settled_entry(case: Case, problem: Problem, gaps: tuple[float, ...], ended: 
 def row_of(step: Step) -> dict[str, float]:
     """The row of a step in series.csv."""
     o = step.observation
-    values: dict[str, Any] = {"t": step.t, "d": o.d, "U": step.U, "dU": step.dU, "D": o.D}
+    values: dict[str, Any] = {"t": step.t, "z": step.z, "d": o.d, "U": step.U, "dU": step.dU, "D": o.D}
     values |= {"dp": o.dp, "dp_plus": o.dp_plus, "dt": step.dt, "newton": step.report.iterations}
     values |= {"mesh": step.mesh_id, "distortion": step.distortion, **observed(o)}
     if step.dU_error is not None:

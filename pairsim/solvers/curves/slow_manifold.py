@@ -127,7 +127,7 @@ def slow_motion(steady: SteadySolver, dU: Array, adjoints: Adjoints, t_relax: fl
 def _centres(steady: SteadySolver, parameters: Parameters, y: Array) -> Array:
     """Distances between the centres of volume of neighbours, shape (N-1,)."""
     h = steady.constraints.positions(y, steady.h_star(parameters), 1.0, 0.0)
-    return np.asarray(centres(steady.bodies, h))
+    return np.diff(centres(steady.bodies, h))
 
 
 def _centres_by_gaps(steady: SteadySolver) -> Array:

@@ -17,6 +17,7 @@ class History:
         x: Full vectors, shape (n,) each.
         y: Free unknowns on the present mesh, at most four, shape (n_y,) each; extrapolated for the next first guess.
         t_y: Times of y.
+        frame: Positions along the tube from which those of the material are counted, of which there are as many [D_c].
     """
 
     t: list[float] = field(default_factory=list)
@@ -24,9 +25,11 @@ class History:
     x: list[Array] = field(default_factory=list)
     y: list[Array] = field(default_factory=list)
     t_y: list[float] = field(default_factory=list)
+    frame: list[float] = field(default_factory=list)
 
-    def push(self, t: float, h: Array, x: Array, y: Array) -> None:
+    def push(self, t: float, h: Array, x: Array, y: Array, frame: float = 0.0) -> None:
         self.t, self.h, self.x = [t, *self.t[:2]], [h, *self.h[:2]], [x, *self.x[:2]]
+        self.frame = [frame, *self.frame[:2]]
         self.t_y, self.y = [t, *self.t_y[:3]], [y, *self.y[:3]]
 
 

@@ -28,6 +28,7 @@ class Step:
         x: Full vector, shape (n,).
         h: Positions of the material, shape (n_h,).
         velocity: Velocity of the material [U_av], shape (n_h,).
+        z: Positions of the centres of volume along the tube, from where the first one started [D_c], shape (N,).
         U_correction: Estimated exact minus discrete velocities [U_av], shape (N,), NaN from where the estimate
             diverged; None if they are not estimated.
         dU_error: Half-widths of the intervals around dU [U_av], shape (N-1,), NaN and None as above.
@@ -44,6 +45,7 @@ class Step:
     x: Array
     h: Array
     velocity: Array
+    z: Array
     U_correction: Array | None
     dU_error: Array | None
 

@@ -168,6 +168,7 @@ class StepSolver(MeshedSolver):
         centres = [h[body.start : body.start + body.size : 2].mean() for body in self.bodies]
         shift = float(np.mean(geometry.centres) - np.mean(centres))
         self.history.h = [positions + shift * (self.constraints.a > 0) for positions in self.history.h]
+        self.history.frame = [position - shift for position in self.history.frame]
         h = self.history.h[0]
         if self.history.y:
             self._carried = self.history.y[0][self.meshed.material]

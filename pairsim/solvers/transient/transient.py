@@ -17,7 +17,7 @@ from pairsim.solvers.nonlinear.convergence import Report
 from pairsim.solvers.problems import Problem
 from pairsim.solvers.stepping.history import ErrorHistory, History
 from pairsim.solvers.stepping.step import Step
-from pairsim.solvers.stepping.step_size import extrapolation_weights, land, reached, velocity_error
+from pairsim.solvers.stepping.step_size import Scheme, extrapolation_weights, land, reached, velocity_error
 from pairsim.solvers.transient.scene import StepSolver
 from pairsim.solvers.transient.start import at_rest, quasi_steady
 from pairsim.solvers.transient.state import Counts, Extremes, State
@@ -68,14 +68,18 @@ class Transient(StepSolver):
         start = (quasi_steady if problem.from_steady else at_rest)(problem, self.clock)
         self._make_particles(start.reference.outlines, start.insides)
         self.meshed.put(start.reference, start.mesh)
-        self.history, self.origin = History([0.0], [start.h], [np.zeros(self.scene.size)]), start.h
+        self.origin, frame = (
+            start.h,
+            [-float(place) for place in diagnostics.centres(self.bodies, start.h)[:1]] or [0.0],
+        )
+        self.history = History([0.0], [start.h], [np.zeros(self.scene.size)], frame=frame)
         errors = ErrorHistory([0.0], [np.zeros(self.scene.h_size)], [np.zeros(self.scene.size)])
         if start.flow is not None:
             y = start.flow.unknowns(self.scene, self.constraints)
             if not problem.liquid.newtonian:
                 self._prescribe_ends(self.constraints.base, 0.0)
             x = self.constraints.expand(y, start.h)
-            self.history = History([0.0], [start.h], [x], [y], [0.0])
+            self.history = History([0.0], [start.h], [x], [y], [0.0], frame)
             self._U_m = float(start.flow.U.mean()) if start.flow.U.size else 0.0
             self.run_errors.interval.start = start.flow.dU_error
         self.counts.newton, self.counts.factorisations = start.newton, start.factorisations
@@ -234,7 +238,9 @@ class Transient(StepSolver):
         without_particles = self.pipe(t).gradient * self.problem.length
         observation = diagnostics.observe(self.scene, self.constraints, y, h, x, without_particles)
         correction = self._estimated(self.history, t, self._U_m, y, observation.U)
-        self.history.push(t, h, x, y)
+        scheme = Scheme.bdf(self.history.t, t)
+        frame = float(np.dot(scheme.weights, self.history.frame)) + scheme.g * self._U_m
+        self.history.push(t, h, x, y, frame)
         self.gaps = tuple(map(float, observation.d))
         self._U_m = float(observation.U.mean()) if observation.U.size else 0.0
         self._dt = self.problem.control.next(self._dt, size, error)
@@ -255,6 +261,7 @@ class Transient(StepSolver):
             x=x,
             h=h,
             velocity=self.constraints.M @ y,
+            z=diagnostics.centres(self.bodies, h) + frame,
             U_correction=correction,
             dU_error=self.run_errors.add(t, mesh, observation.dU, dU_correction, observation.s_jump, closer),
         )
