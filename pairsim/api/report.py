@@ -19,7 +19,7 @@ from pairsim.api.results import Result
 from pairsim.api.sweeps import SweepResult
 from pairsim.computing import QUESTIONS
 from pairsim.results.folder import REPORT, kind_of, write_file
-from pairsim.results.tables import headings, in_units, readable
+from pairsim.results.tables import headings, readable
 from pairsim.results.units import scales_in
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.text import duration
@@ -85,10 +85,10 @@ def _of_result(result: Result | SweepResult) -> dict[str, Any]:
         failed = [case for case in result.record["cases"] if case["status"] == "failed"]
         warnings = [f"{case['folder']}: {case['message'] or case['reason']}" for case in failed] + result.warnings
     else:
-        record, file, scales = result.record, f"{result.question.table}.csv", scales_in(result.record)
+        record, file = result.record, f"{result.question.table}.csv"
         answer = [line for line in result.answer.splitlines() if not line.startswith("Warning: ")]
         warnings = result.warnings
-        table = readable(result.table if scales is None else in_units(result.table, scales), whole=True)
+        table = readable(result.frame(physical=None) if len(result.table) else result.table, whole=True)
     return {
         "status": result.status,
         "answer": answer,

@@ -14,8 +14,8 @@ from pairsim.api.results import Result
 from pairsim.cases.identity import RUNS
 from pairsim.computing import QUESTIONS
 from pairsim.computing.progress import Style, style_of
-from pairsim.results.folder import plain, read_record
-from pairsim.results.units import scales_in, scales_of
+from pairsim.results.folder import plain
+from pairsim.results.units import scales_for
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import is_locked
 from pairsim.runtime.signals import Signals
@@ -63,17 +63,15 @@ class SweepResult:
         """
         import pandas as pd
 
-        from pairsim.results.tables import results_in_units, table_of
+        from pairsim.results.tables import in_units, table_of, with_units
 
         if name == "results":
-            records = [read_record(self.folder / each) for each in self.table["folder"]]
-            scales = [scales_of(each, str(self.folder)) if physical else scales_in(each) for each in records]
-            units = physical or (physical is None and None not in scales)
-            return results_in_units(self.table, scales if units else [None] * len(scales), self.record["parameters"])
+            scales = scales_for([self.folder / each for each in self.table["folder"]], physical)
+            keys = self.record["parameters"]
+            return in_units(self.table, scales, keys) if scales else with_units(self.table.copy())
         name = QUESTIONS[self.record["command"]].table_named(name, self.folder)
         having = [case for case in self.record["cases"] if (self.folder / case["folder"] / f"{name}.csv").is_file()]
-        if physical is None:
-            physical = all(scales_in(read_record(self.folder / case["folder"])) for case in having)
+        physical = bool(scales_for([self.folder / case["folder"] for case in having], physical))
         parts = []
         for case in having:
             part = table_of(self.folder / case["folder"], name, physical, at)

@@ -8,8 +8,7 @@ from pathlib import Path
 
 from pairsim.physics.scales import Scales
 from pairsim.results.columns import column, known
-from pairsim.results.folder import read_record
-from pairsim.results.units import Unit, scales_in, scales_of
+from pairsim.results.units import Unit, scales_for
 from pairsim.runtime.arrays import Array
 
 
@@ -30,25 +29,13 @@ class Units:
 
     @staticmethod
     def of(directory: Path, physical: bool | None) -> Units:
-        """The units for a folder.
-
-        Args:
-            directory: Folder of a command for one case.
-            physical: Whether it is drawn in um, s, um/s and Pa; None if its case has a `physical` block.
-
-        Raises:
-            InputError: `physical` is set and the case has no such block.
-        """
-        record = read_record(directory)
-        if physical:
-            return Units(scales_of(record, str(directory)))
-        return Units(scales_in(record) if physical is None else None)
+        """The units for the folder of a case; arguments and errors are those of `scales_for`."""
+        return Units.of_all([directory], physical)[0]
 
     @staticmethod
     def of_all(directories: Sequence[Path], physical: bool | None) -> list[Units]:
-        """The units for each of several folders in one picture: as `of`, dimensionless if one of them is."""
-        found = [Units.of(directory, physical) for directory in directories]
-        return found if all(units.scales for units in found) else [Units()] * len(found)
+        """The units for each of several folders in one picture, dimensionless if one of them is."""
+        return [Units(each) for each in scales_for(directories, physical) or [None] * len(directories)]
 
     def factor(self, unit: Unit) -> float:
         """Factor from a unit of the tables to the one that is drawn."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +13,10 @@ import pandas as pd
 from pairsim.physics.scales import Scales
 from pairsim.results.columns import SWEEP_COLUMNS, WHOLE, error_of, known, suffixes_in
 from pairsim.results.curve_table import curve_of
-from pairsim.results.folder import read_record, valid_record
+from pairsim.results.folder import read_record
 from pairsim.results.table_files import read_table, table_text
 from pairsim.results.travel import distance_on
-from pairsim.results.units import PURE, Unit, scales_in, scales_of
+from pairsim.results.units import PURE, Unit, scales_for
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
@@ -24,6 +24,8 @@ INNER = re.compile(r"m|newton|wanted|mesh|meshes|distortion|volume_error|stretch
 """Columns of interest to whoever judges the numerics; they come last, if at all."""
 MAIN = re.compile(r"(De|Ca_e|t|d|dU|dU_error|U|F|F_error)(_\d+|_[LT])?")
 """What is shown of a table of relative velocities, unless all is asked for."""
+IN_SWEEPS = {each.name: each.unit for each in SWEEP_COLUMNS}
+"""The units of those columns of results.csv that no other table has."""
 MOST_ROWS = 40  # of a table on a screen that is not asked for all
 
 
@@ -40,26 +42,40 @@ def whole_numbers(table: pd.DataFrame) -> pd.DataFrame:
     return table
 
 
-def with_units(table: pd.DataFrame, physical: bool = False) -> pd.DataFrame:
-    """The table with `attrs["units"]`: the unit of each column by its name, "" for pure numbers."""
+def with_units(table: pd.DataFrame, converted: Collection[str] = ()) -> pd.DataFrame:
+    """The table with `attrs["units"]`: the unit of each column by its name, "" for pure numbers.
+
+    Args:
+        table: The table.
+        converted: The columns that are in physical units.
+    """
     units = {name: _unit_of(name) for name in map(str, table.columns)}
-    table.attrs["units"] = {name: unit.physical if physical else unit.name for name, unit in units.items()}
+    table.attrs["units"] = {name: unit.physical if name in converted else unit.name for name, unit in units.items()}
     return table
 
 
 def _unit_of(name: str) -> Unit:
-    return PURE if (entry := known(name)) is None else entry.unit
+    entry = known(name)
+    return entry.unit if entry is not None else IN_SWEEPS.get(re.sub(r"_\d+$", "", name), PURE)
 
 
-def in_units(table: pd.DataFrame, scales: Scales) -> pd.DataFrame:
+def in_units(table: pd.DataFrame, scales: Sequence[Scales], keys: Collection[str] = ()) -> pd.DataFrame:
     """The table in micrometres, seconds, pascals and nanonewtons.
 
+    Args:
+        table: The table, whose cells may be lists.
+        scales: Of the experiment of each row.
+        keys: Columns that stay as they are.
+
     Raises:
-        ValueError: A column that has a unit has something else than numbers.
+        TypeError: A column that has a unit has something else than numbers.
     """
-    units = {str(name): _unit_of(str(name)) for name in table.columns}
-    converted = {n: table[n].astype(float) * unit.factor(scales) for n, unit in units.items() if unit.physical}
-    return with_units(table.assign(**converted), True)
+    converted = {}
+    for name in (str(each) for each in table.columns if each not in keys):
+        if (unit := _unit_of(name)).physical:
+            rows = zip(table[name], map(unit.factor, scales), strict=True)
+            converted[name] = [value if value is None else np.multiply(value, size).tolist() for value, size in rows]
+    return with_units(table.assign(**converted), converted)
 
 
 def table_of(directory: Path, name: str, physical: bool | None, at: Sequence[float | str] = ()) -> pd.DataFrame:
@@ -69,40 +85,13 @@ def table_of(directory: Path, name: str, physical: bool | None, at: Sequence[flo
         InputError: The table cannot be read, or `physical` is set and its case has no `physical` block; as of
             `values_at`.
     """
-    path = directory / f"{name}.csv"
-    scales = scales_of(valid_record(directory), str(directory)) if physical else None
-    scales = scales_in(read_record(directory)) if physical is None else scales
+    path, scales = directory / f"{name}.csv", scales_for([directory], physical)
     columns = read_table(path)
-    table = frame_of(values_at(columns, at, valid_record(directory), str(directory)) if at else columns)
-    if foreign := [name for name in map(str, table.columns) if known(name) is None]:
-        raise InputError(str(path), "", foreign[0], "must be a column of `pairsim`")
+    table = frame_of(values_at(columns, at, read_record(directory), str(directory)) if at else columns)
     try:
-        return in_units(table, scales) if scales is not None else table
-    except ValueError as error:
+        return in_units(table, scales * len(table)) if scales else table
+    except TypeError as error:
         raise InputError(str(path), "", None, f"must have numbers in its rows ({error})") from None
-
-
-def results_in_units(table: pd.DataFrame, scales: Sequence[Scales | None], keys: Sequence[str]) -> pd.DataFrame:
-    """results.csv of a sweep with the units of its columns, in those of the experiment by the scales of each row.
-
-    Args:
-        table: The table, whose cells may be lists.
-        scales: Of the case of each row; None for all to leave the numbers as they are.
-        keys: The columns that are keys of the cases.
-    """
-    units, physical = {each.name: each.unit for each in SWEEP_COLUMNS}, None not in scales
-    found, shown = table.copy(), dict[str, str]()
-
-    def scaled(value: Any, size: float) -> Any:
-        return [each * size for each in value] if isinstance(value, list) else None if value is None else value * size
-
-    for name in (str(each) for each in table.columns if each not in keys):
-        unit = units.get(re.sub(r"_\d+$", "", name)) or _unit_of(name)
-        shown[name] = unit.physical if physical else unit.name
-        if unit.physical and physical:
-            found[name] = [scaled(value, unit.factor(own)) for value, own in zip(table[name], scales, strict=True)]
-    found.attrs["units"] = shown
-    return found
 
 
 def values_at(

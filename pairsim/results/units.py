@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from pairsim.physics.scales import Scales
+from pairsim.results.folder import read_record
 from pairsim.runtime.errors import InputError
 
 
@@ -68,6 +70,22 @@ def scales_of(record: Mapping[str, Any], source: str) -> Scales:
         allowed = "must be the result of a case with a physical block (docs/how-to/units.md)"
         raise InputError(source, "", None, allowed)
     return scales
+
+
+def scales_for(folders: Sequence[Path], physical: bool | None) -> list[Scales]:
+    """The units of the cases of folders; none where numbers are to be dimensionless.
+
+    Args:
+        folders: Folders of results.
+        physical: Whether numbers are to be in um, s, um/s and Pa; None if all cases have a `physical` block.
+
+    Raises:
+        InputError: `physical` is set, and a case has no such block.
+    """
+    if physical:
+        return [scales_of(read_record(folder), str(folder)) for folder in folders]
+    known = [scales_in(read_record(folder)) for folder in folders] if physical is None else []
+    return [] if None in known else [each for each in known if each is not None]
 
 
 def with_error(value: float, error: float | None, sign: str = "", digits: int = 4) -> str:

@@ -173,7 +173,7 @@ def test_a_screen_has_five_digits_and_no_numerics_unless_asked(train: Path) -> N
 
 def test_forces_have_a_unit_of_the_laboratory(tmp_path: Path) -> None:
     (tmp_path / "curve.csv").write_text("U_1,F_1\n1.0,2.0\n")
-    table = in_units(frame_of(read_table(tmp_path / "curve.csv")), SCALES)
+    table = in_units(frame_of(read_table(tmp_path / "curve.csv")), [SCALES])
     assert table.attrs["units"] == {"U_1": "um/s", "F_1": "nN"}
     assert table["F_1"][0] == pytest.approx(2 * 0.85 * 10e-3 * 50e-6 * 1e9)
 
