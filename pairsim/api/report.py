@@ -31,7 +31,6 @@ CAPTIONS = {
     "sweep_curves": "All curves",
     "sweep_parameters": "Relative velocity at the end over a parameter",
     "sweep_zeros": "Zeros of the relative velocity over a parameter",
-    "sweep_map": "How the cases ended",
 }
 """What is said below pictures, by the names of their files; those of commands have their own."""
 MOST_ROWS = 500  # of a table

@@ -192,8 +192,8 @@ def plot(
 
     A run: dU and D against time and distance, and the deformed particles in the flow. A curve: dU with its error and
     its zeros, D, and its fields. Critical distances: over the parameter that was followed. A sweep: dU of all cases,
-    the last dU or the zeros against each parameter, a map of how the cases ended. A study: error against wall time.
-    Several folders: dU of all of them; what varies is in the legend, what does not in small print.
+    the last dU or the zeros against a parameter. A study: error against wall time. Several folders: dU of all of them;
+    what varies is in the legend, what does not in small print.
     """
     from pairsim.api.folders import plot
 

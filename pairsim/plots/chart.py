@@ -272,8 +272,8 @@ def _spread(axis: Axes, name: str, values: Sequence[Array]) -> None:
     """Make "x" or "y" logarithmic, with plain numbers, where values span a wide range."""
     low, high = min(map(np.min, values), default=0.0), max(map(np.max, values), default=0.0)
     if low > 0 and high / low >= WIDE:
-        direction: Axis = axis.xaxis if name == "x" else axis.yaxis
-        (axis.set_xscale if name == "x" else axis.set_yscale)("log")
+        axis.set(**{f"{name}scale": "log"})
+        direction: Axis = getattr(axis, f"{name}axis")
         direction.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high / low < 300 else (1.0,)))
         direction.set_major_formatter(StrMethodFormatter("{x:g}"))
         direction.set_minor_formatter(NullFormatter())
@@ -285,7 +285,7 @@ def _widen(axis: Axes, name: str, values: Sequence[Array]) -> None:
     least = max(LEAST[0] * max(abs(low), abs(high)), LEAST[1])
     if high - low < least:
         middle = (low + high) / 2
-        (axis.set_xlim if name == "x" else axis.set_ylim)(middle - least / 2, middle + least / 2)
+        axis.set(**{f"{name}lim": (middle - least / 2, middle + least / 2)})
 
 
 def finish(axis: Axes, x: str, y: str, values: Sequence[Array]) -> None:
@@ -317,16 +317,13 @@ def leave_out_spikes(axis: Axes, runs: Sequence[tuple[Array, Array]]) -> bool:
         Whether a line reaches out of it.
     """
     known = [np.interp(np.linspace(t[0], t[-1], 1000), t, values) for t, values in runs]
-    low = min(float(np.quantile(values, BRIEF)) for values in known)
-    high = max(float(np.quantile(values, 1 - BRIEF)) for values in known)
-    beyond = BEYOND * (high - low)
-    below = min(values.min() for _, values in runs) < low - beyond
-    above = max(values.max() for _, values in runs) > high + beyond
-    if below:
-        axis.set_ylim(bottom=low - beyond)
-    if above:
-        axis.set_ylim(top=high + beyond)
-    return bool(below or above)
+    lows, highs = np.quantile(known, [BRIEF, 1 - BRIEF], axis=1)
+    beyond = BEYOND * (highs.max() - lows.min())
+    least, most = lows.min() - beyond, highs.max() + beyond
+    values = np.concatenate([values for _, values in runs])
+    below, above = bool(values.min() < least), bool(values.max() > most)
+    axis.set_ylim(least if below else None, most if above else None)
+    return below or above
 
 
 def small_print(figure: Figure, parts: Sequence[str]) -> None:

@@ -1,14 +1,13 @@
-"""Pictures of a sweep: all its lines in one, the results against the parameters, and how cases ended."""
+"""Pictures of a sweep: all its lines in one, and the results against the parameters."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.lines import Line2D
 
 from pairsim.cases.physical import BLOCK
 from pairsim.plots.chart import POINT, ZEROS, Panel, Series, draw_chart, point
@@ -16,7 +15,7 @@ from pairsim.plots.encoding import Encoding
 from pairsim.plots.labels import common_parts, hashable, measured, parameter_label, read_case, varying_keys
 from pairsim.plots.lines import MOTION, lines_of
 from pairsim.plots.runs_and_curves import draw_overlay
-from pairsim.plots.style import COLOURS, Page, printing
+from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
 from pairsim.results.columns import column, error_of
 from pairsim.results.folder import SERIES
@@ -24,17 +23,6 @@ from pairsim.results.table_files import read_table
 from pairsim.results.units import LENGTH
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.folder import read_sweep
-
-STILL = 1e-8  # a relative velocity below this is zero to rounding
-OF_MAP = 3  # values of a parameter from which a map says more than a table
-OUTCOMES = {
-    "separating": (COLOURS[0], "^"),
-    "neither": ("0.55", "s"),
-    "approaching": (COLOURS[4], "v"),
-    "contact": (COLOURS[1], "o"),
-    "a zero of dU": (COLOURS[2], "D"),
-}
-FAILURES = ("x", "+", "1", "2", "3", "4", "*")
 
 
 @dataclass(frozen=True)
@@ -93,8 +81,7 @@ def plot_sweep(
     Returns:
         The files written: of runs `sweep_series` (every case against t and d), of curves `sweep_curves` (all of them);
         where a parameter is a number, `sweep_parameters` of runs (the last dU) or `sweep_zeros` of curves and critical
-        distances (the zeros of dU) over the one with the most values; and `sweep_map` where two have at least
-        three and cases end in different ways.
+        distances (the zeros of dU) over the one with the most values.
 
     Raises:
         InputError: The folder is not that of a sweep, has nothing to draw, or `group` or `panels` does not vary.
@@ -106,9 +93,6 @@ def plot_sweep(
         written += _draw_lines(sweep, target, page)
     if sweep.numbers and (sweep.command == "run" or any(case["values"].get("zeros") for case in sweep.cases)):
         written += _draw_parameters(sweep, target, page)
-    wide = [name for name, (values, _) in sweep.numbers.items() if len(set(values)) >= OF_MAP]
-    if len(wide) > 1 and len({outcome(case, sweep.quantity) for case in sweep.cases}) > 1:
-        written += _draw_map(sweep, wide, target, page)
     if not written:
         raise InputError(str(directory), "", None, "has no zero of dU to draw over a number that varies")
     return written
@@ -213,50 +197,3 @@ def _zeros(sweep: _Sweep, name: str) -> list[Series]:
             bar = None if error is None else size * error
             found.append(point(0, place, size * d, ZEROS[kind], bar, parameters=case["parameters"]))
     return found
-
-
-def outcome(case: Mapping[str, Any], quantity: str) -> str:
-    """How a case ended, in a word: a motion, contact, or the reason for which it ended or failed.
-
-    Where dU is zero within its error, the particles neither separate nor approach as far as is known.
-
-    Args:
-        case: As `read_sweep` returns it.
-        quantity: The column that tells what it does; only relative velocities tell a motion.
-    """
-    values = case["values"]
-    if case["status"] != "finished":
-        return f"{case['status']}: {case['reason']}"
-    if case["reason"] == "contact":
-        return "contact"
-    if zeros := values.get("zeros"):
-        return "a zero of dU" if len(zeros) == 1 else f"{len(zeros)} zeros of dU"
-    value, error = values.get(quantity, values.get(quantity.replace("dU", "dU_peak"))), values.get(error_of(quantity))
-    if not quantity.startswith("dU") or value is None:
-        return str(case["reason"]).replace("_", " ")
-    if abs(value) < max(STILL, error or 0.0):
-        return "neither"
-    return "separating" if value > 0 else "approaching"
-
-
-@printing()
-def _draw_map(sweep: _Sweep, numbers: Sequence[str], out: Path, page: Page) -> list[Path]:
-    """Outcomes over the first two of some parameters, a panel for each value of the third."""
-    x, y, *more = sorted(numbers, key=lambda name: -len(set(sweep.numbers[name][0])))
-    found = [outcome(case, sweep.quantity) for case in sweep.cases]
-    kinds = [*(kind for kind in OUTCOMES if kind in found), *sorted(set(found) - set(OUTCOMES))]
-    pairs = {kind: OUTCOMES.get(kind, ("black", FAILURES[i % len(FAILURES)])) for i, kind in enumerate(kinds)}
-    looks: dict[str, dict[str, Any]] = {
-        kind: {"color": colour, "marker": marker, "markersize": 5} for kind, (colour, marker) in pairs.items()
-    }
-    encoding = Encoding.of([case["parameters"] for case in sweep.cases], more[:1], panels=(*more, None)[0])
-    places = zip(sweep.numbers[x][0], sweep.numbers[y][0], sweep.cases, found, strict=True)
-    series = [point(0, a, b, POINT, parameters=case["parameters"], look=looks[kind]) for a, b, case, kind in places]
-    words = {kind: kind.replace("dU", r"$\Delta U$") for kind in kinds}
-    handles = [Line2D([], [], label=words[kind], linestyle="", **look) for kind, look in looks.items()]
-    parts = [*sweep.parts(), *(f"all values of {name}" for name in sweep.varying if name not in (x, y, *more[:1]))]
-    if sweep.quantity == "dU_1":
-        parts.append("motion of the first two particles")
-    panel = Panel(sweep.label(x), sweep.label(y), wide="xy", margins=(0.08, 0.08))
-    figure, _ = draw_chart(page, {0: panel}, series, parts, replace(encoding, untold=()), handles)
-    return page.save(figure, out, "sweep_map")

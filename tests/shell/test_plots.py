@@ -31,7 +31,6 @@ from pairsim.results.columns import names_of
 from pairsim.results.folder import FIELD_NAMES
 from pairsim.results.table_files import table_text
 from pairsim.runtime.errors import InputError
-from pairsim.sweeps.sweep_plots import outcome
 
 CASES = {
     "pipe": (0, [scene(0.5, [])]),
@@ -167,15 +166,6 @@ def test_a_matplotlibrc_has_no_say_and_a_legend_can_be_left_out(
     assert not figures[0].legends
     assert not figures[0].get_supxlabel()
     assert not any(axis.get_legend() for axis in figures[0].axes)
-
-
-def test_only_relative_velocities_are_called_separating() -> None:
-    finished = {"status": "finished", "reason": "end"}
-    assert outcome(finished | {"values": {"dU": 0.1}}, "dU") == "separating"
-    assert outcome(finished | {"values": {"dU_peak_1": -0.1}}, "dU_1") == "approaching"
-    assert outcome(finished | {"values": {"dU_peak": -0.1, "dU_error": 0.2}}, "dU") == "neither"
-    assert outcome(finished | {"values": {"U_1": 1.5}}, "U_1") == "end"
-    assert outcome(finished | {"reason": "no_steady_state", "values": {}}, "dU") == "no steady state"
 
 
 def test_last_values_of_a_sweep_have_their_errors(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
