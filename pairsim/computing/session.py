@@ -6,7 +6,7 @@ import logging
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -19,9 +19,9 @@ from pairsim.computing.progress import Reporter
 from pairsim.computing.record import about, peak_memory
 from pairsim.fem.compilation import jit
 from pairsim.results.checkpoint import Checkpoint, check_same, load
+from pairsim.results.columns import text_in_units
 from pairsim.results.folder import CHECKPOINT, kind_of, plain, prepare_folder, read_record, write_json, write_yaml
 from pairsim.results.table_files import TableWriter, read_table
-from pairsim.results.units import TIME, in_unit
 from pairsim.results.xdmf import FieldsWriter
 from pairsim.runtime.errors import EnvironmentFailure, InputError, RunFailure, WriteFailure
 from pairsim.runtime.locks import sole_writer
@@ -155,7 +155,10 @@ class _Session:
         """Show where a computation is that has no result yet, for how long, and how long that may go on."""
         passed, most = time.monotonic() - self._start, self._options.budget or self._options.patience
         limit = f", ends at {duration(most)}" if most and passed > SOON * most else ""
-        self.reporter.on_the_way(f"{place} ({duration(passed)}{limit})")
+        self.reporter.on_the_way(f"{self._in_units(place)} ({duration(passed)}{limit})")
+
+    def _in_units(self, text: str) -> str:
+        return text_in_units(text, self.case.scales)
 
     def carry_out(self, computation: events.Events) -> Outcome:
         """Carry out a computation to its end; a failure or an interrupt is an outcome, too."""
@@ -167,12 +170,12 @@ class _Session:
                 raise
             outcome = Outcome("failed", failure.reason, str(failure))
         except KeyboardInterrupt as interrupt:
-            at = in_unit(self.case.scales, TIME, self._t, digits=6)
             go_on = f"continue with pairsim {self.case.kind} --resume {self.folder}"
-            how = f" at t = {at}; {go_on}" if self.resumable else KEPT
+            how = f" at t = {self._t:.6g}; {go_on}" if self.resumable else KEPT
             outcome = Outcome("interrupted", "interrupted", f"{str(interrupt) or 'stopped at once'}{how}")
         finally:
             jit.LOG.removeFilter(self._compiling)
+        outcome = replace(outcome, message=self._in_units(outcome.message))
         if not self._begun:
             self.reporter.note(f"nothing to do: {outcome.message}" if outcome.status == "finished" else outcome.message)
             return outcome
@@ -215,12 +218,12 @@ class _Session:
             case events.Begin():
                 self._begin(event)
             case events.Note(text):
-                self.reporter.note(text)
+                self.reporter.note(self._in_units(text))
             case events.Progress(done, text, count, state):
                 if state is not None:
                     self._t = done
                     self._keep(state)
-                self.reporter.update(done, text, count)
+                self.reporter.update(done, self._in_units(text), count)
             case events.Summary():
                 self._summary = event
             case events.Table():
@@ -240,7 +243,8 @@ class _Session:
             if self.old is None:
                 self._fields = FieldsWriter(self.folder)
         self._begun = True
-        self.reporter.start(self.case.name or self._options.title or self.case.slug, event.goal, event.total)
+        title = self.case.name or self._options.title or self.case.slug
+        self.reporter.start(title, self._in_units(event.goal), event.total)
         for note in self._notes:
             self.reporter.note(note)
 
@@ -288,7 +292,7 @@ class _Session:
         content |= {"wall_time": wall, "peak_memory": peak_memory()}
         content |= {"key": key_of(case.kind, identity_of(case)), **sources_of(case)}
         if outcome is not None:
-            content |= {**summary.entries, "warnings": [*summary.warnings]}
+            content |= {**summary.entries, "warnings": [*map(self._in_units, summary.warnings)]}
         if (scales := case.scales) is not None:
             names = ("length", "time", "velocity", "stress")
             content["scales"] = {name: getattr(scales, name) for name in names} | {"units": "m, s, m/s, Pa"}

@@ -322,7 +322,8 @@ def leave_out_spikes(axis: Axes, runs: Sequence[tuple[Array, Array]]) -> bool:
     least, most = lows.min() - beyond, highs.max() + beyond
     values = np.concatenate([values for _, values in runs])
     below, above = bool(values.min() < least), bool(values.max() > most)
-    axis.set_ylim(least if below else None, most if above else None)
+    if below or above:
+        axis.set_ylim(least if below else None, most if above else None)
     return below or above
 
 

@@ -130,7 +130,7 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
     if region is not None:
         start = with_value(region.name, start, region.values[0])
     count = len(region.values) if region is not None else 1
-    yield events.Begin(f"zeros of dU between d = {least:g} and {most:g}", count)
+    yield events.Begin(f"zeros of dU from d = {least:g} to d = {most:g}", count)
     found, branches, solved = Solutions(case), set[int](), 0
     wanted: list[Point] = []  # those at requested values, whose error `accuracy` is kept for
     errors: list[ErrorAt] = []  # of parameters where two zeros meet, relative to them
@@ -203,7 +203,8 @@ def _region(case: CriticalCase) -> Region | None:
 
 def answer_of_critical(zeros: Sequence[Zero], record: Mapping[str, Any]) -> list[str]:
     """The answer of a search that has found critical distances."""
-    from pairsim.results.units import in_unit, scales_in, with_error
+    from pairsim.results.columns import text_in_units
+    from pairsim.results.units import in_unit, scales_in
 
     lines = []
     scales = scales_in(record)
@@ -211,11 +212,9 @@ def answer_of_critical(zeros: Sequence[Zero], record: Mapping[str, Any]) -> list
         found = sorted((zero for zero in zeros if zero.stable == stable), key=lambda zero: zero.d)
         if found:
             kind, ends = found[0].kind, found[:: max(len(found) - 1, 1)]
-            where = f"d = {' to '.join(with_error(zero.d, zero.error) for zero in ends)}"
-            if scales is not None:
-                where += f" ({' to '.join(in_unit(scales, LENGTH, zero.d, zero.error) for zero in ends)})"
+            where = f"d = {' to '.join(in_unit(scales, LENGTH, zero.d, zero.error) for zero in ends)}"
             lines.append(f"{len(found)} {kind} critical distance{'s' * (len(found) > 1)}, {where}: {meaning}.")
-    messages = [str(end["message"]) for end in record.get("ends", ()) if end.get("message")]
+    messages = [text_in_units(str(end["message"]), scales) for end in record.get("ends", ()) if end.get("message")]
     return [*lines, *(f"A branch ends: {message}." for message in messages)]
 
 

@@ -70,7 +70,7 @@ def in_units(table: pd.DataFrame, scales: Sequence[Scales], keys: Collection[str
     Raises:
         TypeError: A column that has a unit has something else than numbers.
     """
-    converted = {}
+    converted: dict[str, Any] = {}
     for name in (str(each) for each in table.columns if each not in keys):
         if (unit := _unit_of(name)).physical:
             rows = zip(table[name], map(unit.factor, scales), strict=True)

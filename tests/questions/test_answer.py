@@ -151,8 +151,7 @@ def test_a_case_in_units_has_its_answer_in_units() -> None:
         "Largest |dU|: -10.000 +- 0.010 um/s at d = 5 um" + BEYOND,
     ]
     assert answer_of_critical([Zero(0.1, False), Zero(0.2, False)], record) == [
-        "2 unstable critical distances, d = 0.1 to 0.2 (5 um to 10 um): "
-        "closer pairs come together, wider ones separate."
+        "2 unstable critical distances, d = 5 um to 10 um: closer pairs come together, wider ones separate."
     ]
 
 

@@ -20,7 +20,7 @@ from pairsim.results.columns import (
     slope_columns,
 )
 from pairsim.results.fields import SteadyMoment, frame
-from pairsim.results.units import FORCE, LENGTH, VELOCITY, in_unit
+from pairsim.results.units import LENGTH, in_unit
 from pairsim.results.xdmf import FieldFrame
 from pairsim.runtime.errors import RunFailure
 from pairsim.runtime.monitor import Monitor
@@ -61,7 +61,7 @@ def computation(case: CurveCase, monitor: Monitor, sensitivities: bool, warm_sta
                     yield events.Row("slopes", row)
                 if any(abs(point.d - d) < 1e-9 * d for d in case.fields):
                     yield events.Frame(_frame(point.d, branch.solver))
-                yield events.Progress(min(count, expected), _shown(case, point, count), count)
+                yield events.Progress(min(count, expected), _shown(point, count), count)
             message = f"{len(points)} points"
             if case.n == 2 and case.velocity is None:
                 zeros = yield from _zeros(branch, points)
@@ -81,16 +81,13 @@ def _columns(case: CurveCase, sensitivities: bool) -> list[str]:
     return [*columns, *health_columns(case)]
 
 
-def _shown(case: CurveCase, point: Point, count: int) -> str:
+def _shown(point: Point, count: int) -> str:
     """A line of progress for a point."""
-    o, scales = point.observation, case.scales
-    gaps = ", ".join(in_unit(scales, LENGTH, d, digits=5) for d in point.gaps)
-    forces = ", ".join(in_unit(scales, FORCE, F, digits=6) for F in o.F)
-    relative = ", ".join(in_unit(scales, VELOCITY, dU, sign="+") for dU in o.dU)
-    moves = (
-        f"F = {forces}" if forces else f"dU = {relative}" if relative else f"U = {in_unit(scales, VELOCITY, o.U[0])}"
-    )
-    return f"{f'd = {gaps}  ' if gaps else ''}{moves}  Newton {point.newton}  point {count}"
+    o = point.observation
+    moves = {"F": [f"{F:.6g}" for F in o.F]} if len(o.F) else {"dU": [f"{dU:+.4g}" for dU in o.dU]}
+    shown = {"d": [f"{d:.5g}" for d in point.gaps], **(moves if any(moves.values()) else {"U": [f"{o.U[0]:.4g}"]})}
+    texts = [f"{name} = {', '.join(values)}  " for name, values in shown.items() if values]
+    return f"{''.join(texts)}Newton {point.newton}  point {count}"
 
 
 def _frame(d: float, solver: SteadySolver) -> FieldFrame:
@@ -165,7 +162,7 @@ def _far_apart(case: CurveCase, curves: Sequence[CurveInterpolant], size: float)
     if errors[worst] <= case.error_wanted:
         return []
     part = f"{100 * errors[worst]:.2g} %" if np.isfinite(errors[worst]) else "any part"
-    where = f"between d = {d[worst]:.4g} and {d[worst + 1]:.4g}"
+    where = f"between d = {d[worst]:.4g} and d = {d[worst + 1]:.4g}"
     advice = finer(case)
     if len(d) >= case.max_points:
         advice = f"more points (--set max_points={2 * case.max_points})"

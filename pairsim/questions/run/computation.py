@@ -27,7 +27,7 @@ from pairsim.results.columns import (
 from pairsim.results.fields import frame
 from pairsim.results.folder import plain
 from pairsim.results.settled import SETTLED
-from pairsim.results.units import LENGTH, TIME, VELOCITY, in_unit
+from pairsim.results.units import LENGTH, in_unit
 from pairsim.runtime.errors import RunFailure, TooManySteps, WallTime
 from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.signals import Stopped
@@ -79,7 +79,7 @@ class Run:
         ended = end_of(case, self.problem, old.state.history.t[0], old.state.gaps) if old is not None else None
         if self.earlier is not None and self.earlier.finished and ended is not None:
             return ended
-        yield events.Begin(f"to {moment(case, case.time.end)}", case.time.end)
+        yield events.Begin(f"to {moment(case.time.end)}", case.time.end)
         try:
             if old is not None and ended is not None:  # it was killed after its last checkpoint
                 self._entries |= settled_entry(case, self.problem, old.state.gaps, ended)
@@ -88,7 +88,7 @@ class Run:
             columns = [*series_columns(case.n), *self._errors, *names_of(case.n, *HEALTH, *polymer)]
             yield events.Table("series", columns, resumed=True)
             if old is not None:
-                at = moment(case, old.state.history.t[0])
+                at = moment(old.state.history.t[0])
                 yield events.Note(f"resuming from {at} (step {old.state.counts.steps})")
             elif case.adapts:
                 yield events.Note(f"a coarse run first: it tells which cells accuracy: {case.accuracy} needs")
@@ -143,7 +143,7 @@ class Run:
                 before = after
                 checkpoint = partial(Checkpoint, transient.state, resolved, self.adaptation)
                 state = events.Resumable(checkpoint, case.output.checkpoint, convenient=at_output)
-                yield events.Progress(step.t, _shown(case, step, count), count, state)
+                yield events.Progress(step.t, _shown(step, count), count, state)
             if (outcome := end_of(case, self.problem, step.t, transient.gaps)) is not None:
                 return outcome
             self.problem.monitor.check()
@@ -152,7 +152,7 @@ class Run:
             if count >= limits.max_steps:
                 message = f"{limits.max_steps} steps were taken"
                 raise TooManySteps(message, t=step.t, step=count, advice=ADVICE[TooManySteps])
-        return events.Outcome("finished", "end", f"finished at {moment(case, transient.history.t[0])}")
+        return events.Outcome("finished", "end", f"finished at {moment(transient.history.t[0])}")
 
     def _fields(self, transient: Transient) -> Iterator[events.Event]:
         """The fields of the last step, unless they were written."""
@@ -210,14 +210,14 @@ def frames_until(case: Case, t: float, gaps: Sequence[float]) -> int:
     return int(output.frames * passed + ROUNDING)
 
 
-def moment(case: Case, t: float) -> str:
-    """A time in words, in the units of the case."""
-    return f"t = {in_unit(case.scales, TIME, t, digits=6)}"
+def moment(t: float) -> str:
+    """A time in words."""
+    return f"t = {t:.6g}"
 
 
 def end_of(case: Case, problem: Problem, t: float, gaps: Sequence[float]) -> events.Outcome | None:
     """The outcome of a run that has reached its end at a time and distances, else None."""
-    at, scales = moment(case, t), case.scales
+    at, scales = moment(t), case.scales
     match reason_to_end(problem, t, gaps):
         case "contact":
             message = f"contact: the gap fell below {in_unit(scales, LENGTH, problem.min_gap)} at {at}"
@@ -281,15 +281,11 @@ def row_of(step: Step) -> dict[str, float]:
     return table_row(o.U.size, **values)
 
 
-def _shown(case: Case, step: Step, count: int) -> str:
+def _shown(step: Step, count: int) -> str:
     """A line of progress for a step."""
-    o, scales = step.observation, case.scales
-    gap = ""
-    if o.d.size == 1:
-        d = f"{o.d[0]:.5f}" if scales is None else in_unit(scales, LENGTH, o.d[0], digits=5)
-        gap = f"d = {d}  dU = {in_unit(scales, VELOCITY, o.dU[0], sign='+')}  "
-    t, dt = in_unit(scales, TIME, step.t), in_unit(scales, TIME, step.dt, digits=2)
-    return f"t = {t}  {gap}dt = {dt}  Newton {step.report.iterations}  step {count}"
+    o = step.observation
+    gap = f"d = {o.d[0]:.5f}  dU = {o.dU[0]:+.4g}  " if o.d.size == 1 else ""
+    return f"t = {step.t:.4g}  {gap}dt = {step.dt:.2g}  Newton {step.report.iterations}  step {count}"
 
 
 def _summary(counts: Counts, t: float, unknowns: int) -> dict[str, Any]:
