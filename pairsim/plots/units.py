@@ -35,7 +35,8 @@ class Units:
     @staticmethod
     def of_all(directories: Sequence[Path], physical: bool | None) -> list[Units]:
         """The units for each of several folders in one picture, dimensionless if one of them is."""
-        return [Units(each) for each in scales_for(directories, physical) or [None] * len(directories)]
+        found = scales_for(directories, physical)
+        return [Units(each) for each in found] or [Units()] * len(directories)
 
     def factor(self, unit: Unit) -> float:
         """Factor from a unit of the tables to the one that is drawn."""
