@@ -25,7 +25,7 @@ SUFFIX = "_[0-9]+|_[LT]|"
 
 
 NUMBER = r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?"
-QUANTITIES = re.compile(rf"(?<![\w./])(\w+) = ((?>{NUMBER}(?:(?:, | \+- ){NUMBER})*+))(?! (?:um|s|Pa|nN|1/s)\b)")
+QUANTITIES = re.compile(rf"(?<![\w./])(\w+) = ((?>{NUMBER}(?:(?:, | \+- ){NUMBER})*+))(?! (?:um|mm|s|Pa|nN|1/s)\b)")
 """A name and its numbers in a text, unless they have their unit."""
 COORDINATES = {"z": LENGTH, "r": LENGTH}
 
