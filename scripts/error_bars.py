@@ -10,7 +10,7 @@ with which the bars cover 95 % of the errors, on the others they are judged.
 
 With --random curves of one point, drawn with the seed of random.yaml, are solved with default settings, and finely for
 the truth; some two hours. An error is judged, however small, if the half-width of the truth is below a third of that by
-default. A single particle has no dU: its velocity is judged, by its correction.
+default. A single particle has no dU: its velocity is judged.
 
 Writes every error to scenes.csv, runs.csv or random.csv in the output folder, and the judgement to the .md beside it.
 
@@ -182,7 +182,7 @@ def random_errors(output: Path, scenes: Mapping[str, Any]) -> pd.DataFrame:
         peak = default.record.get("adaptation", {}).get("reference_dU", math.nan)
         (said,), (true,) = default.table.to_dict("records"), fine.table.to_dict("records")
         values = [(key, key.replace("dU", "dU_error")) for key in said if re.fullmatch(r"dU(_\d+)?", key)]
-        for key, half_width in values or [("U_1", "U_correction_1")]:
+        for key, half_width in values or [("U_1", "U_error_1")]:
             one = {"at": key, "value": said[key], "half_width": abs(said[half_width]), "peak": peak}
             one |= {"error": true[key] - said[key], "known": abs(true[half_width])}
             rows.append(row | one | {"ended": "", "seconds": default.record.get("wall_time")})

@@ -144,6 +144,7 @@ def point_row(point: Point) -> dict[str, float]:
         "slope": point.slopes,
         **{f"by_{name}": change for name, change in point.sensitivities.items()},
         "U_correction": estimate.U,
+        "U_error": estimate.U_error,
         "dp_plus_correction": estimate.dp_plus,
         **dict(zip(FORCES, (o.F, estimate.F, estimate.F_error), strict=True)),
         "corrected": estimate.trusted,

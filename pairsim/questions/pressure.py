@@ -21,7 +21,7 @@ from pairsim.computing.question import InSweeps, Question, rows_in
 from pairsim.results.units import STRESS
 
 ERROR = mesh_error("dp_plus_error", r"\epsilon_p", "dp_plus", STRESS)
-COLUMNS = ("Ca_e", "dp_plus", ERROR, "dp_plus_correction", "corrected", "U_1", "D_1", "newton")
+COLUMNS = ("Ca_e", "dp_plus", ERROR, "dp_plus_correction", "corrected", "U_1", "U_error_1", "D_1", "newton")
 
 
 class PressureCase(AlongCase):

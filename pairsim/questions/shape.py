@@ -50,7 +50,7 @@ CONTOUR = (
     _measured("volume", "V", "volume of the particle", VOLUME),
 )
 COLUMNS = (
-    *("Ca_e", "D_1", mesh_error("D_error", r"\epsilon_D", "D_1"), *CONTOUR, "U_1", "U_correction_1"),
+    *("Ca_e", "D_1", mesh_error("D_error", r"\epsilon_D", "D_1"), *CONTOUR, "U_1", "U_correction_1", "U_error_1"),
     *("dp_plus", "dp_plus_correction", "corrected", "newton"),
 )
 """The columns that shape.csv begins with."""
@@ -67,14 +67,15 @@ class ShapeResult(Result):
 
     def findings(self) -> list[str]:
         """How far the particle deforms, and how fast it moves."""
-        from pairsim.results.units import with_error
+        from pairsim.results.units import VELOCITY, in_unit, scales_in, with_error
 
         if not rows_in(self.columns):
             return ["No shape was found."]
-        D, error, Ca_e, U = (self.columns[name] for name in ("D_1", "D_error", "Ca_e", "U_1"))
-        ends = (0, -1) if len(D) > 1 else (0,)
+        D, error, Ca_e = (self.columns[name] for name in ("D_1", "D_error", "Ca_e"))
+        scales, ends = scales_in(self.record), (0, -1) if len(D) > 1 else (0,)
+        U = (in_unit(scales, VELOCITY, self.columns["U_1"][i], self.columns["U_error_1"][i]) for i in ends)
         shapes = (f"{with_error(D[i], error[i])} at Ca_e = {Ca_e[i]:.4g}" for i in ends)
-        return [f"D = {' to '.join(shapes)}.", f"It moves at U = {' to '.join(f'{U[i]:.6g}' for i in ends)}."]
+        return [f"D = {' to '.join(shapes)}.", f"It moves at U = {' to '.join(U)}."]
 
 
 QUESTION = Question(
@@ -85,7 +86,7 @@ QUESTION = Question(
     tables={"shape": COLUMNS, "way": ()},
     result=ShapeResult,
     in_sweeps=InSweeps(lambda _: ("points", "D_1", "D_error"), parameters=("beta", "De")),
-    draw=lambda folder, out, page: draw_along(folder, out, page, "shape", {"D_1": "D_error", "U_1": ""}),
+    draw=lambda folder, out, page: draw_along(folder, out, page, "shape", {"D_1": "D_error", "U_1": "U_error_1"}),
     captions={"shape": "Shape and velocity over the elastic capillary number"},
 )
 

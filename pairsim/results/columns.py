@@ -197,6 +197,7 @@ COLUMNS: tuple[Column, ...] = (
     _error(GAP, "dU", VELOCITY, "mesh, ends, Newton's method and motion; in a run by mesh, time steps and start"),
     Column("ends_error", r"\epsilon_{L{,}}", _ENDS, VELOCITY, GAP),
     _correction(PARTICLE, "U", VELOCITY),
+    _error(PARTICLE, "U", VELOCITY, "mesh, ends and Newton's method"),
     _correction("", "dp_plus", STRESS),
     _correction(PARTICLE, "F", FORCE),
     _error(PARTICLE, "F", FORCE, "mesh, ends and Newton's method"),
@@ -371,7 +372,7 @@ def curve_columns(n: int, common: bool, sensitivities: Sequence[str], forces: bo
     """
     names = ["newton", "dU_held", "dU_discrete", "stretch", "dU_correction", "dU_error", "ends_error"]
     names += [*(["slope"] if common else []), *(f"by_{name}" for name in sensitivities)]
-    names += ["U_correction", "dp_plus_correction", *(FORCES if forces else ()), "corrected", "wanted"]
+    names += ["U_correction", "U_error", "dp_plus_correction", *(FORCES if forces else ()), "corrected", "wanted"]
     return names_of(n, *MOTION, *names)
 
 

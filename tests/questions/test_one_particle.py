@@ -17,6 +17,7 @@ from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import read_case
 from pairsim.fem.diagnostics import contour
 from pairsim.results.cytometry import read_look_up_table
+from pairsim.results.units import with_error
 
 BEAD = {"particles": 1, "beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": "auto"}
 COARSE = {"mesh": {"Np": 16}}
@@ -31,6 +32,10 @@ def test_shapes_are_those_of_a_curve_and_grow_with_the_square_of_Ca_e() -> None:
     alone = api.curve({**BEAD, "Ca_e": 0.05}, **COARSE).check().table
     for name in ("D_1", "U_1", "dp_plus"):
         assert table[name][2] == pytest.approx(alone[name][0], rel=1e-6)
+    fine = api.curve({**BEAD, "Ca_e": 0.05}, mesh={"Np": 40}).check()
+    error = table["U_error_1"][2]
+    assert abs(table["U_1"][2] - fine.table["U_1"][0]) < error < 1e-4
+    assert f"U_1 = {with_error(*fine.table[['U_1', 'U_error_1']].iloc[0])}." in fine.answer
 
 
 def test_a_stiff_particle_adds_what_a_rigid_one_does_and_a_soft_one_what_its_curve_says() -> None:

@@ -179,5 +179,6 @@ def test_the_answer_says_so_where_it_is_far() -> None:
     assert "held distance: dU_held, 10 % more" in slow
     held = answer_of_curve(decaying(0.2, 1.0, dU_held=1.1 * 0.2 * D), [], {})[2]
     assert held.startswith("dU is that of pairs on their way, dU_held that of held distances, ")
-    assert held.endswith(f": +{0.2 * D[-1]:.4g} and +{0.22 * D[-1]:.4g} at d = {D[-1]:.4g}.")
+    both = (f"+{rate * D[-1]:.7f} +- 0.0000010" for rate in (0.2, 0.22))
+    assert held.endswith(f": {' and '.join(both)} at d = {D[-1]:.4g}.")
     assert "forgotten" not in "".join(answer_of_curve(decaying(0.2, 0.02), [], {}))

@@ -35,11 +35,13 @@ def answer_of_curve(
     """
     gaps, scales = suffixes_in(table, "dU"), scales_in(record)
     if not gaps:
-        of_each = [(each, table[f"U{each}"][0]) for each in suffixes_in(table, "U")]
-        velocities = [f"U{each} = {in_unit(scales, VELOCITY, U, digits=6)}" for each, U in of_each]
-        pushed = [(each, table[f"F{each}"][0], table[f"F_error{each}"][0]) for each in suffixes_in(table, "F")]
-        moved = [f"F{each} = {in_unit(scales, FORCE, F, error)}" for each, F, error in pushed]
-        return [f"{', '.join([*velocities, *moved])}.", *shapes_in(table, 0, "")]
+        found = []
+        for name, unit in (("U", VELOCITY), ("F", FORCE)):
+            for each in suffixes_in(table, name):
+                given = name == "U" and f"F{each}" in table  # the velocity of a moved particle
+                error = None if given else table[f"{name}_error{each}"][0]
+                found.append(f"{name}{each} = {in_unit(scales, unit, table[name + each][0], error)}")
+        return [f"{', '.join(found)}.", *shapes_in(table, 0, "")]
     lines = []
     if "dU" in table:
         regions = regions_of(table, [zero.d for zero in zeros])
@@ -87,7 +89,8 @@ def _held(table: Mapping[str, Array], scales: Scales | None) -> list[str]:
     if not len(far := np.flatnonzero(apart > table["dU_error"])):
         return []
     at = far[np.argmax(apart[far])]
-    both = [in_unit(scales, VELOCITY, table[name][at], sign="+") for name in ("dU", "dU_held")]
+    error = table["dU_error"][at]
+    both = [in_unit(scales, VELOCITY, table[name][at], error, "+") for name in ("dU", "dU_held")]
     place = in_unit(scales, LENGTH, table["d"][at])
     return [
         "dU is that of pairs on their way, dU_held that of held distances, with which start: steady begins: "

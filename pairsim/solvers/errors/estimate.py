@@ -65,6 +65,7 @@ class ErrorEstimate:
     Attributes:
         U: Of the particles' velocities, (N,).
         dp_plus: Of the pressure drop that the particles cause.
+        U_error: Half-widths of the intervals around the velocities, of the same terms as `dU_error`, (N,).
         F: Of the forces that move the particles at a prescribed velocity, (N,), or (0,).
         F_error: Half-widths of the intervals around these forces, of the same terms as `dU_error`, (N,), or (0,).
         newton_dU: What Newton's method has left in every dU, to first order, (N-1,).
@@ -85,6 +86,7 @@ class ErrorEstimate:
 
     U: Array
     dp_plus: float
+    U_error: Array
     F: Array
     F_error: Array
     newton_dU: Array
@@ -185,14 +187,16 @@ class ErrorEstimator:
         cancelling = (scatter[F] if moved else scatter_dU) > CANCELLING * np.abs(
             changes[F] if moved else np.diff(changes[:count])
         )
-        regular_F = _regular(changes[F], tested.changes[F], _cancelled(tested)[F])
         wider = widening(discrete.s_jump, OF_POINTS)
-        cells_F = wider * factors.joined(regular_F, factors.scatter * scatter[F])
+        regular = _regular(changes, tested.changes, _cancelled(tested))
+        errors = (wider * factors.joined(regular, factors.scatter * scatter) + np.abs(left))[:-1]
+        errors += OF_ENDS * np.abs(ends).max(axis=0) + np.abs(regularised)
         return ErrorEstimate(
             U=changes[:count],
             dp_plus=drop.value - scene.pressure_drop(steady.state()[1]) + float(changes[-1]),
+            U_error=errors[:count],
             F=changes[F],
-            F_error=cells_F + OF_ENDS * np.abs(ends[:, F]).max(axis=0) + np.abs(regularised[F]) + np.abs(left[F]),
+            F_error=errors[F],
             newton_dU=difference @ left,
             spread_dU=difference @ tested.changes,
             cancelled_dU=_cancelled(tested, difference),
