@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import jinja2
-import pandas as pd
 from markupsafe import Markup
 
 from pairsim.api import folders
@@ -19,7 +18,7 @@ from pairsim.api.results import Result
 from pairsim.api.sweeps import SweepResult
 from pairsim.computing import QUESTIONS
 from pairsim.results.folder import REPORT, kind_of, write_file
-from pairsim.results.tables import headings, readable
+from pairsim.results.tables import DIGITS, brief, readable
 from pairsim.results.units import scales_in
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.text import duration
@@ -33,6 +32,10 @@ CAPTIONS = {
     "sweep_zeros": "Zeros of the relative velocity over a parameter",
 }
 """What is said below pictures, by the names of their files; those of commands have their own."""
+LOOK: dict[str, Any] = {"index": False, "border": 0, "na_rep": "", "float_format": DIGITS}
+"""How the table looks, by the names of pandas."""
+OF_A_CASE = ("wall_time", "peak_memory", "unknowns")
+"""Entries of run.json that say nothing of a whole sweep."""
 MOST_ROWS = 500  # of a table
 
 
@@ -64,7 +67,7 @@ def report(folder: str | PathLike[str]) -> Path:
         kind=kind,
         name=directory.resolve().name,
         pictures=_pictures(directory, kind),
-        table=Markup(_html(table[::-step][::-1])) if len(table) else "",
+        table=Markup(brief(table[::-step][::-1]).to_html(**LOOK)) if len(table) else "",
         step=step,
         case=case.read_text(encoding="utf-8") if case else "",
         version=__version__,
@@ -78,7 +81,8 @@ def report(folder: str | PathLike[str]) -> Path:
 def _of_result(result: Result | SweepResult) -> dict[str, Any]:
     """What the page says of a result."""
     if isinstance(result, SweepResult):
-        record, file = result.cases[0].record if result.cases else {}, "results.csv"
+        first, file = result.cases[0].record if result.cases else {}, "results.csv"
+        record = {name: value for name, value in first.items() if name not in OF_A_CASE}
         table = result.frame("results", physical=None)
         answer = [", ".join(f"{count} {status}" for status, count in result.record["counts"].items() if count)]
         failed = [case for case in result.record["cases"] if case["status"] == "failed"]
@@ -111,11 +115,6 @@ def _provenance(record: Mapping[str, Any]) -> dict[str, str]:
         "versions": ", ".join(f"{name} {number}" for name, number in record.get("versions", {}).items()),
     }
     return {name: str(value) for name, value in found.items() if value}
-
-
-def _html(table: pd.DataFrame) -> str:
-    shown = table.set_axis([name.removeprefix("physical.") for name in headings(table)], axis="columns")
-    return str(shown.to_html(index=False, border=0, na_rep="", float_format="{:.5g}".format))
 
 
 def _pictures(directory: Path, kind: str) -> list[tuple[str, str]]:

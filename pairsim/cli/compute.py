@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -95,8 +96,9 @@ def _end(result: Result, directory: Path, quiet: bool) -> NoReturn:
             typer.echo(f"warning: no picture: {error}; pairsim plot {directory} draws it", err=True)
     if code == 0:
         typer.echo(str(directory))
-    if quiet and code:
-        typer.echo(result.message, err=True)
-    elif not quiet and directory.is_dir():
-        typer.echo(result.advice, err=True)
+    with suppress(OSError):  # a terminal that is gone changes no exit code
+        if quiet and code:
+            typer.echo(result.message, err=True)
+        elif not quiet and directory.is_dir():
+            typer.echo(result.advice, err=True)
     raise typer.Exit(code)

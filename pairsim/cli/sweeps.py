@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, NoReturn
 
@@ -79,7 +80,8 @@ def sweep(
 def _end(code: int, message: str, directory: Path) -> NoReturn:
     """Say how a sweep or study has ended, and give its folder if no case has failed."""
     if rank() == 0:
-        typer.echo(message, err=True)
+        with suppress(OSError):  # a terminal that is gone changes no exit code
+            typer.echo(message, err=True)
         if code == 0:
             typer.echo(str(directory))
     raise typer.Exit(code)

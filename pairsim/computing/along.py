@@ -149,7 +149,7 @@ def draw_along(directory: Path, out: Path, page: Page, name: str, errors: Mappin
         errors: By the columns to draw those of their errors, empty where there is none.
     """
     from pairsim.plots.chart import POINT, Panel, Series, draw_chart
-    from pairsim.plots.labels import case_parts, read_case
+    from pairsim.plots.labels import parts_along, read_case
     from pairsim.plots.style import printing
     from pairsim.plots.units import Units
     from pairsim.results.table_files import read_table
@@ -160,5 +160,6 @@ def draw_along(directory: Path, out: Path, page: Page, name: str, errors: Mappin
     series = [Series(n, Ca_e, table[n], table.get(error), mark=POINT, look=joined) for n, error in errors.items()]
     panels = {n: Panel(units.axis_label(["Ca_e"]), units.axis_label([n])) for n in errors}
     with printing():
-        figure, _ = draw_chart(page, panels, series, case_parts(read_case(directory / "case.yaml"), {"Ca_e"}))
+        parts = parts_along(read_case(directory / "case.yaml"), "Ca_e", units.physical)
+        figure, _ = draw_chart(page, panels, series, parts)
         return page.save(figure, out, name)

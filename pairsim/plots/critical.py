@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from pairsim.plots.chart import ENDS, ZEROS, Panel, Series, draw_chart, point
-from pairsim.plots.labels import case_parts, read_case
+from pairsim.plots.labels import parts_along, read_case
 from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
 from pairsim.results.table_files import read_table
@@ -47,7 +47,7 @@ def draw_critical(directory: Path, out: Path, page: Page) -> list[Path]:
     series += [each for row in rows for each in point_of(row, name)]
     # The error of a distance grows without bound towards a fold.
     panel = Panel(units.axis_label([name]), units.axis_label(["d_cr"]), wide="xy", margins=(0.05, 0.15), bars=False)
-    figure, _ = draw_chart(page, {0: panel}, series, case_parts(case, {name}))
+    figure, _ = draw_chart(page, {0: panel}, series, parts_along(case, name, units.physical))
     return page.save(figure, out, "critical")
 
 

@@ -140,6 +140,11 @@ def case_parts(case: Mapping[str, Any], leave_out: Collection[str] = (), physica
     return parts
 
 
+def parts_along(case: Mapping[str, Any], name: str, physical: bool) -> list[str]:
+    """The parameters of a case, as `case_parts`, without one that is followed and the quantity that gives it."""
+    return case_parts(case, {name, *(f"{BLOCK}.{of.key}" for key, of in stands_for(case) if key == name)}, physical)
+
+
 def _numbers_of(place: str, case: Mapping[str, Any], leave_out: Collection[str]) -> list[str]:
     """The parameters of the law of liquid or solids, unless this is not that of all lines."""
     known = [each for each in declared_in(case) if each.key.startswith(place) and each.value is not None]

@@ -24,6 +24,7 @@ INNER = re.compile(r"m|newton|wanted|mesh|meshes|distortion|volume_error|stretch
 """Columns of interest to whoever judges the numerics; they come last, if at all."""
 MAIN = re.compile(r"(De|Ca_e|t|d|dU|dU_error|U|F|F_error)(_\d+|_[LT])?")
 """What is shown of a table of relative velocities, unless all is asked for."""
+DIGITS = "{:.5g}".format
 IN_SWEEPS = {each.name: each.unit for each in SWEEP_COLUMNS}
 """The units of those columns of results.csv that no other table has."""
 MOST_ROWS = 40  # of a table on a screen that is not asked for all
@@ -148,8 +149,13 @@ def readable(table: pd.DataFrame, whole: bool = False) -> pd.DataFrame:
     return table[[*ordered, *(name for name in names if whole and name not in ordered)]]
 
 
+def brief(table: pd.DataFrame) -> pd.DataFrame:
+    """The table for readers: units after the names of columns, lists as numbers with spaces between, unknown empty."""
+    joined = table.map(lambda value: " ".join(map(DIGITS, value)) if isinstance(value, list) else value)
+    return joined.set_axis([name.removeprefix("physical.") for name in headings(table)], axis="columns")
+
+
 def screen_text(table: pd.DataFrame, width: int, whole: bool = False) -> str:
     """A table to be read on a screen of so many characters: five digits, and the main columns unless `whole`."""
-    shown = readable(table, whole).set_axis(headings(readable(table, whole)), axis="columns")
-    rows = None if whole else MOST_ROWS
-    return str(shown.to_string(index=False, max_rows=rows, line_width=width, float_format="{:.5g}".format, na_rep=""))
+    shown, rows = brief(readable(table, whole)), None if whole else MOST_ROWS
+    return str(shown.to_string(index=False, max_rows=rows, line_width=width, float_format=DIGITS, na_rep=""))

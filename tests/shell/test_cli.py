@@ -7,12 +7,16 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
+import typer
 from support.commands import Pairsim
 from typer.main import get_command
 from typer.testing import CliRunner
 
+from pairsim.cli import compute
 from pairsim.cli.app import app
 from pairsim.computing import progress
 from pairsim.computing.progress import BarReporter
@@ -121,3 +125,16 @@ def test_time_left_is_that_at_the_latest_pace(
         "   10%  t = 0.2  (1 min 30 s, 13 min 30 s left)",
         "   20%  t = 0.4  (1 min 40 s, 1 min 20 s left)",
     ]
+
+
+def test_a_terminal_that_is_gone_changes_no_exit_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def echo(text: str, err: bool = False) -> None:
+        raise OSError("Input/output error")
+
+    monkeypatch.setattr(typer, "echo", echo)
+    ended: Any = SimpleNamespace(
+        question=SimpleNamespace(draws_from=None), reason="interrupted", status="interrupted", message="", advice=""
+    )
+    with pytest.raises(typer.Exit) as stopped:
+        compute._end(ended, tmp_path, False)
+    assert stopped.value.exit_code == 130
