@@ -112,8 +112,9 @@ def test_hard_cases_are_valid_and_all_different() -> None:
 @pytest.mark.parametrize(
     ("kind", "count"),
     [
-        pytest.param("scenes", 346, marks=pytest.mark.slow),
+        pytest.param("scenes", 286, marks=pytest.mark.slow),
         pytest.param("random", 200, marks=pytest.mark.slow),
+        ("curves", 18),
         ("runs", 32),
     ],
 )
