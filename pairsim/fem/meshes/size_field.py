@@ -24,7 +24,9 @@ from pairsim.runtime.arrays import Array, Indices
 # Power of the cell size with which a cell's contribution falls. Measured: 3.2 when all cells of De 2 are halved
 # (docs/explanation/decisions.md); the larger one makes sizes change less from round to round.
 ORDER = 5.0
-VISCOUS_ORDER = 3.0  # the same without modes: in a cell where the shear rate vanishes it falls by 2 + n (flow index)
+# The same without modes. A cell in which the shear rate vanishes contributes as the power 3, but there is one however
+# small cells are: as if each of them contributed as the power 4.
+VISCOUS_ORDER = 4.0
 GRADATION = 0.2  # largest growth of the cell size per unit distance; chosen
 LEAST_FACTOR = 0.4  # of a size in one round; chosen
 MOST_FACTOR = 1.5  # of a size in one round; chosen

@@ -20,7 +20,7 @@ import numpy as np
 
 from pairsim.fem.meshes.six_node_mesh import SixNodeMesh, shape_gradients, shape_values
 from pairsim.fem.recovery.enriched_nodes import own_shapes, tabulated
-from pairsim.fem.recovery.enriched_residual import EnrichedTests
+from pairsim.fem.recovery.enriched_residual import EnrichedResidual
 from pairsim.fem.recovery.enriched_scene import EnrichedScene
 from pairsim.physics.liquids.viscous import LEAST_RATE, ViscousLaw
 from pairsim.runtime.arrays import Array
@@ -28,32 +28,35 @@ from pairsim.runtime.arrays import Array
 DEGREE = 6  # of the quadrature; chosen
 # Part of the square of the change of the shear rate that its square is at least, where slopes are evaluated; chosen.
 SMOOTHED = 0.25
+# Change of the shear rate, relative to it, from which on terms beyond the first order count. Where it changes by less
+# they are those of a smooth field, which cancel from cell to cell as contributions of the first order do.
+LEAST_CHANGE = 0.1
 IMAGINARY = 1e-30j  # complex step; it causes no cancellation
 
 
-def viscosity_scatter(enriched: EnrichedScene[EnrichedTests], x: Array, weights: Array, added: Array) -> Array:
+def viscosity_scatter[R: EnrichedResidual](enriched: EnrichedScene[R], x: Array, weights: Array) -> Array:
     """What the cells of a liquid without modes contribute, in the order of its mesh, (k, m).
 
     Args:
         enriched: The scene.
         x: The solution as a full vector, (n,).
         weights: Weights of k functionals as full vectors, (k, n).
-        added: What recovery adds to those of the velocity, (nodes of third degree, k, 2).
     """
     liquid, scene = enriched.liquid, enriched.scene
-    solution, of_liquid = enriched.parts(x), enriched.parts(weights)[0]
-    recovered = liquid.added(solution[0][None], ["u"])["u"]
+    solution, (of_liquid, *of_solids) = enriched.parts(x)[0], enriched.parts(weights)
+    recovered, added = (liquid.added(each, ["u"])["u"] for each in (solution[None], of_liquid))
     # As the discrete velocity, the exact one is that of the particle on its surface.
     enriched.join(recovered, (np.zeros((each.nodes[3].count, 1, 2)) for each in enriched.solids))
+    enriched.join(added, (s.added(w, ["eta"])["eta"] for s, w in zip(enriched.solids, of_solids, strict=True)))
     for at in (enriched.wall, enriched.inlet, enriched.outlet):
-        recovered[at] = 0.0
+        recovered[at] = added[at] = 0.0
     cells, nodes, own = liquid.phase.six_node_mesh.cells, liquid.nodes[3].numbers, own_shapes(3)
 
     def in_cells(vector: Array) -> Array:
         return np.einsum("qa,mac->mqc", own, liquid.phase.nodal("u", vector)[cells])
 
     rates = _StrainRates(SixNodeMesh(scene.positions(x), cells))
-    e, more = rates.of(in_cells(solution[0])), rates.of(recovered[nodes, 0])
+    e, more = rates.of(in_cells(solution)), rates.of(recovered[nodes, 0])
     left = rates.volumes[..., None] * _beyond_first_order(scene.material.solvent, e, more)
     found = np.empty((len(weights), len(cells)))
     for k, weight in enumerate(of_liquid):
@@ -77,7 +80,9 @@ def _beyond_first_order(law: ViscousLaw, e: Array, more: Array) -> Array:
     smooth = gamma2 + SMOOTHED * 2 * (more**2).sum(axis=-1)
     slope = 4 * (e * more).sum(axis=-1) * viscosity(smooth + IMAGINARY).imag / IMAGINARY.imag
     linear = viscosity(smooth)[..., None] * more + slope[..., None] * e
-    return np.asarray(2 * (viscosity(changed)[..., None] * (e + more) - viscosity(gamma2)[..., None] * e - linear))
+    left = 2 * (viscosity(changed)[..., None] * (e + more) - viscosity(gamma2)[..., None] * e - linear)
+    counts = 2 * (more**2).sum(axis=-1) > LEAST_CHANGE**2 * gamma2
+    return np.asarray(left * counts[..., None])
 
 
 class _StrainRates:

@@ -68,7 +68,7 @@ class WeightedResidual:
             stress = tested.get("s", stress)
         mesh, order = enriched.liquid.phase.six_node_mesh, enriched.liquid.residual.cells
         if stress is None and not enriched.scene.material.newtonian:
-            stress = viscosity_scatter(enriched, x, weights, added[0]["u"])[:, order]
+            stress = viscosity_scatter(enriched, x, weights)[:, order]
         products = np.zeros((len(weights), len(weights))) if stress is None else stress @ stress.T
         corners = mesh.points[mesh.cells[order, :3]]
         return WeightedResidual(np.sum(sums, axis=0), sums[0], changes, products, stress, corners)

@@ -42,7 +42,7 @@ class Factors:
 
 # Determined on twelve solutions without a memory, and on half of the other scenes of scripts/error_bars
 # (docs/explanation/error-estimate.md).
-VISCOUS = Factors(2.0, np.add)
+VISCOUS = Factors(3.0, np.add)
 ELASTIC = Factors(1.6, np.maximum)
 # What is left of parts of the estimate that cancel between the liquid and soft particles, relative to them. Where
 # spheres are far apart the parts are a hundred times their sum. Determined on Newtonian curves of beta .4 (all of 30
