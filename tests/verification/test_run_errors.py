@@ -146,3 +146,13 @@ def test_steps_have_dU_and_its_error_without_the_command(soft: list[Step]) -> No
         assert step.dU_error is not None
         assert step.dU == pytest.approx(step.dU_discrete + step.dU_correction, rel=1e-9)
         assert (step.dU_error >= 2 * np.abs(step.dU_correction)).all()
+
+
+def test_scatter_of_a_viscosity_where_the_shear_rate_vanishes() -> None:
+    """The error equation alone sees too little of it. Rigid spheres have no past: dU is 5.1291e-3 on N_p 56."""
+    thin = {"beta": [0.4, 0.38], "De": 0, "Ca_e": 0, "d0": 0.1, "liquid": {"law": "power-law", "n": 0.6}}
+    step = steps_of(thin, 1e-3, 2e-3, Np=12, max_size=0.14, rows=1.0)[-1]
+    assert step.dU_correction is not None
+    assert step.dU_error is not None
+    left = abs(5.1291e-3 - step.dU[0])
+    assert 2 * abs(step.dU_correction[0]) < left < step.dU_error[0] < 10 * left

@@ -22,7 +22,9 @@ from pairsim.fem.diagnostics import velocities
 from pairsim.fem.recovery.enriched_residual import EnrichedUnknowns
 from pairsim.fem.recovery.enriched_scene import EnrichedScene
 from pairsim.fem.recovery.recovered_solution import RecoveredSolution
+from pairsim.fem.recovery.viscosity_scatter import viscosity_scatter
 from pairsim.runtime.arrays import Array
+from pairsim.solvers.errors.estimate import VISCOUS
 from pairsim.solvers.nonlinear.factors import ROUGH
 from pairsim.solvers.nonlinear.newton import Newton
 from pairsim.solvers.stepping.history import ErrorHistory, History
@@ -44,10 +46,13 @@ class ErrorEquation:
 
     Attributes:
         errors: Estimated exact minus discrete values of the last steps.
+        irregular_dU: Half-width of every dU of the last step by what its error does to a viscosity that depends on the
+            shear rate, beyond the first order, (N-1,) [U_av]; 0 in a Newtonian liquid and with modes.
     """
 
     def __init__(self, errors: ErrorHistory) -> None:
         self.errors = errors
+        self.irregular_dU: Array | float = 0.0
         self._enriched: EnrichedScene[EnrichedUnknowns] | None = None
 
     def advance(self, newton: Newton, past: History, t: float, U_m: float, y: Array, U: Array) -> Array:
@@ -74,6 +79,7 @@ class ErrorEquation:
             star = scene.with_displacements(_combined(scheme, past.x), _combined(scheme, past.h))
             corrected_star = scene.with_displacements(star + _combined(scheme, errors.x), h_star)
         enriched = self._on(newton)
+        self.irregular_dU = self._irregular_dU(newton, x, scheme.g)
         with newton.clock("assembly"):
             recovered = RecoveredSolution.of(enriched, x, star, constraints.V @ y)
         corrected, remeshed = y.copy(), not errors.y and bool(errors.U)
@@ -104,6 +110,25 @@ class ErrorEquation:
                 errors.imbalance = change - sum(w * old for w, old in zip(weights, errors.U, strict=True))
         errors.U = [np.asarray(change - errors.imbalance), *errors.U[:1]]
         return errors.U[0]
+
+    def _irregular_dU(self, newton: Newton, x: Array, g: float) -> Array:
+        """The half-width of dU that the scatter of a viscosity makes, as of quasi-steady solutions, (N-1,).
+
+        The adjoints are those of a time step: what changing shapes add is less by the order of Ca_e.
+        """
+        scene, constraints = newton.scene, newton.constraints
+        if scene.material.modes or scene.material.newtonian or len(scene.bodies) < 2:
+            return np.zeros(max(len(scene.bodies) - 1, 0))
+        means = np.zeros((len(scene.bodies), scene.h_size))
+        for row, body in zip(means, scene.bodies, strict=True):
+            axial = row[body.start : body.start + body.size : 2]
+            axial[:] = 1 / len(axial)
+        rows = np.diff((constraints.V.T @ means.T).T, axis=0)
+        adjoints = newton.linear_solve(rows, transposed=True, tolerance=ROUGH)
+        adjoints[:, constraints.integrated] /= g
+        with newton.clock("assembly"):
+            contributions = viscosity_scatter(self._on(newton), x, (constraints.T.T @ adjoints.T).T)
+        return np.asarray(VISCOUS.scatter * np.sqrt((contributions**2).sum(axis=1)))
 
     def _guess(self, newton: Newton, scheme: Scheme) -> Array:
         """First guess of the error: that of the last step, with velocities that keep the errors of all positions.

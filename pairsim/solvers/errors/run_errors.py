@@ -35,7 +35,7 @@ def widening(s_jump: float, power: int) -> float:
 
 @dataclass
 class Interval:
-    """Half-width of the interval around dU that should hold the exact one, with four terms.
+    """Half-width of the interval around dU that should hold the exact one, with five terms.
 
     1. |dU_correction| plus the largest one so far: the estimate has an error of its own, which does not vanish where
        the estimate changes its sign. Both count more where cells do not resolve the stress.
@@ -48,6 +48,8 @@ class Interval:
        estimates are carried forward from zero at t = 0. It does not fade, as the same cells leave the same error in the
        states nearby that the run passes, where the estimates may be too small, and a larger one as a gap narrows. Those
        before SET_IN, in which soft shapes take up the stress that is missing, do not count as the largest one.
+    5. In a liquid without modes what errors do to its viscosity beyond the first order, of which the error at the start
+       has its part.
 
     Attributes:
         memory: Time in which the largest estimate and the jumps are forgotten [D_c/U_av].
@@ -68,7 +70,15 @@ class Interval:
     jumps: Array | float = 0.0
 
     def add(
-        self, t: float, mesh: int, dU: Array, correction: Array, steps: float, s_jump: float = 0.0, closer: float = 1.0
+        self,
+        t: float,
+        mesh: int,
+        dU: Array,
+        correction: Array,
+        steps: float,
+        s_jump: float = 0.0,
+        closer: float = 1.0,
+        irregular: Array | float = 0.0,
     ) -> Array:
         """The half-width after an accepted step [U_av], shape (N-1,).
 
@@ -80,6 +90,7 @@ class Interval:
             steps: Error of dU by the time steps so far [U_av].
             s_jump: Largest change of log c within a cell; 0 in a Newtonian liquid.
             closer: Largest factor by which a gap is narrower than at the start, at least 1.
+            irregular: The fifth term [U_av], shape (N-1,).
         """
         corrected = dU + correction
         if self.times:
@@ -94,7 +105,8 @@ class Interval:
             self.largest = np.maximum(self.largest, np.abs(correction))
         self.times, self.values = [t, *self.times[: KNOWN - 1]], [corrected, *self.values[: KNOWN - 1]]
         wider = widening(s_jump, OF_RUNS)
-        cells = wider * np.abs(correction) + np.maximum(wider * self.largest, closer**NARROWING * self.start)
+        largest = wider * self.largest + irregular
+        cells = wider * np.abs(correction) + np.maximum(largest, closer**NARROWING * self.start)
         return np.asarray(cells + steps + self.jumps)
 
 
@@ -120,7 +132,14 @@ class RunErrors:
         return cls(TimeError(order=2 if liquid.modes else 3), Interval(memory=1.0 + liquid.longest))
 
     def add(
-        self, t: float, mesh: int, dU: Array, correction: Array | None, s_jump: float, closer: float = 1.0
+        self,
+        t: float,
+        mesh: int,
+        dU: Array,
+        correction: Array | None,
+        s_jump: float,
+        closer: float = 1.0,
+        irregular: Array | float = 0.0,
     ) -> Array | None:
         """The half-width after an accepted step [U_av], shape (N-1,); None where the error is not estimated.
 
@@ -131,11 +150,12 @@ class RunErrors:
             correction: Estimates of exact minus discrete dU [U_av], shape (N-1,); NaN from where they diverge.
             s_jump: Largest change of log c within a cell; 0 in a Newtonian liquid.
             closer: Largest factor by which a gap is narrower than at the start, at least 1.
+            irregular: Half-width by what errors do to a viscosity beyond the first order [U_av], shape (N-1,).
         """
         self.steps.add(t, mesh, dU)
         if correction is None:
             return None
-        error = self.interval.add(t, mesh, dU, correction, self.steps.largest, s_jump, closer)
+        error = self.interval.add(t, mesh, dU, correction, self.steps.largest, s_jump, closer, irregular)
         if np.isnan(error).any():
             self.lost = min(self.lost, t)
         elif t > SET_IN:

@@ -249,6 +249,7 @@ class Transient(StepSolver):
         if dU_correction is None and self.problem.from_steady:
             dU_correction = np.zeros(observation.dU.size)  # nothing is added: the error of the start is what is known
         mesh, closer = self.counts.remeshings, float(np.max(self.problem.gaps / observation.d, initial=1.0))
+        s_jump, irregular = observation.s_jump, self._error.irregular_dU if self._error is not None else 0.0
         step = Step(
             t=t,
             dt=size,
@@ -263,7 +264,7 @@ class Transient(StepSolver):
             velocity=self.constraints.M @ y,
             z=diagnostics.centres(self.bodies, h) + frame,
             U_correction=correction,
-            dU_error=self.run_errors.add(t, mesh, observation.dU, dU_correction, observation.s_jump, closer),
+            dU_error=self.run_errors.add(t, mesh, observation.dU, dU_correction, s_jump, closer, irregular),
         )
         self.extremes.add(step)
         return step
