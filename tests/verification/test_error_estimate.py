@@ -48,7 +48,9 @@ def solved(keys: dict[str, object], **mesh: float) -> tuple[Observation, ErrorEs
 
 def test_an_estimate_that_vanishes_by_chance_in_one_gap_leaves_a_tenth_of_the_others() -> None:
     nothing = np.zeros(2)
-    parts = dict.fromkeys(("newton_dU", "spread_dU", "cancelled_dU", "scatter_dU", "ends_dU"), nothing)
+    parts = dict.fromkeys(
+        ("newton_dU", "spread_dU", "cancelled_dU", "scatter_dU", "ends_dU", "by_regularisation"), nothing
+    )
     found = ErrorEstimate(
         np.array([0.0, 1e-6, 1e-6]), 0.0, *(nothing,) * 3, **parts, widening=1.0, factors=VISCOUS, trusted=True
     )
