@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from pairsim.solvers.steady.scene import SteadySolver
 
 COARSER = 2**0.5
+ROUNDER = 2.0  # what a regularisation is divided by on the coarser mesh: the change of 1/m is then what is left of it
 """Size of the cells of a second solution over that of the first; their difference is an error."""
 WRINKLED = 2.0  # roughness of a surface from which it has waves as long as cells (`pairsim.fem.surface.roughness`)
 COARSE_TOO = 1.5  # factor of the time for also solving on a coarser mesh
@@ -49,7 +50,7 @@ class Found:
 def mesh_error(name: str, symbol: str, of: str, unit: Unit = PURE) -> Column:
     """A column with the error of another one by the mesh: its difference on the coarser one."""
     what = of.removesuffix("_1")
-    meaning = f"|{what} - {what} on a mesh with cells 2^0.5 times larger|"
+    meaning = f"|{what} - {what} on a mesh with cells 2^0.5 times larger, with half the m of a liquid that yields|"
     return Column(name, symbol, meaning, unit, value=lambda found: abs(found.coarse[of] - found.row[of]))
 
 
@@ -122,7 +123,8 @@ def solve_along(case: AlongCase, monitor: Monitor, columns: Sequence[str | Colum
                 place = start.with_Ca_e(Ca_e)
                 found.points.append(branch.at(place))
                 row = point_row(found.points[-1]) | {"Ca_e": Ca_e}
-                state = Found(row, point_row(beside.at(place, branch.solver)), branch.solver, beside.solver)
+                rounder = place.less_regularised(1 / ROUNDER)
+                state = Found(row, point_row(beside.at(rounder, branch.solver)), branch.solver, beside.solver)
                 row |= {name: float(value(state)) for name, value in own.items()}
                 yield events.Row(case.kind, row)
                 if roughness(branch.solver.bodies[0], branch.solver.state()[0]) > WRINKLED:

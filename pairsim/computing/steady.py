@@ -11,7 +11,7 @@ from pairsim.cases.case import SceneCase
 from pairsim.computing.events import Event, Outcome, Summary, Table
 from pairsim.computing.warm_start import WarmStart
 from pairsim.computing.warnings import ErrorAt, above, common_warnings, moves_on
-from pairsim.results.columns import CURVE_HEALTH, FORCES, POLYMER_HEALTH, names_of, observed, table_row
+from pairsim.results.columns import CURVE_HEALTH, FORCES, POLYMER_HEALTH, YIELD_HEALTH, names_of, observed, table_row
 from pairsim.solvers.curves.adaptation import AdaptiveBranch
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.curve import ROUNDING
@@ -121,7 +121,9 @@ class Solutions:
 
 def health_columns(case: SceneCase) -> list[str]:
     """Diagnostic columns in a table of quasi-steady solutions."""
-    return names_of(case.n, *CURVE_HEALTH, *(POLYMER_HEALTH if case.liquid_model.modes else ()))
+    liquid = case.liquid_model
+    of_liquid = [*(POLYMER_HEALTH if liquid.modes else ()), *(YIELD_HEALTH if liquid.regularisation else ())]
+    return names_of(case.n, *CURVE_HEALTH, *of_liquid)
 
 
 def point_row(point: Point) -> dict[str, float]:
@@ -141,6 +143,9 @@ def point_row(point: Point) -> dict[str, float]:
         "dU_correction": estimate.dU,
         "dU_error": point.dU_errors,
         "ends_error": estimate.ends_error,
+        "regularisation_error": estimate.regularisation_error,
+        "bridge": point.hold.bridge,
+        "creep": point.hold.creep,
         "slope": point.slopes,
         **{f"by_{name}": change for name, change in point.sensitivities.items()},
         "U_correction": estimate.U,
@@ -181,8 +186,8 @@ def way_row(passed: Passed) -> dict[str, float]:
 def error_at(point: Point, gap: int, size: float) -> ErrorAt:
     """The estimated error of a relative velocity of a point by mesh and ends, relative to a velocity."""
     estimate = point.estimate
-    ends = float(estimate.ends_error[gap]) / size
-    return ErrorAt(float(estimate.dU_error[gap]) / size, where(point.parameters), ends)
+    ends, regularisation = float(estimate.ends_error[gap]) / size, float(estimate.regularisation_error[gap]) / size
+    return ErrorAt(float(estimate.dU_error[gap]) / size, where(point.parameters), ends, regularisation)
 
 
 def moving_errors(case: SceneCase, points: Sequence[Point], size: float) -> list[str]:
@@ -220,15 +225,15 @@ def adaptation_report(
         sizes: What the error of dU at each of them is a part of [U_av].
         what: What these are, in words.
     """
-    wanted, errors = case.error_wanted, dict[str, float]()
-    by_ends = False
-    for point, size in zip(points, sizes, strict=True):
-        if size > ROUNDING:
-            error, ends = float(point.estimate.dU_error.max()) / size, float(point.estimate.ends_error.max()) / size
-            by_ends = by_ends or (error > max(wanted, *errors.values(), 0.0) and ends > error / 2)
-            errors[where(point.parameters)] = error
-    missed = [place for place, error in errors.items() if error > wanted]
-    worst = max(errors.values(), default=0.0)
+    wanted = case.error_wanted
+    errors = [
+        error_at(point, int(np.argmax(point.estimate.dU_error)), size)
+        for point, size in zip(points, sizes, strict=True)
+        if size > ROUNDING and not point.held_together
+    ]
+    missed = [each.where for each in errors if each.relative > wanted]
+    widest = max(errors, key=lambda each: each.relative, default=None)
+    worst = widest.relative if widest is not None else 0.0
     entry = {
         "wanted": wanted,
         "reached": worst,
@@ -238,11 +243,12 @@ def adaptation_report(
             for gaps, n in sorted(branch.unknowns.items())
         ],
     }
-    if not missed:
+    if not missed or widest is None:
         return entry, []
     more = f" and {len(missed) - MOST_NAMED} more" if len(missed) > MOST_NAMED else ""
     held = " and ".join(f"mesh.{name}" for name in sorted(case.held))
-    advice = "; use a larger length" if by_ends else f"; leave out {held}" if held else ""
+    other = widest.no_mesh_helps(case)
+    advice = f"; use {other}" if other else f"; leave out {held}" if held else ""
     warning = (
         f"accuracy: {case.accuracy} was not kept at {', '.join(missed[:MOST_NAMED])}{more}: dU_error is up to "
         f"{above(100 * worst, 100 * wanted)} % of {what}{advice}"

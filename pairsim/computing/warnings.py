@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from pairsim.cases.accuracy import SETTINGS, settings_of
 from pairsim.cases.case import SceneCase
-from pairsim.cases.materials import slowest_of
+from pairsim.cases.materials import is_viscous, slowest_of
 
 # Least length of tube on each side, relative to that with `length: auto`; with less, errors above about 1 % of the peak
 # were measured. Periodic ends need more, since the polymer stress caused by the particles returns to them.
@@ -16,6 +16,7 @@ NEAR_ENDS = {"developed": 0.5, "periodic": 0.65}
 ENDS_ERRORS = ((0.33, 44), (0.5, 7), (0.65, 2))
 COARSEST = "5%"
 FINER = 1.5  # what sizes of cells are divided by in advice; chosen
+SHARPER = 10.0  # what a regularisation is multiplied by in advice; chosen
 MOST_DE = 2.0  # largest at which dU was compared with finer meshes, docs/explanation/limits.md
 
 
@@ -83,11 +84,23 @@ class ErrorAt:
         relative: The error, relative to the size of what is asked for.
         where: The place, such as "d = 0.1".
         ends: The part of it that is due to the ends of the tube, relative as well.
+        regularisation: That due to the regularisation of the liquid.
     """
 
     relative: float
     where: str
     ends: float
+    regularisation: float
+
+    def no_mesh_helps(self, case: SceneCase) -> str:
+        """What reduces most of the error if that is no finer mesh, as an option of the command line; else ""."""
+        if self.ends > self.relative / 2:
+            return _longer(case)
+        if self.regularisation > self.relative / 2:
+            place, name = case.liquid_model.regularisation.split(".")
+            larger = f"liquid.{name}" if is_viscous(dict(case)) else f"liquid.{place}.{name}"
+            return f"a larger {name} (--set {larger}={SHARPER * case.liquid_model.numbers[f'{place}.{name}']:.3g})"
+        return ""
 
 
 def _longer(case: SceneCase) -> str:
@@ -101,7 +114,7 @@ def large_errors(case: SceneCase, error: str, size: str, errors: Sequence[ErrorA
     worst = max(errors, key=lambda each: each.relative, default=None)
     if worst is None or worst.relative <= allowed:
         return []
-    advice = _longer(case) if worst.ends > worst.relative / 2 else finer(case)
+    advice = worst.no_mesh_helps(case) or finer(case)
     return [
         f"{error} is {above(100 * worst.relative, 100 * allowed)} % of {size} at {worst.where}, more than "
         f"accuracy: {case.accuracy}; use {advice}"

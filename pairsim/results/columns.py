@@ -145,6 +145,9 @@ _SLOPE = (
 )
 _ENDS = "the part of dU_error{_} that is due to the ends of the tube"
 _PLACE = "position of the centre of {of} along the tube, from where that of the first (upstream) one started"
+_REGULARISED = "the part of dU_error{_} that is due to the regularisation of a liquid with a yield stress"
+_BRIDGE = "radius of the cylinder around the axis in which no liquid yields between the particles; 0: some does"
+_CREEP = "power of 1/m by which dU_held{_} has fallen from a tenth of m; nan where no bridge makes it worth asking"
 _MOVED = "force along the tube that moves {of} at the prescribed velocity"
 
 COLUMNS: tuple[Column, ...] = (
@@ -196,6 +199,9 @@ COLUMNS: tuple[Column, ...] = (
     _correction(GAP, "dU", VELOCITY),
     _error(GAP, "dU", VELOCITY, "mesh, ends, Newton's method and motion; in a run by mesh, time steps and start"),
     Column("ends_error", r"\epsilon_{L{,}}", _ENDS, VELOCITY, GAP),
+    Column("regularisation_error", r"\epsilon_{m{,}}", _REGULARISED, VELOCITY, GAP),
+    Column("bridge", r"b{_}", _BRIDGE, LENGTH, GAP),
+    Column("creep", r"k{_}", _CREEP, PURE, GAP, unknown=True),
     _correction(PARTICLE, "U", VELOCITY),
     _error(PARTICLE, "U", VELOCITY, "mesh, ends and Newton's method"),
     _correction("", "dp_plus", STRESS),
@@ -220,6 +226,8 @@ HEALTH = ("dt", "newton", "mesh", *OBSERVED, "distortion")
 """Diagnostics in series.csv, after `series_columns`."""
 POLYMER_HEALTH = tuple(entry.name for entry in COLUMNS if entry.polymer)
 """Diagnostics that follow in a viscoelastic liquid."""
+YIELD_HEALTH = ("regularisation_error", "bridge", "creep")
+"""Diagnostics in curve.csv and critical.csv that follow in a liquid with a yield stress."""
 FORCES = ("F", "F_correction", "F_error")
 """What curve.csv has of every particle, if their velocity is prescribed."""
 CURVE_HEALTH = ("t_relax", "meshes", *OBSERVED, "distortion")

@@ -12,12 +12,14 @@ import scipy
 
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.interpolant import CurveInterpolant, Peak, Region
+from pairsim.solvers.curves.locked import held_together
 
 ROUNDING = 1e-9  # |dU| that is rounding error, as of equal rigid spheres [U_av]
 FORGOTTEN = 3.0  # decay times after which a start is forgotten; chosen: exp(-3) = .05
 # Largest difference of dU after a start from rest from that of the curve, relative to the latter, times the exponential
 # of the decay times since. Measured in four Newtonian runs (d .1 to .8): 1.3 to 1.6.
 FROM_REST = 1.6
+CLOSE = 1e-9  # relative difference of distances that is rounding; chosen
 STEPS = 400  # parts of the way for the integral; chosen
 
 
@@ -63,6 +65,18 @@ def regions_of(table: Mapping[str, Array], zeros: Sequence[float]) -> list[Regio
     if curve is None:
         return [Region(peak.d, peak.d, int(np.sign(peak.dU)) if abs(peak.dU) > peak.error else 0)]
     return curve.regions(zeros)
+
+
+def held_regions(table: Mapping[str, Array], regions: Sequence[Region]) -> list[Region]:
+    """Those of the regions of a pair in which unyielded liquid holds it together at every point of its table."""
+    if "creep" not in table:
+        return []
+    d = table["d"]
+    held = held_together(*(table[name] for name in ("dU", "dU_error", "bridge", "creep")))
+    inside = [(each.start * (1 - CLOSE) <= d) & (d <= each.stop * (1 + CLOSE)) for each in regions]
+    return [
+        each for each, here in zip(regions, inside, strict=True) if not each.sign and here.any() and held[here].all()
+    ]
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,8 @@ class Settled:
         t_relax: Slowest decay time of a disturbance [D_c/U_av].
         from_rest: Whether the run started from rest.
         accuracy: Error wanted, as a part of |dU|.
+        creeps: Whether disturbances decay by creep of unyielded liquid alone, in a time that its regularisation sets.
+        held_together: Whether unyielded liquid holds the particles together.
     """
 
     dU: float
@@ -31,6 +33,8 @@ class Settled:
     t_relax: float
     from_rest: bool
     accuracy: float
+    creeps: bool = False
+    held_together: bool = False
 
     @staticmethod
     def of(record: Mapping[str, Any], gap: int) -> Settled | None:
@@ -39,7 +43,8 @@ class Settled:
         if "dU" not in entry:
             return None
         from_rest, accuracy = entry["start"] == "rest", entry["accuracy"]
-        return Settled(entry["dU"][gap], entry["dU_error"][gap], entry["t_relax"], from_rest, accuracy)
+        of_yielding = entry.get("creeps", False), entry.get("held_together", False)
+        return Settled(entry["dU"][gap], entry["dU_error"][gap], entry["t_relax"], from_rest, accuracy, *of_yielding)
 
     def own(self, error: float | None) -> float:
         """Half-width of dU at the end of a run; without an estimate in the run that on the same cells [U_av]."""

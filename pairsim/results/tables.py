@@ -20,7 +20,10 @@ from pairsim.results.units import PURE, Unit, scales_for
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
-INNER = re.compile(r"m|newton|wanted|mesh|meshes|distortion|volume_error|stretch|s_jump|ends_error.*|\w*_correction.*")
+INNER = re.compile(
+    r"m|newton|wanted|mesh|meshes|distortion|volume_error|stretch|s_jump|(ends_error|regularisation_error|creep).*|"
+    r"\w*_correction.*"
+)
 """Columns of interest to whoever judges the numerics; they come last, if at all."""
 MAIN = re.compile(r"(De|Ca_e|t|d|dU|dU_error|U|F|F_error)(_\d+|_[LT])?")
 """What is shown of a table of relative velocities, unless all is asked for."""

@@ -47,6 +47,14 @@ class Parameters:
         """The same at another Deborah number."""
         return replace(self, liquid=self.liquid.with_De(De))
 
+    def less_regularised(self, factor: float) -> Parameters:
+        """The same with the regularisation of the liquid, if it has one, multiplied by a factor."""
+        if not (m := self.liquid.regularisation):
+            return self
+        return replace(
+            self, liquid=self.liquid.with_numbers(self.liquid.numbers | {m: factor * self.liquid.numbers[m]})
+        )
+
     def softer(self, factor: float) -> Parameters:
         """The same with every Ca_e multiplied by a factor."""
         return replace(self, solids=tuple(s and replace(s, Ca_e=s.Ca_e * factor) for s in self.solids))

@@ -32,7 +32,7 @@ def case(**keys: Any) -> Case:
     return parse_case(QUESTIONS["run"], {**plain, **keys}, "test")
 
 
-SMALL, LARGE = ErrorAt(0.002, "d = 0.3", 0.0), ErrorAt(0.03, "d = 0.1", 0.0)
+SMALL, LARGE = ErrorAt(0.002, "d = 0.3", 0.0, 0.0), ErrorAt(0.03, "d = 0.1", 0.0, 0.0)
 
 
 def told(*errors: ErrorAt, **keys: Any) -> list[str]:
@@ -58,7 +58,7 @@ WARNINGS = {
         PAIR, 0.005, 0.0118
     ),
     MORE_THAN_WANTED + "finer mesh (--set mesh.Np=60 --set mesh.max_size=0.13)": lambda: told(SMALL, LARGE),
-    MORE_THAN_WANTED + "longer tube (--set length=7.35)": lambda: told(ErrorAt(0.03, "d = 0.1", 0.02)),
+    MORE_THAN_WANTED + "longer tube (--set length=7.35)": lambda: told(ErrorAt(0.03, "d = 0.1", 0.02, 0.0)),
     "at d = 0.03 " + FAST: lambda: moves_on(PAIR, ["d = 0.03"], 0.2),
     "at 2 places from d = 0.03 to d = 0.04 " + FAST: lambda: moves_on(PAIR, ["d = 0.03", "d = 0.04"], 0.2),
     "mesh.Np = 12 " + COARSE.format(20).replace("dU", "F"): lambda: coarse_mesh(
@@ -75,7 +75,7 @@ def test_warnings_name_what_is_wrong_where_and_what_helps(warning: str) -> None:
 
 
 def test_an_error_a_little_above_what_is_wanted_is_not_rounded_to_it() -> None:
-    (warning,) = told(ErrorAt(0.010001, "d = 0.1", 0.0))
+    (warning,) = told(ErrorAt(0.010001, "d = 0.1", 0.0, 0.0))
     assert warning.startswith("dU_error is 1.0001 % of the largest |dU| at d = 0.1, more than accuracy: 1%")
 
 

@@ -35,7 +35,7 @@ def steps_of(keys: dict[str, Any], end: float, **more: Any) -> list[Step]:
 
 def settled_at(keys: dict[str, Any], gaps: tuple[float, ...]) -> Point:
     """The quasi-steady solution on the cells of a run."""
-    return settled(problem_of(parse_case(QUESTIONS["run"], {**SHORT, **keys}, "test")), gaps)
+    return settled(problem_of(parse_case(QUESTIONS["run"], {**SHORT, **keys}, "test")), gaps)[0]
 
 
 @pytest.mark.parametrize(

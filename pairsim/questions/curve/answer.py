@@ -15,7 +15,7 @@ from pairsim.results import curve_table as in_tables
 from pairsim.results.columns import (
     suffixes_in,
 )
-from pairsim.results.curve_table import forgotten_at, peak_of, regions_of
+from pairsim.results.curve_table import forgotten_at, held_regions, peak_of, regions_of
 from pairsim.results.units import FORCE, LENGTH, VELOCITY, in_unit, scales_in
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.interpolant import Region
@@ -47,7 +47,8 @@ def answer_of_curve(
         regions = regions_of(table, [zero.d for zero in zeros])
         met = {a.stop for a, b in pairwise(regions) if a.sign * b.sign < 0}
         zeros = [zero for zero in zeros if zero.d in met]
-        lines.append(_motion_over_d(regions, zeros, scales))
+        held = held_regions(table, regions)
+        lines.append(_motion_over_d([each for each in regions if each not in held], zeros, scales, held))
         lines += [*_starts(table, scales), *_held(table, scales)]
     for gap in gaps:
         name, peak = f"dU{gap}", peak_of(table, gap)
@@ -64,17 +65,24 @@ def answer_of_curve(
     return [*lines, f"Taylor parameters: {ranges}."] if ranges else lines
 
 
-def _motion_over_d(regions: Sequence[Region], zeros: Sequence[in_tables.Zero], scales: Scales | None) -> str:
-    """Where a pair separates, where it comes closer, where neither is certain, and where it keeps its distance."""
+def _motion_over_d(
+    regions: Sequence[Region], zeros: Sequence[in_tables.Zero], scales: Scales | None, held: Sequence[Region]
+) -> str:
+    """Where a pair separates, comes closer, keeps its distance, or is held together, and where none is certain."""
 
     def where(region: Region) -> str:
         start, stop = (in_unit(scales, LENGTH, d) for d in (region.start, region.stop))
         return f"between d = {start} and {stop}" if region.stop > region.start else f"at d = {start}"
 
-    if not regions:
+    if not regions and not held:
         return "The pair keeps its distance: dU vanishes at every d."
     moves = [f"{'separates' if each.sign > 0 else 'comes closer'} {where(each)}" for each in regions if each.sign]
     sentences = [f"The pair {', '.join(moves)}."] if moves else []
+    if held:
+        sentences.append(
+            f"Unyielded liquid holds it together {', '.join(map(where, held))}: dU vanishes there as 1/m, it is creep "
+            "of the regularisation."
+        )
     if open_ones := [where(each) for each in regions if not each.sign]:
         sentences.append(f"Not decided {', '.join(open_ones)}: the interval of dU holds both signs.")
     if zeros:

@@ -177,9 +177,11 @@ def _far_apart(case: CurveCase, curves: Sequence[CurveInterpolant], size: float)
 def _large_force_errors(case: CurveCase, points: list[Point]) -> list[str]:
     """Warnings of large errors of the forces that move the particles, relative to themselves."""
     errors = [
-        ErrorAt(float(error / abs(F)), where(point.parameters), 0.0)
+        ErrorAt(float(error / abs(F)), where(point.parameters), 0.0, float(sharper / abs(F)))
         for point in points
-        for F, error in zip(point.observation.F, point.estimate.F_error, strict=True)
+        for F, error, sharper in zip(
+            point.observation.F, point.estimate.F_error, point.estimate.F_regularisation, strict=True
+        )
         if F
     ]
     return large_errors(case, "F_error", "F", errors)

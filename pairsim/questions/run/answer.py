@@ -125,6 +125,8 @@ def _motion(
         sign = _sign(dU, error)
         turned = sign != 0 and np.sign(d[-1] - d[0]) == -sign
         return f"{_moves(sign, dU)}{' in the end, after moving the other way' if turned else ''}: {way}, {now}."
+    if settled.held_together:
+        return f"comes to be held together by unyielded liquid: {way}, {now}."
     sign, later = _sign(settled.dU, settled.error), velocity(settled.dU, settled.error)
     if settled.decayed(float(t[-1]), dU, error):
         sign = sign if sign * dU >= 0 else 0
@@ -132,6 +134,11 @@ def _motion(
         other = f" While it started up it {'came closer' if sign > 0 else 'moved apart'}." if turned else ""
         steady = f", {later} in quasi-steady motion there" if abs(settled.dU) > NOTHING else ""
         return f"{_moves(sign, settled.dU)}: {way}, {now}{steady}.{other}"
+    if settled.creeps:
+        return (
+            f"moved {way}, {now}; unyielded liquid keeps its start: that would decay by creep of the regularisation "
+            f"alone (t_relax = {in_unit(scales, TIME, settled.t_relax, digits=2)}, which grows as m)."
+        )
     end = settled.end_needed(float(t[-1]), dU, error)
     would = f"time.end = {end:g}" if scales is None else f"physical.end = {in_unit(scales, TIME, end)}"
     then = f"{later} once the start-up has decayed: it then {_moves(sign, settled.dU)}"

@@ -254,7 +254,7 @@ def settled_entry(case: Case, problem: Problem, gaps: tuple[float, ...], ended: 
     if case.n < 2 or ended.reason not in ("end", "max_gap"):
         return {}
     try:
-        point = settled(problem, gaps)
+        point, creeps = settled(problem, gaps)
     except RunFailure as failure:
         return {SETTLED: {"message": failure.message}}
     except Stopped:
@@ -265,6 +265,8 @@ def settled_entry(case: Case, problem: Problem, gaps: tuple[float, ...], ended: 
     left = 0 * point.correction if case.estimates_error else point.correction
     dU, error = point.dUs - left, point.dU_errors + abs(left)
     entry = {"d": list(point.gaps), "dU": dU.tolist(), "dU_error": error.tolist()}
+    entry |= {"creeps": True} if creeps else {}
+    entry |= {"held_together": True} if point.held_together else {}
     return {SETTLED: entry | {"t_relax": point.t_relax, "start": case.start, "accuracy": case.error_wanted}}
 
 

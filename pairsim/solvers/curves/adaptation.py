@@ -273,7 +273,8 @@ class AdaptiveBranch(Branch):
         estimate, allowed = point.estimate, self.allowed(point)
         room = allowed - estimate.ends_error - estimate.regularisation_error - np.abs(estimate.newton_dU)
         least = LEAST_ROOM * allowed
-        if self.rounds[place] and (room < least).any():  # no mesh helps; coarse ones overestimate what the ends do
+        # No mesh helps; coarse ones overestimate what the ends do.
+        if (self.rounds[place] and (room < least).any()) or (estimate.regularisation_error > allowed).any():
             return False
         room = np.maximum(room, least)
         problem = self._finer(point, AIM * room)

@@ -10,6 +10,7 @@ import numpy as np
 from pairsim.fem.diagnostics import Observation, liquid_distortion
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
+from pairsim.solvers.curves.locked import Hold, held_together
 from pairsim.solvers.curves.sensitivities import sensitivities
 from pairsim.solvers.curves.slow_manifold import SlowMotion, slow_motion
 from pairsim.solvers.errors.adjoints import Adjoints
@@ -47,6 +48,7 @@ class Point:
         held_slopes: Derivatives of the velocities (rows) at held distances by each distance (columns), (N, N-1).
         sensitivities: Derivatives of the same dU with respect to Ca_e, De and beta; empty unless requested.
         estimate: Estimate of the discretisation errors.
+        hold: What unyielded liquid does to neighbours.
         newton: Newton iterations since the previous point.
         meshes: Number of meshes generated so far.
         distortion: Smallest ratio of a liquid cell's current to its reference Jacobian.
@@ -61,6 +63,7 @@ class Point:
     held_slopes: Array
     sensitivities: dict[str, Array]
     estimate: ErrorEstimate
+    hold: Hold
     newton: int
     meshes: int
     distortion: float
@@ -109,6 +112,12 @@ class Point:
     def velocity_slopes(self) -> Array:
         """Derivatives of the velocities (rows) by each distance (columns) on the slow manifold, (N, N-1)."""
         return self.motion.slopes(self.held_slopes)
+
+    @property
+    def held_together(self) -> bool:
+        """Whether unyielded liquid holds all particles together."""
+        locked = held_together(self.dUs, self.dU_errors, self.hold.bridge, self.hold.creep)
+        return len(locked) > 0 and bool(locked.all())
 
     @property
     def slope_at_rest(self) -> float:
@@ -295,16 +304,19 @@ class Branch:
         if not np.isfinite(estimate.U).all():
             raise NoSteadyState(f"the estimate of the error is no number at {where(solver.parameters)}", advice=IN_TIME)
         held, least = estimate.corrected(discrete), float(estimate.dU_error.min(initial=np.inf))
+        motion = slow_motion(solver, held.dU, adjoints, t_relax, least)
+        undecided = np.abs(np.diff(held.U + motion.U)) <= estimate.dU_error + motion.remainder
         return Point(
             solver.parameters,
             discrete,
             held,
-            slow_motion(solver, held.dU, adjoints, t_relax, least),
+            motion,
             t_relax,
             np.diff(held_slopes.sum(axis=1)),
             held_slopes,
             sensitivities(solver, adjoints) if self._sensitivities else {},
             estimate,
+            Hold.of(solver, undecided),
             solver.iterations - iterations_before,
             solver.meshes,
             liquid_distortion(solver.scene, solver.state()[1]),

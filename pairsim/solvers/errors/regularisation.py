@@ -7,21 +7,12 @@ as 1/m (Frigaard and Nouar, J. Non-Newtonian Fluid Mech. 127, 1, 2005): what is 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 
 from pairsim.runtime.arrays import Array
-from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.scene import SteadySolver
 from pairsim.solvers.steady.tangents import residual_change
-
-
-def less_regularised(parameters: Parameters, factor: float) -> Parameters:
-    """The same with the regularisation of the liquid multiplied by a factor."""
-    liquid = parameters.liquid
-    m = liquid.regularisation
-    return replace(parameters, liquid=liquid.with_numbers(liquid.numbers | {m: factor * liquid.numbers[m]}))
 
 
 def by_regularisation(steady: SteadySolver, adjoints: Array) -> Array:
@@ -33,5 +24,5 @@ def by_regularisation(steady: SteadySolver, adjoints: Array) -> Array:
     """
     if not steady.parameters.liquid.regularisation:
         return np.zeros(len(adjoints))
-    change = residual_change(steady, lambda tau: less_regularised(steady.parameters, math.exp(tau)))
+    change = residual_change(steady, lambda tau: steady.parameters.less_regularised(math.exp(tau)))
     return np.asarray(-adjoints @ change)

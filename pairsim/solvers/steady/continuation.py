@@ -5,6 +5,7 @@ See "Continuation" in docs/explanation/numerics.md. Constants without another or
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -33,8 +34,10 @@ SMALLEST = 2e-3  # step, relative to the distance to the target, below which nat
 FAR = 1.05
 # What helps where continuation does not: a run needs no steady state, and says whether it comes near one.
 IN_TIME = "pairsim run from this distance, which shows whether a steady state is approached"
+FIRST_SHARPER = 50.0  # factor of a regularisation in a first step; the whole way at once took 30 iterations and failed
 FEW_ITERATIONS = 2  # Newton iterations up to which the step is doubled
 MANY_ITERATIONS = 5  # Newton iterations from which it is halved
+OF_KINK = 4  # factor of both in liquids with a yield stress, where each takes some iterations more; chosen
 MOST_RELAXED = 3  # consecutive steps by pseudo-time; without a limit they could approach a fold in ever smaller steps
 # By how much the end of a branch may differ from that on other meshes, as a part of the parameter followed, rounded up
 # from the largest differences that were measured (docs/explanation/decisions.md, "Laws").
@@ -65,7 +68,7 @@ def begin(steady: SteadySolver) -> None:
     if not report.converged and steady.parameters.liquid.modes:
         report = relax(steady, steady.parameters)
     if not report.converged:
-        message = f"no solution was found from undeformed spheres at {where(steady.parameters)}: {report.reason}"
+        message = f"no solution was found from undeformed spheres{place(steady.parameters)}: {report.reason}"
         raise NoSteadyState(message, advice=IN_TIME)
     if steady.distorted():
         new_mesh(steady)
@@ -103,7 +106,7 @@ def new_mesh(steady: SteadySolver, *, afresh: bool = False) -> None:
     if not report.converged and steady.parameters.liquid.modes:
         report = relax(steady, steady.parameters)
     if not report.converged:
-        message = f"no solution was found after remeshing at {where(steady.parameters)}: {report.reason}"
+        message = f"no solution was found after remeshing{place(steady.parameters)}: {report.reason}"
         raise NoSteadyState(message, advice=IN_TIME)
 
 
@@ -157,7 +160,7 @@ def _continued(steady: SteadySolver, target: Parameters, way: list[Passed]) -> E
     if start == target:
         return None
     along = partial(start.towards, target)
-    tau, longest, refused, relaxed = 0.0, 1.0, "", 0
+    tau, longest, refused, relaxed = 0.0, _first_step(start, target), "", 0
     trail: deque[tuple[float, Snapshot]] = deque(maxlen=LAST)
     while tau < 1.0:
         steady.factor()
@@ -181,7 +184,7 @@ def _continued(steady: SteadySolver, target: Parameters, way: list[Passed]) -> E
                 report = steady.solve(there, guess)
                 refused = report.reason
                 if report.converged:
-                    longest = step * _growth(report.iterations)
+                    longest = step * _growth(report.iterations, kinked=bool(target.liquid.regularisation))
                     relaxed = 0
                     break
             except MeshFailure as failure:
@@ -201,11 +204,19 @@ def _continued(steady: SteadySolver, target: Parameters, way: list[Passed]) -> E
     return None
 
 
-def _growth(iterations: int) -> float:
-    """Factor of the next step after so many Newton iterations."""
-    if iterations <= FEW_ITERATIONS:
+def _first_step(start: Parameters, target: Parameters) -> float:
+    """Largest first step, as a part of the way."""
+    name = target.liquid.regularisation
+    sharper = target.liquid.numbers[name] / start.liquid.numbers[name] if name else 1.0
+    return min(1.0, math.log(FIRST_SHARPER) / abs(math.log(sharper))) if sharper != 1.0 else 1.0
+
+
+def _growth(iterations: int, *, kinked: bool) -> float:
+    """Factor of the next step after so many Newton iterations, of which a stress with a kink takes more."""
+    more = OF_KINK if kinked else 1
+    if iterations <= more * FEW_ITERATIONS:
         return 2.0
-    return 1.0 if iterations < MANY_ITERATIONS else 0.5
+    return 1.0 if iterations < more * MANY_ITERATIONS else 0.5
 
 
 def _far(here: Parameters, there: Parameters) -> bool:
@@ -226,7 +237,7 @@ def _end(
                 end = end_after(steady, trail)
     steady.recall(trail[-1][1])
     if end is None:
-        message = f"the continuation to {where(target)} stopped at {where(steady.parameters)}: {refused}"
+        message = f"the continuation{place(target, ' to ')} stopped{place(steady.parameters)}: {refused}"
         return Ended(NoSteadyState(message, advice=IN_TIME))
     there, off = _numbers(along(end.at)), _numbers(along(end.at + end.error))
     at = {name: (value, abs(off[name] - value)) for name, value in there.items()}
@@ -300,6 +311,13 @@ def prepared(steady: SteadySolver, there: Parameters, guess: Array) -> Array:
         steady.remesh(there, guess)
         return steady.y
     return guess
+
+
+def place(parameters: Parameters, before: str = " at ") -> str:
+    """Parameters as text with those of the viscosity, after a word; "" where there is nothing to say."""
+    said = [f"{name} = {value:.4g}" for name, value in parameters.liquid.solvent.numbers.items()]
+    said += [at] if (at := where(parameters)) else []
+    return before + ", ".join(said) if said else ""
 
 
 def where(parameters: Parameters) -> str:

@@ -31,6 +31,7 @@ SCOUT_CELLS = 8  # on a half-circle, at least; chosen
 # Product of diameter and Ca_e from which particles are nearly too soft; steady shapes end near 0.064 in a Newtonian
 # liquid (docs/explanation/decisions.md).
 SOFT = 0.05
+ROUNDER = (1.0, 0.03, 1e-3)  # factors of the regularisation with which a solution of another mesh is tried; chosen
 FINER_SCOUT = 2**0.5  # where the first scout fails, or to see that a branch ends at the same place; chosen
 FINER = 2**0.5  # factor of the cells of a particle where a branch has ended; chosen
 # Distortion above which a solution from undeformed spheres is taken as it is, more than LEAST_STEADY, below which
@@ -46,8 +47,8 @@ def coarser(problem: SteadyProblem, factor: float, fewest: int = FEWEST_CELLS) -
 def by_continuation(problem: SteadyProblem, parameters: Parameters) -> SteadySolver | Ended:
     """Create a scene at given parameters by continuation from an easier liquid and nearly rigid particles.
 
-    De and Ca_e are raised together. Particles nearly too soft for a steady shape, and what this does not reach, are
-    approached in De first and then in Ca_e, so that what ends the branch lies at the De wanted.
+    De, or a regularisation, and Ca_e are raised together. Particles nearly too soft for a steady shape, and what this
+    does not reach, are approached in De first and then in Ca_e, so that what ends the branch lies at the De wanted.
 
     Returns:
         The scene, or why the continuation did not reach the parameters.
@@ -57,7 +58,7 @@ def by_continuation(problem: SteadyProblem, parameters: Parameters) -> SteadySol
         MeshFailure: A mesh could not be generated.
     """
     start = cold_start(parameters)
-    if not parameters.De or not any(parameters.Ca_es):
+    if not (parameters.De or parameters.liquid.regularisation) or not any(parameters.Ca_es):
         return _continued_through(problem, start, parameters)
     if max(beta * Ca_e for beta, Ca_e in zip(problem.betas, parameters.Ca_es, strict=True)) < SOFT:
         with suppress(NoSteadyState, MeshFailure):
@@ -105,14 +106,17 @@ def try_from_rest(scene: SteadySolver) -> bool:
 
 
 def try_from_other_mesh(scene: SteadySolver, parameters: Parameters, scout: SteadySolver) -> bool:
-    """Solve at given parameters from a solution of the same scene on another mesh.
+    """Solve at given parameters from a solution of the same scene on another mesh, perhaps with a rounder kink first.
 
     Returns:
         Whether there is a solution.
     """
-    with suppress(MeshFailure):
-        adopt(scene, scout)
-        return scene.solve(parameters, prepared(scene, parameters, scene.y)).converged
+    for factor in ROUNDER if parameters.liquid.regularisation else (1.0,):
+        with suppress(MeshFailure, NoSteadyState):
+            adopt(scene, scout)
+            first = parameters.less_regularised(factor)
+            if scene.solve(first, prepared(scene, first, scene.y)).converged:
+                return follow(scene, parameters) is None
     return False
 
 

@@ -32,12 +32,19 @@ def reason_to_end(problem: Problem, t: float, gaps: Sequence[float]) -> Reason |
     return "end" if reached(t, problem.t_end) else None
 
 
-def settled(problem: Problem, gaps: tuple[float, ...]) -> Point:
+CREEPS = 5.0  # factor of t_relax over one of 10 of the regularisation above which shapes creep; chosen
+
+
+def settled(problem: Problem, gaps: tuple[float, ...]) -> tuple[Point, bool]:
     """The quasi-steady solution of a run's scene on its cells.
 
     Args:
         problem: The problem of the run.
         gaps: Distances [D_c], N-1 values.
+
+    Returns:
+        The solution, and whether disturbances decay by creep alone, in a time that grows as the regularisation of the
+        liquid: unyielded liquid would keep them for ever.
 
     Raises:
         NoSteadyState: There is none, or it was not found.
@@ -49,6 +56,9 @@ def settled(problem: Problem, gaps: tuple[float, ...]) -> Point:
         raise scene.failure
     branch = Branch(scene)
     try:
-        return branch.at(parameters)
+        point, creeps = branch.at(parameters), False
+        if parameters.liquid.regularisation:
+            creeps = point.t_relax > CREEPS * branch.at(parameters.less_regularised(0.1)).t_relax
+        return point, creeps
     finally:
         branch.close()

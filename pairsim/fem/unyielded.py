@@ -1,0 +1,57 @@
+"""Where a liquid with a yield stress does not flow: the stress in cells, and what joins neighbouring particles."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import basix
+import numpy as np
+
+from pairsim.fem.meshes.six_node_mesh import shape_gradients, shape_values
+from pairsim.fem.scene import Scene
+from pairsim.physics.liquids.viscous import LEAST_RATE
+from pairsim.physics.scales import TUBE_RADIUS
+from pairsim.runtime.arrays import Array
+
+DEGREE = 4  # of the quadrature of the square of the shear rate; chosen
+
+
+def stress_over_yield_stress(scene: Scene, x: Array) -> Array:
+    """|tau|/tau_y in the cells of the liquid, |tau|^2 = tau : tau/2, at the root mean square of their shear rate, (m,).
+
+    Below 1 a cell is unyielded: it only creeps, by the regularisation.
+
+    Args:
+        scene: A scene in a liquid with a yield stress.
+        x: Full vector, shape (n,).
+    """
+    mesh, law = scene.liquid.six_node_mesh, scene.material.solvent
+    points, weights = basix.make_quadrature(basix.CellType.triangle, DEGREE)
+    gradients, values = shape_gradients(points), shape_values(points)
+    places, u = scene.positions(x)[mesh.cells], scene.liquid.nodal("u", x)[mesh.cells]
+    dx = np.einsum("qak,mai->mqik", gradients, places, optimize=True)
+    L = np.einsum("mai,qak->mqik", u, gradients, optimize=True) @ np.linalg.inv(dx)
+    e = (L + L.swapaxes(2, 3)) / 2
+    hoop = (u[..., 1] @ values.T) / (places[..., 1] @ values.T)
+    gamma2 = 2 * ((e**2).sum(axis=(2, 3)) + hoop**2)
+    gamma2 = (gamma2 @ weights) / weights.sum() + LEAST_RATE**2
+    return np.asarray(np.sqrt(gamma2) * law.viscosity(gamma2) / law.yield_stress)
+
+
+def bridges(scene: Scene, x: Array, h: Array) -> Array:
+    """Radius of the cylinder around the axis in which no liquid yields between neighbouring particles [D_c], (N-1,).
+
+    0 where some on the axis yields, and in liquids without a yield stress.
+
+    Args:
+        scene: The scene.
+        x: Full vector, shape (n,).
+        h: Positions of the material, shape (n_h,).
+    """
+    if not scene.material.solvent.yield_stress:
+        return np.zeros(max(len(scene.bodies) - 1, 0))
+    cells = scene.positions(x)[scene.liquid.six_node_mesh.cells[:, :3]]
+    z, inner = cells[..., 0].mean(axis=1), cells[..., 1].min(axis=1)
+    yields = stress_over_yield_stress(scene, x) >= 1
+    middles = [float(body.outline_points(h)[[0, -1], 0].mean()) for body in scene.bodies]
+    return np.array([inner[yields & (a < z) & (z < b)].min(initial=TUBE_RADIUS) for a, b in pairwise(middles)])

@@ -1,0 +1,124 @@
+"""Liquids with a yield stress: their regularisation, and pairs that unyielded liquid holds together."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from support.result_folders import curve_table
+
+import pairsim
+from pairsim.computing import QUESTIONS
+from pairsim.computing.case_files import parse_case
+from pairsim.computing.problems import steady_problem
+from pairsim.physics.liquids import Liquid
+from pairsim.physics.liquids.bingham import Bingham
+from pairsim.physics.liquids.herschel_bulkley import HerschelBulkley
+from pairsim.physics.liquids.power_law import PowerLaw
+from pairsim.questions.curve.answer import answer_of_curve
+from pairsim.solvers.curves.branch import Branch
+from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.steady.first_solution import first_scene
+from pairsim.solvers.steady.scene import SteadySolver
+
+COARSE = {"ends": "developed", "length": "auto", "accuracy": "5%", "mesh": {"Np": 12, "max_size": 0.15}}
+RIGID: dict[str, Any] = COARSE | {"Ca_e": 0, "d": [0.1]}
+DRAGGED: dict[str, Any] = COARSE | {"particles": 1, "beta": 0.5, "Ca_e": 0, "velocity": 1, "flow": 0}
+
+
+def drag(**liquid: Any) -> tuple[float, float]:
+    """The force on a dragged sphere over 3 pi beta, and its half-width."""
+    row = pairsim.curve(DRAGGED | {"liquid": liquid}).table.iloc[0]
+    return row["F_1"] / (1.5 * np.pi), row["F_error_1"] / (1.5 * np.pi)
+
+
+def test_a_continuation_is_geometric_in_the_regularisation_and_linear_in_all_else() -> None:
+    here, there = (Parameters((), (), Liquid(HerschelBulkley(Bn=2.0, n=n, m=m))) for n, m in ((0.7, 0.01), (0.3, 1e4)))
+    assert here.towards(there, 0.5).liquid.solvent.numbers == pytest.approx({"Bn": 2.0, "n": 0.5, "m": 10.0})
+    assert there.less_regularised(0.1).liquid.solvent == replace(there.liquid.solvent, m=1e3)
+    plain = Parameters((), (), Liquid(PowerLaw(n=0.5)))
+    assert plain.less_regularised(0.1) is plain
+
+
+def test_drag_in_a_weak_bingham_liquid_tends_to_the_newtonian_one() -> None:
+    """As Bn^1, with the dissipation of the yield stress in the Newtonian flow as slope, but for a higher order."""
+    K = [drag(law="bingham", Bn=Bn)[0] for Bn in (0.0, 0.01, 0.02)]
+    assert K[0] == pytest.approx(5.9475, rel=2e-3), "Haberman and Sayre 1958"
+    assert math.log2((K[2] - K[0]) / (K[1] - K[0])) == pytest.approx(1.0, abs=0.05)
+
+
+def test_the_regularisation_is_a_part_of_the_half_width() -> None:
+    """The derivative of dU by ln m by the adjoint is that of differences; m is small, and what it does large."""
+    case = parse_case(
+        QUESTIONS["curve"], RIGID | {"beta": [0.4, 0.3], "liquid": {"law": "bingham", "Bn": 1, "m": 3}}, ""
+    )
+    wanted = Parameters((0.1,), case.solid_models, case.liquid_model)
+    scene = first_scene(steady_problem(case, 0.1), wanted)
+    assert isinstance(scene, SteadySolver)
+    branch = Branch(scene)
+    at, *ends = (branch.at(wanted.less_regularised(factor)) for factor in (1.0, math.exp(0.02), math.exp(-0.02)))
+    branch.close()
+    slope = (ends[0].discrete.dU - ends[1].discrete.dU) / 0.04
+    assert np.diff(at.estimate.by_regularisation) == pytest.approx(slope, rel=2e-3)
+    assert (at.estimate.dU_error > abs(slope)).all()
+
+
+def test_unyielded_liquid_holds_a_pair_together() -> None:
+    """Unequal rigid spheres in a plug: dU is of the sign of separation, and falls as 1/m."""
+    (answer, *_), row = pair(beta=[0.4, 0.3], liquid={"law": "bingham", "Bn": 5})
+    assert answer.startswith("Unyielded liquid holds it together at d = 0.1: dU vanishes there as 1/m")
+    assert row["dU"] > 0
+    assert row["creep"] == pytest.approx(1, abs=0.15)
+    assert 0.1 < row["bridge"] < 0.2
+    assert row["regularisation_error"] > row["dU"] / 2
+
+
+def test_a_pair_that_yielding_liquid_surrounds_is_not_held() -> None:
+    (answer, *_), row = pair(beta=[0.4, 0.3], liquid={"law": "bingham", "Bn": 0.5})
+    assert answer == "The pair separates at d = 0.1."
+    assert row["bridge"] == 0
+    assert np.isnan(row["creep"])
+
+
+def test_equal_rigid_spheres_keep_their_distance() -> None:
+    """The stress is odd in the velocity: what is reversed in time and space is the same flow."""
+    (answer, *_), row = pair(beta=0.4, liquid={"law": "bingham", "Bn": 5})
+    assert answer == "The pair keeps its distance: dU vanishes at every d."
+    assert abs(row["dU"]) < 1e-10
+
+
+def pair(**keys: Any) -> tuple[list[str], Any]:
+    result = pairsim.curve(RIGID | keys)
+    return str(result.answer).splitlines(), result.table.iloc[0]
+
+
+HOLDS = {"bridge": 0.1, "creep": 1.0}
+NOT_HELD = {
+    "an ordinary zero in a plug": {"bridge": 0.1, "creep": 0.05},
+    "a zero that m moves": {"bridge": 0.1, "creep": np.nan},
+    "liquid yields on the axis": {"bridge": 0.0, "creep": 1.0},
+}
+
+
+@pytest.mark.parametrize("table", [HOLDS, *NOT_HELD.values()], ids=["held", *NOT_HELD])
+def test_only_creep_across_a_bridge_is_told_as_holding(table: dict[str, float]) -> None:
+    d = np.geomspace(0.1, 0.3, 3)
+    columns = {name: np.full(3, value) for name, value in (table | {"dU_error": 2e-5}).items()}
+    words = answer_of_curve(curve_table(d, np.array([1e-5, 1.2e-5, 1e-5]), 0 * d, **columns), [], {})[0]
+    assert words.startswith("Unyielded liquid holds" if table is HOLDS else "Not decided")
+
+
+def test_one_point_off_the_lock_leaves_the_region_undecided() -> None:
+    d = np.geomspace(0.1, 0.3, 3)
+    columns = {"dU_error": np.full(3, 2e-5), "bridge": np.array([0.1, 0.1, 0.0]), "creep": np.array([1, 1, np.nan])}
+    words = answer_of_curve(curve_table(d, np.full(3, 1e-5), 0 * d, **columns), [], {})[0]
+    assert words.startswith("Not decided between d = 0.1 and 0.3")
+
+
+def test_a_law_of_a_users_own_may_name_its_regularisation() -> None:
+    law = Bingham(Bn=1.0)
+    assert Liquid(law).regularisation == "solvent.m"
+    assert Liquid(PowerLaw(n=0.5)).regularisation == ""
