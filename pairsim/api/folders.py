@@ -44,7 +44,6 @@ def plot(
     formats: str | Sequence[str] | None = None,
     width: str | float = 170.0,
     group: str | None = None,
-    panels: str | None = None,
     field: str | None = None,
     animate: bool = False,
     physical: bool | None = None,
@@ -58,7 +57,6 @@ def plot(
         formats: "png" (the default), "pdf", "svg", or several of them; an animation is a GIF.
         width: Of the pictures, such as "85mm"; a number is in mm.
         group: Parameter that chooses the colours, of a sweep or of several folders.
-        panels: Parameter whose values have a panel each, of a sweep or of several folders.
         field: Fields of a run or a curve to draw, separated by commas, or "all"; nothing else is drawn then.
         animate: Make a run's fields, or a curve's, an animation; nothing else is drawn then.
         physical: Whether to draw in um, s, um/s and Pa; by default where all cases have a `physical` block.
@@ -86,12 +84,11 @@ def plot(
             raise InputError("pairsim plot", "--field, --animate", None, "must be left out with several folders")
         from pairsim.plots.runs_and_curves import overlay
 
-        return overlay(places, target, page, group, panels)
+        return overlay(places, target, page, group)
     (directory,), kind = places, kind_of(places[0])
-    for option, key in (("--group", group), ("--panels", panels)):
-        if key is not None and kind != "sweep":
-            allowed = f"must be left out: it goes with a sweep or several folders, {directory} holds a {kind}"
-            raise InputError(option, "", key, allowed)
+    if group is not None and kind != "sweep":
+        allowed = f"must be left out: it goes with a sweep or several folders, {directory} holds a {kind}"
+        raise InputError("--group", "", group, allowed)
     question = QUESTIONS.get(kind)
     frames = question.frames if question is not None else ""
     if not frames and (field is not None or animate):
@@ -108,7 +105,7 @@ def plot(
     if kind == "sweep":
         from pairsim.sweeps.sweep_plots import plot_sweep
 
-        return plot_sweep(directory, target, group, page, panels)
+        return plot_sweep(directory, target, group, page)
     from pairsim.sweeps.study_plots import plot_study
 
     return plot_study(directory, target, page)

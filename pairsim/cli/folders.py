@@ -180,9 +180,6 @@ def plot(
     group: Annotated[
         str | None, typer.Option(metavar="KEY", help="Parameter of a sweep, or of several folders, for the colours.")
     ] = None,
-    panels: Annotated[
-        str | None, typer.Option(metavar="KEY", help="Such a parameter whose values have a panel each.")
-    ] = None,
     physical: Physical = None,
     legend: Annotated[
         bool, typer.Option(" /--no-legend", show_default=False, help="Leave out the legend and the small print.")
@@ -198,7 +195,7 @@ def plot(
     from pairsim.api.folders import plot
 
     look: dict[str, Any] = {"out": output, "formats": formats, "width": width, "physical": physical, "legend": legend}
-    paths = plot(*folders, **look, group=group, panels=panels, field=field, animate=animate)
+    paths = plot(*folders, **look, group=group, field=field, animate=animate)
     for path in paths:
         typer.echo(str(path))
     if not paths:

@@ -39,9 +39,7 @@ class Encoding:
     untold: tuple[str, ...] = ()
 
     @staticmethod
-    def of(
-        cases: Sequence[Mapping[str, Any]], keys: Sequence[str], group: str | None = None, panels: str | None = None
-    ) -> Encoding:
+    def of(cases: Sequence[Mapping[str, Any]], keys: Sequence[str], group: str | None = None) -> Encoding:
         """Share the keys out: the one with the most values chooses colours, the first of several.
 
         Where lines would be many in one panel, the next one has panels, else styles.
@@ -50,25 +48,20 @@ class Encoding:
             cases: The parameters of each case.
             keys: Those that vary.
             group: The one that chooses colours instead.
-            panels: The one whose values have a panel each; by default one that styles do not suffice for.
 
         Raises:
-            InputError: `group` or `panels` does not vary, or both are the same.
+            InputError: `group` does not vary.
         """
-        for option, wanted in (("--group", group), ("--panels", panels)):
-            if wanted is not None and wanted not in keys:
-                allowed = f"must be a parameter that varies: {', '.join(keys) or 'none does'}"
-                raise InputError(option, "", wanted, allowed)
-        if group is not None and group == panels:
-            raise InputError("--panels", "", panels, "must be another parameter than that of --group")
+        if group is not None and group not in keys:
+            allowed = f"must be a parameter that varies: {', '.join(keys) or 'none does'}"
+            raise InputError("--group", "", group, allowed)
         values = {key: _values([case.get(key) for case in cases]) for key in keys}
         rest = [key for key in keys if len(values[key]) > 1]
-        first = group or max((key for key in rest if key != panels), key=lambda key: len(values[key]), default="")
+        first = group or max(rest, key=lambda key: len(values[key]), default="")
         others = sorted((key for key in rest if key != first), key=lambda key: len(values[key]))
-        if panels is None and len(cases) > MOST_LINES and len(others) == 1 and len(values[others[0]]) <= MOST_PANELS:
-            (panels,) = others
-        line = next((key for key in others if len(values[key]) <= len(LINES) and key != panels), "")
-        panel = panels or next((key for key in others if key != line and len(values[key]) <= MOST_PANELS), "")
+        crowded = len(cases) > MOST_LINES and len(others) == 1 and len(values[others[0]]) <= MOST_PANELS
+        line = next((key for key in others if len(values[key]) <= len(LINES) and not crowded), "")
+        panel = next((key for key in others if key != line and len(values[key]) <= MOST_PANELS), "")
         untold = tuple(key for key in others if key not in (line, panel))
         return Encoding(first, line, panel, values, untold)
 

@@ -72,21 +72,10 @@ def draw_run(directory: Path, out: Path, page: Page) -> list[Path]:
             name: replace(panel, shade=(0.0, starting) if name[0] == "t" else None) for name, panel in panels.items()
         }
     over_d = [each for each in lines if each.panel == ("d", "dU")]
-    series = [*lines, *_start_up(over_d, starting), *_settled(over_d, record, units.factor(VELOCITY))]
+    series = [*lines, *_settled(over_d, record, units.factor(VELOCITY))]
     handles = [Patch(color=START_UP, label="start-up")] if starting else []
     figure, _ = draw_chart(page, panels, series, parts, handles=handles)
     return page.save(figure, out, "series")
-
-
-def _start_up(lines: Sequence[Series], end: float) -> list[Series]:
-    """The part of each line in which a run starts up, as a wide line behind it."""
-    wide = {"color": START_UP, "linewidth": 5, "linestyle": "-", "solid_capstyle": "butt", "zorder": 0.1}
-    found = []
-    for each in lines:
-        count = 1 + int(np.count_nonzero(each.t < end)) if each.t is not None else 0
-        if end and count > 1:
-            found.append(Series(each.panel, each.x[:count], each.y[:count], look=wide))
-    return found
 
 
 def _settled(lines: Sequence[Series], record: Mapping[str, Any], velocity: float) -> list[Series]:
@@ -129,9 +118,7 @@ def draw_curve(directory: Path, out: Path, page: Page) -> list[Path]:
     return page.save(figure, out, "curve")
 
 
-def overlay(
-    folders: Sequence[Path], out: Path, page: Page, group: str | None = None, panels: str | None = None
-) -> list[Path]:
+def overlay(folders: Sequence[Path], out: Path, page: Page, group: str | None = None) -> list[Path]:
     """Draw `runs` or `curves`: dU of all folders in the same panels; what differs is in the legend.
 
     Args:
@@ -139,7 +126,6 @@ def overlay(
         out: Folder of the picture.
         page: What it is drawn for.
         group: The key that chooses colours, the first that differs by default.
-        panels: The key whose values have a panel each.
 
     Raises:
         InputError: A folder is of another kind, or has nothing to draw yet.
@@ -156,7 +142,7 @@ def overlay(
     cases = list(map(flat, whole))
     keys = varying_keys(cases)
     told_apart = len({tuple(hashable(case.get(key)) for key in keys) for case in cases}) == len(cases)
-    if not told_apart or Encoding.of(cases, keys, group, panels).untold:
+    if not told_apart or Encoding.of(cases, keys, group).untold:
         cases = [case | {FOLDER: str(folder)} for case, folder in zip(cases, folders, strict=True)]
         keys = [FOLDER]
     units = Units.of_all(folders, page.physical)
@@ -167,7 +153,7 @@ def overlay(
             raise InputError(str(folder), "", None, "has no line to draw: no rows yet, or no curve over one distance")
         lines += found
     parts = common_parts(whole, keys, units[0].physical)
-    return draw_overlay(lines, keys, parts, units[0], out, page, f"{kind}s", group, panels)
+    return draw_overlay(lines, keys, parts, units[0], out, page, f"{kind}s", group)
 
 
 @printing()
@@ -180,7 +166,6 @@ def draw_overlay(
     page: Page,
     stem: str,
     group: str | None = None,
-    panels: str | None = None,
 ) -> list[Path]:
     """Draw lines whose cases differ in some keys: those of runs over time and distance, those of curves over distance.
 
@@ -195,16 +180,15 @@ def draw_overlay(
         page: What it is drawn for.
         stem: Name of the files without their endings.
         group: The key that chooses colours.
-        panels: The key whose values have a panel each.
 
     Raises:
-        InputError: `group` or `panels` does not differ.
+        InputError: `group` does not differ.
     """
     lines = [each for each in lines if each.panel[1] != "D"]
     over = lines[0].panel[0]
     motion = [each for each in lines if each.panel[0] == over and each.panel[1] != "d" and not each.mark]
     gaps = ["gap"] if any("gap" in each.parameters for each in motion) else []
-    encoding = Encoding.of([each.parameters for each in motion], [*keys, *gaps], group, panels)
+    encoding = Encoding.of([each.parameters for each in motion], [*keys, *gaps], group)
     if encoding.panel:
         lines = [each for each in lines if each.panel[0] == over]
     chart = panels_of(lines, units, wide="x" * (over == "d"))

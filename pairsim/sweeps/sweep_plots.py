@@ -37,7 +37,7 @@ class _Sweep:
         changed: All keys that vary.
         numbers: Those of them that are numbers or quantities: the values of all cases, and their unit.
         quantity: The column that tells best what cases do.
-        group, panels: Keys that choose colours and panels, None where they were not chosen.
+        group: The key that chooses colours, None where it was not chosen.
     """
 
     directory: Path
@@ -48,7 +48,6 @@ class _Sweep:
     numbers: Mapping[str, tuple[Sequence[float], str]]
     quantity: str
     group: str | None
-    panels: str | None
 
     def parts(self) -> list[str]:
         """The parameters that all cases share, as the most elastic, the first and the last one tell."""
@@ -63,11 +62,7 @@ class _Sweep:
 
 
 def plot_sweep(
-    directory: Path,
-    out: Path | None = None,
-    group: str | None = None,
-    page: Page | None = None,
-    panels: str | None = None,
+    directory: Path, out: Path | None = None, group: str | None = None, page: Page | None = None
 ) -> list[Path]:
     """Draw a sweep, finished or not.
 
@@ -76,7 +71,6 @@ def plot_sweep(
         out: Folder of the pictures, made if needed; the sweep's own by default.
         group: Varying key that chooses the colours; the first one by default.
         page: What they are drawn for.
-        panels: Varying key whose values have a panel each.
 
     Returns:
         The files written: of runs `sweep_series` (every case against t and d), of curves `sweep_curves` (all of them);
@@ -84,10 +78,10 @@ def plot_sweep(
         distances (the zeros of dU) over the one with the most values.
 
     Raises:
-        InputError: The folder is not that of a sweep, has nothing to draw, or `group` or `panels` does not vary.
+        InputError: The folder is not that of a sweep, has nothing to draw, or `group` does not vary.
     """
     page, target = page or Page(), out or directory
-    sweep = _read(directory, group, panels, page.physical)
+    sweep = _read(directory, group, page.physical)
     written: list[Path] = []
     if sweep.command in ("run", "curve"):
         written += _draw_lines(sweep, target, page)
@@ -98,7 +92,7 @@ def plot_sweep(
     return written
 
 
-def _read(directory: Path, group: str | None, panels: str | None, physical: bool | None) -> _Sweep:
+def _read(directory: Path, group: str | None, physical: bool | None) -> _Sweep:
     content = read_sweep(directory)
     cases = [case for case in content["cases"] if case["status"] in ("finished", "failed")]
     if not any(case["status"] == "finished" for case in cases):
@@ -111,13 +105,11 @@ def _read(directory: Path, group: str | None, panels: str | None, physical: bool
     if quantities := [key for key in varying if key.startswith(BLOCK)]:
         # Numbers that follow from quantities of an experiment need no lines of their own, unless they are chosen.
         telling = varying_keys(parameters, [*quantities, *varying])
-        varying = [key for key in varying if key in telling or key in (group, panels)]
-    Encoding.of(parameters, varying, group, panels)  # refuses keys that do not vary
+        varying = [key for key in varying if key in telling or key == group]
+    Encoding.of(parameters, varying, group)  # refuses keys that do not vary
     known = {name: measured([case.get(name) for case in parameters]) for name in varying}
     numbers = {name: pair for name, pair in known.items() if pair is not None and len(set(pair[0])) > 1}
-    return _Sweep(
-        directory, content["command"], cases, varying, content["varying"], numbers, quantity_of(cases), group, panels
-    )
+    return _Sweep(directory, content["command"], cases, varying, content["varying"], numbers, quantity_of(cases), group)
 
 
 def _last_errors(folder: Path) -> dict[str, float]:
@@ -146,7 +138,7 @@ def _draw_lines(sweep: _Sweep, out: Path, page: Page) -> list[Path]:
     if not lines:
         return []
     stem, units = "sweep_curves" if curve else "sweep_series", sweep.cases[0]["units"]
-    return draw_overlay(lines, sweep.varying, sweep.parts(), units, out, page, stem, sweep.group, sweep.panels)
+    return draw_overlay(lines, sweep.varying, sweep.parts(), units, out, page, stem, sweep.group)
 
 
 @printing()
@@ -155,11 +147,11 @@ def _draw_parameters(sweep: _Sweep, out: Path, page: Page) -> list[Path]:
 
     The others choose colours, styles and panels.
     """
-    free = [name for name in sweep.numbers if name not in (sweep.group, sweep.panels)] or list(sweep.numbers)
+    free = [name for name in sweep.numbers if name != sweep.group] or list(sweep.numbers)
     name = max(free, key=lambda each: len(set(sweep.numbers[each][0])))
     others = [other for other in sweep.varying if other != name]
-    group, panels = (wanted if wanted in others else None for wanted in (sweep.group, sweep.panels))
-    encoding = Encoding.of([case["parameters"] for case in sweep.cases], others, group, panels)
+    group = sweep.group if sweep.group in others else None
+    encoding = Encoding.of([case["parameters"] for case in sweep.cases], others, group)
     run, named = sweep.command == "run", sweep.cases[0]["units"].axis_label
     panel = Panel(sweep.label(name), named([sweep.quantity], " at the end") if run else named(["d_cr"]), "x")
     series = _ends(sweep, name) if run else _zeros(sweep, name)
