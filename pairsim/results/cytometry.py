@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 from dataclasses import astuple
 from pathlib import Path
@@ -18,7 +19,7 @@ from pairsim.physics.pipe import Pipe
 from pairsim.physics.scales import FLOW_RATE, Scales
 from pairsim.results.folder import read_record
 from pairsim.results.table_files import read_table
-from pairsim.results.units import scales_of
+from pairsim.results.units import scales_for
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.version import __version__
@@ -35,7 +36,7 @@ FITTED_INDEX = 0.6039  # flow index of the carrier in both tables
 OF_FIT, OF_SMALL = 0.01, 1e-4  # what the fit leaves in 95 % of the entries; times a small deformation
 LAW, INDEX, CONSISTENCY = "fluid_law", "fluid_flow_behaviour_index", "fluid_consistency_coefficient"
 """Keys in the head of a table, the last two of power laws alone."""
-TABLE = "shape.csv"
+TABLE, SHAPE = "shape.csv", ("area_hull", "deformation_hull", "Ca_e", "deformation_error")
 ENDED = "finished", "failed"  # shapes that were found are right, whether or not others were
 HEAD = "area_um [um^2]\tdeform\temodulus [kPa]"
 UNCORRECTED = (
@@ -71,25 +72,21 @@ def look_up_table(directory: Path, channel: Channel = "equivalent") -> tuple[str
     Raises:
         InputError: There are no shapes, or a case has no `physical` block, or another tube, flow or liquid.
     """
-    rows, first = list[Array](), None
-    for file in (directory / TABLE, *sorted(directory.glob(f"*/{TABLE}"))):
-        folder, record = file.parent, read_record(file.parent)
-        if not file.is_file() or record.get("status") not in ENDED:
-            continue
-        scales, liquid = scales_of(record, str(folder)), liquid_of(read_yaml(folder / "case.yaml"))
-        table, first = read_table(file), first or (scales, liquid)
-        if not np.allclose(astuple(scales), astuple(first[0])) or liquid != first[1]:
-            raise InputError(str(folder), "", None, "must have the tube, the flow and the liquid of the other shapes")
-        modulus, deformation = 3e-3 * scales.stress / table["Ca_e"], table["deformation_hull"]
-        error = table.get("deformation_error", np.nan) / deformation / 2  # deformation goes as 1/E^2
-        rows.append(np.column_stack([table["area_hull"], deformation, modulus, error]))
-    if first is None:
+    files = [directory / TABLE, *sorted(directory.glob(f"*/{TABLE}"))]
+    folders = [file.parent for file in files if file.is_file() and read_record(file.parent).get("status") in ENDED]
+    if not folders:
         allowed = "must have shapes: a folder of pairsim shape, or a sweep of it"
         raise InputError(str(directory), "--cytometry", None, allowed)
-    scales, liquid = first
-    area, deformation, modulus, error = np.concatenate(rows).T
-    if np.isnan(error).any():
-        raise InputError(str(directory), "deformation_error", None, "is missing: compute the shapes with this version")
+    scales, *others = scales_for(folders, True)
+    liquid, *liquids = (liquid_of(read_yaml(folder / "case.yaml")) for folder in folders)
+    if not all(np.allclose(astuple(each), astuple(scales)) for each in others) or set(liquids) - {liquid}:
+        raise InputError(str(directory), "", None, "must have shapes in one tube, one flow and one liquid")
+    try:
+        tables = [np.array([read_table(folder / TABLE)[name] for name in SHAPE]) for folder in folders]
+    except KeyError as error:
+        raise InputError(str(directory), str(error), None, "is missing: compute the shapes with this version") from None
+    area, deformation, Ca_e, off = np.concatenate(tables, axis=1)
+    modulus, error = 3e-3 * scales.stress / Ca_e, off / deformation / 2  # deformation goes as 1/E^2
     meta, notes = _meta(scales, liquid, channel), [UNCORRECTED] if channel == "equivalent" else []
     if channel == "square":
         size = RATIO * np.sqrt(4 * area / np.pi)
@@ -99,12 +96,11 @@ def look_up_table(directory: Path, channel: Channel = "equivalent") -> tuple[str
         ranges = [f"{100 * each.min():.2g} to {100 * each.max():.3g} %" for each in (factor - 1, error)]
         notes = [f"square channel: moduli are raised by {ranges[0]}; half-widths {ranges[1]}"]
         notes += [f"{sum(~kept)} shapes wider than {LARGEST} of the channel were left out"] if not kept.all() else []
-    meta |= {"identifier": f"pairsim:{directory.resolve().name}", "emodulus_error": [*map(float, error.round(5))]}
-    described = ",\n".join(f"  {json.dumps(key)}: {json.dumps(value)}" for key, value in meta.items())
-    head = ["BEGIN METADATA", "{", *described.splitlines(), "}", "END METADATA", "", HEAD]
-    values = zip(1e12 * scales.length**2 * area, deformation, modulus, strict=True)
-    body = ["\t".join(f"{value:.6e}" for value in row) for row in values]
-    return "\n".join([*(f"# {line}".rstrip() for line in head), *body, ""]), notes
+    meta |= {"identifier": f"pairsim:{directory.resolve().name}", "emodulus_error": error.round(5).tolist()}
+    head = f"BEGIN METADATA\n{json.dumps(meta, indent=2)}\nEND METADATA\n\n{HEAD}"
+    values = np.column_stack([1e12 * scales.length**2 * area, deformation, modulus])
+    np.savetxt(text := io.StringIO(), values, "%.6e", "\t", header=head)
+    return text.getvalue(), notes
 
 
 def _index(liquid: Liquid, part: float = 1.0) -> float:
