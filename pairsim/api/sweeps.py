@@ -111,12 +111,6 @@ class SweepResult:
         """Warnings about the results, each after the folder of its case."""
         return [f"{case.folder.name}: {warning}" for case in self.cases if case.folder for warning in case.warnings]
 
-    def plot(self, folder: Path | str | None = None, **options: Any) -> list[Path]:
-        """Draw the sweep into a folder, its own by default, by `pairsim.plot` with its options and errors."""
-        from pairsim.api.folders import plot
-
-        return plot(self.folder, out=folder, **options)
-
     def __repr__(self) -> str:
         counts = ", ".join(f"{count} {status}" for status, count in self.record["counts"].items() if count)
         return f"<pairsim sweep {self.record['name']}: {counts}, {self.folder}>"

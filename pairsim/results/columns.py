@@ -252,7 +252,7 @@ SWEEP_COLUMNS = (
     _plain("d_peak", "distance of the largest |dU| of the curve, which may lie between two points", LENGTH),
     _plain("d_peak_error", "error of d_peak, half-width", LENGTH),
     _plain("dU_peak", "dU there", VELOCITY),
-    _plain("dU_error", "error of dU_peak, half-width", VELOCITY),
+    _plain("dU_error", "error of dU_peak, of a run that of dU, half-width", VELOCITY),
 )
 """Columns that only results.csv has; the others are in `COLUMNS`."""
 STUDY_COLUMNS = (

@@ -83,8 +83,9 @@ def look_up_table(directory: Path, channel: Channel = "equivalent") -> tuple[str
         raise InputError(str(directory), "", None, "must have shapes in one tube, one flow and one liquid")
     try:
         tables = [np.array([read_table(folder / TABLE)[name] for name in SHAPE]) for folder in folders]
-    except KeyError as error:
-        raise InputError(str(directory), str(error), None, "is missing: compute the shapes with this version") from None
+    except KeyError as missing:
+        allowed = "is missing: compute the shapes with this version"
+        raise InputError(str(directory), str(missing.args[0]), None, allowed) from None
     area, deformation, Ca_e, off = np.concatenate(tables, axis=1)
     modulus, error = 3e-3 * scales.stress / Ca_e, off / deformation / 2  # deformation goes as 1/E^2
     meta, notes = _meta(scales, liquid, channel), [UNCORRECTED] if channel == "equivalent" else []

@@ -26,8 +26,6 @@ OWN_FILES = (
     "run.json",
     CHECKPOINT,
     FIELDS_XDMF,
-    "fields_last.xdmf",  # these two of version 0.2
-    "fields.h5",
     REPORT,
     *(f"{stem}.{end}" for stem in (*PICTURES, *(f"field-{n}" for n in FIELD_NAMES)) for end in PICTURE_ENDINGS),
 )

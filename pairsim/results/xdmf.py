@@ -40,8 +40,8 @@ END = """  </Grid>
  </Domain>
 </Xdmf>
 """
-REFERENCE = re.compile(r"(fields(?:/\d+)?\.h5):((?:/\w+)+)")
-"""File, relative to the folder, and dataset of an array; until version 0.2 the file was `fields.h5`."""
+REFERENCE = re.compile(r"(fields/\d+\.h5):/cells")
+"""The file of a frame, relative to the folder, in the reference to its cells."""
 
 
 def unit_of_field(name: str) -> Unit:
@@ -238,24 +238,21 @@ def read_frame(folder: Path | str, index: int = -1) -> FieldFrame:
 
 
 def _arrays(folder: Path, grid: ElementTree.Element) -> dict[str, NDArray[Any]]:
-    """The arrays to which a description refers, by name, those without a name by the tag of their element.
+    """The arrays of a frame by name, from its file.
 
-    Files are opened without HDF5's locks, which some file systems of clusters do not have.
+    It is opened without HDF5's locks, which some file systems of clusters do not have.
     """
     import h5py
 
-    arrays = {}
-    for part in grid.iterfind("*[DataItem]"):
-        if (match := REFERENCE.fullmatch(part.findtext("DataItem", "").strip())) is None:
-            raise ValueError(f"{part.tag} of another program")
-        with h5py.File(folder / match[1], "r", locking=False) as file:
-            arrays[part.get("Name", part.tag)] = file[match[2]][()]
-    return arrays
+    if (match := REFERENCE.fullmatch(grid.findtext("Topology/DataItem", "").strip())) is None:
+        raise ValueError("a frame of another program")
+    with h5py.File(folder / match[1], "r", locking=False) as file:
+        return {name: values[()] for name, values in file.items()}
 
 
 def _frame(t: float, arrays: dict[str, NDArray[Any]]) -> FieldFrame:
     """The frame that was stored as these arrays."""
-    points, cells, region, _ = (arrays.pop(name) for name in ("position", "Topology", "region", "Geometry"))
+    points, cells, region = (arrays.pop(name) for name in ("position", "cells", "region"))
     data: dict[str, NDArray[np.float64]] = {}
     for name, values in arrays.items():
         stem, _, part = name.rpartition("_")

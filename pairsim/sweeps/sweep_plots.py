@@ -18,8 +18,6 @@ from pairsim.plots.runs_and_curves import draw_overlay
 from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
 from pairsim.results.columns import column, error_of
-from pairsim.results.folder import SERIES
-from pairsim.results.table_files import read_table
 from pairsim.results.units import LENGTH
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.folder import read_sweep
@@ -99,8 +97,6 @@ def _read(directory: Path, group: str | None, physical: bool | None) -> _Sweep:
         raise InputError(str(directory), "", None, "has no finished case yet; pairsim status shows how it stands")
     units = Units.of_all([directory / case["folder"] for case in cases], physical)
     cases = [case | {"units": own} for case, own in zip(cases, units, strict=True)]
-    if content["command"] == "run":
-        cases = [case | {"values": case["values"] | _last_errors(directory / case["folder"])} for case in cases]
     parameters, varying = [case["parameters"] for case in cases], content["varying"]
     if quantities := [key for key in varying if key.startswith(BLOCK)]:
         # Numbers that follow from quantities of an experiment need no lines of their own, unless they are chosen.
@@ -110,12 +106,6 @@ def _read(directory: Path, group: str | None, physical: bool | None) -> _Sweep:
     known = {name: measured([case.get(name) for case in parameters]) for name in varying}
     numbers = {name: pair for name, pair in known.items() if pair is not None and len(set(pair[0])) > 1}
     return _Sweep(directory, content["command"], cases, varying, content["varying"], numbers, quantity_of(cases), group)
-
-
-def _last_errors(folder: Path) -> dict[str, float]:
-    """The errors of dU at the end of a run, which results.csv does not have."""
-    table = read_table(folder / SERIES, missing_ok=True)
-    return {name: float(values[-1]) for name, values in table.items() if name.startswith("dU_error") and len(values)}
 
 
 def quantity_of(cases: Sequence[Mapping[str, Any]]) -> str:

@@ -110,7 +110,7 @@ def hangup() -> Iterator[None]:
 def test_table_has_a_row_a_case_and_the_promised_columns(swept: Path) -> None:
     rows = rows_of(swept / "out")
     assert ",".join(rows[0]) == (
-        "folder,status,reason,d0,beta,De,Ca_e,t,d,dU,U_L,U_T,D_L,D_T,dp,steps,unknowns,warnings"
+        "folder,status,reason,d0,beta,De,Ca_e,t,z_L,z_T,d,dU,dU_error,U_L,U_T,D_L,D_T,dp,steps,unknowns,warnings"
     )
     assert [(row["d0"], row["beta"]) for row in rows] == [("0.1", "0.4"), ("0.2", "0.4"), ("0.2", "0.3")]
     for row in rows:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
 import pyvista
@@ -99,18 +98,3 @@ def test_what_cannot_be_read_is_an_input_error(tmp_path: Path) -> None:
     (tmp_path / "fields.xdmf").write_text("<Xdmf>")
     with pytest.raises(InputError, match="readable file with fields"):
         read_times(tmp_path)
-
-
-def test_frames_of_version_0_2_can_be_read(tmp_path: Path) -> None:
-    """Those of a run that had ended were in one file."""
-    frame = sequence()[0]
-    text = (written(tmp_path, [frame]) / "fields.xdmf").read_text()
-    with h5py.File(tmp_path / "fields.h5", "w") as new, h5py.File(tmp_path / "fields" / "0000.h5") as old:
-        for name in old:
-            old.copy(name, new.require_group("mesh/000000" if name in ("cells", "region") else "frames/000000"))
-    for name in ("cells", "region"):
-        text = text.replace(f"fields/0000.h5:/{name}<", f"fields.h5:/mesh/000000/{name}<")
-    (tmp_path / "fields.xdmf").write_text(text.replace("fields/0000.h5:/", "fields.h5:/frames/000000/"))
-    (tmp_path / "fields" / "0000.h5").unlink()
-    (found,) = frames_everywhere(tmp_path)
-    assert_frame(found, frame)

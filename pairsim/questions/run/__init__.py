@@ -63,7 +63,7 @@ def draw(directory: Path, out: Path, page: Page) -> list[Path]:
 
 def result_columns(case: Case) -> tuple[str, ...]:
     """Result columns of a run: those of the last row of series.csv, and the number of steps."""
-    return ("t", *names_of(case.n, "z", "d", "dU", "U", "D"), "dp", "steps")
+    return ("t", *names_of(case.n, "z", "d", "dU", "dU_error", "U", "D"), "dp", "steps")
 
 
 class RunResult(Result):
