@@ -1,0 +1,1 @@
+"""Long rows of equal particles, from solutions of short ones."""
