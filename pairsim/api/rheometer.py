@@ -14,6 +14,7 @@ from pairsim.cases.physical import BLOCK
 from pairsim.cases.quantities import known_unit, si
 from pairsim.physics.liquids import LAWS
 from pairsim.physics.liquids.viscous import ZERO_SHEAR, ViscousLaw
+from pairsim.physics.material import Material
 from pairsim.physics.rheometry import Fit, Measured, Number, described, dimensions_of, fits, scatter
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
@@ -102,12 +103,16 @@ def keys_of(fit: Fit) -> tuple[dict[str, str], Any, dict[str, str]]:
     """The quantities of a `physical` block that a fitted liquid gives, the value of `liquid`, and intervals by key."""
     liquid = fit.liquid
     own = liquid.modes[0] if liquid.modes else liquid.solvent
-    pure = {name: float(f"{getattr(own, name):.4g}") for name, p in own.parameters().items() if p.dimension is None}
+    pure = {
+        name: float(f"{getattr(own, name):.4g}")
+        for name, p in own.parameters().items()
+        if p.dimension is None and name != own.regularisation
+    }
     values = {"eta_0": fit.eta_0, "De": liquid.De, "xi": liquid.xi} | own.numbers
     quantities, intervals = {}, {}
     for name, of in dimensions_of(fit.law).items():
         default = own.parameters()[name].default if name in own.parameters() else None
-        factor = fit.eta_0 if of and of.unit == "Pa*s" and name != "eta_0" else 1.0  # ratios of viscosities
+        factor = of.size(fit.eta_0) if of and name != "eta_0" else 1.0
         if of is not None and values[name] != default:
             unit = known_unit(of, pure).unit.replace("*", ".")
             quantities[of.key] = f"{factor * values[name]:.4g} {unit}"
@@ -138,17 +143,38 @@ def sentences(fits: Sequence[Fit], data: Measured, chosen: bool = False) -> list
     best, *others = fits
     modes = f", {len(best.liquid.modes)} modes" if len(best.liquid.modes) > 1 else ""
     eta_0_first = sorted(best.numbers.items(), key=lambda item: item[0] != "eta_0")
-    numbers = ", ".join(f"{_name(best, key)} = {n.value:.4g} ({_interval(n)})" for key, n in eta_0_first)
+    each = [(_name(best, key), _in_its_unit(best, key, n)) for key, n in eta_0_first]
+    numbers = ", ".join(f"{name} = {n.value:.4g} ({_interval(n)})" for name, n in each)
     noise = f"{100 * best.deviation:.2g} % where neighbouring points scatter by {100 * scatter(data):.2g} %"
     rest = f"; next best: {others[0].law.label}, {100 * others[0].deviation:.2g} %" if others else ""
     said = [f"fit: {best.law.label}{modes}: {numbers}; intervals of 95 %", f"fit: off by {noise}{rest}"]
+    if (tau_y := best.numbers.get(_yield_of(best.law))) is not None and np.isfinite(tau_y.least):
+        at = _in_its_unit(best, _yield_of(best.law), tau_y)
+        said.append(f"this liquid yields: below a stress of {at.value:.4g} Pa it is solid")
     return said + [f"warning: {text}" for text in _doubts(best, data, noise, chosen)]
+
+
+def _yield_of(law: type[Material]) -> str:
+    """The name of the parameter of a law that is its yield stress; "" without one."""
+    found = (name for name, p in law.parameters().items() if p.dimension is not None and p.dimension.unit == "Pa")
+    return next(found, "")
+
+
+def _in_its_unit(fit: Fit, key: str, number: Number) -> Number:
+    """A number of a fit in the unit that `_name` says."""
+    of = dimensions_of(fit.law).get(key)
+    factor = of.size(fit.eta_0) if of is not None and key != "eta_0" and of.unit != "Pa*s" else 1.0
+    return replace(number, value=factor * number.value, least=factor * number.least, most=factor * number.most)
 
 
 def _doubts(best: Fit, data: Measured, noise: str, chosen: bool) -> Iterator[str]:
     viscous = issubclass(best.law, ViscousLaw)
     if not described(best, data):
         yield f"no law tried describes these data: the best, {best.law.label}, is off by {noise}"
+        yielding = [name for name, law in LAWS.items() if _yield_of(law)]
+        better = fits(data, yielding) if chosen and data.kinds == {"viscosity"} and not _yield_of(best.law) else []
+        if better and described(better[0], data):
+            yield f"these data yield: --liquid {better[0].law.name} describes them"
     if (xi := best.numbers.get("xi")) and np.isinf(xi.least):
         yield f"these data do not show the viscosity of the solvent (xi {_interval(xi)}): --solvent holds a known one"
     if viscous:
@@ -169,5 +195,7 @@ def _name(fit: Fit, key: str) -> str:
     of = dimensions_of(fit.law)[key]
     if of is None or (of.unit == "Pa*s" and key != "eta_0"):
         return key
-    word = {"De": "lambda", "eta_0": "eta_0" if of is ZERO_SHEAR else of.key}.get(key, key)
+    word = {"De": "lambda", "eta_0": "eta_0" if of is ZERO_SHEAR else of.key}.get(
+        key, key if of.unit == "s" else of.key
+    )
     return f"{word} [{of.unit.format(n='n').replace('*', '.')}]"

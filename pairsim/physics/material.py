@@ -42,6 +42,14 @@ class Dimension:
     symbol: str = ""
     if_several: str = ""
 
+    def size(self, viscosity: float) -> float:
+        """What the parameter is to be multiplied by for the quantity in SI units, at U_av/D_c = 1/s.
+
+        Args:
+            viscosity: The unit of viscosity eta_0 [Pa s].
+        """
+        return 1 / self.number(1.0, Scales(1.0, 1.0, viscosity))
+
     @property
     def of_unit(self) -> tuple[str, ...]:
         """Names of the parameters that the unit depends on."""
@@ -114,12 +122,15 @@ class Material:
         label: Its name in pictures and sentences.
         words: What the law describes, in a line.
         default: Whether it is the law of a case that names none.
+        regularisation: Name of the parameter that rounds off a kink of the stress, which vanishes as 1 over it; "" in a
+            law without a kink. Solutions are continued in its logarithm, with a new matrix in each iteration.
     """
 
     name: ClassVar[str]
     label: ClassVar[str]
     words: ClassVar[str]
     default: ClassVar[bool] = False
+    regularisation: ClassVar[str] = ""
 
     def __init_subclass__(cls, **more: Any) -> None:
         super().__init_subclass__(**more)

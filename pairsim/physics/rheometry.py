@@ -235,9 +235,12 @@ def _unknowns(law: type[Material], modes: int, data: Measured) -> list[_Unknown]
     """The numbers of a liquid, with first guesses from the data."""
     rates = np.concatenate([x for _, x, _ in data.curves])
     slow, fast, middle = rates.min(), rates.max(), float(np.exp(np.log(rates).mean()))
-    eta = data.viscosity.max() if len(data.viscosity) else float((data.loss / data.frequency).max())
+    viscosities = data.viscosity if len(data.viscosity) else data.loss / data.frequency
+    least, eta = float(viscosities.min()), float(viscosities.max())
     times = FARTHEST[0] / fast, FARTHEST[1] / slow
-    found = [_Unknown("eta_0", 1e-3 * eta, 1e3 * eta, eta)]
+    # That of a liquid that yields is the viscosity where it flows fast.
+    yields = any(p.dimension is not None and p.dimension.unit == "Pa" for p in law.parameters().values())
+    found = [_Unknown("eta_0", 1e-3 * least, 1e3 * eta, least if yields else eta)]
     if modes:
         found += [_Unknown("De", *times, 1 / slow if modes > 1 else 1 / middle), _Unknown("xi", 1e-4, 1.0, 0.1)]
     for i in range(1, modes):  # times over the one before, and weights over that of the first mode
@@ -246,6 +249,8 @@ def _unknowns(law: type[Material], modes: int, data: Measured) -> list[_Unknown]
     for name, p in law.parameters().items():
         if p.dimension is not None and p.dimension.unit == "s":
             found.append(_Unknown(name, *times, 1 / middle))
+        elif p.dimension is not None and p.dimension.unit == "Pa":
+            found.append(_Unknown(name, FARTHEST[0] * slow, FARTHEST[1] * fast * eta / least, slow * eta / least))
         elif not (p.default is not None and not modes):  # exponents and limits that have a default keep it
             found.append(_Unknown(name, *_bounds(p), _inside(p)))
     return found
@@ -262,7 +267,8 @@ def _inside(p: Parameter) -> float:
 
 
 def _liquid(law: type[ViscousLaw | ConformationLaw], modes: int, values: Mapping[str, float]) -> Liquid:
-    own = law(**{name: values[name] for name in law.parameters() if name in values})
+    sharp = {name: p.most for name, p in law.parameters().items() if name == law.regularisation}
+    own = law(**sharp | {name: values[name] for name in law.parameters() if name in values})
     if isinstance(own, ViscousLaw):
         return Liquid(own)
     if modes == 1:
@@ -289,14 +295,19 @@ class _Problem:
         if given.keys() - {*keys.values()}:
             raise LookupError
         self._held = {name: given[key] for name, key in keys.items() if key in given}
-        of_viscosity = [name for name, of in dimensions.items() if of and of.unit == "Pa*s" and name != "eta_0"]
-        self._ratios = [name for name in of_viscosity if name in self._held]
+        own = {name: of for name, of in dimensions.items() if of is not None and name != "eta_0"}
+        self._of_viscosity = {
+            name: of for name, of in own.items() if name in self._held and of.size(2.0) != of.size(1.0)
+        }
         self.unknowns = [each for each in _unknowns(law, modes, data) if each.name not in self._held]
 
     def values(self, p: Array) -> dict[str, float]:
         """All numbers, from those that are fitted or their logarithms."""
         known = self._held | {each.name: each.number(x) for each, x in zip(self.unknowns, p, strict=True)}
-        return known | {name: min(self._held[name] / known["eta_0"], 1.0) for name in self._ratios}
+        ratios = {name: self._held[name] / of.size(known["eta_0"]) for name, of in self._of_viscosity.items()}
+        return known | {
+            name: min(x, 1.0) if self._of_viscosity[name].unit == "Pa*s" else x for name, x in ratios.items()
+        }
 
     def solve(self, guess: Mapping[str, float], fixed: str = "") -> Any:
         """The least squares of the deviations of logarithms, from a first guess, in which one number may be fixed."""

@@ -71,8 +71,42 @@ def test_a_curve_that_no_law_describes_is_told_to_be_one() -> None:
 def test_a_yield_stress_is_told_however_few_points_there_are(points: int) -> None:
     rates = np.geomspace(1e-2, 1e3, points)
     data = Measured(rates, 1 + 10 / rates, np.full(points, np.nan))
-    said = " ".join(sentences(fits(data), data))
+    assert "this liquid yields: below a stress of 10 Pa" in " ".join(sentences(fits(data), data))
+    said = " ".join(sentences(fits(data, ["carreau"]), data, chosen=True))
     assert "no law tried describes these data" in said
+    assert "these data yield: --liquid bingham describes them" in said
+
+
+@pytest.mark.parametrize("eta_p", [0.02, 0.8])
+def test_a_bingham_liquid_becomes_a_case_with_its_yield_stress_in_pascal(eta_p: float, tmp_path: Path) -> None:
+    """Over seven decades of rates, so that eta_p is far below the largest viscosity."""
+    rates = np.geomspace(1e-4, 1e3, 22)
+    rows = zip(rates, noisy(eta_p + 5 / rates, 3), strict=True)
+    (tmp_path / "flow.csv").write_text("rate [1/s],eta [Pa.s]\n" + "".join(f"{x:g},{y:g}\n" for x, y in rows))
+    found = pairsim.units(rheology=tmp_path / "flow.csv", tube="2mm", particle="800um", velocity="10mm/s")
+    assert found.fit is not None
+    assert holds(found.fit.fit, eta_0=eta_p, Bn=5 / eta_p)
+    law = found.case.liquid_model.solvent
+    assert law.name == "bingham"
+    assert law.yield_stress == pytest.approx(5 * 2e-3 / (eta_p * 10e-3), rel=0.05)
+    assert law.numbers["m"] == 1000
+    written = tmp_path / "case.yaml"
+    written.write_text(found.case_file("case"))
+    assert pairsim.load(written).liquid_model == found.case.liquid_model
+
+
+def test_a_herschel_bulkley_liquid_becomes_a_case(tmp_path: Path) -> None:
+    rates = np.geomspace(1e-2, 1e3, 25)
+    rows = zip(rates, noisy((3 + 1.5 * rates**0.5) / rates, 3), strict=True)
+    (tmp_path / "flow.csv").write_text("rate [1/s],eta [Pa.s]\n" + "".join(f"{x:g},{y:g}\n" for x, y in rows))
+    found = pairsim.units(rheology=tmp_path / "flow.csv", tube="2mm", particle="800um", velocity="10mm/s")
+    assert found.fit is not None
+    assert holds(found.fit.fit, eta_0=1.5, Bn=2.0, n=0.5)
+    law = found.case.liquid_model.solvent
+    assert law.name == "herschel-bulkley"
+    assert law.yield_stress == pytest.approx(3 / (1.5 * 5**0.5), rel=0.1), "tau_y/(K (U_av/D_c)^n), U_av/D_c 5/s"
+    held = fits(found.fit.data, ["herschel-bulkley"], {"yield_stress": 3.0})[0]
+    assert held.liquid.solvent.yield_stress * held.eta_0 == pytest.approx(3.0)
 
 
 def test_six_points_of_a_carreau_liquid_are_described() -> None:

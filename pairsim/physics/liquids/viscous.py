@@ -32,13 +32,10 @@ class ViscousLaw(Material):
     Attributes:
         linear: Whether the viscosity is constant.
         measured: The quantity that gives the unit of viscosity eta_0, by `unit_viscosity`.
-        regularisation: Name of the parameter that rounds off a kink of the stress, which vanishes as 1 over it; "" in a
-            law without a kink. Solutions are continued in its logarithm, with a new matrix in each iteration.
     """
 
     linear: ClassVar[bool] = False
     measured: ClassVar[Dimension] = ZERO_SHEAR
-    regularisation: ClassVar[str] = ""
 
     def viscosity(self, gamma2: Any) -> Any:
         """Viscosity over its unit.
