@@ -16,9 +16,9 @@ from pairsim.solvers.curves.locked import held_together
 
 ROUNDING = 1e-9  # |dU| that is rounding error, as of equal rigid spheres [U_av]
 FORGOTTEN = 3.0  # decay times after which a start is forgotten; chosen: exp(-3) = .05
-# Largest difference of dU after a start from rest from that of the curve, relative to the latter, times the exponential
-# of the decay times since. Measured in four Newtonian runs (d .1 to .8): 1.3 to 1.6.
-FROM_REST = 1.6
+# Largest difference of dU after a start from rest from that of the curve, relative to the largest |dU| of the curve,
+# times the exponential of the decay times since. Measured in seven Newtonian runs (d .1 to .8): 1.3 to 2.1.
+FROM_REST = 2.1
 CLOSE = 1e-9  # relative difference of distances that is rounding; chosen
 STEPS = 400  # parts of the way for the integral; chosen
 
@@ -88,12 +88,14 @@ class Memory:
         decays: Decay times that have passed when it gets there, shape (n,).
         t_relax: The decay time there [D_c/U_av], shape (n,).
         ends: Whether it leaves the curve; else it comes to rest beyond the last distance.
+        slowness: Largest |dU| of the curve over that at the start.
     """
 
     d: Array
     decays: Array
     t_relax: Array
     ends: bool
+    slowness: float
 
     @classmethod
     def after(cls, table: Mapping[str, Array], start: float) -> Memory | None:
@@ -115,7 +117,7 @@ class Memory:
         with np.errstate(divide="ignore"):
             rate = stretch_of(table)(x) * way / speed / t_relax
         passed = np.abs(scipy.integrate.cumulative_trapezoid(rate, x, initial=0.0))
-        return cls(way, passed, t_relax, len(way) == STEPS)
+        return cls(way, passed, t_relax, len(way) == STEPS, abs(curve.peak.dU / float(curve.values(start))))
 
     @property
     def forgotten(self) -> float:
@@ -131,7 +133,7 @@ class Memory:
         """By how much a start from rest may change the time to a distance on the way [D_c/U_av]."""
         way = np.abs(np.log(self.d / self.d[0]))
         changes = scipy.integrate.cumulative_trapezoid(self.t_relax, -np.exp(-self.decays), initial=0.0)
-        return FROM_REST * float(np.interp(abs(np.log(stop / self.d[0])), way, changes))
+        return FROM_REST * self.slowness * float(np.interp(abs(np.log(stop / self.d[0])), way, changes))
 
 
 def forgotten_at(table: Mapping[str, Array], start: float) -> float | None:

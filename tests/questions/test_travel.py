@@ -164,10 +164,10 @@ def test_without_memory_a_start_is_forgotten_at_once_and_without_decay_times_it_
 
 @pytest.mark.parametrize(("t_relax", "stop"), [(1.0, 0.9), (1.0, 0.11), (0.0, 0.9)])
 def test_a_start_from_rest_changes_the_time_while_it_is_remembered(t_relax: float, stop: float) -> None:
-    """By 1.6 times the integral of exp(-t/t_relax), with t = 5 log(d/0.1); beside the half-width, not in it."""
+    """By 2.1 times the integral of exp(-t/t_relax), with t = 5 log(d/0.1), where dU is a tenth of its largest value."""
     way = travel(decaying(0.2, t_relax, U_L=1.8 + 0.1 * D, U_T=1.8 - 0.1 * D), 0.1, stop, "test")
     time = 5 * np.log(stop / 0.1)
-    expected = FROM_REST * t_relax * (1 - np.exp(-time / t_relax)) if t_relax else 0.0
+    expected = 10 * FROM_REST * t_relax * (1 - np.exp(-time / t_relax)) if t_relax else 0.0
     assert way.start_error == pytest.approx(expected, rel=0.02)
     assert way.time_error < 0.01 * time
     assert f"changes the time by up to about {expected:.2g} D_c/U_av more" in str(way)
