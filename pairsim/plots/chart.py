@@ -33,13 +33,11 @@ BEYOND = 0.35  # part of the range of the others up to which they are seen never
 LETTER = 0.5  # width of a letter, in sizes of the font
 MARKUP = re.compile(r"\\mathrm|[\\${}_]")  # what TeX does not print
 POINT, STABLE, UNSTABLE, FAILED = "point", "stable zero", "unstable zero", "failed here"
-SETTLED = "quasi-steady motion at the last distance"
 ENDS = {"vanishes": "a stable and an unstable one meet", "edge": "leaves the range of $d$"}
 """What ends a branch of critical distances, by its word in critical.csv."""
 MARKS: dict[str, dict[str, Any]] = {
     STABLE: {"marker": "o", "markersize": 4.5},
     UNSTABLE: {"marker": "o", "markersize": 4.5, "markerfacecolor": "white"},
-    SETTLED: {"marker": "o", "markerfacecolor": "white"},
     FAILED: {"marker": "x", "markersize": 5},
     ENDS["vanishes"]: {"marker": "X", "markersize": 5},
     ENDS["edge"]: {"marker": "s", "markersize": 5},

@@ -49,13 +49,10 @@ def draw_fields(
         InputError: A field is asked for that is unknown or not there, or an animation of fewer than two frames.
     """
     count = len(read_times(directory))
-    if animated and count < 2:
-        allowed = f"must be left out: {directory} has {'one frame' if count else 'no frame'} of fields"
-        raise InputError("--animate", "", None, allowed)
-    if not count and field is not None:
+    if (animated and count < 2) or (field is not None and not count):
         key = "fields, a list of distances," if curve else "output: {fields: true}"
-        allowed = f"must be left out: {directory} has no fields.xdmf, which {key} in its case writes"
-        raise InputError("--field", "", field, allowed)
+        allowed = f"must be left out: {directory} has {count} frame{'s' * (count != 1)} of fields, which {key} in its case writes"
+        raise InputError("--animate" if animated else "--field", "", field, allowed)
     if not count:
         return []
     most = count if animated else MOST_VIEWS if curve else 2

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.patches import Patch
 
 from pairsim.cases.yaml_file import flat
-from pairsim.plots.chart import SETTLED, START_UP, Panel, Scale, Series, draw_chart, point, small_print
+from pairsim.plots.chart import START_UP, Panel, Scale, Series, draw_chart, small_print
 from pairsim.plots.encoding import Encoding
 from pairsim.plots.labels import case_parts, common_parts, equation, hashable, read_case, varying_keys
 from pairsim.plots.lines import lines_of, panels_of, run_lines, told_apart
@@ -20,9 +19,9 @@ from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
 from pairsim.results.columns import column, suffixes_in
 from pairsim.results.folder import SERIES, WAY, kind_of, read_record
-from pairsim.results.settled import Settled, start_up
+from pairsim.results.settled import start_up
 from pairsim.results.table_files import read_table
-from pairsim.results.units import POSITION, TIME, VELOCITY
+from pairsim.results.units import POSITION, TIME
 from pairsim.runtime.errors import InputError
 
 MOST_LINES = 10  # gaps in a panel; the gaps of more particles are rows of a picture over time
@@ -34,8 +33,7 @@ ALIKE = 0.05  # lines whose differences are below this part of their range lie o
 def draw_run(directory: Path, out: Path, page: Page) -> list[Path]:
     """Draw `series`: distances, relative velocities and D over time, and dU over d.
 
-    Without a gap, velocities or the pressure drop, and D. The part in which the run starts up is marked, and at its
-    end dU of quasi-steady motion.
+    Without a gap, velocities or the pressure drop, and D. The part in which the run starts up is marked.
 
     Args:
         directory: Folder of a run, finished or not.
@@ -59,8 +57,7 @@ def draw_run(directory: Path, out: Path, page: Page) -> list[Path]:
         if page.legend:
             small_print(figure, parts)
         return page.save(figure, out, "series")
-    record = read_record(directory)
-    starting = min(start_up(record) * units.factor(TIME), float(table["t"][-1]))
+    starting = min(start_up(read_record(directory)) * units.factor(TIME), float(table["t"][-1]))
     lines = told_apart(run_lines(table, {}, places=len(gaps) > 1))
     panels = panels_of(lines, units)
     if places := suffixes_in(table, "z"):
@@ -71,22 +68,9 @@ def draw_run(directory: Path, out: Path, page: Page) -> list[Path]:
         panels = {
             name: replace(panel, shade=(0.0, starting) if name[0] == "t" else None) for name, panel in panels.items()
         }
-    over_d = [each for each in lines if each.panel == ("d", "dU")]
-    series = [*lines, *_settled(over_d, record, units.factor(VELOCITY))]
     handles = [Patch(color=START_UP, label="start-up")] if starting else []
-    figure, _ = draw_chart(page, panels, series, parts, handles=handles)
+    figure, _ = draw_chart(page, panels, lines, parts, handles=handles)
     return page.save(figure, out, "series")
-
-
-def _settled(lines: Sequence[Series], record: Mapping[str, Any], velocity: float) -> list[Series]:
-    """Quasi-steady motion at the last distances of lines, times a velocity, where it is known."""
-    known = [(each, at) for i, each in enumerate(lines) if (at := Settled.of(record, i)) is not None]
-    return [
-        point(
-            each.panel, each.x[-1], at.dU * velocity, SETTLED, at.error * velocity, look={"color": each.look["color"]}
-        )
-        for each, at in known
-    ]
 
 
 @printing()

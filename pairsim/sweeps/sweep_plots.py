@@ -54,10 +54,6 @@ class _Sweep:
         cases, physical = [read_case(path) for path in paths], self.cases[0]["units"].physical
         return common_parts(cases, self.varying, physical, self.changed)
 
-    def label(self, name: str) -> str:
-        """The axis label of a number that varies."""
-        return parameter_label(name, self.numbers[name][1])
-
 
 def plot_sweep(
     directory: Path, out: Path | None = None, group: str | None = None, page: Page | None = None
@@ -143,7 +139,8 @@ def _draw_parameters(sweep: _Sweep, out: Path, page: Page) -> list[Path]:
     group = sweep.group if sweep.group in others else None
     encoding = Encoding.of([case["parameters"] for case in sweep.cases], others, group)
     run, named = sweep.command == "run", sweep.cases[0]["units"].axis_label
-    panel = Panel(sweep.label(name), named([sweep.quantity], " at the end") if run else named(["d_cr"]), "x")
+    words = named([sweep.quantity], " at the end") if run else named(["d_cr"])
+    panel = Panel(parameter_label(name, sweep.numbers[name][1]), words, "x")
     series = _ends(sweep, name) if run else _zeros(sweep, name)
     figure, _ = draw_chart(page, {0: panel}, series, sweep.parts(), encoding)
     return page.save(figure, out, "sweep_parameters" if run else "sweep_zeros")
