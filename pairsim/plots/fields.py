@@ -51,15 +51,16 @@ def draw_fields(
     count = len(read_times(directory))
     if (animated and count < 2) or (field is not None and not count):
         key = "fields, a list of distances," if curve else "output: {fields: true}"
-        allowed = f"must be left out: {directory} has {count} frame{'s' * (count != 1)} of fields, which {key} in its case writes"
+        frames = f"{count} frame{'s' * (count != 1)} of fields"
+        allowed = f"must be left out: {directory} has {frames}, which {key} in its case writes"
         raise InputError("--animate" if animated else "--field", "", field, allowed)
     if not count:
         return []
     most = count if animated else MOST_VIEWS if curve else 2
     units = Units.of(directory, page.physical)
-    frames = [read_frame(directory, int(i)) for i in np.linspace(0, count - 1, min(count, most)).round()]
-    views = views_of(frames, units, curve)
-    parts = _parts(directory, [frame.t for frame in frames], curve, units.physical)
+    found = [read_frame(directory, int(i)) for i in np.linspace(0, count - 1, min(count, most)).round()]
+    views = views_of(found, units, curve)
+    parts = _parts(directory, [frame.t for frame in found], curve, units.physical)
     written: list[Path] = []
     for stem, layers in _pictures(directory, views, units, field).items():
         first = 0 if curve else len(views) // 2
