@@ -45,6 +45,13 @@ def test_waves_as_long_as_cells_make_a_surface_rough() -> None:
     assert smooth < 1.1 < WRINKLED < wrinkled
 
 
+def test_cells_end_no_branch_before_its_surface_is_unstable() -> None:
+    """Its least compression is 0.35. Without a volume modulus waves as long as cells are neutral at Ca_e 0.239."""
+    case = {"particles": 1, "beta": 0.6, "Ca_e": 0.256, "ends": "developed", "length": 5.0, "mesh": {"Np": 20}}
+    shape = pairsim.shape(case, liquid={"law": "power-law", "n": 0.6}, along=[0.256]).check().table
+    assert shape["deformation_hull"][0] == pytest.approx(0.07136, rel=5e-3)
+
+
 @pytest.mark.parametrize("down", [True, False])
 def test_the_end_of_a_branch_is_told_by_two_meshes(down: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     """A solution on more cells is one on those of the problem where it leads to one, and disproves the end anyway."""

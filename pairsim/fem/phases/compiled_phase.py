@@ -29,6 +29,8 @@ fem = dolfinx.fem
 QUADRATURE_DEGREE = 5
 # Factor of the SUPG parameter, chosen: factors from 0.1 to 2 change dU by 0.3 % at De 2.
 UPWIND_SCALE = 0.5
+# Volume modulus of a solid over its shear modulus (docs/explanation/decisions.md, "Soft particles").
+VOLUME_MODULUS = 1.0
 COORDINATE = basix.ufl.element("Lagrange", "triangle", 2, shape=(2,))
 """Element of the coordinates of six-node triangles."""
 OF_TIME = {"rate": 0.0, "g": 1.0, "U_m": 0.0}
@@ -254,8 +256,9 @@ def mode_part(s: Expr, i: int) -> Expr:
 def solid_phase(solid: Solid) -> CompiledPhase:
     """A solid with the fields eta and p.
 
-    Its viscous stress, if it has any, is that of the velocity `rate` (eta - star): 1/(gamma dt) in a time step, 0 in a
-    quasi-steady solve.
+    The pressure leaves changes of volume within cells, which make a compressed surface too soft against waves as long
+    as cells: a volume modulus, which does nothing where J R/r = 1, resists them. The viscous stress, if there is any,
+    is that of the velocity `rate` (eta - star): 1/(gamma dt) in a time step, 0 in a quasi-steady solve.
     """
 
     def build(terms: Terms) -> ufl.Form:
@@ -267,7 +270,8 @@ def solid_phase(solid: Solid) -> CompiledPhase:
             v = k["rate"] * (x["eta"] - terms.star["eta"])
             more = extra_stress.viscous(kin, v, here.viscosity)
             stress = stress[0] + more[0], stress[1] + more[1]
-        return momentum(kin, stress, x["p"], test["eta"], dX) + continuity.solid(kin, test["p"], dX)
+        p = x["p"] - VOLUME_MODULUS / k["Ca_e"] * continuity.expansion(kin)
+        return momentum(kin, stress, p, test["eta"], dX) + continuity.solid(kin, test["p"], dX)
 
     names = (*solid.numbers, *(("rate",) if solid.viscosity is not None else ()))
     return _compile((solid.name,), (DISPLACEMENT, PRESSURE), names, build)

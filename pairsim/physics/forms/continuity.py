@@ -21,4 +21,9 @@ def solid(kin: Kinematics, q: Expr, dX: ufl.Measure) -> ufl.Form:
     Weak form: -int q (J R/r - 1) 2 pi r dX. With the constant test function q = 1 it conserves the volume of a particle
     exactly.
     """
-    return -q * (kin.J * kin.hoop - 1) * kin.reference_volume * dX
+    return -q * expansion(kin) * kin.reference_volume * dX
+
+
+def expansion(kin: Kinematics) -> Expr:
+    """Relative change of the volume of a solid, J R/r - 1, zero but for the discretisation."""
+    return kin.J * kin.hoop - 1
