@@ -173,14 +173,15 @@ def finer_errors(output: Path, scenes: Mapping[str, Any]) -> pd.DataFrame:
     for name, kinds in found.items():
         scene = scenes[name]
         row = {"scene": name, "law": name.split("-", 1)[1].rpartition("-")[0], "N": scene.get("particles", 2)}
-        row |= {"De": scene.get("De", 0.0), "ends": scene.get("ends", ""), "soft": scene["Ca_e"] != 0}
+        row |= {"De": scene.get("De", 0.0), "soft": scene["Ca_e"] != 0}
         ended = [f"{kind}: {each.reason or each.status}" for kind, each in kinds.items() if each.status != "finished"]
         if ended or len(kinds) < len(("default", "fine")):
             rows.append(row | {"half_width": math.nan, "ended": ", ".join(ended or ["not computed"])})
             continue
         default, fine = kinds["default"], kinds["fine"]
         peak = default.record.get("adaptation", {}).get("reference_dU", math.nan)
-        row |= {"ended": "", **{name: default.record.get(name) for name in ("wall_time", "unknowns")}}
+        row |= {"ends": Case(default).parameters["ends"], "ended": ""}
+        row |= {name: default.record.get(name) for name in ("wall_time", "unknowns")}
         for said, true in zip(*(each.table.to_dict("records") for each in (default, fine)), strict=True):
             values = [(key, key.replace("dU", "dU_error")) for key in said if re.fullmatch(r"dU(_\d+)?", key)]
             for key, half_width in values or [("U_1", "U_error_1")]:
