@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -109,33 +109,34 @@ def keys_of(fit: Fit) -> tuple[dict[str, str], Any, dict[str, str]]:
         if p.dimension is None and name != own.regularisation
     }
     values = {"eta_0": fit.eta_0, "De": liquid.De, "xi": liquid.xi} | own.numbers
-    quantities, intervals = {}, {}
+    quantities, intervals = {}, {name: _interval(number) for name, number in fit.numbers.items() if not number.given}
     for name, of in dimensions_of(fit.law).items():
         default = own.parameters()[name].default if name in own.parameters() else None
-        factor = of.size(fit.eta_0) if of and name != "eta_0" else 1.0
         if of is not None and values[name] != default:
+            factor = of.size(fit.eta_0) if name != "eta_0" else 1.0
             unit = known_unit(of, pure).unit.replace("*", ".")
             quantities[of.key] = f"{factor * values[name]:.4g} {unit}"
-        number = fit.numbers.get(name)
-        if number is not None and not number.given and len(liquid.modes) < 2:
-            scaled = replace(number, least=factor * number.least, most=factor * number.most)
-            intervals[of.key if of else name] = _interval(scaled)
+            if intervals.pop(name, ""):
+                intervals[of.key] = _interval(fit.numbers[name], factor)
     if len(liquid.modes) < 2:
         return quantities, {"law": own.name, **pure} if pure else own.name, intervals
-    modes = [{"law": own.name, "time": m.time, "weight": m.weight} for m in liquid.modes]
-    rounded = [{key: float(f"{v:.4g}") if key != "law" else v for key, v in mode.items()} | pure for mode in modes]
-    return quantities, {"law": "modes", "modes": rounded}, intervals
+    each = [
+        {key: fit.values.get(f"{key}_{i + 1}", 1.0) for key in ("time", "weight")} for i in range(len(liquid.modes))
+    ]
+    modes = [{"law": own.name, **{key: float(f"{v:.4g}") for key, v in mode.items()}, **pure} for mode in each]
+    return quantities, {"law": "modes", "modes": modes}, intervals
 
 
-def _interval(number: Number) -> str:
-    """Where a number is, with a probability of 95 %."""
+def _interval(number: Number, factor: float = 1.0) -> str:
+    """Where a number, times a factor, is with a probability of 95 %."""
+    least, most = factor * number.least, factor * number.most
     if number.given:
         return "given"
-    if np.isinf(number.least) and np.isinf(number.most):
+    if np.isinf(least) and np.isinf(most):
         return "not determined by these data"
-    if np.isinf(number.least):
-        return f"at most {number.most:.4g}"
-    return f"at least {number.least:.4g}" if np.isinf(number.most) else f"{number.least:.4g} to {number.most:.4g}"
+    if np.isinf(least):
+        return f"at most {most:.4g}"
+    return f"at least {least:.4g}" if np.isinf(most) else f"{least:.4g} to {most:.4g}"
 
 
 def sentences(fits: Sequence[Fit], data: Measured, chosen: bool = False) -> list[str]:
@@ -143,14 +144,14 @@ def sentences(fits: Sequence[Fit], data: Measured, chosen: bool = False) -> list
     best, *others = fits
     modes = f", {len(best.liquid.modes)} modes" if len(best.liquid.modes) > 1 else ""
     eta_0_first = sorted(best.numbers.items(), key=lambda item: item[0] != "eta_0")
-    each = [(_name(best, key), _in_its_unit(best, key, n)) for key, n in eta_0_first]
-    numbers = ", ".join(f"{name} = {n.value:.4g} ({_interval(n)})" for name, n in each)
+    each = [(*_name(best, key), n) for key, n in eta_0_first]
+    numbers = ", ".join(f"{name} = {factor * n.value:.4g} ({_interval(n, factor)})" for name, factor, n in each)
     noise = f"{100 * best.deviation:.2g} % where neighbouring points scatter by {100 * scatter(data):.2g} %"
     rest = f"; next best: {others[0].law.label}, {100 * others[0].deviation:.2g} %" if others else ""
     said = [f"fit: {best.law.label}{modes}: {numbers}; intervals of 95 %", f"fit: off by {noise}{rest}"]
     if (tau_y := best.numbers.get(_yield_of(best.law))) is not None and np.isfinite(tau_y.least):
-        at = _in_its_unit(best, _yield_of(best.law), tau_y)
-        said.append(f"this liquid yields: below a stress of {at.value:.4g} Pa it is solid")
+        at = tau_y.value * _name(best, _yield_of(best.law))[1]
+        said.append(f"this liquid yields: below a stress of {at:.4g} Pa it is solid")
     return said + [f"warning: {text}" for text in _doubts(best, data, noise, chosen)]
 
 
@@ -158,13 +159,6 @@ def _yield_of(law: type[Material]) -> str:
     """The name of the parameter of a law that is its yield stress; "" without one."""
     found = (name for name, p in law.parameters().items() if p.dimension is not None and p.dimension.unit == "Pa")
     return next(found, "")
-
-
-def _in_its_unit(fit: Fit, key: str, number: Number) -> Number:
-    """A number of a fit in the unit that `_name` says."""
-    of = dimensions_of(fit.law).get(key)
-    factor = of.size(fit.eta_0) if of is not None and key != "eta_0" and of.unit != "Pa*s" else 1.0
-    return replace(number, value=factor * number.value, least=factor * number.least, most=factor * number.most)
 
 
 def _doubts(best: Fit, data: Measured, noise: str, chosen: bool) -> Iterator[str]:
@@ -187,15 +181,12 @@ def _doubts(best: Fit, data: Measured, noise: str, chosen: bool) -> Iterator[str
         yield f"moduli do not tell how the viscosity falls with the rate, which a flow curve (--rheology) does{laws}"
 
 
-def _name(fit: Fit, key: str) -> str:
-    """A number of a fit with its unit."""
-    word, _, i = key.partition("_")
-    if word in ("ratio", "weight") and i.isdigit():
-        return f"lambda_{int(i) + 1}/lambda_{i}" if word == "ratio" else f"weight_{int(i) + 1}/weight_1"
-    of = dimensions_of(fit.law)[key]
+def _name(fit: Fit, key: str) -> tuple[str, float]:
+    """The name of a number of a fit with its unit, and the factor to that."""
+    of = dimensions_of(fit.law).get(key)
     if of is None or (of.unit == "Pa*s" and key != "eta_0"):
-        return key
-    word = {"De": "lambda", "eta_0": "eta_0" if of is ZERO_SHEAR else of.key}.get(
-        key, key if of.unit == "s" else of.key
-    )
-    return f"{word} [{of.unit.format(n='n').replace('*', '.')}]"
+        return key, 1.0
+    unit = of.unit.format(n="n").replace("*", ".")
+    if key == "eta_0":
+        return f"{key if of is ZERO_SHEAR else of.key} [{unit}]", 1.0
+    return f"{'lambda' if key == 'De' else key if of.unit == 's' else of.key} [{unit}]", of.size(fit.eta_0)

@@ -17,11 +17,20 @@ from pairsim.physics.liquids.viscous import ZERO_SHEAR
 from pairsim.physics.material import Dimension
 from pairsim.physics.solids.solid import MODULUS
 
-RATE = Dimension("rate", "a shear rate", "shear rate", "1/s", "1 1/s", lambda value, _: value)
-FREQUENCY = Dimension("frequency", "a frequency", "angular frequency", "rad/s", "1 rad/s", lambda value, _: value)
-DIMENSIONS = {"rate": RATE, "viscosity": ZERO_SHEAR, "frequency": FREQUENCY}
+
+def _dimension(key: str, kind: str, unit: str) -> Dimension:
+    return Dimension(key, kind, key, unit, f"1 {unit}", lambda value, _: value)
+
+
+RATE, FREQUENCY = _dimension("rate", "a shear rate", "1/s"), _dimension("frequency", "a frequency", "rad/s")
+DIMENSIONS = {
+    "rate": RATE,
+    "viscosity": ZERO_SHEAR,
+    "frequency": FREQUENCY,
+    "phase": _dimension("phase", "an angle", "deg"),
+    "factor": _dimension("factor", "a number", ""),
+}
 """What is in the columns; all others are stresses."""
-NO_VALUES = r"(^|\()(set|soll|target)|normali[sz]ed|normiert|\blog|\bstd\b|\bsd\b|error|deviat|uncert|oscill|[ck]omplex"
 
 
 @cache
@@ -34,7 +43,7 @@ def places(option: str, row: Sequence[str]) -> dict[str, dict[int, str]]:
     """Places of the cells that name a quantity, the preferred first, and what each says after the name."""
     found: dict[str, dict[int, str]] = {}
     for quantity, each in words()[option].items():
-        unlike = f"{NO_VALUES}|{each.get('unlike', '$^')}"
+        unlike = f"{words()['no values']}|{each.get('unlike', '$^')}"
         for name in each["names"]:
             for i, cell in enumerate(row):
                 match = re.search(name, cell, re.IGNORECASE)
@@ -65,27 +74,27 @@ class Column:
         return f'column {self.place + 1} "{self.heading}"'
 
 
-def column(quantity: str, place: int, heading: str, rest: str, below: Sequence[str]) -> Column:
-    """A column with its unit, from the heading, what it says after the name, and cells between heading and numbers.
+def column(quantity: str, place: int, heading: str, rest: str, around: Sequence[str]) -> Column:
+    """A column with its unit, from the heading, what it says after the name, and cells around it.
 
     Raises:
         ValueError: Its unit is not known, or is none of the dimension; says which.
     """
     dimension = DIMENSIONS.get(quantity, MODULUS)
     si = dimension.unit.replace("*", ".")
-    if re.search(r"[x*] ?1(0|e[-+]?\d)", " ".join([heading, *below])):
+    if re.search(r"[x*] ?1(0|e[-+]?\d)", " ".join([heading, *around])):
         raise ValueError(f'must have a unit without a factor for "{heading}", as {si} is')
     in_brackets = re.findall(r"[\[(]([^\[\]()]*)[\])]", heading)
     after = re.sub(r"^[\s\])]*(in\b|[,/:;-])?\s*", "", rest)
     bare = re.fullmatch(r"[\[(](.*)[\])]", after)
     words_in = [*re.split(r"\bin\b|,", after)[1:], *re.findall(r"^\S{2,}", after)]
-    pieces = [bare[1] if bare else after, *reversed(in_brackets), *words_in]
-    for text in [each.strip() for each in (*pieces, *(cell.strip("[]() ") for cell in below)) if each.strip()]:
-        if (factor := _factor(text, dimension)) is not None:
+    pieces = [bare[1] if bare else after, *reversed(in_brackets), *words_in, *around]
+    for text in [each.strip("[]() ") if each in around else each.strip() for each in pieces]:
+        if text and (factor := _factor(text, dimension)) is not None:
             return Column(place, heading, text.replace("*", "."), factor, si)
-    for text in [*in_brackets, *below]:
+    for text in [after, *in_brackets, *around]:
         unit = text.strip("[]() ")
-        if unit and (_factor(unit, None) is not None or any(f"[{unit}]" in each for each in (text, heading))):
+        if unit and si and (re.search(words()["like units"], unit) or f"[{unit}]" in heading or f"[{unit}]" == text):
             raise ValueError(f'must have a unit as {si} is for "{heading}", not {unit.replace("*", ".")}')
     return Column(place, heading, "", 1.0, si)
 

@@ -90,10 +90,13 @@ class Units:
             words = {key: type(self.case).model_fields[key].description or ""}
             if key == BLOCK:
                 words |= {each: QUANTITIES[each].dimension.words for each in value}
+            mode = 0
             for line in yaml_text(plain({key: value}), blocks=True).splitlines():
-                entry = line.partition(":")[0].strip(" '")
-                interval = f"95 %: {intervals[entry]}" if entry in intervals and key in (BLOCK, "liquid") else ""
-                comment = ", ".join(filter(None, (FURTHER.split(words.get(entry, ""))[0], interval)))
+                mode += line.lstrip().startswith("- ")
+                entry = line.partition(":")[0].strip(" -'")
+                interval = intervals.get(f"{entry}_{mode}", intervals.get(entry)) if key in (BLOCK, "liquid") else None
+                meaning = FURTHER.split(words.get(entry, ""))[0]
+                comment = ", ".join(filter(None, (meaning, interval and f"95 %: {interval}")))
                 lines.append(f"{line:{COLUMN - 1}} # {comment}" if comment else line)
         return "\n".join([*lines, ""])
 

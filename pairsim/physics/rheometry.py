@@ -12,7 +12,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq, least_squares
+from scipy.optimize import least_squares
 from scipy.stats import t as student
 
 from pairsim.physics.homogeneous import moduli, steady_shear
@@ -22,16 +22,15 @@ from pairsim.physics.material import Dimension, Material, Parameter
 from pairsim.runtime.arrays import Array
 
 CONFIDENCE = 0.95
+SINGULAR = 1e-9
+MOST_STEPS = 20
+NEAR_ENOUGH = 0.03
 MOST_MODES = 4
 LOGARITHMIC = 100.0  # ratio of the bounds of a parameter from which its logarithm is fitted; chosen
 FARTHEST = 1e-3, 1e3  # bounds of relaxation times over the inverse of the slowest and fastest rate; chosen
 NOT_DESCRIBED = 3.0  # deviation over the scatter of the data above which no law is said to describe them; chosen
 LEAST_SCATTER = 0.005  # of the logarithms: what no rheometer does better than; chosen
 SPARSE, OF_SPARSE = 12, 0.05  # points of a curve below which its scatter is at most this, and curvature above; chosen
-DOUBTFUL = (
-    0.2  # half-width of an interval, of a logarithm or the range, above which derivatives are not relied on; chosen
-)
-SINGULAR = 1e-6  # derivatives below which data do not determine a number, or a combination of several; chosen
 
 
 @dataclass(frozen=True)
@@ -111,32 +110,14 @@ class Fit:
     values: dict[str, float]
     deviation: float
     criterion: float
-    _problem: _Problem
-    _best: Any
+    problem: Problem
+    best: Any
 
     @cached_property
     def numbers(self) -> dict[str, Number]:
-        """Its numbers with their intervals.
-
-        They follow from the derivatives at the best fit where that leaves little doubt, else from fits in which the
-        number is held at other values, until the squares are too large for the probability.
-        """
-        problem, x, jac = self._problem, self._best.x, self._best.jac
-        free = len(jac) - len(x)
-        quantile = student.ppf((1 + CONFIDENCE) / 2, free)
-        variance = max(2 * self._best.cost, len(jac) * 1e-12) / free
-        sizes = np.maximum(np.linalg.norm(jac, axis=0), SINGULAR)
-        inverse = np.linalg.inv(jac.T @ jac / np.outer(sizes, sizes) + SINGULAR**2 * np.eye(len(x)))
-        half = quantile * np.sqrt(variance * np.diagonal(inverse)) / sizes
-        cost = self._best.cost + quantile**2 * variance / 2
+        """Its numbers with their intervals: as far as a number can be held while the squares stay probable."""
         found = {name: Number(value, value, value) for name, value in self.values.items()}
-        for i, (unknown, h) in enumerate(zip(problem.unknowns, half, strict=True)):
-            width = DOUBTFUL if unknown.logarithmic else DOUBTFUL * (unknown.high - unknown.low)
-            sure = len(x) == 1 or (h <= width and unknown.low < x[i] - h and x[i] + h < unknown.high)
-            steps = -min(h, width), min(h, width)
-            ends = [x[i] + step if sure else problem.end(self.values, unknown, step, cost) for step in steps]
-            found[unknown.name] = Number(self.values[unknown.name], *map(unknown.number, ends))
-        return found
+        return found | {name: self.problem.interval(i, self.best) for i, name in enumerate(self.problem.names)}
 
     def of(self, quantity: str, x: Array) -> Array:
         """A quantity of `Measured` as the liquid has it [SI], at shear rates or frequencies."""
@@ -195,35 +176,6 @@ def _of_law(law: type[ViscousLaw | ConformationLaw], data: Measured, given: Mapp
     return best
 
 
-@dataclass(frozen=True)
-class _Unknown:
-    """A number to be fitted: bounds and first guess; its logarithm is fitted if the bounds are far apart."""
-
-    name: str
-    least: float
-    most: float
-    guess: float
-
-    @property
-    def logarithmic(self) -> bool:
-        return self.least > 0 and self.most / self.least > LOGARITHMIC
-
-    @property
-    def low(self) -> float:
-        return self.fitted(self.least)
-
-    @property
-    def high(self) -> float:
-        return self.fitted(self.most)
-
-    def fitted(self, value: float) -> float:
-        return float(np.log(value)) if self.logarithmic else value
-
-    def number(self, fitted: float) -> float:
-        """The number; infinite ends of an interval stay infinite."""
-        return float(np.exp(fitted)) if self.logarithmic and np.isfinite(fitted) else float(fitted)
-
-
 def dimensions_of(law: type[ViscousLaw | ConformationLaw]) -> dict[str, Dimension | None]:
     """The measurable quantity of each number of a liquid of a law, None for those that are pure numbers."""
     measured = law.measured if issubclass(law, ViscousLaw) else ZERO_SHEAR
@@ -231,8 +183,8 @@ def dimensions_of(law: type[ViscousLaw | ConformationLaw]) -> dict[str, Dimensio
     return {"eta_0": measured} | {name: p.dimension for name, p in {**of_polymer, **law.parameters()}.items()}
 
 
-def _unknowns(law: type[Material], modes: int, data: Measured) -> list[_Unknown]:
-    """The numbers of a liquid, with first guesses from the data."""
+def _unknowns(law: type[Material], modes: int, data: Measured) -> dict[str, tuple[float, float, float]]:
+    """The bounds of the numbers of a liquid, and first guesses from the data."""
     rates = np.concatenate([x for _, x, _ in data.curves])
     slow, fast, middle = rates.min(), rates.max(), float(np.exp(np.log(rates).mean()))
     viscosities = data.viscosity if len(data.viscosity) else data.loss / data.frequency
@@ -240,27 +192,25 @@ def _unknowns(law: type[Material], modes: int, data: Measured) -> list[_Unknown]
     times = FARTHEST[0] / fast, FARTHEST[1] / slow
     # That of a liquid that yields is the viscosity where it flows fast.
     yields = any(p.dimension is not None and p.dimension.unit == "Pa" for p in law.parameters().values())
-    found = [_Unknown("eta_0", 1e-3 * least, 1e3 * eta, least if yields else eta)]
+    found = {"eta_0": (1e-3 * least, 1e3 * eta, least if yields else eta)}
     if modes:
-        found += [_Unknown("De", *times, 1 / slow if modes > 1 else 1 / middle), _Unknown("xi", 1e-4, 1.0, 0.1)]
-    for i in range(1, modes):  # times over the one before, and weights over that of the first mode
-        ratio = (slow / fast) ** (1 / modes)
-        found += [_Unknown(f"ratio_{i}", 1e-4, 0.9, ratio), _Unknown(f"weight_{i}", 1e-4, 1e3, 0.5)]
+        found |= {"De": (*times, 1 / slow if modes > 1 else 1 / middle), "xi": (1e-4, 1.0, 0.1)}
+    for i in range(2, modes + 1):  # over the time and weight of the first mode
+        found |= {
+            f"time_{i}": (1e-6, 0.9, (slow / fast) ** ((i - 1) / modes)),
+            f"weight_{i}": (1e-4, 1e3, 0.5 ** (i - 1)),
+        }
     for name, p in law.parameters().items():
         if p.dimension is not None and p.dimension.unit == "s":
-            found.append(_Unknown(name, *times, 1 / middle))
+            found[name] = (*times, 1 / middle)
         elif p.dimension is not None and p.dimension.unit == "Pa":
-            found.append(_Unknown(name, FARTHEST[0] * slow, FARTHEST[1] * fast * eta / least, slow * eta / least))
-        elif not (p.default is not None and not modes):  # exponents and limits that have a default keep it
-            found.append(_Unknown(name, *_bounds(p), _inside(p)))
+            found[name] = (FARTHEST[0] * slow, FARTHEST[1] * fast * eta / least, slow * eta / least)
+        elif p.default is None or modes:  # exponents and limits that have a default keep it in liquids without modes
+            found[name] = (p.least * (1 + 1e-6) if p.open else p.least, p.most, _first_guess(p))
     return found
 
 
-def _bounds(p: Parameter) -> tuple[float, float]:
-    return p.least * (1 + 1e-6) if p.open else p.least, p.most
-
-
-def _inside(p: Parameter) -> float:
+def _first_guess(p: Parameter) -> float:
     if p.default is not None:
         return p.default
     return min(10 * p.least, p.most, 0.5 * (p.least + p.most)) if p.least > 0 else min(0.1 * p.most, 0.2)
@@ -271,77 +221,87 @@ def _liquid(law: type[ViscousLaw | ConformationLaw], modes: int, values: Mapping
     own = law(**sharp | {name: values[name] for name in law.parameters() if name in values})
     if isinstance(own, ViscousLaw):
         return Liquid(own)
-    if modes == 1:
-        return Liquid(Newtonian(), values["xi"], values["De"], (own,))
-    times = np.cumprod([1.0, *(values[f"ratio_{i}"] for i in range(1, modes))])
-    weights = np.array([1.0, *(values[f"weight_{i}"] for i in range(1, modes))])
-    each = zip(times.tolist(), (weights / weights.sum()).tolist(), strict=True)
-    return Liquid(Newtonian(), values["xi"], values["De"], tuple(replace(own, time=t, weight=w) for t, w in each))
+    each = [(values.get(f"time_{i}", 1.0), values.get(f"weight_{i}", 1.0)) for i in range(1, modes + 1)]
+    total = sum(weight for _, weight in each)
+    return Liquid(
+        Newtonian(), values["xi"], values["De"], tuple(replace(own, time=t, weight=w / total) for t, w in each)
+    )
 
 
-class _Problem:
-    """A law with some modes, whose numbers that are not held are to be fitted to data by least squares.
-
-    Raises:
-        LookupError: The law has no number of those that are given.
-    """
+class Problem:
+    """A law with some modes, whose numbers that are not given are to be fitted to data by least squares."""
 
     def __init__(
         self, law: type[ViscousLaw | ConformationLaw], modes: int, data: Measured, given: Mapping[str, float]
     ) -> None:
         self.law, self.modes, self.curves = law, modes, data.curves
         dimensions = dimensions_of(law)
-        keys = {name: of.key if of else name for name, of in dimensions.items()}
-        if given.keys() - {*keys.values()}:
-            raise LookupError
-        self._held = {name: given[key] for name, key in keys.items() if key in given}
-        own = {name: of for name, of in dimensions.items() if of is not None and name != "eta_0"}
-        self._of_viscosity = {
-            name: of for name, of in own.items() if name in self._held and of.size(2.0) != of.size(1.0)
-        }
-        self.unknowns = [each for each in _unknowns(law, modes, data) if each.name not in self._held]
+        self._given = {name: given[key] for name, of in dimensions.items() if (key := of.key if of else name) in given}
+        unknowns = {name: each for name, each in _unknowns(law, modes, data).items() if name not in self._given}
+        self.names = [*unknowns]
+        least, most, guess = np.array([*unknowns.values()]).reshape(-1, 3).T
+        self._logarithmic = (least > 0) & (most > LOGARITHMIC * least)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            self.least, self.most, self.guess = (
+                np.where(self._logarithmic, np.log(x), x) for x in (least, most, guess)
+            )
 
-    def values(self, p: Array) -> dict[str, float]:
+    def values(self, x: Array) -> dict[str, float]:
         """All numbers, from those that are fitted or their logarithms."""
-        known = self._held | {each.name: each.number(x) for each, x in zip(self.unknowns, p, strict=True)}
-        ratios = {name: self._held[name] / of.size(known["eta_0"]) for name, of in self._of_viscosity.items()}
-        return known | {
-            name: min(x, 1.0) if self._of_viscosity[name].unit == "Pa*s" else x for name, x in ratios.items()
-        }
+        known = self._given | dict(zip(self.names, np.where(self._logarithmic, np.exp(x), x).tolist(), strict=True))
+        for name, of in dimensions_of(self.law).items():
+            if of is not None and name in self._given and name != "eta_0":
+                known[name] = self._given[name] / of.size(known["eta_0"])
+                known[name] = min(known[name], 1.0) if of.unit == "Pa*s" else known[name]
+        return known
 
-    def solve(self, guess: Mapping[str, float], fixed: str = "") -> Any:
-        """The least squares of the deviations of logarithms, from a first guess, in which one number may be fixed."""
-        free = [each for each in self.unknowns if each.name != fixed]
-        start = {each.name: np.clip(each.fitted(guess[each.name]), each.low + 1e-9, each.high - 1e-9) for each in free}
-        at = {each.name: each.fitted(guess[each.name]) for each in self.unknowns}
+    def deviations(self, x: Array) -> Array:
+        """What the logarithms of the quantities differ from the data by."""
+        known = self.values(x)
+        liquid = _liquid(self.law, self.modes, known)
+        with np.errstate(all="ignore"):
+            parts = [np.log(_quantity(liquid, known["eta_0"], name, x) / y) for name, x, y in self.curves]
+        return np.nan_to_num(np.concatenate(parts), nan=20.0, posinf=20.0, neginf=-20.0).clip(-20, 20)
 
-        def off(q: Array) -> Array:
-            now = at | dict(zip(start, q, strict=True))
-            known = self.values(np.array([*now.values()]))
-            liquid = _liquid(self.law, self.modes, known)
-            with np.errstate(all="ignore"):
-                parts = [np.log(_quantity(liquid, known["eta_0"], name, x) / y) for name, x, y in self.curves]
-            return np.nan_to_num(np.concatenate(parts), nan=20.0, posinf=20.0, neginf=-20.0).clip(-20, 20)
+    def solve(self, start: Array, held: int | None = None) -> Any:
+        """The least squares from a first guess, in which one number may be held."""
+        free = np.arange(len(start)) != held
 
-        bounds = [each.low for each in free], [each.high for each in free]
-        return least_squares(off, [*start.values()], bounds=bounds, x_scale="jac", max_nfev=200)
+        def deviations(x: Array) -> Array:
+            all_ = start.copy()
+            all_[free] = x
+            return self.deviations(all_)
 
-    def end(self, best: Mapping[str, float], unknown: _Unknown, step: float, cost: float) -> float:
-        """How far a number may be changed with the others fitted anew, until the least squares reach a cost.
+        bounds = self.least[free], self.most[free]
+        inside = np.clip(start[free], bounds[0] + 1e-9, bounds[1] - 1e-9)
+        return least_squares(deviations, inside, bounds=bounds, x_scale="jac", ftol=1e-6, xtol=1e-6, max_nfev=200)
 
-        The sign of `step` is that of the change; infinite where they do not reach it up to the bound of the number.
-        """
+    def interval(self, i: int, best: Any) -> Number:
+        """A number with its interval: the values at which it can be held, with the others fitted anew."""
+        count, fitted = best.jac.shape
+        quantile = student.ppf((1 + CONFIDENCE) / 2, count - fitted)
+        most = quantile**2 * max(best.cost, count * 1e-12) / (count - fitted)  # what the cost may rise by
+        covariance = np.linalg.inv(best.jac.T @ best.jac + SINGULAR * np.eye(fitted))
 
-        def excess(x: float) -> float:
-            return self.solve({**best, unknown.name: unknown.number(x)}, unknown.name).cost - cost
+        def rise(step: float) -> float:
+            at = best.x + step * covariance[i] / covariance[i, i]
+            cost = self.solve(at, held=i).cost if fitted > 1 else np.sum(self.deviations(at) ** 2) / 2
+            return float(max(cost - best.cost, 1e-9 * most))
 
-        near = unknown.fitted(best[unknown.name])
-        while near != (bound := unknown.high if step > 0 else unknown.low):
-            far = min(near + step, bound) if step > 0 else max(near + step, bound)
-            if excess(far) > 0:
-                return float(brentq(excess, near, far, xtol=abs(step) / 20, rtol=1e-3))
-            near, step = far, 2 * step
-        return float(np.copysign(np.inf, step))
+        def end(step: float, bound: float) -> float:
+            farthest, factor = abs(bound - best.x[i]), 1.0
+            for _ in range(MOST_STEPS):
+                step = float(np.copysign(min(factor * abs(step), farthest), step))
+                factor = np.sqrt(most / rise(step)) if step else np.inf  # the cost is about a parabola
+                if factor > 1 and abs(step) == farthest:
+                    return float(np.copysign(np.inf, step))
+                if abs(factor - 1) < NEAR_ENOUGH:
+                    break
+            return float(best.x[i] + step)
+
+        step = np.sqrt(2 * most * covariance[i, i])
+        ends = best.x[i], end(-step, self.least[i]), end(step, self.most[i])
+        return Number(*(float(np.exp(x)) if self._logarithmic[i] and np.isfinite(x) else float(x) for x in ends))
 
 
 def _fitted(
@@ -349,15 +309,17 @@ def _fitted(
 ) -> Fit | None:
     """The law fitted to the data; None where it has as many numbers as there are data, or not those that are given."""
     count = sum(len(x) for _, x, _ in data.curves)
+    if given.keys() - {of.key if of else name for name, of in dimensions_of(law).items()}:
+        return None
+    problem = Problem(law, modes, data, given)
+    if not 0 < len(problem.names) < count:
+        return None
     try:
-        problem = _Problem(law, modes, data, given)
-        if not 0 < len(problem.unknowns) < count:
-            return None
-        best = problem.solve({each.name: each.guess for each in problem.unknowns})
-    except (LookupError, np.linalg.LinAlgError, ValueError):
+        best = problem.solve(problem.guess)
+    except (np.linalg.LinAlgError, ValueError):
         return None
     mean, known = float(2 * best.cost / count), problem.values(best.x)
-    criterion = count * np.log(max(mean, 1e-12)) + len(problem.unknowns) * np.log(count)
+    criterion = count * np.log(max(mean, 1e-12)) + len(problem.names) * np.log(count)
     liquid = _liquid(law, modes, known)
     return Fit(law, liquid, known["eta_0"], known, np.sqrt(mean), float(criterion), problem, best)
 

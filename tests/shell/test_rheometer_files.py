@@ -76,6 +76,10 @@ FLOW_CURVES = {
     "words of units": "Shear rate (reciprocal seconds);Viscosity_mPas_mean\n" + table(RATES, MILLI, by=";"),
     "a hyphen and a product": "Shear rate [s\u20111];Viscosity [mPa\u22c5s]\n" + table(RATES, MILLI, by=";"),
     "newtons": "Shear rate [s -1];Viscosity [mNs/m²]\n" + table(RATES, MILLI, by=";"),
+    "units above the headings": "[1/s];[mPa.s]\nScherrate;Viskosität\n" + table(RATES, MILLI, by=";", comma=True),
+    "units in columns": "Shear rate,Unit,Viscosity,Unit\n" + table(RATES, MILLI, by=",1/s,", after=",mPa.s"),
+    "a prefix apart": "shear rate (inverse seconds);viscosity in milli Pa s\n" + table(RATES, MILLI, by=";"),
+    "pascal seconds": "shear rate 1/s;viscosity (milli-Pascal-seconds)\n" + table(RATES, MILLI, by=";"),
     "one space": "# rate(1/s) eta(mPa s)\n" + table(RATES, MILLI, by=" "),
     "what was set": "Set shear rate [1/s],Shear rate [1/s],Viscosity [Pa.s]\n" + table(POINTS, RATES, VISCOSITIES),
     "what is true": "Apparent shear rate [1/s],True shear rate [1/s],Apparent viscosity [Pa.s],True viscosity [Pa.s]\n"
@@ -102,7 +106,14 @@ FLOW_CURVES = {
     + "1|1; ;0,06661; ; ;\n1|2; ;0,0977; ; ;\n"
     + table(RATES, STRESS, VISCOSITIES, by=";", comma=True, before="2|1;", after="; ;"),
 }
+COMPLEX = np.hypot(STORAGE, LOSS).tolist()
+PHASE = np.degrees(np.arctan2(LOSS, STORAGE)).tolist()
+TANGENT = np.divide(LOSS, STORAGE).tolist()
 SPECTRA = {
+    "a complex modulus and a loss factor": "ω [rad/s],|G*| [Pa],tan(δ)\n" + table(RATES, COMPLEX, TANGENT),
+    "a complex modulus and a phase": "Kreisfrequenz;Komplexer Schubmodul;Phasenwinkel\nrad/s;kPa;°\n"
+    + table(RATES, scaled(COMPLEX, 1e-3), PHASE, by=";", comma=True),
+    "a storage modulus and a loss factor": "omega [rad/s],G' [Pa],Loss factor [1]\n" + table(RATES, STORAGE, TANGENT),
     "Hz": "Frequency [Hz],G' [Pa],G'' [Pa]\n" + table(scaled(RATES, 1 / TURN), STORAGE, LOSS),
     "row of mHz": "f,Storage modulus,Loss modulus\nmHz,kPa,Pa\n"
     + table(scaled(RATES, 1e3 / TURN), scaled(STORAGE, 1e-3), LOSS),
@@ -187,20 +198,22 @@ def test_what_is_left_out_or_assumed_is_said(text: str, says: str, tmp_path: Pat
     [
         (b"PK\x03\x04rest", "save the sheet with the table as CSV"),
         (bytes(range(256)) * 9, "export the table as CSV or text"),
-        ("0.1,2\n0.2,3\n", "must have a line of headings, such as shear rate [1/s], viscosity [mPa.s]"),
-        ("rate [1/s],strain [%]\n1,2\n", "must have columns of shear rate and viscosity or shear stress"),
+        ("0.1,2\n0.2,3\n", "must have a line of headings of shear rate and"),
+        ("rate [1/s],strain [%]\n1,2\n", "must have a line of headings of shear rate and viscosity or shear stress"),
         (SPECTRA["Hz"], "and has those of --spectrum"),
         ("rate [1/s],viscosity [Pa.s]\n1,1\n2,0\n", "must have at least 5 rows of positive numbers"),
         ("rate [1/s],viscosity [Pa.s]\n" + "10,1\n" * 9, "rates that differ by a factor of 2 or more, and has 9"),
+        ("rate,,eta,\n1,1/s,2,Pa.s\n2,1/s,2,Pa.s\n3,1/s,2,P\n4,1/s,2,P\n5,1/s,2,P\n", "not Pa.s P"),
+        ("rate (1/s),viscosity (m Pa s)\n" + table(RATES, MILLI), "not m Pa s"),
         ("rate [Hz],viscosity [Pa.s]\n" + table(RATES, VISCOSITIES), 'a unit as 1/s is for "rate [Hz]", not Hz'),
         ("rate [1/s],viscosity [mPa]\n" + table(RATES, VISCOSITIES), "a unit as Pa.s is"),
         ("rate [1/s],viscosity [MPA.S]\n" + table(RATES, VISCOSITIES), "not MPA.S"),
-        ("rate [1/s],viscosity [Pa.s]\n0,10,2,50\n0,20,2,40\n", "must not have commas in and between numbers: line 2"),
+        ("rate [1/s],viscosity [Pa.s]\n0,10,2,50\n0,20,2,40\n", "numbers and between them: line 2"),
         ("rate [1/s];viscosity [mPa.s]\n1;2.500\n5;1.800\n9;950\n", "2.500, which may be one or a thousand"),
-        ("rate [1/s],viscosity [Pa.s]\n" + table(POINTS, RATES, VISCOSITIES), "a heading over each column: line 2"),
+        ("rate [1/s],viscosity [Pa.s]\n" + table(POINTS, RATES, VISCOSITIES), "must have a heading over each column"),
         ("rate [1/s],viscosity [Pa.s]\n" + table(scaled(RATES, -1), VISCOSITIES), "must have rows of positive numbers"),
         ("rate [1/s],viscosity x1000 [Pa.s]\n" + table(RATES, MILLI), "a unit without a factor"),
-        ("rate [1/s],viscosity/eta0\n" + table(RATES, VISCOSITIES), "must have columns of shear rate and viscosity"),
+        ("rate [1/s],viscosity/eta0\n" + table(RATES, VISCOSITIES), "must have a line of headings"),
         ("rate [1/s]\tviscosity [Pa.s]\n1,000\t2\n2,000\t3\n", "1,000, which may be one or a thousand"),
     ],
 )  # fmt: skip

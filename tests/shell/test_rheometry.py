@@ -56,8 +56,9 @@ def test_a_liquid_of_three_modes_comes_back() -> None:
     data = flow_curve(liquid, eta_0, **more)
     (best,) = fits(data, ["giesekus"])
     assert len(best.liquid.modes) == 3
-    assert holds(best, eta_0=3.0, De=2.0, xi=0.05, ratio_1=0.1, ratio_2=0.1, weight_1=0.6, weight_2=0.4, alpha=0.3)
-    quantities, block, _ = keys_of(best)
+    assert holds(best, eta_0=3.0, De=2.0, xi=0.05, time_2=0.1, time_3=0.01, weight_2=0.6, weight_3=0.4, alpha=0.3)
+    quantities, block, intervals = keys_of(best)
+    assert re.fullmatch(r"0\.08\d+ to 0\.1\d+", intervals["time_2"])
     assert quantities.keys() == {"viscosity", "relaxation", "solvent"}
     assert [mode["law"] for mode in block["modes"]] == ["giesekus"] * 3
 
