@@ -34,7 +34,7 @@ DIMENSIONS = {
 
 
 @cache
-def words() -> dict[str, dict[str, Any]]:
+def words() -> dict[str, Any]:
     """How columns are headed and units are written, see headings.yaml."""
     return YAML(typ="safe").load(Path(__file__).with_name("headings.yaml"))
 
