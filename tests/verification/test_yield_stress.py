@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.inputs import ROOT
 from support.result_folders import curve_table
 
 import pairsim
@@ -67,8 +68,9 @@ def test_the_regularisation_is_a_part_of_the_half_width() -> None:
 
 
 def test_unyielded_liquid_holds_a_pair_together() -> None:
-    """Unequal rigid spheres in a plug: dU is of the sign of separation, and falls as 1/m."""
-    (answer, *_), row = pair(beta=[0.4, 0.3], liquid={"law": "bingham", "Bn": 5})
+    """The shipped example: dU is of the sign of separation, and falls as 1/m."""
+    result = pairsim.curve(ROOT / "configs" / "yield_stress.yaml", **RIGID)
+    answer, row = str(result.answer).splitlines()[0], result.table.iloc[0]
     assert answer.startswith("Unyielded liquid holds it together at d = 0.1: dU vanishes there as 1/m")
     assert row["dU"] > 0
     assert row["creep"] == pytest.approx(1, abs=0.15)

@@ -34,6 +34,7 @@ SMALLEST = 2e-3  # step, relative to the distance to the target, below which nat
 FAR = 1.05
 # What helps where continuation does not: a run needs no steady state, and says whether it comes near one.
 IN_TIME = "pairsim run from this distance, which shows whether a steady state is approached"
+ROUNDER = (0.03, 1e-3)  # factors of the regularisation with which a guess from another mesh is tried; chosen
 FIRST_SHARPER = 50.0  # factor of a regularisation in a first step; the whole way at once took 30 iterations and failed
 FEW_ITERATIONS = 2  # Newton iterations up to which the step is doubled
 MANY_ITERATIONS = 5  # Newton iterations from which it is halved
@@ -102,7 +103,7 @@ def new_mesh(steady: SteadySolver, *, afresh: bool = False) -> None:
         MeshFailure: The mesh could not be generated.
     """
     steady.remesh(afresh=afresh)
-    report = steady.solve(steady.parameters)
+    report = solve_on_mesh(steady, steady.parameters, steady.y)
     if not report.converged and steady.parameters.liquid.modes:
         report = relax(steady, steady.parameters)
     if not report.converged:
@@ -181,7 +182,7 @@ def _continued(steady: SteadySolver, target: Parameters, way: list[Passed]) -> E
                 guess = prepared(steady, there, steady.y + (to - tau) * tangent)
                 if _far(before.parameters, there):
                     steady.forget()
-                report = steady.solve(there, guess)
+                report = solve_on_mesh(steady, there, guess, new=steady.scene.liquid.six_node_mesh is not before.mesh)
                 refused = report.reason
                 if report.converged:
                     longest = step * _growth(report.iterations, kinked=bool(target.liquid.regularisation))
@@ -202,6 +203,17 @@ def _continued(steady: SteadySolver, target: Parameters, way: list[Passed]) -> E
                 break
         tau = to
     return None
+
+
+def solve_on_mesh(steady: SteadySolver, there: Parameters, guess: Array, *, new: bool = True) -> Report:
+    """Solve at given parameters, on a new mesh perhaps with a rounder kink first, which is then sharpened."""
+    report = steady.solve(there, guess)
+    for factor in ROUNDER if new and there.liquid.regularisation and not report.converged else ():
+        rounder = steady.solve(there.less_regularised(factor), guess)
+        if rounder.converged:
+            arrived = _continued(steady, there, []) is None
+            return replace(rounder, converged=arrived, reason="converged" if arrived else report.reason)
+    return report
 
 
 def _first_step(start: Parameters, target: Parameters) -> float:

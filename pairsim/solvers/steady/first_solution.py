@@ -19,6 +19,7 @@ from pairsim.solvers.steady.continuation import (
     ended,
     follow,
     prepared,
+    solve_on_mesh,
 )
 from pairsim.solvers.steady.ends import Ended
 from pairsim.solvers.steady.guesses import adopt, place_undeformed
@@ -31,7 +32,6 @@ SCOUT_CELLS = 8  # on a half-circle, at least; chosen
 # Product of diameter and Ca_e from which particles are nearly too soft; steady shapes end near 0.064 in a Newtonian
 # liquid (docs/explanation/decisions.md).
 SOFT = 0.05
-ROUNDER = (1.0, 0.03, 1e-3)  # factors of the regularisation with which a solution of another mesh is tried; chosen
 FINER_SCOUT = 2**0.5  # where the first scout fails, or to see that a branch ends at the same place; chosen
 FINER = 2**0.5  # factor of the cells of a particle where a branch has ended; chosen
 # Distortion above which a solution from undeformed spheres is taken as it is, more than LEAST_STEADY, below which
@@ -106,17 +106,14 @@ def try_from_rest(scene: SteadySolver) -> bool:
 
 
 def try_from_other_mesh(scene: SteadySolver, parameters: Parameters, scout: SteadySolver) -> bool:
-    """Solve at given parameters from a solution of the same scene on another mesh, perhaps with a rounder kink first.
+    """Solve at given parameters from a solution of the same scene on another mesh.
 
     Returns:
         Whether there is a solution.
     """
-    for factor in ROUNDER if parameters.liquid.regularisation else (1.0,):
-        with suppress(MeshFailure, NoSteadyState):
-            adopt(scene, scout)
-            first = parameters.less_regularised(factor)
-            if scene.solve(first, prepared(scene, first, scene.y)).converged:
-                return follow(scene, parameters) is None
+    with suppress(MeshFailure, NoSteadyState):
+        adopt(scene, scout)
+        return solve_on_mesh(scene, parameters, prepared(scene, parameters, scene.y)).converged
     return False
 
 
