@@ -89,13 +89,12 @@ def plot(
     if group is not None and kind != "sweep":
         allowed = f"must be left out: it goes with a sweep or several folders, {directory} holds a {kind}"
         raise InputError("--group", "", group, allowed)
-    question = QUESTIONS.get(kind)
+    question, alone = QUESTIONS.get(kind), animate or field is not None
     frames = question.frames if question is not None else ""
-    if not frames and (field is not None or animate):
-        option, value = ("--field", field) if field is not None else ("--animate", None)
-        raise InputError(option, "", value, f"must be left out: it goes with a run or a curve, not with a {kind}")
+    if not frames and alone:
+        allowed = f"must be left out: it goes with a run or a curve, not with a {kind}"
+        raise InputError("--animate" if animate else "--field", "", field, allowed)
     if question is not None:
-        alone = animate or field is not None
         drawn = [] if alone else question.draw(directory, target, page)
         if alone or (frames and (directory / FIELDS_XDMF).exists()):
             from pairsim.plots.fields import draw_fields

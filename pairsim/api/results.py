@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Self
 from pairsim.api.cases import load
 from pairsim.computing import Question
 from pairsim.computing.question import Tables, rows_in
-from pairsim.results.folder import WAY, valid_record
+from pairsim.results.folder import WAY, read_record
 from pairsim.runtime.errors import BranchEnd, InputError, failure_of
 from pairsim.runtime.locks import is_locked
 from pairsim.runtime.text import duration
@@ -74,12 +74,8 @@ class Result:
 
     @cached_property
     def record(self) -> dict[str, Any]:
-        """The content of run.json: outcome, cost, versions and machine; empty if the file is missing.
-
-        Raises:
-            InputError: The file is invalid.
-        """
-        return valid_record(self._place) if (self._place / "run.json").is_file() else {}
+        """The content of run.json: outcome, cost, versions and machine; empty if the file is missing or invalid."""
+        return read_record(self._place)
 
     @cached_property
     def table(self) -> pd.DataFrame:

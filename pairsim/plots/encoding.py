@@ -71,7 +71,7 @@ class Encoding:
         values = self.values.get(self.colour, ())
         if len(values) <= len(COLOURS):
             return None
-        numbers, unit = measured(values) or (list(range(len(values))), "")
+        numbers, unit = measured(values) or ([*range(len(values))], "")
         wide = min(numbers) > 0 and max(numbers) / min(numbers) >= WIDE
         return numbers, unit, ScalarMappable((LogNorm if wide else Normalize)(min(numbers), max(numbers)), ORDERED)
 

@@ -114,12 +114,10 @@ def overlay(folders: Sequence[Path], out: Path, page: Page, group: str | None = 
     Raises:
         InputError: A folder is of another kind, or has nothing to draw yet.
     """
-    kind = kind_of(folders[0])
-    for folder in folders:
-        if (other := kind_of(folder)) not in ("run", "curve"):
-            raise InputError(str(folder), "", other, "must be a run or a curve to be laid over others")
-        if other != kind:
-            raise InputError(str(folder), "", other, f"must be a {kind}, as {folders[0]} is")
+    kind, *others = dict.fromkeys(map(kind_of, folders))
+    if others or kind not in ("run", "curve"):
+        allowed = "must be runs alone, or curves alone, to be laid over each other"
+        raise InputError("pairsim plot", "", ", ".join([kind, *others]), allowed)
     if len(set(folders)) < len(folders):
         raise InputError("pairsim plot", "", str(folders[0]), "must be named once")
     whole = [read_case(folder / "case.yaml") for folder in folders]

@@ -202,22 +202,7 @@ def kind_of(directory: Path) -> str:
 def read_record(directory: Path) -> dict[str, Any]:
     """Read run.json of a folder; returns an empty dict if it is missing or invalid."""
     try:
-        return valid_record(directory)
-    except InputError:
+        record = json.loads((directory / "run.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError):
         return {}
-
-
-def valid_record(directory: Path) -> dict[str, Any]:
-    """Read run.json of a folder.
-
-    Raises:
-        InputError: It is missing or invalid.
-    """
-    path = directory / "run.json"
-    try:
-        record = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise InputError(str(path), "", None, f"cannot be read ({error})") from None
-    if not isinstance(record, dict):
-        raise InputError(str(path), "", None, "must be a JSON object")
-    return record
+    return record if isinstance(record, dict) else {}

@@ -305,7 +305,7 @@ def test_wrong_options_say_what_is_allowed(tmp_path: Path, options: dict[str, st
 
 def test_folders_that_cannot_be_laid_over_each_other_are_refused(tmp_path: Path) -> None:
     run, curve = make_run(tmp_path / "run", *CASES["pair"]), make_curve(tmp_path / "curve", 0.1)
-    with pytest.raises(InputError, match="must be a run, as"):
+    with pytest.raises(InputError, match="runs alone, or curves alone"):
         plot(run, curve, out=tmp_path / "out")
     with pytest.raises(InputError, match="-o: must name a folder"):
         plot(run, run)
