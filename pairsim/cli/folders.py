@@ -23,14 +23,11 @@ def status(directory: Folder) -> None:
     curve, critical: whether it is running or how it ended, wall time in s, and
     warnings.
     """
-    from rich.console import Group
-    from rich.text import Text
-
     import pairsim
     from pairsim.results.folder import kind_of
     from pairsim.runtime.locks import is_locked
     from pairsim.sweeps.folder import read_sweep
-    from pairsim.sweeps.progress import COLOURS, status_view
+    from pairsim.sweeps.progress import status_view
 
     if kind_of(directory) in ("sweep", "study"):
         print_table(status_view(read_sweep(directory, values=False), is_locked(directory)))
@@ -38,9 +35,9 @@ def status(directory: Folder) -> None:
         result = pairsim.open(directory)
         reason = f" ({result.reason})" if result.reason not in ("", result.status) else ""
         cost = f"{result.record.get('wall_time', 0.0):.3g} s of wall time, by: {result.record.get('command', '')}"
-        warnings = (Text(f"warning: {warning}") for warning in result.warnings)
-        headline = Text(f"{directory}: {result.status}{reason}", style=COLOURS.get(result.status, ""))
-        print_table(Group(headline, *map(Text, filter(None, [result.message])), Text(cost, style="dim"), *warnings))
+        warnings = (f"warning: {warning}" for warning in result.warnings)
+        lines = (f"{directory}: {result.status}{reason}", result.message, cost, *warnings)
+        typer.echo("\n".join(filter(None, lines)))
 
 
 @app.command(

@@ -32,9 +32,8 @@ class _Sweep:
         command: Its command.
         cases: Those that have ended, as `read_sweep` returns them, with their `units`.
         varying: Keys that vary, without those that follow from others.
-        changed: All keys that vary.
         numbers: Those of them that are numbers or quantities: the values of all cases, and their unit.
-        quantity: The column that tells best what cases do.
+        parts: The parameters that all cases share.
         group: The key that chooses colours, None where it was not chosen.
     """
 
@@ -42,17 +41,9 @@ class _Sweep:
     command: str
     cases: Sequence[dict[str, Any]]
     varying: Sequence[str]
-    changed: Sequence[str]
     numbers: Mapping[str, tuple[Sequence[float], str]]
-    quantity: str
+    parts: Sequence[str]
     group: str | None
-
-    def parts(self) -> list[str]:
-        """The parameters that all cases share, as the most elastic, the first and the last one tell."""
-        elastic = max(self.cases, key=lambda entry: float(entry["parameters"].get("De") or 0))
-        paths = [self.directory / each["folder"] / "case.yaml" for each in (elastic, self.cases[0], self.cases[-1])]
-        cases, physical = [read_case(path) for path in paths], self.cases[0]["units"].physical
-        return common_parts(cases, self.varying, physical, self.changed)
 
 
 def plot_sweep(
@@ -101,13 +92,16 @@ def _read(directory: Path, group: str | None, physical: bool | None) -> _Sweep:
     Encoding.of(parameters, varying, group)  # refuses keys that do not vary
     known = {name: measured([case.get(name) for case in parameters]) for name in varying}
     numbers = {name: pair for name, pair in known.items() if pair is not None and len(set(pair[0])) > 1}
-    return _Sweep(directory, content["command"], cases, varying, content["varying"], numbers, quantity_of(cases), group)
+    telling = max(cases, key=lambda case: float(case["parameters"].get("De") or 0)), cases[0], cases[-1]
+    known_cases = [read_case(directory / case["folder"] / "case.yaml") for case in telling]
+    parts = common_parts(known_cases, varying, units[0].physical, content["varying"])
+    return _Sweep(directory, content["command"], cases, varying, numbers, parts, group)
 
 
 def quantity_of(cases: Sequence[Mapping[str, Any]]) -> str:
     """The column of results.csv that tells best what cases do."""
     names = [name + ending for name in MOTION for ending in ("", "_1")]
-    known = {key.removesuffix("_peak") for case in cases for key in case["values"]}
+    known = {key for case in cases for key in case["values"]}
     return next((name for name in names if name in known), "dU")
 
 
@@ -124,7 +118,7 @@ def _draw_lines(sweep: _Sweep, out: Path, page: Page) -> list[Path]:
     if not lines:
         return []
     stem, units = "sweep_curves" if curve else "sweep_series", sweep.cases[0]["units"]
-    return draw_overlay(lines, sweep.varying, sweep.parts(), units, out, page, stem, sweep.group)
+    return draw_overlay(lines, sweep.varying, sweep.parts, units, out, page, stem, sweep.group)
 
 
 @printing()
@@ -139,24 +133,25 @@ def _draw_parameters(sweep: _Sweep, out: Path, page: Page) -> list[Path]:
     group = sweep.group if sweep.group in others else None
     encoding = Encoding.of([case["parameters"] for case in sweep.cases], others, group)
     run, named = sweep.command == "run", sweep.cases[0]["units"].axis_label
-    words = named([sweep.quantity], " at the end") if run else named(["d_cr"])
+    quantity = quantity_of(sweep.cases)
+    words = named([quantity], " at the end") if run else named(["d_cr"])
     panel = Panel(parameter_label(name, sweep.numbers[name][1]), words, "x")
-    series = _ends(sweep, name) if run else _zeros(sweep, name)
-    figure, _ = draw_chart(page, {0: panel}, series, sweep.parts(), encoding)
+    series = _ends(sweep, name, quantity) if run else _zeros(sweep, name)
+    figure, _ = draw_chart(page, {0: panel}, series, sweep.parts, encoding)
     return page.save(figure, out, "sweep_parameters" if run else "sweep_zeros")
 
 
-def _ends(sweep: _Sweep, name: str) -> list[Series]:
+def _ends(sweep: _Sweep, name: str, quantity: str) -> list[Series]:
     """The last values with their errors; lines join cases that differ in this parameter alone."""
     found = []
     lines: dict[Any, list[tuple[float, float]]] = {}
     parameters: dict[Any, Mapping[str, Any]] = {}
     for place, case in zip(sweep.numbers[name][0], sweep.cases, strict=True):
-        if case["status"] == "finished" and sweep.quantity in case["values"]:
+        if case["status"] == "finished" and quantity in case["values"]:
             rest = tuple((key, hashable(case["parameters"].get(key))) for key in sweep.varying if key != name)
-            size = case["units"].factor(column(sweep.quantity).unit)
-            value = size * case["values"][sweep.quantity]
-            error = size * case["values"].get(error_of(sweep.quantity), np.nan)
+            size = case["units"].factor(column(quantity).unit)
+            value = size * case["values"][quantity]
+            error = size * case["values"].get(error_of(quantity), np.nan)
             found.append(point(0, place, value, POINT, error, parameters=case["parameters"], look={"marker": ""}))
             lines.setdefault(rest, []).append((place, value))
             parameters[rest] = case["parameters"]
