@@ -92,9 +92,9 @@ def _read(directory: Path, group: str | None, physical: bool | None) -> _Sweep:
     Encoding.of(parameters, varying, group)  # refuses keys that do not vary
     known = {name: measured([case.get(name) for case in parameters]) for name in varying}
     numbers = {name: pair for name, pair in known.items() if pair is not None and len(set(pair[0])) > 1}
-    telling = max(cases, key=lambda case: float(case["parameters"].get("De") or 0)), cases[0], cases[-1]
-    known_cases = [read_case(directory / case["folder"] / "case.yaml") for case in telling]
-    parts = common_parts(known_cases, varying, units[0].physical, content["varying"])
+    chosen = max(cases, key=lambda case: float(case["parameters"].get("De") or 0)), cases[0], cases[-1]
+    contents = [read_case(directory / case["folder"] / "case.yaml") for case in chosen]
+    parts = common_parts(contents, varying, units[0].physical, content["varying"])
     return _Sweep(directory, content["command"], cases, varying, numbers, parts, group)
 
 
