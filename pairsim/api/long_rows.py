@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -138,6 +139,30 @@ class MovedRow:
         times = self.motion.times_after(self.length)
         outlet = [self.motion.gaps(t)[gap] for gap, t in enumerate(times)]
         return pd.DataFrame({"d_inlet": self.motion.gaps(0.0), "d_outlet": outlet, "t_outlet": times})
+
+    def plot(self, file: Path | str, width: str | float = 170.0) -> list[Path]:
+        """Draw the distances over the position, and at inlet and outlet, as `pairsim.plot` does.
+
+        Args:
+            file: The picture: .png, .pdf or .svg.
+            width: Its width, mm as a number, or text such as "85mm".
+
+        Raises:
+            InputError: The file cannot be written, or its kind or the width are not allowed.
+        """
+        from pairsim.plots.long_rows import draw_long_row
+        from pairsim.plots.style import Page
+        from pairsim.plots.units import Units
+
+        path, motion = Path(file), self.motion
+        times = np.linspace(0.0, motion.t[-1], 200)
+        places = np.array([motion.positions(t).mean() for t in times])
+        distances, ends = (
+            np.array([motion.gaps(t) for t in times]),
+            self.distances[["d_inlet", "d_outlet"]].to_numpy().T,
+        )
+        page = Page.parse(path.suffix.removeprefix("."), width)
+        return draw_long_row(places - places[0], distances, ends, Units(self.scales), path.with_suffix(""), page)
 
     def __str__(self) -> str:
         """What has become of the distances."""

@@ -19,7 +19,7 @@ def made_model(rate: float = float(RATES[6])) -> RowModel:
     """Parts of two to four particles with coefficients at random, each smaller than the one before."""
     random, parts = np.random.default_rng(1), []
     for count in (2, 3, 4):
-        powers = np.array(list(product((1, 2), repeat=count - 1)))
+        powers = np.array([p for p in product((1, 2), repeat=count - 1) if sum(p) <= max(count, 3)])
         U, lengths = random.normal(size=(2, len(powers), count)) * 0.2 ** (count - 1)
         parts.append(Part(rate, powers, U, lengths[:, 1:]))
     return RowModel(1.7, 0.4, tuple(parts), 0.01)
@@ -39,7 +39,7 @@ def test_a_row_of_any_length_follows_from_rows_of_up_to_four() -> None:
     for count in (2, 3, 4):
         model = model.with_part_of([short_row(true, place) for place in places_of(count, 0.02)])
         off.append(np.abs(model.velocities(gaps) - true.velocities(gaps)).max())
-    assert min(off[:2]) > 5e-3
+    assert off[0] > 3 * off[1] > 9 * off[2], off
     assert off[2] < 5e-4
     assert model.lengths(gaps) == pytest.approx(true.lengths(gaps), abs=5e-4)
     right = true.slopes(gaps)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -24,10 +26,12 @@ def test_short_rows_are_those_of_a_curve(pairs: LongRow) -> None:
         assert 1 + found[d].length_slopes[0, 0] == pytest.approx(curve["stretch"][i], rel=1e-9)
 
 
-def test_distances_at_random_are_the_same_for_one_seed_and_have_their_mean_and_spread(pairs: LongRow) -> None:
+def test_distances_at_random_have_mean_spread_and_seed(pairs: LongRow, tmp_path: Path) -> None:
     given = {"mean": 0.6, "spread": 0.3, "seed": 1}
     first, again = (pairs.move(given, 5.0, particles=300).distances for _ in range(2))
     assert first.equals(again)
+    (picture,) = pairs.move(given, 5.0, particles=300).plot(tmp_path / "row.png")
+    assert picture.stat().st_size > 10_000
     assert first["d_inlet"].mean() == pytest.approx(0.6, rel=0.05)
     assert first["d_inlet"].std() == pytest.approx(0.18, rel=0.1)
 
