@@ -78,8 +78,15 @@ def in_units(table: pd.DataFrame, scales: Sequence[Scales], keys: Collection[str
     for name in (str(each) for each in table.columns if each not in keys):
         if (unit := _unit_of(name)).physical:
             rows = zip(table[name], map(unit.factor, scales), strict=True)
-            converted[name] = [value if value is None else np.multiply(value, size).tolist() for value, size in rows]
+            converted[name] = [_times(value, size) for value, size in rows]
     return with_units(table.assign(**converted), converted)
+
+
+def _times(value: Any, size: float) -> Any:
+    """A number, or the numbers of a list, times a factor: 0.0833333333333333 D_c are 5 um, and no 4.999999999999998."""
+    if isinstance(value, list):
+        return [_times(each, size) for each in value]
+    return value if value is None else float(f"{value * size:.12g}")
 
 
 def table_of(directory: Path, name: str, physical: bool | None, at: Sequence[float | str] = ()) -> pd.DataFrame:

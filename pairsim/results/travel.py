@@ -13,6 +13,7 @@ import scipy
 from pairsim.cases.quantities import LENGTH as A_LENGTH
 from pairsim.cases.quantities import si
 from pairsim.physics.scales import Scales
+from pairsim.results.columns import text_in_units
 from pairsim.results.curve_table import Memory, curve_of, stretch_of
 from pairsim.results.units import LENGTH, POSITION, TIME, in_unit, scales_in, scales_of
 from pairsim.runtime.arrays import Array
@@ -97,7 +98,7 @@ def travel(
     record = record or {}
     begin, end = (distance_on(curve, d, option, record, source) for option, d in (("--from", start), ("--to", stop)))
     if why := _obstacle(curve, begin, end):
-        raise _refusal(source, "--to", stop, end, why)
+        raise _refusal(source, "--to", stop, why, record)
     low, high = sorted((begin, end))
     stretch = stretch_of(table)
     mean = scipy.interpolate.PchipInterpolator(np.log(curve.d), (table["U_L"] + table["U_T"]) / 2)
@@ -148,16 +149,17 @@ def distance_on(
     least, largest = float(curve.d[0]), float(curve.d[-1])
     d = next((end for end in (least, largest) if abs(d - end) < SAME * end), d)
     if not least <= d <= largest:
-        raise _refusal(source, option, given, d, f"must be between {least:g} and {largest:g}, the ends of the curve")
+        allowed = f"must be between d = {least:g} and d = {largest:g}, the ends of the curve"
+        raise _refusal(source, option, given, allowed, record)
     return d
 
 
-def _refusal(source: str, option: str, given: float | str, d: float, allowed: str) -> InputError:
-    """The error that names a distance as it was given, and in diameters if it has a unit."""
+def _refusal(source: str, option: str, given: float | str, allowed: str, record: Mapping[str, Any]) -> InputError:
+    """The error that names distances in the units in which the wrong one was given."""
     try:
         return InputError(source, option, float(given), allowed)
     except ValueError:
-        return InputError(source, option, given, f"gives d = {d:g}, which {allowed}")
+        return InputError(source, option, given, text_in_units(allowed, scales_in(record)))
 
 
 def _obstacle(curve: CurveInterpolant, start: float, stop: float) -> str:
@@ -167,11 +169,12 @@ def _obstacle(curve: CurveInterpolant, start: float, stop: float) -> str:
         return "must differ from --from"
     if zeros := [zero for zero in curve.zeros if low <= zero <= high]:
         listed = ", ".join(f"{zero:.4g}" for zero in zeros)
-        return f"must be on the same side of the zeros of dU as {start:g}: dU = 0 at d = {listed}"
+        return f"must be on the same side of the zeros of dU as d = {start:g}: dU = 0 at d = {listed}"
     if (curve.values(np.sqrt(low * high)) > 0) != (stop > start):
         side, motion = ("above", "separates") if stop < start else ("below", "approaches")
-        return f"must be {side} {start:g}: the pair {motion} there"
+        return f"must be {side} d = {start:g}: the pair {motion} there"
     samples = curve.samples[0]
     inside = np.array([low, *samples[(low < samples) & (samples < high)], high])
     unsure = inside[np.abs(curve.values(inside)) <= curve.half_widths(inside)]
-    return f"must be reached without a distance at which dU may vanish, as at {unsure[0]:.4g}" if unsure.size else ""
+    where = f", as at d = {unsure[0]:.4g}" if unsure.size else ""
+    return where and f"must be reached without a distance at which dU may vanish{where}"

@@ -96,10 +96,10 @@ ZERO = table(0.01 * (D - 0.3), np.full_like(D, 0.01))
 @pytest.mark.parametrize(
     ("start", "stop", "key", "message"),
     [
-        (0.1, 0.5, "--to", r"same side of the zeros of dU as 0.1: dU = 0 at d = 0.3"),
+        (0.1, 0.5, "--to", r"same side of the zeros of dU as d = 0.1: dU = 0 at d = 0.3"),
         (0.5, 0.1, "--to", r"same side of the zeros"),
-        (0.01, 0.1, "--from", "between 0.05 and 1"),
-        (0.4, 2.0, "--to", "between 0.05 and 1"),
+        (0.01, 0.1, "--from", "between d = 0.05 and d = 1"),
+        (0.4, 2.0, "--to", "between d = 0.05 and d = 1"),
         (0.4, 0.35, "--to", "the pair separates there"),
         (0.1, 0.2, "--to", "the pair approaches there"),
         (0.4, 0.4, "--to", "must differ"),
@@ -115,8 +115,8 @@ def test_what_cannot_be_reached_is_refused(start: float, stop: float, key: str, 
 @pytest.mark.parametrize(
     ("start", "stop", "message"),
     [
-        ("5um", "17um", "--to: got '17um'; gives d = 0.34, which must be between 0.1 and 0.3, the ends of the curve"),
-        ("4um", "10um", "--from: got '4um'; gives d = 0.08, which must be between"),
+        ("5um", "17um", "--to: got '17um'; must be between d = 5 um and d = 15 um, the ends of the curve"),
+        ("4um", "10um", "--from: got '4um'; must be between d = 5 um"),
         ("0.1", "0.34", "--to: got 0.34; must be between"),
     ],
 )
