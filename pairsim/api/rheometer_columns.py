@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -12,25 +13,10 @@ from typing import Any
 import numpy as np
 from ruamel.yaml import YAML
 
-from pairsim.cases.quantities import unit_in_si
-from pairsim.physics.liquids.viscous import ZERO_SHEAR
-from pairsim.physics.material import Dimension
-from pairsim.physics.solids.solid import MODULUS
+from pairsim.cases.quantities import unit_in
 
-
-def _dimension(key: str, kind: str, unit: str) -> Dimension:
-    return Dimension(key, kind, key, unit, f"1 {unit}", lambda value, _: value)
-
-
-RATE, FREQUENCY = _dimension("rate", "a shear rate", "1/s"), _dimension("frequency", "a frequency", "rad/s")
-DIMENSIONS = {
-    "rate": RATE,
-    "viscosity": ZERO_SHEAR,
-    "frequency": FREQUENCY,
-    "phase": _dimension("phase", "an angle", "deg"),
-    "factor": _dimension("factor", "a number", ""),
-}
-"""What is in the columns; all others are stresses."""
+UNITS = {"rate": "1/s", "viscosity": "Pa*s", "frequency": "rad/s", "phase": "deg", "factor": ""}
+"""SI units of the quantities (phases in degrees); all others are stresses."""
 
 
 @cache
@@ -80,8 +66,8 @@ def column(quantity: str, place: int, heading: str, rest: str, around: Sequence[
     Raises:
         ValueError: Its unit is not known, or is none of the dimension; says which.
     """
-    dimension = DIMENSIONS.get(quantity, MODULUS)
-    si = dimension.unit.replace("*", ".")
+    of = UNITS.get(quantity, "Pa")
+    si = of.replace("*", ".")
     if re.search(r"[x*] ?1(0|e[-+]?\d)", " ".join([heading, *around])):
         raise ValueError(f'must have a unit without a factor for "{heading}", as {si} is')
     in_brackets = re.findall(r"[\[(]([^\[\]()]*)[\])]", heading)
@@ -90,7 +76,7 @@ def column(quantity: str, place: int, heading: str, rest: str, around: Sequence[
     words_in = [*re.split(r"\bin\b|,", after)[1:], *re.findall(r"^\S{2,}", after)]
     pieces = [bare[1] if bare else after, *reversed(in_brackets), *words_in, *around]
     for text in [each.strip("[]() ") if each in around else each.strip() for each in pieces]:
-        if text and (factor := _factor(text, dimension)) is not None:
+        if text and (factor := _factor(text, of)) is not None:
             return Column(place, heading, text.replace("*", "."), factor, si)
     for text in [after, *in_brackets, *around]:
         unit = text.strip("[]() ")
@@ -99,18 +85,15 @@ def column(quantity: str, place: int, heading: str, rest: str, around: Sequence[
     return Column(place, heading, "", 1.0, si)
 
 
-def _factor(text: str, dimension: Dimension | None) -> float | None:
-    """A unit in that of a dimension, None if it is no such unit; 1 for any unit if there is no dimension."""
+def _factor(text: str, of: str) -> float | None:
+    """A unit in another one, None if it is no such unit."""
+    turns = re.search("(?i)hz|hertz|rpm|rev|u/min|cycle", text)
+    if re.fullmatch(r"[\d\s.]*", text) or re.search(r"\bMPA\b|\bMPAS", text) or (turns and of == UNITS["rate"]):
+        return None  # milli or mega? and a shear rate is no speed of rotation
     for spelled in (text, text.replace(" ", "/"), text.lower()):
-        if re.fullmatch(r"[\d\s.]*", text) or re.search(r"\bMPA\b|\bMPAS", text):  # milli or mega?
-            return None
         for pattern, by in words()["units"].items():
             spelled = re.sub(pattern, by, spelled)
-        try:
-            factor = unit_in_si(spelled, dimension)
-        except ValueError:
-            continue
-        if dimension is RATE and re.search("(?i)hz|hertz|rpm|rev|u/min|cycle", text):
-            return None  # the shear rate is no speed of rotation
-        return factor * (2 * np.pi if dimension is FREQUENCY and re.search("(?i)hz|hertz", text) else 1.0)
+        with suppress(ValueError):
+            hertz = of == UNITS["frequency"] and re.search("(?i)hz|hertz", text)
+            return unit_in(of, spelled) * (2 * np.pi if hertz else 1.0)
     return None

@@ -96,17 +96,16 @@ def si(text: Any, of: Dimension) -> float:
     return value
 
 
-def unit_in_si(unit: str, of: Dimension | None) -> float:
-    """A unit in the SI unit of a dimension; 1 for any unit if there is no dimension.
+def unit_in(other: str, unit: str) -> float:
+    """A unit in another one.
 
     Raises:
-        ValueError: It is no unit, or none of this dimension.
+        ValueError: It is no unit, or is of another kind.
     """
     try:
-        parsed = _registry().parse_units(unit)
-        return float(_registry().Quantity(1.0, parsed).to(of.unit).magnitude) if of else 1.0
+        return float(_registry().Quantity(1.0, unit).to(other).magnitude)
     except Exception:  # pint does not document which exceptions its parser raises
-        raise ValueError(f"is no unit{f' as {of.unit} is' if of else ''}") from None
+        raise ValueError(f"is no unit as {other} is") from None
 
 
 def seconds_of(budget: str | None) -> float | None:

@@ -22,9 +22,8 @@ from pairsim.physics.material import Dimension, Material, Parameter
 from pairsim.runtime.arrays import Array
 
 CONFIDENCE = 0.95
-SINGULAR = 1e-9
-MOST_STEPS = 20
-NEAR_ENOUGH = 0.03
+SINGULAR = 1e-9  # what is added to squares of derivatives: data may not determine a number, or a combination of several
+MOST_STEPS, NEAR_ENOUGH = 20, 0.03  # to the end of an interval, and how near of its half-width; chosen
 MOST_MODES = 4
 LOGARITHMIC = 100.0  # ratio of the bounds of a parameter from which its logarithm is fitted; chosen
 FARTHEST = 1e-3, 1e3  # bounds of relaxation times over the inverse of the slowest and fastest rate; chosen
@@ -102,6 +101,8 @@ class Fit:
             weights of modes.
         deviation: Root mean square of the deviations of logarithms.
         criterion: Bayesian information criterion (Schwarz 1978); the smaller, the better.
+        problem: What was solved.
+        best: Its solution.
     """
 
     law: type[ViscousLaw | ConformationLaw]
@@ -166,11 +167,10 @@ def fits(data: Measured, laws: Sequence[str] | None = None, given: Mapping[str, 
 
 def _of_law(law: type[ViscousLaw | ConformationLaw], data: Measured, given: Mapping[str, float]) -> Fit | None:
     """A law fitted to data, by one mode or, where moduli are known, by as many as improve it."""
-    least = 0 if issubclass(law, ViscousLaw) else 1
-    best = _fitted(law, least, data, given)
-    for modes in range(2, MOST_MODES + 1) if least and len(data.frequency) else ():
+    best = None
+    for modes in [0] if issubclass(law, ViscousLaw) else range(1, MOST_MODES + 1 if len(data.frequency) else 2):
         better = _fitted(law, modes, data, given)
-        if better is None or best is None or better.criterion >= best.criterion:
+        if better is None or (best is not None and better.criterion >= best.criterion):
             break
         best = better
     return best
@@ -196,10 +196,8 @@ def _unknowns(law: type[Material], modes: int, data: Measured) -> dict[str, tupl
     if modes:
         found |= {"De": (*times, 1 / slow if modes > 1 else 1 / middle), "xi": (1e-4, 1.0, 0.1)}
     for i in range(2, modes + 1):  # over the time and weight of the first mode
-        found |= {
-            f"time_{i}": (1e-6, 0.9, (slow / fast) ** ((i - 1) / modes)),
-            f"weight_{i}": (1e-4, 1e3, 0.5 ** (i - 1)),
-        }
+        ratio = (slow / fast) ** ((i - 1) / modes)
+        found |= {f"time_{i}": (1e-6, 0.9, ratio), f"weight_{i}": (1e-4, 1e3, 0.5 ** (i - 1))}
     for name, p in law.parameters().items():
         if p.dimension is not None and p.dimension.unit == "s":
             found[name] = (*times, 1 / middle)
@@ -223,9 +221,8 @@ def _liquid(law: type[ViscousLaw | ConformationLaw], modes: int, values: Mapping
         return Liquid(own)
     each = [(values.get(f"time_{i}", 1.0), values.get(f"weight_{i}", 1.0)) for i in range(1, modes + 1)]
     total = sum(weight for _, weight in each)
-    return Liquid(
-        Newtonian(), values["xi"], values["De"], tuple(replace(own, time=t, weight=w / total) for t, w in each)
-    )
+    parts = tuple(replace(own, time=time, weight=weight / total) for time, weight in each)
+    return Liquid(Newtonian(), values["xi"], values["De"], parts)
 
 
 class Problem:
@@ -239,12 +236,10 @@ class Problem:
         self._given = {name: given[key] for name, of in dimensions.items() if (key := of.key if of else name) in given}
         unknowns = {name: each for name, each in _unknowns(law, modes, data).items() if name not in self._given}
         self.names = [*unknowns]
-        least, most, guess = np.array([*unknowns.values()]).reshape(-1, 3).T
-        self._logarithmic = (least > 0) & (most > LOGARITHMIC * least)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            self.least, self.most, self.guess = (
-                np.where(self._logarithmic, np.log(x), x) for x in (least, most, guess)
-            )
+        table = np.array([*unknowns.values()]).reshape(-1, 3).T
+        self._logarithmic = (table[0] > 0) & (table[1] > LOGARITHMIC * table[0])
+        with np.errstate(all="ignore"):
+            self.least, self.most, self.guess = np.where(self._logarithmic, np.log(table), table)
 
     def values(self, x: Array) -> dict[str, float]:
         """All numbers, from those that are fitted or their logarithms."""
