@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
 from pairsim.results.columns import Column
@@ -39,6 +40,11 @@ def last_row(tables: Tables) -> dict[str, Value]:
 def rows_in(columns: Mapping[str, Any]) -> int:
     """The number of rows of a table."""
     return len(next(iter(columns.values()), ()))
+
+
+def drawn_by(function: str) -> Callable[[Path, Path, Page], list[Path]]:
+    """A function such as "pairsim.plots.critical:draw_critical", which is imported when it draws, with matplotlib."""
+    return lambda folder, out, page: resolve_name(function)(folder, out, page)
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,6 @@ system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 from pydantic import Field
@@ -26,13 +25,12 @@ from pairsim.cases.mistakes import Mistake
 from pairsim.cases.values import FOLLOWED, Distance, Values
 from pairsim.cli.compute import app_of
 from pairsim.computing import events
-from pairsim.computing.question import InSweeps, Question, Tables, Value, rows_in
+from pairsim.computing.question import InSweeps, Question, Tables, Value, drawn_by, rows_in
 from pairsim.results.columns import CRITICAL_COLUMNS
 from pairsim.results.units import LENGTH
 
 if TYPE_CHECKING:
     from pairsim.computing.warnings import ErrorAt
-    from pairsim.plots.style import Page
     from pairsim.results.curve_table import Zero
     from pairsim.runtime.monitor import Monitor
     from pairsim.solvers.curves.branch import Point
@@ -218,13 +216,6 @@ def answer_of_critical(zeros: Sequence[Zero], record: Mapping[str, Any]) -> list
     return [*lines, *(f"A branch ends: {message}." for message in messages)]
 
 
-def draw(directory: Path, out: Path, page: Page) -> list[Path]:
-    """Critical distances over the parameter that was followed."""
-    from pairsim.plots.critical import draw_critical
-
-    return draw_critical(directory, out, page)
-
-
 def read(tables: Tables) -> dict[str, Value]:
     """The result columns; lists in the order of critical.csv."""
     table = tables["critical"]
@@ -257,7 +248,7 @@ QUESTION = Question(
     tables={"critical": (), "way": ()},
     result=CriticalResult,
     in_sweeps=InSweeps(lambda _: ("points", "zeros", "stable"), read),
-    draw=draw,
+    draw=drawn_by("pairsim.plots.critical:draw_critical"),
     captions={"critical": "Critical distances"},
 )
 

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import cached_property
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import typer
@@ -29,7 +28,7 @@ from pairsim.cases.mistakes import Mistake, broken, missing
 from pairsim.cases.values import MOST_VALUES, CurveTolerance, Distance, Gaps, Velocity, Whole
 from pairsim.cli.compute import compute
 from pairsim.cli.options import Budget, CaseFile, DryRun, Output, Overwrite, Progress, Quiet, Settings
-from pairsim.computing.question import InSweeps, Question, Tables, Value, rows_in
+from pairsim.computing.question import InSweeps, Question, Tables, Value, drawn_by, rows_in
 from pairsim.results.columns import EQUILIBRIA_COLUMNS, FORCES, GAP, names_of, slope_columns, suffixes, suffixes_in
 from pairsim.solvers.curves.distances import between
 
@@ -38,7 +37,6 @@ if TYPE_CHECKING:
 
     from pairsim.computing.events import Events
     from pairsim.computing.warm_start import WarmStart
-    from pairsim.plots.style import Page
     from pairsim.questions.curve.function import Curve
     from pairsim.results.travel import Travel
     from pairsim.runtime.monitor import Monitor
@@ -174,13 +172,6 @@ def solve(
     return computation(case, monitor, sensitivities, warm_start)
 
 
-def draw(directory: Path, out: Path, page: Page) -> list[Path]:
-    """dU with its error and its zeros, and D."""
-    from pairsim.plots.runs_and_curves import draw_curve
-
-    return draw_curve(directory, out, page)
-
-
 def result_columns(case: CurveCase) -> tuple[str, ...]:
     """Points, zeros, and by gap the largest |dU| with its distance and errors; the force on a single moved particle."""
     names = ["d_peak{}", "d_peak_error{}", "dU_peak{}", "dU_error{}"]
@@ -280,7 +271,7 @@ QUESTION = Question(
     tables={"curve": (), "equilibria": (), "slopes": slope_columns(3), "way": ()},
     result=CurveResult,
     in_sweeps=InSweeps(result_columns, read, neighbours=("De", "Ca_e")),
-    draw=draw,
+    draw=drawn_by("pairsim.plots.runs_and_curves:draw_curve"),
     captions={"curve": "Relative velocity and shapes over distance"},
     frames="d",
     draws_from=2,  # one point is no line, and matplotlib takes as long as a point

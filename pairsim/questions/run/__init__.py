@@ -24,13 +24,12 @@ from pairsim.cases.run_case import Case, check_run
 from pairsim.cli.compute import compute
 from pairsim.cli.options import Budget, DryRun, Output, Overwrite, Progress, Quiet, Settings
 from pairsim.computing import events
-from pairsim.computing.question import InSweeps, Question, rows_in
+from pairsim.computing.question import InSweeps, Question, drawn_by, rows_in
 from pairsim.results.columns import names_of
 from pairsim.results.units import scales_in
 from pairsim.runtime.errors import InputError
 
 if TYPE_CHECKING:
-    from pairsim.plots.style import Page
     from pairsim.runtime.monitor import Monitor
 
 
@@ -52,13 +51,6 @@ def solve(case: Case, *, monitor: Monitor, earlier: events.Earlier | None = None
     from pairsim.questions.run.computation import Run
 
     return Run(case, monitor, earlier).computation()
-
-
-def draw(directory: Path, out: Path, page: Page) -> list[Path]:
-    """Velocities and shapes over time, and dU over d."""
-    from pairsim.plots.runs_and_curves import draw_run
-
-    return draw_run(directory, out, page)
 
 
 def result_columns(case: Case) -> tuple[str, ...]:
@@ -94,7 +86,7 @@ QUESTION = Question(
     tables={"series": ()},
     result=RunResult,
     in_sweeps=InSweeps(result_columns, parameters=("beta", "De", "Ca_e", "d0")),
-    draw=draw,
+    draw=drawn_by("pairsim.plots.runs_and_curves:draw_run"),
     captions={"series": "Velocities and shapes over time, relative velocity over distance"},
     frames="t",
     flags=("resume",),
