@@ -5,10 +5,10 @@
     result = pairsim.run({"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}, time={"end": 1})
     result.table.plot("t", "dU")
 
-`load` checks a case, `units` makes one of an experiment; `run`, `curve`, `critical`, `shape`, `pressure` and `sweep`
-compute; `open` reads a folder of results, `plot` draws it, `report` puts it into one HTML file; `long_row` moves
-hundreds of particles along a tube; `moduli` reads a cytometer's file; `use_laws` makes laws of one's own known. They
-are imported when first used: `import pairsim` alone loads nothing.
+`load` checks a case, `units` makes one of an experiment; `run`, `curve`, `critical`, `shape`, `pressure`, `train` and
+`sweep` compute; `open` reads a folder of results, `plot` draws it, `report` puts it into one HTML file; `long_row`
+moves hundreds of particles along a tube; `moduli` reads a cytometer's file; `use_laws` makes laws of one's own known.
+They are imported when first used: `import pairsim` alone loads nothing.
 """
 
 import os as _os
@@ -50,6 +50,8 @@ if _TYPE_CHECKING:
     from pairsim.questions.run import run as run
     from pairsim.questions.shape import ShapeResult as ShapeResult
     from pairsim.questions.shape import shape as shape
+    from pairsim.questions.train import TrainResult as TrainResult
+    from pairsim.questions.train import train as train
 
 _MODULES = {
     "api.cases": ("load", "use_laws"),

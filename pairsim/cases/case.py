@@ -99,6 +99,8 @@ class SceneCase(Keys):
     """The command that the case is for."""
     counted: ClassVar[dict[str, int]] = {"beta": 0, "Ca_e": 0}
     """Keys that must be given, one for all particles or one for each, and how many fewer than particles these are."""
+    closed: ClassVar[bool] = False
+    """Whether the tube is a period of an infinite row of particles."""
     usual_distances: ClassVar[dict[str, Any]] = {}
     """Distances of a case that is made without any, by their key."""
 

@@ -45,7 +45,7 @@ def check_scene(case: SceneCase) -> Iterator[Mistake]:
     yield from _check_law(case)
     if case.length == "auto" and case.ends != "developed":
         yield Mistake("length", "auto", "must be a number with ends: periodic; auto requires ends: developed")
-    elif fits and case.n and case.tube_length < case.cluster + 2 * FREE_ENDS:
+    elif fits and case.n and not case.closed and case.tube_length < case.cluster + 2 * FREE_ENDS:
         least = case.cluster + 2 * FREE_ENDS
         allowed = f"must be at least {least:g}: {case.cluster:g} for the particles and {FREE_ENDS:g} at each end"
         yield Mistake("length", case.tube_length, allowed)

@@ -95,8 +95,9 @@ YOUNG = replace(
     number=lambda E, scales: 3 * scales.stress / E,
 )
 DISTANCE = a_length(
-    "distance", "distance between the facing surfaces; gives d0 of a run, d of curve and critical", "5 um", "d"
+    "distance", "distance between the facing surfaces; gives d0 of a run, d of curve, critical and train", "5 um", "d"
 )
+SPACING = a_length("spacing", "distance between the centres of neighbours; gives train.spacing", "30 um", "s")
 FLOW_RATE = "flow rate Q; gives the mean velocity U_av = 4 Q/(pi D_c^2)"
 VELOCITY = "mean velocity of the liquid U_av, in place of flow_rate"
 DENSITY = _measured(
@@ -111,6 +112,7 @@ EXPERIMENT = (
     Quantity(YOUNG, "Ca_e", many=True),
     DENSITY,
     Quantity(DISTANCE, "d"),
+    Quantity(SPACING, "train.spacing"),
     Quantity(a_time("end", "end time of a run; gives time.end"), "time.end"),
 )
 QUANTITIES = {each.key: each for each in (*EXPERIMENT, *map(Quantity, DIMENSIONS.values()))}

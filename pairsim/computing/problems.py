@@ -61,5 +61,6 @@ def steady_problem(case: SceneCase, narrowest: float, monitor: Monitor | None = 
         flow,
         velocity,
         narrowest=narrowest,
+        closed=case.closed,
         monitor=monitor or Monitor(),
     )

@@ -53,6 +53,7 @@ class LiquidNodes:
         inlet: Nodes of the upstream end, in ascending r.
         outlet: Nodes of the downstream end, in ascending r, at the same radii as those of the inlet.
         interfaces: For each particle the nodes of its outline, from the downstream to the upstream pole.
+        planes: Nodes of each of the reference domain's planes, in ascending r.
     """
 
     axis: Indices
@@ -60,17 +61,12 @@ class LiquidNodes:
     inlet: Indices
     outlet: Indices
     interfaces: tuple[Indices, ...]
+    planes: tuple[Indices, ...]
 
     @staticmethod
     def find(mesh: SixNodeMesh, reference: Reference) -> LiquidNodes:
-        z, r = mesh.points.T
-        half = reference.geometry.length / 2
-
-        def end(position: float) -> Indices:
-            nodes = np.flatnonzero(np.abs(z - position) < 1e-9)
-            return nodes[np.argsort(r[nodes])]
-
-        inlet, outlet = end(-half), end(half)
+        r, half = mesh.points[:, 1], reference.geometry.length / 2
+        inlet, outlet = mesh.nodes_of_plane(-half), mesh.nodes_of_plane(half)
         if len(inlet) != len(outlet) or not np.allclose(r[inlet], r[outlet], rtol=0.0, atol=1e-9):
             raise MeshFailure("the nodes of the two ends differ in number or radius")
         return LiquidNodes(
@@ -79,6 +75,7 @@ class LiquidNodes:
             inlet,
             outlet,
             tuple(match(mesh.points, nodes) for nodes in reference.positions),
+            tuple(mesh.nodes_of_plane(z) for z in reference.planes),
         )
 
 
@@ -361,9 +358,10 @@ class Scene:
         """The terms with scalar unknowns, which are not part of the forms, as a matrix of shape (n, n).
 
         m int q is added to continuity, and the equation of m is int p_f = 0. With periodic ends dp int_inlet v_z is
-        subtracted from momentum (Eq. (9) of the paper), and the equation of dp is the flow rate (Eq. (14)). The force F
-        on a particle is subtracted from momentum at its downstream pole, which the constraints add to that of the whole
-        surface, and the equation of F is the velocity of the pole. All pairs are symmetric.
+        subtracted from momentum (Eq. (9) of the paper), and the equation of dp is the flow rate (Eq. (14)); with planes
+        it is the mean of theirs, since discrete flow rates change a little with the particles beside a section. The
+        force F on a particle is subtracted from momentum at its downstream pole, which the constraints add to that of
+        the whole surface, and the equation of F is the velocity of the pole.
         """
         index, weight = self.gauge
         m = np.full(len(index), self.m)
@@ -371,9 +369,14 @@ class Scene:
         if self.dp is not None:
             index, weight = self.flow_rate
             dp = np.full(len(index), self.dp)
-            rows += [index, dp]
-            columns += [dp, index]
-            values += [-weight, -weight]
+            rows.append(index)
+            columns.append(dp)
+            values.append(-weight)
+            sections = [(index, weight), *(self._end("u", nodes) for nodes in self.nodes.planes)]
+            for index, weight in sections:
+                rows.append(dp)
+                columns.append(index)
+                values.append(-weight / len(sections))
         if len(self.F):
             index = self.liquid.index("u", np.array([at[0] for at in self.nodes.interfaces]), 0)
             rows += [index, self.F]

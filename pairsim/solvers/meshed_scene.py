@@ -8,7 +8,7 @@ displacement into the liquid; see "Remeshing" in docs/explanation/numerics.md.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -76,6 +76,23 @@ def cut_particles(
     """
     outlines = make_outlines(replace(geometry, gaps=narrowest), settings)
     return outlines, particle_meshes(geometry, settings, outlines, [solid is not None for solid in solids])
+
+
+@dataclass(frozen=True)
+class Cells:
+    """The cells that a scene begins with.
+
+    Attributes:
+        outlines: Outlines of the particles.
+        insides: Meshes of the soft particles, None for rigid ones.
+        reference: Reference domain of the liquid.
+        mesh: Its mesh; generated if None.
+    """
+
+    outlines: Sequence[Outline]
+    insides: Sequence[SixNodeMesh | None]
+    reference: Reference
+    mesh: SixNodeMesh | None = None
 
 
 class MeshedScene:
@@ -169,7 +186,8 @@ class MeshedScene:
         distances = diagnostics.gaps(self.bodies, h)
         if distances.size and distances.min() <= 0:
             raise MeshFailure(f"two particles are in contact: their distance is {distances.min():.2g}")
-        return Geometry(self.problem.betas, tuple(map(float, distances)), self.problem.length)
+        problem = self.problem
+        return Geometry(problem.betas, tuple(map(float, distances)), problem.length, problem.closed)
 
     def remesh(
         self, h: Array, geometry: Geometry, spheres: Geometry | None, good_enough: Callable[[float], bool]

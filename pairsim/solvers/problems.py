@@ -49,6 +49,7 @@ class Problem:
         max_gap: Distance above which it does, too [D_c]; None for no limit.
         least_room: Length of tube on each side of the particles below which it does, too [D_c].
         dU_error: Whether the discretisation error of dU is estimated.
+        closed: Whether the tube is a period of an infinite row of equal particles.
         monitor: Ends the computation; problems that differ in it alone are equal.
         flow: Mean velocity of the liquid, which defines the unit of velocity.
         velocity: No velocity is prescribed: the errors of time steps are judged by the velocities of the particles.
@@ -78,6 +79,7 @@ class Problem:
     max_gap: float | None = None
     least_room: float = 0.0
     dU_error: bool = False
+    closed: bool = False
     monitor: Monitor = field(default_factory=Monitor, compare=False, repr=False)
 
     def room(self, gaps: Sequence[float]) -> float:
@@ -99,6 +101,7 @@ class SteadyProblem:
         velocity: Prescribed velocity of all particles, which are rigid [U_av]; None if no force acts on them.
         newton: Options of Newton's method.
         narrowest: Smallest distance of the branch, for which the outlines are divided into arcs [D_c].
+        closed: Whether the tube is a period of an infinite row of equal particles.
         monitor: Ends the computation; problems that differ in it alone are equal.
     """
 
@@ -113,13 +116,17 @@ class SteadyProblem:
     velocity: float | None = None
     newton: NewtonOptions = STEADY
     narrowest: float = np.inf
+    closed: bool = False
     monitor: Monitor = field(default_factory=Monitor, compare=False, repr=False)
 
     def nominal(self, gaps: tuple[float, ...]) -> tuple[float, ...]:
         """Distances for which a mesh around spheres is made: the nearest of `PER_DECADE` values in each decade.
 
-        The given distances themselves are returned if the rounded ones would take too much of the free length.
+        The given distances themselves are returned if the rounded ones would take too much of the free length. Spheres
+        of a closed row are equally far apart.
         """
+        if self.closed:
+            return ((self.length - sum(self.betas)) / len(self.betas),) * len(gaps)
         rounded = tuple(float(10 ** (round(np.log10(d) * PER_DECADE) / PER_DECADE)) for d in gaps)
         free = self.length - sum(self.betas) - sum(gaps)
         return rounded if sum(rounded) - sum(gaps) < free / 4 else gaps

@@ -22,7 +22,7 @@ from pairsim.computing.schema import schema_rows
 from pairsim.sweeps.grid import read_grid
 
 CONFIGS = Path(__file__).parents[2] / "configs"
-KINDS = ("run", "curve", "critical", "pressure", "shape", "sweep")
+KINDS = ("run", "curve", "critical", "pressure", "shape", "train", "sweep")
 
 
 @cache

@@ -44,6 +44,7 @@ class _Builder:
         y: Numbering of the free unknowns so far.
         N, C, M, V, rows, base, a: Entries so far of the parts of `Constraints`; those of T are `rows`.
         integrated: Equations that are divided by g.
+        lower: Pressures at the outlet that are lower than those at the inlet by dp.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -51,6 +52,7 @@ class _Builder:
         self.N, self.C, self.M, self.V, self.rows = (Triplets() for _ in range(5))
         self.base, self.a = np.zeros(scene.size), np.zeros(scene.h_size)
         self.integrated: list[Indices] = []
+        self.lower: Indices = np.empty(0, dtype=np.int64)
 
     def velocity(self, balance: Triplets | None = None) -> None:
         """Constrain the velocity of the liquid on axis, wall, ends and interfaces.
@@ -96,11 +98,18 @@ class _Builder:
                 self.rows.add(tested.col, liquid.index("u", at[tested.row], c), tested.data)
 
     def pressure(self) -> None:
-        """Add the pressure of the liquid, which is not constrained."""
-        p = self.scene.liquid.index("p", self.scene.liquid.six_node_mesh.vertices)
-        unknown = self.y.take("p_f", len(p))
-        self.N.add(p, unknown)
-        self.rows.add(unknown, p)
+        """Add the pressure of the liquid: not constrained, but in a closed row, at whose ends it differs by dp."""
+        liquid, nodes = self.scene.liquid, self.scene.nodes
+        vertices, closed = liquid.six_node_mesh.vertices, self.scene.reference.geometry.closed
+        inlet, outlet = (nodes.inlet[::2], nodes.outlet[::2]) if closed else (nodes.inlet[:0],) * 2
+        free = vertices[~np.isin(vertices, outlet)]
+        number = np.full(len(liquid.six_node_mesh.points), -1)
+        number[free] = self.y.take("p_f", len(free))
+        number[outlet] = number[inlet]
+        p = liquid.index("p", vertices)
+        self.N.add(p, number[vertices])
+        self.rows.add(number[vertices], p)
+        self.lower = liquid.index("p", outlet)
 
     def conformation(self) -> None:
         """Constrain the log-conformation: equal at periodic ends, that of the developed flow at prescribed ones."""
@@ -125,13 +134,16 @@ class _Builder:
     def displacement(self) -> None:
         """Constrain the displacement of the liquid's mesh: P2 in the layer of cells at the interfaces, P1 elsewhere.
 
-        It is zero on wall and ends. At a strongly curved interface, cells with straight inner sides would be inverted.
+        It is zero on wall and ends, and on planes of the reference domain. At a strongly curved interface, cells with
+        straight inner sides would be inverted.
         Elsewhere P1 suffices, with far fewer unknowns: the displacement inside the liquid is arbitrary, and only that
         of the interfaces is physical.
         """
         scene = self.scene
         liquid, nodes, mesh = scene.liquid, scene.nodes, scene.liquid.six_node_mesh
         outer, interface = _boundary(scene)
+        for plane in nodes.planes:
+            outer[plane] = True
         count = len(outer)
         vertex = np.zeros(count, dtype=bool)
         vertex[mesh.vertices] = True
@@ -169,6 +181,8 @@ class _Builder:
                 unknown = self.y.take(name, len(index))
                 self.N.add(np.asarray(index), unknown)
                 self.rows.add(unknown, np.asarray(index))
+                if name == "dp":
+                    self.N.add(self.lower, unknown, -1.0)
 
     def solid_pressure(self, body: Body) -> None:
         """Add the pressure of a soft particle, which is not constrained."""

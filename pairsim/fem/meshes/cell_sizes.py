@@ -26,6 +26,7 @@ def make_outlines(geometry: Geometry, settings: MeshSettings) -> list[Outline]:
     """
     outlines: list[Outline] = []
     n = len(geometry.betas)
+    row, first = (geometry.with_neighbours, 1) if geometry.closed else (geometry, 0)
     for i in range(n):
         if geometry.mirrored and i > n - 1 - i:
             outlines.append(outlines[n - 1 - i].mirror())
@@ -33,15 +34,28 @@ def make_outlines(geometry: Geometry, settings: MeshSettings) -> list[Outline]:
         middle = geometry.mirrored and 2 * i == n - 1
         span = np.pi / 2 if middle else np.pi
         fine = np.linspace(0.0, span, 4001)
-        density = geometry.betas[i] / 2 / _outline_size(geometry, settings, i, fine)
-        count = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(fine))])
-        arcs = max(2, math.ceil(count[-1] - 1e-9))
-        angles = np.interp(np.linspace(0.0, count[-1], arcs + 1), count, fine)
-        angles[[0, -1]] = 0.0, span
+        angles = divided(fine, geometry.betas[i] / 2 / _outline_size(row, settings, first + i, fine))
         if middle:
             angles = np.concatenate([angles, np.pi - angles[-2::-1]])
         outlines.append(Outline(geometry.betas[i] / 2, angles))
     return outlines
+
+
+def divided(places: Array, density: Array) -> Array:
+    """Divide an interval into at least two parts.
+
+    Args:
+        places: Places on it, ascending, its ends among them.
+        density: Parts per length there.
+
+    Returns:
+        The ends of the parts.
+    """
+    count = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(places))])
+    parts = max(2, math.ceil(count[-1] - 1e-9))
+    ends = np.interp(np.linspace(0.0, count[-1], parts + 1), count, places)
+    ends[[0, -1]] = places[[0, -1]]
+    return np.asarray(ends)
 
 
 def _gap_cells(settings: MeshSettings, gap: float) -> float:
@@ -116,6 +130,8 @@ def _from_nodes(reference: Reference) -> Distances:
 
 def liquid_size(reference: Reference, settings: MeshSettings) -> Callable[[float, float], float]:
     """Cell size in the liquid as a function of (z, r)."""
+    if reference.geometry.closed:
+        reference = reference.with_neighbours
     distances = _from_nodes(reference) if reference.deformed else _from_spheres(reference)
     gap_cells = [_gap_cells(settings, gap) for gap in reference.geometry.gaps]
     wall_cells = _wall_cells(settings)

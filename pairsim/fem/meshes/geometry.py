@@ -80,11 +80,14 @@ class Geometry:
         betas: Diameters of the particles from upstream [D_c], N values.
         gaps: Distances between facing surfaces from upstream [D_c], N-1 values.
         length: Length of the tube [D_c].
+        closed: Whether the tube is a period of an infinite row of equal particles: the last one is followed by the
+            first one of the next period.
     """
 
     betas: tuple[float, ...]
     gaps: tuple[float, ...]
     length: float
+    closed: bool = False
 
     @cached_property
     def centres(self) -> Array:
@@ -95,6 +98,13 @@ class Geometry:
         for i, gap in enumerate(self.gaps):
             z.append(z[-1] + self.betas[i] / 2 + gap + self.betas[i + 1] / 2)
         return np.array(z) - (z[-1] + self.betas[-1] / 2) / 2
+
+    @property
+    def with_neighbours(self) -> Geometry:
+        """A closed row between the last particle of the period before and the first one of the period after it."""
+        closing = self.length - sum(self.betas) - sum(self.gaps)
+        betas = (self.betas[-1], *self.betas, self.betas[0])
+        return Geometry(betas, (closing, *self.gaps, closing), 3 * self.length)
 
     @property
     def mirrored(self) -> bool:
@@ -112,17 +122,40 @@ class Reference:
         positions: Nodes of every outline, ends and mid-points of arcs alternating, downstream pole first; one array of
             shape (2 k + 1, 2) for each particle.
         deformed: Whether the outlines are deformed.
+        planes: Axial positions of cross-sections at which the mesh is not displaced, besides its ends [D_c].
     """
 
     geometry: Geometry
     outlines: tuple[Outline, ...]
     positions: tuple[Array, ...]
     deformed: bool
+    planes: tuple[float, ...] = ()
 
     @staticmethod
     def spheres(geometry: Geometry, outlines: Sequence[Outline]) -> Reference:
         positions = tuple(o.nodes + [z, 0.0] for o, z in zip(outlines, geometry.centres, strict=True))
         return Reference(geometry, tuple(outlines), positions, False)
+
+    @property
+    def with_neighbours(self) -> Reference:
+        """A closed row between its neighbours; see `Geometry.with_neighbours`."""
+        period = np.array([self.geometry.length, 0.0])
+        return Reference(
+            self.geometry.with_neighbours,
+            (self.outlines[-1], *self.outlines, self.outlines[0]),
+            (self.positions[-1] - period, *self.positions, self.positions[0] + period),
+            self.deformed,
+        )
+
+    def repeated(self, count: int) -> Reference:
+        """A closed domain and its next periods as one, with planes between them."""
+        one, places = self.geometry, np.arange(count) - (count - 1) / 2
+        between = one.length - sum(one.betas) - sum(one.gaps)
+        gaps = (*one.gaps, *(between, *one.gaps) * (count - 1))
+        geometry = Geometry(one.betas * count, gaps, one.length * count, closed=True)
+        positions = tuple(nodes + [one.length * place, 0.0] for place in places for nodes in self.positions)
+        planes = tuple(float(one.length * (place + 0.5)) for place in places[:-1])
+        return Reference(geometry, self.outlines * count, positions, self.deformed, planes)
 
     @property
     def mirrored(self) -> bool:

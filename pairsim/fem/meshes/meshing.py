@@ -18,7 +18,7 @@ import gmsh
 import numpy as np
 from scipy.sparse.linalg import spsolve
 
-from pairsim.fem.meshes.cell_sizes import liquid_size
+from pairsim.fem.meshes.cell_sizes import divided, liquid_size
 from pairsim.fem.meshes.columns import LONGEST, stations
 from pairsim.fem.meshes.extruded_cells import extruded, graded_ends
 from pairsim.fem.meshes.geometry import Geometry, MeshSettings, Outline, Reference
@@ -28,6 +28,7 @@ from pairsim.physics.scales import TUBE_RADIUS
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure
 
+RADII = 1001  # at which the cell size is evaluated to divide the ends of a closed row; chosen
 SHORT_ROWS = 0.2  # length of a stretch of rows below which unstructured cells are used instead [D_c]; chosen
 # Ratio of the Jacobians of curved and straight cells below which nodes near a curved boundary are moved too; chosen.
 STRAIGHT_ENOUGH = 0.3
@@ -58,6 +59,10 @@ def liquid_mesh(reference: Reference, settings: MeshSettings) -> SixNodeMesh:
         middle = [pieces[n // 2][len(pieces[n // 2]) // 2 :]] if n % 2 else []
         pieces = middle + pieces[(n + 1) // 2 :]
     from_middle = mirrored and len(reference.positions) % 2 == 1
+    at_ends = None
+    if reference.geometry.closed:
+        radii = np.linspace(0.0, TUBE_RADIUS, RADII)
+        at_ends = divided(radii, 1 / np.array([size(high, r) for r in radii.tolist()]))[1:-1].tolist()
 
     def build() -> None:
         curve: list[int] = []
@@ -75,18 +80,26 @@ def liquid_mesh(reference: Reference, settings: MeshSettings) -> SixNodeMesh:
         corner = point(high, 0.0, 0.0), point(high, TUBE_RADIUS, 0.0)
         top = point(0.0 if mirrored else low, TUBE_RADIUS, 0.0)
         curve.append(line(last, corner[0]))
-        outlet, wall, inlet = line(*corner), line(corner[1], top), line(top, start)
-        ratio = settings.row_grading ** (1 / (end_cells - 1))  # of neighbouring cells; the outlet begins on the axis
-        for end, growth in ((outlet, 1 / ratio),) if mirrored else ((outlet, 1 / ratio), (inlet, ratio)):
-            gmsh.model.geo.mesh.setTransfiniteCurve(end, end_cells + 1, coef=growth)
-        gmsh.model.geo.addPlaneSurface([gmsh.model.geo.addCurveLoop([*curve, outlet, wall, inlet])])
+        assert start is not None, "there is an outline, or an inlet"
+        wall = line(corner[1], top)
+        if at_ends is not None:
+            outlet = _one_cell_lines([corner[0], *(point(high, r, 0.0) for r in at_ends), corner[1]])
+            others = () if mirrored else [point(low, r, 0.0) for r in at_ends[::-1]]
+            inlet = [line(top, start)] if mirrored else _one_cell_lines([top, *others, start])
+        else:
+            outlet, inlet = [line(*corner)], [line(top, start)]
+            # Of neighbouring cells; the outlet begins on the axis.
+            ratio = settings.row_grading ** (1 / (end_cells - 1))
+            for end, growth in ((outlet, 1 / ratio),) if mirrored else ((outlet, 1 / ratio), (inlet, ratio)):
+                gmsh.model.geo.mesh.setTransfiniteCurve(end[0], end_cells + 1, coef=growth)
+        gmsh.model.geo.addPlaneSurface([gmsh.model.geo.addCurveLoop([*curve, *outlet, wall, *inlet])])
 
     def rows(mesh: SixNodeMesh, begin: float) -> SixNodeMesh:
         longest = LONGEST * min(reference.geometry.betas)
         return extruded(mesh, np.array(stations(begin, half, TUBE_RADIUS / end_cells, settings.growth, longest)))
 
     mesh = _run_gmsh(build, size, pieces)
-    if settings.row_grading != 1.0:
+    if settings.row_grading != 1.0 and at_ends is None:
         mesh = graded_ends(mesh, (high,) if mirrored else (low, high), end_cells, settings.row_grading)
     if high < half:
         mesh = rows(mesh, high)
@@ -98,7 +111,7 @@ def liquid_mesh(reference: Reference, settings: MeshSettings) -> SixNodeMesh:
 def _near_zone(reference: Reference, settings: MeshSettings) -> tuple[float, float]:
     """Axial limits of the unstructured part of the mesh: the whole tube if there is no room for rows of cells."""
     half = reference.geometry.length / 2
-    if not settings.rows or not reference.positions:
+    if not settings.rows or not reference.positions or reference.geometry.closed:
         return -half, half
     z = np.concatenate([nodes[:, 0] for nodes in reference.positions])
     low, high = float(z.min()) - settings.rows, float(z.max()) + settings.rows

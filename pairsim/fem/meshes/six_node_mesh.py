@@ -63,6 +63,36 @@ class SixNodeMesh:
         other = (points * [-1.0, 1.0])[~on_plane]
         return SixNodeMesh(np.vstack([points, other]), np.vstack([self.cells, image[self.cells[:, MIRRORED_CELL]]]))
 
+    def repeated(self, count: int, length: float) -> tuple[SixNodeMesh, list[Indices]]:
+        """Several copies side by side, joined at their ends, which have nodes at the same radii.
+
+        Args:
+            count: Number of copies.
+            length: Length of each, which lies between -length/2 and length/2 [D_c].
+
+        Returns:
+            The mesh, whose middle is at z = 0, and for each copy the numbers of its nodes.
+        """
+        low, high = (self.nodes_of_plane(side * length / 2) for side in (-1, 1))
+        fresh = np.ones(len(self.points), dtype=bool)
+        fresh[low] = False
+        numbers = [np.arange(len(self.points))]
+        points, total = [self.points], len(self.points)
+        for k in range(1, count):
+            copy = np.empty(len(self.points), dtype=np.int64)
+            copy[low] = numbers[-1][high]
+            copy[fresh] = np.arange(total, total + np.count_nonzero(fresh))
+            points.append(self.points[fresh] + [k * length, 0.0])
+            numbers.append(copy)
+            total += len(points[-1])
+        middle = [(count - 1) / 2 * length, 0.0]
+        return SixNodeMesh(np.vstack(points) - middle, np.vstack([each[self.cells] for each in numbers])), numbers
+
+    def nodes_of_plane(self, z: float) -> Indices:
+        """Nodes of a cross-section, in ascending r."""
+        nodes = np.flatnonzero(np.abs(self.points[:, 0] - z) < SAME)
+        return nodes[np.argsort(self.points[nodes, 1])]
+
 
 def barycentric(points: Array) -> Array:
     """Barycentric coordinates, the P1 shape functions, at points of the reference triangle, (q, 2) -> (q, 3)."""

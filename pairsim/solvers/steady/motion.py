@@ -39,7 +39,7 @@ def moving_residual(
         solids: Whether viscous solids have their stress.
     """
     scene, constraints = steady.scene, steady.constraints
-    h_t = _undeformed_rates(steady, parameters, rates) + constraints.M @ y_t
+    h_t = material_rates(steady, parameters, y_t, rates)
     steady.apply(parameters)
     h, x = steady.newton.state(y)
     liquid, U, means = scene.liquid, y[constraints.fields["U_p"]], []
@@ -66,11 +66,12 @@ def moving_residual(
     return residual
 
 
-def _undeformed_rates(steady: SteadySolver, parameters: Parameters, rates: Array) -> Array:
-    """Rates of the positions of undeformed particles, shape (n_h,), which are linear in the distances."""
-    fastest = float(np.abs(rates).max(initial=0.0))
+def material_rates(steady: SteadySolver, parameters: Parameters, y_t: Array, rates: Array) -> Array:
+    """Rates of the material positions h at given rates of unknowns and distances, shape (n_h,); see above."""
+    fastest, deformed = float(np.abs(rates).max(initial=0.0)), steady.constraints.M @ y_t
     if fastest == 0.0:
-        return np.zeros(steady.scene.h_size)
+        return np.asarray(deformed)
     step = DIFFERENCE * rates / fastest
     ends = [steady.h_star(replace(parameters, gaps=tuple(np.add(parameters.gaps, s * step)))) for s in (1, -1)]
-    return np.asarray(fastest * (ends[0] - ends[1]) / (2 * DIFFERENCE))
+    # Those of undeformed particles are linear in the distances.
+    return np.asarray(fastest * (ends[0] - ends[1]) / (2 * DIFFERENCE) + deformed)

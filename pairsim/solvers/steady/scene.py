@@ -24,7 +24,7 @@ from pairsim.runtime.clock import Clock
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.mesh_transfer import free_unknowns
-from pairsim.solvers.meshed_scene import MeshedScene, MeshedSolver, cut_particles, needs_mesh
+from pairsim.solvers.meshed_scene import Cells, MeshedScene, MeshedSolver, cut_particles, needs_mesh
 from pairsim.solvers.nonlinear.convergence import Report
 from pairsim.solvers.nonlinear.factors import LAST
 from pairsim.solvers.parameters import Parameters
@@ -75,6 +75,7 @@ class SteadySolver(MeshedSolver):
     Args:
         problem: The problem.
         parameters: Initial parameters. Rigid particles remain rigid, and materials keep their laws.
+        cells: The cells to begin with; by default they are made for the problem.
 
     Attributes:
         parameters: Parameters of the last solution, or of the first guess.
@@ -89,25 +90,32 @@ class SteadySolver(MeshedSolver):
         NoSteadyState: There is no developed flow of the initial liquid.
     """
 
-    def __init__(self, problem: SteadyProblem, parameters: Parameters) -> None:
+    def __init__(self, problem: SteadyProblem, parameters: Parameters, cells: Cells | None = None) -> None:
         self.problem, self.clock, self.flows = problem, Clock(), DevelopedFlows(problem.flow)
         self.iterations = self.factorisations = 0
         # Parameters at which a mesh around spheres was last found to be too distorted.
         self._refused: Parameters | None = None
         self.factored: Factored | None = None
-        geometry = Geometry(problem.betas, parameters.gaps, problem.length)
-        narrowest = tuple(min(d, problem.narrowest) for d in parameters.gaps)
-        with self.clock("mesh"):
-            outlines, insides = cut_particles(problem.mesh, geometry, narrowest, parameters.solids)
+        cells = cells or self._made_for(parameters)
         solids, liquid = parameters.solids, parameters.liquid
         self.meshed = MeshedScene(
-            problem, outlines, insides, solids, liquid=liquid, constrain=self._constrain, clock=self.clock
+            problem, cells.outlines, cells.insides, solids, liquid=liquid, constrain=self._constrain, clock=self.clock
         )
         self._sphere_points: list[Array | None] = [
             None if b.phase is None else b.phase.mesh.geometry.x.copy() for b in self.bodies
         ]
-        self.meshed.put(Reference.spheres(replace(geometry, gaps=problem.nominal(parameters.gaps)), outlines))
+        self.meshed.put(cells.reference, cells.mesh)
         self.parameters, self.y = parameters, np.zeros(self.constraints.size)
+
+    def _made_for(self, parameters: Parameters) -> Cells:
+        """Cells around undeformed spheres."""
+        problem = self.problem
+        geometry = Geometry(problem.betas, parameters.gaps, problem.length, problem.closed)
+        narrowest = tuple(min(d, problem.narrowest) for d in parameters.gaps)
+        with self.clock("mesh"):
+            outlines, insides = cut_particles(problem.mesh, geometry, narrowest, parameters.solids)
+        spheres = Reference.spheres(replace(geometry, gaps=problem.nominal(parameters.gaps)), outlines)
+        return Cells(outlines, insides, spheres)
 
     def obey(self, monitor: Monitor) -> None:
         """Let another monitor end what is computed from now on."""
@@ -128,6 +136,8 @@ class SteadySolver(MeshedSolver):
         """Material positions h* of undeformed spheres at the distances of the parameters, shape (n_h,)."""
         betas = tuple(beta * parameters.size for beta in self.problem.betas)
         centres = Geometry(betas, parameters.gaps, self.problem.length).centres
+        if self.problem.closed:  # the first particle stays where its cells are
+            centres = centres - centres[0] + self.scene.reference.geometry.centres[0]
         h = np.zeros(self.scene.h_size)
         for body, centre in zip(self.bodies, centres, strict=True):
             h[body.start : body.start + body.size : 2] = centre

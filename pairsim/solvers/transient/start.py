@@ -103,7 +103,7 @@ def at_rest(problem: Problem, clock: Clock) -> Start:
     Raises:
         MeshFailure: A mesh could not be generated.
     """
-    geometry = Geometry(problem.betas, problem.gaps, problem.length)
+    geometry = Geometry(problem.betas, problem.gaps, problem.length, problem.closed)
     with clock("mesh"):
         outlines, insides = cut_particles(problem.mesh, geometry, geometry.gaps, problem.solids)
     h = [np.empty(0)]

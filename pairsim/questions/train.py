@@ -1,0 +1,323 @@
+"""Compute whether an infinite train of equal beads orders or clusters.
+
+The case file has d (between facing surfaces) or train: {spacing: ...} (from
+centre to centre), in tube diameters D_c. Writes train.csv (velocity, whether
+distances become equal, length of tube), spectrum.csv (growth rate of every
+disturbance with its error), train.png, case.yaml and run.json.
+
+Exit codes: 0 finished, 2 wrong input, 3 computation failed, 4 installation or
+system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import inf, isfinite, nan, pi
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from pydantic import Field
+
+from pairsim.api.compute import Computation
+from pairsim.api.results import Result
+from pairsim.cases import values
+from pairsim.cases.case import Keys, SceneCase
+from pairsim.cases.checks import check_scene
+from pairsim.cases.estimate import Estimate, steady_estimate
+from pairsim.cases.mistakes import Mistake, broken, missing
+from pairsim.cli.compute import app_of
+from pairsim.computing import events
+from pairsim.computing.question import InSweeps, Question, rows_in
+from pairsim.results.columns import Column
+from pairsim.results.units import LENGTH, PURE, RATE, VELOCITY, Unit
+
+if TYPE_CHECKING:
+    from pairsim.physics.scales import Scales
+    from pairsim.plots.style import Page
+    from pairsim.runtime.monitor import Monitor
+    from pairsim.solvers.trains.train import TrainOnMeshes
+
+TENFOLD = 10.0  # change of a spread that the answer gives a length of tube for
+FAST = 0.3  # rate times t_relax from which on an answer says that beads move while they remember; chosen
+MOST_REFINED = 3  # meshes, each with smaller cells, until the errors are as small as wanted; chosen
+MESHES = 2.5  # factor of the time for two meshes and the response of the cell; measured
+
+
+def _plain(name: str, symbol: str, meaning: str, unit: Unit = PURE, *, unknown: bool = False) -> Column:
+    return Column(name, symbol, meaning, unit, unknown=unknown)
+
+
+WAVE = (
+    _plain("k", "k", "phase between neighbours in a wave of 2 pi/k beads"),
+    _plain("growth", r"\mathrm{Re}\,\lambda", "growth rate of the wave; negative: it decays", RATE),
+    _plain("growth_error", r"\epsilon_\mathrm{Re}", "half-width of its interval: mesh, and rest of the series", RATE),
+)
+SPECTRUM = (
+    *WAVE,
+    _plain("frequency", r"\mathrm{Im}\,\lambda", "angular frequency; positive: upstream past the beads", RATE),
+    _plain("frequency_error", r"\epsilon_\mathrm{Im}", "half-width of its interval", RATE),
+)
+TRAIN = (
+    _plain("spacing", "s", "distance between the centres of neighbours", LENGTH),
+    "d",
+    _plain("velocity", "U", "velocity of the beads", VELOCITY),
+    _plain("velocity_error", r"\epsilon_U", "half-width of its interval", VELOCITY),
+    _plain(
+        "verdict",
+        "",
+        "orders: all waves decay; clusters: some grow; neither: all keep their size; undecided: not certain",
+    ),
+    *WAVE,
+    _plain("diffusion", "C", "long waves grow at -C k^2", RATE),
+    _plain("diffusion_error", r"\epsilon_C", "half-width of the interval of C", RATE),
+    _plain("tube", "L", "length of tube for a tenfold smaller (clusters: larger) spread", LENGTH, unknown=True),
+    _plain("tube_least", r"L_\mathrm{min}", "the least by the intervals of the rates", LENGTH, unknown=True),
+    _plain("tube_most", r"L_\mathrm{max}", "the largest by them", LENGTH, unknown=True),
+    "t_relax",
+)
+"""The columns of train.csv, which has one row."""
+
+
+class TrainOptions(Keys):
+    """The train."""
+
+    spacing: values.Distance | None = Field(
+        None, description="distance between the centres of neighbours, in place of d [D_c]"
+    )
+    cell: values.Whole = Field(
+        8, ge=4, le=64, description="even number of beads in the periodic cell, whose waves are computed"
+    )
+
+
+class TrainCase(SceneCase):
+    """An infinite train of equal beads."""
+
+    kind: ClassVar[str] = "train"
+    closed: ClassVar[bool] = True
+    usual_distances: ClassVar[dict[str, Any]] = {"d": 0.1}
+
+    particles: values.Whole = Field(1, ge=1, le=1, description="1: all beads of the train are equal")
+    d: values.Distance | None = Field(None, description="distance between the facing surfaces of neighbours [D_c]")
+    train: TrainOptions = TrainOptions()
+
+    @property
+    def gaps(self) -> tuple[float, ...]:
+        """None: there is one bead in a period."""
+        return ()
+
+    @property
+    def range_of_d(self) -> tuple[float, float]:
+        d = self.tube_length - max(self.betas)
+        return d, d
+
+    @property
+    def tube_length(self) -> float:
+        """Length of a period with undeformed beads [D_c]."""
+        beta = max(self.betas, default=0.0)
+        return beta + (self.d or 0.0) if self.train.spacing is None else self.train.spacing
+
+    def _slug_parts(self) -> list[str]:
+        distance = f"d{self.d:g}" if self.d is not None else f"spacing{self.train.spacing:g}"
+        return ["train", *super()._slug_parts(), distance]
+
+
+def check(case: TrainCase) -> Iterator[Mistake]:
+    """Check the keys against each other; yields mistakes."""
+    spacing = case.train.spacing
+    if case.d is None and spacing is None:
+        yield missing("d", "must be a number, the distance between facing surfaces, or train.spacing be given")
+        return
+    if case.d is not None and spacing is not None:
+        yield Mistake("train.spacing", spacing, "must be left out if d is given: beads deform, and one follows")
+    elif spacing is not None and case.betas and spacing <= max(case.betas):
+        yield Mistake("train.spacing", spacing, f"must be above beta = {max(case.betas):g}: it is that of the centres")
+    why = "must be left out: a period of the train is as long as its spacing"
+    yield from broken(
+        case,
+        ("length", case.length is not None, why),
+        ("ends", case.ends != "periodic", why),
+        ("train.cell", case.train.cell % 2 == 1, "must be even"),
+    )
+    yield from check_scene(case)
+
+
+def estimate(case: TrainCase) -> Estimate:
+    """Size and duration: that of one bead on two meshes, and of the cell."""
+    return steady_estimate(case, case.train.cell, MESHES)
+
+
+def solve(case: TrainCase, *, monitor: Monitor) -> events.Events:
+    """Compute the train and its growth rates on two meshes, and on finer ones while errors are larger than wanted."""
+    from pairsim.computing.problems import steady_problem
+    from pairsim.solvers.parameters import Parameters
+    from pairsim.solvers.steady.ends import Ended
+    from pairsim.solvers.trains.train import TrainOnMeshes
+
+    yield events.Begin(f"the growth rates of {case.train.cell} beads", 1)
+    found: TrainOnMeshes | Ended | None = None
+    problem, start = steady_problem(case, inf, monitor), Parameters((), case.solid_models, case.liquid_model)
+    for refined in range(MOST_REFINED):
+        last = found
+        if isinstance(last, TrainOnMeshes):
+            found = TrainOnMeshes.of(last.finer, start, case.train.cell, case.d, last.fine)
+        else:
+            found = TrainOnMeshes.of(problem, start, case.train.cell, case.d)
+        if isinstance(found, Ended):
+            break
+        part = found.error
+        yield events.Progress(
+            (refined + 1) / MOST_REFINED, f"errors {100 * part:.2g} % of the largest rate", refined + 1
+        )
+        verdict = found.spectrum.verdict
+        if verdict == "neither" or case.held or (part <= case.error_wanted and verdict != "undecided"):
+            break
+    if isinstance(found, Ended):
+        yield events.Summary({})
+        if found.proven:
+            return events.Outcome("finished", found.failure.reason, found.failure.message)
+        raise found.failure
+    assert found is not None
+    spectrum, waves = found.spectrum, found.spectrum.waves
+    columns = zip(waves, *spectrum.growth(waves), *spectrum.frequency(waves), strict=True)
+    rows = [dict(zip((each.name for each in SPECTRUM), map(float, row), strict=True)) for row in columns]
+    yield events.Table("train", [each if isinstance(each, str) else each.name for each in TRAIN], [_row(found)])
+    yield events.Table("spectrum", [each.name for each in SPECTRUM], rows)
+    yield events.Summary({"unknowns": found.fine.unknowns}, _warnings(case, found))
+    return events.Outcome("finished", "end", f"the train: {spectrum.verdict}")
+
+
+def _row(found: TrainOnMeshes) -> dict[str, Any]:
+    """The row of train.csv."""
+    spectrum, train, verdict = found.spectrum, found.fine, found.spectrum.verdict
+    k, growth, error = spectrum.everywhere()
+    most = int(growth.argmax() if verdict == "clusters" else abs(growth).argmax())
+    change = {"clusters": TENFOLD, "orders": 1 / TENFOLD}.get(verdict)
+    times = (inf,) * 3 if change is None else spectrum.time_to(change)
+    tubes = [train.U * time if isfinite(time) else nan for time in times]
+    return {
+        "spacing": train.spacing,
+        "d": train.d,
+        "velocity": train.U,
+        "velocity_error": found.U_error,
+        "verdict": verdict,
+        **dict(zip(("k", "growth", "growth_error"), (float(each[most]) for each in (k, growth, error)), strict=True)),
+        **dict(zip(("diffusion", "diffusion_error"), spectrum.diffusion, strict=True)),
+        **dict(zip(("tube", "tube_least", "tube_most"), tubes, strict=True)),
+        "t_relax": train.t_relax if isfinite(train.t_relax) else nan,
+    }
+
+
+def _warnings(case: TrainCase, found: TrainOnMeshes) -> list[str]:
+    """Warnings of errors larger than wanted, and of beads that move while they remember."""
+    from pairsim.computing.warnings import beyond_checked, coarse_mesh
+
+    warnings = [*beyond_checked(case), *coarse_mesh(case)]
+    if found.error > case.error_wanted and found.spectrum.verdict != "neither":
+        warnings.append(
+            f"accuracy: {case.accuracy} was not kept: growth rates are within {100 * found.error:.2g} % of the largest"
+        )
+    covered = abs(found.spectrum.rates).max() * found.fine.t_relax
+    if covered > FAST:
+        warnings.append(
+            f"disturbances change by a part of {covered:.2g} while shapes and stresses relax: the last term of the "
+            f"series for that changes the rates by {100 * found.series_error:.2g} %, which is in their errors; modes "
+            "that do not follow the distances are not looked for"
+        )
+    return warnings
+
+
+def draw(directory: Path, out: Path, page: Page) -> list[Path]:
+    """Growth rates and frequencies over the wave number: those of the cell, and between them."""
+    import numpy as np
+
+    from pairsim.plots.chart import POINT, Panel, Series, draw_chart
+    from pairsim.plots.labels import case_parts, read_case
+    from pairsim.plots.style import printing
+    from pairsim.plots.units import Units
+    from pairsim.results.table_files import read_table
+    from pairsim.solvers.trains.spectrum import Spectrum
+
+    units = Units.of(directory, page.physical)
+    table, k = units.table(read_table(directory / "spectrum.csv")), np.linspace(0.0, np.pi, 200)
+    panels = {n: Panel(units.axis_label(["k"]), units.axis_label([n])) for n in ("growth", "frequency")}
+    series = [Series(n, table["k"], table[n], table[f"{n}_error"], mark=POINT) for n in panels]
+    half = table["growth"] + 1j * table["frequency"]
+    rates = np.concatenate([[0.0], half, half[-2::-1].conj()])
+    between = Spectrum(rates, rates[None])
+    series += [Series(n, k, getattr(between, n)(k)[0], look={"linestyle": "-"}) for n in panels]
+    with printing():
+        figure, _ = draw_chart(page, panels, series, case_parts(read_case(directory / "case.yaml"), set()))
+        return page.save(figure, out, "train")
+
+
+def _of_tube(scales: Scales | None, length: float) -> str:
+    """A length of tube in words."""
+    number = f"{float(f'{length if scales is None else 1e3 * scales.length * length:.3g}'):g}"
+    return f"{number} {'D_c' if scales is None else 'mm'}"
+
+
+class TrainResult(Result):
+    """An infinite train. `table` is train.csv, with one row; `frame("spectrum")` has a row for each wave."""
+
+    def findings(self) -> list[str]:
+        """Whether the train orders or clusters, and within which length of tube."""
+        from pairsim.results.units import in_unit, scales_in
+
+        if not rows_in(self.columns):
+            return ["No train was found."]
+        scales, row = scales_in(self.record), {name: column[0].item() for name, column in self.columns.items()}
+        spacing, d = (in_unit(scales, LENGTH, row[name]) for name in ("spacing", "d"))
+        U = in_unit(scales, VELOCITY, row["velocity"], row["velocity_error"])
+        unit = "" if scales else " D_c"
+        return [
+            f"Beads {spacing}{unit} apart from centre to centre, {d}{unit} from surface to surface, move at U = {U}.",
+            *self._waves(row, scales),
+            *self._spread(row, scales),
+        ]
+
+    def _waves(self, row: dict[str, Any], scales: Scales | None) -> Iterator[str]:
+        from pairsim.results.units import in_unit
+
+        verdict, rate = row["verdict"], row["growth"]
+        beads = f"a wave of {2 * pi / row['k']:.3g} beads"
+        within = _of_tube(scales, row["velocity"] / abs(rate)) if rate else ""
+        size = in_unit(scales, RATE, rate, row["growth_error"])
+        if verdict == "clusters":
+            yield f"The train clusters: {beads} grows fastest: at {size}, by a factor e within {within}."
+        elif verdict == "orders":
+            yield f"The train orders: every wave decays, {beads} fastest: at {size}, by a factor e within {within}."
+        elif verdict == "neither":
+            yield "The train neither orders nor clusters: waves travel along it and keep their size."
+        else:
+            yield f"Whether the train orders is not certain: {beads} has the largest growth rate, {size}."
+        C, off = row["diffusion"], row["diffusion_error"]
+        certain = "decay" if off < C else "grow" if -off > C else "may decay or grow"
+        yield f"Long waves {certain}: at -C k^2 with C = {in_unit(scales, RATE, C, off)}, k the phase between beads."
+
+    def _spread(self, row: dict[str, Any], scales: Scales | None) -> Iterator[str]:
+        verdict, tube, least, most = (row[name] for name in ("verdict", "tube", "tube_least", "tube_most"))
+        if not isfinite(tube):
+            return
+        change = "of 2 % becomes one of 20 %" if verdict == "clusters" else "of 20 % becomes one of 2 %"
+        until = _of_tube(scales, most) if isfinite(most) else "never"
+        yield (
+            f"A spread {change} within {_of_tube(scales, tube)} of tube ({_of_tube(scales, least)} to {until}), where "
+            "distances are independent at first and disturbances small."
+        )
+
+
+QUESTION = Question(
+    model=TrainCase,
+    check=check,
+    estimate=estimate,
+    solve=solve,
+    tables={"train": TRAIN, "spectrum": SPECTRUM},
+    result=TrainResult,
+    draw=draw,
+    captions={"train": "Growth rates and frequencies of disturbances over their wave number"},
+    in_sweeps=InSweeps(lambda _: ("verdict", "growth", "growth_error", "diffusion", "diffusion_error", "tube")),
+)
+
+train: Computation[TrainResult] = Computation(QUESTION, __doc__)
+"""Compute whether an infinite train of equal beads orders or clusters, and within which length of tube."""
+app = app_of(train, __doc__, "Examples: pairsim train configs/train.yaml | pairsim train case.yaml -o out --set d=0.2")

@@ -1,0 +1,93 @@
+"""A train of equal particles in a tube: one of them in a periodic cell, and several such cells side by side.
+
+The cells of one particle are repeated, the pressure differs by dp between the ends, and the mesh does not move on the
+planes between particles. Equal particles are then equal to rounding: a cell of n is n cells of one, and what moving one
+of its particles does to the others is circulant.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from pairsim.runtime.errors import NoSteadyState
+from pairsim.solvers.mesh_transfer import free_unknowns
+from pairsim.solvers.meshed_scene import Cells
+from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.problems import SteadyProblem
+from pairsim.solvers.steady.ends import Ended
+from pairsim.solvers.steady.first_solution import first_scene
+from pairsim.solvers.steady.scene import SteadySolver
+
+# Chosen.
+SAME_DISTANCE = 1e-7  # difference of the distance from the one wanted, relative to it
+MOST_SPACINGS = 12  # that are tried for it
+
+
+def distance(one: SteadySolver) -> float:
+    """Distance of the facing surfaces of neighbours on the axis of a train, from its cell of one particle [D_c]."""
+    outline = one.bodies[0].outline_points(one.state()[0])
+    return float(one.problem.length - (outline[0, 0] - outline[-1, 0]))
+
+
+def at_spacing(problem: SteadyProblem, parameters: Parameters) -> SteadySolver | Ended:
+    """The cell of one particle of a train whose centres are `problem.length` apart.
+
+    Raises:
+        NoSteadyState: No solution was found that could be continued.
+        MeshFailure: A mesh could not be generated.
+    """
+    return first_scene(replace(problem, closed=True, periodic=True), parameters)
+
+
+def at_distance(problem: SteadyProblem, parameters: Parameters, d: float) -> SteadySolver | Ended:
+    """The cell of one particle of a train whose facing surfaces are d apart [D_c]; see `at_spacing`."""
+    long = problem.betas[0]  # of a particle along the axis
+    for _ in range(MOST_SPACINGS):
+        found = at_spacing(replace(problem, length=d + long), parameters)
+        if isinstance(found, Ended) or abs(off := distance(found) - d) <= SAME_DISTANCE * d:
+            return found
+        long -= off
+        found.close()
+    raise NoSteadyState(f"the spacing at which facing surfaces are {d:.5g} apart was not found")
+
+
+def repeated(one: SteadySolver, count: int) -> SteadySolver:
+    """A cell of several particles at the solution of a cell of one.
+
+    Args:
+        one: The cell of one particle, at its solution; it is left open.
+        count: Number of particles.
+
+    Raises:
+        NoSteadyState: The solution is none of the cell of several.
+    """
+    problem, here = one.problem, one.parameters
+    parameters = Parameters((distance(one),) * (count - 1), here.solids * count, here.liquid, here.size)
+    several = replace(problem, betas=problem.betas * count, length=problem.length * count)
+    mesh, nodes = one.scene.liquid.six_node_mesh.repeated(count, problem.length)
+    insides = [None if body.phase is None else body.phase.six_node_mesh for body in one.bodies]
+    cells = Cells(one.meshed.outlines * count, insides * count, one.scene.reference.repeated(count), mesh)
+    train = SteadySolver(several, parameters, cells)
+    (h_one, x_one), x = one.state(), np.zeros(train.scene.size)
+    fields = ["u", "s"] if train.scene.material.modes else ["u"]
+    if train.scene.moving and one.scene.moving:
+        fields.append("eta")
+    for at in nodes:
+        for field in fields:
+            train.scene.liquid.nodal(field, x)[at] = one.scene.liquid.nodal(field, x_one)
+    y = free_unknowns(train.constraints, x)
+    for name in ("U_p", "p_s"):
+        if name in train.constraints.fields:
+            y[train.constraints.fields[name]] = np.tile(one.y[one.constraints.fields[name]], count)
+    axial = np.zeros(len(h_one))
+    axial[::2] = 1.0
+    h = np.concatenate([h_one + centre * axial for centre in train.scene.reference.geometry.centres])
+    material = train.constraints.M.tocoo()
+    y[material.col] = (h - train.h_star(parameters))[material.row]
+    report = train.solve(parameters, y)
+    if not report.converged:
+        train.close()
+        raise NoSteadyState(f"a cell of {count} particles has no such solution as one of them: {report.reason}")
+    return train

@@ -1,0 +1,144 @@
+"""Trains: cells of several particles, growth rates and their errors, and the answer in words."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.special import ive
+from support.scenes import reached
+
+import pairsim
+from pairsim.computing import QUESTIONS
+from pairsim.computing.case_files import parse_case
+from pairsim.computing.problems import steady_problem
+from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.problems import SteadyProblem
+from pairsim.solvers.steady.scene import SteadySolver
+from pairsim.solvers.trains.cell import at_distance, distance, repeated
+from pairsim.solvers.trains.response import Response
+from pairsim.solvers.trains.spectrum import Spectrum
+
+SOFT = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d": 0.1}
+RIGID = {"beta": 0.4, "De": 1, "Ca_e": 0, "d": 0.4}
+
+
+def problem_of(**keys: Any) -> tuple[SteadyProblem, Parameters]:
+    case = parse_case(QUESTIONS["train"], keys, "test")
+    return steady_problem(case, np.inf), Parameters((), case.solid_models, case.liquid_model)
+
+
+def one(**keys: Any) -> SteadySolver:
+    found = reached(at_distance(*problem_of(**keys), keys["d"]))
+    found.factor()
+    return found
+
+
+def test_a_cell_of_three_is_three_cells_of_one_and_its_beads_are_equal_to_rounding() -> None:
+    alone = one(**SOFT, mesh={"Np": 10})
+    row = repeated(alone, 3)
+    row.factor()
+    U = row.y[row.constraints.fields["U_p"]]
+    assert distance(alone) == pytest.approx(0.1, rel=1e-6)
+    assert pytest.approx(float(alone.y[alone.constraints.fields["U_p"]][0]), rel=1e-10) == U
+    (_, x), (_, x_one) = row.state(), alone.state()
+    assert x[row.scene.dp] == pytest.approx(3 * x_one[alone.scene.dp], rel=1e-10)
+
+
+def test_beads_far_apart_move_as_one_on_its_own() -> None:
+    keys = {"beta": 0.4, "De": 0, "Ca_e": 0.1}
+    far = one(**keys, d=2.0, mesh={"Np": 16})
+    alone = pairsim.curve(keys | {"particles": 1, "length": 8, "mesh": {"Np": 16}}).frame()
+    assert float(far.y[far.constraints.fields["U_p"]][0]) == pytest.approx(float(alone["U_1"][0]), rel=1e-4)
+    far.close()
+
+
+def test_velocities_beside_a_bead_that_moves_are_those_of_runs_with_beads_there() -> None:
+    """The response at held distances is the slope of the velocities in a cell with other distances."""
+    row = repeated(one(**SOFT, mesh={"Np": 10}), 4)
+    response, here, step = Response.of(row), row.parameters, 1e-4
+    U = []
+    for change in (step, -step):
+        assert row.solve(here.with_longer_gap(0, change), row.y).converged
+        row.factor()
+        U.append(row.y[row.constraints.fields["U_p"]])
+    row.close()
+    slopes = (U[0] - U[1]) / (2 * step)
+    # Of the others, whose cells have all moved by the same.
+    assert np.diff(response.U[0])[1:] == pytest.approx(np.diff(slopes)[1:], abs=1e-2 * abs(slopes).max())
+
+
+@pytest.mark.parametrize("keys", [SOFT, RIGID])
+def test_growth_rates_are_within_their_errors_of_those_on_finer_meshes(keys: dict[str, Any]) -> None:
+    found = pairsim.train(keys | {"mesh": {"Np": 20}, "train": {"cell": 4}})
+    table = found.frame("spectrum")
+    # With Np: 80.
+    growth, frequency = {0: ([-0.042129, -0.054481], 0.064821), 1: ([0.000307, 0.004257], 0.015670)}[keys["De"]]
+    assert (abs(table["growth"] - growth) <= table["growth_error"]).all()
+    assert abs(table["frequency"][0] - frequency) <= table["frequency_error"][0]
+    assert (table["growth_error"] < 0.2 * abs(table["frequency"][0])).all()
+
+
+def test_nothing_grows_between_rigid_beads_in_a_newtonian_liquid() -> None:
+    found = pairsim.train({"beta": 0.3, "De": 0, "Ca_e": 0, "train": {"spacing": 0.5, "cell": 6}, "mesh": {"Np": 10}})
+    table = found.frame("spectrum")
+    assert abs(table["growth"]).max() < 1e-9 * abs(table["frequency"]).max()
+    assert found.table["verdict"][0] == "neither"
+    assert "keep their size" in found.answer
+
+
+def spectrum(row: dict[int, float], n: int, change: float = 0.0) -> Spectrum:
+    """That of a train whose velocities b_j are known."""
+    k = 2 * np.pi * np.arange(n) / n
+    rates = np.array(sum(b * (np.exp(-1j * k * j) - 1) for j, b in row.items()))
+    return Spectrum(rates, np.array([(1 + change) * rates]))
+
+
+def test_a_spectrum_goes_on_between_the_waves_of_its_cell() -> None:
+    row = {-2: 0.01, -1: 0.06, 1: 0.04, 2: -0.02}
+    found, k = spectrum(row, 8, change=0.1), np.array([0.1, 1.0, 2.9])
+    exact: Any = sum(b * (np.exp(-1j * k * j) - 1) for j, b in row.items())
+    assert found.growth(k)[0] == pytest.approx(np.real(exact))
+    assert found.frequency(k)[0] == pytest.approx(np.imag(exact))
+    assert (found.growth(k)[1] >= 0.1 * abs(np.real(exact))).all()
+    assert found.diffusion[0] == pytest.approx(sum(b * j**2 / 2 for j, b in row.items()))
+
+
+@pytest.mark.parametrize("fall", [0.2, 0.5])
+def test_errors_of_long_waves_and_between_waves_have_the_rest_of_the_row(fall: float) -> None:
+    row = {j: 0.05 * fall ** abs(j) for j in range(-30, 31) if j}
+    found = spectrum(row, 8)
+    (value, error), exact = found.diffusion, sum(b * j**2 / 2 for j, b in row.items())
+    assert 1e-7 < abs(value - exact) <= error < exact
+    k, growth, errors = found.everywhere()
+    off = abs(growth - sum(b * (np.cos(k * j) - 1) for j, b in row.items()))
+    assert (off <= errors + 1e-12).all()
+    assert float(off.max()) > 1e-5
+
+
+def test_verdicts_are_certain_beyond_the_errors_of_long_waves_too() -> None:
+    orders = {-1: 0.05, 1: 0.03}
+    assert spectrum(orders, 8).verdict == "orders"
+    assert spectrum({j: -b for j, b in orders.items()}, 8).verdict == "clusters"
+    assert spectrum({**orders, 2: -0.01, -2: -0.01}, 8, change=0.2).verdict == "undecided"
+
+
+def test_the_spread_of_distances_falls_as_that_of_a_chain_that_diffuses() -> None:
+    found = spectrum({-1: 0.05, 1: 0.05}, 8)
+    time, least, most = found.time_to(0.5)
+    # The mean of exp(-2 a t (1 - cos k)) over k is exp(-2 a t) I_0(2 a t), with a = 0.1.
+    assert ive(0, 2 * 0.1 * time) == pytest.approx(0.25, rel=1e-2)
+    assert least <= time <= most
+    assert spectrum({-1: -0.05, 1: -0.05}, 8).time_to(0.5)[0] == np.inf
+
+
+def test_the_answer_says_within_which_length_of_tube_beads_order(tmp_path: Path) -> None:
+    physical = {"tube": "60 um", "velocity": "5 mm/s", "viscosity": "50 mPa s", "particle": "25 um", "modulus": "60 Pa"}
+    case = {"physical": physical | {"spacing": "31 um"}, "mesh": {"Np": 10}, "train": {"cell": 4}}
+    found = pairsim.train(case, folder=tmp_path / "train")
+    assert "Beads 31 um apart from centre to centre" in found.answer
+    assert "The train orders" in found.answer
+    assert "A spread of 20 % becomes one of 2 % within" in found.answer
+    assert found.plot(tmp_path)
