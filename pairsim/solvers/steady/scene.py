@@ -332,10 +332,13 @@ class SteadySolver(MeshedSolver):
         """Whether a cell of the mesh is inverted in a state."""
         return self.distortion_of(*self._state_at(parameters, y)) <= 0
 
-    def factor(self) -> None:
+    def factor(self, part: float = 1.0) -> None:
         """Assemble the matrix at the solution for tangents, and factorise it unless the factors in hand serve.
 
         One step with this matrix removes the error that lagged matrices leave.
+
+        Args:
+            part: Part of this step that is taken.
 
         Raises:
             NoSteadyState: The matrix is singular.
@@ -348,7 +351,7 @@ class SteadySolver(MeshedSolver):
         self.factorisations += self.newton.factorisations - before
         if not regular:
             raise NoSteadyState("Newton's matrix is singular at the solution", advice="a larger mesh.Np")
-        self.y = self.y - self.newton.linear_solve(self.newton.residual_at(self.y), tolerance=LAST)
+        self.y = self.y - part * self.newton.linear_solve(self.newton.residual_at(self.y), tolerance=LAST)
         self.iterations += 1
         self.factored = Factored(self.y, self.parameters)
 
