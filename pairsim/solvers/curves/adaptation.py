@@ -272,9 +272,11 @@ class AdaptiveBranch(Branch):
             return False
         estimate, allowed = point.estimate, self.allowed(point)
         room = allowed - estimate.ends_error - estimate.regularisation_error - np.abs(estimate.newton_dU)
-        least = LEAST_ROOM * allowed
+        least = np.maximum(LEAST_ROOM * allowed, estimate.regularisation_error / 2)
         # No mesh helps; coarse ones overestimate what the ends do.
-        if (self.rounds[place] and (room < least).any()) or (estimate.regularisation_error > allowed).any():
+        if self.rounds[place] and (room < LEAST_ROOM * allowed).any() and not estimate.regularisation_error.any():
+            return False
+        if (estimate.regularisation_error > np.maximum(allowed, estimate.cells_dU)).any():
             return False
         room = np.maximum(room, least)
         problem = self._finer(point, AIM * room)

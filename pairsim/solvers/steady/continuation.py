@@ -182,7 +182,7 @@ def _continued(steady: SteadySolver, target: Parameters, way: list[Passed]) -> E
                 guess = prepared(steady, there, steady.y + (to - tau) * tangent)
                 if _far(before.parameters, there):
                     steady.forget()
-                report = solve_on_mesh(steady, there, guess, new=steady.scene.liquid.six_node_mesh is not before.mesh)
+                report = solve_on_mesh(steady, there, guess, new=guess is steady.y)  # as interpolated to a new mesh
                 refused = report.reason
                 if report.converged:
                     longest = step * _growth(report.iterations, kinked=bool(target.liquid.regularisation))
