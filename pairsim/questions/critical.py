@@ -162,7 +162,7 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
                         yield events.Note(f"branch {each.branch}: {each.message}")
                     case Missed():
                         warnings.append(each.message)
-            text = f"{len(found.points)} critical distances on {max(branches, default=0)} branches"
+            text = f"critical distances: {len(found.points)}, branches: {max(branches, default=0)}"
             return events.Outcome("finished", "end", text)
         return found.outcome  # the branch ends before all distances were reached
     finally:

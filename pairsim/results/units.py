@@ -100,11 +100,11 @@ def with_error(value: float, error: float | None, sign: str = "", digits: int = 
     if error is None or not math.isfinite(error) or error <= 0:
         return f"{value:{sign}.{digits}g}"
     exponent = math.floor(math.log10(max(abs(value), error)))
-    scale = 1.0 if -2 <= exponent < 4 else 10.0**exponent
+    scale = 1.0 if -2 <= exponent < 6 else 10.0**exponent
     digits = -math.floor(math.log10(error / scale))
     digits += round(error / scale * 10.0**digits) == 1  # two digits of an error that begins with 1
-    digits = max(digits, 0)
-    text = f"{value / scale:{sign}.{digits}f} +- {error / scale:.{digits}f}"
+    value, error = round(value / scale, digits), round(error / scale, digits)
+    text = f"{value:{sign}.{max(digits, 0)}f} +- {error:.{max(digits, 0)}f}"
     return text if scale == 1.0 else f"({text})e{exponent}"
 
 
