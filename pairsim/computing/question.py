@@ -104,6 +104,10 @@ class Question[C: SceneCase]:
     flags: tuple[str, ...] = ()
     draws_from: int | None = 1
 
+    def __reduce__(self) -> Any:
+        """Pickled by its name."""
+        return _question_named, (self.name,)
+
     @property
     def name(self) -> str:
         """Its name on the command line and in Python."""
@@ -148,3 +152,9 @@ class Question[C: SceneCase]:
             if tables[self.table]:
                 values = self.in_sweeps.read(tables)
         return values | {key: record[key] for key in RECORDED if key in record}
+
+
+def _question_named(name: str) -> Question[Any]:
+    from pairsim.computing import QUESTIONS
+
+    return QUESTIONS[name]

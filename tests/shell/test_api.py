@@ -19,6 +19,7 @@ import pytest
 
 import pairsim
 from pairsim.api.results import _grid_of
+from pairsim.computing import QUESTIONS
 from pairsim.computing.progress import Reporter
 from pairsim.physics.scales import Scales
 from pairsim.results.table_files import read_table
@@ -92,6 +93,7 @@ def test_a_result_is_pickled_with_its_files_and_computed_in_one_thread_at_a_time
     """Two at once in PETSc, MUMPS or gmsh end the process."""
     with ThreadPoolExecutor(2) as threads:
         first, second = threads.map(lambda Ca_e: pairsim.run(RUN, Ca_e=Ca_e), (0.05, 0.1))
+    assert all(pickle.loads(pickle.dumps(question)) is question for question in QUESTIONS.values())
     content = pickle.dumps(second)
     copied = pickle.loads(content)
     pd.testing.assert_frame_equal(copied.table, second.table)
