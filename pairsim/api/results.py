@@ -276,13 +276,10 @@ class Result:
             raise InputError("fields", self.question.frames, at, allowed)
         return _grid_of(read_frame(self._place, int(hits[0])), self.scales if physical else None)
 
-    def _headline(self) -> str:
+    def __repr__(self) -> str:
         reason = f" ({self.reason})" if self.reason not in ("", "end") else ""
         where = f", {self.folder}" if self.folder is not None else ""
-        return f"pairsim {self.kind}: {self.status}{reason}, {len(self.table)} rows{where}"
-
-    def __repr__(self) -> str:
-        return f"<{self._headline()}>"
+        return f"<pairsim {self.kind}: {self.status}{reason}, {len(self.table)} rows{where}>"
 
 
 def _with_files[R: Result](

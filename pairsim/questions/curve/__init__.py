@@ -242,11 +242,6 @@ class CurveResult(Result):
         source = "curve" if self.folder is None else str(self.folder)
         return travel(self.columns, start, stop, source, self.record)
 
-    def _headline(self) -> str:
-        kinds = [("stable" if row.stable else "unstable", row.d) for row in self.zeros.itertuples()]
-        zeros = ", ".join(f"{kind} zero at d = {d:.5g}" for kind, d in kinds)
-        return super()._headline() + (f"; {zeros}" if zeros else "")
-
     def findings(self) -> list[str]:
         """Where particles separate and come closer, and how fast."""
         from pairsim.questions.curve.answer import answer_of_curve
