@@ -114,7 +114,6 @@ def units(
     from pairsim.cases.physical import Physical
     from pairsim.cases.yaml_file import apply_settings
     from pairsim.physics import liquids
-    from pairsim.physics.declared import PARAMETERS
     from pairsim.results.folder import write_file
 
     picture = output.with_name(f"{output.stem}-fit.png") if output and (rheology or spectrum) else None
@@ -125,9 +124,6 @@ def units(
     laws: dict[str, Any] = {}
     for place, law in (("liquid", liquid), ("solid", solid)):
         numbers = {name: options[name] for name in NUMBERS[place] if options[name] is not None}
-        for name in (name for name in numbers if law not in PARAMETERS[name].laws):
-            allowed = f"must be left out, or be given with --{place} {' or '.join(PARAMETERS[name].laws)}"
-            raise InputError("pairsim units", f"--{name}", numbers[name], allowed)
         if law or numbers:
             laws[place] = {"law": law, **numbers} if numbers else law
     if relaxation and not (liquid or rheology or spectrum):
