@@ -118,7 +118,7 @@ class TrainCase(SceneCase):
 
     def _slug_parts(self) -> list[str]:
         distance = f"d{self.d:g}" if self.d is not None else f"spacing{self.train.spacing:g}"
-        return ["train", *super()._slug_parts(), distance]
+        return ["train", *(part for part in super()._slug_parts() if part != "n1"), distance]
 
 
 def check(case: TrainCase) -> Iterator[Mistake]:

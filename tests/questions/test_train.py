@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.special import ive
+from support.inputs import ROOT
 from support.scenes import reached
 
 import pairsim
@@ -135,10 +136,9 @@ def test_the_spread_of_distances_falls_as_that_of_a_chain_that_diffuses() -> Non
 
 
 def test_the_answer_says_within_which_length_of_tube_beads_order(tmp_path: Path) -> None:
-    physical = {"tube": "60 um", "velocity": "5 mm/s", "viscosity": "50 mPa s", "particle": "25 um", "modulus": "60 Pa"}
-    case = {"physical": physical | {"spacing": "31 um"}, "mesh": {"Np": 10}, "train": {"cell": 4}}
+    case = pairsim.load(ROOT / "configs" / "train.yaml", kind="train", train={"cell": 4}, mesh={"Np": 10})
     found = pairsim.train(case, folder=tmp_path / "train")
-    assert "Beads 31 um apart from centre to centre" in found.answer
+    assert "6 um from surface to surface" in found.answer
     assert "The train orders" in found.answer
     assert "A spread of 20 % becomes one of 2 % within" in found.answer
     assert found.plot(tmp_path)

@@ -204,7 +204,9 @@ def test_a_setting_reaches_into_the_group_of_a_law(liquid: str, tmp_path: Path) 
     assert pairsim.load(path, liquid={"alpha": 0.3}) == set_by_hand
 
 
-@pytest.mark.parametrize("path", [*CONFIGS, *(ROOT / "configs" / f"{name}.yaml" for name in ("curve", "critical"))])
+@pytest.mark.parametrize(
+    "path", [*CONFIGS, *(ROOT / "configs" / f"{name}.yaml" for name in ("curve", "critical", "train"))]
+)
 def test_resolved_case_reads_back_as_itself(path: Path, tmp_path: Path) -> None:
     question = QUESTIONS[path.stem if path not in CONFIGS else "run"]
     resolved = read_case(question, path)
