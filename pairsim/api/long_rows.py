@@ -16,6 +16,7 @@ from pairsim.cases.quantities import si
 from pairsim.computing.problems import steady_problem
 from pairsim.physics.scales import Scales
 from pairsim.results.units import LENGTH, POSITION, in_unit
+from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.parameters import Parameters
@@ -23,11 +24,12 @@ from pairsim.solvers.rows.interaction import RowModel
 from pairsim.solvers.rows.model import Audit, EqualRow, audit, models, windows_of
 from pairsim.solvers.rows.motion import RowMotion, move, random_gaps
 
+LEAST = 0.04  # smallest distance at which short rows are solved [D_c]; chosen
 ASSUMED = "assumed to travel on as doublets, held by equal and opposite forces until these would have to pull"
 
 
 def long_row(
-    case: AnyCase, *, least: float = 0.04, most: int = 4, progress: Callable[[str], None] = lambda _: None, **keys: Any
+    case: AnyCase, *, least: float = LEAST, most: int = 4, progress: Callable[[str], None] = lambda _: None, **keys: Any
 ) -> LongRow:
     """Make the model of rows of equal particles from solutions of up to four of them (some minutes).
 
@@ -46,11 +48,12 @@ def long_row(
     if one.n != 1:
         raise InputError("pairsim.long_row", "particles", one.n, "must be 1 or left out: all particles are equal")
     row = EqualRow(steady_problem(one, np.inf), Parameters((), one.solid_models, one.liquid_model), least)
-    model: RowModel | None = None
-    for done, total, model in models(row, most):  # noqa: B007
+    known: RowModel | None = None
+    for done, total, model in models(row, most):
         progress(f"{done} of {total} short rows")
-    assert model is not None
-    return LongRow(row, model, one.scales)
+        known = model
+    assert known is not None
+    return LongRow(row, known, one.scales)
 
 
 @dataclass(frozen=True)
@@ -140,6 +143,12 @@ class MovedRow:
         outlet = [self.motion.gaps(t)[gap] for gap, t in enumerate(times)]
         return pd.DataFrame({"d_inlet": self.motion.gaps(0.0), "d_outlet": outlet, "t_outlet": times})
 
+    def way(self, count: int) -> tuple[Array, Array]:
+        """The mean way of the row, shape (count,), and its distances, (count, N-1), at some times [D_c]."""
+        times = np.linspace(0.0, self.motion.t[-1], count)
+        places = np.array([self.motion.positions(t).mean() for t in times])
+        return places - places[0], np.array([self.motion.gaps(t) for t in times])
+
     def plot(self, file: Path | str, width: str | float = 170.0) -> list[Path]:
         """Draw the distances over the position, and at inlet and outlet, as `pairsim.plot` does.
 
@@ -154,15 +163,10 @@ class MovedRow:
         from pairsim.plots.style import Page
         from pairsim.plots.units import Units
 
-        path, motion = Path(file), self.motion
-        times = np.linspace(0.0, motion.t[-1], 200)
-        places = np.array([motion.positions(t).mean() for t in times])
-        distances, ends = (
-            np.array([motion.gaps(t) for t in times]),
-            self.distances[["d_inlet", "d_outlet"]].to_numpy().T,
-        )
+        path, units, (position, distances) = Path(file), Units(self.scales), self.way(200)
         page = Page.parse(path.suffix.removeprefix("."), width)
-        return draw_long_row(places - places[0], distances, ends, Units(self.scales), path.with_suffix(""), page)
+        drawn = position * units.factor(POSITION), distances * units.factor(LENGTH)
+        return draw_long_row(*drawn, units, path.with_suffix(""), page)
 
     def __str__(self) -> str:
         """What has become of the distances."""
@@ -180,9 +184,10 @@ class MovedRow:
         if first is not None:
             z = in_unit(self.scales, POSITION, first.z) + ("" if self.scales else " D_c")
             held = sum(1 if each.begins else -1 for each in contacts)
+            closed = len({each.gap for each in contacts})
             lines.append(
-                f"Gap {first.gap + 1} closes first, at {z}; {len({each.gap for each in contacts})} of them close, and "
-                f"{held} are closed at the end ({ASSUMED})."
+                f"Gap {first.gap + 1} closes first, after {z}. In all {closed} close, and {held} stay closed; beads "
+                f"that touch are {ASSUMED}."
             )
         if self.audit is not None:
             lines.append(

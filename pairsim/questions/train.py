@@ -3,7 +3,8 @@
 The case file has d (between facing surfaces) or train: {spacing: ...} (from
 centre to centre), in tube diameters D_c. Writes train.csv (velocity, whether
 distances become equal, length of tube), spectrum.csv (growth rate of every
-disturbance with its error), train.png, case.yaml and run.json.
+disturbance with its error), train.png, case.yaml and run.json; with row: {beads:
+...} it follows a row of beads with distances at random: row.csv, row.png.
 
 Exit codes: 0 finished, 2 wrong input, 3 computation failed, 4 installation or
 system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
@@ -11,7 +12,8 @@ system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
+from dataclasses import replace
 from math import inf, isfinite, nan, pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -29,12 +31,15 @@ from pairsim.cli.compute import app_of
 from pairsim.computing import events
 from pairsim.computing.question import InSweeps, Question, rows_in
 from pairsim.results.columns import Column
-from pairsim.results.units import LENGTH, PURE, RATE, VELOCITY, Unit
+from pairsim.results.units import LENGTH, POSITION, PURE, RATE, VELOCITY, Unit
 
 if TYPE_CHECKING:
     from pairsim.physics.scales import Scales
     from pairsim.plots.style import Page
     from pairsim.runtime.monitor import Monitor
+    from pairsim.solvers.parameters import Parameters
+    from pairsim.solvers.problems import SteadyProblem
+    from pairsim.solvers.rows.interaction import RowModel
     from pairsim.solvers.trains.train import TrainOnMeshes
 
 TENFOLD = 10.0  # change of a spread that the answer gives a length of tube for
@@ -78,6 +83,28 @@ TRAIN = (
 """The columns of train.csv, which has one row."""
 
 
+ROW = (_plain("position", "z", "how far the row has moved along the tube on average", POSITION),)
+"""The first column of row.csv, before the distances."""
+PLACES = 101  # rows of row.csv
+SHORT_ROWS = 80  # beads of a cell whose response takes as long as the short rows; measured
+LONG = 50.0  # length of the tube of short rows over the diameter of a bead, as of other cases
+
+
+class RowOptions(Keys):
+    """A row of beads with distances at random, of mean d, which is followed along the tube."""
+
+    beads: values.Whole | None = Field(None, ge=5, le=1000, description="number of beads; none: no row is followed")
+    spread: values.Positive = Field(
+        0.2, le=1, description="standard deviation of the distances at the inlet, as a part of their mean"
+    )
+    seed: values.Whole = Field(0, ge=0, description="seed of the random numbers")
+    tube: values.Distance = Field(300.0, description="length of tube along which the row is followed [D_c]")
+    min_gap: values.Gap = Field(0.002, gt=0, description="distance at which beads touch [D_c]")
+    audited: values.Whole = Field(
+        2, ge=0, le=100, description="number of rows of six neighbours on the way that are solved, to know the error"
+    )
+
+
 class TrainOptions(Keys):
     """The train."""
 
@@ -99,6 +126,7 @@ class TrainCase(SceneCase):
     particles: values.Whole = Field(1, ge=1, le=1, description="1: all beads of the train are equal")
     d: values.Distance | None = Field(None, description="distance between the facing surfaces of neighbours [D_c]")
     train: TrainOptions = TrainOptions()
+    row: RowOptions = RowOptions()
 
     @property
     def gaps(self) -> tuple[float, ...]:
@@ -137,13 +165,14 @@ def check(case: TrainCase) -> Iterator[Mistake]:
         ("length", case.length is not None, why),
         ("ends", case.ends != "periodic", why),
         ("train.cell", case.train.cell % 2 == 1, "must be even"),
+        ("row.min_gap", case.d is not None and case.row.min_gap >= case.d, "must be below d"),
     )
     yield from check_scene(case)
 
 
 def estimate(case: TrainCase) -> Estimate:
-    """Size and duration: that of one bead on two meshes, and of the cell."""
-    return steady_estimate(case, case.train.cell, MESHES)
+    """Size and duration: that of one bead on two meshes, and of the cell; and of the short rows for a long one."""
+    return steady_estimate(case, case.train.cell + (0 if case.row.beads is None else SHORT_ROWS), MESHES)
 
 
 def solve(case: TrainCase, *, monitor: Monitor) -> events.Events:
@@ -180,10 +209,39 @@ def solve(case: TrainCase, *, monitor: Monitor) -> events.Events:
     spectrum, waves = found.spectrum, found.spectrum.waves
     columns = zip(waves, *spectrum.growth(waves), *spectrum.frequency(waves), strict=True)
     rows = [dict(zip((each.name for each in SPECTRUM), map(float, row), strict=True)) for row in columns]
-    yield events.Table("train", [each if isinstance(each, str) else each.name for each in TRAIN], [_row(found)])
+    yield events.Table("train", [each if isinstance(each, str) else each.name for each in TRAIN])
+    yield events.Row("train", _row(found))
     yield events.Table("spectrum", [each.name for each in SPECTRUM], rows)
-    yield events.Summary({"unknowns": found.fine.unknowns}, _warnings(case, found))
+    sentences = [] if case.row.beads is None else (yield from _follow(case, problem, start, found.fine.d))
+    yield events.Summary({"unknowns": found.fine.unknowns, "row": sentences}, _warnings(case, found))
     return events.Outcome("finished", "end", f"the train: {spectrum.verdict}")
+
+
+def _follow(
+    case: TrainCase, problem: SteadyProblem, start: Parameters, d: float
+) -> Generator[events.Event, None, list[str]]:
+    """Follow a row with distances of mean d along the tube; returns what it says."""
+    from pairsim.api.long_rows import LEAST, LongRow
+    from pairsim.solvers.rows.model import EqualRow, models
+
+    problem = replace(problem, length=LONG * problem.betas[0], closed=False)
+    options, equal = case.row, EqualRow(problem, start, min(LEAST, d / 2))
+    known: RowModel | None = None
+    for done, total, model in models(equal, 4):
+        yield events.Progress(1.0, f"{done} of {total} short rows", done)
+        known = model
+    assert known is not None
+    given = {"mean": d, "spread": options.spread, "seed": options.seed}
+    moved = LongRow(equal, known, case.scales).move(
+        given, options.tube, options.beads, options.min_gap, options.audited
+    )
+    position, distances = moved.way(PLACES)
+    columns = [ROW[0].name, *(f"d_{i}" for i in range(1, distances.shape[1] + 1))]
+    rows = (
+        dict(zip(columns, map(float, (z, *gaps)), strict=True)) for z, gaps in zip(position, distances, strict=True)
+    )
+    yield events.Table("row", columns, list(rows))
+    return str(moved).splitlines()
 
 
 def _row(found: TrainOnMeshes) -> dict[str, Any]:
@@ -232,6 +290,7 @@ def draw(directory: Path, out: Path, page: Page) -> list[Path]:
 
     from pairsim.plots.chart import POINT, Panel, Series, draw_chart
     from pairsim.plots.labels import case_parts, read_case
+    from pairsim.plots.long_rows import draw_long_row
     from pairsim.plots.style import printing
     from pairsim.plots.units import Units
     from pairsim.results.table_files import read_table
@@ -247,7 +306,11 @@ def draw(directory: Path, out: Path, page: Page) -> list[Path]:
     series += [Series(n, k, getattr(between, n)(k)[0], look={"linestyle": "-"}) for n in panels]
     with printing():
         figure, _ = draw_chart(page, panels, series, case_parts(read_case(directory / "case.yaml"), set()))
-        return page.save(figure, out, "train")
+        drawn = page.save(figure, out, "train")
+    if row := units.table(read_table(directory / "row.csv", missing_ok=True)):
+        position, *distances = row.values()
+        drawn += draw_long_row(position, np.transpose(distances), units, out / "row", page)
+    return drawn
 
 
 def _of_tube(scales: Scales | None, length: float) -> str:
@@ -273,6 +336,7 @@ class TrainResult(Result):
             f"Beads {spacing}{unit} apart from centre to centre, {d}{unit} from surface to surface, move at U = {U}.",
             *self._waves(row, scales),
             *self._spread(row, scales),
+            *self.record.get("row", []),
         ]
 
     def _waves(self, row: dict[str, Any], scales: Scales | None) -> Iterator[str]:
@@ -311,10 +375,13 @@ QUESTION = Question(
     check=check,
     estimate=estimate,
     solve=solve,
-    tables={"train": TRAIN, "spectrum": SPECTRUM},
+    tables={"train": TRAIN, "spectrum": SPECTRUM, "row": (*ROW, "d_1")},
     result=TrainResult,
     draw=draw,
-    captions={"train": "Growth rates and frequencies of disturbances over their wave number"},
+    captions={
+        "train": "Growth rates and frequencies of disturbances over their wave number",
+        "row": "Distances of a row of beads along the tube, and their histograms at the inlet and at the outlet",
+    },
     in_sweeps=InSweeps(lambda _: ("verdict", "growth", "growth_error", "diffusion", "diffusion_error", "tube")),
 )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,22 @@ SOFT = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "length": 6, "mesh": {"Np": 8}}
 @pytest.fixture(scope="module")
 def pairs() -> LongRow:
     return pairsim.long_row(SOFT, most=2, least=0.1)
+
+
+def test_a_train_follows_a_row_too(pairs: LongRow, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pairsim.solvers.rows.model.models", lambda *_: iter([(1, 1, pairs.model)]))
+    case = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d": 0.3, "accuracy": "5%", "mesh": {"Np": 8}, "train": {"cell": 4}}
+    row = {"beads": 30, "spread": 0.4, "seed": 3, "tube": 20, "audited": 0}
+    train = pairsim.train(case | {"row": row}, folder=tmp_path / "train").check()
+    (spread,) = [line for line in train.findings() if line.startswith("Spread of 29 distances within 20 D_c of tube")]
+    table = train.frame("row")
+    assert table.shape == (101, 30)
+    d = table.filter(like="d_").to_numpy()
+    spreads = re.findall(r"(?:from|to) ([\d.]+) %", spread)
+    known = [100 * each.std() / each.mean() for each in (d[0], d[-1])]
+    assert list(map(float, spreads)) == pytest.approx(known, rel=0.01)
+    assert table["position"].iloc[-1] == pytest.approx(20.0, rel=0.01)
+    assert [path.name for path in pairsim.plot(tmp_path / "train")] == ["train.png", "row.png"]
 
 
 def test_short_rows_are_those_of_a_curve(pairs: LongRow) -> None:
