@@ -166,9 +166,9 @@ def plot(
         str | None,
         typer.Option(
             metavar="NAME",
-            help="Fields of a run or a curve, and nothing else: velocity, streamlines, tr_c, N1 (tau_zz - tau_rr), "
-            "tau_zz, pressure, velocity_extra, tau_zz_extra, pressure_extra (less what is there without particles), "
-            "or all.",
+            help="Fields of a run or a curve, and nothing else: velocity, streamlines, tr_c, yielding (where a "
+            "liquid with a yield stress flows), N1 (tau_zz - tau_rr), tau_zz, pressure, velocity_extra, tau_zz_extra, "
+            "pressure_extra (less what is there without particles), or all.",
         ),
     ] = None,
     animate: Annotated[

@@ -115,6 +115,7 @@ FIELDS: dict[str, Field] = {
     "velocity": Field(r"u_z", VELOCITY, axial_velocity, "velocity", "tau_s", diverging=False),
     "streamlines": Field(r"u_z - U", VELOCITY, lambda f: axial_velocity(f) - particle_velocity(f), "velocity"),
     "tr_c": Field(r"\mathrm{tr}\,c", PURE, _stored("tr_c"), "tr_c", diverging=False),
+    "yielding": Field(r"|\sigma|/\tau_y - 1", PURE, lambda f: np.minimum(f.point_data["yielding"], 2) - 1, "yielding"),
     "N1": Field(r"\tau_{zz} - \tau_{rr}", STRESS, lambda f: stress(f, "zz") - stress(f, "rr"), "tau_p", "tau_s"),
     "tau_zz": Field(r"\tau_{zz}", STRESS, lambda f: stress(f, "zz"), "tau_p", "tau_s"),
     "pressure": Field(r"p", STRESS, _stored("pressure"), "pressure", diverging=False),

@@ -69,7 +69,12 @@ def test_the_regularisation_is_a_part_of_the_half_width() -> None:
 
 def test_unyielded_liquid_holds_a_pair_together() -> None:
     """The shipped example: dU is of the sign of separation, and falls as 1/m."""
-    result = pairsim.curve(ROOT / "configs" / "yield_stress.yaml", **RIGID)
+    result = pairsim.curve(ROOT / "configs" / "yield_stress.yaml", **RIGID, fields=[0.1])
+    (z, r, _), yielding = result.fields(0.1).points.T, result.fields(0.1)["yielding"]
+    between = (r < 0.9 * result.table["bridge"][0]) & (z > 0.02) & (z < 0.08)  # the gap is at z from 0 to .1
+    assert between.sum() > 10
+    assert (yielding[between] < 1).all()
+    assert yielding.max() > 2.5, "at the wall"
     answer, row = str(result.answer).splitlines()[0], result.table.iloc[0]
     assert answer.startswith("Unyielded liquid holds it together at d = 0.1: dU vanishes there as 1/m")
     assert row["dU"] > 0

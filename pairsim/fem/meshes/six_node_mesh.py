@@ -49,6 +49,13 @@ class SixNodeMesh:
         """Jacobian determinants of all cells at seven points (see the function `jacobians`), shape (m, 7)."""
         return jacobians(self.points[self.cells])
 
+    def at_nodes(self, values: Array) -> Array:
+        """Means at the nodes of values of the cells around them, (n,), from shape (m,)."""
+        count, total = np.zeros(len(self.points)), np.zeros(len(self.points))
+        np.add.at(count, self.cells, 1.0)
+        np.add.at(total, self.cells, values[:, None])
+        return total / count
+
     def mirror(self) -> SixNodeMesh:
         """The mirror image under z -> -z."""
         return SixNodeMesh(self.points * [-1.0, 1.0], self.cells[:, MIRRORED_CELL])

@@ -32,7 +32,7 @@ def reason_to_end(problem: Problem, t: float, gaps: Sequence[float]) -> Reason |
     return "end" if reached(t, problem.t_end) else None
 
 
-CREEPS = 5.0  # factor of t_relax over one of 10 of the regularisation above which shapes creep; chosen
+CREEPS = 10**0.5  # factor of t_relax over one of 10 of the regularisation above which shapes creep; chosen
 
 
 def settled(problem: Problem, gaps: tuple[float, ...]) -> tuple[Point, bool]:
