@@ -14,7 +14,7 @@ from pairsim.physics.scales import Scales
 from pairsim.results.columns import SWEEP_COLUMNS, WHOLE, error_of, known, suffixes_in
 from pairsim.results.curve_table import curve_of
 from pairsim.results.folder import read_record
-from pairsim.results.table_files import read_table, table_text
+from pairsim.results.table_files import cell, read_table, table_text
 from pairsim.results.travel import distance_on
 from pairsim.results.units import PURE, Unit, scales_for
 from pairsim.runtime.arrays import Array
@@ -161,7 +161,11 @@ def readable(table: pd.DataFrame, whole: bool = False) -> pd.DataFrame:
 
 def brief(table: pd.DataFrame) -> pd.DataFrame:
     """The table for readers: units after the names of columns, lists as numbers with spaces between, unknown empty."""
-    joined = table.map(lambda value: " ".join(map(DIGITS, value)) if isinstance(value, list) else value)
+
+    def words(values: list[Any]) -> str:
+        return " ".join(DIGITS(each) if isinstance(each, float) else cell(each) for each in values)
+
+    joined = table.map(lambda value: words(value) if isinstance(value, list) else value)
     return joined.set_axis([name.removeprefix("physical.") for name in headings(table)], axis="columns")
 
 

@@ -7,6 +7,7 @@ from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from support.pictures import drawn_figures
 from support.result_folders import make_curve, make_sweep
@@ -28,7 +29,7 @@ from pairsim.results.columns import (
     text_in_units,
 )
 from pairsim.results.table_files import TableWriter, read_table, table_text
-from pairsim.results.tables import csv_text, frame_of, in_units, readable, screen_text, table_of
+from pairsim.results.tables import brief, csv_text, frame_of, in_units, readable, screen_text, table_of, with_units
 from pairsim.runtime.errors import InputError
 
 TRAIN = "t,d_1,d_2,U_1,U_2,U_3,dU_1,dU_2,m,newton,dU_error_1,dU_error_2\n" + "\n".join(
@@ -170,6 +171,12 @@ def test_a_screen_has_five_digits_and_no_numerics_unless_asked(train: Path) -> N
     assert "newton" not in text
     assert "newton" in screen_text(table, 200, whole=True)
     assert max(map(len, screen_text(table, 60).splitlines())) <= 60
+
+
+def test_lists_are_shown_as_numbers_with_five_digits() -> None:
+    table = brief(with_units(pd.DataFrame({"zeros": [[17.066208, 0.5], None], "stable": [[False, True], None]})))
+    assert list(table) == ["zeros [D_c]", "stable"]
+    assert table.iloc[0].tolist() == ["17.066 0.5", "false true"]
 
 
 def test_forces_have_a_unit_of_the_laboratory(tmp_path: Path) -> None:
