@@ -153,7 +153,8 @@ class _Session:
 
     def on_the_way(self, place: str) -> None:
         """Show where a computation is that has no result yet, for how long, and how long that may go on."""
-        passed, most = time.monotonic() - self._start, self._options.budget or self._options.patience
+        passed = time.monotonic() - self._start
+        most = self._options.budget or (self._options.patience if self.monitor.awaits_result else None)
         limit = f", ends at {duration(most)}" if most and passed > SOON * most else ""
         self.reporter.on_the_way(f"{self._in_units(place)} ({duration(passed)}{limit})")
 

@@ -74,6 +74,11 @@ class Monitor:
         if self._listener is not None:
             self._listener(place)
 
+    @property
+    def awaits_result(self) -> bool:
+        """Whether the computation ends if it has no result for long."""
+        return bool(self._patience)
+
     def has_result(self) -> None:
         """Tell that there is a result: the way to it and the limit up to the first one count no more."""
         self._place = ""
