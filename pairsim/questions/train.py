@@ -144,6 +144,10 @@ class TrainCase(SceneCase):
         beta = max(self.betas, default=0.0)
         return beta + (self.d or 0.0) if self.train.spacing is None else self.train.spacing
 
+    def resolved(self) -> dict[str, Any]:
+        """The case with every default filled in, without a length: it follows from the spacing."""
+        return {key: value for key, value in super().resolved().items() if key != "length"}
+
     def _slug_parts(self) -> list[str]:
         distance = f"d{self.d:g}" if self.d is not None else f"spacing{self.train.spacing:g}"
         return ["train", *(part for part in super()._slug_parts() if part != "n1"), distance]
