@@ -34,7 +34,7 @@ class Limited:
 
     def __init__(self) -> None:
         self.parameters, self.y, self.relaxations = at(0.1), np.zeros(1), 0
-        self.problem = SimpleNamespace(betas=(0.4,), monitor=Monitor())
+        self.problem = SimpleNamespace(betas=(0.4,), monitor=Monitor(), velocity=None)
         self.constraints = SimpleNamespace(fields={"s": np.zeros(0, dtype=int)})
 
     @property

@@ -34,6 +34,7 @@ SMALLEST = 2e-3  # step, relative to the distance to the target, below which nat
 FAR = 1.05
 # What helps where continuation does not: a run needs no steady state, and says whether it comes near one.
 IN_TIME = "pairsim run from this distance, which shows whether a steady state is approached"
+ON_OTHER_CELLS = "another mesh.Np"  # where particles are moved, which runs do not have
 ROUNDER = (0.03, 1e-3)  # factors of the regularisation with which a guess from another mesh is tried; chosen
 FIRST_SHARPER = 50.0  # factor of a regularisation in a first step; the whole way at once took 30 iterations and failed
 FEW_ITERATIONS = 2  # Newton iterations up to which the step is doubled
@@ -70,7 +71,7 @@ def begin(steady: SteadySolver) -> None:
         report = relax(steady, steady.parameters)
     if not report.converged:
         message = f"no solution was found from undeformed spheres{place(steady.parameters)}: {report.reason}"
-        raise NoSteadyState(message, advice=IN_TIME)
+        raise NoSteadyState(message, advice=_advice(steady))
     if steady.distorted():
         new_mesh(steady)
 
@@ -250,7 +251,7 @@ def _end(
     steady.recall(trail[-1][1])
     if end is None:
         message = f"the continuation{place(target, ' to ')} stopped{place(steady.parameters)}: {refused}"
-        return Ended(NoSteadyState(message, advice=IN_TIME))
+        return Ended(NoSteadyState(message, advice=_advice(steady)))
     there, off = _numbers(along(end.at)), _numbers(along(end.at + end.error))
     at = {name: (value, abs(off[name] - value)) for name, value in there.items()}
     return ended(end.kind, at, target, MESH_SPREAD)
@@ -323,6 +324,10 @@ def prepared(steady: SteadySolver, there: Parameters, guess: Array) -> Array:
         steady.remesh(there, guess)
         return steady.y
     return guess
+
+
+def _advice(steady: SteadySolver) -> str:
+    return IN_TIME if steady.problem.velocity is None else ON_OTHER_CELLS
 
 
 def place(parameters: Parameters, before: str = " at ") -> str:
