@@ -7,6 +7,7 @@ times what it says is its stress in Pa. Deviations are those of logarithms, whic
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -89,42 +90,6 @@ class Number:
         return self.least == self.most
 
 
-@dataclass(frozen=True)
-class Fit:
-    """A law fitted to data.
-
-    Attributes:
-        law: Its class.
-        liquid: The liquid in SI units, see above.
-        eta_0: Its unit of viscosity [Pa s], or consistency [Pa s^n].
-        values: Its numbers by name: eta_0, De (the longest relaxation time), xi, those of the law, and the times and
-            weights of modes.
-        deviation: Root mean square of the deviations of logarithms.
-        criterion: Bayesian information criterion (Schwarz 1978); the smaller, the better.
-        problem: What was solved.
-        best: Its solution.
-    """
-
-    law: type[ViscousLaw | ConformationLaw]
-    liquid: Liquid
-    eta_0: float
-    values: dict[str, float]
-    deviation: float
-    criterion: float
-    problem: Problem
-    best: Any
-
-    @cached_property
-    def numbers(self) -> dict[str, Number]:
-        """Its numbers with their intervals: as far as a number can be held while the squares stay probable."""
-        found = {name: Number(value, value, value) for name, value in self.values.items()}
-        return found | {name: self.problem.interval(i, self.best) for i, name in enumerate(self.problem.names)}
-
-    def of(self, quantity: str, x: Array) -> Array:
-        """A quantity of `Measured` as the liquid has it [SI], at shear rates or frequencies."""
-        return _quantity(self.liquid, self.eta_0, quantity, x)
-
-
 def _quantity(liquid: Liquid, eta_0: float, quantity: str, x: Array) -> Array:
     if quantity in ("viscosity", "N1"):
         viscosity, N1 = steady_shear(liquid, x)
@@ -169,10 +134,12 @@ def _of_law(law: type[ViscousLaw | ConformationLaw], data: Measured, given: Mapp
     """A law fitted to data, by one mode or, where moduli are known, by as many as improve it."""
     best = None
     for modes in [0] if issubclass(law, ViscousLaw) else range(1, MOST_MODES + 1 if len(data.frequency) else 2):
-        better = _fitted(law, modes, data, given)
-        if better is None or (best is not None and better.criterion >= best.criterion):
-            break
-        best = better
+        with suppress(np.linalg.LinAlgError, ValueError):
+            better = Fit(law, modes, data, given)
+            if best is None or better.criterion < best.criterion:
+                best = better
+                continue
+        break
     return best
 
 
@@ -225,54 +192,86 @@ def _liquid(law: type[ViscousLaw | ConformationLaw], modes: int, values: Mapping
     return Liquid(Newtonian(), values["xi"], values["De"], parts)
 
 
-class Problem:
-    """A law with some modes, whose numbers that are not given are to be fitted to data by least squares."""
+class Fit:
+    """A law with some modes, whose numbers that are not given are fitted to data by least squares.
+
+    Attributes:
+        law: Its class.
+        values: Its numbers by name: eta_0, De (the longest relaxation time), xi, those of the law, and the times and
+            weights of modes.
+        liquid: The liquid in SI units, see above.
+        eta_0: Its unit of viscosity [Pa s], or consistency [Pa s^n].
+        deviation: Root mean square of the deviations of logarithms.
+        criterion: Bayesian information criterion (Schwarz 1978); the smaller, the better.
+
+    Raises:
+        ValueError: The law has not the numbers that are given, or as many unknown ones as there are data, or none.
+    """
 
     def __init__(
         self, law: type[ViscousLaw | ConformationLaw], modes: int, data: Measured, given: Mapping[str, float]
     ) -> None:
-        self.law, self.modes, self.curves = law, modes, data.curves
-        dimensions = dimensions_of(law)
-        self._given = {name: given[key] for name, of in dimensions.items() if (key := of.key if of else name) in given}
+        self.law, self._modes, self._curves = law, modes, data.curves
+        keys = {name: of.key if of else name for name, of in dimensions_of(law).items()}
+        self._given = {name: given[key] for name, key in keys.items() if key in given}
         unknowns = {name: each for name, each in _unknowns(law, modes, data).items() if name not in self._given}
-        self.names = [*unknowns]
-        table = np.array([*unknowns.values()]).reshape(-1, 3).T
+        count = sum(len(x) for _, x, _ in data.curves)
+        if given.keys() - {*keys.values()} or not 0 < len(unknowns) < count:
+            raise ValueError(f"{law.label} cannot be fitted")
+        self._names, table = [*unknowns], np.array([*unknowns.values()]).T
         self._logarithmic = (table[0] > 0) & (table[1] > LOGARITHMIC * table[0])
         with np.errstate(all="ignore"):
-            self.least, self.most, self.guess = np.where(self._logarithmic, np.log(table), table)
+            self._least, self._most, guess = np.where(self._logarithmic, np.log(table), table)
+        self._best = self._solved(guess)
+        self.values = self._numbers(self._best.x)
+        self.liquid, self.eta_0 = _liquid(law, modes, self.values), self.values["eta_0"]
+        mean = float(2 * self._best.cost / count)
+        self.deviation = float(np.sqrt(mean))
+        self.criterion = float(count * np.log(max(mean, 1e-12)) + len(unknowns) * np.log(count))
 
-    def values(self, x: Array) -> dict[str, float]:
+    @cached_property
+    def numbers(self) -> dict[str, Number]:
+        """Its numbers with their intervals: as far as a number can be held while the squares stay probable."""
+        found = {name: Number(value, value, value) for name, value in self.values.items()}
+        return found | {name: self._interval(i) for i, name in enumerate(self._names)}
+
+    def of(self, quantity: str, x: Array) -> Array:
+        """A quantity of `Measured` as the liquid has it [SI], at shear rates or frequencies."""
+        return _quantity(self.liquid, self.eta_0, quantity, x)
+
+    def _numbers(self, x: Array) -> dict[str, float]:
         """All numbers, from those that are fitted or their logarithms."""
-        known = self._given | dict(zip(self.names, np.where(self._logarithmic, np.exp(x), x).tolist(), strict=True))
+        known = self._given | dict(zip(self._names, np.where(self._logarithmic, np.exp(x), x).tolist(), strict=True))
         for name, of in dimensions_of(self.law).items():
             if of is not None and name in self._given and name != "eta_0":
                 known[name] = self._given[name] / of.size(known["eta_0"])
                 known[name] = min(known[name], 1.0) if of.unit == "Pa*s" else known[name]
         return known
 
-    def deviations(self, x: Array) -> Array:
+    def _deviations(self, x: Array) -> Array:
         """What the logarithms of the quantities differ from the data by."""
-        known = self.values(x)
-        liquid = _liquid(self.law, self.modes, known)
+        known = self._numbers(x)
+        liquid = _liquid(self.law, self._modes, known)
         with np.errstate(all="ignore"):
-            parts = [np.log(_quantity(liquid, known["eta_0"], name, x) / y) for name, x, y in self.curves]
+            parts = [np.log(_quantity(liquid, known["eta_0"], name, x) / y) for name, x, y in self._curves]
         return np.nan_to_num(np.concatenate(parts), nan=20.0, posinf=20.0, neginf=-20.0).clip(-20, 20)
 
-    def solve(self, start: Array, held: int | None = None) -> Any:
+    def _solved(self, start: Array, held: int | None = None) -> Any:
         """The least squares from a first guess, in which one number may be held."""
         free = np.arange(len(start)) != held
 
         def deviations(x: Array) -> Array:
             all_ = start.copy()
             all_[free] = x
-            return self.deviations(all_)
+            return self._deviations(all_)
 
-        bounds = self.least[free], self.most[free]
+        bounds = self._least[free], self._most[free]
         inside = np.clip(start[free], bounds[0] + 1e-9, bounds[1] - 1e-9)
         return least_squares(deviations, inside, bounds=bounds, x_scale="jac", ftol=1e-6, xtol=1e-6, max_nfev=200)
 
-    def interval(self, i: int, best: Any) -> Number:
+    def _interval(self, i: int) -> Number:
         """A number with its interval: the values at which it can be held, with the others fitted anew."""
+        best = self._best
         count, fitted = best.jac.shape
         quantile = student.ppf((1 + CONFIDENCE) / 2, count - fitted)
         most = quantile**2 * max(best.cost, count * 1e-12) / (count - fitted)  # what the cost may rise by
@@ -280,7 +279,7 @@ class Problem:
 
         def rise(step: float) -> float:
             at = best.x + step * covariance[i] / covariance[i, i]
-            cost = self.solve(at, held=i).cost if fitted > 1 else np.sum(self.deviations(at) ** 2) / 2
+            cost = self._solved(at, held=i).cost if fitted > 1 else np.sum(self._deviations(at) ** 2) / 2
             return float(max(cost - best.cost, 1e-9 * most))
 
         def end(step: float, bound: float) -> float:
@@ -295,28 +294,8 @@ class Problem:
             return float(best.x[i] + step)
 
         step = np.sqrt(2 * most * covariance[i, i])
-        ends = best.x[i], end(-step, self.least[i]), end(step, self.most[i])
+        ends = best.x[i], end(-step, self._least[i]), end(step, self._most[i])
         return Number(*(float(np.exp(x)) if self._logarithmic[i] and np.isfinite(x) else float(x) for x in ends))
-
-
-def _fitted(
-    law: type[ViscousLaw | ConformationLaw], modes: int, data: Measured, given: Mapping[str, float]
-) -> Fit | None:
-    """The law fitted to the data; None where it has as many numbers as there are data, or not those that are given."""
-    count = sum(len(x) for _, x, _ in data.curves)
-    if given.keys() - {of.key if of else name for name, of in dimensions_of(law).items()}:
-        return None
-    problem = Problem(law, modes, data, given)
-    if not 0 < len(problem.names) < count:
-        return None
-    try:
-        best = problem.solve(problem.guess)
-    except (np.linalg.LinAlgError, ValueError):
-        return None
-    mean, known = float(2 * best.cost / count), problem.values(best.x)
-    criterion = count * np.log(max(mean, 1e-12)) + len(problem.names) * np.log(count)
-    liquid = _liquid(law, modes, known)
-    return Fit(law, liquid, known["eta_0"], known, np.sqrt(mean), float(criterion), problem, best)
 
 
 def described(fit: Fit, data: Measured) -> bool:
