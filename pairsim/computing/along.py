@@ -16,18 +16,14 @@ from pairsim.cases.mistakes import Mistake, missing
 from pairsim.cases.values import Values
 from pairsim.computing import events
 from pairsim.results.columns import Column
-from pairsim.results.units import PURE, Unit
 
 if TYPE_CHECKING:
     from pairsim.plots.style import Page
     from pairsim.runtime.monitor import Monitor
+    from pairsim.solvers.errors.estimate import ErrorEstimate
     from pairsim.solvers.steady.scene import SteadySolver
 
-COARSER = 2**0.5
-ROUNDER = 2.0  # what a regularisation is divided by on the coarser mesh: the change of 1/m is then what is left of it
-"""Size of the cells of a second solution over that of the first; their difference is an error."""
 WRINKLED = 2.0  # roughness of a surface from which it has waves as long as cells (`pairsim.fem.surface.roughness`)
-COARSE_TOO = 1.5  # factor of the time for also solving on a coarser mesh
 
 
 @dataclass(frozen=True)
@@ -35,23 +31,12 @@ class Found:
     """A steady state, of which the `value` of a column of one question is taken.
 
     Attributes:
-        row: Its values by the names of the columns that all questions have.
-        coarse: Those on a mesh with cells `COARSER` times larger.
+        estimate: The estimate of its errors.
         solver: The solver with the solution.
-        beside: That with the solution on the coarser mesh.
     """
 
-    row: dict[str, float]
-    coarse: dict[str, float]
+    estimate: ErrorEstimate
     solver: SteadySolver
-    beside: SteadySolver
-
-
-def mesh_error(name: str, symbol: str, of: str, unit: Unit = PURE) -> Column:
-    """A column with the error of another one by the mesh: its difference on the coarser one."""
-    what = of.removesuffix("_1")
-    meaning = f"|{what} - {what} on a mesh with cells 2^0.5 times larger, with half the m of a liquid that yields|"
-    return Column(name, symbol, meaning, unit, value=lambda found: abs(found.coarse[of] - found.row[of]))
 
 
 class AlongCase(SceneCase):
@@ -86,12 +71,12 @@ def check_along(case: AlongCase) -> Iterator[Mistake]:
 
 
 def estimate_along(case: AlongCase) -> Estimate:
-    """Size and duration, with those of the solutions on a coarser mesh."""
-    return steady_estimate(case, len(case.series), COARSE_TOO)
+    """Size and duration."""
+    return steady_estimate(case, len(case.series))
 
 
 def solve_along(case: AlongCase, monitor: Monitor, columns: Sequence[str | Column], shown: str) -> events.Events:
-    """Solve the steady states in ascending Ca_e, each on a coarser mesh, too.
+    """Solve the steady states in ascending Ca_e.
 
     Args:
         case: The case.
@@ -105,7 +90,6 @@ def solve_along(case: AlongCase, monitor: Monitor, columns: Sequence[str | Colum
     from pairsim.computing.warnings import finer
     from pairsim.fem.surface import roughness
     from pairsim.solvers.parameters import Parameters
-    from pairsim.solvers.steady.first_solution import coarser
 
     what = f"{len(case.series)} values of Ca_e"
     yield events.Begin(what, len(case.series))
@@ -116,15 +100,11 @@ def solve_along(case: AlongCase, monitor: Monitor, columns: Sequence[str | Colum
     found, rough = Solutions(case), list[str]()
     try:
         with found:
-            first = start.with_Ca_e(case.series[0])
-            branch = found.begin(problem, first)
-            beside = found.begin(coarser(problem, COARSER), first, beside=branch.solver)
+            branch = found.begin(problem, start.with_Ca_e(case.series[0]))
             for count, Ca_e in enumerate(case.series, 1):
-                place = start.with_Ca_e(Ca_e)
-                found.points.append(branch.at(place))
-                row = point_row(found.points[-1]) | {"Ca_e": Ca_e}
-                rounder = place.less_regularised(1 / ROUNDER)
-                state = Found(row, point_row(beside.at(rounder, branch.solver)), branch.solver, beside.solver)
+                point = branch.at(start.with_Ca_e(Ca_e))
+                found.points.append(point)
+                row, state = point_row(point) | {"Ca_e": Ca_e}, Found(point.estimate, branch.solver)
                 row |= {name: float(value(state)) for name, value in own.items()}
                 yield events.Row(case.kind, row)
                 if roughness(branch.solver.bodies[0], branch.solver.state()[0]) > WRINKLED:

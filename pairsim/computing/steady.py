@@ -19,7 +19,6 @@ from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.continuation import where
 from pairsim.solvers.steady.ends import Ended, Passed, SpentOnTheWay
-from pairsim.solvers.steady.scene import SteadySolver
 
 MOST_NAMED = 5  # distances that a warning names
 
@@ -33,6 +32,7 @@ class Solutions:
 
     Attributes:
         points: The solutions that are results.
+        branch: The branch; None until `begin`.
         ended: The continuation that has ended the computation; None where all was solved. If it is proven that there is
             no steady state, the context ends without an exception: `outcome` is the answer.
         way: The solutions on the way to parameters that were not reached.
@@ -42,29 +42,22 @@ class Solutions:
         self.case, self.points = case, list[Point]()
         self.ended: Ended | None = None
         self.way: Sequence[Passed] = ()
-        self._branches: list[AdaptiveBranch] = []
+        self.branch: AdaptiveBranch | None = None
         self._own, self._kept = warm_start is None, warm_start or WarmStart()
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, failure: BaseException | None, *_: object) -> bool:
-        ends = [self.ended, *(branch.ended for branch in self._branches)]
-        self.ended = next((end for end in ends if end is not None and end.failure is failure), None)
+        ended = self.branch.ended if self.branch is not None else self.ended
+        self.ended = ended if ended is not None and ended.failure is failure else None
         if self.ended is not None:
             self.way = self.ended.way
         elif isinstance(failure, SpentOnTheWay):
             self.way = failure.way
-        for branch in self._branches[1:]:
-            branch.close()
         if self._own or kind is not None:
             self._kept.close()
         return self.ended is not None and self.ended.proven
-
-    @property
-    def branch(self) -> AdaptiveBranch | None:
-        """The first branch, None until `begin`."""
-        return self._branches[0] if self._branches else None
 
     @property
     def outcome(self) -> Outcome:
@@ -80,7 +73,6 @@ class Solutions:
         places: Sequence[tuple[float, ...]] = (),
         sensitivities: bool = False,
         zeros_only: bool = False,
-        beside: SteadySolver | None = None,
     ) -> AdaptiveBranch:
         """Solve at the first parameters, on meshes that follow from `accuracy` where there is a dU.
 
@@ -88,7 +80,6 @@ class Solutions:
             problem: The problem.
             first: The first parameters.
             places, sensitivities, zeros_only: See `AdaptiveBranch`.
-            beside: That of another branch at the same parameters, if this is a further one, of another problem.
 
         Raises:
             NoSteadyState: No solution was found.
@@ -96,11 +87,11 @@ class Solutions:
         """
         wanted = self.case.error_wanted if self.case.n > 1 and self.case.driven[1] is None else np.inf
         options = {"wanted": wanted, "held": self.case.held, "sensitivities": sensitivities, "zeros_only": zeros_only}
-        branch = (self._kept if beside is None else WarmStart()).start(problem, first, places, options, beside)
+        branch = self._kept.start(problem, first, places, options)
         if isinstance(branch, Ended):
             self.ended = branch
             raise branch.failure
-        self._branches.append(branch)
+        self.branch = branch
         return branch
 
     def last_events(self, entries: Mapping[str, Any], warnings: Sequence[str] = ()) -> Iterator[Event]:
@@ -151,6 +142,7 @@ def point_row(point: Point) -> dict[str, float]:
         "U_correction": estimate.U,
         "U_error": estimate.U_error,
         "dp_plus_correction": estimate.dp_plus,
+        "dp_plus_error": estimate.dp_plus_error,
         **dict(zip(FORCES, (o.F, estimate.F, estimate.F_error), strict=True)),
         "corrected": estimate.trusted,
         "t_relax": point.t_relax if np.isfinite(point.t_relax) else np.nan,

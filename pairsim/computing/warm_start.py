@@ -11,7 +11,6 @@ from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.ends import Ended
 from pairsim.solvers.steady.first_solution import first_scene, scene_past_end
-from pairsim.solvers.steady.scene import SteadySolver
 
 
 class WarmStart:
@@ -27,7 +26,6 @@ class WarmStart:
         first: Parameters,
         places: Sequence[tuple[float, ...]],
         options: Mapping[str, Any],
-        beside: SteadySolver | None = None,
     ) -> AdaptiveBranch | Ended:
         """A branch at the first point of a case, continued from the previous case if possible, else solved anew.
 
@@ -36,7 +34,6 @@ class WarmStart:
             first: Parameters of its first point.
             places: Distances of the case.
             options: Other options of `AdaptiveBranch`.
-            beside: A scene at the first parameters on other cells, which may help to find one.
 
         Returns:
             The branch, or what is known of its end before the first point.
@@ -56,7 +53,7 @@ class WarmStart:
         self.close()
         scene = first_scene(problem, first)
         if isinstance(scene, Ended) and scene.kind and not first.gaps:
-            scene = scene_past_end(problem, first, scene, beside)
+            scene = scene_past_end(problem, first, scene)
         if isinstance(scene, Ended):
             return scene
         self._branch = AdaptiveBranch(scene, places=places, **options)

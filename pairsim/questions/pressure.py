@@ -16,12 +16,11 @@ from typing import ClassVar
 from pairsim.api.compute import Computation
 from pairsim.api.results import Result
 from pairsim.cli.compute import app_of
-from pairsim.computing.along import AlongCase, check_along, draw_along, estimate_along, mesh_error, solve_along
+from pairsim.computing.along import AlongCase, check_along, draw_along, estimate_along, solve_along
 from pairsim.computing.question import InSweeps, Question, rows_in
 from pairsim.results.units import STRESS
 
-ERROR = mesh_error("dp_plus_error", r"\epsilon_p", "dp_plus", STRESS)
-COLUMNS = ("Ca_e", "dp_plus", ERROR, "dp_plus_correction", "corrected", "U_1", "U_error_1", "D_1", "newton")
+COLUMNS = ("Ca_e", "dp_plus", "dp_plus_error", "dp_plus_correction", "corrected", "U_1", "U_error_1", "D_1", "newton")
 
 
 class PressureCase(AlongCase):

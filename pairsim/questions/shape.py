@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, ClassVar
 from pairsim.api.compute import Computation
 from pairsim.api.results import Result
 from pairsim.cli.compute import app_of
-from pairsim.computing.along import AlongCase, check_along, draw_along, estimate_along, mesh_error, solve_along
+from pairsim.computing.along import AlongCase, check_along, draw_along, estimate_along, solve_along
 from pairsim.computing.question import InSweeps, Question, rows_in
 from pairsim.results.columns import Column
 from pairsim.results.units import AREA, PURE, VOLUME, Unit
@@ -35,23 +35,23 @@ def _measured(name: str, symbol: str, meaning: str, unit: Unit = PURE) -> Column
     return Column(name, symbol, meaning, unit, value=lambda found: getattr(_contour(found.solver), name))
 
 
+def _error(name: str, symbol: str, of: str) -> Column:
+    meaning = f"half-width of the interval of {of}: error by mesh, ends and Newton's method"
+    return Column(name, symbol, meaning, value=lambda found: found.estimate.shape_errors[of])
+
+
 CONTOUR = (
     _measured("area", "A", "area of the meridional section", AREA),
     _measured("deformation", r"\mathrm{Def}", "1 - 2 sqrt(pi area)/perimeter of the meridional section"),
     _measured("area_hull", r"A_c", "area of the convex hull of the section", AREA),
     _measured("deformation_hull", r"\mathrm{Def}_c", "deformation of the convex hull, as cytometry measures it"),
-    Column(
-        "deformation_error",
-        r"\epsilon_\mathrm{Def}",
-        "|deformation_hull - deformation_hull on a mesh with cells 2^0.5 times larger|",
-        value=lambda found: abs(_contour(found.beside).deformation_hull - _contour(found.solver).deformation_hull),
-    ),
+    _error("deformation_error", r"\epsilon_\mathrm{Def}", "deformation_hull"),
     _measured("inertia_ratio_hull", "I_c", "root of the hull's second moment of area along the axis over that across"),
     _measured("volume", "V", "volume of the particle", VOLUME),
 )
 COLUMNS = (
-    *("Ca_e", "D_1", mesh_error("D_error", r"\epsilon_D", "D_1"), *CONTOUR, "U_1", "U_correction_1", "U_error_1"),
-    *("dp_plus", "dp_plus_correction", "corrected", "newton"),
+    *("Ca_e", "D_1", _error("D_error", r"\epsilon_D", "D"), *CONTOUR, "U_1", "U_correction_1", "U_error_1"),
+    *("dp_plus", "dp_plus_error", "dp_plus_correction", "corrected", "newton"),
 )
 """The columns that shape.csv begins with."""
 

@@ -205,6 +205,7 @@ COLUMNS: tuple[Column, ...] = (
     _correction(PARTICLE, "U", VELOCITY),
     _error(PARTICLE, "U", VELOCITY, "mesh, ends and Newton's method"),
     _correction("", "dp_plus", STRESS),
+    _error("", "dp_plus", STRESS, "mesh, ends and Newton's method"),
     _correction(PARTICLE, "F", FORCE),
     _error(PARTICLE, "F", FORCE, "mesh, ends and Newton's method"),
     _plain("wanted", "1 for a requested point, 0 for a point added by refinement", whole=True),
@@ -380,7 +381,8 @@ def curve_columns(n: int, common: bool, sensitivities: Sequence[str], forces: bo
     """
     names = ["newton", "dU_held", "dU_discrete", "stretch", "dU_correction", "dU_error", "ends_error"]
     names += [*(["slope"] if common else []), *(f"by_{name}" for name in sensitivities)]
-    names += ["U_correction", "U_error", "dp_plus_correction", *(FORCES if forces else ()), "corrected", "wanted"]
+    names += ["U_correction", "U_error", "dp_plus_correction", "dp_plus_error"]
+    names += [*(FORCES if forces else ()), "corrected", "wanted"]
     return names_of(n, *MOTION, *names)
 
 

@@ -29,6 +29,10 @@ def test_shapes_are_those_of_a_curve_and_grow_with_the_square_of_Ca_e() -> None:
     assert table["Ca_e"].tolist() == [0.01, 0.02, 0.05]
     assert table["D_1"][1] / table["D_1"][0] == pytest.approx(4, rel=0.05)
     assert (table["D_error"] < 0.1 * abs(table["D_1"])).all()
+    finer = api.shape(BEAD, along=[0.05], mesh={"Np": 40}).check().table
+    for name, error in (("D_1", "D_error"), ("deformation_hull", "deformation_error"), ("dp_plus", "dp_plus_error")):
+        assert abs(table[name][2] - finer[name][0]) < table[error][2] < 0.02 * abs(finer[name][0])
+        assert finer[error][0] < 0.5 * table[error][2]
     alone = api.curve({**BEAD, "Ca_e": 0.05}, **COARSE).check().table
     for name in ("D_1", "U_1", "dp_plus"):
         assert table[name][2] == pytest.approx(alone[name][0], rel=1e-6)

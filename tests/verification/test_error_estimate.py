@@ -52,9 +52,8 @@ def test_an_estimate_that_vanishes_by_chance_in_one_gap_leaves_a_tenth_of_the_ot
     parts = dict.fromkeys(
         ("newton_dU", "spread_dU", "cancelled_dU", "scatter_dU", "ends_dU", "by_regularisation"), nothing
     )
-    found = ErrorEstimate(
-        np.array([0.0, 1e-6, 1e-6]), 0.0, *(nothing,) * 4, **parts, widening=1.0, factors=VISCOUS, trusted=True
-    )
+    U = np.array([0.0, 1e-6, 1e-6])
+    found = ErrorEstimate(U, 0.0, 0.0, {}, *(nothing,) * 4, **parts, widening=1.0, factors=VISCOUS, trusted=True)
     assert found.dU_error == pytest.approx([1e-6, 1e-7], rel=1e-5)
 
 

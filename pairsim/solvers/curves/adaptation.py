@@ -185,11 +185,11 @@ class AdaptiveBranch(Branch):
         self.move(parameters)
         self._begin(places)
 
-    def at(self, parameters: Parameters, beside: SteadySolver | None = None) -> Point:
+    def at(self, parameters: Parameters) -> Point:
         """The solution at given parameters, on a mesh that keeps its error small where one was found."""
         if self._zeros_only:
-            return super().at(parameters, beside)
-        return self._kept(lambda _: super(AdaptiveBranch, self).at(parameters, beside))
+            return super().at(parameters)
+        return self._kept(lambda _: super(AdaptiveBranch, self).at(parameters))
 
     def zero(self, left: float, right: float, guess: float) -> Point:
         """A zero of dU as by `Branch.zero`, on a mesh that keeps the error of dU small where one was found."""

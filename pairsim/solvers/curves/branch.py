@@ -168,24 +168,23 @@ class Branch:
             new_mesh(self.solver, afresh=True)
         self._known = [self.solver.snapshot]
 
-    def at(self, parameters: Parameters, beside: SteadySolver | None = None) -> Point:
+    def at(self, parameters: Parameters) -> Point:
         """The solution at given parameters.
 
         Args:
             parameters: The parameters.
-            beside: A scene at these parameters on other cells, which may help where the branch ends.
 
         Raises:
             NoSteadyState: The continuation did not reach the parameters, or the error there cannot be estimated.
         """
         before = self.solver.iterations
         self._nearest(parameters)
-        self._follow(parameters, beside)
+        self._follow(parameters)
         if min(_apart(snapshot.parameters, parameters) for snapshot in self._known) > SPACING:
             self._known.append(self.solver.snapshot)
         return self._read(before)
 
-    def _follow(self, parameters: Parameters, beside: SteadySolver | None = None) -> None:
+    def _follow(self, parameters: Parameters) -> None:
         """Continue to other parameters; that the branch of a single particle ends is told by two meshes.
 
         Raises:
@@ -193,7 +192,7 @@ class Branch:
         """
         self.ended = follow(self.solver, parameters)
         if self.ended is not None and self.ended.kind and not parameters.gaps:
-            found = scene_past_end(self.solver.problem, parameters, self.ended, beside)
+            found = scene_past_end(self.solver.problem, parameters, self.ended)
             self.ended = found if isinstance(found, Ended) else None
             if isinstance(found, SteadySolver):
                 found.take_over_costs(self.solver)

@@ -12,7 +12,7 @@ import numpy as np
 
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.steady.scene import SteadySolver
-from pairsim.solvers.steady.tangents import residual_change
+from pairsim.solvers.steady.tangents import DIFFERENCE, residual_change
 
 
 def by_regularisation(steady: SteadySolver, adjoints: Array) -> Array:
@@ -26,3 +26,12 @@ def by_regularisation(steady: SteadySolver, adjoints: Array) -> Array:
         return np.zeros(len(adjoints))
     change = residual_change(steady, lambda tau: steady.parameters.less_regularised(math.exp(tau)))
     return np.asarray(-adjoints @ change)
+
+
+def gradient_by_regularisation(steady: SteadySolver) -> float:
+    """The derivative of the pressure gradient without particles by the same logarithm."""
+    if not steady.parameters.liquid.regularisation:
+        return 0.0
+    liquids = (steady.parameters.less_regularised(math.exp(tau)).liquid for tau in (DIFFERENCE, -DIFFERENCE))
+    more, less = (steady.flows.at(liquid).gradient for liquid in liquids)
+    return float(more - less) / (2 * DIFFERENCE)

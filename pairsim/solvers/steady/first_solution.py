@@ -154,9 +154,7 @@ def first_scene(problem: SteadyProblem, parameters: Parameters) -> SteadySolver 
     return other
 
 
-def scene_past_end(
-    problem: SteadyProblem, parameters: Parameters, end: Ended, known: SteadySolver | None = None
-) -> SteadySolver | Ended:
+def scene_past_end(problem: SteadyProblem, parameters: Parameters, end: Ended) -> SteadySolver | Ended:
     """What other cells tell of a branch that has ended: a scene at the parameters wanted, or its end.
 
     Near the softest shapes the surface of a particle is neutral to waves as long as its cells, on each mesh at another
@@ -166,18 +164,13 @@ def scene_past_end(
         problem: The problem.
         parameters: Parameters that its branch has not reached.
         end: The end of the branch.
-        known: A scene at these parameters on other cells. The solution is looked for from it, and from one with more
-            cells on the particles.
 
     Returns:
         A scene on the cells of the problem, or with more cells on the particles.
     """
-    if known is not None and (scene := _from_other_mesh(problem, parameters, known)) is not None:
-        return scene
-    known_problem = problem if known is None else known.problem
-    mesh = replace(known_problem.mesh, Np=round(FINER * known_problem.mesh.Np))
+    mesh = replace(problem.mesh, Np=round(FINER * problem.mesh.Np))
     try:
-        finer = first_scene(replace(known_problem, mesh=mesh), parameters)
+        finer = first_scene(replace(problem, mesh=mesh), parameters)
     except (MeshFailure, NoSteadyState):
         return end
     if isinstance(finer, Ended):

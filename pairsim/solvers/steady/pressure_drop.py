@@ -26,10 +26,12 @@ class InnerDrop:
 
     Attributes:
         value: The pressure drop over the length of the tube [eta_0 U_av/D_c].
+        apart: Distance between the places of the averages [D_c].
         row: Its derivative by the free unknowns, without that by the displacement of the mesh, (n_y,).
     """
 
     value: float
+    apart: float
     row: Array
 
     @staticmethod
@@ -53,4 +55,4 @@ class InnerDrop:
         rest = steady.developed_flow.gradient * (length - apart)
         row = np.zeros(scene.size)
         row[index] = total
-        return InnerDrop(float(total @ x[index]) + rest, np.asarray(steady.constraints.N.T @ row))
+        return InnerDrop(float(total @ x[index]) + rest, apart, np.asarray(steady.constraints.N.T @ row))
