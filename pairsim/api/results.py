@@ -35,8 +35,6 @@ KILLED = {
     "message": "the command was killed; a run can be continued with pairsim run --resume",
 }
 """How a command ended whose run.json says that it is running, although no process is at work."""
-LIMITS = ("wall_time", "max_steps")
-"""Reasons that are keys of `limits` as well."""
 
 
 class Result:
@@ -224,7 +222,7 @@ class Result:
             return f"Next: a smaller Ca_e or De{known}."
         if self.status == "finished":
             return f"Next: {self.afterwards()}."
-        if reason in LIMITS:
+        if reason in ("wall_time", "max_steps"):  # keys of `limits` as well
             return (
                 f"Next: pairsim run --resume {directory} --set limits.{reason}=... continues from the last checkpoint."
             )
