@@ -86,7 +86,7 @@ TRAIN = (
 ROW = (_plain("position", "z", "how far the row has moved along the tube on average", POSITION),)
 """The first column of row.csv, before the distances."""
 PLACES = 101  # rows of row.csv
-SHORT_ROWS = 80  # beads of a cell whose response takes as long as the short rows; measured
+SHORT_ROWS = 1000  # beads of a cell whose response takes about as long as the short rows; from processor times
 LONG = 50.0  # length of the tube of short rows over the diameter of a bead, as of other cases
 
 
@@ -99,7 +99,7 @@ class RowOptions(Keys):
     )
     seed: values.Whole = Field(0, ge=0, description="seed of the random numbers")
     tube: values.Distance = Field(300.0, description="length of tube along which the row is followed [D_c]")
-    min_gap: values.Gap = Field(0.002, gt=0, description="distance at which beads touch [D_c]")
+    min_gap: values.Distance = Field(0.002, description="distance at which beads touch [D_c]")
     audited: values.Whole = Field(
         2, ge=0, le=100, description="number of rows of six neighbours on the way that are solved, to know the error"
     )
