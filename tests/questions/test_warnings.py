@@ -64,7 +64,7 @@ WARNINGS = {
         ErrorAt(0.03, "d = 0.1", 0.0, 0.02), liquid={"law": "bingham", "Bn": 1}
     ),
     "dU_error does not contain the regularisation: compare with a larger m (--set liquid.m=1e+04)": lambda: (
-        rounded_kink(case(liquid={"law": "bingham", "Bn": 1}))
+        rounded_kink(case(dU_error=True, liquid={"law": "bingham", "Bn": 1}))
     ),
     "at d = 0.03 " + FAST: lambda: moves_on(PAIR, ["d = 0.03"], 0.2),
     "at 2 places from d = 0.03 to d = 0.04 " + FAST: lambda: moves_on(PAIR, ["d = 0.03", "d = 0.04"], 0.2),
