@@ -276,25 +276,29 @@ class Fit:
         quantile = student.ppf((1 + CONFIDENCE) / 2, count - fitted)
         most = quantile**2 * max(best.cost, count * 1e-12) / (count - fitted)  # what the cost may rise by
         covariance = np.linalg.inv(best.jac.T @ best.jac + SINGULAR * np.eye(fitted))
+        half = float(np.sqrt(2 * most * covariance[i, i]))
 
         def rise(step: float) -> float:
             at = best.x + step * covariance[i] / covariance[i, i]
             cost = self._solved(at, held=i).cost if fitted > 1 else np.sum(self._deviations(at) ** 2) / 2
             return float(max(cost - best.cost, 1e-9 * most))
 
-        def end(step: float, bound: float) -> float:
-            farthest, factor = abs(bound - best.x[i]), 1.0
+        def end(sign: float, bound: float) -> float:
+            inside, outside, farthest = 0.0, np.inf, abs(bound - best.x[i])
+            step = min(half, farthest)
             for _ in range(MOST_STEPS):
-                step = float(np.copysign(min(factor * abs(step), farthest), step))
-                factor = np.sqrt(most / rise(step)) if step else np.inf  # the cost is about a parabola
-                if factor > 1 and abs(step) == farthest:
-                    return float(np.copysign(np.inf, step))
+                factor = np.sqrt(most / rise(sign * step)) if step else np.inf  # the cost is about a parabola
+                if factor > 1 and step == farthest:
+                    return float(sign * np.inf)
                 if abs(factor - 1) < NEAR_ENOUGH:
                     break
-            return float(best.x[i] + step)
+                inside, outside = (step, outside) if factor > 1 else (inside, step)
+                step = min(factor * step, farthest)
+                if not inside < step < outside:
+                    step = (inside + outside) / 2
+            return float(best.x[i] + sign * step)
 
-        step = np.sqrt(2 * most * covariance[i, i])
-        ends = best.x[i], end(-step, self._least[i]), end(step, self._most[i])
+        ends = best.x[i], end(-1.0, self._least[i]), end(1.0, self._most[i])
         return Number(*(float(np.exp(x)) if self._logarithmic[i] and np.isfinite(x) else float(x) for x in ends))
 
 
