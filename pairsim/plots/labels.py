@@ -87,8 +87,8 @@ def equation(key: str, value: Any) -> str:
     """A parameter with its value."""
     if key in ("liquid", "solid"):
         return shown(value)
-    if key.startswith(BLOCK) and (known := measured([value])) is not None:
-        return f"{symbol(key)} = {known[0][0]:.4g} {known[1]}"
+    if key.startswith(BLOCK) and (known := measured(value if isinstance(value, list) else [value])) is not None:
+        return f"{symbol(key)} = {shown(list(map(float, known[0])))} {known[1]}"
     if name := _symbol(key):
         return f"${name} = {shown(value)}{'\\ D_c' if key == 'd0' else ''}$"
     return f"{symbol(key)} = {shown(value)}"

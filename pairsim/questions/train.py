@@ -309,7 +309,7 @@ def draw(directory: Path, out: Path, page: Page) -> list[Path]:
     between = Spectrum(rates, rates[None])
     series += [Series(n, k, getattr(between, n)(k)[0], look={"linestyle": "-"}) for n in panels]
     with printing():
-        figure, _ = draw_chart(page, panels, series, case_parts(read_case(directory / "case.yaml"), set()))
+        figure, _ = draw_chart(page, panels, series, case_parts(read_case(directory / "case.yaml"), {"particles"}, units.physical))
         drawn = page.save(figure, out, "train")
     if row := units.table(read_table(directory / "row.csv", missing_ok=True)):
         position, *distances = row.values()

@@ -21,7 +21,7 @@ from pairsim.plots.chart import Series, draw_series, leave_out_spikes, notes
 from pairsim.plots.critical import point_of
 from pairsim.plots.encoding import Encoding
 from pairsim.plots.frames import FIELDS, outlines
-from pairsim.plots.labels import common_parts, measured, parts_along, varying_keys
+from pairsim.plots.labels import common_parts, equation, measured, parts_along, varying_keys
 from pairsim.plots.lines import curve_lines, run_lines
 from pairsim.plots.runs_and_curves import _differences
 from pairsim.plots.sections import _streamlines, views_of
@@ -135,6 +135,7 @@ def test_small_print_has_the_quantities_of_an_experiment_and_none_that_varies() 
     assert common_parts([one, two], ["physical.flow_rate"], True) == shared
     assert common_parts([one], ["physical.flow_rate"], True, ["physical.modulus"]) == shared
     assert parts_along(one, "Ca_e", True) == ["$D_c$ = 6 mm", "$Q$ = 2 ml/min", *shared[1:3]]
+    assert equation("physical.distance", ["5um", "12um"]) == "$d_0$ = 5, 12 μm"
 
 
 def test_lines_that_lie_on_each_other_may_differ_in_numbers_that_follow() -> None:
