@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -47,7 +47,8 @@ def long_row(
     one = load(case, kind="curve", **{"particles": 1, **keys})
     if one.n != 1:
         raise InputError("pairsim.long_row", "particles", one.n, "must be 1 or left out: all particles are equal")
-    row = EqualRow(steady_problem(one, np.inf), Parameters((), one.solid_models, one.liquid_model), least)
+    problem = replace(steady_problem(one, np.inf), volume_modulus=False)
+    row = EqualRow(problem, Parameters((), one.solid_models, one.liquid_model), least)
     known: RowModel | None = None
     for done, total, model in models(row, most):
         progress(f"{done} of {total} short rows")

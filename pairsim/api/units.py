@@ -19,8 +19,7 @@ from pairsim.computing import QUESTIONS
 from pairsim.computing.warnings import beyond_checked
 from pairsim.physics.carriers import methyl_cellulose
 from pairsim.physics.homogeneous import falling_stress
-from pairsim.physics.liquids import Liquid
-from pairsim.physics.liquids.power_law import PowerLaw
+from pairsim.physics.liquids import LAWS, Liquid
 from pairsim.physics.pipe import Pipe
 from pairsim.physics.scales import Scales
 from pairsim.results.folder import plain
@@ -142,7 +141,8 @@ def units(
     if carrier is not None:
         K, n = methyl_cellulose(carrier, celsius)
         _check_left_out(given.keys() & {"liquid"}, given, "since the carrier is a power law")
-        given["liquid"], quantities["consistency"] = {"law": PowerLaw.name, "n": round(n, 6)}, f"{K:.6g}Pa.s^{n:.6f}"
+        power_law = next(name for name, law in LAWS.items() if law.parameters().keys() == {"n"})
+        given["liquid"], quantities["consistency"] = {"law": power_law, "n": round(n, 6)}, f"{K:.6g}Pa.s^{n:.6f}"
     if rheology is not None or spectrum is not None:
         from pairsim.api.rheometer import fit_liquid
 

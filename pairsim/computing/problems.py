@@ -62,5 +62,6 @@ def steady_problem(case: SceneCase, narrowest: float, monitor: Monitor | None = 
         velocity,
         narrowest=narrowest,
         closed=case.closed,
+        volume_modulus=case.n == 1 and not case.closed,
         monitor=monitor or Monitor(),
     )

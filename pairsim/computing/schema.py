@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel
+from pydantic.json_schema import GenerateJsonSchema
 
 from pairsim.cases.allowed import allowed_in
 from pairsim.cases.material_keys import BLOCKS
@@ -76,8 +77,15 @@ def _text(value: Any) -> str:
     return value if isinstance(value, str) else json.dumps(value, default=str)
 
 
+class _Alternatives(GenerateJsonSchema):
+    """A value may fit several alternatives: the list [0.1, 0.4] of d has two distances, or one of each of two gaps."""
+
+    def tagged_union_schema(self, schema: Any) -> dict[str, Any]:
+        return {"anyOf": super().tagged_union_schema(schema)["oneOf"]}
+
+
 def json_schema(command: str) -> str:
     """The JSON Schema for the file of a command."""
-    schema = model_of(command).model_json_schema()
+    schema = model_of(command).model_json_schema(schema_generator=_Alternatives)
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
     return json.dumps({**head, **schema, "title": f"pairsim {command}"}, indent=2)

@@ -150,6 +150,7 @@ def make_bodies(
     solids: Sequence[Solid | None],
     outlines: Sequence[Outline],
     meshes: Sequence[SixNodeMesh | None],
+    volume_modulus: bool = False,
 ) -> list[Body]:
     """Create the particles of a scene.
 
@@ -157,13 +158,14 @@ def make_bodies(
         solids: What they are made of, None for rigid particles.
         outlines: Outlines of the particles.
         meshes: Meshes of the soft particles; ignored for rigid ones.
+        volume_modulus: Whether soft particles resist changes of volume within cells; see `solid_phase`.
     """
     bodies: list[Body] = []
     start = 0
     for solid, outline, mesh in zip(solids, outlines, meshes, strict=True):
         if solid is not None:
             assert mesh is not None
-            phase: Phase[Solid] | None = Phase(solid_phase(solid), mesh, solid)
+            phase: Phase[Solid] | None = Phase(solid_phase(solid, volume_modulus), mesh, solid)
             nodes = match(mesh.points, outline.nodes)
         else:
             phase, nodes = None, np.empty(0, dtype=np.int64)

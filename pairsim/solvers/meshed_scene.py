@@ -135,7 +135,7 @@ class MeshedScene:
         self._extension: MeshExtension | None = None
         self.made = 0
         with clock("jit"):
-            self.bodies = make_bodies(solids, outlines, insides)
+            self.bodies = make_bodies(solids, outlines, insides, problem.volume_modulus)
 
     @property
     def newton(self) -> Newton:

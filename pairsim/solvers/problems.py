@@ -56,6 +56,7 @@ class Problem:
     """
 
     steady: ClassVar[bool] = False
+    volume_modulus: ClassVar[bool] = False
     flow: ClassVar[float] = 1.0
     velocity: ClassVar[float | None] = None
 
@@ -102,6 +103,8 @@ class SteadyProblem:
         newton: Options of Newton's method.
         narrowest: Smallest distance of the branch, for which the outlines are divided into arcs [D_c].
         closed: Whether the tube is a period of an infinite row of equal particles.
+        volume_modulus: Whether soft particles resist changes of volume within cells, as strongly compressed surfaces
+            ask for; takes more iterations.
         monitor: Ends the computation; problems that differ in it alone are equal.
     """
 
@@ -117,6 +120,7 @@ class SteadyProblem:
     newton: NewtonOptions = STEADY
     narrowest: float = np.inf
     closed: bool = False
+    volume_modulus: bool = False
     monitor: Monitor = field(default_factory=Monitor, compare=False, repr=False)
 
     def nominal(self, gaps: tuple[float, ...]) -> tuple[float, ...]:

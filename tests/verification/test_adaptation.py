@@ -109,7 +109,7 @@ def test_a_finer_mesh_with_a_larger_error_is_not_kept(monkeypatch: pytest.Monkey
     branch, first = adaptive(1e-7, De=0, Ca_e=0.1, d=[0.1], mesh={"Np": 6})
     coarse, own = branch.solver.constraints.size, Branch.at
 
-    def worse_on_finer_cells(self: Branch, parameters: Parameters, _: object) -> Point:
+    def worse_on_finer_cells(self: Branch, parameters: Parameters) -> Point:
         point = own(self, parameters)
         widening = 1.0 if self.solver.constraints.size < 1.5 * coarse else 1e3
         return replace(point, estimate=replace(point.estimate, widening=widening))

@@ -66,14 +66,15 @@ def test_relaxation_without_flow_follows_the_exact_solution() -> None:
 
 @pytest.mark.slow
 def test_below_the_fold_it_settles_and_past_it_it_goes_on() -> None:
-    """Past l = 2.25 the poles are compressed below 2/3, where a neo-Hookean surface wrinkles: l goes little beyond."""
-    times = [2.0, 3.0, 4.0]
+    """Past l = 2.25 the poles are compressed below 2/3, where a neo-Hookean surface wrinkles: l stays below."""
+    times = [2.0, 4.0, 5.0, 6.0]
     past = stretches(NeoHookean(0.36), times, Np=10)
-    below = stretches(NeoHookean(0.28), [*times, 10.0], Np=10)
+    below = stretches(NeoHookean(0.3), [*times, 10.0], Np=10)
     assert past == pytest.approx(exact_stretches(NeoHookean(0.36), times), rel=5e-3)
-    assert below == pytest.approx(exact_stretches(NeoHookean(0.28), [*times, 10.0]), rel=5e-3)
-    end = brentq(lambda x: steady_Ca(x) - 0.28, 1.5, 4.0)
-    assert below[-1] < end < past[-1]
+    assert below == pytest.approx(exact_stretches(NeoHookean(0.3), [*times, 10.0]), rel=5e-3)
+    end = brentq(lambda x: steady_Ca(x) - 0.3, 1.5, 4.0)
+    assert below[-1] < end
+    assert past[3] > end
 
 
 class SmoothSphere(SteadySolver):
@@ -135,10 +136,7 @@ def monomials(X: Array, degree: int, odd: int) -> Array:
     ("Np", "degree"), [(20, 3), *(pytest.param(40, degree, marks=pytest.mark.long) for degree in (3, 5))]
 )
 def test_the_decay_of_disturbances_tells_the_fold_of_steady_extension(Np: int, degree: int) -> None:
-    """At l = 4.1, where the wall is 12 half-lengths away.
-
-    To 1 %: polynomials with pressures of two degrees less leave changes of volume, which the volume modulus resists.
-    """
+    """At l = 4.1, where the wall is 12 half-lengths away."""
     problem = SteadyProblem((0.02,), 1.0, False, MeshSettings(Np=Np), boundary_velocity=lambda x: x * [1.0, -0.5])
     sphere = SmoothSphere(problem, Parameters((), soft(0.05)), degree)
     begin(sphere)
@@ -150,7 +148,7 @@ def test_the_decay_of_disturbances_tells_the_fold_of_steady_extension(Np: int, d
     assert end.proven
     assert end.kind == "fold"
     Ca, error = end.at["Ca_e"]
-    assert Ca == pytest.approx(FOLD, rel=1e-2)
+    assert Ca == pytest.approx(FOLD, rel=5e-3)
     assert abs(Ca - FOLD) < error
     assert -minimize_scalar(lambda x: -steady_Ca(x), (3.0, 4.0, 5.0)).fun == pytest.approx(FOLD, abs=1e-5)
     sphere.close()

@@ -199,7 +199,7 @@ class Manufactured(Transient):
             RunErrors.of(LIQUID),
         )
         super().__init__(problem, state)
-        self.history = History(list(old), [np.zeros(0)] * 3, [self.exact(t) for t in old])
+        self.history = History(list(old), [np.zeros(0)] * 3, [self.exact(t) for t in old], frame=[0.0] * 3)
 
     # Values at the nodes
 

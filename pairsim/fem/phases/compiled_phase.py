@@ -253,12 +253,17 @@ def mode_part(s: Expr, i: int) -> Expr:
     return ufl.as_vector([s[4 * i + c] for c in range(4)])
 
 
-def solid_phase(solid: Solid) -> CompiledPhase:
+def solid_phase(solid: Solid, volume_modulus: bool = False) -> CompiledPhase:
     """A solid with the fields eta and p.
 
-    The pressure leaves changes of volume within cells, which make a compressed surface too soft against waves as long
-    as cells: a volume modulus, which does nothing where J R/r = 1, resists them. The viscous stress, if there is any,
-    is that of the velocity `rate` (eta - star): 1/(gamma dt) in a time step, 0 in a quasi-steady solve.
+    Its viscous stress, if it has any, is that of the velocity `rate` (eta - star): 1/(gamma dt) in a time step, 0 in a
+    quasi-steady solve.
+
+    Args:
+        solid: Its law.
+        volume_modulus: Whether a volume modulus, which does nothing where J R/r = 1, resists the changes of volume that
+            the pressure leaves within cells, and which make a compressed surface too soft against waves as long as
+            cells.
     """
 
     def build(terms: Terms) -> ufl.Form:
@@ -270,8 +275,10 @@ def solid_phase(solid: Solid) -> CompiledPhase:
             v = k["rate"] * (x["eta"] - terms.star["eta"])
             more = extra_stress.viscous(kin, v, here.viscosity)
             stress = stress[0] + more[0], stress[1] + more[1]
-        p = x["p"] - VOLUME_MODULUS / k["Ca_e"] * continuity.expansion(kin)
+        p = x["p"]
+        if volume_modulus:
+            p = p - VOLUME_MODULUS / k["Ca_e"] * continuity.expansion(kin)
         return momentum(kin, stress, p, test["eta"], dX) + continuity.solid(kin, test["p"], dX)
 
     names = (*solid.numbers, *(("rate",) if solid.viscosity is not None else ()))
-    return _compile((solid.name,), (DISPLACEMENT, PRESSURE), names, build)
+    return _compile((solid.name, volume_modulus), (DISPLACEMENT, PRESSURE), names, build)
