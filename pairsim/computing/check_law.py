@@ -235,7 +235,8 @@ def _in_the_tube(law: Material) -> Iterator[Statement]:
             offs.append(float(abs(last.observation.dp / tube.length / exact - 1)))
             if offs[-1] <= DISCRETE:
                 return offs[-1]
-        return max(2 * offs[-1] - offs[-2], 0.0)  # what cells leave that is not of first order in their size
+        # What cells leave that is not of first order in their size, if that explains what is left.
+        return min(offs[-1], abs(2 * offs[-1] - offs[-2]))
 
     yield JACOBIAN, SMALL, lambda: jacobian_off(tube)
     yield TUBE, DISCRETE, beside_one_dimension

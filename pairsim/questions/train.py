@@ -218,7 +218,7 @@ def solve(case: TrainCase, *, monitor: Monitor) -> events.Events:
     yield events.Table("spectrum", [each.name for each in SPECTRUM], rows)
     sentences = [] if case.row.beads is None else (yield from _follow(case, problem, start, found.fine.d))
     yield events.Summary({"unknowns": found.fine.unknowns, "row": sentences}, _warnings(case, found))
-    return events.Outcome("finished", "end", f"the train: {spectrum.verdict}")
+    return events.Outcome("finished", "end", f"verdict: {spectrum.verdict}")
 
 
 def _follow(

@@ -19,7 +19,7 @@ from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.scene import SteadySolver
 from pairsim.solvers.trains.cell import at_distance, distance, repeated
-from pairsim.solvers.trains.response import Response
+from pairsim.solvers.trains.response import Response, _small_root
 from pairsim.solvers.trains.spectrum import Spectrum
 
 SOFT = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d": 0.1}
@@ -88,6 +88,12 @@ def test_nothing_grows_between_rigid_beads_in_a_newtonian_liquid() -> None:
     assert abs(table["growth"]).max() < 1e-9 * abs(table["frequency"]).max()
     assert found.table["verdict"][0] == "neither"
     assert "keep their size" in found.answer
+
+
+def test_a_growth_rate_that_is_not_found_is_told() -> None:
+    assert _small_root(np.array([-0.06, 1.0, 0.5])) == pytest.approx(np.sqrt(1.12) - 1)
+    with pytest.raises(pairsim.errors.NoSteadyState, match="a growth rate was not found"):
+        _small_root(np.array([1.0, 0.5, 1.0]))  # its roots are complex
 
 
 def spectrum(row: dict[int, float], n: int, change: float = 0.0) -> Spectrum:

@@ -45,10 +45,11 @@ class Hold:
         h, x = steady.state()
         bridge = bridges(steady.scene, x, h)
         creep = np.full(len(bridge), np.nan)
-        here, fields = steady.snapshot, steady.constraints.fields["U_p"]
+        fields = steady.constraints.fields["U_p"]
         asked = undecided & (bridge > 0) & (np.abs(np.diff(steady.y[fields])) > ROUNDING)
         if not asked.any():
             return cls(bridge, creep)
+        here = steady.snapshot
         if steady.solve(steady.parameters.less_regularised(1 / APART)).converged:
             with np.errstate(invalid="ignore", divide="ignore"):
                 power = np.log(np.diff(steady.y[fields]) / np.diff(here.y[fields])) / np.log(APART)

@@ -200,10 +200,6 @@ class ErrorEstimator:
             changes[F] if moved else np.diff(changes[:count])
         )
         wider = widening(discrete.s_jump, OF_POINTS)
-        if steady.parameters.liquid.regularisation:
-            # That of the pressure drop comes from the plug in the whole tube, does not fall with the size of cells, and
-            # is a hundred times what meshes differ by (Bingham, Bn 1, N_p 28 and 40).
-            scatter[-1] = 0.0
         regular = _regular(changes, tested.changes, _cancelled(tested))
         errors = wider * factors.joined(regular, factors.scatter * scatter) + np.abs(left)
         errors += OF_ENDS * np.abs(ends).max(axis=0) + regularised

@@ -25,6 +25,7 @@ from functools import partial
 import numpy as np
 
 from pairsim.runtime.arrays import Array
+from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.steady.motion import material_rates, moving_residual
 from pairsim.solvers.steady.scene import SteadySolver
 from pairsim.solvers.steady.tangents import residual_change
@@ -32,6 +33,7 @@ from pairsim.solvers.steady.tangents import residual_change
 ORDERS = 4  # of the series; chosen
 PROBE = 1e-4  # rates at which the residual is differenced, relative to the rate of the distance; chosen
 ITERATIONS = 50  # of Newton's method for a root of a polynomial
+CLOSE = 1e-12  # its last step, relative to the root; chosen
 
 
 @dataclass(frozen=True)
@@ -89,12 +91,16 @@ class Response:
 
 
 def _small_root(terms: Array) -> complex:
-    """The root of a polynomial, coefficients ascending, that goes on from that of its first two terms."""
+    """The root of a polynomial, coefficients ascending, that goes on from that of its first two terms.
+
+    Raises:
+        NoSteadyState: It was not found.
+    """
     polynomial = np.polynomial.Polynomial(terms)
     slope, root = polynomial.deriv(), -terms[0] / terms[1]
     for _ in range(ITERATIONS):
         step = polynomial(root) / slope(root)
         root -= step
-        if abs(step) <= 1e-14 * abs(root):
-            break
-    return complex(root)
+        if abs(step) <= CLOSE * abs(root):
+            return complex(root)
+    raise NoSteadyState("a growth rate was not found: disturbances change faster than shapes and stresses follow")
