@@ -11,8 +11,7 @@ import numpy as np
 import scipy
 
 from pairsim.runtime.arrays import Array
-from pairsim.solvers.curves.interpolant import CurveInterpolant, Peak, Region
-from pairsim.solvers.curves.locked import held_together
+from pairsim.solvers.curves.interpolant import CurveInterpolant, CurveWithIntervals, Peak, Region
 
 ROUNDING = 1e-9  # |dU| that is rounding error, as of equal rigid spheres [U_av]
 FORGOTTEN = 3.0  # decay times after which a start is forgotten; chosen: exp(-3) = .05
@@ -38,9 +37,43 @@ def curve_of(table: Mapping[str, Array], gap: str = "") -> CurveInterpolant | No
     return CurveInterpolant(d, dU, differentiated, slope, errors)
 
 
-def stretch_of(table: Mapping[str, Array]) -> Callable[[Array | float], Array]:
-    """Derivative of the distance between the centres by d, as a function of log d."""
-    return scipy.interpolate.PchipInterpolator(np.log(table["d"]), table["stretch"])
+OfDistance = Callable[[Array | float], Array]
+
+
+@dataclass(frozen=True)
+class Motion:
+    """How a pair moves at each distance.
+
+    Attributes:
+        curve: dU with its interval [U_av].
+        velocity: Mean velocity of both particles [U_av].
+        stretch: Derivative of the distance between the centres by that between the surfaces.
+        t_relax: Decay time of the slowest disturbance [D_c/U_av], None where it is not known.
+    """
+
+    curve: CurveWithIntervals
+    velocity: OfDistance
+    stretch: OfDistance
+    t_relax: OfDistance | None = None
+
+    @staticmethod
+    def of(table: Mapping[str, Array]) -> Motion | None:
+        """That of a pair, None unless there are two points.
+
+        Args:
+            table: Columns of curve.csv, in ascending distance.
+        """
+        curve = curve_of(table) if "U_L" in table and "U_T" in table else None
+        if curve is None:
+            return None
+        x = np.log(curve.d)
+        mean, stretch = (
+            scipy.interpolate.PchipInterpolator(x, values)
+            for values in ((table["U_L"] + table["U_T"]) / 2, table["stretch"])
+        )
+        times = table["t_relax"]
+        t_relax = (lambda d: np.interp(np.log(d), x, times)) if np.isfinite(times).all() else None
+        return Motion(curve, lambda d: mean(np.log(d)), lambda d: stretch(np.log(d)), t_relax)
 
 
 def peak_of(table: Mapping[str, Array], gap: str = "") -> Peak:
@@ -71,6 +104,8 @@ def held_regions(table: Mapping[str, Array], regions: Sequence[Region]) -> list[
     """Those of the regions of a pair in which unyielded liquid holds it together at every point of its table."""
     if "creep" not in table:
         return []
+    from pairsim.solvers.curves.locked import held_together  # loads FEniCSx
+
     d = table["d"]
     held = held_together(*(table[name] for name in ("dU", "dU_error", "bridge", "creep")))
     inside = [(each.start * (1 - CLOSE) <= d) & (d <= each.stop * (1 + CLOSE)) for each in regions]
@@ -98,25 +133,25 @@ class Memory:
     slowness: float
 
     @classmethod
-    def after(cls, table: Mapping[str, Array], start: float) -> Memory | None:
+    def after(cls, motion: Motion, start: float) -> Memory | None:
         """That after a start on the curve of a pair, None if the decay times are not known.
 
         Args:
-            table: Columns of curve.csv, in ascending distance.
+            motion: How it moves.
             start: Distance at the start [D_c].
         """
-        curve = curve_of(table)
-        if curve is None or not np.isfinite(table["t_relax"]).all():
+        if motion.t_relax is None:
             return None
+        curve = motion.curve
         away = float(curve.values(start)) > 0
-        way = np.geomspace(start, curve.d[-1] if away else curve.d[0], STEPS)
+        way = np.geomspace(start, curve.ends[1] if away else curve.ends[0], STEPS)
         speed = curve.values(way) * (1 if away else -1)
         way, speed = (each[: STEPS if (speed > 0).all() else int(np.argmin(speed > 0))] for each in (way, speed))
         x = np.log(way)
-        t_relax = np.interp(x, np.log(curve.d), table["t_relax"])
+        t_relax = motion.t_relax(way)
         with np.errstate(divide="ignore"):
-            rate = stretch_of(table)(x) * way / speed / t_relax
-        passed = np.abs(scipy.integrate.cumulative_trapezoid(rate, x, initial=0.0))
+            rate = motion.stretch(way) * way / speed / t_relax
+        passed = np.abs(_running_integral(rate, x))
         return cls(way, passed, t_relax, len(way) == STEPS, abs(curve.peak.dU / float(curve.values(start))))
 
     @property
@@ -132,13 +167,19 @@ class Memory:
     def time_until(self, stop: float) -> float:
         """By how much a start from rest may change the time to a distance on the way [D_c/U_av]."""
         way = np.abs(np.log(self.d / self.d[0]))
-        changes = scipy.integrate.cumulative_trapezoid(self.t_relax, -np.exp(-self.decays), initial=0.0)
+        changes = _running_integral(self.t_relax, -np.exp(-self.decays))
         return FROM_REST * self.slowness * float(np.interp(abs(np.log(stop / self.d[0])), way, changes))
+
+
+def _running_integral(values: Array, x: Array) -> Array:
+    """The integral of values over x from the first one to each, by trapezoids; scipy's takes .3 s to import."""
+    return np.concatenate([[0.0], np.cumsum(np.diff(x) * (values[1:] + values[:-1]) / 2)])[: len(x)]
 
 
 def forgotten_at(table: Mapping[str, Array], start: float) -> float | None:
     """The distance of `Memory.forgotten`, None if the decay times are not known."""
-    memory = Memory.after(table, start)
+    motion = Motion.of(table)
+    memory = None if motion is None else Memory.after(motion, start)
     return memory.forgotten if memory is not None else None
 
 

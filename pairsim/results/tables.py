@@ -16,7 +16,7 @@ from pairsim.results.curve_table import curve_of
 from pairsim.results.folder import read_record
 from pairsim.results.table_files import cell, read_table, table_text
 from pairsim.results.travel import distance_on
-from pairsim.results.units import PURE, Unit, scales_for
+from pairsim.results.units import PURE, Unit, scales_for, scales_in
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
@@ -123,7 +123,7 @@ def values_at(
     for gap in suffixes_in(table, "dU"):
         if (curve := curve_of(table, gap)) is None:
             break
-        d = np.array([distance_on(curve, each, "--at", record, source) for each in places])
+        d = np.array([distance_on(curve, each, "--at", scales_in(record), source) for each in places])
         found |= {f"d{gap}": d, f"dU{gap}": curve.values(d), error_of(f"dU{gap}"): curve.half_widths(d)}
     if not found:
         raise InputError(source, "--at", None, "goes with a curve of at least two points over a single distance")

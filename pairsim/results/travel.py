@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
-import scipy
 
-from pairsim.cases.quantities import LENGTH as A_LENGTH
-from pairsim.cases.quantities import si
 from pairsim.physics.scales import Scales
 from pairsim.results.columns import text_in_units
-from pairsim.results.curve_table import Memory, curve_of, stretch_of
-from pairsim.results.units import LENGTH, POSITION, TIME, in_unit, scales_in, scales_of
+from pairsim.results.curve_table import Memory, Motion
+from pairsim.results.units import LENGTH, POSITION, TIME, in_unit, no_units, scales_in
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
-from pairsim.solvers.curves.interpolant import CurveInterpolant
+from pairsim.solvers.curves.interpolant import CurveWithIntervals
 
-TOLERANCE = 1e-10  # relative, of the integrals
+NODES = 4  # of the quadrature between two samples of a curve, which leaves 1e-10 of smooth ones
 SAME = 1e-9  # relative difference of a distance from an end of the curve that is due to rounding
 
 
@@ -92,39 +88,50 @@ def travel(
         InputError: The curve is not that of a pair, a distance is outside the curve, there is a zero of dU between the
             distances or there may be one, or the pair moves in the other direction.
     """
-    curve = curve_of(table) if "U_L" in table and "U_T" in table else None
-    if curve is None:
+    motion = Motion.of(table)
+    if motion is None:
         raise InputError(source, "", None, "must be the curve of a pair with at least two points")
-    record = record or {}
-    begin, end = (distance_on(curve, d, option, record, source) for option, d in (("--from", start), ("--to", stop)))
+    return travel_by(motion, start, stop, source, scales_in(record or {}))
+
+
+def travel_by(motion: Motion, start: float | str, stop: float | str, source: str, scales: Scales | None) -> Travel:
+    """The same of a motion that is known otherwise.
+
+    Args:
+        motion: How the pair moves at each distance.
+        start, stop: The distances [D_c], or lengths with a unit.
+        source: What is named in messages.
+        scales: The units of the case, if it has any.
+
+    Raises:
+        InputError: As those of `travel`.
+    """
+    curve = motion.curve
+    begin, end = (distance_on(curve, d, option, scales, source) for option, d in (("--from", start), ("--to", stop)))
     if why := _obstacle(curve, begin, end):
-        raise _refusal(source, "--to", stop, why, record)
+        raise _refusal(source, "--to", stop, why, scales)
     low, high = sorted((begin, end))
-    stretch = stretch_of(table)
-    mean = scipy.interpolate.PchipInterpolator(np.log(curve.d), (table["U_L"] + table["U_T"]) / 2)
-    places = np.log([low, *curve.d[(low < curve.d) & (curve.d < high)], high])
+    samples = curve.samples[0]
+    places = np.log([low, *samples[(low < samples) & (samples < high)], high])
+    nodes, weights = np.polynomial.legendre.leggauss(NODES)
+    half = np.diff(places)[:, None] / 2
+    d = np.exp(places[:-1, None] + half * (1 + nodes))
+    way = half * weights * d * motion.stretch(d)
+    speed, error = np.abs(curve.values(d)), curve.half_widths(d)
 
-    def integral(velocity: Callable[[float], float], part: int) -> float:
-        """The integral of velocity/|dU| over the distance of the centres, `part` half-widths added to |dU|."""
-
-        def rate(x: float) -> float:
-            d = np.exp(x)
-            return float(velocity(x) * stretch(x) * d / (abs(curve.values(d)) + part * curve.half_widths(d)))
-
-        return sum(scipy.integrate.quad(rate, a, b, epsrel=TOLERANCE, epsabs=0)[0] for a, b in pairwise(places))
-
-    def with_half_width(velocity: Callable[[float], float]) -> tuple[float, float]:
-        value, least, most = (integral(velocity, part) for part in (0, 1, -1))
+    def with_half_width(velocity: Array | float) -> tuple[float, float]:
+        """The integral of velocity/|dU| over the distance of the centres, and with half-widths added to |dU|."""
+        value, least, most = (float((way * velocity / (speed + part * error)).sum()) for part in (0, 1, -1))
         return value, max(value - least, most - value)
 
-    (time, time_error), (length, length_error) = with_half_width(lambda x: 1.0), with_half_width(mean)
-    memory = Memory.after(table, begin)
+    (time, time_error), (length, length_error) = with_half_width(1.0), with_half_width(motion.velocity(d))
+    memory = Memory.after(motion, begin)
     forgotten, start_error = (memory.forgotten, memory.time_until(end)) if memory is not None else (None, None)
-    return Travel(begin, end, time, length, time_error, length_error, forgotten, start_error, scales_in(record))
+    return Travel(begin, end, time, length, time_error, length_error, forgotten, start_error, scales)
 
 
 def distance_on(
-    curve: CurveInterpolant, given: float | str, option: str, record: Mapping[str, Any], source: str
+    curve: CurveWithIntervals, given: float | str, option: str, scales: Scales | None, source: str
 ) -> float:
     """A distance on a curve [D_c], which is an end of the curve where it differs from it by rounding.
 
@@ -132,7 +139,7 @@ def distance_on(
         curve: The curve.
         given: The distance: a number [D_c], or a length with its unit.
         option: What it is called in messages.
-        record: run.json, for the units of the case.
+        scales: The units of the case, if it has any.
         source: Name of the folder for messages.
 
     Raises:
@@ -141,28 +148,33 @@ def distance_on(
     try:
         d = float(given)
     except ValueError:
+        from pairsim.cases.quantities import LENGTH as A_LENGTH
+        from pairsim.cases.quantities import si  # loads what checks cases
+
         try:
             length = si(str(given), A_LENGTH)
         except ValueError as error:
             raise InputError(source, option, given, f"{error}, or a number of tube diameters") from None
-        d = length / scales_of(record, source).length
-    least, largest = float(curve.d[0]), float(curve.d[-1])
+        if scales is None:
+            raise no_units(source) from None
+        d = length / scales.length
+    least, largest = curve.ends
     d = next((end for end in (least, largest) if abs(d - end) < SAME * end), d)
     if not least <= d <= largest:
         allowed = f"must be between d = {least:g} and d = {largest:g}, the ends of the curve"
-        raise _refusal(source, option, given, allowed, record)
+        raise _refusal(source, option, given, allowed, scales)
     return d
 
 
-def _refusal(source: str, option: str, given: float | str, allowed: str, record: Mapping[str, Any]) -> InputError:
+def _refusal(source: str, option: str, given: float | str, allowed: str, scales: Scales | None) -> InputError:
     """The error that names distances in the units in which the wrong one was given."""
     try:
         return InputError(source, option, float(given), allowed)
     except ValueError:
-        return InputError(source, option, given, text_in_units(allowed, scales_in(record)))
+        return InputError(source, option, given, text_in_units(allowed, scales))
 
 
-def _obstacle(curve: CurveInterpolant, start: float, stop: float) -> str:
+def _obstacle(curve: CurveWithIntervals, start: float, stop: float) -> str:
     """Why a pair does not move from one distance to another; empty where it does."""
     low, high = sorted((start, stop))
     if start == stop:

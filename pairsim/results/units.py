@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from pairsim.physics.scales import Scales
-from pairsim.results.folder import read_record
 from pairsim.runtime.errors import InputError
 
 
@@ -67,9 +66,13 @@ def scales_of(record: Mapping[str, Any], source: str) -> Scales:
         InputError: The case has no `physical` block.
     """
     if (scales := scales_in(record)) is None:
-        allowed = "must be the result of a case with a physical block (docs/how-to/units.md)"
-        raise InputError(source, "", None, allowed)
+        raise no_units(source)
     return scales
+
+
+def no_units(source: str) -> InputError:
+    """The error where units are needed of a case without a `physical` block."""
+    return InputError(source, "", None, "must be the result of a case with a physical block (docs/how-to/units.md)")
 
 
 def scales_for(folders: Sequence[Path], physical: bool | None) -> list[Scales]:
@@ -82,6 +85,8 @@ def scales_for(folders: Sequence[Path], physical: bool | None) -> list[Scales]:
     Raises:
         InputError: `physical` is set, and a case has no such block.
     """
+    from pairsim.results.folder import read_record  # loads what reads YAML
+
     if physical:
         return [scales_of(read_record(folder), str(folder)) for folder in folders]
     known = [scales_in(read_record(folder)) for folder in folders] if physical is None else []

@@ -135,7 +135,8 @@ def test_curve_of_one_particle_has_no_way() -> None:
 
 def decaying(rate: float, t_relax: float, **more: np.ndarray) -> dict[str, np.ndarray]:
     """dU = rate d: the distance is d_0 exp(rate t)."""
-    columns = {"dU_error": np.full(12, 1e-6), "t_relax": np.full(12, t_relax), **more}
+    one = np.ones(12)
+    columns = {"dU_error": 1e-6 * one, "t_relax": t_relax * one, "U_L": one, "U_T": one, **more}
     return curve_table(D, rate * D, np.full(12, rate), **columns)
 
 
@@ -151,7 +152,8 @@ def test_a_pair_that_leaves_the_curve_before_has_not_forgotten_its_start() -> No
 
 
 def test_a_pair_that_comes_to_rest_has_all_the_time() -> None:
-    resting = curve_table(D, 0.2 * np.log(0.3 / D), -0.2 / D, dU_error=np.full(12, 1e-6), t_relax=np.full(12, 5.0))
+    dU = 0.2 * np.log(0.3 / D)
+    resting = decaying(0.2, 5.0) | {"dU": dU, "dU_held": dU, "dU_discrete": dU, "slope": -0.2 / D}
     found = forgotten_at(resting, 0.1)
     assert found is not None
     assert 0.25 < found <= 0.3

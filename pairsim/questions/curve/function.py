@@ -10,6 +10,7 @@ import numpy as np
 from pairsim.results.columns import suffixes_in
 from pairsim.results.curve_table import curve_of
 from pairsim.results.travel import distance_on
+from pairsim.results.units import scales_in
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 from pairsim.solvers.curves.interpolant import CurveInterpolant, Peak, Region
@@ -56,7 +57,7 @@ class Curve:
         """
         found, places = self.of(gap), np.asarray(d)
         if places.dtype.kind == "U":
-            lengths = [distance_on(found, str(each), "d", self._record, "curve") for each in places.flat]
+            lengths = [distance_on(found, str(each), "d", scales_in(self._record), "curve") for each in places.flat]
             places = np.reshape(lengths, places.shape)
         places = places.astype(float)
         low, high = found.d[[0, -1]]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -49,7 +50,81 @@ class Region:
     sign: int
 
 
-class CurveInterpolant:
+class CurveWithIntervals(ABC):
+    """A dU as a function of the distance, with an interval: its peak, its zeros, and where its sign is certain."""
+
+    @abstractmethod
+    def values(self, d: Array | float) -> Array:
+        """dU at distances between the first and the last one, of the shape of `d`."""
+
+    @abstractmethod
+    def half_widths(self, d: Array | float) -> Array:
+        """Half-widths of the intervals of `values`, of the shape of `d`."""
+
+    @property
+    @abstractmethod
+    def samples(self) -> tuple[Array, Array, Array]:
+        """Distances so close that extrema and signs are seen, and values and half-widths there; each of shape (m,)."""
+
+    @property
+    @abstractmethod
+    def zeros(self) -> list[float]:
+        """Distances at which `values` vanishes, ascending."""
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The first and the last distance."""
+        d = self.samples[0]
+        return float(d[0]), float(d[-1])
+
+    @property
+    def peak(self) -> Peak:
+        """The largest |dU|."""
+        d, dU, half = self.samples
+        top, size = int(np.abs(dU).argmax()), np.abs(dU)
+        least, most = max(float((size - half).max()), 0.0), float((size + half).max())
+        places = d[size + half >= least]
+        error = max(most - float(size[top]), float(size[top]) - least)
+        return Peak(float(d[top]), float(dU[top]), error, float(max(places[-1] - d[top], d[top] - places[0])))
+
+    def regions(self, zeros: Sequence[float] = ()) -> list[Region]:
+        """Where dU is positive, negative, or not known to be either, in ascending distance.
+
+        Two regions of opposite signs meet at a zero, unless the distances between them at which the sign is not known
+        are more than a factor `WIDEST` apart.
+
+        Args:
+            zeros: Known zeros; others are those of the interpolant.
+        """
+        d, dU, half = self.samples
+        signs = np.where(np.abs(dU) > half, np.sign(dU), 0).astype(int)
+        starts = [0, *(np.flatnonzero(np.diff(signs)) + 1).tolist(), len(d)]
+        runs = [slice(a, b) for a, b in pairwise(starts)]
+
+        def at_a_zero(run: slice) -> bool:
+            inside = run.start > 0 and run.stop < len(d)
+            near = d[run][-1] < WIDEST * d[run][0] and bool(np.isfinite(half[run]).all())
+            return signs[run.start] == 0 and inside and near and signs[run.start - 1] * signs[run.stop] < 0
+
+        runs = [run for run in runs if not at_a_zero(run)]
+        edges = [float(d[0])]
+        for a, b in pairwise(runs):
+            left, right = float(d[a][-1]), float(d[b][0])
+            opposite = signs[a.start] * signs[b.start] < 0
+            edges.append(self.zero(left, right, zeros) if opposite else left if signs[a.start] else right)
+        return [
+            Region(*ends, int(signs[run.start]))
+            for run, ends in zip(runs, pairwise([*edges, float(d[-1])]), strict=True)
+        ]
+
+    def zero(self, low: float, high: float, known: Sequence[float] = ()) -> float:
+        """A zero between two distances at which dU has different signs: a known one, or that of the interpolant."""
+        inside = [zero for zero in known if low <= zero <= high]
+        inside = inside or [zero for zero in self.zeros if low <= zero <= high]
+        return inside[len(inside) // 2] if inside else float(np.sqrt(low * high))
+
+
+class CurveInterpolant(CurveWithIntervals):
     """Cubic Hermite interpolant of one dU in log d, with an interval that holds between the points as well.
 
     The slope of the discrete dU with the distance held is exact; that of the rest of dU, which motion and the estimate
@@ -93,11 +168,9 @@ class CurveInterpolant:
         return np.asarray(near.max(axis=1) * np.diff(x) ** ORDER)
 
     def values(self, d: Array | float) -> Array:
-        """dU at distances between the first and the last one, of the shape of `d`."""
         return np.asarray(self._curve(np.log(d)))
 
     def half_widths(self, d: Array | float) -> Array:
-        """Half-widths of the intervals of `values`, of the shape of `d`."""
         x = np.log(d)
         left = np.clip(np.searchsorted(self._x, x, side="right") - 1, 0, len(self._x) - 2)
         part = (x - self._x[left]) / (self._x[left + 1] - self._x[left])
@@ -107,63 +180,12 @@ class CurveInterpolant:
 
     @cached_property
     def samples(self) -> tuple[Array, Array, Array]:
-        """Distances so close that extrema and signs are seen, the points among them, and values and half-widths there.
-
-        Each has shape (m,).
-        """
         d = np.concatenate([*(np.geomspace(a, b, FINE, endpoint=False) for a, b in pairwise(self.d)), self.d[-1:]])
         return d, self.values(d), self.half_widths(d)
 
     @property
-    def peak(self) -> Peak:
-        """The largest |dU|."""
-        d, dU, half = self.samples
-        top, size = int(np.abs(dU).argmax()), np.abs(dU)
-        least, most = max(float((size - half).max()), 0.0), float((size + half).max())
-        places = d[size + half >= least]
-        error = max(most - float(size[top]), float(size[top]) - least)
-        return Peak(float(d[top]), float(dU[top]), error, float(max(places[-1] - d[top], d[top] - places[0])))
-
-    def regions(self, zeros: Sequence[float] = ()) -> list[Region]:
-        """Where dU is positive, negative, or not known to be either, in ascending distance.
-
-        Two regions of opposite signs meet at a zero, unless the distances between them at which the sign is not known
-        are more than a factor `WIDEST` apart.
-
-        Args:
-            zeros: Known zeros; others are those of the interpolant.
-        """
-        d, dU, half = self.samples
-        signs = np.where(np.abs(dU) > half, np.sign(dU), 0).astype(int)
-        starts = [0, *(np.flatnonzero(np.diff(signs)) + 1).tolist(), len(d)]
-        runs = [slice(a, b) for a, b in pairwise(starts)]
-
-        def at_a_zero(run: slice) -> bool:
-            inside = run.start > 0 and run.stop < len(d)
-            near = d[run][-1] < WIDEST * d[run][0] and bool(np.isfinite(half[run]).all())
-            return signs[run.start] == 0 and inside and near and signs[run.start - 1] * signs[run.stop] < 0
-
-        runs = [run for run in runs if not at_a_zero(run)]
-        edges = [float(d[0])]
-        for a, b in pairwise(runs):
-            left, right = float(d[a][-1]), float(d[b][0])
-            opposite = signs[a.start] * signs[b.start] < 0
-            edges.append(self.zero(left, right, zeros) if opposite else left if signs[a.start] else right)
-        return [
-            Region(*ends, int(signs[run.start]))
-            for run, ends in zip(runs, pairwise([*edges, float(d[-1])]), strict=True)
-        ]
-
-    @property
     def zeros(self) -> list[float]:
-        """Distances at which the interpolant vanishes, ascending."""
         return [float(np.exp(root)) for root in self._curve.roots(extrapolate=False)]
-
-    def zero(self, low: float, high: float, known: Sequence[float] = ()) -> float:
-        """A zero between two distances at which dU has different signs: a known one, or that of the interpolant."""
-        inside = [zero for zero in known if low <= zero <= high]
-        inside = inside or [zero for zero in self.zeros if low <= zero <= high]
-        return inside[len(inside) // 2] if inside else float(np.sqrt(low * high))
 
 
 def _hermite(x: Array, dU: Array, discrete: Array, slope: Array) -> scipy.interpolate.CubicHermiteSpline:
