@@ -43,12 +43,6 @@ class MeasuredLiquid:
     intervals: dict[str, str]
     sentences: list[str]
 
-    def draw(self, path: Path) -> None:
-        """Draw points and lines of the flow curve and of the moduli into a PNG file."""
-        from pairsim.plots.rheometry import draw_fit
-
-        draw_fit(self.fit, self.data, path)
-
 
 def fit_liquid(
     rheology: Path | str | None,

@@ -15,6 +15,7 @@ from ruamel.yaml import YAML
 
 from pairsim.cases.quantities import unit_in
 
+OPTIONS = "--rheology", "--spectrum"
 UNITS = {"rate": "1/s", "viscosity": "Pa*s", "frequency": "rad/s", "phase": "deg", "factor": ""}
 """SI units of the quantities (phases in degrees); all others are stresses."""
 
@@ -78,9 +79,12 @@ def column(quantity: str, place: int, heading: str, rest: str, around: Sequence[
     for text in [each.strip("[]() ") if each in around else each.strip() for each in pieces]:
         if text and (factor := _factor(text, of)) is not None:
             return Column(place, heading, text.replace("*", "."), factor, si)
-    for text in [after, *in_brackets, *around]:
+    of_words = [each for each in in_brackets if re.search(r"[^\W\d_].*[^\W\d_]", each)]
+    named = [each for each in of_words if not any(places(option, [each]) for option in OPTIONS)]
+    named += re.findall(r"\bin (.+)", rest)
+    for text in [after, *named, *around]:
         unit = text.strip("[]() ")
-        if unit and si and (re.search(words()["like units"], unit) or f"[{unit}]" in heading or f"[{unit}]" == text):
+        if unit and si and (re.search(words()["like units"], unit) or text in named or f"[{unit}]" == text):
             raise ValueError(f'must have a unit as {si} is for "{heading}", not {unit.replace("*", ".")}')
     return Column(place, heading, "", 1.0, si)
 

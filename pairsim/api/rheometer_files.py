@@ -13,7 +13,7 @@ import re
 import unicodedata
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 
 import numpy as np
@@ -49,9 +49,7 @@ COLUMNS: Mapping[str, Sequence[tuple[str, ...]]] = {
     "--rheology": [("rate", "viscosity"), ("rate", "stress")],
     "--spectrum": [
         ("frequency", "storage", "loss"),
-        ("frequency", "complex", "factor"),
-        ("frequency", "complex", "phase"),
-        ("frequency", "storage", "factor"),
+        *product(["frequency"], ["complex", "storage", "loss", "viscosity"], ["factor", "phase"]),
     ],
 }
 """The columns that say so, the preferred ones first."""
@@ -123,8 +121,9 @@ def read_columns(option: str, file: Path, wanted: str | None = None) -> tuple[di
         values["viscosity"] = values.pop("stress") / values["rate"]
     if "factor" in values or "phase" in values:
         angle = np.radians(values.pop("phase")) if "phase" in values else np.arctan(values.pop("factor"))
-        modulus = values.pop("complex") if "complex" in values else values["storage"] / np.cos(angle)
-        values |= {"storage": modulus * np.cos(angle), "loss": modulus * np.sin(angle)}
+        (_, frequency), (of, size) = values.items()
+        size = size * {"viscosity": frequency, "storage": 1 / np.cos(angle), "loss": 1 / np.sin(angle)}.get(of, 1.0)
+        values = {"frequency": frequency, "storage": size * np.cos(angle), "loss": size * np.sin(angle)}
     if "N1" in values:
         said += _without_noise(values)
     if others:

@@ -144,7 +144,9 @@ def units(
     for sentence in found.fit.sentences if found.fit else ():
         typer.echo(sentence)
     if found.fit and picture:
-        found.fit.draw(picture)
+        from pairsim.plots.rheometry import draw_fit
+
+        draw_fit(found.fit.fit, found.fit.data, picture)
         typer.echo(f"fit: {picture}")
     if output is not None:  # before the output, which a closed pipe may cut short
         write_file(output, found.case_file(output.stem))

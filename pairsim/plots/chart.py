@@ -19,6 +19,7 @@ from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, StrMethodFormatter
+from scipy.interpolate import make_interp_spline
 
 from pairsim.plots.encoding import Encoding
 from pairsim.plots.labels import symbol
@@ -111,22 +112,12 @@ class Scale:
     values: Array
 
     def draw(self, axis: Axes) -> None:
-        """Put it above a panel; beyond the known places it goes on evenly."""
+        """Put it above a panel; beyond the known places it goes on as at the ends."""
         if len(self.x) < 2 or np.any(np.diff(self.values) <= 0):
             return
-        pace = (self.values[-1] - self.values[0]) / (self.x[-1] - self.x[0])
-        far = self.x[-1] - self.x[0]
-        x = np.concatenate([[self.x[0] - far], self.x, [self.x[-1] + far]])
-        values = np.concatenate([[self.values[0] - pace * far], self.values, [self.values[-1] + pace * far]])
-
-        def shown(places: Any) -> Array:
-            return np.interp(places, x, values)
-
-        def place(shown: Any) -> Array:
-            return np.interp(shown, values, x)
-
-        above = axis.secondary_xaxis("top", functions=(shown, place))
-        above.set_xlabel(self.label)
+        pairs = (self.x, self.values), (self.values, self.x)
+        both = tuple(make_interp_spline(over, values, k=1) for over, values in pairs)
+        axis.secondary_xaxis("top", functions=both).set_xlabel(self.label)
 
 
 @dataclass(frozen=True)

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from PIL import Image
 
 from pairsim.plots.chart import small_print
 from pairsim.plots.frames import FIELDS, chosen_fields
 from pairsim.plots.labels import case_parts, read_case
 from pairsim.plots.sections import Layer, View, draw_view, layer_of, mark_view, sheet, views_of
-from pairsim.plots.style import Page, picture_file, printing
+from pairsim.plots.style import Page, printing, write_picture
 from pairsim.plots.units import Units
 from pairsim.results.columns import suffixes_in
 from pairsim.results.folder import FIELDS_XDMF, WAY
@@ -126,15 +128,16 @@ def _motion(views: Sequence[View], units: Units) -> list[Layer]:
 
 
 def _write_animation(path: Path, figure: Figure, views: Sequence[View], scaled: Sequence[tuple[Layer, Any]]) -> None:
-    """Write an animation of all views in the first panel of a figure; the file appears whole."""
-    from matplotlib.animation import PillowWriter
-
-    axis = figure.axes[0]
-    writer = PillowWriter(fps=max(2, round(len(views) / SECONDS)))
-    with picture_file(path) as part, writer.saving(figure, str(part), DPI):
-        for place, view in enumerate(views):
-            axis.clear()
-            draw_view(axis, view, place, scaled)
-            mark_view(axis, view)
-            axis.set_xlabel(view.label("z"))
-            writer.grab_frame()
+    """Write an animation of all views in the first panel of a figure."""
+    axis, frames = figure.axes[0], []
+    figure.set_dpi(DPI)
+    for place, view in enumerate(views):
+        axis.clear()
+        draw_view(axis, view, place, scaled)
+        mark_view(axis, view)
+        axis.set_xlabel(view.label("z"))
+        figure.canvas.draw()
+        frames.append(Image.fromarray(np.asarray(figure.canvas.buffer_rgba())).convert("RGB"))  # type: ignore[attr-defined]
+    duration = min(500.0, 1e3 * SECONDS / len(views))  # [ms]
+    frames[0].save(content := BytesIO(), "GIF", save_all=True, append_images=frames[1:], duration=duration, loop=0)
+    write_picture(path, content.getvalue())

@@ -10,11 +10,10 @@ import numpy as np
 from matplotlib.patches import Patch
 
 from pairsim.cases.yaml_file import flat
-from pairsim.plots.chart import START_UP, Panel, Scale, Series, draw_chart, small_print
+from pairsim.plots.chart import START_UP, Panel, Scale, Series, draw_chart
 from pairsim.plots.encoding import Encoding
 from pairsim.plots.labels import case_parts, common_parts, equation, hashable, read_case, varying_keys
 from pairsim.plots.lines import lines_of, panels_of, run_lines, told_apart
-from pairsim.plots.space_time import draw_space_time
 from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
 from pairsim.results.columns import column, suffixes_in
@@ -24,7 +23,6 @@ from pairsim.results.table_files import read_table
 from pairsim.results.units import POSITION, TIME
 from pairsim.runtime.errors import InputError
 
-MOST_LINES = 10  # gaps in a panel; the gaps of more particles are rows of a picture over time
 FOLDER, DIFFERENCES = "folder", "differences"
 ALIKE = 0.05  # lines whose differences are below this part of their range lie on each other
 
@@ -50,15 +48,8 @@ def draw_run(directory: Path, out: Path, page: Page) -> list[Path]:
     if "t" not in table or not len(table["t"]):
         raise InputError(str(directory / SERIES), "", None, "has no rows yet; wait for the first step")
     parts = case_parts(read_case(directory / "case.yaml"), physical=units.physical)
-    gaps = suffixes_in(table, "dU")
-    if len(gaps) > MOST_LINES:
-        names = [[name + each for each in suffixes_in(table, name)] for name in ("d", "dU", "D")]
-        figure = draw_space_time(page, table, names, units)
-        if page.legend:
-            small_print(figure, parts)
-        return page.save(figure, out, "series")
     starting = min(start_up(read_record(directory)) * units.factor(TIME), float(table["t"][-1]))
-    lines = told_apart(run_lines(table, {}, places=len(gaps) > 1))
+    lines = told_apart(run_lines(table, {}, places=len(suffixes_in(table, "dU")) > 1))
     panels = panels_of(lines, units)
     if places := suffixes_in(table, "z"):
         along = np.mean([table[f"z{each}"] for each in places], axis=0)

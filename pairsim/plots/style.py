@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, StrMethodFormatter
 
-from pairsim.results.folder import part_of
+from pairsim.results.folder import write_bytes
 from pairsim.runtime.errors import InputError
 
 FORMATS = ("png", "pdf", "svg")
@@ -64,25 +65,17 @@ def printing() -> Iterator[None]:
         yield
 
 
-@contextmanager
-def picture_file(path: Path) -> Iterator[Path]:
-    """Temporary name of a picture with the same ending, which becomes its name when the block has written it.
-
-    Its folder is made if needed.
+def write_picture(path: Path, content: bytes) -> None:
+    """Write a picture as a whole; its folder is made if needed.
 
     Raises:
-        InputError: The file cannot be written.
+        InputError: It cannot be written.
     """
-    part = part_of(path).with_suffix(path.suffix)  # Pillow goes by the ending
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        yield part
-        part.replace(path)
+        write_bytes(path, content)
     except OSError as error:
         raise InputError(str(path), "-o", None, f"cannot be written ({error.strerror or error})") from error
-    finally:
-        with suppress(OSError):  # on a file system that is read-only
-            part.unlink(missing_ok=True)
 
 
 @dataclass(frozen=True)
@@ -168,6 +161,7 @@ class Page:
         """
         written = [folder / f"{stem}.{name}" for name in self.formats]
         for path, name in zip(written, self.formats, strict=True):
-            with picture_file(path) as part:
-                figure.savefig(part, format=name, dpi=self.dpi, metadata={DATE[name]: None} if name in DATE else None)
+            metadata = {DATE[name]: None} if name in DATE else None
+            figure.savefig(content := BytesIO(), format=name, dpi=self.dpi, metadata=metadata)
+            write_picture(path, content.getvalue())
         return written

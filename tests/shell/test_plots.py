@@ -377,17 +377,17 @@ def test_lines_that_lie_on_each_other_have_a_panel_of_their_differences(
     assert overlapping(figures[0]) == []
 
 
-def test_many_particles_are_rows_over_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_lines_of_many_gaps_are_told_apart_by_a_scale_of_colours(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     folder = make_run(tmp_path / "run", 12, [])
     with drawn_figures(monkeypatch) as figures:
         plot(folder, width=85)
-    panels, bars = figures[0].axes[:4], figures[0].axes[4:]
-    assert [axis.get_ylabel() for axis in panels] == [*["gap, from upstream"] * 3, "particle"]
-    assert [bar.get_ylabel().partition("  ")[0] for bar in bars] == [
-        "$d_i$", "$d_i - d_i(0)$", r"$\Delta U_i$", "$D_i$",
-    ]  # fmt: skip
-    assert not figures[0].legends
-    assert overlapping(figures[0]) == []
+    distances = figures[0].axes[0]
+    lines = [line for line in distances.lines if len(line.get_xdata()) > 2]
+    assert len({str(line.get_color()) for line in lines}) == 11
+    (legend,) = [axis.get_legend() for axis in (distances,)]
+    assert [text.get_text() for text in legend.get_texts()] == ["$d_{1}$", "$d_{11}$"]
 
 
 def test_quantities_of_an_experiment_are_numbers_in_the_unit_of_the_first() -> None:

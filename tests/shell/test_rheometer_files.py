@@ -78,6 +78,12 @@ FLOW_CURVES = {
     "newtons": "Shear rate [s -1];Viscosity [mNs/m²]\n" + table(RATES, MILLI, by=";"),
     "units above the headings": "[1/s];[mPa.s]\nScherrate;Viskosität\n" + table(RATES, MILLI, by=";", comma=True),
     "units in columns": "Shear rate,Unit,Viscosity,Unit\n" + table(RATES, MILLI, by=",1/s,", after=",mPa.s"),
+    "a letter apart": "rate (1/s),viscosity (m Pa s)\n" + table(RATES, MILLI),
+    "Spanish": "Velocidad de cizalla [1/s];Esfuerzo cortante [Pa];Viscosidad [mPa·s]\n"
+    + table(RATES, STRESS, MILLI, by=";", comma=True),
+    "Italian": "Velocità di taglio [1/s];Sforzo di taglio [kPa]\n"
+    + table(RATES, scaled(STRESS, 1e-3), by=";", comma=True),
+    "Portuguese": "Taxa de cisalhamento (1/s)\tViscosidade (cP)\n" + table(RATES, MILLI, by="\t", comma=True),
     "a prefix apart": "shear rate (inverse seconds);viscosity in milli Pa s\n" + table(RATES, MILLI, by=";"),
     "pascal seconds": "shear rate 1/s;viscosity (milli-Pascal-seconds)\n" + table(RATES, MILLI, by=";"),
     "one space": "# rate(1/s) eta(mPa s)\n" + table(RATES, MILLI, by=" "),
@@ -114,6 +120,16 @@ SPECTRA = {
     "a complex modulus and a phase": "Kreisfrequenz;Komplexer Schubmodul;Phasenwinkel\nrad/s;kPa;°\n"
     + table(RATES, scaled(COMPLEX, 1e-3), PHASE, by=";", comma=True),
     "a storage modulus and a loss factor": "omega [rad/s],G' [Pa],Loss factor [1]\n" + table(RATES, STORAGE, TANGENT),
+    "a loss modulus and a phase": "omega [rad/s],G'' [Pa],phase angle [rad]\n"
+    + table(RATES, LOSS, np.radians(PHASE).tolist()),
+    "a complex viscosity and a phase": "Frequency [Hz],|η*| [mPa.s],Phase angle [°]\n"
+    + table(scaled(RATES, 1 / TURN), np.divide(scaled(COMPLEX, 1e3), RATES).tolist(), PHASE),
+    "Spanish": "Frecuencia angular [rad/s];Módulo de almacenamiento [Pa];Módulo de pérdida [Pa];Factor de pérdida [1]\n"
+    + table(RATES, STORAGE, LOSS, POINTS, by=";", comma=True),
+    "Italian": "Frequenza [Hz];Modulo conservativo [Pa];Modulo dissipativo [Pa];Viscosità complessa [Pa·s]\n"
+    + table(scaled(RATES, 1 / TURN), STORAGE, LOSS, POINTS, by=";", comma=True),
+    "Portuguese": "Frequência angular [rad/s];Módulo complexo [Pa];Ângulo de fase [°]\n"
+    + table(RATES, COMPLEX, PHASE, by=";", comma=True),
     "Hz": "Frequency [Hz],G' [Pa],G'' [Pa]\n" + table(scaled(RATES, 1 / TURN), STORAGE, LOSS),
     "row of mHz": "f,Storage modulus,Loss modulus\nmHz,kPa,Pa\n"
     + table(scaled(RATES, 1e3 / TURN), scaled(STORAGE, 1e-3), LOSS),
@@ -204,7 +220,8 @@ def test_what_is_left_out_or_assumed_is_said(text: str, says: str, tmp_path: Pat
         ("rate [1/s],viscosity [Pa.s]\n1,1\n2,0\n", "must have at least 5 rows of positive numbers"),
         ("rate [1/s],viscosity [Pa.s]\n" + "10,1\n" * 9, "rates that differ by a factor of 2 or more, and has 9"),
         ("rate,,eta,\n1,1/s,2,Pa.s\n2,1/s,2,Pa.s\n3,1/s,2,P\n4,1/s,2,P\n5,1/s,2,P\n", "not Pa.s P"),
-        ("rate (1/s),viscosity (m Pa s)\n" + table(RATES, MILLI), "not m Pa s"),
+        ("rate (1/s),viscosity (in thousandths)\n" + table(RATES, MILLI), "not in thousandths"),
+        ("rate (1/s),viscosity in thousandths\n" + table(RATES, MILLI), "not thousandths"),
         ("rate [Hz],viscosity [Pa.s]\n" + table(RATES, VISCOSITIES), 'a unit as 1/s is for "rate [Hz]", not Hz'),
         ("rate [1/s],viscosity [mPa]\n" + table(RATES, VISCOSITIES), "a unit as Pa.s is"),
         ("rate [1/s],viscosity [MPA.S]\n" + table(RATES, VISCOSITIES), "not MPA.S"),
