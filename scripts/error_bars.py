@@ -51,8 +51,10 @@ def read(kind: str) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
     """What all scenes of a file of configs/error_bars have, the scenes, and the meshes of each."""
     content = yaml.safe_load((CONFIGS / "error_bars" / f"{kind}.yaml").read_text())
     meshes = content.pop("meshes")
-    drawn = draws.scenes(content.pop("seed"), content.pop("count")) if "seed" in content else {}
-    return content, content.pop("scenes", drawn), meshes
+    scenes = content.pop("scenes", {})
+    for draw in content.pop("draws", ()):
+        scenes |= draws.scenes(**draw)
+    return content, scenes, meshes
 
 
 def cases(name: str, scene: Mapping[str, Any], meshes: Mapping[str, Any]) -> Iterator[dict[str, Any]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -26,10 +26,25 @@ PARTICLES, SHARES = (1, 2, 3, 4), (0.15, 0.5, 0.2, 0.15)
 
 
 class Draw:
-    """What one scene is drawn with, to three digits."""
+    """What one scene is drawn with, to three digits.
 
-    def __init__(self, seed: int) -> None:
+    Args:
+        seed: Of the generator.
+        De, Ca_e: What they are drawn from, evenly in their logarithms.
+        particles: Their number; drawn where it is 0.
+        rigid: Probability that all particles are rigid.
+    """
+
+    def __init__(
+        self,
+        seed: int,
+        De: tuple[float, float] = (0.1, 3.0),
+        Ca_e: tuple[float, float] = (0.002, 0.2),
+        particles: int = 0,
+        rigid: float = 0.33,
+    ) -> None:
         self.generator = np.random.default_rng(seed)
+        self.De, self.Ca_e, self.particles, self.rigid = De, Ca_e, particles, rigid
 
     def happens(self, probability: float) -> bool:
         return bool(self.generator.random() < probability)
@@ -61,11 +76,11 @@ class Draw:
 
     def scene(self, liquid: str) -> dict[str, Any]:
         """A scene in one of `LIQUIDS`, as the keys of a curve with one point."""
-        count = int(self.generator.choice(PARTICLES, p=SHARES))
+        count = self.particles or int(self.generator.choice(PARTICLES, p=SHARES))
         scene: dict[str, Any] = {"particles": count, "liquid": {"law": liquid} | LIQUIDS[liquid](self)}
-        scene["De"] = 0 if liquid in WITHOUT_MEMORY else self.evenly_in_log(0.1, 3.0)
-        rigid = self.happens(0.33)
-        scene["Ca_e"] = 0 if rigid else self.each(count, 0.7, lambda: self.evenly_in_log(0.002, 0.2))
+        scene["De"] = 0 if liquid in WITHOUT_MEMORY else self.evenly_in_log(*self.De)
+        rigid = self.happens(self.rigid)
+        scene["Ca_e"] = 0 if rigid else self.each(count, 0.7, lambda: self.evenly_in_log(*self.Ca_e))
         if not rigid:
             scene["solid"] = self.each(count, 0.8, self.solid)
         # Equal rigid particles keep their distance where the liquid has no memory.
@@ -79,12 +94,21 @@ class Draw:
         return scene
 
 
-def scenes(seed: int, count: int) -> dict[str, dict[str, Any]]:
-    """So many scenes by name, the liquids in turn. Each has a seed of its own, whatever the others draw."""
-    names = list(LIQUIDS)
+def scenes(
+    seed: int, count: int, name: str = "", liquids: Sequence[str] = tuple(LIQUIDS), **ranges: Any
+) -> dict[str, dict[str, Any]]:
+    """So many scenes by name, the liquids in turn. Each has a seed of its own, whatever the others draw.
+
+    Args:
+        seed: Of all of them.
+        count: Number of scenes.
+        name: What their names begin with.
+        liquids: Names of liquids.
+        **ranges: As for `Draw`.
+    """
     found = {}
     for i in range(count):
-        liquid = names[i % len(names)]
-        scene = Draw(1000 * seed + i).scene(liquid)
-        found[f"{i:02d}-{liquid}-N{scene['particles']}"] = scene
+        liquid = liquids[i % len(liquids)]
+        scene = Draw(1000 * seed + i, **ranges).scene(liquid)
+        found[f"{name}{i:02d}-{liquid}-N{scene['particles']}"] = scene
     return found
