@@ -10,7 +10,7 @@ import pytest
 from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case
 from pairsim.questions.run.warnings import long_steps, warnings_of_run
-from pairsim.solvers.errors.run_errors import Interval, RunErrors
+from pairsim.solvers.errors.run_errors import OF_POINTS, Interval, RunErrors, widening
 from pairsim.solvers.errors.time_error import SAFETY, TimeError
 from pairsim.solvers.stepping.step_size import Scheme
 from pairsim.solvers.transient.state import Extremes
@@ -68,6 +68,12 @@ def test_intervals_widen_where_cells_do_not_resolve_the_stress() -> None:
         Interval(memory=3.0).add(1.0, 0, np.zeros(1), np.array([1e-5]), 1e-6, s_jump)[0] for s_jump in (0.5, 1.1, 2.2)
     ]
     assert found == pytest.approx([2.1e-5, 2.1e-5, 1.61e-4])
+
+
+def test_intervals_of_quasi_steady_solutions_widen_with_the_square() -> None:
+    """What the error of a soft pair in FENE-P on adapted cells asks for: 3.3 intervals where log c changes by 2.4."""
+    assert [widening(s_jump, OF_POINTS) for s_jump in (0.0, 1.1, 2.2)] == pytest.approx([1, 1, 4])
+    assert widening(2.42, OF_POINTS) > 3.32
 
 
 KEYS: dict[str, Any] = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "ends": "developed", "length": "auto"}
