@@ -6,9 +6,9 @@
     result.table.plot("t", "dU")
 
 `load` checks a case, `units` makes one of an experiment; `run`, `curve`, `critical`, `shape`, `pressure`, `train` and
-`sweep` compute; `open` reads a folder of results, `plot` draws it, `report` puts it into one HTML file; `long_row`
-moves hundreds of particles along a tube; `moduli` reads a cytometer's file; `use_laws` makes laws of one's own known.
-They are imported when first used: `import pairsim` alone loads nothing.
+`sweep` compute; `open` reads a folder of results, `plot` draws it, `report` puts it into one HTML file; `moduli`
+reads a cytometer's file; `use_laws` makes laws of one's own known. They are imported when first used: `import pairsim`
+alone loads nothing.
 """
 
 import os as _os
@@ -33,7 +33,6 @@ if _TYPE_CHECKING:
     from pairsim.api.cases import use_laws as use_laws
     from pairsim.api.folders import open as open
     from pairsim.api.folders import plot as plot
-    from pairsim.api.long_rows import long_row as long_row
     from pairsim.api.moduli import moduli as moduli
     from pairsim.api.report import report as report
     from pairsim.api.results import Result as Result
@@ -56,7 +55,6 @@ if _TYPE_CHECKING:
 _MODULES = {
     "api.cases": ("load", "use_laws"),
     "api.folders": ("open", "plot"),
-    "api.long_rows": ("long_row",),
     "api.moduli": ("moduli",),
     "api.report": ("report",),
     "api.results": ("Result",),

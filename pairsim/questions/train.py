@@ -4,7 +4,7 @@ The case file has d (between facing surfaces) or train: {spacing: ...} (from
 centre to centre), in tube diameters D_c. Writes train.csv (velocity, whether
 distances become equal, length of tube), spectrum.csv (growth rate of every
 disturbance with its error), train.png, case.yaml and run.json; with row: {beads:
-...} it follows a row of beads with distances at random: row.csv, row.png.
+...} or a list of distances it follows a row of beads: row.csv, row.png.
 
 Exit codes: 0 finished, 2 wrong input, 3 computation failed, 4 installation or
 system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterator
 from dataclasses import replace
+from itertools import islice
 from math import inf, isfinite, nan, pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -30,17 +31,18 @@ from pairsim.cases.mistakes import Mistake, broken, missing
 from pairsim.cli.compute import app_of
 from pairsim.computing import events
 from pairsim.computing.question import InSweeps, Question, rows_in
-from pairsim.results.columns import Column
+from pairsim.results.columns import Column, names_of, table_row
 from pairsim.results.units import LENGTH, POSITION, PURE, RATE, VELOCITY, Unit
 
 if TYPE_CHECKING:
     from pairsim.physics.scales import Scales
     from pairsim.plots.style import Page
+    from pairsim.runtime.arrays import Array
     from pairsim.runtime.monitor import Monitor
     from pairsim.solvers.parameters import Parameters
     from pairsim.solvers.problems import SteadyProblem
-    from pairsim.solvers.rows.interaction import RowModel
-    from pairsim.solvers.trains.train import TrainOnMeshes
+    from pairsim.solvers.rows.motion import RowMotion
+    from pairsim.solvers.trains.train import Train
 
 TENFOLD = 10.0  # change of a spread that the answer gives a length of tube for
 FAST = 0.3  # rate times t_relax from which on an answer says that beads move while they remember; chosen
@@ -84,16 +86,22 @@ TRAIN = (
 
 
 ROW = (_plain("position", "z", "how far the row has moved along the tube on average", POSITION),)
-"""The first column of row.csv, before the distances."""
+"""The first column of row.csv, before time, distances and velocities."""
+PROPAGATOR = (_plain("by_d_1", "", "derivative of a distance at the outlet, one a row, by the first one at the inlet"),)
+MOST_PROPAGATED = 50  # beads of a row whose changes are followed
 PLACES = 101  # rows of row.csv
 SHORT_ROWS = 1000  # beads of a cell whose response takes about as long as the short rows; from processor times
 LONG = 50.0  # length of the tube of short rows over the diameter of a bead, as of other cases
+LEAST = 0.04  # smallest distance at which short rows are solved [D_c]; chosen
+ASSUMED = "assumed to travel on as doublets, held by equal and opposite forces until these would have to pull"
 
 
 class RowOptions(Keys):
-    """A row of beads with distances at random, of mean d, which is followed along the tube."""
+    """A row of beads that is followed along the tube, with distances at random of mean d, or those listed in d."""
 
-    beads: values.Whole | None = Field(None, ge=5, le=1000, description="number of beads; none: no row is followed")
+    beads: values.Whole | None = Field(
+        None, ge=2, le=1000, description="number of beads; without it a row is followed where d is a list"
+    )
     spread: values.Positive = Field(
         0.2, le=1, description="standard deviation of the distances at the inlet, as a part of their mean"
     )
@@ -124,7 +132,11 @@ class TrainCase(SceneCase):
     usual_distances: ClassVar[dict[str, Any]] = {"d": 0.1}
 
     particles: values.Whole = Field(1, ge=1, le=1, description="1: all beads of the train are equal")
-    d: values.Distance | None = Field(None, description="distance between the facing surfaces of neighbours [D_c]")
+    d: values.Distance | tuple[values.Distance, ...] | None = Field(
+        None,
+        description="distance between the facing surfaces of neighbours [D_c]; a list: the first distances of a row "
+        "from upstream, whose mean is that of the train",
+    )
     train: TrainOptions = TrainOptions()
     row: RowOptions = RowOptions()
 
@@ -132,6 +144,22 @@ class TrainCase(SceneCase):
     def gaps(self) -> tuple[float, ...]:
         """None: there is one bead in a period."""
         return ()
+
+    @property
+    def mean_d(self) -> float | None:
+        """Distance of the train [D_c]; None if its spacing is given."""
+        return sum(self.d) / len(self.d) if isinstance(self.d, tuple) else self.d
+
+    def first_gaps(self, d: float) -> Array | None:
+        """The first distances of the row in a train with distance d [D_c], shape (N-1,); None if none is followed."""
+        from numpy import array
+
+        from pairsim.solvers.rows.motion import random_gaps
+
+        if isinstance(self.d, tuple):
+            return array(self.d)
+        row = self.row
+        return random_gaps(row.beads - 1, d, row.spread, row.seed, row.min_gap) if row.beads else None
 
     @property
     def range_of_d(self) -> tuple[float, float]:
@@ -142,14 +170,14 @@ class TrainCase(SceneCase):
     def tube_length(self) -> float:
         """Length of a period with undeformed beads [D_c]."""
         beta = max(self.betas, default=0.0)
-        return beta + (self.d or 0.0) if self.train.spacing is None else self.train.spacing
+        return beta + (self.mean_d or 0.0) if self.train.spacing is None else self.train.spacing
 
     def resolved(self) -> dict[str, Any]:
         """The case with every default filled in, without a length: it follows from the spacing."""
         return {key: value for key, value in super().resolved().items() if key != "length"}
 
     def _slug_parts(self) -> list[str]:
-        distance = f"d{self.d:g}" if self.d is not None else f"spacing{self.train.spacing:g}"
+        distance = f"d{self.mean_d:g}" if self.mean_d is not None else f"spacing{self.train.spacing:g}"
         return ["train", *(part for part in super()._slug_parts() if part != "n1"), distance]
 
 
@@ -164,19 +192,22 @@ def check(case: TrainCase) -> Iterator[Mistake]:
     elif spacing is not None and case.betas and spacing <= max(case.betas):
         yield Mistake("train.spacing", spacing, f"must be above beta = {max(case.betas):g}: it is that of the centres")
     why = "must be left out: a period of the train is as long as its spacing"
+    listed = case.d if isinstance(case.d, tuple) else ()
     yield from broken(
         case,
         ("length", case.length is not None, why),
         ("ends", case.ends != "periodic", why),
         ("train.cell", case.train.cell % 2 == 1, "must be even"),
-        ("row.min_gap", case.d is not None and case.row.min_gap >= case.d, "must be below d"),
+        ("row.min_gap", case.row.min_gap >= min(listed or (case.mean_d or inf,)), "must be below d"),
+        ("row.beads", bool(listed) and case.row.beads is not None, "must be left out: d has the distances of the row"),
     )
     yield from check_scene(case)
 
 
 def estimate(case: TrainCase) -> Estimate:
     """Size and duration: that of one bead on two meshes, and of the cell; and of the short rows for a long one."""
-    return steady_estimate(case, case.train.cell + (0 if case.row.beads is None else SHORT_ROWS), MESHES)
+    follows = case.row.beads is not None or isinstance(case.d, tuple)
+    return steady_estimate(case, case.train.cell + SHORT_ROWS * follows, MESHES)
 
 
 def solve(case: TrainCase, *, monitor: Monitor) -> events.Events:
@@ -184,75 +215,103 @@ def solve(case: TrainCase, *, monitor: Monitor) -> events.Events:
     from pairsim.computing.problems import steady_problem
     from pairsim.solvers.parameters import Parameters
     from pairsim.solvers.steady.ends import Ended
-    from pairsim.solvers.trains.train import TrainOnMeshes
+    from pairsim.solvers.trains.train import Train, on_meshes
 
     yield events.Begin(f"the growth rates of {case.train.cell} beads", 1)
-    found: TrainOnMeshes | Ended | None = None
     problem, start = steady_problem(case, inf, monitor), Parameters((), case.solid_models, case.liquid_model)
-    for refined in range(MOST_REFINED):
-        last = found
-        if isinstance(last, TrainOnMeshes):
-            found = TrainOnMeshes.of(last.finer, start, case.train.cell, case.d, last.fine)
-        else:
-            found = TrainOnMeshes.of(problem, start, case.train.cell, case.d)
+    meshes = on_meshes(problem, start, case.train.cell, case.mean_d)
+    for refined, found in enumerate(islice(meshes, MOST_REFINED), 1):
         if isinstance(found, Ended):
-            break
-        part = found.error
-        yield events.Progress(
-            (refined + 1) / MOST_REFINED, f"errors {100 * part:.2g} % of the largest rate", refined + 1
-        )
+            yield events.Summary({})
+            if found.proven:
+                return events.Outcome("finished", found.failure.reason, found.failure.message)
+            raise found.failure
+        errors = f"errors {100 * found.error:.2g} % of the largest rate"
+        yield events.Progress(refined / MOST_REFINED, errors, refined)
         verdict = found.spectrum.verdict
-        if verdict == "neither" or case.held or (part <= case.error_wanted and verdict != "undecided"):
+        if verdict == "neither" or case.held or (found.error <= case.error_wanted and verdict != "undecided"):
             break
-    if isinstance(found, Ended):
-        yield events.Summary({})
-        if found.proven:
-            return events.Outcome("finished", found.failure.reason, found.failure.message)
-        raise found.failure
-    assert found is not None
+    assert isinstance(found, Train)
     spectrum, waves = found.spectrum, found.spectrum.waves
     columns = zip(waves, *spectrum.growth(waves), *spectrum.frequency(waves), strict=True)
     rows = [dict(zip((each.name for each in SPECTRUM), map(float, row), strict=True)) for row in columns]
     yield events.Table("train", [each if isinstance(each, str) else each.name for each in TRAIN])
     yield events.Row("train", _row(found))
     yield events.Table("spectrum", [each.name for each in SPECTRUM], rows)
-    sentences = [] if case.row.beads is None else (yield from _follow(case, problem, start, found.fine.d))
-    yield events.Summary({"unknowns": found.fine.unknowns, "row": sentences}, _warnings(case, found))
+    gaps = case.first_gaps(found.d)
+    sentences = [] if gaps is None else (yield from _follow(case, problem, start, gaps))
+    yield events.Summary({"unknowns": found.unknowns, "row": sentences}, _warnings(case, found))
     return events.Outcome("finished", "end", f"verdict: {spectrum.verdict}")
 
 
 def _follow(
-    case: TrainCase, problem: SteadyProblem, start: Parameters, d: float
+    case: TrainCase, problem: SteadyProblem, start: Parameters, gaps: Array
 ) -> Generator[events.Event, None, list[str]]:
-    """Follow a row with distances of mean d along the tube; returns what it says."""
-    from pairsim.api.long_rows import LEAST, LongRow
-    from pairsim.solvers.rows.model import EqualRow, models
+    """Follow a row from its first distances along the tube; returns what it says."""
+    import numpy as np
 
-    problem = replace(problem, length=LONG * problem.betas[0], closed=False)
-    options, equal = case.row, EqualRow(problem, start, min(LEAST, d / 2))
-    known: RowModel | None = None
-    for done, total, model in models(equal, 4):
+    from pairsim.solvers.rows.motion import move
+    from pairsim.solvers.rows.short_rows import EqualRow, audit, cut_rows, models
+
+    options, n = case.row, len(gaps) + 1
+    problem = replace(problem, length=LONG * problem.betas[0], closed=False, volume_modulus=False)
+    equal, least = EqualRow(problem, start), min(LEAST, gaps.min(), gaps.mean() / 2)
+    for done, total, model in models(equal, least):  # noqa: B007
         yield events.Progress(1.0, f"{done} of {total} short rows", done)
-        known = model
-    assert known is not None
-    given = {"mean": d, "spread": options.spread, "seed": options.seed}
-    moved = LongRow(equal, known, case.scales).move(
-        given, options.tube, options.beads, options.min_gap, options.audited
-    )
-    position, distances = moved.way(PLACES)
-    columns = [ROW[0].name, *(f"d_{i}" for i in range(1, distances.shape[1] + 1))]
-    rows = (
-        dict(zip(columns, map(float, (z, *gaps)), strict=True)) for z, gaps in zip(position, distances, strict=True)
-    )
-    yield events.Table("row", columns, list(rows))
-    return str(moved).splitlines()
+    motion = move(model, gaps, options.min_gap, options.tube, problem.monitor)
+    rows = list[dict[str, float]]()
+    for t in np.linspace(0.0, motion.t[-1], PLACES):
+        position = float(np.mean(motion.positions(t) - motion.positions(0.0)))
+        rows.append({"position": position} | table_row(n, t=t, d=motion.gaps(t), U=motion.velocities(t)))
+    yield events.Table("row", [ROW[0].name, *names_of(n, "t", "d", "U")], rows)
+    sentences = list(_of_motion(motion, case.scales))
+    states = [motion.gaps(t) for t in np.linspace(0.0, motion.t[-1], 5)]
+    if places := cut_rows(states, 6, options.audited, least):
+        off = 100 * audit(equal, model, places).max(axis=0)
+        sentences.append(
+            f"Model against {len(places)} solved rows of {len(places[0]) + 1}: dU within {off[0]:.2g} % of the largest "
+            f"|dU| of each, slopes within {off[1]:.2g} %."
+        )
+    if n <= MOST_PROPAGATED and not motion.touching.any():
+        propagator = motion.propagator()
+        names = [f"by_d_{i + 1}" for i in range(n - 1)]
+        yield events.Table("propagator", names, [dict(zip(names, row, strict=True)) for row in propagator.tolist()])
+        most, *_, fewest = np.linalg.svd(propagator, compute_uv=False)
+        sentences.append(
+            f"Small changes of the first distances become {fewest:.3g} to {most:.3g} times as large in all, by which "
+            "of them change."
+        )
+    return sentences
 
 
-def _row(found: TrainOnMeshes) -> dict[str, Any]:
+def _of_motion(motion: RowMotion, scales: Scales | None) -> Iterator[str]:
+    """What has become of the distances of a row."""
+    import numpy as np
+
+    from pairsim.results.units import in_unit
+
+    times = motion.times_after(motion.length)
+    inlet, outlet = motion.gaps(0.0), [motion.gaps(t)[gap] for gap, t in enumerate(times)]
+    spreads = [f"{100 * np.std(d) / np.mean(d):.3g} %" for d in (inlet, outlet)]
+    means = [in_unit(scales, LENGTH, float(np.mean(d))) for d in (inlet, outlet)]
+    yield (
+        f"Spread of {len(inlet)} distances within {_of_tube(scales, motion.length)} of tube: from {spreads[0]} to "
+        f"{spreads[1]} of their mean, which goes from {means[0]} to {means[1]}."
+    )
+    if motion.touching.any():
+        step = int(motion.touching.any(axis=0).argmax())
+        gap = int(motion.touching[:, step].argmax())
+        place = float((motion.positions(motion.t[step]) - motion.positions(0.0))[gap : gap + 2].mean())
+        closed, still = motion.touching.any(axis=1).sum(), motion.touching[:, -1].sum()
+        yield (
+            f"Gap {gap + 1} closes first, after {_of_tube(scales, place)}. In all {closed} close, and {still} stay "
+            f"closed; beads that touch are {ASSUMED}."
+        )
+
+
+def _row(train: Train) -> dict[str, Any]:
     """The row of train.csv."""
-    spectrum, train, verdict = found.spectrum, found.fine, found.spectrum.verdict
-    k, growth, error = spectrum.everywhere()
-    most = int(growth.argmax() if verdict == "clusters" else abs(growth).argmax())
+    spectrum, verdict = train.spectrum, train.spectrum.verdict
     change = {"clusters": TENFOLD, "orders": 1 / TENFOLD}.get(verdict)
     times = (inf,) * 3 if change is None else spectrum.time_to(change)
     tubes = [train.U * time if isfinite(time) else nan for time in times]
@@ -260,16 +319,16 @@ def _row(found: TrainOnMeshes) -> dict[str, Any]:
         "spacing": train.spacing,
         "d": train.d,
         "velocity": train.U,
-        "velocity_error": found.U_error,
+        "velocity_error": train.U_error,
         "verdict": verdict,
-        **dict(zip(("k", "growth", "growth_error"), (float(each[most]) for each in (k, growth, error)), strict=True)),
+        **dict(zip(("k", "growth", "growth_error"), spectrum.fastest, strict=True)),
         **dict(zip(("diffusion", "diffusion_error"), spectrum.diffusion, strict=True)),
         **dict(zip(("tube", "tube_least", "tube_most"), tubes, strict=True)),
         "t_relax": train.t_relax if isfinite(train.t_relax) else nan,
     }
 
 
-def _warnings(case: TrainCase, found: TrainOnMeshes) -> list[str]:
+def _warnings(case: TrainCase, found: Train) -> list[str]:
     """Warnings of errors larger than wanted, and of beads that move while they remember."""
     from pairsim.computing.warnings import beyond_checked, coarse_mesh
 
@@ -278,7 +337,7 @@ def _warnings(case: TrainCase, found: TrainOnMeshes) -> list[str]:
         warnings.append(
             f"accuracy: {case.accuracy} was not kept: growth rates are within {100 * found.error:.2g} % of the largest"
         )
-    covered = abs(found.spectrum.rates).max() * found.fine.t_relax
+    covered = abs(found.spectrum.rates).max() * found.t_relax
     if covered > FAST:
         warnings.append(
             f"disturbances change by a part of {covered:.2g} while shapes and stresses relax: the last term of the "
@@ -289,7 +348,7 @@ def _warnings(case: TrainCase, found: TrainOnMeshes) -> list[str]:
 
 
 def draw(directory: Path, out: Path, page: Page) -> list[Path]:
-    """Growth rates and frequencies over the wave number: those of the cell, and between them."""
+    """Growth rates and frequencies over the wave number: those of the cell, and between them; and those of a row."""
     import numpy as np
 
     from pairsim.plots.chart import POINT, Panel, Series, draw_chart
@@ -313,15 +372,13 @@ def draw(directory: Path, out: Path, page: Page) -> list[Path]:
         figure, _ = draw_chart(page, panels, series, small_print)
         drawn = page.save(figure, out, "train")
     if row := units.table(read_table(directory / "row.csv", missing_ok=True)):
-        position, *distances = row.values()
-        drawn += draw_long_row(position, np.transpose(distances), units, out / "row", page)
+        drawn += draw_long_row(row, units, out, page)
     return drawn
 
 
 def _of_tube(scales: Scales | None, length: float) -> str:
     """A length of tube in words."""
-    number = f"{float(f'{length if scales is None else 1e3 * scales.length * length:.3g}'):g}"
-    return f"{number} {'D_c' if scales is None else 'mm'}"
+    return f"{float(f'{POSITION.factor(scales) * length:.3g}'):g} {POSITION.name if scales is None else 'mm'}"
 
 
 class TrainResult(Result):
@@ -380,12 +437,12 @@ QUESTION = Question(
     check=check,
     estimate=estimate,
     solve=solve,
-    tables={"train": TRAIN, "spectrum": SPECTRUM, "row": (*ROW, "d_1")},
+    tables={"train": TRAIN, "spectrum": SPECTRUM, "row": (*ROW, "t", "d_1", "U_1"), "propagator": PROPAGATOR},
     result=TrainResult,
     draw=draw,
     captions={
         "train": "Growth rates and frequencies of disturbances over their wave number",
-        "row": "Distances of a row of beads along the tube, and their histograms at the inlet and at the outlet",
+        "row": "Distances of a row of beads along the tube, and those at the inlet and at the outlet",
     },
     in_sweeps=InSweeps(lambda _: ("verdict", "growth", "growth_error", "diffusion", "diffusion_error", "tube")),
 )

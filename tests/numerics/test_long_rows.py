@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 from pairsim.runtime.monitor import Monitor
-from pairsim.solvers.rows.interaction import RATES, Part, RowModel
-from pairsim.solvers.rows.model import places_of
+from pairsim.solvers.rows.model import RATES, Part, Row, RowModel
 from pairsim.solvers.rows.motion import move
-from pairsim.solvers.rows.short_rows import ShortRow
+from pairsim.solvers.rows.short_rows import places_of
 
 
 def made_model(rate: float = float(RATES[6])) -> RowModel:
@@ -20,69 +19,67 @@ def made_model(rate: float = float(RATES[6])) -> RowModel:
     random, parts = np.random.default_rng(1), []
     for count in (2, 3, 4):
         powers = np.array([p for p in product((1, 2), repeat=count - 1) if sum(p) <= max(count, 3)])
-        U, lengths = random.normal(size=(2, len(powers), count)) * 0.2 ** (count - 1)
-        parts.append(Part(rate, powers, U, lengths[:, 1:]))
-    return RowModel(1.7, 0.4, tuple(parts), 0.01)
-
-
-def short_row(model: RowModel, gaps: tuple[float, ...]) -> ShortRow:
-    d = np.array(gaps)
-    lengths = model.lengths(d) if len(d) else np.array([model.length])
-    return ShortRow(d, model.velocities(d), model.slopes(d), lengths, model.length_slopes(d), 0.0)
+        coefficients = random.normal(size=(len(powers), count, 2)) * 0.2 ** (count - 1)
+        coefficients[:, -1, 1] = 0.0  # the length of the last one alone
+        parts.append(Part(rate, powers, coefficients))
+    return RowModel(np.array([1.7, 0.4]), tuple(parts), 0.01)
 
 
 def test_a_row_of_any_length_follows_from_rows_of_up_to_four() -> None:
     """Exactly, where no more than four neighbours act on each other; with three alone it does not."""
     true, gaps = made_model(), np.random.default_rng(2).uniform(0.03, 0.5, 29)
-    model = RowModel(true.U, true.length, (), np.inf)
-    off = []
+    model, right, off = RowModel(true.alone), true.row(gaps), []
     for count in (2, 3, 4):
-        model = model.with_part_of([short_row(true, place) for place in places_of(count, 0.02)])
-        off.append(np.abs(model.velocities(gaps) - true.velocities(gaps)).max())
-    assert off[0] > 3 * off[1] > 9 * off[2], off
-    assert off[2] < 5e-4
-    assert model.lengths(gaps) == pytest.approx(true.lengths(gaps), abs=5e-4)
-    right = true.slopes(gaps)
-    assert model.slopes(gaps) == pytest.approx(right, abs=0.02 * np.abs(right).max())
+        model = model.with_part_of([true.row(np.array(place)) for place in places_of(count, 0.02)])
+        off.append(np.abs(model.row(gaps).values - right.values).max(axis=0))
+    assert off[0][0] > 3 * off[1][0] > 9 * off[2][0], off
+    assert (off[2] < 5e-4).all()
+    slopes = model.row(gaps).slopes
+    assert slopes == pytest.approx(right.slopes, abs=0.02 * np.abs(right.slopes).max())
 
 
 def test_slopes_are_differences_of_velocities_and_lengths() -> None:
     model, gaps, step = made_model(), np.linspace(0.05, 0.3, 6), 1e-5
     for i in range(len(gaps)):
         change = step * np.eye(len(gaps))[i]
-        for value, slopes in ((model.velocities, model.slopes), (model.lengths, model.length_slopes)):
-            difference = (value(gaps + change) - value(gaps - change)) / (2 * step)
-            assert slopes(gaps)[:, i] == pytest.approx(difference, abs=1e-7)
+        difference = (model.row(gaps + change).values - model.row(gaps - change).values) / (2 * step)
+        assert model.row(gaps).slopes[:, :, i] == pytest.approx(difference, abs=1e-7)
+
+
+def test_the_propagator_has_what_becomes_of_small_changes_of_the_first_distances() -> None:
+    model, gaps, step = made_model(), np.array([0.1, 0.2, 0.15, 0.3]), 1e-3
+    motion = move(model, gaps, 0.002, 0.3, Monitor())
+    propagator = motion.propagator()
+    assert np.abs(propagator - np.eye(4)).max() > 0.3
+    for i, change in enumerate(step * np.eye(4)):
+        ends = [move(model, gaps + sign * change, 0.002, 0.5, Monitor()).gaps(motion.t[-1]) for sign in (1, -1)]
+        assert propagator[:, i] == pytest.approx((ends[0] - ends[1]) / (2 * step), abs=2e-3)
 
 
 @dataclass(frozen=True)
 class Prescribed:
     """Velocities that are given, of particles without deformation."""
 
-    U: float = 1.0
     dU: tuple[float, ...] = (-0.1, 0.05, 0.0)
 
-    def velocities(self, gaps: np.ndarray) -> np.ndarray:
-        return np.concatenate([[self.U], self.U + np.cumsum(self.rates(gaps))])
+    alone = np.array([1.0, 0.4])
 
-    def lengths(self, gaps: np.ndarray) -> np.ndarray:
-        return np.full(len(gaps), 0.4)
-
-    def rates(self, gaps: np.ndarray) -> np.ndarray:
+    def row(self, gaps: np.ndarray) -> Row:
         """The first gap closes until the last one is wider than 0.4."""
-        sign = 1 if gaps[-1] < 0.4 else -1
-        return np.array([sign * self.dU[0], *self.dU[1:-1], 0.02])
+        dU = np.array([self.dU[0] if gaps[-1] < 0.4 else -self.dU[0], *self.dU[1:-1], 0.02])
+        values = np.column_stack([1 + np.concatenate([[0.0], np.cumsum(dU)]), np.full(4, 0.4)])
+        return Row(gaps, values, np.zeros((4, 2, 3)))
 
 
 def test_particles_that_touch_travel_on_as_a_doublet_until_they_would_have_to_be_pulled() -> None:
     motion = move(Prescribed(), np.array([0.11, 0.2, 0.3]), 0.01, 20.0, Monitor())  # type: ignore[arg-type]
-    first, last = motion.contacts
-    assert (first.gap, first.begins, last.gap, last.begins) == (0, True, 0, False)
-    assert first.t == pytest.approx(1.0, abs=1e-5)
-    assert last.t == pytest.approx(5.0, abs=1e-2), "when the last distance has become 0.4"
+    touching = motion.t[motion.touching[0]]
+    assert touching[[0, -1]] == pytest.approx([1.0, 5.0], abs=1e-4), "until the last distance has become 0.4"
+    assert not motion.touching[1:].any()
     assert motion.gaps(3.0) == pytest.approx([0.01, 0.2 + 0.05 * 3 - 0.05 * 2, 0.36], abs=1e-5)
     before, after = motion.positions(2.0), motion.positions(4.0)
     assert (after - before)[:2] == pytest.approx(2 * 0.95, abs=1e-5), "the mean of both velocities"
+    assert motion.velocities(3.0)[:2] == pytest.approx(0.95, abs=1e-9)
     assert motion.gaps(6.0)[0] == pytest.approx(0.01 + 0.1, abs=1e-3)
     assert min(motion.positions(motion.t[-1]) - motion.positions(0.0)) == pytest.approx(20.0, abs=1e-6)
 

@@ -7,7 +7,7 @@ the nearest ones at which no distance of contact shrinks: an isotonic regression
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -17,53 +17,39 @@ from numpy.typing import NDArray
 
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.monitor import Monitor
-from pairsim.solvers.rows.interaction import RowModel
+from pairsim.solvers.rows.model import RowModel
 
 RELATIVE, ABSOLUTE = 1e-6, 1e-8  # tolerances of the distances and positions; chosen
-RELEASED = 1e-3  # part of the distance of contact by which particles that separate have left it; chosen
+STEP = 1e-5  # of differences of rates by distances [D_c]; they are exponentials of rates up to 48
+PIECES = 100  # of the way, in each of which the linearised rates are constant; chosen
 
 
 @dataclass(frozen=True)
-class Contact:
-    """The beginning or the end of a contact.
-
-    Attributes:
-        gap: Of which distance, counted from 0 upstream.
-        t: When [D_c/U_av].
-        z: Where along the tube the middle of the distance is then [D_c].
-        begins: Whether it begins.
-    """
-
-    gap: int
-    t: float
-    z: float
-    begins: bool
-
-
-@dataclass
 class RowMotion:
-    """A row that moves along a tube.
+    """A row that has moved along a tube.
 
     Attributes:
         model: Velocities of the row.
         contact: Distance at which particles touch [D_c].
-        contacts: Beginnings and ends of contacts.
-        t: Ends of the pieces of the solution, ascending [D_c/U_av].
+        length: Length of tube by which all particles have moved [D_c].
+        t: Times of the steps [D_c/U_av], shape (m,).
+        touching: Which distances are at contact at each of them, shape (N-1, m).
     """
 
     model: RowModel
     contact: float
-    contacts: list[Contact] = field(default_factory=list)
-    t: list[float] = field(default_factory=list)
-    _pieces: list[Any] = field(default_factory=list)
+    length: float
+    t: Array
+    touching: NDArray[np.bool_]
+    _solution: Any
 
     def gaps(self, t: float) -> Array:
         """The distances at a time [D_c], shape (N-1,)."""
-        return np.asarray(self._at(t)[1:])
+        return np.asarray(self._solution(t)[1:])
 
     def positions(self, t: float) -> Array:
         """Where the particles are, from where the centre of the first one started [D_c], shape (N,)."""
-        return self._positions(self._at(t))
+        return _positions(self.model, self._solution(t))
 
     def times_after(self, length: float) -> Array:
         """When the middle of every distance has moved by a length of tube [D_c/U_av], shape (N-1,)."""
@@ -75,12 +61,24 @@ class RowMotion:
         gaps = range(len(start) - 1)
         return np.array([scipy.optimize.brentq(beyond, 0.0, self.t[-1], args=(gap,)) for gap in gaps])
 
-    def _at(self, t: float) -> Array:
-        return np.asarray(self._pieces[min(int(np.searchsorted(self.t, t)), len(self.t) - 1)](t))
+    def velocities(self, t: float) -> Array:
+        """Velocities of the particles at a time [U_av], shape (N,)."""
+        gaps = self.gaps(t)
+        first, rates = _motion(self.model, gaps, self.contact)
+        stretch = np.eye(len(gaps)) + self.model.row(gaps).slopes[:-1, 1]
+        return first + np.concatenate([[0.0], np.cumsum(stretch @ rates)])
 
-    def _positions(self, state: Array) -> Array:
-        gaps = state[1:]
-        return state[0] + np.concatenate([[0.0], np.cumsum(gaps + self.model.lengths(gaps))])
+    def propagator(self) -> Array:
+        """Derivatives of the distances at the end (rows) by those at the start, shape (N-1, N-1)."""
+        found = np.eye(len(self.touching))
+        for begin, end in pairwise(np.linspace(0.0, self.t[-1], PIECES + 1)):
+            gaps, steps = self.gaps((begin + end) / 2), STEP * np.eye(len(found))
+            ahead, behind = (
+                np.array([_motion(self.model, gaps + sign * step, self.contact)[1] for step in steps])
+                for sign in (1, -1)
+            )
+            found = scipy.linalg.expm((end - begin) * (ahead - behind).T / (2 * STEP)) @ found
+        return found
 
 
 def move(model: RowModel, gaps: Array, contact: float, length: float, monitor: Monitor) -> RowMotion:
@@ -93,62 +91,38 @@ def move(model: RowModel, gaps: Array, contact: float, length: float, monitor: M
         length: The length [D_c].
         monitor: Ends the computation.
     """
-    motion = RowMotion(model, contact)
-    state, t = np.concatenate([[0.0], gaps]), 0.0
-    touching = np.zeros(len(gaps), bool)
-    start = motion._positions(state)
-    most = 2 * length / model.U  # no particle is half as fast as a single one
+    state = np.concatenate([[0.0], gaps])
+    start = _positions(model, state)
 
     def rates(_: float, state: Array) -> Array:
-        return _held(model.velocities(state[1:])[0], model.rates(state[1:]), touching)
+        monitor.check()
+        first, changes = _motion(model, state[1:], contact)
+        return np.array([first, *changes])
 
     def through(_: float, state: Array) -> float:
-        return float(np.min(motion._positions(state) - start)) - length
+        return float(np.min(_positions(model, state) - start)) - length
 
-    def closing(_: float, state: Array) -> float:
-        return float(np.min(state[1:][~touching], initial=np.inf)) - contact if not touching.all() else 1.0
-
-    def leaving(_: float, state: Array) -> float:
-        return float(np.max(state[1:][touching], initial=contact)) - contact * (1 + RELEASED)
-
-    events: list[Any] = [through, closing, leaving]
-    for event, direction in zip(events, (1, -1, 1), strict=True):
-        event.terminal, event.direction = True, direction
-    while True:
-        monitor.check()
-        found = scipy.integrate.solve_ivp(
-            rates, (t, most), state, "RK45", events=events, dense_output=True, rtol=RELATIVE, atol=ABSOLUTE
-        )
-        t, state = float(found.t[-1]), found.y[:, -1]
-        motion._pieces.append(found.sol)
-        motion.t.append(t)
-        if found.status != 1 or found.t_events[0].size:
-            return motion
-        begins = bool(found.t_events[1].size)
-        distances = np.where(touching, np.inf, state[1:]) if begins else np.where(touching, -state[1:], np.inf)
-        gap = int(np.argmin(distances))
-        touching[gap] = begins
-        if begins:
-            state[1 + gap] = contact
-        z = float(motion._positions(state)[gap : gap + 2].mean())
-        motion.contacts.append(Contact(gap, t, z, begins))
+    through.terminal = True  # type: ignore[attr-defined]
+    end = 2 * length / model.alone[0]  # no particle is half as fast as a single one
+    found = scipy.integrate.solve_ivp(
+        rates, (0.0, end), state, events=through, dense_output=True, rtol=RELATIVE, atol=ABSOLUTE
+    )
+    return RowMotion(model, contact, length, found.t, found.y[1:] <= contact + ABSOLUTE, found.sol)
 
 
-def _held(first: float, rates: Array, touching: NDArray[np.bool_]) -> Array:
-    """Velocity of the first particle and rates of the distances, with the forces between those that touch.
+def _positions(model: RowModel, state: Array) -> Array:
+    gaps = state[1:]
+    return np.asarray(state[0] + np.concatenate([[0.0], np.cumsum(gaps + model.row(gaps).lengths)]))
 
-    Args:
-        first: Velocity of the first particle without them [U_av].
-        rates: Rates of the distances without them [U_av], shape (N-1,).
-        touching: Which of them are at contact, shape (N-1,).
-    """
-    U = first + np.concatenate([[0.0], np.cumsum(rates)])
-    if touching.any():
-        ends = np.concatenate([[0], np.flatnonzero(~touching) + 1, [len(U)]])
-        for begin, end in pairwise(ends):
-            if end - begin > 1:
-                U[begin:end] = scipy.optimize.isotonic_regression(U[begin:end]).x
-    return np.concatenate([U[:1], np.diff(U)])
+
+def _motion(model: RowModel, gaps: Array, contact: float) -> tuple[float, Array]:
+    """Velocity of the first particle and rates of the distances, with the forces between particles that touch."""
+    row = model.row(np.maximum(gaps, contact))
+    U = row.values[0, 0] + np.concatenate([[0.0], np.cumsum(row.rates)])
+    for begin, end in pairwise([0, *(np.flatnonzero(gaps > contact) + 1), len(U)]):
+        if end - begin > 1:
+            U[begin:end] = scipy.optimize.isotonic_regression(U[begin:end]).x
+    return float(U[0]), np.diff(U)
 
 
 def random_gaps(count: int, mean: float, spread: float, seed: int, least: float) -> Array:
@@ -161,8 +135,5 @@ def random_gaps(count: int, mean: float, spread: float, seed: int, least: float)
         seed: Of the generator of random numbers.
         least: Least distance [D_c].
     """
-    deviation, free = spread * mean, mean - least
-    if deviation == 0:
-        return np.full(count, mean)
-    shape = (free / deviation) ** 2
-    return np.asarray(least + np.random.default_rng(seed).gamma(shape, free / shape, count))
+    scale = (spread * mean) ** 2 / (mean - least)
+    return np.asarray(least + np.random.default_rng(seed).gamma((mean - least) / scale, scale, count))

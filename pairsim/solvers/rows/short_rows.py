@@ -1,11 +1,13 @@
-"""Quasi-steady solutions of short rows of equal particles, of which the model of long ones is made."""
+"""Quasi-steady solutions of rows of equal particles: of short ones, of which the model of long ones is made."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from pairsim.fem import diagnostics
 from pairsim.runtime.arrays import Array
@@ -13,64 +15,135 @@ from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.curves.branch import Branch
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
+from pairsim.solvers.rows.model import Row, RowModel
 from pairsim.solvers.steady.ends import Ended
 from pairsim.solvers.steady.first_solution import first_scene
 
+# All constants were chosen.
+FARTHEST = {2: 1.6, 3: 0.9, 4: 0.21}  # largest distance of short rows of so many particles [D_c]
+COUNTS = {2: 14, 3: 4, 4: 2}  # how many distances of each gap
+ROOM = 4.0  # length of tube beyond a row, both ends together [D_c]
+CROWDING = 3.0  # rate of the exponential of a distance in which these are spread like the zeros of a polynomial [1/D_c]
+
 
 @dataclass(frozen=True)
-class ShortRow:
-    """A solution of a row of N particles.
+class EqualRow:
+    """A row of equal particles of any number.
 
     Attributes:
-        gaps: Distances between facing surfaces from upstream [D_c], shape (N-1,).
-        U: Velocities on the slow manifold [U_av], shape (N,).
-        U_slopes: Derivatives of the velocities by every distance, shape (N, N-1).
-        lengths: What the distance between the centres of neighbours exceeds that of their surfaces by; for a single
-            particle, its length [D_c], shape (N-1,) or (1,).
-        length_slopes: Their derivatives, shape (N-1, N-1).
-        dU_error: Largest half-width of a relative velocity [U_av].
+        problem: That of a single particle; its tube is made longer where a row needs it.
+        alone: Materials of a single particle.
     """
 
-    gaps: Array
-    U: Array
-    U_slopes: Array
-    lengths: Array
-    length_slopes: Array
-    dU_error: float
+    problem: SteadyProblem
+    alone: Parameters
+
+    def solved(self, places: Sequence[tuple[float, ...]]) -> Iterator[Row]:
+        """Solve rows of one number of particles.
+
+        Args:
+            places: Distances of each, in the order in which they are solved [D_c].
+
+        Raises:
+            NoSteadyState: There is no quasi-steady state at one of them, or it was not found.
+            MeshFailure: A mesh could not be generated.
+        """
+        count = len(places[0]) + 1
+        narrowest = min((d for place in places for d in place), default=np.inf)
+        length = max(self.problem.length, count * self.problem.betas[0] + max(map(sum, places)) + ROOM)
+        problem = replace(self.problem, betas=self.problem.betas * count, length=length, narrowest=narrowest)
+        start = replace(self.alone, gaps=places[0], solids=self.alone.solids * count)
+        scene = first_scene(problem, start)
+        if isinstance(scene, Ended):
+            raise scene.failure
+        branch = Branch(scene)
+        try:
+            for place in places:
+                yield _at(branch, replace(start, gaps=place))
+        finally:
+            branch.close()
 
 
-def short_rows(problem: SteadyProblem, start: Parameters, places: Sequence[tuple[float, ...]]) -> Iterator[ShortRow]:
-    """Solve a row at several places.
-
-    Args:
-        problem: Of all rows.
-        start: Materials.
-        places: Distances of each, in the order in which they are solved [D_c].
-
-    Raises:
-        NoSteadyState: There is no quasi-steady state at one of them, or it was not found.
-        MeshFailure: A mesh could not be generated.
-    """
-    first = Parameters(places[0], start.solids, start.liquid)
-    scene = first_scene(problem, first)
-    if isinstance(scene, Ended):
-        raise scene.failure
-    branch = Branch(scene)
-    try:
-        for place in places:
-            yield _at(branch, Parameters(place, start.solids, start.liquid))
-    finally:
-        branch.close()
-
-
-def _at(branch: Branch, parameters: Parameters) -> ShortRow:
+def _at(branch: Branch, parameters: Parameters) -> Row:
     point = branch.at(parameters)
     if not np.isfinite(point.dU_errors).all():
         raise NoSteadyState("the errors of a short row are not known")
-    solver = branch.solver
-    (h, _), gaps = solver.state(), np.array(point.gaps)
-    poles = [body.outline_points(h)[[0, -1], 0] for body in solver.bodies]
-    lengths = np.diff(diagnostics.centres(solver.bodies, h)) - gaps if gaps.size else -np.diff(poles[0])
-    length_slopes = point.motion.centres_by_gaps - np.eye(len(gaps))
-    error = float(point.dU_errors.max(initial=0.0))
-    return ShortRow(gaps, point.observation.U, point.velocity_slopes, lengths, length_slopes, error)
+    bodies, (h, _), gaps = branch.solver.bodies, branch.solver.state(), np.array(point.gaps)
+    last = -np.diff(bodies[-1].outline_points(h)[[0, -1], 0])
+    lengths = np.concatenate([np.diff(diagnostics.centres(bodies, h)) - gaps, last])
+    slopes = np.zeros((len(lengths), 2, len(gaps)))
+    slopes[:, 0] = point.velocity_slopes
+    slopes[:-1, 1] = point.motion.centres_by_gaps - np.eye(len(gaps))
+    values = np.column_stack([point.observation.U, lengths])
+    return Row(gaps, values, slopes, float(point.dU_errors.max(initial=0.0)))
+
+
+def places_of(count: int, least: float) -> list[tuple[float, ...]]:
+    """Distances at which short rows of so many particles are solved, from the largest down [D_c]."""
+    if count == 1:
+        return [()]
+    ends = np.exp(-CROWDING * np.array([FARTHEST[count], least]))
+    nodes = np.cos(np.pi * np.arange(COUNTS[count]) / (COUNTS[count] - 1))  # ascending places from the far end
+    spread = ends.mean() - np.diff(ends)[0] / 2 * nodes
+    values = [float(f"{d:.3g}") for d in -np.log(spread) / CROWDING]
+    return list(product(values, repeat=count - 1))
+
+
+def models(row: EqualRow, least: float, most: int = 4) -> Iterator[tuple[int, int, RowModel]]:
+    """Solve short rows and fit the model.
+
+    Args:
+        row: The row.
+        least: Smallest distance at which short rows are solved [D_c].
+        most: Number of particles of the longest ones, at most 4.
+
+    Yields:
+        How many short rows are solved, of how many, and the model of so many particles as were solved.
+    """
+    wanted = [places_of(count, least) for count in range(1, most + 1)]
+    total, done, model = sum(map(len, wanted)), 0, RowModel(np.zeros(2))
+    for places in wanted:
+        rows = list[Row]()
+        for found in row.solved(places):
+            rows.append(found)
+            done += 1
+            if len(rows) == len(places):
+                model = model.with_part_of(rows) if found.gaps.size else RowModel(found.values[0])
+            yield done, total, model
+
+
+def cut_rows(states: Sequence[Array], count: int, number: int, least: float) -> list[tuple[float, ...]]:
+    """Distances of neighbours in a long row at several times, from the widest down: the narrowest, and some at random.
+
+    Args:
+        states: Distances of the row at each time, shape (N-1,) each.
+        count: Number of particles that are cut out.
+        number: How many of them are wanted; half of them are the narrowest ones.
+        least: Distance below which nothing was solved [D_c].
+    """
+    cut = np.vstack([sliding_window_view(gaps, min(count - 1, len(gaps))) for gaps in states])
+    cut = np.unique(cut[cut.min(axis=1) >= least], axis=0)
+    cut = cut[np.argsort(cut.mean(axis=1))]
+    half = number // 2
+    others = np.random.default_rng(0).permutation(cut[half:])[: number - half]
+    return [tuple(map(float, gaps)) for gaps in (*others, *cut[:half][::-1])]
+
+
+def audit(row: EqualRow, model: RowModel, places: Sequence[tuple[float, ...]]) -> Array:
+    """Solve rows, all of the same number of particles, and compare.
+
+    Args:
+        row: The row.
+        model: Its model.
+        places: Distances of each [D_c].
+
+    Returns:
+        For each row, the largest differences of a relative velocity and of its derivatives by distances, and the
+        half-width of the solved velocities, relative to the largest |dU| (derivative) of the row; shape (p, 3).
+    """
+    found = []
+    for full in row.solved(places):
+        of_model, size, sloping = model.row(full.gaps), np.abs(full.dU).max(), np.abs(full.dU_slopes).max()
+        off, off_slopes = np.abs(of_model.dU - full.dU).max(), np.abs(of_model.dU_slopes - full.dU_slopes).max()
+        found.append((off / size, off_slopes / sloping, full.dU_error / size))
+    return np.array(found)

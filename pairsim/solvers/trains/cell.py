@@ -31,22 +31,22 @@ def distance(one: SteadySolver) -> float:
     return float(one.problem.length - (outline[0, 0] - outline[-1, 0]))
 
 
-def at_spacing(problem: SteadyProblem, parameters: Parameters) -> SteadySolver | Ended:
-    """The cell of one particle of a train whose centres are `problem.length` apart.
+def one_particle(problem: SteadyProblem, parameters: Parameters, d: float | None = None) -> SteadySolver | Ended:
+    """The cell of one particle of a train.
+
+    Args:
+        problem: Its problem, in which centres are `length` apart.
+        parameters: Its parameters.
+        d: Distance of facing surfaces, to which the length is adjusted [D_c]; by default that is kept.
 
     Raises:
         NoSteadyState: No solution was found that could be continued.
         MeshFailure: A mesh could not be generated.
     """
-    return first_scene(replace(problem, closed=True, periodic=True), parameters)
-
-
-def at_distance(problem: SteadyProblem, parameters: Parameters, d: float) -> SteadySolver | Ended:
-    """The cell of one particle of a train whose facing surfaces are d apart [D_c]; see `at_spacing`."""
-    long = problem.betas[0]  # of a particle along the axis
+    problem, long = replace(problem, closed=True, periodic=True), problem.betas[0]  # of a particle along the axis
     for _ in range(MOST_SPACINGS):
-        found = at_spacing(replace(problem, length=d + long), parameters)
-        if isinstance(found, Ended) or abs(off := distance(found) - d) <= SAME_DISTANCE * d:
+        found = first_scene(problem if d is None else replace(problem, length=d + long), parameters)
+        if d is None or isinstance(found, Ended) or abs(off := distance(found) - d) <= SAME_DISTANCE * d:
             return found
         long -= off
         found.close()

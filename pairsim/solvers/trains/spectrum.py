@@ -9,6 +9,8 @@ lambda is that of the row b_j, -n/2 < j <= n/2, which follows from them. By how 
 judged by the row that follows from every second one, as in a cell of n/2, and by how fast the row falls off. The error
 by the cells of the mesh is by how much larger ones change the row: of all changes at their worst signs, so that it
 vanishes with lambda at k = 0.
+
+The growth rate over 2 (1 - cos k) is finite at k = 0, where it is the coefficient -C of k^2 of long waves.
 """
 
 from __future__ import annotations
@@ -17,7 +19,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from pairsim.runtime.arrays import Array
 
@@ -47,27 +49,43 @@ class Spectrum:
 
     def growth(self, k: Array) -> tuple[Array, Array]:
         """Growth rates at wave numbers, and the half-widths of their intervals without the rest of the row."""
-        shapes = 1 - np.cos(np.outer(k, self._neighbours))
-        return -shapes @ self._row[0], shapes @ self._row_error[0]
+        scaled, error = self._scaled(k)
+        return 2 * (1 - np.cos(k)) * scaled, 2 * (1 - np.cos(k)) * error
 
     def frequency(self, k: Array) -> tuple[Array, Array]:
         """Frequencies at wave numbers, positive where waves travel upstream past the particles, and half-widths."""
         shapes = np.sin(np.outer(k, self._neighbours))
         return shapes @ self._row[1], np.abs(shapes) @ self._row_error[1]
 
+    @cached_property
     def everywhere(self) -> tuple[Array, Array, Array]:
-        """Wave numbers up to pi, growth rates there and the half-widths of their intervals, (WAVES,) each."""
-        k = np.pi * np.arange(1, WAVES + 1) / WAVES
-        growth, error = self.growth(k)
-        return k, growth, error + self._rest * np.abs(growth - self._of_half.growth(k)[0])
+        """Wave numbers from 0 to pi, growth rates over 2 (1 - cos k) there, and the half-widths of their intervals."""
+        k = np.linspace(0.0, np.pi, WAVES + 1)
+        (scaled, error), half = self._scaled(k), Spectrum(self.rates[::2], self.others[:, ::2])
+        sizes = np.abs(self._row).sum(axis=0)
+        near, far = np.split(sizes, [-(-len(sizes) // 2)])
+        rest = min(1.0, BEYOND * float(far.sum() / near.sum()))  # if the row goes on to fall off as there
+        return k, scaled, error + rest * np.abs(scaled - half._scaled(k)[0])
+
+    @property
+    def fastest(self) -> tuple[float, float, float]:
+        """The wave that grows fastest or, where all decay, decays fastest: k, growth rate and half-width."""
+        k, scaled, error = self.everywhere
+        growth = 2 * (1 - np.cos(k)) * scaled
+        at = int(growth.argmax() if self.verdict == "clusters" else abs(growth).argmax())
+        return float(k[at]), float(growth[at]), float(2 * (1 - np.cos(k[at])) * error[at])
 
     @property
     def diffusion(self) -> tuple[float, float]:
         """The coefficient C of the growth rate -C k^2 of long waves, and the half-width of its interval [U_av/D_c]."""
-        squares = self._neighbours**2 / 2
-        value, error = float(squares @ self._row[0]), float(squares @ self._row_error[0])
-        half = self._of_half
-        return value, error + self._rest * abs(value - float(half._neighbours**2 / 2 @ half._row[0]))
+        _, scaled, error = self.everywhere
+        return -float(scaled[0]), float(error[0])
+
+    @property
+    def stability(self) -> tuple[float, float, float]:
+        """The largest growth rate over 2 (1 - cos k), and the ends of its interval: above 0 where a wave grows."""
+        _, scaled, error = self.everywhere
+        return float(scaled.max()), float((scaled - error).max()), float((scaled + error).max())
 
     @property
     def verdict(self) -> str:
@@ -75,18 +93,10 @@ class Spectrum:
 
         All decay; some grow; all keep their size, but for rounding; or none of these is certain.
         """
-        if self.reversible:
+        if np.abs(self._row[0]).max() <= ROUNDING * np.abs(self._row[1]).max():
             return "neither"
-        _, growth, error = self.everywhere()
-        coefficient, off = self.diffusion
-        if max(float((growth - error).max()), -coefficient - off) > 0:
-            return "clusters"
-        return "orders" if max(float((growth + error).max()), off - coefficient) < 0 else "undecided"
-
-    @property
-    def reversible(self) -> bool:
-        """Whether no disturbance grows or decays, but for rounding."""
-        return bool(np.abs(self._row[0]).max() <= ROUNDING * np.abs(self._row[1]).max())
+        _, least, most = self.stability
+        return "clusters" if least > 0 else "orders" if most < 0 else "undecided"
 
     def time_to(self, factor: float) -> tuple[float, float, float]:
         """Time in which the spread of the distances of a train changes by a factor [D_c/U_av].
@@ -97,9 +107,15 @@ class Spectrum:
         Returns:
             The time, the least and the largest by the intervals of the rates; infinite where there is none.
         """
-        _, growth, error = self.everywhere()
-        times = [_time_to(growth + part * error, factor) for part in (0, -1, 1)]
+        k, scaled, error = (each[1:] for each in self.everywhere)
+        times = [_time_to(2 * (1 - np.cos(k)) * (scaled + part * error), factor) for part in (0, -1, 1)]
         return times[0], min(times), max(times)
+
+    def _scaled(self, k: Array) -> tuple[Array, Array]:
+        """Growth rates over 2 (1 - cos k), and their half-widths without the rest of the row."""
+        half = np.maximum(k, 1e-8)[:, None] / 2
+        shapes = (np.sin(half * self._neighbours) / np.sin(half)) ** 2 / 2
+        return -shapes @ self._row[0], shapes @ self._row_error[0]
 
     @property
     def _neighbours(self) -> Array:
@@ -113,17 +129,6 @@ class Spectrum:
     def _row_error(self) -> Array:
         differences = np.abs([_folded(other) - self._row for other in self.others])
         return np.asarray(differences.sum(axis=0) + ROUNDING * np.abs(self._row).max())
-
-    @cached_property
-    def _rest(self) -> float:
-        """What the rest of the row changes over what that of half a cell does, if it goes on to fall off as there."""
-        sizes = np.abs(self._row).sum(axis=0)
-        near, far = np.split(sizes, [-(-len(sizes) // 2)])
-        return min(1.0, BEYOND * float(far.sum() / near.sum()))
-
-    @cached_property
-    def _of_half(self) -> Spectrum:
-        return Spectrum(self.rates[::2], self.others[:, ::2])
 
 
 def _folded(rates: Array) -> Array:
@@ -140,9 +145,7 @@ def _time_to(growth: Array, factor: float) -> float:
     """When the root of the mean of exp(2 growth t) is the factor; infinite if never."""
 
     def above(log_t: float) -> float:
-        exponents = 2 * growth * np.exp(log_t)
-        largest = float(exponents.max())
-        return largest + float(np.log(np.mean(np.exp(exponents - largest)))) - 2 * float(np.log(factor))
+        return float(scipy.special.logsumexp(2 * growth * np.exp(log_t), b=factor**-2 / len(growth)))
 
     start, end = np.log([EARLIEST, LATEST]).tolist()
-    return float(np.exp(brentq(above, start, end))) if above(start) * above(end) < 0 else np.inf
+    return float(np.exp(scipy.optimize.brentq(above, start, end))) if above(start) * above(end) < 0 else np.inf
