@@ -98,6 +98,7 @@ DISTANCE = a_length(
     "distance", "distance between the facing surfaces; gives d0 of a run, d of curve, critical and train", "5 um", "d"
 )
 SPACING = a_length("spacing", "distance between the centres of neighbours; gives train.spacing", "30 um", "s")
+CAPILLARY = a_length("capillary", "length of tube along which a row is followed; gives row.tube", "40 cm", "L")
 FLOW_RATE = "flow rate Q; gives the mean velocity U_av = 4 Q/(pi D_c^2)"
 VELOCITY = "mean velocity of the liquid U_av, in place of flow_rate"
 DENSITY = _measured(
@@ -113,6 +114,7 @@ EXPERIMENT = (
     DENSITY,
     Quantity(DISTANCE, "d"),
     Quantity(SPACING, "train.spacing"),
+    Quantity(CAPILLARY, "row.tube"),
     Quantity(a_time("end", "end time of a run; gives time.end"), "time.end"),
 )
 QUANTITIES = {each.key: each for each in (*EXPERIMENT, *map(Quantity, DIMENSIONS.values()))}

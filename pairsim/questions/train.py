@@ -32,7 +32,7 @@ from pairsim.cli.compute import app_of
 from pairsim.computing import events
 from pairsim.computing.question import InSweeps, Question, rows_in
 from pairsim.results.columns import Column, names_of, table_row
-from pairsim.results.units import LENGTH, POSITION, PURE, RATE, VELOCITY, Unit
+from pairsim.results.units import LENGTH, POSITION, RATE, VELOCITY
 
 if TYPE_CHECKING:
     from pairsim.physics.scales import Scales
@@ -49,45 +49,40 @@ FAST = 0.3  # rate times t_relax from which on an answer says that beads move wh
 MOST_REFINED = 3  # meshes, each with smaller cells, until the errors are as small as wanted; chosen
 MESHES = 2.5  # factor of the time for two meshes and the response of the cell; measured
 
-
-def _plain(name: str, symbol: str, meaning: str, unit: Unit = PURE, *, unknown: bool = False) -> Column:
-    return Column(name, symbol, meaning, unit, unknown=unknown)
-
-
 WAVE = (
-    _plain("k", "k", "phase between neighbours in a wave of 2 pi/k beads"),
-    _plain("growth", r"\mathrm{Re}\,\lambda", "growth rate of the wave; negative: it decays", RATE),
-    _plain("growth_error", r"\epsilon_\mathrm{Re}", "half-width of its interval: mesh, and rest of the series", RATE),
+    Column("k", "k", "phase between neighbours in a wave of 2 pi/k beads"),
+    Column("growth", r"\mathrm{Re}\,\lambda", "growth rate of the wave; negative: it decays", RATE),
+    Column("growth_error", r"\epsilon_\mathrm{Re}", "half-width of its interval: mesh, and rest of the series", RATE),
 )
 SPECTRUM = (
     *WAVE,
-    _plain("frequency", r"\mathrm{Im}\,\lambda", "angular frequency; positive: upstream past the beads", RATE),
-    _plain("frequency_error", r"\epsilon_\mathrm{Im}", "half-width of its interval", RATE),
+    Column("frequency", r"\mathrm{Im}\,\lambda", "angular frequency; positive: upstream past the beads", RATE),
+    Column("frequency_error", r"\epsilon_\mathrm{Im}", "half-width of its interval", RATE),
 )
 TRAIN = (
-    _plain("spacing", "s", "distance between the centres of neighbours", LENGTH),
+    Column("spacing", "s", "distance between the centres of neighbours", LENGTH),
     "d",
-    _plain("velocity", "U", "velocity of the beads", VELOCITY),
-    _plain("velocity_error", r"\epsilon_U", "half-width of its interval", VELOCITY),
-    _plain(
+    Column("velocity", "U", "velocity of the beads", VELOCITY),
+    Column("velocity_error", r"\epsilon_U", "half-width of its interval", VELOCITY),
+    Column(
         "verdict",
         "",
         "orders: all waves decay; clusters: some grow; neither: all keep their size; undecided: not certain",
     ),
     *WAVE,
-    _plain("diffusion", "C", "long waves grow at -C k^2", RATE),
-    _plain("diffusion_error", r"\epsilon_C", "half-width of the interval of C", RATE),
-    _plain("tube", "L", "length of tube for a tenfold smaller (clusters: larger) spread", LENGTH, unknown=True),
-    _plain("tube_least", r"L_\mathrm{min}", "the least by the intervals of the rates", LENGTH, unknown=True),
-    _plain("tube_most", r"L_\mathrm{max}", "the largest by them", LENGTH, unknown=True),
+    Column("diffusion", "C", "long waves grow at -C k^2", RATE),
+    Column("diffusion_error", r"\epsilon_C", "half-width of the interval of C", RATE),
+    Column("tube", "L", "length of tube for a tenfold smaller (clusters: larger) spread", LENGTH, unknown=True),
+    Column("tube_least", r"L_\mathrm{min}", "the least by the intervals of the rates", LENGTH, unknown=True),
+    Column("tube_most", r"L_\mathrm{max}", "the largest by them", LENGTH, unknown=True),
     "t_relax",
 )
 """The columns of train.csv, which has one row."""
 
 
-ROW = (_plain("position", "z", "how far the row has moved along the tube on average", POSITION),)
+ROW = (Column("position", "z", "how far the row has moved along the tube on average", POSITION),)
 """The first column of row.csv, before time, distances and velocities."""
-PROPAGATOR = (_plain("by_d_1", "", "derivative of a distance at the outlet, one a row, by the first one at the inlet"),)
+PROPAGATOR = (Column("by_d_1", "", "derivative of a distance at the outlet, one a row, by the first one at the inlet"),)
 MOST_PROPAGATED = 50  # beads of a row whose changes are followed
 PLACES = 101  # rows of row.csv
 SHORT_ROWS = 1000  # beads of a cell whose response takes about as long as the short rows; from processor times
@@ -255,7 +250,7 @@ def _follow(
 
     options, n = case.row, len(gaps) + 1
     problem = replace(problem, length=LONG * problem.betas[0], closed=False, volume_modulus=False)
-    equal, least = EqualRow(problem, start), min(LEAST, gaps.min(), gaps.mean() / 2)
+    equal, least = EqualRow(problem, start), min(LEAST, gaps.mean() / 2, *(case.d if isinstance(case.d, tuple) else ()))
     for done, total, model in models(equal, least):  # noqa: B007
         yield events.Progress(1.0, f"{done} of {total} short rows", done)
     motion = move(model, gaps, options.min_gap, options.tube, problem.monitor)
@@ -276,10 +271,10 @@ def _follow(
         propagator = motion.propagator()
         names = [f"by_d_{i + 1}" for i in range(n - 1)]
         yield events.Table("propagator", names, [dict(zip(names, row, strict=True)) for row in propagator.tolist()])
-        most, *_, fewest = np.linalg.svd(propagator, compute_uv=False)
+        singular = np.linalg.svd(propagator, compute_uv=False)
         sentences.append(
-            f"Small changes of the first distances become {fewest:.3g} to {most:.3g} times as large in all, by which "
-            "of them change."
+            f"Small changes of the first distances become {singular[-1]:.3g} to {singular[0]:.3g} times as large, by "
+            "which of them change."
         )
     return sentences
 
@@ -290,22 +285,20 @@ def _of_motion(motion: RowMotion, scales: Scales | None) -> Iterator[str]:
 
     from pairsim.results.units import in_unit
 
-    times = motion.times_after(motion.length)
-    inlet, outlet = motion.gaps(0.0), [motion.gaps(t)[gap] for gap, t in enumerate(times)]
-    spreads = [f"{100 * np.std(d) / np.mean(d):.3g} %" for d in (inlet, outlet)]
-    means = [in_unit(scales, LENGTH, float(np.mean(d))) for d in (inlet, outlet)]
+    ends = motion.gaps(0.0), motion.gaps(motion.t[-1])
+    spreads = " to ".join(f"{100 * np.std(d) / np.mean(d):.3g} %" for d in ends)
+    means = " to ".join(in_unit(scales, LENGTH, float(np.mean(d))) for d in ends)
+    way = motion.positions(motion.t[-1]) - motion.positions(0.0)
     yield (
-        f"Spread of {len(inlet)} distances within {_of_tube(scales, motion.length)} of tube: from {spreads[0]} to "
-        f"{spreads[1]} of their mean, which goes from {means[0]} to {means[1]}."
+        f"Spread of {len(way) - 1} distances within {_of_tube(scales, way.min())} of tube: from {spreads} of their "
+        f"mean, which goes from {means}."
     )
-    if motion.touching.any():
-        step = int(motion.touching.any(axis=0).argmax())
-        gap = int(motion.touching[:, step].argmax())
-        place = float((motion.positions(motion.t[step]) - motion.positions(0.0))[gap : gap + 2].mean())
-        closed, still = motion.touching.any(axis=1).sum(), motion.touching[:, -1].sum()
+    if (touching := motion.touching).any():
+        gap, step = (int(each) for each in min(np.argwhere(touching), key=lambda place: place[1]))
+        place = (motion.positions(motion.t[step]) - motion.positions(0.0))[gap : gap + 2].mean()
         yield (
-            f"Gap {gap + 1} closes first, after {_of_tube(scales, place)}. In all {closed} close, and {still} stay "
-            f"closed; beads that touch are {ASSUMED}."
+            f"Gap {gap + 1} closes first, after {_of_tube(scales, place)}. In all {touching.any(axis=1).sum()} close, "
+            f"and {touching[:, -1].sum()} stay closed; beads that touch are {ASSUMED}."
         )
 
 

@@ -82,8 +82,3 @@ def test_particles_that_touch_travel_on_as_a_doublet_until_they_would_have_to_be
     assert motion.velocities(3.0)[:2] == pytest.approx(0.95, abs=1e-9)
     assert motion.gaps(6.0)[0] == pytest.approx(0.01 + 0.1, abs=1e-3)
     assert min(motion.positions(motion.t[-1]) - motion.positions(0.0)) == pytest.approx(20.0, abs=1e-6)
-
-
-def test_every_distance_has_moved_by_a_length_at_a_time_of_its_own() -> None:
-    motion = move(Prescribed(dU=(0.0, 0.1, 0.0)), np.full(3, 0.1), 0.01, 5.0, Monitor())  # type: ignore[arg-type]
-    assert motion.times_after(3.0) == pytest.approx([3.0, 3 / 1.05, 3 / 1.11], rel=1e-6)

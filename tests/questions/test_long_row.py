@@ -47,7 +47,7 @@ def test_a_row_with_distances_at_random_is_followed_along_the_tube(follow: Any, 
     assert table.shape == (101, 2 + 59 + 60)
     d = table.filter(like="d_").to_numpy()
     case = pairsim.load(TRAIN | {"d": 0.3, "row": row}, kind="train")
-    assert d[0] == pytest.approx(case.first_gaps(0.3))
+    assert d[0] == pytest.approx(case.first_gaps(0.3), rel=1e-5)
     assert case.first_gaps(0.3).mean() == pytest.approx(0.3, rel=0.2)
     spreads = [float(each) for each in re.findall(r"(?:from|to) ([\d.]+) %", spread)]
     assert spreads == pytest.approx([100 * each.std() / each.mean() for each in (d[0], d[-1])], rel=0.01)
@@ -77,6 +77,21 @@ def test_short_rows_are_those_of_a_curve(equal: EqualRow) -> None:
     for i, d in enumerate(curve["d"]):
         assert found[d].dU[0] == pytest.approx(curve["dU"][i], rel=1e-6)
         assert 1 + found[d].slopes[0, 1, 0] == pytest.approx(curve["stretch"][i], rel=1e-9)
+
+
+def test_quantities_of_an_experiment_give_distances_and_the_length_of_tube() -> None:
+    physical = {"tube": "50 um", "velocity": "5 mm/s", "viscosity": "1 Pa s", "particle": "20 um", "modulus": "1 kPa"}
+    case = pairsim.load({"physical": physical | {"distance": ["5 um", "10 um"], "capillary": "5 cm"}}, kind="train")
+    assert case.first_gaps(0.15) == pytest.approx([0.1, 0.2])
+    assert case.row.tube == pytest.approx(1000)
+
+
+def test_a_pair_is_followed_too(follow: Any) -> None:
+    train = follow(d=[0.2], row={"tube": 10, "audited": 0})
+    change = train.frame("propagator").to_numpy()
+    assert change.shape == (1, 1)
+    assert f"become {change[0, 0]:.3g} to {change[0, 0]:.3g} times" in train.answer
+    assert list(train.frame("row")) == ["position", "t", "d", "U_L", "U_T"]
 
 
 @pytest.mark.parametrize("keys", [{"d": [0.001, 0.2]}, {"d": [0.2], "row": {"beads": 5}}])

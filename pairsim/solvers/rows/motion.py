@@ -31,14 +31,12 @@ class RowMotion:
     Attributes:
         model: Velocities of the row.
         contact: Distance at which particles touch [D_c].
-        length: Length of tube by which all particles have moved [D_c].
         t: Times of the steps [D_c/U_av], shape (m,).
         touching: Which distances are at contact at each of them, shape (N-1, m).
     """
 
     model: RowModel
     contact: float
-    length: float
     t: Array
     touching: NDArray[np.bool_]
     _solution: Any
@@ -50,16 +48,6 @@ class RowMotion:
     def positions(self, t: float) -> Array:
         """Where the particles are, from where the centre of the first one started [D_c], shape (N,)."""
         return _positions(self.model, self._solution(t))
-
-    def times_after(self, length: float) -> Array:
-        """When the middle of every distance has moved by a length of tube [D_c/U_av], shape (N-1,)."""
-        start = self.positions(0.0)
-
-        def beyond(t: float, gap: int) -> float:
-            return float((self.positions(t) - start)[gap : gap + 2].mean()) - length * (1 - ABSOLUTE)
-
-        gaps = range(len(start) - 1)
-        return np.array([scipy.optimize.brentq(beyond, 0.0, self.t[-1], args=(gap,)) for gap in gaps])
 
     def velocities(self, t: float) -> Array:
         """Velocities of the particles at a time [U_av], shape (N,)."""
@@ -107,7 +95,7 @@ def move(model: RowModel, gaps: Array, contact: float, length: float, monitor: M
     found = scipy.integrate.solve_ivp(
         rates, (0.0, end), state, events=through, dense_output=True, rtol=RELATIVE, atol=ABSOLUTE
     )
-    return RowMotion(model, contact, length, found.t, found.y[1:] <= contact + ABSOLUTE, found.sol)
+    return RowMotion(model, contact, found.t, found.y[1:] <= contact + ABSOLUTE, found.sol)
 
 
 def _positions(model: RowModel, state: Array) -> Array:

@@ -82,12 +82,6 @@ class Spectrum:
         return -float(scaled[0]), float(error[0])
 
     @property
-    def stability(self) -> tuple[float, float, float]:
-        """The largest growth rate over 2 (1 - cos k), and the ends of its interval: above 0 where a wave grows."""
-        _, scaled, error = self.everywhere
-        return float(scaled.max()), float((scaled - error).max()), float((scaled + error).max())
-
-    @property
     def verdict(self) -> str:
         """What becomes of disturbances: "orders", "clusters", "neither" or "undecided".
 
@@ -95,8 +89,8 @@ class Spectrum:
         """
         if np.abs(self._row[0]).max() <= ROUNDING * np.abs(self._row[1]).max():
             return "neither"
-        _, least, most = self.stability
-        return "clusters" if least > 0 else "orders" if most < 0 else "undecided"
+        _, scaled, error = self.everywhere
+        return "clusters" if (scaled > error).any() else "orders" if (scaled < -error).all() else "undecided"
 
     def time_to(self, factor: float) -> tuple[float, float, float]:
         """Time in which the spread of the distances of a train changes by a factor [D_c/U_av].
