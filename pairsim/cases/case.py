@@ -208,6 +208,11 @@ class SceneCase(Keys):
         return 1.0, None
 
     @property
+    def in_time(self) -> bool:
+        """Whether the case is solved in time, as all that has a history must be."""
+        return False
+
+    @property
     def liquid_model(self) -> Liquid:
         """The liquid."""
         return liquid_of(dict(self))
@@ -288,7 +293,8 @@ class SceneCase(Keys):
         if len(liquid.modes) == 1:
             mode = liquid.modes[0]
             law += [f"{key}{value:g}" for key, value in mode.numbers.items() if value != mode.parameters()[key].default]
-        law += [f"{key}{value:g}" for key, value in liquid.solvent.numbers.items()]
+        own = [part.numbers for part in (liquid.solvent, liquid.yielding) if part is not None]
+        law += [f"{key}{value:g}" for numbers in own for key, value in numbers.items()]
         kinds = [solid.name for solid in self.solid_models if solid is not None]
         law += [name for name in dict.fromkeys(kinds) if name != solids.DEFAULT.name]
         if self.n == 0:

@@ -9,10 +9,15 @@ from pydantic import BaseModel
 
 from pairsim.cases.case import FREE_ENDS, SceneCase
 from pairsim.cases.material_keys import written
-from pairsim.cases.materials import is_viscous, liquid_block
+from pairsim.cases.materials import block_of, is_viscous, liquid_block
 from pairsim.cases.mistakes import Mistake, missing
 from pairsim.cases.physical import BLOCK, EXPERIMENT
 from pairsim.cases.values import is_finite
+
+WITHOUT_HISTORY = (
+    "below a yield stress elastic stresses are those of their history, and no state is steady by itself; pairsim run "
+    "has a history"
+)
 
 
 def missing_numbers(model: type[SceneCase], data: Mapping[str, Any], origins: Mapping[str, str]) -> Iterator[Mistake]:
@@ -63,7 +68,20 @@ def _check_law(case: SceneCase) -> Iterator[Mistake]:
     elif case.De == 0:
         if case.liquid is not None and "De" not in case.model_fields_set:
             yield missing("De", f"must be given with liquid: {law}")
-        elif "solvent" in block:
-            yield Mistake("De", case.De, "must be above 0 with a liquid.solvent; a liquid without elasticity has none")
+        elif parts := block.keys() & {"solvent", "yielding"}:
+            without = f"must be above 0 with a liquid.{min(parts)}; a liquid without elasticity has none"
+            yield Mistake("De", case.De, without)
     elif case.xi == 0:
         yield Mistake("xi", case.xi, "must be above 0 in a viscoelastic liquid")
+    elif "yielding" in block and (why := _not_yielding(case)):
+        yield Mistake("liquid.yielding", block_of(block["yielding"])["law"], f"must be left out: {why}")
+
+
+def _not_yielding(case: SceneCase) -> str:
+    """Why the liquid of a case cannot have a yield stress, or not in this question; "" where it can."""
+    mode, *others = case.liquid_model.modes
+    if others:
+        return "the laws of a yield stress are those of the stress of one mode"
+    if mode.follows_rate:
+        return f"the viscosity of {mode.name} is that of a flow curve, which a yield stress would change"
+    return "" if case.in_time else WITHOUT_HISTORY

@@ -39,7 +39,7 @@ def identity_of(case: SceneCase) -> dict[str, Any]:
 def sources_of(case: SceneCase) -> dict[str, dict[str, str]]:
     """The entry `laws` with the hash of the source of each law of a user's own in a case; empty without any."""
     liquid = case.liquid_model
-    laws = {type(law) for law in (liquid.solvent, *liquid.modes, *filter(None, case.solid_models))}
+    laws = {type(law) for law in filter(None, (liquid.solvent, liquid.yielding, *liquid.modes, *case.solid_models))}
     found = {law.name: digest_of(file) for law in laws if (file := file_of(law)) is not None}
     return {"laws": dict(sorted(found.items()))} if found else {}
 

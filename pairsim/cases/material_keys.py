@@ -9,7 +9,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, create_model
 
 from pairsim.cases.materials import ELASTIC, MODES, VISCOUS
 from pairsim.cases.values import Number, OneOrEach
-from pairsim.physics import solids
+from pairsim.physics import liquids, solids
 from pairsim.physics.liquids import ConformationLaw, Newtonian
 from pairsim.physics.material import Material, Parameter
 
@@ -83,15 +83,16 @@ _MODES = Field(
     "count",
 )
 _ONE_MODE: Any = Annotated[Union[*_OF_MODES.values()], Field(discriminator="law")]
-_ELASTIC = _models(ELASTIC, solvent=_OF_SOLVENT)
-_SEVERAL = _model(
-    "ModesBlock", MODES, MODES_WORDS, {"modes": (tuple[_ONE_MODE, ...], _MODES), "solvent": _OF_SOLVENT}, []
-)
+_YIELDING = _models(liquids.YIELDING)
+_YIELDS = Field(None, description="what a yield stress does to the relaxation of the polymer; default: no yield stress")
+_OF_LIQUID: dict[str, Any] = {"solvent": _OF_SOLVENT, "yielding": (_block_of(_YIELDING) | None, _YIELDS)}
+_ELASTIC = _models(ELASTIC, **_OF_LIQUID)
+_SEVERAL = _model("ModesBlock", MODES, MODES_WORDS, {"modes": (tuple[_ONE_MODE, ...], _MODES), **_OF_LIQUID}, [])
 LIQUIDS: dict[str, type[BaseModel]] = {**_SOLVENTS, **_ELASTIC, MODES: _SEVERAL}
 """The model of the block of each liquid."""
 SOLIDS = _models(solids.LAWS)
 """The model of the block of each solid."""
-BLOCKS = {"liquid": LIQUIDS, "solid": SOLIDS, "solvent": _SOLVENTS, "modes": _OF_MODES}
+BLOCKS = {"liquid": LIQUIDS, "solid": SOLIDS, "solvent": _SOLVENTS, "yielding": _YIELDING, "modes": _OF_MODES}
 """The models of blocks by the key that they are a value of, and by law."""
 
 

@@ -1,8 +1,8 @@
 """The liquid and the solids that a case describes.
 
 A value of `liquid` or `solid` is the name of a law, or a block with its parameters: `{law: ..., n: 0.6}`. The block of
-a viscoelastic law may have a `solvent`, a block of its own; a liquid of several relaxation times has `law: modes` and a
-list of them.
+a viscoelastic law may have a `solvent` and, with a yield stress, `yielding`, blocks of their own; a liquid of several
+relaxation times has `law: modes` and a list of them.
 """
 
 from __future__ import annotations
@@ -61,7 +61,8 @@ def liquid_of(case: Mapping[str, Any]) -> Liquid:
         return NEWTONIAN
     modes = (_law(ELASTIC, block),) if block["law"] != MODES else _modes([block_of(each) for each in block["modes"]])
     solvent = block_of(block.get("solvent"), Newtonian.name)
-    return Liquid(_law(VISCOUS, solvent), case["xi"], case["De"], modes)
+    yielding = _law(liquids.YIELDING, block_of(block["yielding"])) if "yielding" in block else None
+    return Liquid(_law(VISCOUS, solvent), case["xi"], case["De"], modes, yielding)
 
 
 def _law[M: Material](laws: Mapping[str, type[M]], block: Mapping[str, Any], *first: float, **more: float) -> M:
@@ -113,7 +114,7 @@ def declared_in(case: Mapping[str, Any]) -> Iterator[Declared]:
     block = liquid_block(case)
     modes = block["modes"] if isinstance(block.get("modes"), list | tuple) else ()
     places = [("liquid", block)]
-    places += [("liquid.solvent", block_of(block["solvent"]))] if "solvent" in block else []
+    places += [(f"liquid.{part}", block_of(block[part])) for part in ("solvent", "yielding") if part in block]
     places += [(f"liquid.modes[{i}]", block_of(each)) for i, each in enumerate(modes)]
     places += solid_blocks(case)
     for place, each in places:

@@ -16,7 +16,7 @@ from pairsim.cases.mistakes import Mistake, missing
 from pairsim.cases.physical import BLOCK, stands_for
 from pairsim.cases.quantities import QUANTITY
 from pairsim.cases.values import Range
-from pairsim.physics import liquids
+from pairsim.physics import liquids, solids
 from pairsim.physics.declared import PARAMETERS
 from pairsim.physics.own_laws import OPTION
 from pairsim.runtime.text import as_typed
@@ -160,7 +160,7 @@ def _hint(key: str, problem: Any, model: type[BaseModel], data: Mapping[str, Any
 def _in_its_law(key: str, value: str, data: Mapping[str, Any]) -> str:
     """How a parameter that is given beside its law is written in its block."""
     laws = PARAMETERS[key].laws
-    place = "liquid" if laws[0] in liquids.LAWS else "solid"
+    place = "liquid" if laws[0] in liquids.LAWS else "solid" if laws[0] in solids.LAWS else "liquid.yielding"
     given = [block["law"] for _, block in [("liquid", liquid_block(data)), *solid_blocks(data)]]
     law = next((law for law in given if law in laws), laws[0])
     block = f"{place}: {{law: {law}, {key}: {value}}}"

@@ -120,6 +120,10 @@ class Case(SceneCase):
         return each_of(self.d0, max(self.n - 1, 0))
 
     @property
+    def in_time(self) -> bool:
+        return True
+
+    @property
     def estimates_error(self) -> bool:
         """Whether the error of dU is estimated."""
         return self.n > 1 and self.dU_error

@@ -87,7 +87,7 @@ def relaxation(liquid: Liquid, law: ConformationLaw, c: Any, gamma2: Array) -> A
     """
     zz, zr, rr, tt = c
     square = np.array([zz**2 + zr**2, zr * (zz + rr), zr**2 + rr**2, tt**2])
-    g0, g1, g2 = law.relaxation(_invariants(c, gamma2))
+    g0, g1, g2 = liquid.relaxation(law, _invariants(c, gamma2))
     return np.asarray(-(g0 * IDENTITY[:, None] + g1 * c + g2 * square) / liquid.relaxation_time(law))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from pairsim.physics import liquids, solids
-from pairsim.physics.liquids import Liquid, ViscousLaw
+from pairsim.physics.liquids import Liquid, ViscousLaw, YieldLaw
 from pairsim.physics.liquids.viscous import ZERO_SHEAR
 from pairsim.physics.material import Dimension, Material, Parameter
 from pairsim.physics.own_laws import file_of, own_laws
@@ -15,14 +15,15 @@ from pairsim.runtime.errors import InputError
 
 def _add_own() -> None:
     for law in own_laws():
-        laws: dict[str, Any] = solids.LAWS if issubclass(law, Solid) else liquids.LAWS
+        of_liquid: dict[str, Any] = liquids.YIELDING if issubclass(law, YieldLaw) else liquids.LAWS
+        laws: dict[str, Any] = solids.LAWS if issubclass(law, Solid) else of_liquid
         other = laws.setdefault(law.name, law)
         if other is not law and file_of(other) != (own := file_of(law)):
             raise InputError(str(own), f"{law.__name__}.name", law.name, "is the name of another law")
 
 
 _add_own()
-LAWS: dict[str, type[Material]] = {**liquids.LAWS, **solids.LAWS}
+LAWS: dict[str, type[Material]] = {**liquids.LAWS, **liquids.YIELDING, **solids.LAWS}
 """All laws by name."""
 
 

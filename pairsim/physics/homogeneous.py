@@ -16,7 +16,9 @@ from pairsim.runtime.arrays import Array
 # Steady shear is followed from slow rates on; all were chosen.
 FIRST_WEISSENBERG = 0.1
 MOST_APART = 0.8  # largest step of the logarithm of the Weissenberg number
+CLOSE = 0.1  # the same of the shear rate where the stress has a kink
 MOST_ITERATIONS = 20
+STRAINS, TIMES = 20.0, 20.0  # of shear from rest with a yield stress; the second in relaxation times
 
 
 def shear(rate: float) -> Array:
@@ -97,6 +99,8 @@ def falling_stress(liquid: Liquid, most: float) -> tuple[float, float] | None:
 
 def _sheared(liquid: Liquid, law: ConformationLaw, rates: Array) -> Array:
     """The conformation of a mode in steady shear, shape (4, n)."""
+    if liquid.yielding is not None:
+        return _yielding_in_shear(liquid, law, rates)
     alone = replace(law, time=1.0, weight=1.0)
     found = _alone_in_shear(alone, float(liquid.relaxation_time(law)), tuple(np.sort(rates).tolist()))
     return found[:, np.argsort(np.argsort(rates))]
@@ -114,6 +118,20 @@ def _alone_in_shear(law: ConformationLaw, time: float, rates: tuple[float, ...])
         last = max(rate, last)
         found.append(c)
     return np.array(found).T
+
+
+def _yielding_in_shear(liquid: Liquid, law: ConformationLaw, rates: Array) -> Array:
+    """The same with a yield stress: from the largest rate down, since nothing relaxes before it is reached."""
+    order = np.argsort(rates)[::-1]
+    fastest = float(rates[order[0]])
+    c = conformation_after(liquid, shear(fastest), STRAINS / fastest + TIMES * liquid.longest)
+    last, found = fastest, np.empty((4, len(rates)))
+    for i in order:
+        steps = max(int(np.ceil(np.log(last / rates[i]) / CLOSE)), 1)
+        for rate in np.geomspace(last, rates[i], steps + 1)[1:]:
+            c = _steady(liquid, law, c, float(rate))
+        last, found[:, i] = float(rates[i]), c
+    return found
 
 
 def _steady(liquid: Liquid, law: ConformationLaw, c: Array, rate: float) -> Array:

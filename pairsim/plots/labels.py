@@ -129,7 +129,7 @@ def case_parts(case: Mapping[str, Any], leave_out: Collection[str] = (), physica
     parts += [] if thinning else of("De")
     if thinning or (elastic and "liquid" in case):
         block = liquid_block(case)
-        several = bool(block.keys() & {"modes", "solvent"})  # with too many numbers for a caption
+        several = bool(block.keys() & {"modes", "solvent", "yielding"})  # with too many numbers for a caption
         name = liquid_of({"xi": 1.0, **case, "De": 1.0}).label if several else shown(block["law"])
         parts += [] if "liquid" in leave_out else [name]
         parts += of("xi") if elastic else []

@@ -10,11 +10,11 @@ import ufl
 
 from pairsim.physics.forms.extra_stress import invariants
 from pairsim.physics.kinematics import Expr, Kinematics
-from pairsim.physics.liquids.conformation import ConformationLaw
+from pairsim.physics.liquids import ConformationLaw, Liquid
 from pairsim.physics.log_conformation import LogConformation
 
 
-def relaxation(kin: Kinematics, s: LogConformation, u: Expr, law: ConformationLaw) -> tuple[Expr, Expr]:
+def relaxation(kin: Kinematics, s: LogConformation, u: Expr, liquid: Liquid, law: ConformationLaw) -> tuple[Expr, Expr]:
     """Relaxation term of the equation of s = log c.
 
     A law De (upper-convected derivative of c) = -g(c) with g = g_0 I + g_1 c + g_2 c^2 relaxes s at the rate f(s)/De,
@@ -25,7 +25,7 @@ def relaxation(kin: Kinematics, s: LogConformation, u: Expr, law: ConformationLa
         The (z, r) block and the hoop component of f(s).
     """
     (c, hoop), (inverse, inverse_hoop) = s.exp(1), s.exp(-1)
-    g0, g1, g2 = law.relaxation(invariants(kin, (c, hoop), u))
+    g0, g1, g2 = liquid.relaxation(law, invariants(kin, (c, hoop), u))
     return -(g0 * inverse + g1 * ufl.Identity(2) + g2 * c), -(g0 * inverse_hoop + g1 + g2 * hoop)
 
 

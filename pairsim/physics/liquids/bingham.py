@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
-from pairsim.physics.liquids.viscous import ZERO_SHEAR, ViscousLaw
-from pairsim.physics.material import Dimension, parameter
+from pairsim.physics.liquids.viscous import BINGHAM_NUMBER, YIELD_STRESS, ZERO_SHEAR, ViscousLaw
+from pairsim.physics.material import parameter
 from pairsim.physics.operations import expm1, sqrt
 
 NEARLY_NEWTONIAN = 0.01  # m from which solutions are continued; at .1 the first one is not always found
@@ -27,21 +27,7 @@ class Bingham(ViscousLaw):
     )
     regularisation = "m"
 
-    Bn: Any = parameter(
-        r"\mathrm{Bn}",
-        "Bingham number tau_y D_c/(eta_0 U_av)",
-        0.0,
-        1e4,
-        dimension=Dimension(
-            "yield_stress",
-            "a stress",
-            "yield stress tau_y; gives Bn = tau_y D_c/(eta_0 U_av)",
-            "Pa",
-            "5 Pa",
-            lambda value, scales: value / scales.stress,
-            r"\tau_y",
-        ),
-    )
+    Bn: Any = parameter(r"\mathrm{Bn}", BINGHAM_NUMBER, 0.0, 1e4, dimension=YIELD_STRESS)
     m: Any = parameter(
         "m",
         "regularisation, a time over D_c/U_av: unyielded liquid has the viscosity eta_0 Bn m",

@@ -69,5 +69,10 @@ class ConformationLaw(Material):
         return True
 
     @property
+    def follows_rate(self) -> bool:
+        """Whether relaxation depends on the shear rate."""
+        return self.relaxation(Invariants(3.5, 4.5, 1.0)) != self.relaxation(Invariants(3.5, 4.5, 2.0))
+
+    @property
     def largest_trace(self) -> Any:
         return None

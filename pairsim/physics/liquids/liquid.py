@@ -6,12 +6,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Literal
 
-from pairsim.physics.liquids.conformation import ConformationLaw
+from pairsim.physics.liquids.conformation import ConformationLaw, Invariants
 from pairsim.physics.liquids.newtonian import Newtonian
 from pairsim.physics.liquids.viscous import ViscousLaw
+from pairsim.physics.liquids.yielding import YieldLaw
 from pairsim.physics.material import Material, Parameter, a_time, a_viscosity, between
+from pairsim.physics.operations import sqrt
 
 SEVERAL_TIMES = "; several relaxation times are modes, liquid: {law: modes, modes: [...]}"
+LEAST_STRAIN2 = 1e-12  # added to |c_d|^2, so that |tau_d| has a derivative at rest; chosen
 COLD_DEBORAH = 0.01  # log c overflows from 0.02 in gaps of 0.02, from 0.05 at N_p 28
 
 
@@ -26,12 +29,14 @@ class Liquid:
         xi: Viscosity of the solvent over eta_0; 1 without modes.
         De: Deborah number, 0 without modes.
         modes: The modes of the polymer; none in a liquid without a memory.
+        yielding: What a yield stress does to the relaxation of its only mode; None without one.
     """
 
     solvent: ViscousLaw = Newtonian()
     xi: Any = 1.0
     De: Any = 0.0
     modes: tuple[ConformationLaw, ...] = ()
+    yielding: YieldLaw | None = None
 
     OF_POLYMER: ClassVar[dict[str, Parameter]] = {
         "De": Parameter(
@@ -67,6 +72,7 @@ class Liquid:
         polymer = "+".join(mode.name for mode in self.modes)
         if not polymer:
             return self.solvent.name
+        polymer += f"@{self.yielding.name}" if self.yielding else ""
         return polymer if isinstance(self.solvent, Newtonian) else f"{polymer}/{self.solvent.name}"
 
     @property
@@ -75,6 +81,7 @@ class Liquid:
         polymer = " + ".join(dict.fromkeys(mode.label for mode in self.modes))
         if not polymer:
             return self.solvent.label
+        polymer = f"{self.yielding.label} {polymer}" if self.yielding else polymer
         count = f"{len(self.modes)} modes: " if len(self.modes) > 1 else ""
         return f"{count}{polymer}" + ("" if self.solvent.linear else f" in {self.solvent.label}")
 
@@ -87,7 +94,7 @@ class Liquid:
         for i, mode in enumerate(self.modes):
             own = {"time": mode.time, "weight": mode.weight, **mode.numbers}
             found |= {f"modes.{i}.{name}": value for name, value in own.items()}
-        return found
+        return found | {f"yielding.{name}": x for name, x in (self.yielding.numbers if self.yielding else {}).items()}
 
     def with_numbers(self, numbers: Mapping[str, Any]) -> Liquid:
         """The same liquid with other parameters, or with constants of a form in place of them."""
@@ -97,7 +104,8 @@ class Liquid:
 
         modes = tuple(replace(mode, **of(f"modes.{i}.")) for i, mode in enumerate(self.modes))
         own = {key: value for key, value in numbers.items() if "." not in key}
-        return replace(self, solvent=replace(self.solvent, **of("solvent.")), modes=modes, **own)
+        yielding = self.yielding and replace(self.yielding, **of("yielding."))
+        return replace(self, solvent=replace(self.solvent, **of("solvent.")), modes=modes, yielding=yielding, **own)
 
     def with_De(self, De: float) -> Liquid:
         """The same liquid at another Deborah number; one without modes has none."""
@@ -119,6 +127,15 @@ class Liquid:
     def modulus(self, mode: ConformationLaw) -> Any:
         """Modulus G of a mode, (1 - xi) weight/De, in units of eta_0 U_av/D_c."""
         return (1 - self.xi) * mode.weight / (self.De * mode.time)
+
+    def relaxation(self, mode: ConformationLaw, at: Invariants) -> tuple[Any, ...]:
+        """The scalars g_0, g_1 and g_2 of a mode, multiplied by what its stress makes of the yield stress."""
+        g = mode.relaxation(at)
+        if self.yielding is None:
+            return g
+        strain2 = (at.square - at.trace**2 / 3) / 2 + LEAST_STRAIN2
+        kappa = self.yielding.factor(self.modulus(mode) * sqrt(mode.stress(at)[1] ** 2 * strain2))
+        return tuple(kappa * each for each in g)
 
     def relaxation_time(self, mode: ConformationLaw) -> Any:
         """Relaxation time of a mode [D_c/U_av]."""

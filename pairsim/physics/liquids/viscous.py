@@ -25,6 +25,18 @@ ZERO_SHEAR = Dimension(
 )
 
 
+BINGHAM_NUMBER = "Bingham number tau_y D_c/(eta_0 U_av)"
+YIELD_STRESS = Dimension(
+    "yield_stress",
+    "a stress",
+    "yield stress tau_y; gives Bn = tau_y D_c/(eta_0 U_av)",
+    "Pa",
+    "5 Pa",
+    lambda value, scales: value / scales.stress,
+    r"\tau_y",
+)
+
+
 @dataclass(frozen=True)
 class ViscousLaw(Material):
     """Viscosity as a function of the shear rate.

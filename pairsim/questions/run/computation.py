@@ -249,9 +249,9 @@ def settled_entry(case: Case, problem: Problem, gaps: tuple[float, ...], ended: 
     Returns:
         The entry of run.json: dU with its error at every gap [U_av], the decay time of a disturbance [D_c/U_av], how
         the run started and which part of dU `accuracy` allows as error; a message, if there is no such solution. Empty
-        for a single particle, and for a run that ended early.
+        for a single particle, a run that ended early, and a polymer with a yield stress, which has no such solution.
     """
-    if case.n < 2 or ended.reason not in ("end", "max_gap"):
+    if case.n < 2 or ended.reason not in ("end", "max_gap") or case.liquid_model.yielding is not None:
         return {}
     try:
         point, creeps = settled(problem, gaps)

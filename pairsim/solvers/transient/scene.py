@@ -52,7 +52,11 @@ class StepSolver(MeshedSolver):
         self.problem, self.clock = problem, Clock()
         # The flow without particles is needed for developed ends and for the excess pressure drop.
         pipe = Pipe(problem.liquid)
-        self.pipe = pipe.constant() if problem.from_steady else pipe.until(problem.t_end)
+        if problem.from_steady and problem.liquid.yielding is None:
+            self.pipe = pipe.constant()
+        else:
+            start = Pipe(problem.start_liquid).steady() if problem.from_steady else None
+            self.pipe = pipe.until(problem.t_end, start)
         self.history = History()
         # Free unknowns of the particles in the last solution before a remeshing.
         self._carried: Array | None = None

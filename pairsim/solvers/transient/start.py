@@ -119,6 +119,8 @@ def at_rest(problem: Problem, clock: Clock) -> Start:
 def quasi_steady(problem: Problem, clock: Clock) -> Start:
     """The quasi-steady state of the first distances, with developed flow at the ends of the tube.
 
+    That of a yielding polymer is taken without its yield stress.
+
     Raises:
         NoSteadyState: There is none, or it was not found.
         MeshFailure: A mesh could not be generated.
@@ -155,4 +157,4 @@ def steady_scene(problem: Problem, gaps: tuple[float, ...]) -> tuple[SteadyProbl
         narrowest=min(problem.gaps, default=np.inf),
         monitor=problem.monitor,
     )
-    return steady, Parameters(gaps, problem.solids, problem.liquid)
+    return steady, Parameters(gaps, problem.solids, problem.start_liquid)
