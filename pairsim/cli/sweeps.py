@@ -74,10 +74,10 @@ def sweep(
             signals=signals,
             settings=settings,
         )
-    _end(result.exit_code, result.message, result.folder)
+    end(result.exit_code, result.message, result.folder)
 
 
-def _end(code: int, message: str, directory: Path) -> NoReturn:
+def end(code: int, message: str, directory: Path) -> NoReturn:
     """Say how a sweep or study has ended, and give its folder if no case has failed."""
     if rank() == 0:
         with suppress(OSError):  # a terminal that is gone changes no exit code
@@ -112,4 +112,4 @@ def study(
     with Signals(final=True) as signals:
         options = Options(case_timeout, 1, "none" if quiet else progress, signals)
         code, message, folder = compute_study(file, output, options, set_ or ())
-    _end(code, message, folder)
+    end(code, message, folder)

@@ -16,9 +16,9 @@ from pairsim.cases.mistakes import Mistake, input_error
 from pairsim.cases.physical import forget_numbers, in_numbers
 from pairsim.cases.yaml_file import apply_settings, read_yaml
 from pairsim.computing import QUESTIONS, Question
-from pairsim.computing.many_cases import StudyFile, SweepFile
+from pairsim.computing.many_cases import AtlasFile, StudyFile, SweepFile
 
-OF_MANY: dict[str, type[BaseModel]] = {"sweep": SweepFile, "study": StudyFile}
+OF_MANY: dict[str, type[BaseModel]] = {"sweep": SweepFile, "study": StudyFile, "atlas": AtlasFile}
 SAME_END = {"physical.end": "time.end", "time.end": "physical.end"}
 """A key that a setting replaces, and the other one for the same: a run is prolonged by either."""
 FILES = (*QUESTIONS, *OF_MANY)

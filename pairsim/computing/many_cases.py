@@ -70,6 +70,9 @@ else:
     ]
 
 
+Ends = tuple[Annotated[float, Field(ge=0)], Annotated[float, Field(ge=0)]]
+
+
 class _Keys(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
@@ -149,3 +152,24 @@ def check_study(file: StudyFile) -> Iterator[Mistake]:
     last = len(file.discretisations) - 1
     if isinstance(file.reference, int) and not 0 <= file.reference <= last:
         yield Mistake("reference", file.reference, f"must be finest, or the index of a discretisation from 0 to {last}")
+
+
+class AtlasFile(_Keys):
+    """An atlas file: a box of parameters, in which master curves are computed where they tell most."""
+
+    name: FolderName | None = Field(None, description="name of the folder of the atlas; default: that of the file")
+    base: Changes = Field({}, description="keys that all curves share, or the path of a case file")
+    beta: Ends = Field(description="least and largest diameter of the particles [D_c]", examples=[[0.3, 0.5]])
+    De: Ends = Field(description="least and largest Deborah number", examples=[[0, 1]])
+    Ca_e: Ends = Field(description="least and largest elastic capillary number", examples=[[0, 0.1]])
+    d: Ends = Field((0.02, 2.0), description="least and largest distance [D_c]")
+    curves: Whole = Field(ge=12, le=MOST_CASES, description="number of curves; more are added in rounds")
+    seed: Whole = Field(0, description="seed of the places that are candidates")
+
+
+def check_atlas(file: AtlasFile) -> Iterator[Mistake]:
+    """Check the keys of an atlas file; yields mistakes."""
+    for key in ("beta", "De", "Ca_e", "d"):
+        low, high = getattr(file, key)
+        if not low < high:
+            yield Mistake(key, [low, high], "must be the least and the largest value")

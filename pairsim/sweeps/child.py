@@ -54,6 +54,7 @@ def compute(task: Task, place: int, warm_start: WarmStart) -> tuple[str, str]:
     name, _, pickled = task.cases[place]
     folder, question = task.directory / name, QUESTIONS[task.command]
     more: dict[str, Any] = {"warm_start": warm_start} if question.in_sweeps.neighbours else {}
+    more |= task.flags
     try:
         case, outcome = pickle.loads(pickled), None
         with Signals() as signals:

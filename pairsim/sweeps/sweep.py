@@ -7,10 +7,10 @@ import pickle
 import signal
 import time
 from collections import Counter, deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import ceil
 from pathlib import Path
 from queue import Empty, SimpleQueue
@@ -48,6 +48,7 @@ class Options:
     chain: int | None = None
     progress: Style = "none"
     signals: Signals | None = None
+    flags: Mapping[str, bool] = field(default_factory=dict)  # options of the command of the cases
 
 
 @dataclass(frozen=True)
@@ -199,7 +200,9 @@ class _Sweep:
         environment = {OWN: os.environ[OWN]} if OWN in os.environ else {}
         cases = tuple((case.folder, case.key, pickle.dumps(case.case)) for case in chain)
         command = self.content["command"]
-        task = Task(self.directory, command, cases, command_line(), self.options.case_timeout, environment)
+        task = Task(
+            self.directory, command, cases, command_line(), self.options.case_timeout, environment, self.options.flags
+        )
         future = executor.submit(compute, task)
         self.running[future] = executor, chain
         future.add_done_callback(self.ended.put)

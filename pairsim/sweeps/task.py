@@ -47,6 +47,7 @@ class Task:
         line: Command line of the sweep, for run.json.
         timeout: Largest wall time of a case [s]; None for no limit.
         environment: Environment variables of the child.
+        flags: Options of the command.
     """
 
     directory: Path
@@ -55,6 +56,7 @@ class Task:
     line: str
     timeout: float | None
     environment: Mapping[str, str]
+    flags: Mapping[str, bool]
 
 
 class Said(NamedTuple):
