@@ -208,11 +208,6 @@ class SceneCase(Keys):
         return 1.0, None
 
     @property
-    def in_time(self) -> bool:
-        """Whether the case is solved in time, as all that has a history must be."""
-        return False
-
-    @property
     def liquid_model(self) -> Liquid:
         """The liquid."""
         return liquid_of(dict(self))

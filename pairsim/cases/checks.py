@@ -14,11 +14,6 @@ from pairsim.cases.mistakes import Mistake, missing
 from pairsim.cases.physical import BLOCK, EXPERIMENT
 from pairsim.cases.values import is_finite
 
-WITHOUT_HISTORY = (
-    "below a yield stress elastic stresses are those of their history, and no state is steady by itself; pairsim run "
-    "has a history"
-)
-
 
 def missing_numbers(model: type[SceneCase], data: Mapping[str, Any], origins: Mapping[str, str]) -> Iterator[Mistake]:
     """Find the numbers of particles and gaps that a case lacks, which need not be validated yet; yields mistakes.
@@ -84,4 +79,4 @@ def _not_yielding(case: SceneCase) -> str:
         return "the laws of a yield stress are those of the stress of one mode"
     if mode.follows_rate:
         return f"the viscosity of {mode.name} is that of a flow curve, which a yield stress would change"
-    return "" if case.in_time else WITHOUT_HISTORY
+    return "" if case.kind == "run" else "below a yield stress the stress is that of a history, which pairsim run has"

@@ -95,6 +95,12 @@ class Case(SceneCase):
         "distances in the developed flow (default: rest; steady with a physical block, as beads that meet in a tube "
         "have flowed through it for long)",
     )
+    hold: bool = Field(
+        False,
+        strict=True,
+        description="keep the distances d0 while shapes and stresses go on, as quasi-steady solutions do: dU after any "
+        "time at this distance, of what has a history",
+    )
     dU_error: bool = Field(
         False,
         strict=True,
@@ -120,10 +126,6 @@ class Case(SceneCase):
         return each_of(self.d0, max(self.n - 1, 0))
 
     @property
-    def in_time(self) -> bool:
-        return True
-
-    @property
     def estimates_error(self) -> bool:
         """Whether the error of dU is estimated."""
         return self.n > 1 and self.dU_error
@@ -139,7 +141,7 @@ class Case(SceneCase):
 
     def _idle(self) -> dict[str, str]:
         why = "there is only one particle" if self.n else "there are no particles"
-        alone = ("d0", "dU_error", "limits.min_gap", "limits.max_gap") if self.n < 2 else ()
+        alone = ("d0", "hold", "dU_error", "limits.min_gap", "limits.max_gap") if self.n < 2 else ()
         return super()._idle() | dict.fromkeys(alone, why)
 
 

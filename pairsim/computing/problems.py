@@ -38,6 +38,7 @@ def problem_of(case: Case, monitor: Monitor | None = None) -> Problem:
         least_room=FREE_ENDS,
         dU_error=case.estimates_error,
         from_steady=case.start == "steady",
+        held=case.hold and case.n > 1,
         U_m=2 * (1 - 2 / 3 * largest**2),  # Faxen's law without wall corrections
         monitor=monitor or Monitor(),
     )

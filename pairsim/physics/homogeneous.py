@@ -16,7 +16,6 @@ from pairsim.runtime.arrays import Array
 # Steady shear is followed from slow rates on; all were chosen.
 FIRST_WEISSENBERG = 0.1
 MOST_APART = 0.8  # largest step of the logarithm of the Weissenberg number
-CLOSE = 0.1  # the same of the shear rate where the stress has a kink
 MOST_ITERATIONS = 20
 STRAINS, TIMES = 20.0, 20.0  # of shear from rest with a yield stress; the second in relaxation times
 
@@ -92,15 +91,16 @@ def falling_stress(liquid: Liquid, most: float) -> tuple[float, float] | None:
 
     A flow at such rates may form shear bands: its steady state is not unique, or is not found.
     """
-    rates = np.geomspace(1e-3 * most, most, 121)
+    rates, liquid = np.geomspace(1e-3 * most, most, 121), replace(liquid, yielding=None)  # tau_y adds to it
     falls = np.flatnonzero(np.diff(rates * steady_shear(liquid, rates)[0]) < 0)
     return (float(rates[falls[0]]), float(rates[falls[-1] + 1])) if len(falls) else None
 
 
 def _sheared(liquid: Liquid, law: ConformationLaw, rates: Array) -> Array:
     """The conformation of a mode in steady shear, shape (4, n)."""
-    if liquid.yielding is not None:
-        return _yielding_in_shear(liquid, law, rates)
+    if liquid.yielding is not None:  # Newton's method from slow rates would begin where nothing relaxes
+        ends = STRAINS / rates + TIMES * liquid.longest
+        return np.array([conformation_after(liquid, shear(r), t) for r, t in zip(rates, ends, strict=True)]).T
     alone = replace(law, time=1.0, weight=1.0)
     found = _alone_in_shear(alone, float(liquid.relaxation_time(law)), tuple(np.sort(rates).tolist()))
     return found[:, np.argsort(np.argsort(rates))]
@@ -118,20 +118,6 @@ def _alone_in_shear(law: ConformationLaw, time: float, rates: tuple[float, ...])
         last = max(rate, last)
         found.append(c)
     return np.array(found).T
-
-
-def _yielding_in_shear(liquid: Liquid, law: ConformationLaw, rates: Array) -> Array:
-    """The same with a yield stress: from the largest rate down, since nothing relaxes before it is reached."""
-    order = np.argsort(rates)[::-1]
-    fastest = float(rates[order[0]])
-    c = conformation_after(liquid, shear(fastest), STRAINS / fastest + TIMES * liquid.longest)
-    last, found = fastest, np.empty((4, len(rates)))
-    for i in order:
-        steps = max(int(np.ceil(np.log(last / rates[i]) / CLOSE)), 1)
-        for rate in np.geomspace(last, rates[i], steps + 1)[1:]:
-            c = _steady(liquid, law, c, float(rate))
-        last, found[:, i] = float(rates[i]), c
-    return found
 
 
 def _steady(liquid: Liquid, law: ConformationLaw, c: Array, rate: float) -> Array:

@@ -50,6 +50,7 @@ class Problem:
         least_room: Length of tube on each side of the particles below which it does, too [D_c].
         dU_error: Whether the discretisation error of dU is estimated.
         closed: Whether the tube is a period of an infinite row of equal particles.
+        held: Whether the distances are kept, as if forces of no effect on the flow held the particles apart.
         monitor: Ends the computation; problems that differ in it alone are equal.
         flow: Mean velocity of the liquid, which defines the unit of velocity.
         velocity: No velocity is prescribed: the errors of time steps are judged by the velocities of the particles.
@@ -81,6 +82,7 @@ class Problem:
     least_room: float = 0.0
     dU_error: bool = False
     closed: bool = False
+    held: bool = False
     monitor: Monitor = field(default_factory=Monitor, compare=False, repr=False)
 
     @property

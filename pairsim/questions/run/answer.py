@@ -14,6 +14,7 @@ from pairsim.results.settled import NOTHING, SETTLED, Settled
 from pairsim.results.units import LENGTH, POSITION, TIME, VELOCITY, in_unit, scales_in
 from pairsim.runtime.arrays import Array
 
+QUARTERS = np.array([0.25, 0.5, 1.0])  # T, 2 T and 4 T
 MOST_GAPS = 3  # that have a sentence each
 
 
@@ -28,6 +29,8 @@ def answer_of_run(series: Mapping[str, Array], record: Mapping[str, Any]) -> lis
     lines, scales = _train(series, gaps, record) if len(gaps) > MOST_GAPS else [], scales_in(record)
     least = int(np.argmin([series[f"d{gap}"][-1] for gap in gaps])) if gaps else 0
     closed = least if record.get("reason") == "contact" else None
+    if gaps and record.get("hold"):
+        return [*(_while_held(series, gap, scales) for gap in gaps), *shapes_in(series, -1, "at the end")]
     for i, gap in enumerate(gaps if len(gaps) <= MOST_GAPS else []):
         who = "The pair" if len(gaps) == 1 else f"Gap {i + 1}"
         d, settled = series[f"d{gap}"], Settled.of(record, i)
@@ -41,6 +44,19 @@ def answer_of_run(series: Mapping[str, Array], record: Mapping[str, Any]) -> lis
         values = (f"{name} = {in_unit(scales, column(name).unit, series[name][-1], digits=6)}" for name in names)
         lines.append(f"At t = {in_unit(scales, TIME, series['t'][-1])}: {', '.join(values)}.")
     return [*lines, *shapes_in(series, -1, "at the end")]
+
+
+def _while_held(series: Mapping[str, Array], gap: str, scales: Scales | None) -> str:
+    """dU at a held distance at a quarter of the time, half of it, and the end: what differs has not settled."""
+    t, errors = series["t"], series.get(error_of(f"dU{gap}"))
+    said = []
+    for at in t[-1] * QUARTERS:
+        error = None if errors is None else float(np.interp(at, t, errors))
+        value = in_unit(scales, VELOCITY, float(np.interp(at, t, series[f"dU{gap}"])), error, "+")
+        said.append(f"{value} at t = {in_unit(scales, TIME, at)}")
+    return (
+        f"With d{gap} = {in_unit(scales, LENGTH, series[f'd{gap}'][0], digits=4)} held, dU{gap} is {', '.join(said)}."
+    )
 
 
 def _train(series: Mapping[str, Array], gaps: Sequence[str], record: Mapping[str, Any]) -> list[str]:

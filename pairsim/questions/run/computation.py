@@ -171,7 +171,7 @@ class Run:
             state = self.old.state
             entries = _summary(state.counts, state.history.t[0], state.history.y[0].size)
             seconds, errors, extremes = state.seconds, state.run_errors, state.extremes
-        entries |= {"start": self.case.start, **self._entries}
+        entries |= {"start": self.case.start, "hold": self.case.hold, **self._entries}
         if self.adaptation is not None:
             entries |= {"adaptation": _coarse_run(self.adaptation) | accuracy_of(self.case, errors)[0]}
         yield events.Summary(entries, warnings_of_run(self.case, errors, extremes), seconds)
@@ -249,9 +249,9 @@ def settled_entry(case: Case, problem: Problem, gaps: tuple[float, ...], ended: 
     Returns:
         The entry of run.json: dU with its error at every gap [U_av], the decay time of a disturbance [D_c/U_av], how
         the run started and which part of dU `accuracy` allows as error; a message, if there is no such solution. Empty
-        for a single particle, a run that ended early, and a polymer with a yield stress, which has no such solution.
+        for a single particle, held distances, a run that ended early, and a polymer with a yield stress.
     """
-    if case.n < 2 or ended.reason not in ("end", "max_gap") or case.liquid_model.yielding is not None:
+    if case.n < 2 or ended.reason not in ("end", "max_gap") or case.hold or case.liquid_model.yielding is not None:
         return {}
     try:
         point, creeps = settled(problem, gaps)

@@ -162,6 +162,27 @@ class Transient(StepSolver):
         centres = [difference[body.start : body.start + body.size : 2].mean() for body in self.bodies]
         return max(shape, RELATIVE_WEIGHT * float(np.ptp(centres)))
 
+    def _hold(self, dt: float) -> None:
+        """Move particles and their past so that the distances after a step of size dt are those of the start.
+
+        Velocities are differences of the past positions, which all move alike: surfaces and stresses do not notice.
+        """
+        past, errors = self.history, self._error.errors if self._error is not None else ErrorHistory()
+        distances = [diagnostics.gaps(self.bodies, h) for h in past.h]
+        rate = (distances[0] - distances[1]) / (past.t[0] - past.t[1]) if len(past.t) > 1 else 0.0
+        past.h = [h + self._moved(self.problem.gaps - distances[0] - dt * rate) for h in past.h]
+        if errors.h:
+            off = diagnostics.gaps(self.bodies, past.h[0] + errors.h[0]) - diagnostics.gaps(self.bodies, past.h[0])
+            errors.h = [h - self._moved(off) for h in errors.h]
+
+    def _moved(self, longer: Array) -> Array:
+        """Displacement of the material, shape (n_h,), by which every distance is longer, shape (N-1,)."""
+        places = np.concatenate([[0.0], np.cumsum(longer)])
+        moved = np.zeros(self.scene.h_size)
+        for body, place in zip(self.bodies, places - places.mean(), strict=True):
+            moved[body.start : body.start + body.size : 2] = place
+        return moved
+
     def _remesh(self) -> None:
         try:
             geometry = self.meshed.geometry_at(self.history.h[0])
@@ -196,6 +217,8 @@ class Transient(StepSolver):
                     self._remesh()
                     self._due, remeshed = False, True
                 size = land(t, self._dt, milestone)
+                if self.problem.held:
+                    self._hold(size)
                 unknown = not self.counts.steps or (control.fixed is not None and remeshed)
                 y, h, x, report, error = self._attempt(size, gradually=unknown and not self.history.y)
                 self.counts.newton += report.iterations
