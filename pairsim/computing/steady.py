@@ -130,6 +130,7 @@ def point_row(point: Point) -> dict[str, float]:
         "newton": point.newton,
         "dU_held": point.held_dUs,
         "stretch": point.motion.stretch,
+        "from_rest": point.motion.from_rest,
         "dU_discrete": point.discrete.dU,
         "dU_correction": estimate.dU,
         "dU_error": point.dU_errors,

@@ -139,6 +139,7 @@ _CORRECTED = (
     "are what remains of much larger contributions"
 )
 _STRETCH = "rate of the centres of volume, dU{_}, over that of the surfaces, when all distances change together"
+_FROM_REST = "bound on what a start from rest adds to, or takes from, the distance of the centres; 0 without softness"
 _SLOPE = (
     "derivative of dU_held{_} by d when all distances change together; at a zero of dU that of dU, and a zero with "
     "negative slope is stable"
@@ -159,6 +160,7 @@ COLUMNS: tuple[Column, ...] = (
     Column("dU_discrete", r"\Delta U^h{_}", _DISCRETE, VELOCITY, GAP),
     _plain("corrected", _CORRECTED, whole=True),
     Column("stretch", r"\mathrm{d}c{_}/\mathrm{d}d", _STRETCH, PURE, GAP),
+    Column("from_rest", r"\delta c{_}", _FROM_REST, LENGTH, GAP),
     Column("t_relax", r"t_r", "slowest decay time of a disturbance at held distance", TIME, unknown=True),
     Column("D", r"D{_}", _TAYLOR, PURE, PARTICLE),
     Column("dp", r"\Delta p", "pressure drop over the length of the tube", STRESS),
@@ -379,7 +381,7 @@ def curve_columns(n: int, common: bool, sensitivities: Sequence[str], forces: bo
         sensitivities: Parameters by which dU was differentiated.
         forces: Whether the velocity of the particles is prescribed.
     """
-    names = ["newton", "dU_held", "dU_discrete", "stretch", "dU_correction", "dU_error", "ends_error"]
+    names = ["newton", "dU_held", "dU_discrete", "stretch", "from_rest", "dU_correction", "dU_error", "ends_error"]
     names += [*(["slope"] if common else []), *(f"by_{name}" for name in sensitivities)]
     names += ["U_correction", "U_error", "dp_plus_correction", "dp_plus_error"]
     names += [*(FORCES if forces else ()), "corrected", "wanted"]

@@ -15,9 +15,6 @@ from pairsim.solvers.curves.interpolant import CurveInterpolant, CurveWithInterv
 
 ROUNDING = 1e-9  # |dU| that is rounding error, as of equal rigid spheres [U_av]
 FORGOTTEN = 3.0  # decay times after which a start is forgotten; chosen: exp(-3) = .05
-# Largest difference of dU after a start from rest from that of the curve, relative to the largest |dU| of the curve,
-# times the exponential of the decay times since. Measured in seven Newtonian runs (d .1 to .8): 1.3 to 2.1.
-FROM_REST = 2.1
 CLOSE = 1e-9  # relative difference of distances that is rounding; chosen
 STEPS = 400  # parts of the way for the integral; chosen
 
@@ -49,12 +46,15 @@ class Motion:
         velocity: Mean velocity of both particles [U_av].
         stretch: Derivative of the distance between the centres by that between the surfaces.
         t_relax: Decay time of the slowest disturbance [D_c/U_av], None where it is not known.
+        from_rest: Bound on how far the centres of a pair that starts from rest there come ahead of, or fall behind, one
+            that passes [D_c]; None where it is not known, as of a curve of an earlier version.
     """
 
     curve: CurveWithIntervals
     velocity: OfDistance
     stretch: OfDistance
     t_relax: OfDistance | None = None
+    from_rest: OfDistance | None = None
 
     @staticmethod
     def of(table: Mapping[str, Array]) -> Motion | None:
@@ -73,7 +73,9 @@ class Motion:
         )
         times = table["t_relax"]
         t_relax = (lambda d: np.interp(np.log(d), x, times)) if np.isfinite(times).all() else None
-        return Motion(curve, lambda d: mean(np.log(d)), lambda d: stretch(np.log(d)), t_relax)
+        shifts = table.get("from_rest")
+        from_rest = None if shifts is None else (lambda d: np.interp(np.log(d), x, shifts))
+        return Motion(curve, lambda d: mean(np.log(d)), lambda d: stretch(np.log(d)), t_relax, from_rest)
 
 
 def peak_of(table: Mapping[str, Array], gap: str = "") -> Peak:
@@ -121,16 +123,12 @@ class Memory:
     Attributes:
         d: Distances that it passes, from the start on [D_c], shape (n,).
         decays: Decay times that have passed when it gets there, shape (n,).
-        t_relax: The decay time there [D_c/U_av], shape (n,).
         ends: Whether it leaves the curve; else it comes to rest beyond the last distance.
-        slowness: Largest |dU| of the curve over that at the start.
     """
 
     d: Array
     decays: Array
-    t_relax: Array
     ends: bool
-    slowness: float
 
     @classmethod
     def after(cls, motion: Motion, start: float) -> Memory | None:
@@ -148,11 +146,10 @@ class Memory:
         speed = curve.values(way) * (1 if away else -1)
         way, speed = (each[: STEPS if (speed > 0).all() else int(np.argmin(speed > 0))] for each in (way, speed))
         x = np.log(way)
-        t_relax = motion.t_relax(way)
         with np.errstate(divide="ignore"):
-            rate = motion.stretch(way) * way / speed / t_relax
+            rate = motion.stretch(way) * way / speed / motion.t_relax(way)
         passed = np.abs(_running_integral(rate, x))
-        return cls(way, passed, t_relax, len(way) == STEPS, abs(curve.peak.dU / float(curve.values(start))))
+        return cls(way, passed, len(way) == STEPS)
 
     @property
     def forgotten(self) -> float:
@@ -163,12 +160,6 @@ class Memory:
         if len(self.d) and self.decays[-1] >= FORGOTTEN:
             return float(self.d[int(np.argmax(self.decays >= FORGOTTEN))])
         return np.inf if self.ends or not len(self.d) else float(self.d[-1])  # at rest, it has all the time
-
-    def time_until(self, stop: float) -> float:
-        """By how much a start from rest may change the time to a distance on the way [D_c/U_av]."""
-        way = np.abs(np.log(self.d / self.d[0]))
-        changes = _running_integral(self.t_relax, -np.exp(-self.decays))
-        return FROM_REST * self.slowness * float(np.interp(abs(np.log(stop / self.d[0])), way, changes))
 
 
 def _running_integral(values: Array, x: Array) -> Array:

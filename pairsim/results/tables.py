@@ -21,7 +21,7 @@ from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
 INNER = re.compile(
-    r"m|newton|wanted|mesh|meshes|distortion|volume_error|stretch|s_jump|(ends_error|regularisation_error|creep).*|"
+    r"m|newton|wanted|mesh|meshes|distortion|volume_error|stretch|s_jump|(from_rest|ends_error|regularisation_error|creep).*|"
     r"\w*_correction.*"
 )
 """Columns of interest to whoever judges the numerics; they come last, if at all."""

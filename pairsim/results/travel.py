@@ -33,7 +33,7 @@ class Travel:
         length_error: Half-width of the length, in the same way.
         forgotten: Distance from which on a pair that starts at the first one moves so; see `Memory`.
         start_error: By how much a start from rest at the first distance may change the time [D_c/U_av]; no part of
-            `time_error`, as of a pair that only passes there. None with `forgotten`, if decay times are not known.
+            `time_error`, as of a pair that only passes there. None if the curve does not have it.
         scales: The units of the case, None without a `physical` block.
     """
 
@@ -58,14 +58,13 @@ class Travel:
         else:
             mean = f"{1e3 * scales.velocity * velocity:.4g} mm/s"
         lines = [f"from d = {start} to {stop}: {time} and {tube} of tube (mean velocity {mean})"]
-        if self.forgotten is not None and self.start_error is not None:
+        if self.forgotten is not None:
             there = in_unit(scales, LENGTH, self.forgotten, digits=3)
             known = f"from d = {there} on" if self.forgotten < np.inf else "nowhere on this curve"
-            changed = f"{in_unit(scales, TIME, self.start_error, digits=2)}{'' if scales else ' D_c/U_av'}"
-            lines.append(
-                f"the start at d = {start} is forgotten {known}; a start from rest there changes the time by up to "
-                f"about {changed} more"
-            )
+            lines.append(f"the start at d = {start} is forgotten {known}")
+            if self.start_error is not None:
+                changed = f"{in_unit(scales, TIME, self.start_error, digits=2)}{'' if scales else ' D_c/U_av'}"
+                lines[-1] += f"; a start from rest there changes the time by up to about {changed} more"
         return "\n".join(lines)
 
 
@@ -126,7 +125,9 @@ def travel_by(motion: Motion, start: float | str, stop: float | str, source: str
 
     (time, time_error), (length, length_error) = with_half_width(1.0), with_half_width(motion.velocity(d))
     memory = Memory.after(motion, begin)
-    forgotten, start_error = (memory.forgotten, memory.time_until(end)) if memory is not None else (None, None)
+    forgotten = memory.forgotten if memory is not None else None
+    behind = motion.from_rest(begin) if motion.from_rest is not None else None
+    start_error = None if behind is None else float(behind / abs(curve.values(begin)))
     return Travel(begin, end, time, length, time_error, length_error, forgotten, start_error, scales)
 
 

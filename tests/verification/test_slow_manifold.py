@@ -16,7 +16,7 @@ from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case
 from pairsim.computing.problems import steady_problem
 from pairsim.solvers.curves.branch import Branch, Point
-from pairsim.solvers.curves.slow_manifold import SlowMotion
+from pairsim.solvers.curves.slow_manifold import REST, SlowMotion
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.first_solution import first_scene
 from pairsim.solvers.steady.motion import moving_residual
@@ -210,6 +210,13 @@ def test_slopes_on_the_slow_manifold_belong_to_the_rates_that_they_cause() -> No
         rng.normal(size=(4, 3)),
         np.eye(3) + 0.1 * rng.normal(size=(3, 3)),
     )
-    slopes = SlowMotion(np.zeros(4), np.zeros(3), by_rates, stretch).slopes(held)
+    slopes = SlowMotion(np.zeros(4), np.zeros(3), by_rates, stretch, np.zeros(3)).slopes(held)
     rates = np.linalg.solve(stretch, np.diff(slopes, axis=0))  # the distances between centres change by dU
     assert slopes == pytest.approx(held + by_rates @ rates)
+
+
+@pytest.mark.parametrize(("keys", "later"), [({}, 0.600), ({"beta": 0.5, "Ca_e": 0.05, "d": (0.15,)}, 0.388)])
+def test_a_start_from_rest_falls_behind_as_far_as_in_a_run(keys: dict[str, Any], later: float) -> None:
+    """By dU times what a run from rest needs more time for at late times (default mesh, against curves at 0.3%)."""
+    found = point(**keys, mesh={"Np": 20})
+    assert found.motion.from_rest[0] / REST == pytest.approx(later * found.dU, rel=0.06)
