@@ -2,9 +2,9 @@
 
 usage: scripts/hard [-o runs/hard] [--workers 2] [--case-timeout 600] [--only WORD] [--table]
 
-run.yaml and curve.yaml are cases at the edge of what works, random.yaml are points of curves drawn at random: three
-sweeps. After an interruption the same command continues. Writes hard.csv and hard.md into the output folder;
-`scripts/accuracy --hard DIR` takes them into docs/results/accuracy.
+run.yaml, curve.yaml and yielding.yaml are cases at the edge of what works, random.yaml are points of curves drawn at
+random: four sweeps. After an interruption the same command continues. Writes hard.csv and hard.md into the output
+folder; `scripts/accuracy --hard DIR` takes them into docs/results/accuracy.
 
 Exit code 0: every case finished or failed for a documented reason, and all numbers are finite; 1: some did not; 2: the
 input is invalid.
@@ -65,7 +65,7 @@ def main() -> int:
     arguments = parser.parse_args()
     output: Path = arguments.output
     rows = []
-    for name in ("run", "curve", "random"):
+    for name in ("run", "curve", "random", "yielding"):
         grid = yaml.safe_load((CONFIGS / "hard" / f"{name}.yaml").read_text())
         grid["cases"] = [case for case in grid["cases"] if arguments.only in case["name"]]
         if grid["cases"] and not arguments.table:

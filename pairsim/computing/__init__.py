@@ -37,12 +37,12 @@ QUESTIONS = _Questions()
 
 def own_files() -> tuple[str, ...]:
     """Every file in a folder of results, but for single frames of fields; `--overwrite` removes only these."""
+    from pairsim.physics.declared import FIELDS
     from pairsim.results.folder import OWN_FILES, PICTURE_ENDINGS
 
     tables = (f"{name}.csv" for question in QUESTIONS.values() for name in question.tables)
-    pictures = (
-        f"{name}.{end}" for question in QUESTIONS.values() for name in question.captions for end in PICTURE_ENDINGS
-    )
+    drawn = [name for question in QUESTIONS.values() for name in question.captions]
+    pictures = (f"{name}.{end}" for name in (*drawn, *(f"field-{each}" for each in FIELDS)) for end in PICTURE_ENDINGS)
     return tuple(dict.fromkeys((*OWN_FILES, *tables, *pictures)))
 
 

@@ -138,6 +138,7 @@ def point_row(point: Point) -> dict[str, float]:
         "regularisation_error": estimate.regularisation_error,
         "bridge": point.hold.bridge,
         "creep": point.hold.creep,
+        "plug": point.hold.plug,
         "slope": point.slopes,
         **{f"by_{name}": change for name, change in point.sensitivities.items()},
         "U_correction": estimate.U,

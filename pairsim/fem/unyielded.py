@@ -16,16 +16,16 @@ from pairsim.runtime.arrays import Array
 DEGREE = 4  # of the quadrature of the square of the shear rate; chosen
 
 
-def stress_over_yield_stress(scene: Scene, x: Array) -> Array:
-    """|tau|/tau_y in the cells of the liquid, |tau|^2 = tau : tau/2, at the root mean square of their shear rate, (m,).
-
-    Below 1 a cell is unyielded: it only creeps, by the regularisation.
+def law_fields(scene: Scene, x: Array) -> dict[str, Array]:
+    """The fields that the law of the viscosity adds, at the root mean square of the shear rate of each cell, (m,) each.
 
     Args:
-        scene: A scene in a liquid with a yield stress.
+        scene: The scene.
         x: Full vector, shape (n,).
     """
     mesh, law = scene.liquid.six_node_mesh, scene.material.solvent
+    if not law.fields:
+        return {}
     points, weights = basix.make_quadrature(basix.CellType.triangle, DEGREE)
     gradients, values = shape_gradients(points), shape_values(points)
     places, u = scene.positions(x)[mesh.cells], scene.liquid.nodal("u", x)[mesh.cells]
@@ -35,7 +35,9 @@ def stress_over_yield_stress(scene: Scene, x: Array) -> Array:
     hoop = (u[..., 1] @ values.T) / (places[..., 1] @ values.T)
     gamma2 = 2 * ((e**2).sum(axis=(2, 3)) + hoop**2)
     gamma2 = (gamma2 @ weights) / weights.sum() + LEAST_RATE**2
-    return np.asarray(np.sqrt(gamma2) * law.viscosity(gamma2) / law.yield_stress)
+    rate, tau = np.sqrt(gamma2), np.sqrt(gamma2) * law.viscosity(gamma2)
+    with np.errstate(divide="ignore"):  # a yield stress may be 0
+        return {name: field.value(law, tau, rate) for name, field in law.fields.items()}
 
 
 def bridges(scene: Scene, x: Array, h: Array) -> Array:
@@ -52,6 +54,6 @@ def bridges(scene: Scene, x: Array, h: Array) -> Array:
         return np.zeros(max(len(scene.bodies) - 1, 0))
     cells = scene.positions(x)[scene.liquid.six_node_mesh.cells[:, :3]]
     z, inner = cells[..., 0].mean(axis=1), cells[..., 1].min(axis=1)
-    yields = stress_over_yield_stress(scene, x) >= 1
+    yields = law_fields(scene, x)["yielding"] >= 1
     middles = [float(body.outline_points(h)[[0, -1], 0].mean()) for body in scene.bodies]
     return np.array([inner[yields & (a < z) & (z < b)].min(initial=TUBE_RADIUS) for a, b in pairwise(middles)])

@@ -54,6 +54,8 @@ def _named() -> dict[str, Named]:
     return found
 
 
+FIELDS = {name: field for law in LAWS.values() for name, field in law.fields.items()}
+"""The fields that laws add to fields.xdmf and to pictures, by name."""
 DIMENSIONS = _dimensions()
 """The measurable quantities of materials but the modulus, by key: those of all liquids, then those of each law."""
 PARAMETERS = _named()

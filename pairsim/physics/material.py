@@ -106,6 +106,22 @@ def parameter(
     return dataclasses.field(default=default, metadata=metadata, kw_only=True)
 
 
+@dataclass(frozen=True)
+class LawField:
+    """A field that a law adds to fields.xdmf and to pictures, a pure number in the liquid.
+
+    Attributes:
+        symbol: Its symbol (TeX).
+        value: It, from the law, the magnitude |tau| of its stress, |tau|^2 = tau : tau/2 [eta_0 U_av/D_c], and the
+            shear rate [U_av/D_c].
+        level: Value at which all pictures of fields have a contour; None: no contour.
+    """
+
+    symbol: str
+    value: Callable[[Any, Any, Any], Any]
+    level: float | None = None
+
+
 NAMED: list[type[Material]] = []
 """All laws in the order of their definition: classes with a name, those that ship and those that users bring."""
 
@@ -124,6 +140,7 @@ class Material:
         default: Whether it is the law of a case that names none.
         regularisation: Name of the parameter that rounds off a kink of the stress, which vanishes as 1 over it; "" in a
             law without a kink. Solutions are continued in its logarithm, with a new matrix in each iteration.
+        fields: The fields that it adds, by name.
     """
 
     name: ClassVar[str]
@@ -131,6 +148,7 @@ class Material:
     words: ClassVar[str]
     default: ClassVar[bool] = False
     regularisation: ClassVar[str] = ""
+    fields: ClassVar[Mapping[str, LawField]] = {}
 
     def __init_subclass__(cls, **more: Any) -> None:
         super().__init_subclass__(**more)

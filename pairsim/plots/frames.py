@@ -10,6 +10,8 @@ from scipy.interpolate import CubicSpline
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import depth_first_order
 
+from pairsim.physics import declared
+from pairsim.physics.material import LawField
 from pairsim.results.units import PURE, STRESS, VELOCITY, Unit
 from pairsim.results.xdmf import TENSOR, FieldFrame
 from pairsim.runtime.arrays import Array, Indices
@@ -111,11 +113,17 @@ def _stored(name: str) -> Callable[[FieldFrame], Array]:
     return lambda frame: frame.point_data[name]
 
 
+def _of_law(name: str, field: LawField) -> Field:
+    """A field that a law adds, around its level and up to twice that where it has one."""
+    if (level := field.level) is None:
+        return Field(field.symbol, PURE, _stored(name), name, diverging=False)
+    return Field(f"{field.symbol} - {level:g}", PURE, lambda f: np.minimum(f.point_data[name], 2 * level) - level, name)
+
+
 FIELDS: dict[str, Field] = {
     "velocity": Field(r"u_z", VELOCITY, axial_velocity, "velocity", "tau_s", diverging=False),
     "streamlines": Field(r"u_z - U", VELOCITY, lambda f: axial_velocity(f) - particle_velocity(f), "velocity"),
     "tr_c": Field(r"\mathrm{tr}\,c", PURE, _stored("tr_c"), "tr_c", diverging=False),
-    "yielding": Field(r"|\sigma|/\tau_y - 1", PURE, lambda f: np.minimum(f.point_data["yielding"], 2) - 1, "yielding"),
     "N1": Field(r"\tau_{zz} - \tau_{rr}", STRESS, lambda f: stress(f, "zz") - stress(f, "rr"), "tau_p", "tau_s"),
     "tau_zz": Field(r"\tau_{zz}", STRESS, lambda f: stress(f, "zz"), "tau_p", "tau_s"),
     "pressure": Field(r"p", STRESS, _stored("pressure"), "pressure", diverging=False),
@@ -124,6 +132,7 @@ FIELDS: dict[str, Field] = {
     ),
     "tau_zz_extra": Field(r"\tau_{zz} - \tau_{zz\infty}", STRESS, _stored("tau_p_zz_extra"), "tau_p_zz_extra"),
     "pressure_extra": Field(r"p - p_\infty", STRESS, _stored("pressure_extra"), "pressure_extra"),
+    **{name: _of_law(name, field) for name, field in declared.FIELDS.items()},
 }
 """The fields by the names that `pairsim plot --field` takes."""
 

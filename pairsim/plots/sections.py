@@ -19,6 +19,7 @@ from matplotlib.tri import Triangulation
 from scipy.integrate import cumulative_trapezoid
 from scipy.interpolate import LinearNDInterpolator
 
+from pairsim.physics import declared
 from pairsim.plots.frames import FIELDS, axial_velocity, outlines, particle_velocity
 from pairsim.plots.labels import tex_number
 from pairsim.plots.style import DIVERGING, GREY, SEQUENTIAL, Page, colour_bar
@@ -167,6 +168,7 @@ def draw_view(axis: Axes, view: View, place: int, layers: Sequence[tuple[Layer, 
                 axis.tripcolor(pieces, layer.values[place], shading="gouraud", **look)
         if layer.lines:
             _streamlines(axis, view)
+    _levels(axis, view)
     for outline in view.particles:
         if not coloured:
             axis.fill(*outline.T, color=GREY, linewidth=0, zorder=2)
@@ -191,6 +193,18 @@ def mark_view(axis: Axes, view: View) -> None:
     for name, outline in zip(names, view.particles, strict=False):
         z = float(outline[:, 0].min() + outline[:, 0].max()) / 2
         axis.text(z, 0, name, ha="center", va="center", **look)
+
+
+def _levels(axis: Axes, view: View) -> None:
+    """The contours of what laws add, such as where the liquid begins to yield."""
+    (z, r), liquid = view.frame.points.T, view.frame.cells[view.frame.region == 0]
+    for name, field in declared.FIELDS.items():
+        values = view.frame.point_data.get(name)
+        if values is None or field.level is None or not values[liquid].min() < field.level < values[liquid].max():
+            continue
+        for side in (1, -1):
+            pieces = Triangulation(z, side * r, liquid[:, PIECES].reshape(-1, 3))
+            axis.tricontour(pieces, values, levels=[field.level], colors="black", linewidths=0.8, linestyles="dashed")
 
 
 def _streamlines(axis: Axes, view: View) -> None:

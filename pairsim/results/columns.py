@@ -203,6 +203,7 @@ COLUMNS: tuple[Column, ...] = (
     Column("ends_error", r"\epsilon_{L{,}}", _ENDS, VELOCITY, GAP),
     Column("regularisation_error", r"\epsilon_{m{,}}", _REGULARISED, VELOCITY, GAP),
     Column("bridge", r"b{_}", _BRIDGE, LENGTH, GAP),
+    Column("plug", "r_p", "radius within which the liquid does not yield where there are no particles", LENGTH),
     Column("creep", r"k{_}", _CREEP, PURE, GAP, unknown=True),
     _correction(PARTICLE, "U", VELOCITY),
     _error(PARTICLE, "U", VELOCITY, "mesh, ends and Newton's method"),
@@ -229,7 +230,7 @@ HEALTH = ("dt", "newton", "mesh", *OBSERVED, "distortion")
 """Diagnostics in series.csv, after `series_columns`."""
 POLYMER_HEALTH = tuple(entry.name for entry in COLUMNS if entry.polymer)
 """Diagnostics that follow in a viscoelastic liquid."""
-YIELD_HEALTH = ("regularisation_error", "bridge", "creep")
+YIELD_HEALTH = ("regularisation_error", "bridge", "creep", "plug")
 """Diagnostics in curve.csv and critical.csv that follow in a liquid with a yield stress."""
 FORCES = ("F", "F_correction", "F_error")
 """What curve.csv has of every particle, if their velocity is prescribed."""

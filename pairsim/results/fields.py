@@ -10,7 +10,7 @@ from scipy.sparse.linalg import splu
 from pairsim.fem.meshes.quadrature import assembled
 from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
 from pairsim.fem.scene import Body, Scene
-from pairsim.fem.unyielded import stress_over_yield_stress
+from pairsim.fem.unyielded import law_fields
 from pairsim.physics.conformation import exponential, polymer_stress, trace
 from pairsim.physics.pipe import PipeState, across
 from pairsim.results.xdmf import FieldFrame
@@ -103,8 +103,7 @@ def frame(step: Step | SteadyMoment, origin: Array, flow: PipeState) -> FieldFra
         tau = polymer_stress(scene.material, c)
         alone = polymer_stress(scene.material, across(flow.r, flow.c, here[:, 1]))
         fields |= {"tr_c": trace(c).max(axis=1), "tau_p": tau, "tau_p_zz_extra": (tau - alone)[:, 0]}
-    if scene.material.solvent.yield_stress:
-        fields["yielding"] = mesh.at_nodes(stress_over_yield_stress(scene, step.x))
+    fields |= {name: mesh.at_nodes(values) for name, values in law_fields(scene, step.x).items()}
     for name, values in fields.items():  # of the liquid; 0 in particles
         data[name] = np.zeros((len(points), *values.shape[1:]))
         data[name][: len(nodes)] = values

@@ -19,7 +19,7 @@ FIELDS_XDMF, FRAMES = "fields.xdmf", "fields"
 """The index of the frames of fields, and the folder with a file for each."""
 PICTURES = ("fields", "runs", "curves")
 EXTRA = ("velocity_extra", "tau_zz_extra", "pressure_extra")
-FIELD_NAMES = ("velocity", "streamlines", "tr_c", "yielding", "N1", "tau_zz", "pressure", *EXTRA)
+FIELD_NAMES = ("velocity", "streamlines", "tr_c", "N1", "tau_zz", "pressure", *EXTRA)
 PICTURE_ENDINGS = ("png", "pdf", "svg", "gif")
 OWN_FILES = (
     "case.yaml",

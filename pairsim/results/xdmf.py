@@ -24,13 +24,14 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
+from pairsim.physics.declared import FIELDS
 from pairsim.results.folder import FIELDS_XDMF, FRAMES, frame_files, write_bytes, write_text
 from pairsim.results.units import LENGTH, PURE, STRESS, VELOCITY, Unit
 from pairsim.runtime.errors import InputError
 
 TENSOR = ("zz", "zr", "rr", "tt")
 ELASTIC = "tau_s"  # 0 in the liquid
-OF_LIQUID = "tau_p", "tr_c", "yielding", "pressure_extra"  # what begins so is 0 in the particles
+OF_LIQUID = "tau_p", "tr_c", "pressure_extra", *FIELDS  # what begins so is 0 in the particles
 HEAD = """<?xml version="1.0" encoding="utf-8"?>
 <Xdmf Version="3.0">
  <Domain>
@@ -47,7 +48,7 @@ REFERENCE = re.compile(r"(fields/\d+\.h5):/cells")
 def unit_of_field(name: str) -> Unit:
     """The unit of a field by its name in fields.xdmf."""
     others = {"velocity": VELOCITY, "position": LENGTH, "displacement": LENGTH, "tr_c": PURE}
-    others |= {"yielding": PURE}
+    others |= dict.fromkeys(FIELDS, PURE)
     return others.get(name, STRESS)
 
 

@@ -11,12 +11,14 @@ import numpy as np
 import pytest
 from matplotlib import image
 from matplotlib.figure import Figure
+from matplotlib.tri import TriContourSet
 from PIL import Image
 from support.field_samples import PAIR, scene
 from support.pictures import colours, drawn_figures, overlapping
 from support.result_folders import curve_table, make_curve, make_run, make_sweep
 
 from pairsim.api.folders import plot
+from pairsim.physics import declared
 from pairsim.plots.chart import Series, draw_series, leave_out_spikes, notes
 from pairsim.plots.critical import point_of
 from pairsim.plots.encoding import Encoding
@@ -30,6 +32,7 @@ from pairsim.plots.units import Units
 from pairsim.results.columns import names_of
 from pairsim.results.folder import FIELD_NAMES
 from pairsim.results.table_files import table_text
+from pairsim.results.xdmf import FieldFrame
 from pairsim.runtime.errors import InputError
 
 CASES = {
@@ -332,8 +335,21 @@ def test_fields_by_name_and_as_an_animation(tmp_path: Path) -> None:
         plot(folder, animate=True, formats="mp4")
 
 
+def test_the_yield_surface_is_a_contour(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def with_plug(moment: FieldFrame) -> FieldFrame:
+        return replace(moment, point_data=moment.point_data | {"yielding": moment.points[:, 1] / 0.3})
+
+    folder = make_run(tmp_path / "run", 2, [with_plug(scene(t, PAIR)) for t in (0.0, 0.1)])
+    with drawn_figures(monkeypatch) as figures:
+        plot(folder, field="velocity")
+    contours = [line for axis in figures[0].axes for line in axis.collections if isinstance(line, TriContourSet)]
+    radii = np.abs(np.concatenate([path.vertices[:, 1] for each in contours for path in each.get_paths()]))
+    assert len(contours) == 4, "above and below the axis at both times"
+    assert radii == pytest.approx(0.3, abs=1e-6)
+
+
 def test_every_picture_of_a_field_is_one_that_overwrite_removes() -> None:
-    assert tuple(FIELDS) == FIELD_NAMES
+    assert tuple(FIELDS) == (*FIELD_NAMES, *declared.FIELDS)
 
 
 def test_intervals_of_critical_distances() -> None:

@@ -15,6 +15,7 @@ import pairsim
 from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case
 from pairsim.computing.problems import steady_problem
+from pairsim.fem.recovery.viscosity_scatter import _beyond_first_order
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.liquids.bingham import Bingham
 from pairsim.physics.liquids.herschel_bulkley import HerschelBulkley
@@ -82,6 +83,7 @@ def test_unyielded_liquid_holds_a_pair_together() -> None:
     assert row["creep"] == pytest.approx(1, abs=0.15)
     assert 0.1 < row["bridge"] < 0.2
     assert row["regularisation_error"] > row["dU"] / 2
+    assert row["plug"] == pytest.approx(0.17124, rel=1e-4), "Buckingham and Reiner"
 
 
 def test_a_pair_that_yielding_liquid_surrounds_is_not_held() -> None:
@@ -136,6 +138,19 @@ def test_one_point_off_the_lock_leaves_the_region_undecided() -> None:
     columns = {"dU_error": np.full(3, 2e-5), "bridge": np.array([0.1, 0.1, 0.0]), "creep": np.array([1, 1, np.nan])}
     words = answer_of_curve(curve_table(d, np.full(3, 1e-5), 0 * d, **columns), [], {})[0]
     assert words.startswith("Not decided between d = 0.1 and 0.3")
+
+
+def test_what_is_beyond_the_first_order_is_no_more_than_the_whole_change_of_the_stress() -> None:
+    """Linearised below the yield stress, the change is that of a viscosity of 2000."""
+    law, rng = Bingham(Bn=2.0), np.random.default_rng(0)
+    e, more = (scale * rng.standard_normal((200, 3, 4)) for scale in (1e-3, 0.1))
+
+    def stress(e: np.ndarray) -> np.ndarray:
+        return 2 * law.viscosity(2 * (e**2).sum(-1) + 1e-12)[..., None] * e
+
+    left, change = (np.sqrt((x**2).sum(-1)) for x in (_beyond_first_order(law, e, more), stress(e + more) - stress(e)))
+    assert (left <= change * (1 + 1e-9)).all()
+    assert left.mean() > 0.3 * change.mean()
 
 
 def test_a_law_of_a_users_own_may_name_its_regularisation() -> None:

@@ -31,6 +31,7 @@ SMOOTHED = 0.25
 # Change of the shear rate, relative to it, from which on terms beyond the first order count. Where it changes by less
 # they are those of a smooth field, which cancel from cell to cell as contributions of the first order do.
 LEAST_CHANGE = 0.1
+SMALLEST = 1e-300  # in place of a stress of 0
 IMAGINARY = 1e-30j  # complex step; it causes no cancellation
 
 
@@ -70,7 +71,10 @@ def viscosity_scatter[R: EnrichedResidual](enriched: EnrichedScene[R], x: Array,
 
 
 def _beyond_first_order(law: ViscousLaw, e: Array, more: Array) -> Array:
-    """The stress at e + more, without that at e and its change to first order in more, (..., 4)."""
+    """The stress at e + more, without that at e and its change to first order in more, (..., 4).
+
+    In a liquid with a yield stress it is no larger than the change itself.
+    """
 
     def viscosity(gamma2: Any) -> Any:
         return law.viscosity(gamma2 + LEAST_RATE**2)
@@ -82,6 +86,11 @@ def _beyond_first_order(law: ViscousLaw, e: Array, more: Array) -> Array:
     linear = viscosity(smooth)[..., None] * more + slope[..., None] * e
     left = 2 * (viscosity(changed)[..., None] * (e + more) - viscosity(gamma2)[..., None] * e - linear)
     counts = 2 * (more**2).sum(axis=-1) > LEAST_CHANGE**2 * gamma2
+    if law.yield_stress:
+        # Up to the yield stress linearised changes exceed several times the whole change, which is bounded.
+        change = 2 * (viscosity(changed)[..., None] * (e + more) - viscosity(gamma2)[..., None] * e)
+        sizes = [np.sqrt((each**2).sum(axis=-1)) for each in (change, left)]
+        counts = counts * np.minimum(1.0, sizes[0] / np.maximum(sizes[1], SMALLEST))
     return np.asarray(left * counts[..., None])
 
 

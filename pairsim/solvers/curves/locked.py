@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pairsim.fem.unyielded import bridges
+from pairsim.physics.scales import TUBE_RADIUS
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.steady.scene import SteadySolver
 
@@ -29,10 +30,12 @@ class Hold:
         bridge: See `pairsim.fem.unyielded.bridges`, (N-1,).
         creep: The exponent of 1/m by which dU at held distances falls over the last factor `APART` of m; NaN where no
             bridge makes it worth asking, or where dU has two signs, (N-1,).
+        plug: Radius of the plug of the flow without particles [D_c]; 0 in liquids without a yield stress.
     """
 
     bridge: Array
     creep: Array
+    plug: float
 
     @classmethod
     def of(cls, steady: SteadySolver, undecided: np.ndarray) -> Hold:
@@ -43,12 +46,15 @@ class Hold:
             undecided: Whether the interval of dU holds both signs, (N-1,); boolean.
         """
         h, x = steady.state()
-        bridge = bridges(steady.scene, x, h)
+        bridge, liquid = bridges(steady.scene, x, h), steady.parameters.liquid
+        yields_at = liquid.solvent.yield_stress
+        stress = abs(steady.flows.at(liquid).gradient) * TUBE_RADIUS / 2  # at the wall, 0 without flow
+        plug = TUBE_RADIUS * yields_at / max(stress, yields_at) if yields_at else 0.0
         creep = np.full(len(bridge), np.nan)
         fields = steady.constraints.fields["U_p"]
         asked = undecided & (bridge > 0) & (np.abs(np.diff(steady.y[fields])) > ROUNDING)
         if not asked.any():
-            return cls(bridge, creep)
+            return cls(bridge, creep, plug)
         here = steady.snapshot
         if steady.solve(steady.parameters.less_regularised(1 / APART)).converged:
             with np.errstate(invalid="ignore", divide="ignore"):
@@ -56,7 +62,7 @@ class Hold:
             creep[asked] = power[asked]
         steady.recall(here)
         steady.forget()
-        return cls(bridge, creep)
+        return cls(bridge, creep, plug)
 
 
 def held_together(dU: Array, error: Array, bridge: Array, creep: Array) -> np.ndarray:

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 
+from pairsim.physics.pipe import FIRST_GRADIENT, Pipe
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
@@ -29,9 +30,10 @@ FEWEST_CELLS = 4  # on a half-circle; chosen
 # The continuation to the first parameters takes many solutions that are not reported. It is done on larger cells.
 SCOUT = 2.0  # their factor; chosen
 SCOUT_CELLS = 8  # on a half-circle, at least; chosen
-# Product of diameter and Ca_e from which particles are nearly too soft; steady shapes end near 0.064 in a Newtonian
-# liquid (docs/explanation/decisions.md).
+# Product of diameter and Ca_e, and of the stress over that of a Newtonian liquid, from which particles are nearly too
+# soft; steady shapes end near 0.064 in a Newtonian liquid (docs/explanation/decisions.md).
 SOFT = 0.05
+ROUND = 100.0  # regularisation at which particles nearly too soft are made soft; chosen
 FINER_SCOUT = 2**0.5  # where the first scout fails, or to see that a branch ends at the same place; chosen
 FINER = 2**0.5  # factor of the cells of a particle where a branch has ended; chosen
 # Distortion above which a solution from undeformed spheres is taken as it is, more than LEAST_STEADY, below which
@@ -60,12 +62,23 @@ def by_continuation(problem: SteadyProblem, parameters: Parameters) -> SteadySol
     start = cold_start(parameters)
     if not (parameters.De or parameters.liquid.regularisation) or not any(parameters.Ca_es):
         return _continued_through(problem, start, parameters)
-    if max(beta * Ca_e for beta, Ca_e in zip(problem.betas, parameters.Ca_es, strict=True)) < SOFT:
+    if _softness(problem, parameters) < SOFT:
         with suppress(NoSteadyState, MeshFailure):
             found = _continued_through(problem, start, parameters)
             if isinstance(found, SteadySolver):
                 return found
-    return _continued_through(problem, start, replace(parameters, solids=start.solids), parameters)
+    # On a new mesh the solution of a liquid with a sharp kink is found through rounder ones, a long way for each step.
+    sharpness = parameters.liquid.numbers[parameters.liquid.regularisation] if parameters.liquid.regularisation else 1.0
+    rounder = parameters.less_regularised(min(1.0, ROUND / sharpness))
+    return _continued_through(problem, start, replace(rounder, solids=start.solids), rounder, parameters)
+
+
+def _softness(problem: SteadyProblem, parameters: Parameters) -> float:
+    """Largest product of diameter and Ca_e, and of the stress where a yield stress makes it larger."""
+    stress = 1.0
+    if parameters.liquid.regularisation:
+        stress = max(stress, Pipe(parameters.liquid, problem.flow).steady().gradient / FIRST_GRADIENT)
+    return stress * max(beta * Ca_e for beta, Ca_e in zip(problem.betas, parameters.Ca_es, strict=True))
 
 
 def _continued_through(problem: SteadyProblem, start: Parameters, *places: Parameters) -> SteadySolver | Ended:
