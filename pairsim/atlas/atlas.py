@@ -18,8 +18,6 @@ from pairsim.atlas.basis import PARAMETERS, Basis, distance_terms
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
-SHIPPED = Path(__file__).with_name("equal-pairs.npz")
-"""The atlas that ships: equal pairs in a Giesekus liquid with xi and alpha of the study."""
 SLACK = 1e-9  # part of a range by which a value may be outside by rounding
 LONGEST = 4096  # places that are evaluated at a time, which bounds the memory
 
@@ -94,13 +92,12 @@ class Atlas:
         self.distances, self.provenance = distances, dict(provenance)
 
     @classmethod
-    def load(cls, path: Path | None = None) -> Self:
-        """Read an atlas; None is the one that ships.
+    def load(cls, path: Path) -> Self:
+        """Read an atlas.
 
         Raises:
             InputError: The file cannot be read, or is no atlas of this version.
         """
-        path = path or SHIPPED
         try:
             with np.load(path, allow_pickle=False) as stored:
                 head = json.loads(str(stored["head"]))
