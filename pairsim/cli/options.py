@@ -18,7 +18,7 @@ if TYPE_CHECKING:  # mypy cannot know them
     OfFiles = str
 else:
     OfQuestion = Literal[NAMES]
-    OfFiles = Literal[(*NAMES, "sweep", "study")]
+    OfFiles = Literal[(*NAMES, "sweep", "study", "atlas")]
     OfExamples = Literal[tuple(name for name in (*NAMES, "sweep") if (EXAMPLES / f"{name}.yaml").is_file())]
 CaseFile = Annotated[Path, typer.Argument(help="Case file (YAML); pairsim schema lists its keys.")]
 Folder = Annotated[Path, typer.Argument(help="Folder of results.", metavar="DIR")]

@@ -105,7 +105,7 @@ def test_hard_cases_are_valid_and_all_different() -> None:
     files = {path.stem: path for path in (ROOT / "configs" / "hard").glob("*.yaml")}
     counts = {name: len(read_grid(path).cases) for name, path in files.items()}
     assert counts == {name: len(read_yaml(path)["cases"]) for name, path in files.items()}
-    assert counts.keys() == {"run", "curve", "random"}
+    assert counts.keys() == {"run", "curve", "random", "yielding"}
     assert sum(counts.values()) == 120
 
 
@@ -113,7 +113,7 @@ def test_hard_cases_are_valid_and_all_different() -> None:
     ("kind", "count"),
     [
         pytest.param("scenes", 286, marks=pytest.mark.slow),
-        pytest.param("random", 200, marks=pytest.mark.slow),
+        pytest.param("random", 248, marks=pytest.mark.slow),
         ("curves", 18),
         ("runs", 32),
     ],
