@@ -106,7 +106,7 @@ def test_hard_cases_are_valid_and_all_different() -> None:
     counts = {name: len(read_grid(path).cases) for name, path in files.items()}
     assert counts == {name: len(read_yaml(path)["cases"]) for name, path in files.items()}
     assert counts.keys() == {"run", "curve", "random", "yielding"}
-    assert sum(counts.values()) == 120
+    assert sum(counts.values()) == 140
 
 
 @pytest.mark.parametrize(
