@@ -32,7 +32,7 @@ ONE_SIGN = str.maketrans(
     dict.fromkeys("″“”", "''")
     | dict.fromkeys("’′´`‘", "'")  # noqa: RUF001
     | dict.fromkeys("−–‐", "-")  # noqa: RUF001
-    | dict.fromkeys("·⋅∙•×", "*")  # noqa: RUF001
+    | dict.fromkeys("·⋅∙•×・", "*")  # noqa: RUF001
 )
 """Quotation marks, primes, dashes and points of products, each in one way."""
 NUMBER = r"(?i)[-+]?(\d+[.,]?\d*|[.,]\d+)(e[-+]?\d+)?"

@@ -84,6 +84,7 @@ FLOW_CURVES = {
     "Italian": "Velocità di taglio [1/s];Sforzo di taglio [kPa]\n"
     + table(RATES, scaled(STRESS, 1e-3), by=";", comma=True),
     "Portuguese": "Taxa de cisalhamento (1/s)\tViscosidade (cP)\n" + table(RATES, MILLI, by="\t", comma=True),
+    "Japanese": "せん断速度 [1/s],粘度 [mPa・s]\n" + table(RATES, MILLI),
     "a prefix apart": "shear rate (inverse seconds);viscosity in milli Pa s\n" + table(RATES, MILLI, by=";"),
     "pascal seconds": "shear rate 1/s;viscosity (milli-Pascal-seconds)\n" + table(RATES, MILLI, by=";"),
     "one space": "# rate(1/s) eta(mPa s)\n" + table(RATES, MILLI, by=" "),
@@ -199,6 +200,8 @@ def test_moduli_are_read(kind: str, tmp_path: Path) -> None:
          'column 3 "B viscosity [Pa.s]" is not read, which may be viscosity, too'),
         ("rate [1/s],viscosity [Pa.s],N1 [Pa]\n" + table(RATES, VISCOSITIES, [1.0, -2.0, 3.0, 4.0, 5.0, 6.0]),
          "N1 is not positive at up to 0.5 1/s: 4 of its points, at larger rates, are read"),
+        ("Taxa de cisalhamento (1/s);Viscosidade (Pa.s);Primeira diferença de tensões normais (Pa)\n"
+         + table(RATES, VISCOSITIES, POINTS, by=";"), "N1 in Pa (column 3"),
         ("rate [1/s],rate [1/s],viscosity [Pa.s]\n" + table(RATES, POINTS, VISCOSITIES),
          'column 2 "rate [1/s]" is not read, which may be rate, too'),
         (TRIOS, "not read: section 'Flow sweep - 4'; --section NAME reads another one"),
