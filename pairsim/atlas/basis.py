@@ -11,8 +11,8 @@ from numpy.polynomial.chebyshev import chebvander
 from pairsim.runtime.arrays import Array, Indices
 
 PARAMETERS = ("beta", "De", "Ca_e")
-BEND = 0.15  # De from which on dU bends: the variable is log(1 + De/BEND); chosen by held-out curves
-NEAR = 0.1  # d below which dU changes little: the variable is log(d + NEAR) [D_c]; chosen by held-out curves
+BEND = 0.15  # De from which on dU bends: the variable is log(1 + De/BEND); chosen
+NEAR = 0.1  # d below which dU changes little: the variable is log(d + NEAR) [D_c]; chosen
 
 
 @dataclass(frozen=True)
