@@ -216,7 +216,7 @@ def main() -> None:
     for De, d, supg, cells in product(options.De, options.d, options.supg, options.cells):
         scene = argparse.Namespace(**vars(options) | {"De": De, "d": d, "supg": supg})
         with tempfile.TemporaryDirectory() as folder:
-            rows.append({"De": De, "d": d, "supg": supg, **solve(scene, cells, folder)})
+            rows.append({"De": De, "d": d, "Ca_e": options.Ca_e, "supg": supg, **solve(scene, cells, folder)})
         print(rows[-1], flush=True)
         with options.output.open("w", newline="") as file:
             writer = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
