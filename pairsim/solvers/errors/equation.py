@@ -24,7 +24,7 @@ from pairsim.fem.recovery.enriched_scene import EnrichedScene
 from pairsim.fem.recovery.recovered_solution import RecoveredSolution
 from pairsim.fem.recovery.viscosity_scatter import viscosity_scatter
 from pairsim.runtime.arrays import Array
-from pairsim.solvers.errors.estimate import without_memory
+from pairsim.solvers.errors.estimate import VISCOUS
 from pairsim.solvers.nonlinear.factors import ROUGH
 from pairsim.solvers.nonlinear.newton import Newton
 from pairsim.solvers.stepping.history import ErrorHistory, History
@@ -128,7 +128,7 @@ class ErrorEquation:
         adjoints[:, constraints.integrated] /= g
         with newton.clock("assembly"):
             contributions = viscosity_scatter(self._on(newton), x, (constraints.T.T @ adjoints.T).T)
-        return np.asarray(without_memory(scene.material).scatter * np.sqrt((contributions**2).sum(axis=1)))
+        return np.asarray(VISCOUS.scatter * np.sqrt((contributions**2).sum(axis=1)))
 
     def _guess(self, newton: Newton, scheme: Scheme) -> Array:
         """First guess of the error: that of the last step, with velocities that keep the errors of all positions.

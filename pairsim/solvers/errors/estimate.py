@@ -18,7 +18,6 @@ from pairsim.fem.meshes.size_field import ORDER, VISCOUS_ORDER, CellIndicators
 from pairsim.fem.recovery.enriched_residual import EnrichedTests
 from pairsim.fem.recovery.enriched_scene import EnrichedScene
 from pairsim.fem.recovery.weighted_residual import WeightedResidual
-from pairsim.physics.liquids import Liquid
 from pairsim.physics.scales import FLOW_RATE
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.errors.adjoints import MEASURES, Adjoints
@@ -45,8 +44,6 @@ class Factors:
 # (docs/explanation/error-estimate.md).
 VISCOUS = Factors(3.0, np.add)
 ELASTIC = Factors(1.6, np.maximum)
-# Determined on 56 solutions of 14 pairs with Bn from .5 to 5, all of whose intervals of dU hold.
-YIELDING = Factors(2.0, np.add)
 # What is left of parts of the estimate that cancel between the liquid and soft particles, relative to them. Where
 # spheres are far apart the parts are a hundred times their sum. Determined on Newtonian curves of beta .4 (all of 30
 # intervals hold), and checked on those of beta .2 and .6 (98 % of 51).
@@ -62,11 +59,6 @@ OF_REGULARISATION = 1.5
 ROUNDING = 1e-13
 # Scatter over the magnitude of the estimate above which the estimate has no certain sign, and is not added.
 CANCELLING = 4.0
-
-
-def without_memory(liquid: Liquid) -> Factors:
-    """The factors in a liquid without modes."""
-    return YIELDING if liquid.regularisation else VISCOUS
 
 
 @dataclass(frozen=True)
@@ -203,7 +195,7 @@ class ErrorEstimator:
         F, shape = slice(count, count + adjoints.forces), slice(count + adjoints.forces, -1)
         moved = len(changes[F]) > 0
         elastic = bool(scene.material.modes)
-        factors = ELASTIC if elastic else without_memory(scene.material)
+        factors = ELASTIC if elastic else VISCOUS
         cancelling = (scatter[F] if moved else scatter_dU) > CANCELLING * np.abs(
             changes[F] if moved else np.diff(changes[:count])
         )
