@@ -9,7 +9,7 @@ from __future__ import annotations
 import copy
 import math
 import re
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
@@ -18,7 +18,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, WithJsonSche
 
 from pairsim.cases.materials import declared_in, liquid_block
 from pairsim.cases.mistakes import Mistake, missing
-from pairsim.cases.quantities import LENGTH, a_length, known_unit, quantity_range, rounded, si
+from pairsim.cases.quantities import LENGTH, a_length, known_unit, measured, quantity_range, rounded, si
 from pairsim.cases.values import Range, is_finite
 from pairsim.cases.yaml_file import within
 from pairsim.physics import liquids
@@ -41,11 +41,13 @@ class Quantity(NamedTuple):
         dimension: Its dimension, which has the name of the key.
         gives: Dotted key of the case that it stands for (`d` for `d` and `d0`), "" if there is none.
         many: Whether it takes one value for each particle.
+        uncertain: Whether it may have a half-width, as there are derivatives of dU by it.
     """
 
     dimension: Dimension
     gives: str = ""
     many: bool = False
+    uncertain: bool = False
 
     @property
     def key(self) -> str:
@@ -69,7 +71,10 @@ class Quantity(NamedTuple):
             if isinstance(value, Mapping) and ranged:
                 entries = quantity_range(Range[str].model_validate(value))
             if not isinstance(entries, list | tuple) or not (self.many or ranged):
-                return si(value, of)
+                found = measured(value, of)
+                if found.half_width and not self.uncertain:
+                    raise ValueError("must be given without +-")
+                return found.value
         except ValueError as error:
             of_range = error.errors() if isinstance(error, ValidationError) else ()
             unfit = ", ".join(str(each["loc"][0]) for each in of_range)
@@ -77,12 +82,14 @@ class Quantity(NamedTuple):
             also = f"; may be a list or a range, too, such as {RANGE_OF_LENGTHS}" if ranged else ""
             mistakes.append(Mistake(place, value, wrong + also))
             return None
-        return tuple(self.in_si(each, f"{place}[{i}]", of, mistakes) for i, each in enumerate(entries))
+        one = self._replace(uncertain=False)
+        return tuple(one.in_si(each, f"{place}[{i}]", of, mistakes) for i, each in enumerate(entries))
 
 
 def _measured(key: str, kind: str, words: str, unit: str, example: str, symbol: str) -> Quantity:
     """A quantity that sets a scale, and is no number of the case."""
-    return Quantity(Dimension(key, kind, words, unit, example, lambda value, _: value, symbol))
+    dimension = Dimension(key, kind, words, unit, example, lambda value, _: value, symbol)
+    return Quantity(dimension, uncertain=key != "density")
 
 
 # An incompressible material has E = 3 G_p.
@@ -105,19 +112,21 @@ DENSITY = _measured(
     "density", "a density", "density of the liquid, only used for the Reynolds number", "kg/m^3", "1000 kg/m^3", r"\rho"
 )
 EXPERIMENT = (
-    Quantity(a_length("tube", "inner diameter of the tube D_c", symbol="D_c")),
+    Quantity(a_length("tube", "inner diameter of the tube D_c", symbol="D_c"), uncertain=True),
     _measured("flow_rate", "a flow rate", FLOW_RATE, "m^3/s", "1 ul/min", "Q"),
     _measured("velocity", "a velocity", VELOCITY, "m/s", "5 mm/s", "U_{av}"),
-    Quantity(a_length("particle", "diameter D_p; gives beta = D_p/D_c", "20 um", "D_p"), "beta", many=True),
-    Quantity(MODULUS, "Ca_e", many=True),
-    Quantity(YOUNG, "Ca_e", many=True),
+    Quantity(a_length("particle", "diameter D_p; gives beta = D_p/D_c", "20 um", "D_p"), "beta", True, True),
+    Quantity(MODULUS, "Ca_e", True, True),
+    Quantity(YOUNG, "Ca_e", True, True),
     DENSITY,
     Quantity(DISTANCE, "d"),
     Quantity(SPACING, "train.spacing"),
     Quantity(CAPILLARY, "row.tube"),
     Quantity(a_time("end", "end time of a run; gives time.end"), "time.end"),
 )
-QUANTITIES = {each.key: each for each in (*EXPERIMENT, *map(Quantity, DIMENSIONS.values()))}
+UNCERTAIN = "viscosity", "consistency", "relaxation", "solvent"  # of liquids
+OF_MATERIALS = (Quantity(each, uncertain=each.key in UNCERTAIN) for each in DIMENSIONS.values())
+QUANTITIES = {each.key: each for each in (*EXPERIMENT, *OF_MATERIALS)}
 """All keys of the block: those of an experiment, then those that the parameters of materials follow from."""
 
 if TYPE_CHECKING:
@@ -229,22 +238,24 @@ def numbers_of(case: Mapping[str, Any], mistakes: list[Mistake]) -> dict[str, An
         mistakes += _check_together(values, block, case)
     if mistakes or "tube" not in values:
         return {}
-    scales = _scales(values, viscosity_law(case))
-    found: dict[str, Any] = {}
+    return {key: _each(number, rounded) for key, number in numbers_from(values, case)[1].items()}
+
+
+def numbers_from(values: Mapping[str, Any], case: Mapping[str, Any]) -> tuple[Scales, dict[str, Any]]:
+    """The scales and the numbers of a case from its quantities in SI units, which may be arrays; see `numbers_of`."""
+    scales, found = _scales(values, viscosity_law(case)), dict[str, Any]()
     for key, of in stands_for(case):
         if of.key in values:
             # A solvent is in units of its own viscosity.
             of_solvent = key.startswith("liquid.solvent.") and "xi" in found
             own = replace(scales, viscosity=found["xi"] * scales.viscosity) if of_solvent else scales
-            found[key] = _number(values[of.key], of, own)
-    return found
+            found[key] = _each(values[of.key], of.number, own)
+    return scales, found
 
 
-def _number(value: Any, of: Dimension, scales: Scales) -> Any:
-    """The number of a value in SI units, or of each of those in nested tuples."""
-    if isinstance(value, tuple):
-        return tuple(_number(each, of, scales) for each in value)
-    return rounded(of.number(value, scales))
+def _each(value: Any, function: Callable[..., Any], *more: Any) -> Any:
+    """A function of a value and of `more`, or of each of the values in nested tuples."""
+    return tuple(_each(each, function, *more) for each in value) if isinstance(value, tuple) else function(value, *more)
 
 
 class InNumbers(NamedTuple):

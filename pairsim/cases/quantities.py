@@ -1,4 +1,4 @@
-"""Physical quantities with units, such as 50 um, parsed with pint."""
+"""Physical quantities with units, such as 50 um or 1.5 +- 0.3 kPa, parsed with pint."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pairsim.cases.values import Range, spelled_out
 from pairsim.physics.material import Dimension
@@ -17,7 +17,9 @@ if TYPE_CHECKING:
     import pint
 
 LEAST, MOST = 1e-30, 1e30  # limits of a quantity in its SI unit, whose products and ratios double precision can hold
-QUANTITY = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\W\d_].*)")  # number and unit
+NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+QUANTITY = re.compile(rf"({NUMBER})\s*([^\W\d_].*)")  # number and unit
+PLUS_MINUS = re.compile(r"\+-|\+/-|±")
 
 
 def a_length(key: str, words: str, example: str = "50 um", symbol: str = "") -> Dimension:
@@ -94,6 +96,52 @@ def si(text: Any, of: Dimension) -> float:
     if not LEAST <= value <= MOST:
         raise ValueError(f"must be from {LEAST:g} to {MOST:g} {of.unit}")
     return value
+
+
+class Measured(NamedTuple):
+    """A quantity in its SI unit, and the half-width of its interval of 95 %, 0 where none is given."""
+
+    value: float
+    half_width: float
+
+
+def measured(text: Any, of: Dimension) -> Measured:
+    """Convert a quantity that may have a half-width to its SI unit: 1.5 +- 0.3 kPa, 1.5 kPa +- 300 Pa, 8 ms +- 20 %.
+
+    Raises:
+        ValueError: As of `si`, or the half-width is no quantity of this dimension that is smaller than the value.
+    """
+    value, half = _halves(text)
+    number = si(value, of)
+    if half is None:
+        return Measured(number, 0.0)
+    relative = re.fullmatch(rf"({NUMBER})\s*%", half)
+    half_width = number * float(relative[1]) / 100 if relative else si(half, of)
+    if not 0 < half_width < number:
+        raise ValueError(f"must have a half-width below its value, such as {of.example} +- 10 %")
+    return Measured(number, half_width)
+
+
+def as_given(text: str) -> tuple[float, str]:
+    """The value of a quantity, which may have a half-width, in the unit in which it is given, and this unit.
+
+    Raises:
+        ValueError: It is no quantity.
+    """
+    number, unit = _parsed(_halves(text)[0])
+    return number, f"{unit:~P}"
+
+
+def _halves(text: Any) -> tuple[Any, str | None]:
+    """The two sides of +-, with the unit of one of them where the other has none; None without a half-width."""
+    if not isinstance(text, str) or len(sides := PLUS_MINUS.split(text.replace("(", "").replace(")", ""))) != 2:
+        return text, None
+    value, half = map(str.strip, sides)
+    if re.fullmatch(NUMBER, value) and (match := QUANTITY.fullmatch(half)):
+        value = f"{value} {match[2]}"
+    elif re.fullmatch(NUMBER, half) and (match := QUANTITY.fullmatch(value)):
+        half = f"{half} {match[2]}"
+    return value, half
 
 
 def unit_in(other: str, unit: str) -> float:

@@ -13,6 +13,7 @@ from typing import Any
 
 from pairsim.cases.case import SceneCase
 from pairsim.cases.identity import identity_of, key_of, sources_of
+from pairsim.cases.inputs import inputs_of
 from pairsim.computing import Question, events, own_files
 from pairsim.computing.events import Outcome
 from pairsim.computing.progress import Reporter
@@ -80,6 +81,9 @@ def carry_out[C: SceneCase](
         WriteFailure: case.yaml or run.json cannot be written.
     """
     notes = [*case.notes, *question.estimate(case).notes]
+    uncertain = [each.key for each in inputs_of(case) if each.half_width and "sensitivities" not in question.flags]
+    if uncertain:
+        notes.append(f"half-widths of {', '.join(uncertain)} are no part of this answer; pairsim curve has them")
     with sole_writer(directory, options.command):
         earlier = _earlier(case, directory, f"{question.table}.csv") if resume else None
         if earlier is not None:
@@ -297,6 +301,7 @@ class _Session:
         if (scales := case.scales) is not None:
             names = ("length", "time", "velocity", "stress")
             content["scales"] = {name: getattr(scales, name) for name in names} | {"units": "m, s, m/s, Pa"}
+            content["inputs"] = [each._asdict() for each in inputs_of(case)]
         if summary.phases:
             content["wall_time_by_phase"] = {**summary.phases, "other": wall - sum(summary.phases.values())}
         write_json(self.folder / "run.json", content)

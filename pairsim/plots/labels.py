@@ -89,7 +89,7 @@ def equation(key: str, value: Any) -> str:
         return shown(value)
     if key.startswith(BLOCK) and (known := measured(value if isinstance(value, list) else [value])) is not None:
         return f"{symbol(key)} = {shown(list(map(float, known[0])))} {known[1]}"
-    if name := _symbol(key):
+    if (name := _symbol(key)) and not isinstance(value, str):  # such as 5 kPa +- 20 %
         return f"${name} = {shown(value)}{'\\ D_c' if key == 'd0' else ''}$"
     return f"{symbol(key)} = {shown(value)}"
 

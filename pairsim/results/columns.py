@@ -117,7 +117,7 @@ def _error(of: str, name: str, unit: Unit, by: str) -> Column:
 def _by(name: str, symbol: str) -> Column:
     """The derivative of dU by a parameter."""
     symbol = rf"\partial\Delta U{{_}}/\partial {symbol}"
-    return Column(f"by_{name}", symbol, f"derivative of dU_held{{_}} by {name}", VELOCITY, GAP)
+    return Column(f"by_{name}", symbol, f"derivative of dU{{_}} by {name}", VELOCITY, GAP)
 
 
 def _observed(name: str, symbol: str, meaning: str, unit: Unit = PURE) -> Column:
@@ -183,6 +183,7 @@ COLUMNS: tuple[Column, ...] = (
     _plain("gap", "the distance by which is derived, counted from upstream", whole=True),
     _by("Ca_e", r"\mathrm{Ca}_e"),
     _by("De", r"\mathrm{De}"),
+    _by("xi", r"\xi"),
     _by("beta", r"\beta"),
     Column("Ca_e", r"\mathrm{Ca}_e", "elastic capillary number of the soft particles"),
     Column("De", r"\mathrm{De}", "Deborah number"),

@@ -139,6 +139,7 @@ def test_small_print_has_the_quantities_of_an_experiment_and_none_that_varies() 
     assert common_parts([one], ["physical.flow_rate"], True, ["physical.modulus"]) == shared
     assert parts_along(one, "Ca_e", True) == ["$D_c$ = 6 mm", "$Q$ = 2 ml/min", *shared[1:3]]
     assert equation("physical.distance", ["5um", "12um"]) == "$d_0$ = 5, 12 μm"
+    assert equation("physical.modulus", "5 kPa +- 20 %") == "$G_p$ = 5 kPa +- 20 %"
 
 
 def test_lines_that_lie_on_each_other_may_differ_in_numbers_that_follow() -> None:

@@ -17,8 +17,9 @@ from support.inputs import ROOT
 from typer.testing import CliRunner
 
 import pairsim as api
+from pairsim.cases.inputs import inputs_of
 from pairsim.cases.physical import forget_numbers
-from pairsim.cases.quantities import LENGTH, quantity_range, si
+from pairsim.cases.quantities import LENGTH, measured, quantity_range, si
 from pairsim.cases.run_case import Case
 from pairsim.cases.values import Range
 from pairsim.cases.yaml_file import read_yaml
@@ -29,6 +30,7 @@ from pairsim.physics.liquids.power_law import PowerLaw
 from pairsim.physics.liquids.viscous import ZERO_SHEAR
 from pairsim.physics.scales import Scales, mean_velocity
 from pairsim.physics.solids.kelvin_voigt import KelvinVoigt
+from pairsim.physics.solids.solid import MODULUS
 from pairsim.results.table_files import read_table
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.grid import read_grid
@@ -171,6 +173,36 @@ def test_ranges_of_quantities_may_change_their_unit() -> None:
     assert [si(text, LENGTH) for text in texts] == pytest.approx([1e-6, 4e-6, 7e-6, 1e-5])
     with pytest.raises(ValueError, match="same kind"):
         quantity_range(Range(start="1 um", stop="1 s", num=2))
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["1.5 +- 0.3 kPa", "1.5+-.3kPa", "1.5 kPa +/- 300 Pa", "(1.5 ± 0.3) kPa", "1.5 kPa ± 20 %", "1500 Pa +- 0.3 kPa"],
+)
+def test_half_widths_as_they_are_written(text: str) -> None:
+    assert measured(text, MODULUS) == pytest.approx((1500.0, 300.0))
+
+
+@pytest.mark.parametrize("text", ["1.5 +- 0.3", "1.5 kPa +-", "1.5 kPa +- 2 s", "1.5 +- 1.6 kPa", "1.5 +- x kPa"])
+def test_half_widths_that_say_nothing_are_refused(text: str) -> None:
+    with pytest.raises(ValueError, match=r"must (be|have)"):
+        measured(text, MODULUS)
+
+
+def test_inputs_know_what_the_numbers_change_by() -> None:
+    """De = lambda U/D, Ca_e = eta U/(D G), U = 4Q/(pi D^2); lists and distances have no half-widths."""
+    given = bench(modulus="5 +- 1 kPa", tube="50 um +- 2 %")
+    made = case(given, liquid="giesekus")
+    found = {each.key: each for each in inputs_of(made)}
+    half_widths = {key: each.half_width for key, each in found.items() if each.half_width}
+    assert half_widths == pytest.approx({"modulus": 1, "tube": 1})
+    assert found["modulus"].changes["Ca_e"] == pytest.approx(-made.Ca_e, rel=1e-5)
+    assert found["modulus"].changes["De"] == found["modulus"].changes["length"] == 0
+    changes = {"Ca_e": -3 * made.Ca_e, "De": -3 * made.De, "beta": -made.beta, "length": 1, "velocity": -2}
+    assert found["tube"].changes == pytest.approx(changes, rel=1e-5)
+    for key, value in (("distance", "5 um +- 1 um"), ("particle", ["20 +- 1 um", "20 um"])):
+        with pytest.raises(InputError, match=r"without \+-"):
+            case(bench(**{key: value}), liquid="giesekus")
 
 
 def test_products_of_units_as_they_are_written() -> None:

@@ -164,7 +164,7 @@ def solve(
     Args:
         case: The validated case.
         monitor: Ends the computation.
-        sensitivities: Compute the derivatives of dU with respect to Ca_e, De and beta, too.
+        sensitivities: Compute the derivatives of dU with respect to Ca_e, De, xi and beta, too.
         warm_start: Solutions of the previous curve to start from; keeps those of this curve. The caller closes it.
     """
     from pairsim.questions.curve.computation import computation
@@ -290,7 +290,7 @@ def _command(
     overwrite: Overwrite = False,
     sensitivities: Annotated[
         bool,
-        typer.Option("--sensitivities", help="Add the derivatives of dU with respect to Ca_e, De and beta at fixed d."),
+        typer.Option("--sensitivities", help="Add the derivatives of dU with respect to Ca_e, De, xi and beta."),
     ] = False,
     budget: Budget = None,
     dry_run: DryRun = False,

@@ -16,7 +16,8 @@ from pairsim.results.columns import (
     suffixes_in,
 )
 from pairsim.results.curve_table import forgotten_at, held_regions, peak_of, regions_of
-from pairsim.results.units import FORCE, LENGTH, VELOCITY, in_unit, scales_in
+from pairsim.results.inputs import change_by, half_widths_by, inputs_in, total
+from pairsim.results.units import FORCE, LENGTH, VELOCITY, Unit, in_unit, scales_in
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.interpolant import Region
 
@@ -50,6 +51,7 @@ def answer_of_curve(
         held = held_regions(table, regions)
         lines.append(_motion_over_d([each for each in regions if each not in held], zeros, scales, held))
         lines += [*_starts(table, scales), *_held(table, scales)]
+        lines += _with_inputs(table, zeros, record)
     for gap in gaps:
         name, peak = f"dU{gap}", peak_of(table, gap)
         value = in_unit(scales, VELOCITY, peak.dU, peak.error, "+")
@@ -89,6 +91,33 @@ def _motion_over_d(
         places = [f"{in_unit(scales, LENGTH, zero.d, zero.error)} ({zero.kind})" for zero in zeros]
         sentences.append(f"It keeps its distance at d = {', '.join(places)}.")
     return " ".join(sentences)
+
+
+def _with_inputs(table: Mapping[str, Array], zeros: Sequence[in_tables.Zero], record: Mapping[str, Any]) -> list[str]:
+    """What the half-widths of the inputs add to the intervals, and the sensitivities at the largest |dU|."""
+    scales, inputs = scales_in(record), inputs_in(record)
+    if scales is None or "by_beta" not in table:
+        return []
+    parts, x, peak = half_widths_by(table, scales, inputs), np.log(table["d"]), peak_of(table)
+
+    def added(d: float, unit: Unit, steepness: float) -> str:
+        """The parts of the inputs at a distance, the largest first, over the steepness of dU."""
+        here = {key: float(np.interp(np.log(d), x, part)) / steepness for key, part in parts.items()}
+        each = ", ".join(f"{key} {half:.2g}" for key, half in sorted(here.items(), key=lambda item: -item[1]))
+        return f"+- {total(here):.2g} {unit.physical} ({each})"
+
+    lines = []
+    if parts:
+        said = [f"{added(peak.d, VELOCITY, 1.0)} to the largest |dU|"]
+        for zero in zeros:
+            slope = abs(float(np.interp(np.log(zero.d), x, table["slope"]))) * VELOCITY.factor(scales)
+            at_zero = added(zero.d, LENGTH, slope / LENGTH.factor(scales))
+            said.append(f"{at_zero} to the zero at d = {in_unit(scales, LENGTH, zero.d)}")
+        lines.append(f"The half-widths of the inputs add {', '.join(said)}.")
+    changes = [(one, change_by(table, scales, one)) for one in inputs]
+    known = [(one, float(np.interp(np.log(peak.d), x, each)) / one.value) for one, each in changes if each is not None]
+    each = ", ".join(f"{by:+.3g} per {one.unit} of {one.key}" for one, by in known)
+    return [*lines, f"At the largest |dU|, dU [{VELOCITY.physical}] changes by {each}."]
 
 
 def _held(table: Mapping[str, Array], scales: Scales | None) -> list[str]:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from pairsim.cases.inputs import inputs_of
 from pairsim.computing import events
 from pairsim.computing.problems import steady_problem
 from pairsim.computing.steady import Solutions, adaptation_report, health_columns, moving_errors, point_row, slope_rows
@@ -36,7 +37,7 @@ from pairsim.solvers.steady.scene import SteadySolver
 
 def computation(case: CurveCase, monitor: Monitor, sensitivities: bool, warm_start: WarmStart | None) -> events.Events:
     """Compute a master curve and, for a pair, its zeros; arguments as for `solve`."""
-    places = case.in_order
+    places, sensitivities = case.in_order, sensitivities or any(each.half_width for each in inputs_of(case))
     expected = len(between(places, case.max_points)) if case.common else len(places)
     yield events.Begin(f"{expected} point{'s' * (expected > 1)}, more as needed", expected)
     found = Solutions(case, warm_start)
@@ -75,7 +76,8 @@ def computation(case: CurveCase, monitor: Monitor, sensitivities: bool, warm_sta
 
 def _columns(case: CurveCase, sensitivities: bool) -> list[str]:
     """The columns of curve.csv."""
-    parameters = [name for name, value in (("Ca_e", max(case.Ca_es)), ("De", case.De), ("beta", 1.0)) if value]
+    values = ("Ca_e", max(case.Ca_es)), ("De", case.De), ("xi", case.De and case.xi), ("beta", 1.0)
+    parameters = [name for name, value in values if value]
     parameters = parameters if sensitivities else []
     columns = curve_columns(case.n, case.common, parameters, case.velocity is not None)
     return [*columns, *health_columns(case)]

@@ -51,7 +51,8 @@ class Point:
         t_relax: Slowest decay time of a disturbance at held distances [D_c/U_av].
         slopes: Derivative of every dU at held distances when all distances change equally, shape (N-1,).
         held_slopes: Derivatives of the velocities (rows) at held distances by each distance (columns), (N, N-1).
-        sensitivities: Derivatives of the same dU with respect to Ca_e, De and beta; empty unless requested.
+        sensitivities: Derivatives of dU on the slow manifold with respect to Ca_e, De, xi and beta; empty unless
+            requested.
         estimate: Estimate of the discretisation errors.
         hold: What unyielded liquid does to neighbours.
         newton: Newton iterations since the previous point.
@@ -325,7 +326,7 @@ class Branch:
             t_relax,
             np.diff(held_slopes.sum(axis=1)),
             held_slopes,
-            sensitivities(solver, adjoints) if self._sensitivities else {},
+            sensitivities(solver, adjoints, held.dU, motion) if self._sensitivities else {},
             estimate,
             Hold.of(solver, undecided),
             solver.iterations - iterations_before,

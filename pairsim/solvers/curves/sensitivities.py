@@ -7,35 +7,108 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from pairsim.runtime.arrays import Array
+from pairsim.solvers.curves.slow_manifold import PROBE, STEP, SlowMotion, centres_at
 from pairsim.solvers.errors.adjoints import Adjoints
+from pairsim.solvers.nonlinear.factors import LAST
 from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.steady.motion import moving_residual
 from pairsim.solvers.steady.scene import SteadySolver
-from pairsim.solvers.steady.tangents import residual_change
+from pairsim.solvers.steady.tangents import gap_tangents, residual_change
+
+CHANGE = 1e-3  # of a parameter, relative, in mixed differences; chosen
+PART = 0.1  # of the correction for motion, in differences along it; chosen
+Line = Callable[[float], Parameters]
+"""Parameters as a function of tau, the present ones at tau = 0."""
 
 
-def sensitivities(steady: SteadySolver, adjoints: Adjoints) -> dict[str, Array]:
-    """Derivatives of dU at held distances with respect to Ca_e, De and beta, by the adjoint.
+def sensitivities(steady: SteadySolver, adjoints: Adjoints, dU: Array, motion: SlowMotion) -> dict[str, Array]:
+    """Derivatives of dU on the slow manifold with respect to Ca_e, De, xi and beta.
 
     If the values of the particles differ, their ratios are fixed and the derivative is with respect to the largest
-    value. One adjoint for each velocity gives the derivatives with respect to all parameters (Giles and Pierce 2000).
+    value. One adjoint for each velocity gives the derivatives at held distances with respect to all parameters (Giles
+    and Pierce 2000); to what moving adds in first order they are those of `_change_by_moving`.
 
     Args:
-        steady: The scene, at a solution.
+        steady: The scene, at a solution; its matrix must have been assembled by `SteadySolver.factor`.
         adjoints: The adjoints of the solution.
+        dU: Relative velocities at held distances [U_av], shape (N-1,).
+        motion: What moving adds to them.
 
     Returns:
-        Derivatives by name of the parameter, shape (N-1,) each: "beta", and "Ca_e" and "De" if they are not zero.
+        Derivatives by name of the parameter, shape (N-1,) each: "beta", and "Ca_e", "De" and "xi" if they are not zero.
     """
     now = steady.parameters
-    lines: dict[str, tuple[float, Callable[[float], Parameters]]] = {}
+    lines: dict[str, tuple[float, Line]] = {}
     if any(now.Ca_es):
         lines["Ca_e"] = max(now.Ca_es), lambda tau: now.softer(1 + tau)
     if now.liquid.modes:
         lines["De"] = now.De, lambda tau: now.with_De(now.De * (1 + tau))
+        xi = float(now.liquid.xi)
+        lines["xi"] = xi, lambda tau: replace(now, liquid=replace(now.liquid, xi=xi * (1 + tau)))
     lines["beta"] = max(steady.problem.betas), lambda tau: replace(now, size=now.size * (1 + tau))
-    changes = {name: residual_change(steady, line) / value for name, (value, line) in lines.items()}
-    return {name: np.asarray(np.diff(-adjoints.velocities @ change)) for name, change in changes.items()}
+    found = {}
+    for name, (value, line) in lines.items():
+        change = residual_change(steady, line)
+        held = np.diff(-adjoints.velocities @ change)
+        moving = _change_by_moving(steady, adjoints, line, change, dU, held, motion) if motion.U.any() else 0.0
+        found[name] = np.asarray(held + moving) / value
+    return found
+
+
+def _change_by_moving(
+    steady: SteadySolver, adjoints: Adjoints, line: Line, change: Array, dU: Array, dU_change: Array, motion: SlowMotion
+) -> Array:
+    """Derivative along a line of what moving adds to every dU in first order, V1 - V0 = -z . R_m, shape (N-1,).
+
+    With the correction c = -J^-1 R_m it is -z . d(J c + R_m), c held: the adjoint changes as the matrix does.
+
+    Args:
+        steady, adjoints, dU, motion: As of `sensitivities`.
+        line: Parameters as a function of tau.
+        change: Derivative of the residual along it, shape (n_y,).
+        dU_change: That of dU, shape (N-1,).
+    """
+    y, tangents, stretch = steady.y, gap_tangents(steady), motion.centres_by_gaps
+    solve = partial(steady.newton.linear_solve, tolerance=LAST)
+    fastest = float(np.abs(dU).max())
+    scale = max(1.0, PROBE / fastest) if fastest else 1.0  # what is linear is evaluated well above rounding
+    rates = scale * np.linalg.solve(stretch, dU)
+    speed = float(np.abs(rates).max())
+    along = rates / speed if speed else np.ones_like(rates)
+    tangent, step = along @ tangents, STEP * min(steady.parameters.gaps)
+    y_change = -solve(change)
+
+    def place(tau: float, s: float) -> Parameters:
+        there = line(tau)
+        return replace(there, gaps=tuple(np.add(there.gaps, s * along)))
+
+    def mixed(value: Callable[[float, float], Array]) -> Array:
+        ends = [a * b * value(a * CHANGE, b * step) for a in (1, -1) for b in (1, -1)]
+        return np.asarray(np.sum(ends, axis=0) / (4 * CHANGE * step))
+
+    def still(tau: float, s: float) -> Array:
+        steady.apply(place(tau, s))
+        return steady.newton.residual_at(y + tau * y_change + s * tangent)
+
+    bend = -solve(mixed(still))
+    turn = mixed(lambda tau, s: centres_at(steady, place(tau, s), y + tau * y_change + s * tangent + tau * s * bend))
+    rates_change = np.linalg.solve(stretch, scale * dU_change - speed * turn)
+    y_t, y_t_change = rates @ tangents, speed * bend + rates_change @ tangents
+    correction = -solve(moving_residual(steady, steady.parameters, y, y_t, rates) - steady.residual())
+
+    def corrected(tau: float) -> Array:
+        """The residual of the correction."""
+        there, here = y + tau * y_change, line(tau)
+        moving = moving_residual(steady, here, there, y_t + tau * y_t_change, rates + tau * rates_change)
+        steady.apply(here)
+        ends = [steady.newton.residual_at(there + s * correction) for s in (PART, -PART)]
+        return moving + (ends[0] - ends[1]) / (2 * PART)
+
+    by_tau = (corrected(CHANGE) - corrected(-CHANGE)) / (2 * CHANGE)
+    steady.apply(steady.parameters)
+    return np.diff(-adjoints.velocities @ by_tau) / scale

@@ -132,7 +132,7 @@ def slow_motion(steady: SteadySolver, dU: Array, adjoints: Adjoints, t_relax: fl
     return replace(still, U=first, remainder=np.minimum(sizes[1], most))
 
 
-def _centres(steady: SteadySolver, parameters: Parameters, y: Array) -> Array:
+def centres_at(steady: SteadySolver, parameters: Parameters, y: Array) -> Array:
     """Distances between the centres of volume of neighbours, shape (N-1,)."""
     h = steady.constraints.positions(y, steady.h_star(parameters), 1.0, 0.0)
     return np.diff(centres(steady.bodies, h))
@@ -151,7 +151,7 @@ def _from_rest(steady: SteadySolver, adjoints: Adjoints) -> Array:
     for at in (fields[name] for name in ("h", "s", "eta") if name in fields):
         more[at] = y[at]
     lost = moving_residual(steady, parameters, y, more, np.zeros(len(parameters.gaps))) - steady.residual()
-    first = _centres(steady, parameters, np.zeros(len(y))) - _centres(steady, parameters, y)
+    first = centres_at(steady, parameters, np.zeros(len(y))) - centres_at(steady, parameters, y)
     bound = ELASTIC_REST if parameters.liquid.modes else REST
     return np.asarray(bound * np.maximum(np.abs(first), np.abs(first - np.diff(adjoints.velocities @ lost))))
 
@@ -161,7 +161,7 @@ def _centres_by_gaps(steady: SteadySolver) -> Array:
     here, step = steady.parameters, STEP * min(steady.parameters.gaps)
     columns = []
     for i, tangent in enumerate(gap_tangents(steady)):
-        ends = [_centres(steady, here.with_longer_gap(i, s), steady.y + s * tangent) for s in (step, -step)]
+        ends = [centres_at(steady, here.with_longer_gap(i, s), steady.y + s * tangent) for s in (step, -step)]
         columns.append((ends[0] - ends[1]) / (2 * step))
     return np.array(columns).T
 
@@ -197,7 +197,7 @@ def _second(
     bend = -solve((still(step) + still(-step) - 2 * steady.residual()) / step**2)
 
     def apart(s: float) -> Array:
-        return _centres(steady, places(s), y + s * tangent + s**2 / 2 * bend)
+        return centres_at(steady, places(s), y + s * tangent + s**2 / 2 * bend)
 
     turn = (apart(step) + apart(-step) - 2 * apart(0.0)) / step**2  # of the centres along the motion
     change = np.linalg.solve(stretch, np.diff(tangent[fields]) - speed * turn)  # of the rates
@@ -209,7 +209,7 @@ def _second(
         return moving_residual(steady, places(s), *shifted)
 
     along_motion = tangent - solve((moving(step) - moving(-step)) / (2 * step))
-    ends = [_centres(steady, places(s), corrected + s * along_motion) for s in (step, -step)]
+    ends = [centres_at(steady, places(s), corrected + s * along_motion) for s in (step, -step)]
     stretched = (ends[0] - ends[1]) / (2 * step) - stretch @ along  # what the correction adds to the centres' motion
     faster = np.linalg.solve(stretch, dU + first - speed * stretched)
     scale = float(faster @ along) / float(along @ along)

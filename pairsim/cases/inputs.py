@@ -1,0 +1,61 @@
+"""The quantities that a case is given by, with half-widths, and what its numbers change by with each of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from pairsim.cases.case import SceneCase
+from pairsim.cases.materials import liquid_block
+from pairsim.cases.physical import EXPERIMENT, QUANTITIES, numbers_from, values_in, viscosity_law
+from pairsim.cases.quantities import as_given, known_unit, measured, rounded
+from pairsim.cases.values import is_finite
+
+STEP = 1e-6  # of logarithms, for derivatives of products of powers; chosen
+DISTANCES = {each.key for each in EXPERIMENT if not each.uncertain}  # and times, which change no other number
+
+
+class Input(NamedTuple):
+    """A quantity that a case is given by, the same for all particles.
+
+    Attributes:
+        key: Its key in the `physical` block.
+        value: Its value in the unit in which it was given.
+        half_width: Half-width of its interval of 95 % in this unit, 0 if none was given.
+        unit: This unit.
+        changes: Derivatives by its logarithm: of the numbers of the case (of Ca_e and beta of the largest value), and
+            of the logarithms of the scales, "length" and "velocity".
+    """
+
+    key: str
+    value: float
+    half_width: float
+    unit: str
+    changes: Mapping[str, float]
+
+
+def inputs_of(case: SceneCase) -> list[Input]:
+    """The quantities of a valid case that may have half-widths; none without a `physical` block."""
+    if case.physical is None:
+        return []
+    keys, block = dict(case), {key: text for key, text in dict(case.physical).items() if text is not None}
+    values = {key: value for key, value in values_in(block, keys, []).items() if key not in DISTANCES}
+    law, found = viscosity_law(keys).measured, []
+    numbers = {name: liquid_block(keys)[name] for name in law.of_unit if is_finite(liquid_block(keys).get(name))}
+    for key, value in values.items():
+        if isinstance(value, tuple) or not QUANTITIES[key].uncertain:
+            continue
+        ends = [_logarithms(values | {key: value * (1 + step)}, keys) for step in (STEP, -STEP)]
+        changes = {name: round((ends[0][name] - ends[1][name]) / (2 * STEP), 8) for name in ends[0]}
+        part = measured(block[key], known_unit(QUANTITIES[key].dimension, numbers if key == law.key else {}))
+        given, unit = as_given(block[key])
+        found.append(Input(key, given, rounded(given * part.half_width / part.value), unit, changes))
+    return found
+
+
+def _logarithms(values: Mapping[str, Any], keys: Mapping[str, Any]) -> dict[str, float]:
+    """The numbers of a case, and the logarithms of its scales."""
+    scales, numbers = numbers_from(values, keys)
+    largest = {name: float(max(each)) if isinstance(each, tuple) else float(each) for name, each in numbers.items()}
+    return largest | {"length": math.log(scales.length), "velocity": math.log(scales.velocity)}

@@ -1,0 +1,55 @@
+"""What the quantities that a case is given by change of its curve, to first order: half-widths and sensitivities."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from pairsim.cases.inputs import Input
+from pairsim.physics.scales import Scales
+from pairsim.results.units import VELOCITY
+from pairsim.runtime.arrays import Array
+
+
+def inputs_in(record: Mapping[str, Any]) -> list[Input]:
+    """The inputs that run.json has."""
+    return [Input(**each) for each in record.get("inputs", ())]
+
+
+def change_by(table: Mapping[str, Array], scales: Scales, one: Input) -> Array | None:
+    """Derivative of dU by the logarithm of an input, at constant distance in units [um/s], shape (points,).
+
+    Args:
+        table: Columns of the curve of a pair, with sensitivities.
+        scales: Its units.
+        one: The input.
+
+    Returns:
+        None where it changes numbers that dU is not differentiated by.
+    """
+    numbers = {name: change for name, change in one.changes.items() if change and name not in ("length", "velocity")}
+    if any(f"by_{name}" not in table for name in numbers):
+        return None
+    dU = table["dU"] * one.changes["velocity"] - table["d"] * table["slope"] * one.changes["length"]
+    return VELOCITY.factor(scales) * (dU + sum(change * table[f"by_{name}"] for name, change in numbers.items()))
+
+
+def half_widths_by(table: Mapping[str, Array], scales: Scales, inputs: list[Input]) -> dict[str, Array]:
+    """The part of each input in the half-width of dU, as of `change_by`; infinite where it is not known.
+
+    Quantities are independent, so that squares add up.
+    """
+    found = {}
+    for one in inputs:
+        if one.half_width:
+            change = change_by(table, scales, one)
+            unknown = np.full_like(table["dU"], np.inf)
+            found[one.key] = unknown if change is None else np.abs(change) * one.half_width / one.value
+    return found
+
+
+def total(parts: Mapping[str, Any]) -> Any:
+    """The part of all inputs."""
+    return np.sqrt(np.sum([part**2 for part in parts.values()], axis=0))
