@@ -26,8 +26,8 @@ def atlas(
     """Build an atlas: dU at any beta, De, Ca_e and d of a box, with intervals, from master curves.
 
     Curves are computed in rounds, the first spread evenly, the later ones where the
-    interpolant is least certain. After each round atlas.npz is written. The same
-    command continues an interrupted one; with more curves in the file it adds some.
+    interpolant errs most. After each round atlas.npz is written. The same command
+    continues an interrupted one; with more curves in the file it adds rounds.
 
     Exit codes: 0 no curve failed, 2 wrong input, 3 some curves failed, 4
     installation or system at fault (pairsim doctor), 130 interrupted.

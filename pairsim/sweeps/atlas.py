@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from math import ceil
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
+from scipy.interpolate import CubicSpline
 from scipy.stats import qmc
 
 from pairsim.atlas import fit
-from pairsim.atlas.atlas import Atlas
-from pairsim.atlas.basis import BEND, PARAMETERS, nodes
+from pairsim.atlas.atlas import BEND, PARAMETERS, Atlas, scaled
 from pairsim.cases.identity import RUNS
 from pairsim.cases.yaml_file import read_yaml
 from pairsim.computing.case_files import parse_file
@@ -24,16 +24,16 @@ from pairsim.results.table_files import read_table
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.version import __version__
-from pairsim.sweeps.folder import read_sweep
 from pairsim.sweeps.grid import grid_from, read_base
 from pairsim.sweeps.sweep import Options, Workers, run_sweep
 
 TABLE = "atlas.npz"
 FIRST = 24  # curves of the first round, spread evenly
 EVERY = 6  # curves of a later one, after which the interpolant is made anew
+DISTANCES = 41  # at which curves are interpolated, equally far apart in log d: a ratio of 1.12 from .02 to 2
 AT_EDGES = 0.35  # part of the values that are put on the nearer end of their range: interpolants err most there
 CANDIDATES = 1024
-LEAST_ENDS = 0.02  # of the range of De, Ca_e: both smaller than this tell nothing, since dU vanishes there
+LEAST_ENDS = 0.02  # of the largest De and Ca_e: both smaller than this tell nothing, since dU vanishes there
 
 
 def build(path: Path, folder: Path | None, options: Options, workers: Workers) -> tuple[int, str, Path]:
@@ -56,59 +56,35 @@ def build(path: Path, folder: Path | None, options: Options, workers: Workers) -
     directory = folder or RUNS / (file.name or path.stem)
     base = {**read_base(path, data), "d": {"start": file.d[0], "stop": file.d[1], "num": 2}}
     options = replace(options, chain=1, flags={"sensitivities": True})
-    code, message, number = 0, "", 0
-    atlas: Atlas | None = None
-    state: tuple[fit.Regression, fit.Samples] | None = None
-    while True:
+    box = {**{name: tuple(getattr(file, name)) for name in PARAMETERS}, "d": tuple(file.d)}
+    candidates, places, errors = _candidates(box, file.seed), np.empty((0, 3)), np.empty(0)
+    code, message = 0, ""
+    for number in range(1 + ceil(max(file.curves - FIRST, 0) / EVERY)):
+        wanted = EVERY if number else min(FIRST, file.curves)
+        chosen = candidates[fit.farthest(scaled(box, places), errors, scaled(box, candidates), wanted)]
+        cases = [dict(zip(PARAMETERS, map(float, place), strict=True)) for place in chosen]
         round_ = directory / f"round-{number:02d}"
-        done = len(curve_folders(directory)) if round_.exists() else 0
-        places = _read_places(round_)
-        if places is None:
-            known = len(state[1].places) if state else 0
-            count = min(FIRST if state is None else EVERY, file.curves - (done or known))
-            if count <= 0:
-                break
-            places = _next_places(file, count, number, state)
-        cases = [dict(zip(PARAMETERS, map(float, place), strict=True)) for place in places]
         grid = grid_from(path, {"name": round_.name, "command": "curve", "base": base, "cases": cases})
         code, message = run_sweep(grid, round_, options, workers)
         if code not in (0, 3):
             return code, message, directory
-        box = {**{name: tuple(getattr(file, name)) for name in PARAMETERS}, "d": tuple(file.d)}
-        atlas, state = atlas_of(curve_folders(directory), box)
+        atlas, curves, errors = atlas_of(curve_folders(directory)[: len(places) + wanted], box)
         atlas.save(directory / TABLE)
-        number += 1
-    return code, f"{message}; {len(curve_folders(directory))} curves", directory
+        places = curves.places
+    size = 100 * np.median(errors)
+    return code, f"{message}; {len(places)} curves, each off by {size:.2g} % of its peak without itself", directory
 
 
-def _read_places(folder: Path) -> Array | None:
-    """The places of a round that has begun."""
-    if not (folder / "sweep.json").is_file():
-        return None
-    cases = read_sweep(folder, values=False)["cases"]
-    found = [[case["parameters"].get(name) for name in PARAMETERS] for case in cases]
-    return np.array(found, dtype=float)
-
-
-def _next_places(file: AtlasFile, count: int, number: int, state: tuple[fit.Regression, fit.Samples] | None) -> Array:
-    """Places for the next curves: spread evenly at first, then where the interpolant is least certain."""
-    candidates = spread_places(file, FIRST if state is None else CANDIDATES, file.seed + number)
-    if state is None:
-        return candidates[:count]
-    regression, samples = state
-    return candidates[fit.predictions(regression, samples, candidates, count)]
-
-
-def spread_places(file: AtlasFile, count: int, seed: int) -> Array:
-    """Places spread evenly over the box and its edges, shape (count, 3)."""
-    draws = qmc.Sobol(6, rng=np.random.default_rng(seed)).random_base2(int(np.ceil(np.log2(2 * count))))
-    x, edge = draws[:, :3], draws[:, 3:] < AT_EDGES
-    x = np.where(edge, np.round(x), x)
-    x = x[(x[:, 1:] > LEAST_ENDS).any(axis=1)][:count]
-    (b0, b1), (D0, D1), (C0, C1) = file.beta, file.De, file.Ca_e
-    low, high = np.log1p(D0 / BEND), np.log1p(D1 / BEND)
-    De = BEND * np.expm1(low + (high - low) * x[:, 1])
-    return np.round(np.stack([b0 + (b1 - b0) * x[:, 0], De, C0 + (C1 - C0) * x[:, 2]], axis=1), 6)
+def _candidates(box: Mapping[str, tuple[float, float]], seed: int) -> Array:
+    """Places spread evenly over the box and its edges, shape (places, 3)."""
+    draws = qmc.Sobol(6, rng=np.random.default_rng(seed)).random(CANDIDATES)
+    x = np.where(draws[:, 3:] < AT_EDGES, np.round(draws[:, :3]), draws[:, :3])
+    low, high = np.array([box[name] for name in PARAMETERS]).T
+    found = low + (high - low) * x
+    bent = np.log1p(low[1] / BEND), np.log1p(high[1] / BEND)
+    found[:, 1] = BEND * np.expm1(bent[0] + (bent[1] - bent[0]) * x[:, 1])
+    found = np.round(found, 6)
+    return found[(found[:, 1:] > LEAST_ENDS * high[1:]).any(axis=1)]
 
 
 def curve_folders(directory: Path) -> list[Path]:
@@ -117,52 +93,47 @@ def curve_folders(directory: Path) -> list[Path]:
     return [each for each in found if read_record(each).get("status") == "finished"]
 
 
-def atlas_of(
-    folders: Sequence[Path], box: Mapping[str, tuple[float, float]]
-) -> tuple[Atlas, tuple[fit.Regression, fit.Samples]]:
+def atlas_of(folders: Sequence[Path], box: Mapping[str, tuple[float, float]]) -> tuple[Atlas, fit.Curves, Array]:
     """Make an atlas of the curves of folders.
 
     Args:
         folders: The curves, with sensitivities.
         box: Its box.
 
+    Returns:
+        The atlas, the curves, and the root mean square of the error of each without itself, over its peak.
+
     Raises:
         InputError: A curve does not reach the ends of the distances.
     """
-    d = nodes(box["d"], fit.COLUMNS)
+    d = np.geomspace(*box["d"], DISTANCES)
+    curves = curves_in(folders, d)
+    provenance = {"pairsim": __version__, "curves": len(folders), "case": _common(folders)}
+    atlas, errors = fit.fit(curves, d, box, provenance)
+    return atlas, curves, np.sqrt(np.mean(errors**2, axis=1))
+
+
+def curves_in(folders: Sequence[Path], d: Array) -> fit.Curves:
+    """The curves of folders at given distances; errors as of `atlas_of`."""
     places, rows = [], []
     for folder in folders:
         table, case = read_table(folder / "curve.csv"), read_yaml(folder / "case.yaml")
-        if (curve := curve_of(table)) is None or curve.d[0] > d[0] or curve.d[-1] < d[-1]:
+        curve = curve_of(table)
+        if curve is None or curve.d[0] > d[0] * (1 + 1e-9) or curve.d[-1] < d[-1] * (1 - 1e-9):
             raise InputError(str(folder), "", None, "must be a curve over all distances of the atlas")
-        places.append([case[name] for name in PARAMETERS])
-        x, at = np.log(table["d"]), np.log(d)
+        inside, unknown = np.clip(d, *curve.ends), np.full_like(table["d"], np.nan)
+        columns = [table.get(f"by_{name}", unknown) for name in PARAMETERS]
+        columns += [(table["U_L"] + table["U_T"]) / 2, table["stretch"], table["t_relax"]]
+        smooth = [_between(table["d"], each, inside) for each in columns]
+        places.append([float(case[name]) for name in PARAMETERS])
+        rows.append([curve.values(inside), curve.half_widths(inside), *smooth])
+    by_column = np.array(rows).transpose(1, 0, 2)
+    return fit.Curves(np.array(places), by_column[0], by_column[1], by_column[2:5], by_column[5:])
 
-        def between(column: Array, x: Array = x, at: Array = at) -> Array:
-            return np.asarray(PchipInterpolator(x, column)(at))
 
-        gradients = [between(table[f"by_{name}"]) if f"by_{name}" in table else 0 * d + np.nan for name in PARAMETERS]
-        rest = between(table["dU"] - table["dU_discrete"])
-        mean = between((table["U_L"] + table["U_T"]) / 2)
-        rows.append(
-            [
-                curve.values(d),
-                curve.half_widths(d),
-                *gradients,
-                rest,
-                between(table["t_relax"]),
-                between(table["stretch"]),
-                mean,
-            ]
-        )
-    where, columns = np.array(places), np.array(rows).transpose(1, 0, 2)
-    dU = fit.Samples(where, columns[0], columns[2:5], columns[1])
-    others = {
-        name: fit.Samples(where, each, None, 0 * each) for name, each in zip(fit.OFFSETS, columns[6:], strict=True)
-    }
-    provenance = {"pairsim": __version__, "curves": len(folders), "case": _common(folders)}
-    atlas, regression = fit.fit({"dU": dU, **others}, columns[5], box, provenance)
-    return atlas, (regression, dU)
+def _between(d: Array, column: Array, at: Array) -> Array:
+    known = np.isfinite(column).all()
+    return np.asarray(CubicSpline(np.log(d), column)(np.log(at))) if known else np.full_like(at, np.nan)
 
 
 def _common(folders: Sequence[Path]) -> dict[str, Any]:

@@ -1,0 +1,107 @@
+"""Gradient-enhanced kriging: functions of a few parameters from values and derivatives at places (numpy alone)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pairsim.runtime.arrays import Array, Indices
+
+NUGGET = 1e-10  # added to variances of data, relative to that of the function; rounding
+
+
+def covariance(X: Array, Z: Array, lengths: Array, vanishing: bool) -> Array:
+    """Covariances of a random function and its derivatives at places with those at other places.
+
+    The function is g_1 x_1 + g_2 x_2 with random g_i, so that it is zero where x_1 = x_2 = 0, or else g_0. Each g has
+    covariances exp(-|x - z|^2/2), x and z over the lengths (Rasmussen and Williams 2006, section 9.4).
+
+    Args:
+        X: Places, shape (n, p).
+        Z: Other places, shape (m, p).
+        lengths: Correlation length along each parameter, shape (p,).
+        vanishing: Whether the function is g_1 x_1 + g_2 x_2.
+
+    Returns:
+        Array of shape (1 + p, n, 1 + p, m): the function, then its derivatives by each parameter.
+    """
+    p = X.shape[1]
+    D = np.moveaxis((X[:, None] - Z) / lengths, -1, 0)
+    q = np.exp(-(D**2).sum(axis=0) / 2)
+    S = np.ones_like(q)
+    by_x, by_z, both = (np.zeros((p, *q.shape)) for _ in range(3))
+    if vanishing:
+        S = X[:, None, 1] * Z[:, 1] + X[:, None, 2] * Z[:, 2]
+        by_x[1:3] += Z.T[1:3, None]
+        by_z[1:3] += X.T[1:3, :, None]
+        both[1:3] = 1.0
+    found = np.empty((1 + p, len(X), 1 + p, len(Z)))
+    found[0, :, 0] = S * q
+    for i in range(p):
+        found[1 + i, :, 0] = (by_x[i] - S * D[i] / lengths[i]) * q
+        found[0, :, 1 + i] = (by_z[i] + S * D[i] / lengths[i]) * q
+        for j in range(p):
+            inner = by_x[i] * D[j] / lengths[j] - by_z[j] * D[i] / lengths[i]
+            inner -= S * D[i] * D[j] / (lengths[i] * lengths[j])
+            inner += (both[i] + S / lengths[i] ** 2) * (i == j)
+            found[1 + i, :, 1 + j] = inner * q
+    return found
+
+
+@dataclass(frozen=True)
+class Kriging:
+    """Functions of the same parameters that are known at the same places.
+
+    Attributes:
+        places: Places, shape (n, p).
+        lengths: As of `covariance`, shape (p,).
+        known: Indices of the data among function and derivatives (1 + p) at all places (n), flattened, shape (data,).
+        weights: Of the data in each function, shape (data, functions).
+        inverse: Inverse of the covariance of the data, shape (data, data).
+        vanishing: As of `covariance`.
+    """
+
+    places: Array
+    lengths: Array
+    known: Indices
+    weights: Array
+    inverse: Array
+    vanishing: bool
+
+    @classmethod
+    def of(cls, places: Array, data: Array, errors: Array, lengths: Array, vanishing: bool) -> Kriging:
+        """Those of data.
+
+        Args:
+            places: Places, shape (n, p).
+            data: Values and derivatives of each function, shape (1 + p, n, functions); nan where not known.
+            errors: Standard errors of the data over the standard deviation of g, shape (1 + p, n).
+            lengths, vanishing: As of `covariance`.
+        """
+        n = data.shape[0] * data.shape[1]
+        known = np.flatnonzero(np.isfinite(data).all(axis=2))
+        whole = covariance(places, places, lengths, vanishing).reshape(n, n)[np.ix_(known, known)]
+        inverse = np.linalg.inv(whole + np.diag(errors.reshape(n)[known] ** 2 + NUGGET))
+        return cls(places, lengths, known, inverse @ data.reshape(n, -1)[known], inverse, vanishing)
+
+    def __call__(self, X: Array) -> tuple[Array, Array]:
+        """Functions and their derivatives at places, shape (1 + p, m, functions), and standard deviations, (m,).
+
+        These are those of the functions over that of g.
+        """
+        cross = covariance(X, self.places, self.lengths, self.vanishing)
+        rows = cross.reshape(cross.shape[0], len(X), -1)[:, :, self.known]
+        here = (X[:, 1:3] ** 2).sum(axis=1) if self.vanishing else np.ones(len(X))
+        spread = here - ((rows[0] @ self.inverse) * rows[0]).sum(axis=1)
+        return rows @ self.weights, np.sqrt(np.maximum(spread, 0.0))
+
+    def left_out(self) -> tuple[Array, Array]:
+        """What the others say of the functions at each place, less the data (n, functions), and its deviation (n,)."""
+        n, residuals, spreads = len(self.places), [], []
+        for i in range(n):
+            own = np.flatnonzero(self.known % n == i)
+            block = np.linalg.inv(self.inverse[np.ix_(own, own)])
+            residuals.append(-(block @ self.weights[own])[0])
+            spreads.append(np.sqrt(block[0, 0]))
+        return np.array(residuals), np.array(spreads)
