@@ -86,8 +86,6 @@ def read_events(path: Path) -> tuple[dict[str, Array], dict[str, Any]]:
     with suppress(ImportError):
         import hdf5plugin  # noqa: F401  # registers the filters of compressed files
 
-    if not path.is_file():
-        raise InputError(str(path), "", None, "must be a file of a cytometer (.rtdc): there is none")
     try:
         with h5py.File(path) as file:
             setup = {key: each.decode() if isinstance(each, bytes) else each for key, each in file.attrs.items()}
@@ -95,7 +93,7 @@ def read_events(path: Path) -> tuple[dict[str, Array], dict[str, Any]]:
             wanted = [name for name in ("area_um", "deform", "temp") if name in group]
             events = {name: np.asarray(group[name], dtype=float) for name in wanted}
     except (OSError, KeyError) as error:
-        allowed = f"must be an .rtdc file ({error}); a compressed one needs: pip install hdf5plugin"
+        allowed = f"must be a file of a cytometer, .rtdc ({error}); a compressed one needs: pip install hdf5plugin"
         raise InputError(str(path), "", None, allowed) from None
     if np.isfinite(events.get("temp", np.nan)).any():
         setup[TEMPERATURE] = np.nanmedian(events["temp"])

@@ -102,9 +102,9 @@ class Result:
         Raises:
             InputError: The case has no `physical` block.
         """
-        from pairsim.results.units import scales_of
+        from pairsim.results.units import scales_for
 
-        return scales_of(self.record, self.question.name if self.folder is None else str(self.folder))
+        return scales_for([self._place], physical=True)[0]
 
     def frame(
         self, name: str | None = None, *, physical: bool | None = False, at: Sequence[float | str] = ()

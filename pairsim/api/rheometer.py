@@ -13,7 +13,7 @@ from pairsim.api.rheometer_files import read_columns
 from pairsim.cases.physical import BLOCK
 from pairsim.cases.quantities import known_unit, si
 from pairsim.physics.liquids import LAWS
-from pairsim.physics.liquids.viscous import ZERO_SHEAR, ViscousLaw
+from pairsim.physics.liquids.viscous import ViscousLaw
 from pairsim.physics.material import Material
 from pairsim.physics.rheometry import Fit, Measured, Number, described, dimensions_of, fits, scatter
 from pairsim.runtime.arrays import Array
@@ -124,8 +124,6 @@ def keys_of(fit: Fit) -> tuple[dict[str, str], Any, dict[str, str]]:
 def _interval(number: Number, factor: float = 1.0) -> str:
     """Where a number, times a factor, is with a probability of 95 %."""
     least, most = factor * number.least, factor * number.most
-    if number.given:
-        return "given"
     if np.isinf(least) and np.isinf(most):
         return "not determined by these data"
     if np.isinf(least):
@@ -136,16 +134,17 @@ def _interval(number: Number, factor: float = 1.0) -> str:
 def sentences(fits: Sequence[Fit], data: Measured, chosen: bool = False) -> list[str]:
     """The best fit in words, with the intervals of its numbers, and what the data do not tell."""
     best, *others = fits
+    quantities, _, intervals = keys_of(best)
+    keys = {name: of.key for name, of in dimensions_of(best.law).items() if of is not None and of.key in quantities}
+    values = quantities | {name: f"{n.value:.4g}" for name, n in best.numbers.items() if name not in keys}
+    numbers = ", ".join(f"{key} = {value} ({intervals.get(key, 'given')})" for key, value in values.items())
     modes = f", {len(best.liquid.modes)} modes" if len(best.liquid.modes) > 1 else ""
-    eta_0_first = sorted(best.numbers.items(), key=lambda item: item[0] != "eta_0")
-    each = [(*_name(best, key), n) for key, n in eta_0_first]
-    numbers = ", ".join(f"{name} = {factor * n.value:.4g} ({_interval(n, factor)})" for name, factor, n in each)
     noise = f"{100 * best.deviation:.2g} % where neighbouring points scatter by {100 * scatter(data):.2g} %"
     rest = f"; next best: {others[0].law.label}, {100 * others[0].deviation:.2g} %" if others else ""
     said = [f"fit: {best.law.label}{modes}: {numbers}; intervals of 95 %", f"fit: off by {noise}{rest}"]
-    if (tau_y := best.numbers.get(_yield_of(best.law))) is not None and np.isfinite(tau_y.least):
-        at = tau_y.value * _name(best, _yield_of(best.law))[1]
-        said.append(f"this liquid yields: below a stress of {at:.4g} Pa it is solid")
+    tau_y = _yield_of(best.law)
+    if tau_y in best.numbers and np.isfinite(best.numbers[tau_y].least):
+        said.append(f"this liquid yields: below a stress of {values[keys[tau_y]]} it is solid")
     return said + [f"warning: {text}" for text in _doubts(best, data, noise, chosen)]
 
 
@@ -164,7 +163,7 @@ def _doubts(best: Fit, data: Measured, noise: str, chosen: bool) -> Iterator[str
         if better and described(better[0], data):
             yield f"these data yield: --liquid {better[0].law.name} describes them"
     if (xi := best.numbers.get("xi")) and np.isinf(xi.least):
-        yield f"these data do not show the viscosity of the solvent (xi {_interval(xi)}): --solvent holds a known one"
+        yield "these data do not show the viscosity of the solvent: --solvent holds a known one"
     if viscous:
         more = "N1 or moduli tell, and a time that is known is held by --relaxation"
         yield f"a viscosity alone does not tell whether the liquid is elastic: De = 0 is assumed; {more}"
@@ -173,14 +172,3 @@ def _doubts(best: Fit, data: Measured, noise: str, chosen: bool) -> Iterator[str
     elif not data.kinds & {"viscosity", "N1"}:
         laws = "" if chosen else f"; {best.law.label} is taken, and other laws fit as well: choose one by --liquid"
         yield f"moduli do not tell how the viscosity falls with the rate, which a flow curve (--rheology) does{laws}"
-
-
-def _name(fit: Fit, key: str) -> tuple[str, float]:
-    """The name of a number of a fit with its unit, and the factor to that."""
-    of = dimensions_of(fit.law).get(key)
-    if of is None or (of.unit == "Pa*s" and key != "eta_0"):
-        return key, 1.0
-    unit = of.unit.format(n="n").replace("*", ".")
-    if key == "eta_0":
-        return f"{key if of is ZERO_SHEAR else of.key} [{unit}]", 1.0
-    return f"{'lambda' if key == 'De' else key if of.unit == 's' else of.key} [{unit}]", of.size(fit.eta_0)

@@ -29,9 +29,9 @@ def words() -> dict[str, Any]:
 def places(option: str, row: Sequence[str]) -> dict[str, dict[int, str]]:
     """Places of the cells that name a quantity, the preferred first, and what each says after the name."""
     found: dict[str, dict[int, str]] = {}
-    for quantity, each in words()[option].items():
-        unlike = f"{words()['no values']}|{each.get('unlike', '$^')}"
-        for name in each["names"]:
+    for quantity, names in words()[option].items():
+        unlike = f"{words()['no values']}|{words()['unlike'][option].get(quantity, '$^')}"
+        for name in names:
             for i, cell in enumerate(row):
                 match = re.search(name, cell, re.IGNORECASE)
                 if match and not re.search(unlike, cell, re.IGNORECASE):

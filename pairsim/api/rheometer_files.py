@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pairsim.api.rheometer_columns import Column, column, places
+from pairsim.api.rheometer_columns import Column, column, places, words
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
@@ -28,13 +28,7 @@ SPREADSHEETS = b"PK\x03\x04", b"\xd0\xcf\x11\xe0"  # first bytes of .xlsx, .ods 
 SPACES = r"\t|\s{2,}"
 ONE_SPACE = r"\s+(?![^\[(]*[\])])"
 SEPARATORS = ("\t", ";", ",", SPACES, ONE_SPACE)
-ONE_SIGN = str.maketrans(
-    dict.fromkeys("″“”", "''")
-    | dict.fromkeys("’′´`‘", "'")  # noqa: RUF001
-    | dict.fromkeys("−–‐", "-")  # noqa: RUF001
-    | dict.fromkeys("·⋅∙•×・", "*")  # noqa: RUF001
-)
-"""Quotation marks, primes, dashes and points of products, each in one way."""
+ONE_SIGN = str.maketrans({each: sign for sign, others in words()["signs"].items() for each in others})
 NUMBER = r"(?i)[-+]?(\d+[.,]?\d*|[.,]\d+)(e[-+]?\d+)?"
 REPTATE = "omega[rad/s]\tG'[Pa]\tG''[Pa]" + "\tfurther" * 20
 STEP_COLUMNS = r"(?i)action name|step name|interval|segment"

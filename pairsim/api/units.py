@@ -71,7 +71,8 @@ class Units:
         return pd.DataFrame([*self.numbers, *self.scales], columns=["name", "value", "meaning"])
 
     def __repr__(self) -> str:
-        return "\n".join([self.table.to_string(index=False, header=False), *self.notes])
+        rows = [f"{name:<17}{value:<15} {meaning}" for name, value, meaning in (*self.numbers, *self.scales)]
+        return "\n".join([*rows, *self.notes])
 
     def case_file(self, name: str) -> str:
         """The text of a case file with what was given, and a comment a line.
@@ -175,7 +176,8 @@ def units(
     numbers, notes = _numbers(case, Re), [*_notes(case, {**given, **quantities}, Re)]
     rows, warnings = _of_flow(case.liquid_model, scales, fit)
     written = {BLOCK: quantities, **given}
-    return Units(case, written, [*numbers], [*_scales(scales), *rows], [*notes, *warnings], fit)
+    notes += [*warnings, *(f"note: {note}" for note in case.notes)]
+    return Units(case, written, [*numbers], [*_scales(scales), *rows], notes, fit)
 
 
 def _check_left_out(keys: set[str], given: Mapping[str, Any], why: str) -> None:

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from pairsim.cli.options import OfQuestion, Settings, check_free, print_table
+from pairsim.cli.options import OfQuestion, Settings, check_free
 from pairsim.runtime.errors import InputError
 
 app = typer.Typer()
@@ -108,8 +108,6 @@ def units(
     default used.
     """
     options = locals()
-    from rich.table import Table
-
     from pairsim.api.units import units as units_of
     from pairsim.cases.physical import Physical
     from pairsim.cases.yaml_file import apply_settings
@@ -150,12 +148,7 @@ def units(
         typer.echo(f"fit: {picture}")
     if output is not None:  # before the output, which a closed pipe may cut short
         write_file(output, found.case_file(output.stem))
-    table = Table(box=None, pad_edge=False, show_header=False)
-    for row in (*found.numbers, *found.scales):
-        table.add_row(*row)
-    print_table(table)
-    for note in (*found.notes, *(f"note: {note}" for note in found.case.notes)):
-        typer.echo(note)
+    typer.echo(str(found))
     if output is not None:
         typer.echo(str(output))
         typer.echo(f"next: pairsim {kind} {output} --dry-run", err=True)

@@ -91,11 +91,8 @@ class Number:
 
 
 def _quantity(liquid: Liquid, eta_0: float, quantity: str, x: Array) -> Array:
-    if quantity in ("viscosity", "N1"):
-        viscosity, N1 = steady_shear(liquid, x)
-        return eta_0 * (viscosity if quantity == "viscosity" else N1)
-    storage, loss = moduli(liquid, x)
-    return eta_0 * (storage if quantity == "storage" else loss)
+    both = moduli(liquid, x) if quantity in ("storage", "loss") else steady_shear(liquid, x)
+    return eta_0 * both[quantity in ("N1", "loss")]
 
 
 def scatter(data: Measured) -> float:

@@ -98,29 +98,6 @@ def point(
 
 
 @dataclass(frozen=True)
-class Scale:
-    """A second scale above a panel.
-
-    Attributes:
-        label: Its label, with unit.
-        x: Places along x, (n,), ascending.
-        values: What it shows there, (n,), ascending.
-    """
-
-    label: str
-    x: Array
-    values: Array
-
-    def draw(self, axis: Axes) -> None:
-        """Put it above a panel; beyond the known places it goes on as at the ends."""
-        if len(self.x) < 2 or np.any(np.diff(self.values) <= 0):
-            return
-        pairs = (self.x, self.values), (self.values, self.x)
-        both = tuple(make_interp_spline(over, values, k=1) for over, values in pairs)
-        axis.secondary_xaxis("top", functions=both).set_xlabel(self.label)
-
-
-@dataclass(frozen=True)
 class Panel:
     """The axes of a panel.
 
@@ -131,7 +108,7 @@ class Panel:
         margins: Part of the range around what is drawn, along x and y.
         shade: From and to where it is grey, along x.
         bars: Whether bars set the range, and not points alone.
-        above: A second scale along x.
+        above: A second scale along x: its label with unit, places along x and what it shows there, ascending, (n,).
     """
 
     x: str
@@ -141,7 +118,7 @@ class Panel:
     margins: tuple[float, float] = (0.05, 0.05)
     shade: tuple[float, float] | None = None
     bars: bool = True
-    above: Scale | None = None
+    above: tuple[str, Array, Array] | None = None
 
 
 def draw_chart(
@@ -218,7 +195,9 @@ def _draw_panel(axis: Axes, panel: Panel, inside: Sequence[Series], group: Seque
     finish(axis, panel.x, panel.y, [each.range(bars=panel.bars) for each in group])
     _widen(axis, "x", [each.x for each in group])
     if panel.above is not None:
-        panel.above.draw(axis)
+        label, x, values = panel.above
+        both = tuple(make_interp_spline(*pair, k=1) for pair in ((x, values), (values, x)))
+        axis.secondary_xaxis("top", functions=both).set_xlabel(label)
     timed = [(each.t, each.y) for each in inside if each.t is not None]
     return bool(timed) and leave_out_spikes(axis, timed)
 

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.patches import Patch
 
 from pairsim.cases.yaml_file import flat
-from pairsim.plots.chart import START_UP, Panel, Scale, Series, draw_chart
+from pairsim.plots.chart import START_UP, Panel, Series, draw_chart
 from pairsim.plots.encoding import Encoding
 from pairsim.plots.labels import case_parts, common_parts, equation, hashable, read_case, varying_keys
 from pairsim.plots.lines import lines_of, panels_of, run_lines, told_apart
@@ -50,15 +50,14 @@ def draw_run(directory: Path, out: Path, page: Page) -> list[Path]:
     parts = case_parts(read_case(directory / "case.yaml"), physical=units.physical)
     starting = min(start_up(read_record(directory)) * units.factor(TIME), float(table["t"][-1]))
     lines = told_apart(run_lines(table, {}, places=len(suffixes_in(table, "dU")) > 1))
-    panels = panels_of(lines, units)
+    above = None
     if places := suffixes_in(table, "z"):
         along = np.mean([table[f"z{each}"] for each in places], axis=0)
-        above = Scale(f"position along the tube  [{units.name(POSITION)}]", table["t"], along - along[0])
-        panels = {name: replace(panel, above=above) if name == ("t", "d") else panel for name, panel in panels.items()}
-    if starting:
-        panels = {
-            name: replace(panel, shade=(0.0, starting) if name[0] == "t" else None) for name, panel in panels.items()
-        }
+        if len(along) > 1 and (np.diff(along) > 0).all():
+            above = f"position along the tube  [{units.name(POSITION)}]", table["t"], along - along[0]
+    panels, shade = panels_of(lines, units), (0.0, starting) if starting else None
+    for name in (each for each in panels if each[0] == "t"):
+        panels[name] = replace(panels[name], shade=shade, above=above if name[1] == "d" else None)
     handles = [Patch(color=START_UP, label="start-up")] if starting else []
     figure, _ = draw_chart(page, panels, lines, parts, handles=handles)
     return page.save(figure, out, "series")

@@ -55,21 +55,6 @@ def scales_in(record: Mapping[str, Any]) -> Scales | None:
     return None if scales is None else Scales(scales["length"], scales["velocity"], scales["stress"] * scales["time"])
 
 
-def scales_of(record: Mapping[str, Any], source: str) -> Scales:
-    """As `scales_in`, where they are needed.
-
-    Args:
-        record: The content of run.json.
-        source: Name of its folder for messages.
-
-    Raises:
-        InputError: The case has no `physical` block.
-    """
-    if (scales := scales_in(record)) is None:
-        raise no_units(source)
-    return scales
-
-
 def no_units(source: str) -> InputError:
     """The error where units are needed of a case without a `physical` block."""
     return InputError(source, "", None, "must be the result of a case with a physical block (docs/how-to/units.md)")
@@ -87,10 +72,10 @@ def scales_for(folders: Sequence[Path], physical: bool | None) -> list[Scales]:
     """
     from pairsim.results.folder import read_record  # loads what reads YAML
 
-    if physical:
-        return [scales_of(read_record(folder), str(folder)) for folder in folders]
-    known = [scales_in(read_record(folder)) for folder in folders] if physical is None else []
-    return [] if None in known else [each for each in known if each is not None]
+    found = [scales_in(read_record(folder)) for folder in folders] if physical is not False else []
+    if physical and None in found:
+        raise no_units(str(folders[found.index(None)]))
+    return [] if None in found else [each for each in found if each is not None]
 
 
 def with_error(value: float, error: float | None, sign: str = "", digits: int = 4) -> str:

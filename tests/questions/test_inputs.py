@@ -10,7 +10,7 @@ from pairsim.cases.inputs import Input
 from pairsim.questions.curve.answer import answer_of_curve
 from pairsim.results.curve_table import Zero
 from pairsim.results.inputs import change_by, half_widths_by, total
-from pairsim.results.units import scales_of
+from pairsim.results.units import scales_in
 
 D, De, Ca_e = np.geomspace(0.05, 1, 24), 0.5, 0.1
 STILL = {"De": 0.0, "Ca_e": 0.0, "beta": 0.0, "length": 0.0, "velocity": 0.0}
@@ -27,7 +27,7 @@ RECORD = {
 dU = Ca_e * D - 0.1 * De  # vanishes at d = .5
 TABLE = curve_table(D, dU, np.full_like(D, Ca_e), dU_error=np.full_like(D, 1e-4))
 TABLE |= {"by_De": np.full_like(D, -0.1), "by_Ca_e": D, "by_beta": np.zeros_like(D)}
-SCALES = scales_of(RECORD, "test")
+SCALES = scales_in(RECORD)
 
 
 def test_parts_add_up_as_squares_and_changes_are_at_constant_distances_in_units() -> None:

@@ -142,7 +142,7 @@ def test_a_solvent_that_normal_stresses_do_not_show_has_an_upper_limit_or_is_hel
     assert held.numbers["xi"].given
     assert held.liquid.xi * held.eta_0 == pytest.approx(1e-3)
     assert holds(held, eta_0=0.04, De=0.08, alpha=0.15)
-    assert "xi = 0.02" in sentences(found, data)[0]
+    assert "solvent = 0.001 Pa.s (given)" in sentences(found, data)[0]
 
 
 def test_a_viscosity_alone_takes_a_time_that_is_known() -> None:
@@ -172,7 +172,7 @@ def test_a_file_becomes_a_case(pairsim: Pairsim, tmp_path: Path) -> None:
     done = pairsim("units", "--rheology", "flow.csv", *EXPERIMENT, "-o", "case.yaml")
     assert done.returncode == 0
     assert "read: flow.csv: 16 points, 0.01 to 1000 1/s, viscosity in mPa.s (column 2" in done.stdout
-    assert "fit: Carreau-Yasuda: eta_0 [Pa.s] = 0.7" in done.stdout
+    assert "fit: Carreau-Yasuda: viscosity = 0.7" in done.stdout
     assert "1/s, and those at the particles are beyond the data, which end at 1000 1/s" in done.stdout
     assert (tmp_path / "case-fit.png").stat().st_size > 10_000
     case = (tmp_path / "case.yaml").read_text()
