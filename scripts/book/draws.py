@@ -33,6 +33,8 @@ class Draw:
         De, Ca_e: What they are drawn from, evenly in their logarithms.
         particles: Their number; drawn where it is 0.
         rigid: Probability that all particles are rigid.
+        beta: What it is drawn from, evenly.
+        d: What it is drawn from, evenly in its logarithm.
     """
 
     def __init__(
@@ -42,9 +44,12 @@ class Draw:
         Ca_e: tuple[float, float] = (0.002, 0.2),
         particles: int = 0,
         rigid: float = 0.33,
+        beta: tuple[float, float] = (0.15, 0.6),
+        d: tuple[float, float] = (0.03, 0.8),
     ) -> None:
         self.generator = np.random.default_rng(seed)
         self.De, self.Ca_e, self.particles, self.rigid = De, Ca_e, particles, rigid
+        self.beta, self.d = beta, d
 
     def happens(self, probability: float) -> bool:
         return bool(self.generator.random() < probability)
@@ -85,9 +90,9 @@ class Draw:
             scene["solid"] = self.each(count, 0.8, self.solid)
         # Equal rigid particles keep their distance where the liquid has no memory.
         same = 0.0 if rigid and liquid in WITHOUT_MEMORY else 0.6
-        scene["beta"] = self.each(count, same, lambda: self.between(0.15, 0.6))
+        scene["beta"] = self.each(count, same, lambda: self.between(*self.beta))
         if count > 1:
-            d = self.each(count - 1, 0.5, lambda: self.evenly_in_log(0.03, 0.8))
+            d = self.each(count - 1, 0.5, lambda: self.evenly_in_log(*self.d))
             scene["d"] = [d]
         if self.happens(0.8):
             scene |= {"ends": "developed", "length": "auto"}

@@ -113,7 +113,7 @@ def test_hard_cases_are_valid_and_all_different() -> None:
     ("kind", "count"),
     [
         pytest.param("scenes", 286, marks=pytest.mark.slow),
-        pytest.param("random", 248, marks=pytest.mark.slow),
+        pytest.param("random", 386, marks=pytest.mark.slow),
         ("curves", 18),
         ("runs", 32),
     ],

@@ -16,9 +16,10 @@ from pairsim.fem.meshes.six_node_mesh import shape_values
 from pairsim.fem.recovery.enriched_nodes import EnrichedNodes, nodes_of
 from pairsim.fem.recovery.enriched_residual import EnrichedTests
 from pairsim.fem.recovery.patch_recovery import WIDE, PatchRecovery
+from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.branch import Branch
 from pairsim.solvers.errors.adjoints import Adjoints
-from pairsim.solvers.errors.estimate import ROUNDING, VISCOUS, ErrorEstimate, ErrorEstimator
+from pairsim.solvers.errors.estimate import ELASTIC, ROUNDING, VISCOUS, ErrorEstimate, ErrorEstimator
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.first_solution import by_continuation
 from pairsim.solvers.steady.scene import SteadySolver
@@ -47,14 +48,25 @@ def solved(keys: dict[str, object], **mesh: float) -> tuple[Observation, ErrorEs
     return observation, estimate
 
 
+def estimate_of(U: Array, scatter: Array, of_scatter: float) -> ErrorEstimate:
+    """An estimate of nothing but these errors of velocities and their scatter."""
+    nothing = np.zeros(len(U) - 1)
+    parts = dict.fromkeys(("newton_dU", "spread_dU", "cancelled_dU", "ends_dU"), nothing)
+    parts |= {"scatter_dU": scatter, "by_regularisation": np.zeros(len(U))}
+    none = (nothing,) * 4
+    return ErrorEstimate(U, 0.0, 0.0, {}, *none, **parts, widening=1.0, of_scatter=of_scatter, trusted=True)
+
+
 def test_an_estimate_that_vanishes_by_chance_in_one_gap_leaves_a_tenth_of_the_others() -> None:
-    nothing = np.zeros(2)
-    parts = dict.fromkeys(
-        ("newton_dU", "spread_dU", "cancelled_dU", "scatter_dU", "ends_dU", "by_regularisation"), nothing
-    )
-    U = np.array([0.0, 1e-6, 1e-6])
-    found = ErrorEstimate(U, 0.0, 0.0, {}, *(nothing,) * 4, **parts, widening=1.0, factors=VISCOUS, trusted=True)
+    found = estimate_of(np.array([0.0, 1e-6, 1e-6]), np.zeros(2), VISCOUS)
     assert found.dU_error == pytest.approx([1e-6, 1e-7], rel=1e-5)
+
+
+@pytest.mark.parametrize("of_scatter", [VISCOUS, ELASTIC])
+def test_the_scatter_adds_to_what_a_correction_may_leave(of_scatter: float) -> None:
+    """The larger one of the two alone does not hold dU where they are alike and of one sign."""
+    found = estimate_of(np.array([0.0, 3e-6]), np.array([2e-6]), of_scatter)
+    assert found.dU_error == pytest.approx([3e-6 + of_scatter * 2e-6], rel=1e-5)
 
 
 @cache

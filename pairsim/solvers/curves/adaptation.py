@@ -304,8 +304,7 @@ class AdaptiveBranch(Branch):
         """Cell sizes for a point."""
         estimate, cells = point.estimate, point.estimate.cells
         assert cells is not None, "liquids that are not Newtonian have them"
-        parts = estimate.factors.joined(estimate.regular_dU, estimate.irregular_dU)
-        scatter = estimate.factors.scatter * (parts / estimate.irregular_dU)
+        scatter = estimate.of_scatter * (1 + estimate.regular_dU / estimate.irregular_dU)
         largest_factor = MOST_FACTOR
         if self.rounds[self._nominal(point)]:  # smaller cells where the scatter came from were not enough
             common = float(np.max(estimate.cells_dU / most))

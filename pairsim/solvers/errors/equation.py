@@ -128,7 +128,7 @@ class ErrorEquation:
         adjoints[:, constraints.integrated] /= g
         with newton.clock("assembly"):
             contributions = viscosity_scatter(self._on(newton), x, (constraints.T.T @ adjoints.T).T)
-        return np.asarray(VISCOUS.scatter * np.sqrt((contributions**2).sum(axis=1)))
+        return np.asarray(VISCOUS * np.sqrt((contributions**2).sum(axis=1)))
 
     def _guess(self, newton: Newton, scheme: Scheme) -> Array:
         """First guess of the error: that of the last step, with velocities that keep the errors of all positions.

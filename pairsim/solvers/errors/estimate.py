@@ -8,7 +8,6 @@ z is the discrete adjoint (`pairsim.solvers.errors.adjoints`), recovered one deg
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -26,24 +25,10 @@ from pairsim.solvers.errors.regularisation import by_regularisation, gradient_by
 from pairsim.solvers.errors.run_errors import OF_POINTS, widening
 from pairsim.solvers.steady.scene import SteadySolver
 
-
-@dataclass(frozen=True)
-class Factors:
-    """How the half-width of what a correction leaves follows from correction and scatter.
-
-    Attributes:
-        scatter: Factor of the scatter.
-        joined: What the half-width is of the correction, with its spread, and of the scatter.
-    """
-
-    scatter: float
-    joined: Callable[[Array, Array], Array]
-
-
-# Determined on twelve solutions without a memory, and on half of the other scenes of scripts/error_bars
+# Factors of the scatter in a half-width. Determined on twelve solutions without a memory, and on half of the other
+# scenes of scripts/error_bars with the larger one of scatter and correction in place of their sum
 # (docs/explanation/error-estimate.md).
-VISCOUS = Factors(3.0, np.add)
-ELASTIC = Factors(1.6, np.maximum)
+VISCOUS, ELASTIC = 3.0, 1.6
 # What is left of parts of the estimate that cancel between the liquid and soft particles, relative to them. Where
 # spheres are far apart the parts are a hundred times their sum. Determined on Newtonian curves of beta .4 (all of 30
 # intervals hold), and checked on those of beta .2 and .6 (98 % of 51).
@@ -85,7 +70,7 @@ class ErrorEstimate:
         ends_dU: By how much the ends of the tube change every dU, (N-1,).
         by_regularisation: Derivatives of the velocities by the logarithm of the regularisation, (N,).
         widening: Factor of the cells' part of the half-widths where they do not resolve the stress of a polymer.
-        factors: How half-widths follow from correction and scatter.
+        of_scatter: Factor of the scatter in half-widths.
         trusted: Whether the estimates of all dU, or of all forces, are more than what is left of contributions that
             cancel. Without modes they are: the scatter is none of the estimates there.
         cells: What the cells have of `scatter_dU`; None unless it was asked for.
@@ -106,7 +91,7 @@ class ErrorEstimate:
     ends_dU: Array
     by_regularisation: Array
     widening: float
-    factors: Factors
+    of_scatter: float
     trusted: bool
     cells: CellIndicators | None = None
 
@@ -129,12 +114,15 @@ class ErrorEstimate:
     @property
     def irregular_dU(self) -> Array:
         """What is left where cells do not resolve them, (N-1,)."""
-        return self.factors.scatter * self.scatter_dU
+        return self.of_scatter * self.scatter_dU
 
     @property
     def cells_dU(self) -> Array:
-        """The cells' part of the half-width, (N-1,)."""
-        return self.widening * self.factors.joined(self.regular_dU, self.irregular_dU)
+        """The cells' part of the half-width, (N-1,).
+
+        The scatter adds to what is left of a correction that lacks a part of the error, as it may have the same sign.
+        """
+        return self.widening * (self.regular_dU + self.irregular_dU)
 
     @property
     def ends_error(self) -> Array:
@@ -195,13 +183,13 @@ class ErrorEstimator:
         F, shape = slice(count, count + adjoints.forces), slice(count + adjoints.forces, -1)
         moved = len(changes[F]) > 0
         elastic = bool(scene.material.modes)
-        factors = ELASTIC if elastic else VISCOUS
+        of_scatter = ELASTIC if elastic else VISCOUS
         cancelling = (scatter[F] if moved else scatter_dU) > CANCELLING * np.abs(
             changes[F] if moved else np.diff(changes[:count])
         )
         wider = widening(discrete.s_jump, OF_POINTS)
         regular = _regular(changes, tested.changes, _cancelled(tested))
-        errors = wider * factors.joined(regular, factors.scatter * scatter) + np.abs(left)
+        errors = wider * (regular + of_scatter * scatter) + np.abs(left)
         errors += OF_ENDS * np.abs(ends).max(axis=0) + regularised
         dp_plus = drop.value - scene.pressure_drop(steady.state()[1]) + float(changes[-1])
         trusted = not (elastic and bool(cancelling.any()))
@@ -222,7 +210,7 @@ class ErrorEstimator:
             ends_dU=np.abs(np.diff(ends[:, :count])).max(axis=0),
             by_regularisation=sharper[:count],
             widening=wider,
-            factors=factors,
+            of_scatter=of_scatter,
             trusted=trusted,
             cells=_indicators(self._enriched, tested, count) if self._cells else None,
         )
