@@ -101,8 +101,10 @@ def plot(
 
             drawn += draw_fields(directory, target, page, curve=frames == "d", field=field, animated=animate)
         return drawn
-    if kind != "sweep":
-        raise InputError(str(directory), "", None, "must hold other results than a study, which is its study.csv")
-    from pairsim.sweeps.sweep_plots import plot_sweep
+    if kind == "sweep":
+        from pairsim.sweeps.sweep_plots import plot_sweep
 
-    return plot_sweep(directory, target, group, page)
+        return plot_sweep(directory, target, group, page)
+    from pairsim.sweeps.study_plots import plot_study
+
+    return plot_study(directory, target, page)

@@ -182,12 +182,12 @@ def plot(
         bool, typer.Option(" /--no-legend", show_default=False, help="Leave out the legend and the small print.")
     ] = True,
 ) -> None:
-    """Draw the results of run, curve, critical or sweep, or several runs or curves in one picture.
+    """Draw the results of run, curve, critical, sweep or study, or several runs or curves in one picture.
 
     A run: dU and D against time and distance, and the deformed particles in the flow. A curve: dU with its error and
     its zeros, D, and its fields. Critical distances: over the parameter that was followed. A sweep: dU of all cases,
-    the last dU or the zeros against a parameter. Several folders: dU of all of them; what varies is in the legend,
-    what does not in small print.
+    the last dU or the zeros against a parameter. A study: error against wall time. Several folders: dU of all of them;
+    what varies is in the legend, what does not in small print.
     """
     from pairsim.api.folders import plot
 

@@ -100,7 +100,7 @@ def study(
 ) -> None:
     """Compute one case with several meshes and time steps, and compare errors and wall times.
 
-    Writes study.csv. As for a sweep, the same command continues an
+    Writes study.csv and study.png. As for a sweep, the same command continues an
     interrupted study, and mpirun distributes the cases over the processes.
 
     Exit codes: 0 no case failed, 2 wrong input, 3 some cases failed, 4

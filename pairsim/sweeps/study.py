@@ -53,7 +53,7 @@ def read_study(path: Path, settings: Sequence[str] = ()) -> tuple[StudyFile, Gri
 def compute_study(
     path: Path, folder: Path | None, options: Options, settings: Sequence[str] = ()
 ) -> tuple[int, str, Path]:
-    """Compute the cases of a study that are not finished yet, and write study.csv into its folder.
+    """Compute the cases of a study that are not finished yet, and write study.csv and study.png into its folder.
 
     Arguments are those of `pairsim study`; returns exit code and message of its sweep, and the folder.
 
@@ -62,12 +62,15 @@ def compute_study(
     """
 
     def compute(workers: Workers) -> tuple[int, str, Path]:
+        from pairsim.sweeps.study_plots import plot_study
+
         file, grid = read_study(path, settings)
         directory = folder or RUNS / grid.name
         code, message = run_sweep(grid, directory, options, workers)
         table = study_table(file, grid, directory).dropna(axis="columns", how="all").convert_dtypes()
         rows = table.astype(object).where(table.notna(), None).to_numpy().tolist()
         write_text(directory / TABLE, table_text(list(table.columns), rows))
+        plot_study(directory)
         return code, message, directory
 
     return with_workers(compute)

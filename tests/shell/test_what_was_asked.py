@@ -11,6 +11,7 @@ from typing import Any
 import pandas as pd
 import pytest
 import pyvista
+from matplotlib import image
 from support.commands import Pairsim
 from support.inputs import STUDY
 
@@ -65,7 +66,7 @@ def test_a_sweep_under_mpirun_has_a_row_a_case(table_of: Any) -> None:
 
 @pytest.mark.slow
 def test_a_study_reports_speed_against_error(table_of: Any, tmp_path: Path, pairsim: Pairsim) -> None:
-    """The same command computes no case again."""
+    """It draws them; the same command computes no case again."""
     table = table_of("study", STUDY, "study.csv")
     assert table["mesh.Np"].tolist() == [8, 11, 16, 8]
     assert table["reference"].tolist() == [False, False, True, False]
@@ -73,6 +74,7 @@ def test_a_study_reports_speed_against_error(table_of: Any, tmp_path: Path, pair
     assert table["error"][1] < table["error"][0]
     assert (table["wall_time"] > 0).all()
     assert {*table["dU@0.02"]} == {read_table(path)["dU"][-1] for path in tmp_path.glob("out/*/series.csv")}
+    assert image.imread(tmp_path / "out" / "study.png").shape[1] > 500
     records = {path: path.read_text() for path in tmp_path.glob("out/*/run.json")}
     assert len(records) == 4
     (tmp_path / "out" / "study.csv").unlink()

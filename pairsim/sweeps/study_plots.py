@@ -1,0 +1,61 @@
+"""Plot a study: error against wall time, with a line for each family of meshes and of steps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from pairsim.plots.chart import Panel, Series, draw_chart
+from pairsim.plots.labels import shown
+from pairsim.plots.style import COLOURS, MARKERS, SMALL, Page, printing
+from pairsim.results.columns import column
+from pairsim.results.table_files import read_table
+from pairsim.results.tables import frame_of
+from pairsim.sweeps.study import FAMILIES, TABLE, families, settings_of
+
+WORDS = "lines: the same but for the cells; dots: the same but for the steps"
+
+
+@printing()
+def plot_study(directory: Path, out: Path | None = None, page: Page | None = None) -> list[Path]:
+    """Draw `study` from study.csv, into the folder of the study or another; returns the files written.
+
+    There are none while no error is known.
+    """
+    table = frame_of(read_table(directory / TABLE))
+    if "error" not in table or (points := table[table["error"] > 0]).empty:
+        return []
+    meshes, steps = (list(families(points, family)) for family in FAMILIES)
+    dotted = {"color": "0.6", "linestyle": ":", "zorder": 1}
+    series = [_line(group, dotted) for group in steps if len(group) > 1]
+    for i, group in enumerate(meshes):
+        look = {"color": COLOURS[i % len(COLOURS)], "marker": MARKERS[i % len(MARKERS)], "markersize": 4.5}
+        label = _words(group.iloc[0], of_mesh=False) or "as in the file"
+        series.append(_line(group, look, label, range(len(group))))
+    names = list(table.columns)
+    compared = column(names[names.index("wall_time") + 1].partition("@")[0])
+    error = f"error of ${compared.symbol}$  [${compared.unit.tex or '-'}$]"
+    panel = Panel("wall time  [s]", error, wide="x", margins=(0.2, 0.14))  # labels stand right of their points
+    figure, (axes,) = draw_chart(page or Page(), {0: panel}, series, [WORDS])
+    axes.set_yscale("log")
+    for i, group in enumerate(meshes):
+        for _, row in group.iterrows():
+            note: dict[str, Any] = {"textcoords": "offset points", "fontsize": SMALL, "color": "0.25"}
+            place = row["wall_time"], row["error"]
+            axes.annotate(_words(row, of_mesh=True), place, (4, -9 if i % 2 else 3), **note)
+    return (page or Page()).save(figure, out or directory, "study")
+
+
+def _line(group: pd.DataFrame, look: dict[str, Any], label: str = "", marked: Sequence[int] = ()) -> Series:
+    """Error against wall time of a family."""
+    x, y = (group[name].to_numpy() for name in ("wall_time", "error"))
+    return Series(0, x, y, look={"linewidth": 0.8, "linestyle": "-", **look}, label=label, marked=marked)
+
+
+def _words(row: pd.Series[Any], of_mesh: bool) -> str:
+    """The settings of the mesh of a row, or its others, such as Np 20, max_size 0.1."""
+    names = [name for name in settings_of(row.index) if name.startswith(FAMILIES["space"]) == of_mesh]
+    return ", ".join(f"{name.rpartition('.')[2]} {shown(row[name])}" for name in names if row[name] == row[name] != "")
