@@ -121,7 +121,7 @@ def solve_along(case: AlongCase, monitor: Monitor, columns: Sequence[str | Colum
 
 
 def draw_along(directory: Path, out: Path, page: Page, name: str, errors: Mapping[str, str]) -> list[Path]:
-    """Draw columns of a table over Ca_e, a panel each.
+    """Draw columns of a table over Ca_e or the modulus, a panel each.
 
     Args:
         directory: The folder with the table.
@@ -136,12 +136,12 @@ def draw_along(directory: Path, out: Path, page: Page, name: str, errors: Mappin
     from pairsim.plots.units import Units
     from pairsim.results.table_files import read_table
 
-    units = Units.of(directory, page.physical)
+    units, case = Units.of(directory, page.physical), read_case(directory / "case.yaml")
     table = units.table(read_table(directory / f"{name}.csv"))
-    Ca_e, joined = table["Ca_e"], {"linestyle": "-"}
-    series = [Series(n, Ca_e, table[n], table.get(error), mark=POINT, look=joined) for n, error in errors.items()]
-    panels = {n: Panel(units.axis_label(["Ca_e"]), units.axis_label([n])) for n in errors}
+    (label, x), joined = units.followed(case, "Ca_e", table["Ca_e"]), {"linestyle": "-"}
+    series = [Series(n, x, table[n], table.get(error), mark=POINT, look=joined) for n, error in errors.items()]
+    panels = {n: Panel(label, units.axis_label([n]), wide="x") for n in errors}
     with printing():
-        parts = parts_along(read_case(directory / "case.yaml"), "Ca_e", units.physical)
+        parts = parts_along(case, "Ca_e", units.physical)
         figure, _ = draw_chart(page, panels, series, parts)
         return page.save(figure, out, name)

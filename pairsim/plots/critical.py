@@ -34,10 +34,12 @@ def draw_critical(directory: Path, out: Path, page: Page) -> list[Path]:
     case = read_case(directory / "case.yaml")
     units = Units.of(directory, page.physical)
     table = units.table(read_table(directory / "critical.csv"))
-    rows = [dict(zip(table, values, strict=True)) for values in zip(*table.values(), strict=True)]
-    if not case.get("along") or not rows:
+    name = next(iter(case.get("along") or {}), "")
+    if not name or not len(table["d_cr"]):
         return []
-    name = next(iter(case["along"]))
+    label, places = units.followed(case, name, values := table[name])
+    table |= {name: places, "parameter_error": table["parameter_error"] * places / values}
+    rows = [dict(zip(table, values, strict=True)) for values in zip(*table.values(), strict=True)]
     series = []
     for first, second in itertools.pairwise(rows):
         if first["branch"] == second["branch"]:
@@ -46,7 +48,7 @@ def draw_critical(directory: Path, out: Path, page: Page) -> list[Path]:
             series.append(Series(0, x, y, look={"linestyle": "-" if end["stable"] else "--"}))
     series += [each for row in rows for each in point_of(row, name)]
     # The error of a distance grows without bound towards a fold.
-    panel = Panel(units.axis_label([name]), units.axis_label(["d_cr"]), wide="xy", margins=(0.05, 0.15), bars=False)
+    panel = Panel(label, units.axis_label(["d_cr"]), wide="xy", margins=(0.05, 0.15), bars=False)
     figure, _ = draw_chart(page, {0: panel}, series, parts_along(case, name, units.physical))
     return page.save(figure, out, "critical")
 

@@ -5,9 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
+from pairsim.cases.physical import BLOCK
 from pairsim.physics.scales import Scales
+from pairsim.plots.labels import parameter_label
 from pairsim.results.columns import column, known
+from pairsim.results.inputs import quantity_for
 from pairsim.results.units import Unit, scales_for
 from pairsim.runtime.arrays import Array
 
@@ -52,6 +56,13 @@ class Units:
         """The columns of a table in the units that are drawn."""
         factors = {name: self.factor(entry.unit) if (entry := known(name)) is not None else 1.0 for name in columns}
         return {name: values * factors[name] if factors[name] != 1 else values for name, values in columns.items()}
+
+    def followed(self, case: Mapping[str, Any], name: str, values: Array) -> tuple[str, Array]:
+        """Axis label and places of a parameter that is followed; in units those of the quantity that gives it."""
+        if self.scales is None:
+            return self.axis_label([name]), values
+        key, unit, value_of = quantity_for(case, name, self.scales)
+        return parameter_label(f"{BLOCK}.{key}", unit), value_of(values)
 
     def axis_label(self, names: Sequence[str], more: str = "") -> str:
         """Axis label of some columns, which share their unit, with more words between symbols and unit."""

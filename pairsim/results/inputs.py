@@ -1,16 +1,28 @@
-"""What the quantities that a case is given by change of its curve, to first order: half-widths and sensitivities."""
+"""The quantities that a case is given by: what they change of its curve, to first order, and their values on axes."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
 from pairsim.cases.inputs import Input
+from pairsim.cases.physical import BLOCK, stands_for
+from pairsim.cases.quantities import as_given, unit_in
 from pairsim.physics.scales import Scales
 from pairsim.results.units import VELOCITY
 from pairsim.runtime.arrays import Array
+
+
+def quantity_for(case: Mapping[str, Any], name: str, scales: Scales) -> tuple[str, str, Callable[[Any], Any]]:
+    """The quantity that De or Ca_e of a case follows from: its key, its unit as given, and its value by the number."""
+    block = case[BLOCK]
+    of = min((each for key, each in stands_for(case) if key == name), key=lambda each: each.key not in block)
+    given = block.get(of.key, of.example)
+    unit = as_given(given[0] if isinstance(given, list) else given)[1]
+    one, two = (of.number(number * unit_in(of.unit, unit), scales) for number in (1.0, 2.0))
+    return of.key, unit, lambda values: (values / one) ** (1.0 if two > one else -1.0)  # De rises with it, Ca_e falls
 
 
 def inputs_in(record: Mapping[str, Any]) -> list[Input]:

@@ -10,10 +10,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from pairsim.cases.yaml_file import read_yaml
 from pairsim.physics.scales import Scales
 from pairsim.results.columns import SWEEP_COLUMNS, WHOLE, error_of, known, suffixes_in
 from pairsim.results.curve_table import curve_of
 from pairsim.results.folder import read_record
+from pairsim.results.inputs import quantity_for
 from pairsim.results.table_files import cell, read_table, table_text
 from pairsim.results.travel import distance_on
 from pairsim.results.units import PURE, Unit, scales_for, scales_in
@@ -100,9 +102,15 @@ def table_of(directory: Path, name: str, physical: bool | None, at: Sequence[flo
     columns = read_table(path)
     table = frame_of(values_at(columns, at, read_record(directory), str(directory)) if at else columns)
     try:
-        return in_units(table, scales * len(table)) if scales else table
+        table = in_units(table, scales * len(table)) if scales else table
     except TypeError as error:
         raise InputError(str(path), "", None, f"must have numbers in its rows ({error})") from None
+    if scales and (along := (case := read_yaml(directory / "case.yaml")).get("along")):
+        number = "De" if "De" in along else "Ca_e"
+        key, unit, value_of = quantity_for(case, number, scales[0])
+        table.insert(list(table).index(number), key, value_of(table[number]))
+        table.attrs["units"][key] = unit
+    return table
 
 
 def values_at(

@@ -113,6 +113,25 @@ def test_curves_and_critical_distances_take_the_block_too() -> None:
     assert critical.d == pytest.approx((0.02, 0.8))
 
 
+@pytest.mark.parametrize(("along", "heading", "given"), [("De", "relaxation [ms]", 2.0), ("Ca_e", "young [kPa]", 30.0)])
+def test_what_is_followed_is_in_units_of_the_experiment(along: str, heading: str, given: float, tmp_path: Path) -> None:
+    """Twice De is twice the relaxation time, and twice Ca_e half the modulus that the block has."""
+    block = bench(modulus=None, young="30 kPa", distance=["1 um", "40 um"], end=None)
+    plain = parse_case(QUESTIONS["critical"], block, "test")
+    numbers = [factor * getattr(plain, along) for factor in (1.0, 2.0, 4.0)]
+    (tmp_path / "case.yaml").write_text(yaml.safe_dump(block | {"along": {along: numbers[1:]}}))
+    assert plain.scales is not None
+    scales = {name: getattr(plain.scales, name) for name in ("length", "velocity", "time", "stress")}
+    (tmp_path / "run.json").write_text(json.dumps({"kind": "critical", "status": "finished", "scales": scales}))
+    rows = "".join(f"wanted,0.2,0.01,false,1,{number},0.1\n" for number in numbers)
+    (tmp_path / "critical.csv").write_text(f"kind,d_cr,d_error,stable,branch,{along},parameter_error\n{rows}")
+    table = api.open(tmp_path).frame(physical=True)
+    name, _, unit = heading.partition(" ")
+    assert table.attrs["units"][name] == unit.strip("[]")
+    assert table[name].to_numpy() == pytest.approx(given * np.array([1, 2, 4]) ** (1.0 if along == "De" else -1.0))
+    assert len(api.plot(tmp_path)) == 1
+
+
 def test_numbers_have_no_digits_of_rounding() -> None:
     """17 um over 50 um is .33999999999999997 in double precision."""
     assert case(bench(distance="17 um")).d0 == 0.34
