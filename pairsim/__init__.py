@@ -5,10 +5,10 @@
     result = pairsim.run({"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}, time={"end": 1})
     result.table.plot("t", "dU")
 
-`load` checks a case, `units` makes one of an experiment; `run`, `curve`, `critical`, `shape`, `pressure`, `train` and
-`sweep` compute; `open` reads a folder of results, `plot` draws it, `report` puts it into one HTML file; `moduli`
-reads a cytometer's file; `use_laws` makes laws of one's own known. They are imported when first used: `import pairsim`
-alone loads nothing.
+`load` checks a case, `units` makes one of an experiment, `ask` answers from an atlas; `run`, `curve`, `critical`,
+`shape`, `pressure`, `train` and `sweep` compute; `open` reads a folder of results, `plot` draws it, `report` puts it
+into one HTML file; `moduli` reads a cytometer's file; `use_laws` makes laws of one's own known. They are imported when
+first used: `import pairsim` alone loads nothing.
 """
 
 import os as _os
@@ -29,6 +29,7 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     _os.environ.setdefault(_name, "1")
 
 if _TYPE_CHECKING:
+    from pairsim.api.ask import ask as ask
     from pairsim.api.cases import load as load
     from pairsim.api.cases import use_laws as use_laws
     from pairsim.api.folders import open as open
@@ -53,6 +54,7 @@ if _TYPE_CHECKING:
     from pairsim.questions.train import train as train
 
 _MODULES = {
+    "api.ask": ("ask",),
     "api.cases": ("load", "use_laws"),
     "api.folders": ("open", "plot"),
     "api.moduli": ("moduli",),

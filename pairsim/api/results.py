@@ -102,9 +102,11 @@ class Result:
         Raises:
             InputError: The case has no `physical` block.
         """
-        from pairsim.results.units import scales_for
+        from pairsim.results.units import no_units, scales_in
 
-        return scales_for([self._place], physical=True)[0]
+        if (found := scales_in(self.record)) is None:
+            raise no_units(str(self._place))
+        return found
 
     def frame(
         self, name: str | None = None, *, physical: bool | None = False, at: Sequence[float | str] = ()

@@ -6,11 +6,14 @@ import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from pairsim.cases.case import SceneCase
 from pairsim.cases.materials import liquid_block
 from pairsim.cases.physical import EXPERIMENT, QUANTITIES, numbers_from, values_in, viscosity_law
 from pairsim.cases.quantities import as_given, known_unit, measured, rounded
 from pairsim.cases.values import is_finite
+from pairsim.physics.scales import Scales
 
 STEP = 1e-6  # of logarithms, for derivatives of products of powers; chosen
 DISTANCES = {each.key for each in EXPERIMENT if not each.uncertain}  # and times, which change no other number
@@ -52,6 +55,32 @@ def inputs_of(case: SceneCase) -> list[Input]:
         given, unit = as_given(block[key])
         found.append(Input(key, given, rounded(given * part.half_width / part.value), unit, changes))
     return found
+
+
+def drawn(case: SceneCase, count: int) -> tuple[Scales, dict[str, Any]]:
+    """Scales and numbers of a case for draws of its uncertain inputs, which are normal and independent.
+
+    Args:
+        case: A valid case with a `physical` block.
+        count: How many draws, the same at each call.
+
+    Returns:
+        Scales and numbers by key; what is uncertain in them has the shape (count,).
+    """
+    block = {key: text for key, text in dict(case.physical or {}).items() if text is not None}
+    values, random = values_in(block, dict(case), []), np.random.default_rng(0)
+    for each in inputs_of(case):
+        if each.half_width:
+            values[each.key] = values[each.key] * (1 + each.half_width / each.value / 2 * random.standard_normal(count))
+    return numbers_from(values, dict(case))
+
+
+def units_of(case: SceneCase) -> dict[str, Any]:
+    """What run.json has of the quantities of a case: scales and inputs; nothing without a `physical` block."""
+    if (scales := case.scales) is None:
+        return {}
+    sizes = {name: getattr(scales, name) for name in ("length", "time", "velocity", "stress")}
+    return {"scales": sizes | {"units": "m, s, m/s, Pa"}, "inputs": [each._asdict() for each in inputs_of(case)]}
 
 
 def _logarithms(values: Mapping[str, Any], keys: Mapping[str, Any]) -> dict[str, float]:

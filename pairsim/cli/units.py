@@ -23,7 +23,8 @@ Number = float | None
 File = Path | None
 
 
-def _quantity(words: str, *names: str) -> Any:
+def quantity(words: str, *names: str) -> Any:
+    """An option that is a quantity with its unit."""
     return typer.Option(*names, metavar="QUANTITY", help=words)
 
 
@@ -42,25 +43,25 @@ def _number(name: str, words: str) -> Any:
 )
 def units(
     *,
-    tube: Annotated[str, _quantity("Inner diameter of the tube D_c, such as 50um.")],
-    particle: Annotated[list[str], _quantity("Diameter of the particles, such as 20um; repeat it, from upstream.")],
-    flow_rate: Annotated[Text, _quantity("Flow rate Q: U_av = 4 Q/(pi D_c^2), such as 1ul/min.", "--flow")] = None,
-    velocity: Annotated[Text, _quantity("Mean velocity of the liquid U_av, in place of --flow, such as 5mm/s.")] = None,
-    pressure: Annotated[Text, _quantity("Pressure drop in place of --flow, such as 20kPa; with --over.")] = None,
-    over: Annotated[Text, _quantity("Length of tube over which it falls, such as 5cm.")] = None,
+    tube: Annotated[str, quantity("Inner diameter of the tube D_c, such as 50um.")],
+    particle: Annotated[list[str], quantity("Diameter of the particles, such as 20um; repeat it, from upstream.")],
+    flow_rate: Annotated[Text, quantity("Flow rate Q: U_av = 4 Q/(pi D_c^2), such as 1ul/min.", "--flow")] = None,
+    velocity: Annotated[Text, quantity("Mean velocity of the liquid U_av, in place of --flow, such as 5mm/s.")] = None,
+    pressure: Annotated[Text, quantity("Pressure drop in place of --flow, such as 20kPa; with --over.")] = None,
+    over: Annotated[Text, quantity("Length of tube over which it falls, such as 5cm.")] = None,
     modulus: Annotated[
-        list[str] | None, _quantity("Shear modulus G_p (default: rigid; repeat for one value each), such as 5kPa.")
+        list[str] | None, quantity("Shear modulus G_p (default: rigid; repeat for one value each), such as 5kPa.")
     ] = None,
-    young: Annotated[list[str] | None, _quantity("Young's modulus E = 3 G_p, in place of --modulus.")] = None,
-    density: Annotated[Text, _quantity("Density of the liquid (default: water), such as 1000kg/m^3.")] = None,
+    young: Annotated[list[str] | None, quantity("Young's modulus E = 3 G_p, in place of --modulus.")] = None,
+    density: Annotated[Text, quantity("Density of the liquid (default: water), such as 1000kg/m^3.")] = None,
     distance: Annotated[
         list[str] | None,
-        _quantity(
+        quantity(
             "Distance between the surfaces, such as 5um (repeat for one value each gap; with --kind curve, for its "
             "distances; with --kind critical, for the least and the largest one)."
         ),
     ] = None,
-    end: Annotated[Text, _quantity("End time of the run (default: by De and Ca_e), such as 2ms.")] = None,
+    end: Annotated[Text, quantity("End time of the run (default: by De and Ca_e), such as 2ms.")] = None,
     liquid: Annotated[
         Text,
         _law(
@@ -68,12 +69,12 @@ def units(
             "white-metzner, or one of your own."
         ),
     ] = None,
-    viscosity: Annotated[Text, _quantity("Zero-shear viscosity eta_0, solvent included, such as 1Pa.s.")] = None,
-    consistency: Annotated[Text, _quantity("Consistency K: eta_0 = K (U_av/D_c)^(n - 1), such as 0.5Pa.s^0.6.")] = None,
-    relaxation: Annotated[Text, _quantity("Relaxation time lambda: De = lambda U_av/D_c, such as 2ms.")] = None,
-    solvent: Annotated[Text, _quantity("Viscosity of the solvent eta_s: xi = eta_s/eta_0, such as 1mPa.s.")] = None,
-    time_constant: Annotated[Text, _quantity("Inverse of the rate where thinning begins, such as 2ms.")] = None,
-    viscosity_inf: Annotated[Text, _quantity("Viscosity at large shear rates, such as 1mPa.s.")] = None,
+    viscosity: Annotated[Text, quantity("Zero-shear viscosity eta_0, solvent included, such as 1Pa.s.")] = None,
+    consistency: Annotated[Text, quantity("Consistency K: eta_0 = K (U_av/D_c)^(n - 1), such as 0.5Pa.s^0.6.")] = None,
+    relaxation: Annotated[Text, quantity("Relaxation time lambda: De = lambda U_av/D_c, such as 2ms.")] = None,
+    solvent: Annotated[Text, quantity("Viscosity of the solvent eta_s: xi = eta_s/eta_0, such as 1mPa.s.")] = None,
+    time_constant: Annotated[Text, quantity("Inverse of the rate where thinning begins, such as 2ms.")] = None,
+    viscosity_inf: Annotated[Text, quantity("Viscosity at large shear rates, such as 1mPa.s.")] = None,
     n: Annotated[Number, _number("n", "Flow index of the thinning part.")] = None,
     a: Annotated[Number, _number("a", "Exponent of the transition; 2 is the law of Carreau.")] = None,
     L2: Annotated[Number, _number("L2", "Largest trace of the conformation tensor.")] = None,
@@ -86,7 +87,7 @@ def units(
     solid: Annotated[
         Text, _law("Law of the particles: neo-hookean, kelvin-voigt, mooney-rivlin, or one of your own.")
     ] = None,
-    particle_viscosity: Annotated[Text, _quantity("Viscosity of the particles, such as 2Pa.s.")] = None,
+    particle_viscosity: Annotated[Text, quantity("Viscosity of the particles, such as 2Pa.s.")] = None,
     c: Annotated[Number, _number("c", "Part of the second invariant in the shear modulus.")] = None,
     rheology: Annotated[
         File,

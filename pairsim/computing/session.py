@@ -13,7 +13,7 @@ from typing import Any
 
 from pairsim.cases.case import SceneCase
 from pairsim.cases.identity import identity_of, key_of, sources_of
-from pairsim.cases.inputs import inputs_of
+from pairsim.cases.inputs import inputs_of, units_of
 from pairsim.computing import Question, events, own_files
 from pairsim.computing.events import Outcome
 from pairsim.computing.progress import Reporter
@@ -298,10 +298,7 @@ class _Session:
         content |= {"key": key_of(case.kind, identity_of(case)), **sources_of(case)}
         if outcome is not None:
             content |= {**summary.entries, "warnings": [*map(self._in_units, summary.warnings)]}
-        if (scales := case.scales) is not None:
-            names = ("length", "time", "velocity", "stress")
-            content["scales"] = {name: getattr(scales, name) for name in names} | {"units": "m, s, m/s, Pa"}
-            content["inputs"] = [each._asdict() for each in inputs_of(case)]
+        content |= units_of(case)
         if summary.phases:
             content["wall_time_by_phase"] = {**summary.phases, "other": wall - sum(summary.phases.values())}
         write_json(self.folder / "run.json", content)

@@ -7,7 +7,7 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from scipy.integrate import solve_ivp
+import scipy
 
 from pairsim.physics.conformation import IDENTITY, mode_stress, polymer_stress, relaxation
 from pairsim.physics.liquids import ConformationLaw, Liquid, single
@@ -59,7 +59,7 @@ def conformation_after(liquid: Liquid, L: Array, end: float) -> Array:
         return np.concatenate([rate_of_change(liquid, law, c[4 * i : 4 * i + 4, None], L)[:, 0] for i, law in modes])
 
     start = np.tile(IDENTITY, len(liquid.modes))
-    return np.asarray(solve_ivp(rate, (0, end), start, "LSODA", rtol=1e-11, atol=1e-13).y[:, -1])
+    return np.asarray(scipy.integrate.solve_ivp(rate, (0, end), start, "LSODA", rtol=1e-11, atol=1e-13).y[:, -1])
 
 
 def stress_after(liquid: Liquid, L: Array, end: float) -> Array:

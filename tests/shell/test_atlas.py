@@ -8,14 +8,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.atlases import BOX, CASE, D, curves_at, make_atlas, values_at
+from support.commands import Pairsim
 
+import pairsim as api
 from pairsim.atlas import fit
-from pairsim.atlas.atlas import PARAMETERS, Atlas
+from pairsim.atlas.atlas import PARAMETERS, SHIPPED, Atlas
 from pairsim.atlas.kriging import covariance
+from pairsim.cases.yaml_file import read_yaml
+from pairsim.results.curve_table import curve_of
+from pairsim.results.table_files import read_table
 from pairsim.runtime.errors import InputError
+from pairsim.sweeps.atlas import curve_folders
 
-BOX = {"beta": (0.3, 0.5), "De": (0.0, 1.0), "Ca_e": (0.0, 0.1), "d": (0.02, 2.0)}
-D = np.geomspace(*BOX["d"], 41)
 LOADED = """import sys
 from pathlib import Path
 from pairsim.atlas.atlas import Atlas
@@ -23,27 +28,9 @@ Atlas.load(Path(sys.argv[1])).table(.4, .5, .05)
 print(*sys.modules)"""
 
 
-def exact(beta: np.ndarray, De: np.ndarray, Ca_e: np.ndarray, d: np.ndarray) -> np.ndarray:
-    """A function that behaves as dU: it vanishes at De = Ca_e = 0, changes sign over d, and bends in De."""
-    return beta**4 * (Ca_e * np.exp(-3 * d) * (1 + beta) + De / (1 + De) * (d - 0.2) * np.exp(-d / 0.3) * (1 - Ca_e))
-
-
-def values_at(places: np.ndarray) -> np.ndarray:
-    return exact(*places.T[:, :, None], D)
-
-
-def curves_at(places: np.ndarray) -> fit.Curves:
-    steps = 1e-6 * np.eye(3)
-    gradients = np.array([(values_at(places + s) - values_at(places - s)) / 2e-6 for s in steps])
-    values = values_at(places)
-    others = np.array([2 - places[:, :1] + 0 * D, 1 + places[:, 2:] * np.exp(-D), places[:, 1:2] + 0 * D])
-    return fit.Curves(places, values, 1e-3 * np.abs(values).max(axis=1, keepdims=True) + 0 * values, gradients, others)
-
-
 @pytest.fixture(scope="module")
 def made() -> Atlas:
-    x = np.random.default_rng(1).random((24, 3))
-    return fit.fit(curves_at(np.array([0.3, 0.0, 0.0]) + x * [0.2, 1.0, 0.1]), D, BOX, {"curves": 24})[0]
+    return make_atlas()
 
 
 def test_intervals_hold_a_known_function(made: Atlas) -> None:
@@ -103,7 +90,7 @@ def test_a_file_has_all_of_an_atlas(made: Atlas, tmp_path: Path) -> None:
     for name, column in made.table(0.35, 0.2, 0.03).items():
         assert again.table(0.35, 0.2, 0.03)[name] == pytest.approx(column, rel=1e-12), name
     assert {name: tuple(ends) for name, ends in again.box.items()} == BOX
-    assert again.provenance == {"curves": 24}
+    assert again.provenance == {"curves": 24, "case": CASE}
 
 
 def test_what_is_outside_or_no_atlas_is_refused(made: Atlas, tmp_path: Path) -> None:
@@ -119,3 +106,34 @@ def test_an_atlas_is_read_with_numpy_alone(made: Atlas, tmp_path: Path) -> None:
     command = [sys.executable, "-c", LOADED, str(tmp_path / "a.npz")]
     output = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     assert not {"dolfinx", "scipy", "pandas", "pydantic", "xarray"} & set(output.split())
+
+
+@pytest.mark.slow
+def test_curves_are_computed_and_made_into_an_atlas(pairsim: Pairsim, tmp_path: Path) -> None:
+    spec = tmp_path / "small.yaml"
+    base = "{mesh: {Np: 8}, tol: 0.5}"
+    spec.write_text(f"beta: [0.3, 0.4]\nDe: [0, 0]\nCa_e: [0, 0.05]\nd: [0.1, 0.3]\ncurves: 4\nbase: {base}\n")
+    done = pairsim("atlas", "small.yaml", "-o", "out")
+    assert done.returncode == 0, done.stderr
+    assert "4 of 4 cases finished; 4 curves, each off by " in done.stdout + done.stderr
+    atlas = Atlas.load(tmp_path / "out" / "atlas.npz")
+    assert atlas.provenance["case"]["mesh"]["Np"] == 8
+    for folder in curve_folders(tmp_path / "out"):
+        table, case = read_table(folder / "curve.csv"), read_yaml(folder / "case.yaml")
+        found = atlas.table(*(float(case[name]) for name in PARAMETERS))
+        at = [0, -1]  # the ends of d
+        assert (np.abs(found["dU"][at] - table["dU"][at]) <= found["dU_error"][at] + table["dU_error"][at]).all()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("beta", "Ca_e"), [(0.27, 0.062), (0.46, 0.031)])
+def test_the_atlas_that_ships_holds_fresh_points(beta: float, Ca_e: float) -> None:
+    """Points that it was neither made of nor judged by."""
+    atlas, d = Atlas.load(SHIPPED), [0.05, 0.15, 0.4]
+    point = api.curve({"beta": beta, "De": 0, "Ca_e": Ca_e, "d": d, "ends": "developed", "length": "auto"}, tol=1)
+    curve = curve_of(atlas.table(beta, 0.0, Ca_e))
+    assert curve is not None
+    here = [np.isclose(point.columns["d"], each).argmax() for each in d]
+    dU, error = (point.columns[name][here] for name in ("dU", "dU_error"))
+    assert (np.abs(curve.values(np.array(d)) - dU) <= curve.half_widths(np.array(d)) + error).all()
+    assert (curve.half_widths(np.array(d)) < 0.1 * np.abs(dU).max()).all()

@@ -11,8 +11,9 @@ system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import typer
@@ -199,6 +200,20 @@ def read(tables: Tables) -> dict[str, Value]:
 
 class CurveResult(Result):
     """A master curve. `table` is curve.csv, with a row for each point."""
+
+    @classmethod
+    def of_tables(cls, tables: Tables, record: Mapping[str, Any], source: str) -> CurveResult:
+        """A curve that has no folder.
+
+        Args:
+            tables: Those of its folder, see `QUESTION`.
+            record: What run.json would have: status, scales, inputs.
+            source: What is named in messages in place of the folder.
+        """
+        found = cls(QUESTION, Path(source), record)
+        found.folder = None
+        vars(found).update(tables=tables, record=record)
+        return found
 
     @cached_property
     def equilibria(self) -> pd.DataFrame:

@@ -1,0 +1,126 @@
+"""What a pair of an experiment does, read from an atlas: `ask`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pairsim.api.cases import AnyCase, load
+from pairsim.api.compute import Computation
+from pairsim.api.units import units
+from pairsim.atlas.atlas import PARAMETERS, SHIPPED, Atlas
+from pairsim.cases.case import SceneCase
+from pairsim.cases.inputs import drawn, units_of
+from pairsim.computing import QUESTIONS
+from pairsim.results.curve_table import curve_of
+from pairsim.results.units import LENGTH, VELOCITY
+from pairsim.runtime.arrays import Array
+from pairsim.runtime.errors import InputError
+
+SOURCE = "pairsim ask"
+POINTS = 9  # asked for of a curve that is computed, which adds others
+DRAWS = 2000  # of the inputs, for the part that they have in intervals: to 2 % of it
+SAME_PHYSICS = "liquid_model", "driven", "length", "ends"
+
+
+def ask(
+    case: AnyCase | None = None,
+    *,
+    atlas: Path | str | None = None,
+    compute: bool = False,
+    folder: Path | str | None = None,
+    progress: bool = False,
+    **given: Any,
+) -> Any:
+    """What a pair of equal beads does, from an atlas of master curves and so at once.
+
+    Args:
+        case: A case, as for `load`; or else the quantities of an experiment are `given`.
+        atlas: File of an atlas, atlas.npz of `pairsim atlas`; None: that which ships.
+        compute: Compute the curve where the atlas has no answer.
+        folder: Folder of this curve; None: a temporary one.
+        progress: Whether its progress is shown.
+        given: As for `units`: `tube="50um"`, `particle="20um"`, `flow_rate="1ul/min"`, and others; or keys to replace.
+
+    Returns:
+        A curve, as of `pairsim.curve`, with `findings()`, `dU(d)` and `travel(start, stop)`. Half-widths of quantities
+        such as `modulus="1.5 +- 0.3 kPa"` have their own part in the answer, by Monte Carlo on the atlas:
+        `record["dU_inputs"]` [um/s], at the distances of its table.
+
+    Raises:
+        InputError: A quantity is wrong; or the atlas has no answer, and the curve is not to be computed.
+
+    Example:
+        >>> beads = dict(tube="50um", particle="20um", flow_rate="1ul/min", viscosity="1Pa.s", modulus="5kPa")
+        >>> print(*pairsim.ask(**beads).findings())
+    """
+    book, question = Atlas.load(Path(atlas or SHIPPED)), QUESTIONS["curve"]
+    asked = _case_of(case, given, book)
+    if reasons := list(_beyond(asked, book)):
+        if not compute:
+            cost = f"pairsim curve computes it ({question.estimate(asked)}), and --compute does that here"
+            raise InputError(SOURCE, "", None, f"the atlas has no answer: {' and '.join(reasons)}; {cost}")
+        return Computation[Any](question, "Compute.")(asked, folder=folder, progress=progress)
+    table = book.table(asked.betas[0], asked.De, asked.Ca_es[0])
+    record = {"status": "finished", **units_of(asked)}
+    if any(each["half_width"] for each in record.get("inputs", ())):
+        record["dU_inputs"] = _spread(asked, book)
+    return question.result.of_tables({"curve": table, "equilibria": _zeros(table)}, record, SOURCE)
+
+
+def _case_of(case: AnyCase | None, given: Mapping[str, Any], atlas: Atlas) -> Any:
+    """The checked case of a curve of a pair over the distances of an atlas."""
+    ends = {"ends": "developed", "length": "auto"}
+    more = {"d": dict(zip(("start", "stop"), atlas.box["d"], strict=True), num=POINTS)}
+    if case is None:
+        found = units(kind="curve", **{**ends, **given, **more}).case
+    else:
+        keys = load(case, **given).model_dump(mode="json", exclude_unset=True)
+        block = {key: value for key, value in keys.pop("physical", {}).items() if key not in ("distance", "end")}
+        known = {key: value for key, value in keys.items() if key in QUESTIONS["curve"].model.model_fields}
+        found = load({**ends, **known, **more, **({"physical": block} if block else {})}, kind="curve")
+    if found.n != 2:
+        raise InputError(SOURCE, "particles", found.n, "must be 2: the answers are those of pairs")
+    return found
+
+
+def _beyond(case: SceneCase, atlas: Atlas) -> Iterator[str]:
+    """Why an atlas has no answer for a case."""
+    numbers = dict(zip(PARAMETERS, (max(case.betas), case.De, max(case.Ca_es)), strict=True))
+    theirs = load({**atlas.provenance["case"], **numbers, "d": list(atlas.box["d"])}, kind="curve")
+    if len({*case.betas}) > 1 or len({*case.Ca_es}) > 1:
+        yield "the beads differ"
+    yield from atlas.outside(**numbers)
+    if case.solid_models[0] != theirs.solid_models[0]:
+        yield "the beads have another law"
+    for name in SAME_PHYSICS:
+        if getattr(case, name) != getattr(theirs, name):
+            yield f"{name.replace('_model', '')} is another one than in the atlas"
+
+
+def _zeros(table: Mapping[str, Array]) -> dict[str, Array]:
+    """The zeros of a curve with their half-widths, as in equilibria.csv."""
+    curve = curve_of(table)
+    d = np.array(curve.zeros if curve is not None and np.abs(table["dU"]).any() else [])
+    slope = np.interp(d, table["d"], table["slope"])
+    half = np.interp(d, table["d"], table["dU_error"])
+    return {"d": d, "stable": slope < 0, "slope": slope, "d_error": half / np.abs(slope)}
+
+
+def _spread(case: SceneCase, atlas: Atlas) -> Array:
+    """Half-widths of dU at the distances of an atlas, constant in units, by those of the inputs [um/s]."""
+    scales, numbers = drawn(case, DRAWS)
+    assert case.scales is not None
+    given = {"beta": case.betas[0], "De": case.De, "Ca_e": case.Ca_es[0]}
+    places = np.stack([np.broadcast_to(numbers.get(name, each), DRAWS) for name, each in given.items()], axis=1)
+    low, high = np.array([atlas.box[name] for name in PARAMETERS]).T
+    inside = ((places >= low) & (places <= high)).all(axis=1)
+    dU, x = atlas.velocities(np.clip(places, low, high))[0], np.log(atlas.d)
+    shift = np.broadcast_to(np.log(LENGTH.factor(case.scales) / LENGTH.factor(scales)), DRAWS)
+    moved = np.array([np.interp(x + by, x, row) for by, row in zip(shift, dU, strict=True)])
+    values = moved * np.broadcast_to(VELOCITY.factor(scales), DRAWS)[:, None]
+    least, most = np.quantile(values[inside], (0.025, 0.975), axis=0)
+    return np.asarray((most - least) / 2 if inside.mean() > 0.95 else np.full_like(x, np.inf))

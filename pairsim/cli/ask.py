@@ -1,0 +1,77 @@
+"""`pairsim ask`: what a pair of an experiment does, at once."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from pairsim.cli.options import Settings
+from pairsim.cli.units import Text, quantity
+from pairsim.runtime.errors import InputError
+
+app = typer.Typer()
+
+
+@app.command(
+    epilog="Examples: pairsim ask --tube 50um --particle 20um --flow 1ul/min --modulus '5 +- 1 kPa' "
+    "--viscosity 1Pa.s --at 8um | pairsim ask case.yaml --from 5um --to 20um --compute"
+)
+def ask(
+    *,
+    case: Annotated[Path | None, typer.Argument(help="Case file (YAML), in place of --tube and others.")] = None,
+    atlas: Annotated[
+        Path | None, typer.Option(help="File of an atlas, atlas.npz of pairsim atlas (default: that which ships).")
+    ] = None,
+    tube: Annotated[Text, quantity("Inner diameter of the tube D_c, such as 50um.")] = None,
+    particle: Annotated[Text, quantity("Diameter of the particles, such as 20um.")] = None,
+    flow_rate: Annotated[Text, quantity("Flow rate Q, such as 1ul/min.", "--flow")] = None,
+    velocity: Annotated[Text, quantity("Mean velocity of the liquid, in place of --flow, such as 5mm/s.")] = None,
+    modulus: Annotated[Text, quantity("Shear modulus G_p (default: rigid), such as 5kPa.")] = None,
+    viscosity: Annotated[Text, quantity("Zero-shear viscosity eta_0, solvent included, such as 1Pa.s.")] = None,
+    relaxation: Annotated[Text, quantity("Relaxation time lambda, such as 2ms.")] = None,
+    liquid: Annotated[Text, typer.Option(metavar="LAW", help="Law of the liquid, as for units.")] = None,
+    at: Annotated[
+        list[str] | None, typer.Option("--at", metavar="D", help="Distance at which dU is wanted, such as 8um; repeat.")
+    ] = None,
+    start: Annotated[Text, typer.Option("--from", metavar="D", help="First distance of a travel, with --to.")] = None,
+    stop: Annotated[Text, typer.Option("--to", metavar="D", help="Last distance of a travel.")] = None,
+    compute: Annotated[
+        bool, typer.Option("--compute", help="Where the atlas has no answer, compute it: pairsim curve.")
+    ] = False,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Folder of the curve of --compute.")] = None,
+    set_: Settings = None,
+) -> None:
+    """Say at once whether a pair of equal beads separates or collides, how fast, and from which distance on.
+
+    The answer is read from an atlas of master curves; every +- is that of its
+    interval, and quantities may have one: '5 +- 1 kPa'. Distances have units, or are
+    in tube diameters. Where the atlas has no answer, the command says why, and which
+    computation has one. Other quantities of units: write a case file with units -o.
+    """
+    options = locals()
+    import numpy as np
+
+    from pairsim.api.ask import ask as answer_of
+    from pairsim.cases.yaml_file import apply_settings
+    from pairsim.results.travel import distance_on
+    from pairsim.results.units import LENGTH, VELOCITY, in_unit, scales_in
+
+    names = "tube", "particle", "flow_rate", "velocity", "modulus", "viscosity", "relaxation", "liquid"
+    given = {name: options[name] for name in names if options[name]}
+    if case is None and tube is None:
+        raise InputError("pairsim ask", "--tube", None, "must be given, or a case file")
+    apply_settings(given, tuple(set_ or ()))
+    answer = answer_of(case, atlas=atlas, compute=compute, folder=output, progress=compute, **given)
+    scales, inputs = scales_in(answer.record), answer.record.get("dU_inputs")
+    for line in answer.findings():
+        typer.echo(line)
+    for place in at or ():
+        d = distance_on(answer.curve.of(), place, "--at", scales, "pairsim ask")
+        dU, half_width = answer.curve(d)
+        value = in_unit(scales, VELOCITY, dU, half_width, "+")
+        part = f", +- {np.interp(d, answer.columns['d'], inputs):.2g} um/s by the inputs" if inputs is not None else ""
+        typer.echo(f"At d = {in_unit(scales, LENGTH, d)}: dU = {value}{part}.")
+    if start is not None and stop is not None:
+        typer.echo(str(answer.travel(start, stop)))

@@ -1,0 +1,93 @@
+"""`ask`: answers of an atlas in units, the part of the inputs in them, and where it has none."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support.atlases import make_atlas
+from support.commands import Pairsim
+
+import pairsim as api
+from pairsim.atlas.atlas import Atlas
+from pairsim.runtime.errors import InputError
+
+BENCH = {"tube": "50um", "particle": "20um", "flow_rate": "1ul/min", "viscosity": "1Pa.s", "modulus": "10kPa"}
+ELASTIC = {**BENCH, "relaxation": "2ms", "liquid": "giesekus"}
+
+
+@pytest.fixture(scope="module")
+def atlas(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("atlas") / "atlas.npz"
+    make_atlas().save(path)
+    return path
+
+
+def test_an_answer_is_that_of_the_atlas_in_units(atlas: Path) -> None:
+    answer, case = api.ask(**ELASTIC, atlas=atlas), api.units(kind="curve", **ELASTIC).case
+    table = Atlas.load(atlas).table(case.betas[0], case.De, case.Ca_es[0])
+    at = 20  # an inner point
+    assert answer.curve(table["d"][at]) == pytest.approx((table["dU"][at], table["dU_error"][at]), rel=0.01)
+    assert answer.dU(f"{50 * table['d'][at]:.12g}um") == pytest.approx(table["dU"][at])
+    (zero,) = answer.zeros.itertuples()
+    assert abs(answer.dU(zero.d)) < 1e-3 * np.abs(table["dU"]).max()
+    assert not zero.stable
+    assert answer.findings()[0].startswith("The pair comes closer between d = ")
+    assert answer.travel("15um", "30um").time > 0
+
+
+def test_the_part_of_the_inputs_is_that_of_first_order_where_they_are_small(atlas: Path) -> None:
+    answer = api.ask(**ELASTIC | {"modulus": "10 +- 0.4 kPa", "relaxation": "2 ms +- 2 %"}, atlas=atlas)
+    of_modulus, of_time = (each["half_width"] / each["value"] for each in answer.record["inputs"] if each["half_width"])
+    table, case = answer.columns, api.units(kind="curve", **ELASTIC).case
+    by = [of_modulus * case.Ca_es[0] * table["by_Ca_e"], of_time * case.De * table["by_De"]]
+    assert answer.record["dU_inputs"] == pytest.approx(1e6 * answer.scales.velocity * np.hypot(*by), rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"relaxation": "20ms"}, r"De = 3.395 is not in 0 to 1; pairsim curve computes it \(about .* on one core\)"),
+        ({"liquid": "oldroyd-b"}, "liquid is another one than in the atlas"),
+        ({"solvent": "0.5 Pa.s"}, "liquid is another one"),
+        ({"particle": ["20um", "22um"]}, "the beads differ"),
+        ({"particle": ["20um", "20um", "20um"]}, "must be 2: the answers are those of pairs"),
+        ({"solid": {"law": "mooney-rivlin", "c": 0.5}}, "the beads have another law"),
+        ({"length": 20}, "length is another one"),
+        ({"tube": "50kPa"}, "must be a length"),
+    ],
+)
+def test_where_the_atlas_has_no_answer_it_says_why(atlas: Path, change: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        api.ask(**(ELASTIC | change), atlas=atlas)
+
+
+def test_a_case_file_is_asked_about_too(atlas: Path, tmp_path: Path) -> None:
+    file = tmp_path / "case.yaml"
+    file.write_text(api.units(**ELASTIC, distance="8um").case_file("bench"))
+    assert api.ask(file, atlas=atlas).dU("8um") == pytest.approx(api.ask(**ELASTIC, atlas=atlas).dU("8um"))
+
+
+def test_the_command_answers_in_words(atlas: Path, pairsim: Pairsim) -> None:
+    options = (
+        "--tube 50um --particle 20um --flow 1ul/min --viscosity 1Pa.s --modulus 5kPa --at 20um --from 20um --to 30um"
+    )
+    done = pairsim(
+        "ask", *options.split(), "--relaxation", "2 +- 0.4 ms", "--liquid", "giesekus", "--atlas", str(atlas)
+    )
+    assert done.returncode == 0, done.stderr
+    assert "The half-widths of the inputs add +- " in done.stdout
+    assert " um/s by the inputs." in done.stdout
+    assert " of tube" in done.stdout
+    refused = pairsim("ask", "--particle", "20um", "--atlas", str(atlas))
+    assert refused.returncode == 2
+    assert "--tube: must be given, or a case file" in refused.stderr
+
+
+@pytest.mark.slow
+def test_a_curve_is_computed_where_it_is_asked_for(atlas: Path, tmp_path: Path) -> None:
+    small = BENCH | {"particle": "8um", "mesh": {"Np": 8}, "tol": 0.2}
+    computed = api.ask(**small, atlas=atlas, compute=True, folder=tmp_path / "curve")
+    assert computed.dU("8um") == api.open(tmp_path / "curve").dU("8um")

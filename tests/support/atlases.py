@@ -1,0 +1,38 @@
+"""Atlases of invented curves: they vanish at De = Ca_e = 0, change sign over d, and bend in De, as dU does."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pairsim.atlas import fit
+from pairsim.atlas.atlas import Atlas
+
+BOX = {"beta": (0.3, 0.5), "De": (0.0, 1.0), "Ca_e": (0.0, 0.1), "d": (0.02, 2.0)}
+D = np.geomspace(*BOX["d"], 41)
+CASE = {"particles": 2, "ends": "developed", "length": "auto", "xi": 0.09, "liquid": {"law": "giesekus", "alpha": 0.2}}
+
+
+def exact(beta: np.ndarray, De: np.ndarray, Ca_e: np.ndarray, d: np.ndarray) -> np.ndarray:
+    """Their dU."""
+    return beta**4 * (Ca_e * np.exp(-3 * d) * (1 + beta) + De / (1 + De) * (d - 0.2) * np.exp(-d / 0.3) * (1 - Ca_e))
+
+
+def values_at(places: np.ndarray) -> np.ndarray:
+    """`exact` at the distances D of many curves, shape (places, distances)."""
+    return exact(*places.T[:, :, None], D)
+
+
+def curves_at(places: np.ndarray) -> fit.Curves:
+    """Curves at beta, De and Ca_e, shape (places, 3)."""
+    steps = 1e-6 * np.eye(3)
+    gradients = np.array([(values_at(places + s) - values_at(places - s)) / 2e-6 for s in steps])
+    values = values_at(places)
+    others = np.array([2 - places[:, :1] + 0 * D, 1 + places[:, 2:] * np.exp(-D), places[:, 1:2] + 0 * D])
+    return fit.Curves(places, values, 1e-3 * np.abs(values).max(axis=1, keepdims=True) + 0 * values, gradients, others)
+
+
+def make_atlas(count: int = 24) -> Atlas:
+    """An atlas of random curves."""
+    x = np.random.default_rng(1).random((count, 3))
+    provenance = {"curves": count, "case": CASE}
+    return fit.fit(curves_at(np.array([0.3, 0.0, 0.0]) + x * [0.2, 1.0, 0.1]), D, BOX, provenance)[0]
