@@ -27,8 +27,6 @@ from pairsim.results.units import LENGTH, TIME, in_unit
 from pairsim.runtime.errors import InputError, NoSteadyState
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from pairsim.api.rheometer import MeasuredLiquid
 
 WATER = "1000 kg/m^3"
@@ -62,13 +60,6 @@ class Units:
     scales: Sequence[Row]
     notes: Sequence[str]
     fit: MeasuredLiquid | None = None
-
-    @property
-    def table(self) -> pd.DataFrame:
-        """The dimensionless numbers and the scales: name, value and meaning."""
-        import pandas as pd
-
-        return pd.DataFrame([*self.numbers, *self.scales], columns=["name", "value", "meaning"])
 
     def __repr__(self) -> str:
         rows = [f"{name:<17}{value:<15} {meaning}" for name, value, meaning in (*self.numbers, *self.scales)]

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -46,20 +44,11 @@ def draw_critical(directory: Path, out: Path, page: Page) -> list[Path]:
             end = second if first["kind"] == "vanishes" else first  # what vanishes is neither: the other end tells
             x, y = (np.array([first[column], second[column]]) for column in (name, "d_cr"))
             series.append(Series(0, x, y, look={"linestyle": "-" if end["stable"] else "--"}))
-    series += [each for row in rows for each in point_of(row, name)]
+    for row in rows:  # with the interval of the distance or, where two meet, of the parameter
+        if mark := ZEROS[bool(row["stable"])] if row["kind"] == "wanted" else ENDS.get(row["kind"], ""):
+            errors = row["d_error"], row["parameter_error"]
+            series.append(point(0, row[name], row["d_cr"], mark, *errors, parameters=row))
     # The error of a distance grows without bound towards a fold.
     panel = Panel(label, units.axis_label(["d_cr"]), wide="xy", margins=(0.05, 0.15), bars=False)
     figure, _ = draw_chart(page, {0: panel}, series, parts_along(case, name, units.physical))
     return page.save(figure, out, "critical")
-
-
-def point_of(row: Mapping[str, Any], name: str) -> list[Series]:
-    """A distance, or the end of a branch, with the interval of the distance or, where two meet, of the parameter.
-
-    Args:
-        row: A row of critical.csv.
-        name: The parameter that was followed.
-    """
-    mark = ZEROS[bool(row["stable"])] if row["kind"] == "wanted" else ENDS.get(row["kind"], "")
-    place = row[name], row["d_cr"]
-    return [point(0, *place, mark, row["d_error"], row["parameter_error"], parameters=row)] if mark else []

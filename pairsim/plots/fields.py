@@ -16,10 +16,10 @@ from pairsim.plots.chart import small_print
 from pairsim.plots.frames import FIELDS, chosen_fields
 from pairsim.plots.labels import case_parts, read_case
 from pairsim.plots.sections import Layer, View, draw_view, layer_of, mark_view, sheet, views_of
-from pairsim.plots.style import Page, printing, write_picture
+from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
 from pairsim.results.columns import suffixes_in
-from pairsim.results.folder import FIELDS_XDMF, WAY
+from pairsim.results.folder import FIELDS_XDMF, WAY, write_file
 from pairsim.results.table_files import read_table
 from pairsim.results.xdmf import read_frame, read_times
 from pairsim.runtime.errors import InputError
@@ -140,4 +140,4 @@ def _write_animation(path: Path, figure: Figure, views: Sequence[View], scaled: 
         frames.append(Image.fromarray(np.asarray(figure.canvas.buffer_rgba())).convert("RGB"))  # type: ignore[attr-defined]
     duration = min(500.0, 1e3 * SECONDS / len(views))  # [ms]
     frames[0].save(content := BytesIO(), "GIF", save_all=True, append_images=frames[1:], duration=duration, loop=0)
-    write_picture(path, content.getvalue())
+    write_file(path, content.getvalue())

@@ -19,7 +19,7 @@ from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, StrMethodFormatter
 
-from pairsim.results.folder import write_bytes
+from pairsim.results.folder import write_file
 from pairsim.runtime.errors import InputError
 
 FORMATS = ("png", "pdf", "svg")
@@ -63,19 +63,6 @@ def printing() -> Iterator[None]:
         mpl.rcdefaults()  # a matplotlibrc of the user's has no say
         mpl.rcParams.update(PRINT)
         yield
-
-
-def write_picture(path: Path, content: bytes) -> None:
-    """Write a picture as a whole; its folder is made if needed.
-
-    Raises:
-        InputError: It cannot be written.
-    """
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_bytes(path, content)
-    except OSError as error:
-        raise InputError(str(path), "-o", None, f"cannot be written ({error.strerror or error})") from error
 
 
 @dataclass(frozen=True)
@@ -163,5 +150,5 @@ class Page:
         for path, name in zip(written, self.formats, strict=True):
             metadata = {DATE[name]: None} if name in DATE else None
             figure.savefig(content := BytesIO(), format=name, dpi=self.dpi, metadata=metadata)
-            write_picture(path, content.getvalue())
+            write_file(path, content.getvalue())
         return written

@@ -50,14 +50,15 @@ def write_text(path: Path, text: str) -> None:
     write_bytes(path, text.encode())
 
 
-def write_file(path: Path, text: str, option: str = "-o") -> None:
-    """Write a text file whose place a user has named by an option.
+def write_file(path: Path, content: str | bytes, option: str = "-o") -> None:
+    """Write a file whose place a user has named by an option; its folder is made if needed.
 
     Raises:
         InputError: It cannot be written.
     """
     try:
-        write_text(path, text)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_bytes(path, content.encode() if isinstance(content, str) else content)
     except OSError as error:
         raise InputError(str(path), option, None, f"must be a writable file ({error.strerror or error})") from None
 

@@ -123,20 +123,17 @@ def _ends(
     encoding: Encoding,
 ) -> list[Series]:
     """The last values with their errors; lines join cases that have all other parameters in common."""
-    lines: dict[Any, list[tuple[float, float, float]]] = {}
-    parameters: dict[Any, Mapping[str, Any]] = {}
+    lines: dict[Any, tuple[Mapping[str, Any], list[tuple[float, float, float]]]] = {}
     for place, case in zip(places, cases, strict=True):
         if case["status"] == "finished" and quantity in case["values"]:
             size, values = case["units"].factor(column(quantity).unit), case["values"]
             rest = tuple(hashable(case["parameters"].get(key)) for key in others)
             row = place, size * values[quantity], size * values.get(error_of(quantity), np.nan)
-            lines.setdefault(rest, []).append(row)
-            parameters[rest] = case["parameters"]
+            lines.setdefault(rest, (case["parameters"], []))[1].append(row)
     found = []
-    for rest, rows in lines.items():
+    for parameters, rows in lines.values():
         x, y, error = np.array(sorted(rows)).T
-        more: dict[str, Any] = {"parameters": parameters[rest], "look": encoding.look(parameters[rest])}
-        found.append(Series(0, x, y, error, mark=POINT, **more))
+        found.append(Series(0, x, y, error, mark=POINT, parameters=parameters, look=encoding.look(parameters)))
     return found
 
 

@@ -32,7 +32,7 @@ def test_picture_that_cannot_be_written_is_a_warning(
     (tmp_path / "case.yaml").write_text(
         PAIR.replace("d0: 0.1", "d: [0.1, 0.11]").replace("time: {end: 0.01}\n", "max_points: 2\n")
     )
-    monkeypatch.setattr("pairsim.plots.style.write_bytes", refuse)
+    monkeypatch.setattr("pairsim.results.folder.write_bytes", refuse)
     done = pairsim("curve", "case.yaml", "-o", "out")
     assert done.returncode == 0
     assert done.stdout.strip() == "out"

@@ -19,8 +19,7 @@ from support.result_folders import curve_table, make_curve, make_run, make_sweep
 
 from pairsim.api.folders import plot
 from pairsim.physics import declared
-from pairsim.plots.chart import Series, draw_series, leave_out_spikes, notes
-from pairsim.plots.critical import point_of
+from pairsim.plots.chart import Series, draw_series, leave_out_spikes, notes, point
 from pairsim.plots.encoding import Encoding
 from pairsim.plots.frames import FIELDS, outlines
 from pairsim.plots.labels import common_parts, equation, measured, parts_along, varying_keys
@@ -357,10 +356,7 @@ def test_intervals_of_critical_distances() -> None:
     """Upright at a distance, lying where two zeros meet, none without an error."""
     axis = Figure().subplots()
     for d_error, parameter_error in ((0.01, np.nan), (np.nan, 0.2), (np.nan, np.nan)):
-        row = {"De": 1.0, "d_cr": 0.1, "kind": "wanted", "stable": True}
-        row |= {"d_error": d_error, "parameter_error": parameter_error}
-        for series in point_of(row, "De"):
-            draw_series(axis, series)
+        draw_series(axis, point(0, 1.0, 0.1, "stable zero", d_error, parameter_error))
     drawn = [np.array(collection.get_segments()[0]) for collection in axis.collections]
     assert len(drawn) == 2
     assert drawn[0] == pytest.approx(np.array([[1.0, 0.09], [1.0, 0.11]]))
