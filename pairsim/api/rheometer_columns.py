@@ -15,8 +15,8 @@ from ruamel.yaml import YAML
 
 from pairsim.cases.quantities import unit_in
 
-OPTIONS = "--rheology", "--spectrum"
-UNITS = {"rate": "1/s", "viscosity": "Pa*s", "frequency": "rad/s", "phase": "deg", "factor": ""}
+UNITS = {"rate": "1/s", "frequency": "rad/s", "phase": "deg", "factor": ""}
+UNITS |= dict.fromkeys(("viscosity", "complex viscosity"), "Pa*s")
 """SI units of the quantities (phases in degrees); all others are stresses."""
 
 
@@ -30,7 +30,7 @@ def places(option: str, row: Sequence[str]) -> dict[str, dict[int, str]]:
     """Places of the cells that name a quantity, the preferred first, and what each says after the name."""
     found: dict[str, dict[int, str]] = {}
     for quantity, names in words()[option].items():
-        unlike = f"{words()['no values']}|{words()['unlike'][option].get(quantity, '$^')}"
+        unlike = f"{words()['no values']}|{words()['unlike'].get(quantity, '$^')}"
         for name in names:
             for i, cell in enumerate(row):
                 match = re.search(name, cell, re.IGNORECASE)
@@ -80,7 +80,7 @@ def column(quantity: str, place: int, heading: str, rest: str, around: Sequence[
         if text and (factor := _factor(text, of)) is not None:
             return Column(place, heading, text.replace("*", "."), factor, si)
     of_words = [each for each in in_brackets if re.search(r"[^\W\d_].*[^\W\d_]", each)]
-    named = [each for each in of_words if not any(places(option, [each]) for option in OPTIONS)]
+    named = [each for each in of_words if not any(places(option, [each]) for option in ("--rheology", "--spectrum"))]
     named += re.findall(r"\bin (.+)", rest)
     for text in [after, *named, *around]:
         unit = text.strip("[]() ")

@@ -24,6 +24,7 @@ from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
 ENCODINGS = ["utf_8", "utf_16", "utf_16_le", "utf_16_be", "cp1252"]
+EASTERN = "gb18030", "cp932"  # known by their words: to statistics short tables in them look like others
 SPREADSHEETS = b"PK\x03\x04", b"\xd0\xcf\x11\xe0"  # first bytes of .xlsx, .ods and .xls
 SPACES = r"\t|\s{2,}"
 ONE_SPACE = r"\s+(?![^\[(]*[\])])"
@@ -43,7 +44,7 @@ COLUMNS: Mapping[str, Sequence[tuple[str, ...]]] = {
     "--rheology": [("rate", "viscosity"), ("rate", "stress")],
     "--spectrum": [
         ("frequency", "storage", "loss"),
-        *product(["frequency"], ["complex", "storage", "loss", "viscosity"], ["factor", "phase"]),
+        *product(["frequency"], ["complex modulus", "storage", "loss", "complex viscosity"], ["factor", "phase"]),
     ],
 }
 """The columns that say so, the preferred ones first."""
@@ -116,7 +117,8 @@ def read_columns(option: str, file: Path, wanted: str | None = None) -> tuple[di
     if "factor" in values or "phase" in values:
         angle = np.radians(values.pop("phase")) if "phase" in values else np.arctan(values.pop("factor"))
         (_, frequency), (of, size) = values.items()
-        size = size * {"viscosity": frequency, "storage": 1 / np.cos(angle), "loss": 1 / np.sin(angle)}.get(of, 1.0)
+        factors = {"complex viscosity": frequency, "storage": 1 / np.cos(angle), "loss": 1 / np.sin(angle)}
+        size = size * factors.get(of, 1.0)
         values = {"frequency": frequency, "storage": size * np.cos(angle), "loss": size * np.sin(angle)}
     if "N1" in values:
         said += _without_noise(values)
@@ -135,13 +137,16 @@ def _text(file: Path) -> str:
         raise ValueError(f"must be a file that can be read ({error.strerror})") from None
     if content.startswith(SPREADSHEETS):
         raise ValueError("must be text: open it in a spreadsheet, and save the sheet with the table as CSV (UTF-8)")
-    guesses = from_bytes(content, cp_isolation=ENCODINGS)  # UTF-8, where it can be, is seldom anything else
-    decoded = next((each for each in guesses if each.encoding == "utf_8"), guesses.best())
-    if decoded is None:
+    texts = [content.decode(each, "ignore") for each in EASTERN]
+    texts = [each for each in texts if re.search(words()["east asian"], each)]
+    guesses = from_bytes(content, cp_isolation=ENCODINGS)
+    texts += map(str, sorted(guesses, key=lambda each: each.encoding != "utf_8"))  # which is seldom anything else
+    if not texts:
         raise ValueError("must be text: export the table as CSV or text from the software of the rheometer")
-    text = str(decoded).removeprefix("\ufeff").translate(ONE_SIGN)
+    text = texts[0].removeprefix("\ufeff").translate(ONE_SIGN)
     text = unicodedata.normalize("NFKC", text).translate(ONE_SIGN).replace("\r\n", "\n").replace("\r", "\n")
-    return re.sub(r"(?m)^#+[ \t]*(?=[^\W\d])", "", text)  # headings that begin with the sign of a comment
+    text = re.sub(r"(?m)^#+[ \t]*(?=[^\W\d])", "", text)  # headings that begin with the sign of a comment
+    return re.sub(r'(?<![^,;\t\n])"[^"]*"(?![^,;\t\n])', lambda quoted: quoted[0].replace("\n", " "), text)
 
 
 def _section(option: str, text: str, wanted: str | None) -> tuple[Section, list[str]]:
@@ -205,6 +210,8 @@ def _places(option: str, row: Sequence[str]) -> dict[str, tuple[int, str]]:
 def _sections(option: str, lines: Sequence[str]) -> Iterator[Section]:
     """All tables with the columns of an option, split by the steps that their rows name."""
     heads = {i: found for i, line in enumerate(lines) if (found := _heading(option, line))}
+    repeated = [i for k, i in pairwise(heads) if lines[i] == lines[k] and re.match(r'[\s"]*[-+.\d]', lines[i - 1])]
+    heads = {i: found for i, found in heads.items() if i not in repeated}  # as at the top of each printed page
     for start, end in pairwise([*heads, len(lines)]):
         separator, heading, places = heads[start]
         rows = {i + 1: _cells(lines[i], separator) for i in range(start + 1, end) if lines[i].strip(' \t;,"')}
@@ -341,6 +348,6 @@ def _no_table(option: str, lines: Sequence[str]) -> str:
     if headed:
         return f"must have rows of positive numbers, without units, below the headings of {wanted}"
     rows = [_cells(line, separator) for separator in SEPARATORS[:-1] for line in lines]
-    named = max(rows, key=lambda row: (len(places(option, row)), len(row) > 1))
-    has = f", and has {', '.join(filter(None, named[:8]))}" if places(option, named) else ""
-    return f"must have a line of headings of {wanted}, such as {example}{has}"
+    named = max(rows, key=lambda row: (len(places(option, row)), sum(cell[:1].isalpha() for cell in row)))
+    has = ", ".join(filter(None, named[:8]))
+    return f"must have a line of headings of {wanted}, such as {example}, and has {has}"

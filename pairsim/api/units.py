@@ -213,8 +213,8 @@ def _of_flow(liquid: Liquid, scales: Scales, fit: MeasuredLiquid | None) -> tupl
         between = " to ".join(f"{each / scales.time:.3g}" for each in falls)
         bands = "it may form shear bands, and have no steady flow; a larger solvent viscosity (xi) helps"
         warnings.append(f"warning: the shear stress falls with the shear rate from {between} 1/s: {bands}")
-    if fit and rate > 1.001 * fit.data.fastest:
-        beyond = f"beyond the data, which end at {fit.data.fastest:.4g} 1/s: the law is extrapolated"
+    if fit and rate > 1.001 * (most := max(x.max() for _, x, _ in fit.data.curves)):
+        beyond = f"beyond the data, which end at {most:.4g} 1/s: the law is extrapolated"
         warnings.append(f"warning: the shear rate at the wall, {rate:.4g} 1/s, and those at the particles are {beyond}")
     rows = [("wall shear rate", f"{rate:.4g} 1/s", "of the flow without particles")]
     if liquid.modes:

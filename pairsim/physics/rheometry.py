@@ -65,11 +65,6 @@ class Measured:
         """Which quantities were measured."""
         return {name for name, _, _ in self.curves}
 
-    @property
-    def fastest(self) -> float:
-        """The largest shear rate or frequency."""
-        return float(max(x.max() for _, x, _ in self.curves))
-
 
 @dataclass(frozen=True)
 class Number:

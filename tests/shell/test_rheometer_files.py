@@ -84,6 +84,12 @@ FLOW_CURVES = {
     "Italian": "Velocità di taglio [1/s];Sforzo di taglio [kPa]\n"
     + table(RATES, scaled(STRESS, 1e-3), by=";", comma=True),
     "Portuguese": "Taxa de cisalhamento (1/s)\tViscosidade (cP)\n" + table(RATES, MILLI, by="\t", comma=True),
+    "headings on each page": "".join(
+        "Shear rate (1/s),Viscosity (Pa.s)\n" + table(RATES[i : i + 2], VISCOSITIES[i : i + 2]) for i in (0, 2, 4)
+    ),
+    "headings of two lines": '"Shear rate\n[1/s]","Viscosity\n[Pa.s]"\n' + table(RATES, VISCOSITIES),
+    "1/min": "Geschwindigkeitsgefälle in 1/min\tViskosität in Pas\n" + table(scaled(RATES, 60), VISCOSITIES, by="\t"),
+    "Chinese": "剪切速率 [1/s],黏度 [mPa·s]\n" + table(RATES, MILLI),
     "Japanese": "せん断速度 [1/s],粘度 [mPa・s]\n" + table(RATES, MILLI),
     "a prefix apart": "shear rate (inverse seconds);viscosity in milli Pa s\n" + table(RATES, MILLI, by=";"),
     "pascal seconds": "shear rate 1/s;viscosity (milli-Pascal-seconds)\n" + table(RATES, MILLI, by=";"),
@@ -179,6 +185,12 @@ def test_every_encoding_is_read(kind: str, encoding: str, tmp_path: Path) -> Non
     assert values["viscosity"] == pytest.approx(VISCOSITIES)
 
 
+@pytest.mark.parametrize(("encoding", "kind"), [("gb18030", "Chinese"), ("shift_jis", "Japanese")])
+def test_encodings_of_east_asia_are_known_by_their_words(encoding: str, kind: str, tmp_path: Path) -> None:
+    values, _ = read_columns("--rheology", written(tmp_path, FLOW_CURVES[kind].encode(encoding)))
+    assert values["viscosity"] == pytest.approx(VISCOSITIES)
+
+
 @pytest.mark.parametrize("kind", SPECTRA)
 def test_moduli_are_read(kind: str, tmp_path: Path) -> None:
     values, said = read_columns("--spectrum", written(tmp_path, SPECTRA[kind]))
@@ -219,6 +231,7 @@ def test_what_is_left_out_or_assumed_is_said(text: str, says: str, tmp_path: Pat
         (bytes(range(256)) * 9, "export the table as CSV or text"),
         ("0.1,2\n0.2,3\n", "must have a line of headings of shear rate and"),
         ("rate [1/s],strain [%]\n1,2\n", "must have a line of headings of shear rate and viscosity or shear stress"),
+        ("lg rate,log10 viscosity\n" + table(POINTS, POINTS), "viscosity [mPa.s], and has lg rate, log10 visc"),
         (SPECTRA["Hz"], "and has those of --spectrum"),
         ("rate [1/s],viscosity [Pa.s]\n1,1\n2,0\n", "must have at least 5 rows of positive numbers"),
         ("rate [1/s],viscosity [Pa.s]\n" + "10,1\n" * 9, "rates that differ by a factor of 2 or more, and has 9"),
