@@ -5,7 +5,7 @@
     result = pairsim.run({"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}, time={"end": 1})
     result.table.plot("t", "dU")
 
-`load` checks a case, `units` makes one of an experiment, `ask` answers from an atlas; `run`, `curve`, `critical`,
+`load` checks a case, `units` makes one of an experiment, `ask` and `fit` use an atlas; `run`, `curve`, `critical`,
 `shape`, `pressure`, `train` and `sweep` compute; `open` reads a folder of results, `plot` draws it, `report` puts it
 into one HTML file; `moduli` reads a cytometer's file; `use_laws` makes laws of one's own known. They are imported when
 first used: `import pairsim` alone loads nothing.
@@ -32,6 +32,7 @@ if _TYPE_CHECKING:
     from pairsim.api.ask import ask as ask
     from pairsim.api.cases import load as load
     from pairsim.api.cases import use_laws as use_laws
+    from pairsim.api.fit import fit as fit
     from pairsim.api.folders import open as open
     from pairsim.api.folders import plot as plot
     from pairsim.api.moduli import moduli as moduli
@@ -56,6 +57,7 @@ if _TYPE_CHECKING:
 _MODULES = {
     "api.ask": ("ask",),
     "api.cases": ("load", "use_laws"),
+    "api.fit": ("fit",),
     "api.folders": ("open", "plot"),
     "api.moduli": ("moduli",),
     "api.report": ("report",),

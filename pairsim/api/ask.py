@@ -57,9 +57,8 @@ def ask(
         >>> beads = dict(tube="50um", particle="20um", flow_rate="1ul/min", viscosity="1Pa.s", modulus="5kPa")
         >>> print(*pairsim.ask(**beads).findings())
     """
-    book, question = Atlas.load(Path(atlas or SHIPPED)), QUESTIONS["curve"]
-    asked = _case_of(case, given, book)
-    if reasons := list(_beyond(asked, book)):
+    question, (book, asked, reasons) = QUESTIONS["curve"], asked_of(case, given, atlas)
+    if reasons:
         if not compute:
             cost = f"pairsim curve computes it ({question.estimate(asked)}), and --compute does that here"
             raise InputError(SOURCE, "", None, f"the atlas has no answer: {' and '.join(reasons)}; {cost}")
@@ -71,8 +70,19 @@ def ask(
     return question.result.of_tables({"curve": table, "equilibria": _zeros(table)}, record, SOURCE)
 
 
-def _case_of(case: AnyCase | None, given: Mapping[str, Any], atlas: Atlas) -> Any:
-    """The checked case of a curve of a pair over the distances of an atlas."""
+def asked_of(
+    case: AnyCase | None, given: Mapping[str, Any], file: Path | str | None
+) -> tuple[Atlas, SceneCase, list[str]]:
+    """An atlas, the checked case of a curve of a pair over its distances, and why it has no answer for that.
+
+    Args:
+        case, given: As of `ask`.
+        file: The atlas, as of `ask`.
+
+    Raises:
+        InputError: A quantity or the file is wrong.
+    """
+    atlas = Atlas.load(Path(file or SHIPPED))
     ends = {"ends": "developed", "length": "auto"}
     more = {"d": dict(zip(("start", "stop"), atlas.box["d"], strict=True), num=POINTS)}
     if case is None:
@@ -84,7 +94,7 @@ def _case_of(case: AnyCase | None, given: Mapping[str, Any], atlas: Atlas) -> An
         found = load({**ends, **known, **more, **({"physical": block} if block else {})}, kind="curve")
     if found.n != 2:
         raise InputError(SOURCE, "particles", found.n, "must be 2: the answers are those of pairs")
-    return found
+    return atlas, found, list(_beyond(found, atlas))
 
 
 def _beyond(case: SceneCase, atlas: Atlas) -> Iterator[str]:

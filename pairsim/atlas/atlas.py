@@ -94,7 +94,7 @@ class Atlas:
             places: beta, De and Ca_e, shape (places, 3); those outside of the box are extrapolated.
         """
         places = np.asarray(places, dtype=float)
-        x, size = scaled(self.box, places), places[:, :1] ** POWER
+        (x, _), size = scaled(self.box, places), places[:, :1] ** POWER
         values, spread = self.dU(x)
         dU = size * values[0]
         near = 1 / (((x[:, None] - self.dU.places) ** 2).sum(axis=2) + SLACK)
@@ -111,26 +111,20 @@ class Atlas:
             raise InputError("atlas", "", None, "; ".join(wrong))
         place = np.array([[beta, De, Ca_e]])
         (dU,), (half_width,) = self.velocities(place)
-        values = self.dU(scaled(self.box, place))[0][:, 0]
-        by = beta**POWER * values[1:] * scaled_slopes(self.box, place)[0][:, None]
+        x, slopes = scaled(self.box, place)
+        by = beta**POWER * self.dU(x)[0][1:, 0] * slopes.T
         by[0] += POWER / beta * dU
-        U, stretch, t_relax = (self.others(scaled(self.box, place))[0][0, 0] + self.means).reshape(3, -1)
+        U, stretch, t_relax = (self.others(x)[0][0, 0] + self.means).reshape(3, -1)
         slope = np.gradient(dU, np.log(self.d), edge_order=2) / self.d
         columns = {"d": self.d, "dU": dU, "dU_held": dU, "dU_discrete": dU, "dU_error": half_width, "slope": slope}
         columns |= {"U_L": U + dU / 2, "U_T": U - dU / 2, "stretch": stretch, "t_relax": np.maximum(t_relax, De)}
         return columns | {f"by_{name}": each for name, each in zip(PARAMETERS, by, strict=True)}
 
 
-def scaled(box: Mapping[str, tuple[float, float]], places: Array) -> Array:
-    """Coordinates of beta, De and Ca_e in [0, 1], those of De and Ca_e zero where these are, shape (places, 3)."""
+def scaled(box: Mapping[str, tuple[float, float]], places: Array) -> tuple[Array, Array]:
+    """Coordinates of beta, De and Ca_e in [0, 1], zero where De and Ca_e are, and their derivatives, (places, 3)."""
     (low, high), (_, De), (_, Ca_e) = (box[name] for name in PARAMETERS)
-    bent = np.log1p(places[:, 1] / BEND) / (np.log1p(De / BEND) or 1.0)
-    return np.stack([(places[:, 0] - low) / ((high - low) or 1.0), bent, places[:, 2] / (Ca_e or 1.0)], axis=1)
-
-
-def scaled_slopes(box: Mapping[str, tuple[float, float]], places: Array) -> Array:
-    """Derivatives of the coordinates of `scaled` by beta, De and Ca_e, shape (places, 3)."""
-    (low, high), (_, De), (_, Ca_e) = (box[name] for name in PARAMETERS)
-    bent = 1 / (BEND + places[:, 1]) / (np.log1p(De / BEND) or 1.0)
-    one = np.ones(len(places))
-    return np.stack([one / ((high - low) or 1.0), bent, one / (Ca_e or 1.0)], axis=1)
+    sizes = np.array([(high - low) or 1.0, np.log1p(De / BEND) or 1.0, Ca_e or 1.0])
+    beta, bent, one = places[:, 0] - low, np.log1p(places[:, 1] / BEND), np.ones(len(places))
+    by = np.stack([one, 1 / (BEND + places[:, 1]), one], axis=1)
+    return np.stack([beta, bent, places[:, 2]], axis=1) / sizes, by / sizes

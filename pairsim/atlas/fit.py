@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import scipy.optimize
 
-from pairsim.atlas.atlas import OTHERS, POWER, Atlas, scaled, scaled_slopes
+from pairsim.atlas.atlas import POWER, Atlas, scaled
 from pairsim.atlas.kriging import Kriging
 from pairsim.runtime.arrays import Array
 
@@ -44,8 +44,8 @@ def interpolant(curves: Curves, box: Mapping[str, tuple[float, float]], settings
     beta = curves.places[:, :1]
     values, gradients = curves.dU / beta**POWER, curves.gradients / beta**POWER
     gradients[0] -= POWER / beta * values
-    x = scaled(box, curves.places)
-    gradients = gradients / scaled_slopes(box, curves.places).T[:, :, None]
+    x, slopes = scaled(box, curves.places)
+    gradients = gradients / slopes.T[:, :, None]
     sizes = np.abs(values).max(axis=1)
     relative = sizes / np.median(sizes / np.hypot(x[:, 1], x[:, 2]))
     *lengths, of_values, of_gradients = settings
@@ -101,7 +101,6 @@ def fit(
     data = np.full((4, *values.shape), np.nan)
     data[0] = values - means
     others = Kriging.of(dU.places, data, np.full(data.shape[:2], ROUNDING * sizes), SMOOTH, False)
-    assert len(curves.others) == len(OTHERS)
     return Atlas(box, d, dU, others, means, widths, own, provenance), errors_left_out(curves, dU)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from pairsim.runtime.arrays import Array, Indices
 
+TINY = 1e-30  # step into the complex plane, without rounding (Squire and Trapp 1998)
 NUGGET = 1e-10  # added to variances of data, relative to that of the function; rounding
 
 
@@ -26,27 +27,21 @@ def covariance(X: Array, Z: Array, lengths: Array, vanishing: bool) -> Array:
     Returns:
         Array of shape (1 + p, n, 1 + p, m): the function, then its derivatives by each parameter.
     """
-    p = X.shape[1]
-    D = np.moveaxis((X[:, None] - Z) / lengths, -1, 0)
-    q = np.exp(-(D**2).sum(axis=0) / 2)
-    S = np.ones_like(q)
-    by_x, by_z, both = (np.zeros((p, *q.shape)) for _ in range(3))
+    places = [X, *(X + 1j * TINY * unit for unit in np.eye(X.shape[1]))]  # the imaginary part is a derivative
+    rows = [_by_place(there, Z, lengths, vanishing) for there in places]
+    return np.stack([rows[0], *(row.imag / TINY for row in rows[1:])])
+
+
+def _by_place(X: Array, Z: Array, lengths: Array, vanishing: bool) -> Array:
+    """Covariances of the function with it and its derivatives by other places, analytic in X: shape (n, 1 + p, m)."""
+    D = (X[:, None] - Z) / lengths
+    factor, by_z = np.ones((len(X), len(Z))), np.zeros_like(D)
     if vanishing:
-        S = X[:, None, 1] * Z[:, 1] + X[:, None, 2] * Z[:, 2]
-        by_x[1:3] += Z.T[1:3, None]
-        by_z[1:3] += X.T[1:3, :, None]
-        both[1:3] = 1.0
-    found = np.empty((1 + p, len(X), 1 + p, len(Z)))
-    found[0, :, 0] = S * q
-    for i in range(p):
-        found[1 + i, :, 0] = (by_x[i] - S * D[i] / lengths[i]) * q
-        found[0, :, 1 + i] = (by_z[i] + S * D[i] / lengths[i]) * q
-        for j in range(p):
-            inner = by_x[i] * D[j] / lengths[j] - by_z[j] * D[i] / lengths[i]
-            inner -= S * D[i] * D[j] / (lengths[i] * lengths[j])
-            inner += (both[i] + S / lengths[i] ** 2) * (i == j)
-            found[1 + i, :, 1 + j] = inner * q
-    return found
+        factor = X[:, None, 1] * Z[:, 1] + X[:, None, 2] * Z[:, 2]
+        by_z[:, :, 1:3] = X[:, None, 1:3]
+    slopes = by_z + factor[:, :, None] * D / lengths
+    whole = np.concatenate([factor[:, None], np.moveaxis(slopes, 2, 1)], axis=1)
+    return np.asarray(whole * np.exp(-(D**2).sum(axis=2) / 2)[:, None])
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pairsim.cases.case import SceneCase
-from pairsim.cases.materials import liquid_block
-from pairsim.cases.physical import EXPERIMENT, QUANTITIES, numbers_from, values_in, viscosity_law
-from pairsim.cases.quantities import as_given, known_unit, measured, rounded
-from pairsim.cases.values import is_finite
+from pairsim.cases.physical import EXPERIMENT, QUANTITIES, numbers_from, values_in
+from pairsim.cases.quantities import as_given, measured, rounded
 from pairsim.physics.scales import Scales
 
 STEP = 1e-6  # of logarithms, for derivatives of products of powers; chosen
@@ -42,18 +40,17 @@ def inputs_of(case: SceneCase) -> list[Input]:
     """The quantities of a valid case that may have half-widths; none without a `physical` block."""
     if case.physical is None:
         return []
-    keys, block = dict(case), {key: text for key, text in dict(case.physical).items() if text is not None}
+    keys, block = dict(case), dict(case.physical)
     values = {key: value for key, value in values_in(block, keys, []).items() if key not in DISTANCES}
-    law, found = viscosity_law(keys).measured, []
-    numbers = {name: liquid_block(keys)[name] for name in law.of_unit if is_finite(liquid_block(keys).get(name))}
+    found = []
     for key, value in values.items():
         if isinstance(value, tuple) or not QUANTITIES[key].uncertain:
             continue
         ends = [_logarithms(values | {key: value * (1 + step)}, keys) for step in (STEP, -STEP)]
         changes = {name: round((ends[0][name] - ends[1][name]) / (2 * STEP), 8) for name in ends[0]}
-        part = measured(block[key], known_unit(QUANTITIES[key].dimension, numbers if key == law.key else {}))
+        _, half_width = measured(block[key], QUANTITIES[key].dimension)
         given, unit = as_given(block[key])
-        found.append(Input(key, given, rounded(given * part.half_width / part.value), unit, changes))
+        found.append(Input(key, given, rounded(given * half_width / value), unit, changes))
     return found
 
 
@@ -67,8 +64,7 @@ def drawn(case: SceneCase, count: int) -> tuple[Scales, dict[str, Any]]:
     Returns:
         Scales and numbers by key; what is uncertain in them has the shape (count,).
     """
-    block = {key: text for key, text in dict(case.physical or {}).items() if text is not None}
-    values, random = values_in(block, dict(case), []), np.random.default_rng(0)
+    values, random = values_in(dict(case.physical or {}), dict(case), []), np.random.default_rng(0)
     for each in inputs_of(case):
         if each.half_width:
             values[each.key] = values[each.key] * (1 + each.half_width / each.value / 2 * random.standard_normal(count))

@@ -71,10 +71,10 @@ class Quantity(NamedTuple):
             if isinstance(value, Mapping) and ranged:
                 entries = quantity_range(Range[str].model_validate(value))
             if not isinstance(entries, list | tuple) or not (self.many or ranged):
-                found = measured(value, of)
-                if found.half_width and not self.uncertain:
+                number, half_width = measured(value, of)
+                if half_width and not self.uncertain:
                     raise ValueError("must be given without +-")
-                return found.value
+                return number
         except ValueError as error:
             of_range = error.errors() if isinstance(error, ValidationError) else ()
             unfit = ", ".join(str(each["loc"][0]) for each in of_range)
@@ -124,7 +124,7 @@ EXPERIMENT = (
     Quantity(CAPILLARY, "row.tube"),
     Quantity(a_time("end", "end time of a run; gives time.end"), "time.end"),
 )
-UNCERTAIN = "viscosity", "consistency", "relaxation", "solvent"  # of liquids
+UNCERTAIN = "viscosity", "relaxation", "solvent"  # of liquids
 OF_MATERIALS = (Quantity(each, uncertain=each.key in UNCERTAIN) for each in DIMENSIONS.values())
 QUANTITIES = {each.key: each for each in (*EXPERIMENT, *OF_MATERIALS)}
 """All keys of the block: those of an experiment, then those that the parameters of materials follow from."""

@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from pairsim.cases.values import Range, spelled_out
 from pairsim.physics.material import Dimension
@@ -98,15 +98,11 @@ def si(text: Any, of: Dimension) -> float:
     return value
 
 
-class Measured(NamedTuple):
-    """A quantity in its SI unit, and the half-width of its interval of 95 %, 0 where none is given."""
-
-    value: float
-    half_width: float
-
-
-def measured(text: Any, of: Dimension) -> Measured:
+def measured(text: Any, of: Dimension) -> tuple[float, float]:
     """Convert a quantity that may have a half-width to its SI unit: 1.5 +- 0.3 kPa, 1.5 kPa +- 300 Pa, 8 ms +- 20 %.
+
+    Returns:
+        The quantity, and the half-width of its interval of 95 %, 0 where none is given.
 
     Raises:
         ValueError: As of `si`, or the half-width is no quantity of this dimension that is smaller than the value.
@@ -114,12 +110,12 @@ def measured(text: Any, of: Dimension) -> Measured:
     value, half = _halves(text)
     number = si(value, of)
     if half is None:
-        return Measured(number, 0.0)
+        return number, 0.0
     relative = re.fullmatch(rf"({NUMBER})\s*%", half)
     half_width = number * float(relative[1]) / 100 if relative else si(half, of)
     if not 0 < half_width < number:
         raise ValueError(f"must have a half-width below its value, such as {of.example} +- 10 %")
-    return Measured(number, half_width)
+    return number, half_width
 
 
 def as_given(text: str) -> tuple[float, str]:

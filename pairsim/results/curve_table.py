@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 
 from pairsim.runtime.arrays import Array
-from pairsim.solvers.curves.interpolant import CurveInterpolant, CurveWithIntervals, Peak, Region
+from pairsim.solvers.curves.interpolant import CurveInterpolant, Peak, Region
 
 ROUNDING = 1e-9  # |dU| that is rounding error, as of equal rigid spheres [U_av]
 FORGOTTEN = 3.0  # decay times after which a start is forgotten; chosen: exp(-3) = .05
@@ -50,7 +50,7 @@ class Motion:
             that passes [D_c]; None where it is not known, as of a curve of an earlier version.
     """
 
-    curve: CurveWithIntervals
+    curve: CurveInterpolant
     velocity: OfDistance
     stretch: OfDistance
     t_relax: OfDistance | None = None

@@ -25,11 +25,6 @@ def quantity_for(case: Mapping[str, Any], name: str, scales: Scales) -> tuple[st
     return of.key, unit, lambda values: (values / one) ** (1.0 if two > one else -1.0)  # De rises with it, Ca_e falls
 
 
-def inputs_in(record: Mapping[str, Any]) -> list[Input]:
-    """The inputs that run.json has."""
-    return [Input(**each) for each in record.get("inputs", ())]
-
-
 def change_by(table: Mapping[str, Array], scales: Scales, one: Input) -> Array | None:
     """Derivative of dU by the logarithm of an input, at constant distance in units [um/s], shape (points,).
 

@@ -14,7 +14,7 @@ from pairsim.results.curve_table import Memory, Motion
 from pairsim.results.units import LENGTH, POSITION, TIME, in_unit, no_units, scales_in
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
-from pairsim.solvers.curves.interpolant import CurveWithIntervals
+from pairsim.solvers.curves.interpolant import CurveInterpolant
 
 NODES = 4  # of the quadrature between two samples of a curve, which leaves 1e-10 of smooth ones
 SAME = 1e-9  # relative difference of a distance from an end of the curve that is due to rounding
@@ -90,21 +90,7 @@ def travel(
     motion = Motion.of(table)
     if motion is None:
         raise InputError(source, "", None, "must be the curve of a pair with at least two points")
-    return travel_by(motion, start, stop, source, scales_in(record or {}))
-
-
-def travel_by(motion: Motion, start: float | str, stop: float | str, source: str, scales: Scales | None) -> Travel:
-    """The same of a motion that is known otherwise.
-
-    Args:
-        motion: How the pair moves at each distance.
-        start, stop: The distances [D_c], or lengths with a unit.
-        source: What is named in messages.
-        scales: The units of the case, if it has any.
-
-    Raises:
-        InputError: As those of `travel`.
-    """
+    scales = scales_in(record or {})
     curve = motion.curve
     begin, end = (distance_on(curve, d, option, scales, source) for option, d in (("--from", start), ("--to", stop)))
     if why := _obstacle(curve, begin, end):
@@ -131,9 +117,7 @@ def travel_by(motion: Motion, start: float | str, stop: float | str, source: str
     return Travel(begin, end, time, length, time_error, length_error, forgotten, start_error, scales)
 
 
-def distance_on(
-    curve: CurveWithIntervals, given: float | str, option: str, scales: Scales | None, source: str
-) -> float:
+def distance_on(curve: CurveInterpolant, given: float | str, option: str, scales: Scales | None, source: str) -> float:
     """A distance on a curve [D_c], which is an end of the curve where it differs from it by rounding.
 
     Args:
@@ -175,7 +159,7 @@ def _refusal(source: str, option: str, given: float | str, allowed: str, scales:
         return InputError(source, option, given, text_in_units(allowed, scales))
 
 
-def _obstacle(curve: CurveWithIntervals, start: float, stop: float) -> str:
+def _obstacle(curve: CurveInterpolant, start: float, stop: float) -> str:
     """Why a pair does not move from one distance to another; empty where it does."""
     low, high = sorted((start, stop))
     if start == stop:

@@ -61,7 +61,7 @@ def build(path: Path, folder: Path | None, options: Options, workers: Workers) -
     code, message = 0, ""
     for number in range(1 + ceil(max(file.curves - FIRST, 0) / EVERY)):
         wanted = EVERY if number else min(FIRST, file.curves)
-        chosen = candidates[fit.farthest(scaled(box, places), errors, scaled(box, candidates), wanted)]
+        chosen = candidates[fit.farthest(scaled(box, places)[0], errors, scaled(box, candidates)[0], wanted)]
         cases = [dict(zip(PARAMETERS, map(float, place), strict=True)) for place in chosen]
         round_ = directory / f"round-{number:02d}"
         grid = grid_from(path, {"name": round_.name, "command": "curve", "base": base, "cases": cases})
@@ -124,16 +124,12 @@ def curves_in(folders: Sequence[Path], d: Array) -> fit.Curves:
         inside, unknown = np.clip(d, *curve.ends), np.full_like(table["d"], np.nan)
         columns = [table.get(f"by_{name}", unknown) for name in PARAMETERS]
         columns += [(table["U_L"] + table["U_T"]) / 2, table["stretch"], table["t_relax"]]
-        smooth = [_between(table["d"], each, inside) for each in columns]
+        x, at = np.log(table["d"]), np.log(inside)
+        smooth = [CubicSpline(x, each)(at) if np.isfinite(each).all() else np.full_like(d, np.nan) for each in columns]
         places.append([float(case[name]) for name in PARAMETERS])
         rows.append([curve.values(inside), curve.half_widths(inside), *smooth])
     by_column = np.array(rows).transpose(1, 0, 2)
     return fit.Curves(np.array(places), by_column[0], by_column[1], by_column[2:5], by_column[5:])
-
-
-def _between(d: Array, column: Array, at: Array) -> Array:
-    known = np.isfinite(column).all()
-    return np.asarray(CubicSpline(np.log(d), column)(np.log(at))) if known else np.full_like(at, np.nan)
 
 
 def _common(folders: Sequence[Path]) -> dict[str, Any]:

@@ -69,7 +69,7 @@ def test_curves_left_out_are_those_of_the_others_alone() -> None:
     curves = curves_at(np.array([0.3, 0.0, 0.0]) + x * [0.2, 1.0, 0.1])
     whole, rest = (fit.Curves(*(each[..., at, :] for each in vars(curves).values())) for at in (range(8), range(1, 8)))
     settings = np.array([1.0, 1.0, 1.0, 1e-2, 1e-2])
-    found = fit.interpolant(rest, BOX, settings)(fit.scaled(BOX, curves.places[:1]))[0][0, 0]
+    found = fit.interpolant(rest, BOX, settings)(fit.scaled(BOX, curves.places[:1])[0])[0][0, 0]
     value = curves.dU[0] / curves.places[0, 0] ** 4
     assert fit.interpolant(whole, BOX, settings).left_out()[0][0] == pytest.approx(found - value, rel=0.05, abs=1e-5)
 

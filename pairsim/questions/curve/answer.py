@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from pairsim.cases.inputs import Input
 from pairsim.computing.answer import shapes_in
 from pairsim.physics.scales import Scales
 from pairsim.results import curve_table as in_tables
@@ -16,7 +17,7 @@ from pairsim.results.columns import (
     suffixes_in,
 )
 from pairsim.results.curve_table import forgotten_at, held_regions, peak_of, regions_of
-from pairsim.results.inputs import change_by, half_widths_by, inputs_in, total
+from pairsim.results.inputs import change_by, half_widths_by, total
 from pairsim.results.units import FORCE, LENGTH, VELOCITY, Unit, in_unit, scales_in
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.interpolant import Region
@@ -95,7 +96,7 @@ def _motion_over_d(
 
 def _with_inputs(table: Mapping[str, Array], zeros: Sequence[in_tables.Zero], record: Mapping[str, Any]) -> list[str]:
     """What the half-widths of the inputs add to the intervals, and the sensitivities at the largest |dU|."""
-    scales, inputs = scales_in(record), inputs_in(record)
+    scales, inputs = scales_in(record), [Input(**each) for each in record.get("inputs", ())]
     if scales is None or "by_beta" not in table:
         return []
     parts, x, peak = half_widths_by(table, scales, inputs), np.log(table["d"]), peak_of(table)

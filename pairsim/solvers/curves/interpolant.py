@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -50,26 +49,72 @@ class Region:
     sign: int
 
 
-class CurveWithIntervals(ABC):
-    """A dU as a function of the distance, with an interval: its peak, its zeros, and where its sign is certain."""
+class CurveInterpolant:
+    """Cubic Hermite interpolant of one dU in log d, with an interval that holds between the points as well.
 
-    @abstractmethod
+    The slope of the discrete dU with the distance held is exact; that of the rest of dU, which motion and the estimate
+    of the error add, is the slope of a parabola through neighbouring points.
+
+    The interpolation error is taken from points that an interpolant does not know: by how much a point, with its slope,
+    changes the interpolant of the others between its two neighbours. From the distance of these, the largest change by
+    the two points on either side is scaled to the width of an interval by the power `ORDER`.
+
+    Args:
+        d: Distances, ascending, shape (n,), n >= 2.
+        dU: Relative velocities, shape (n,).
+        discrete: Discrete relative velocities with the distance held, shape (n,).
+        slope: Derivatives of `discrete` by d, shape (n,).
+        dU_error: Half-widths of the intervals of `dU` at the points, shape (n,).
+
+    Attributes:
+        d: Distances of the points, shape (n,).
+        dU_error: Half-widths of the intervals at the points, shape (n,).
+        errors: Largest interpolation error between each two neighbours, shape (n-1,); infinite if n = 2.
+    """
+
+    def __init__(self, d: Array, dU: Array, discrete: Array, slope: Array, dU_error: Array) -> None:
+        self.d, self.dU_error = d, dU_error
+        self._points = np.log(d), dU, discrete, slope * d
+        self._x = self._points[0]
+        self._curve = _hermite(*self._points)
+        self.errors = self._interpolation_errors()
+
+    def _interpolation_errors(self) -> Array:
+        x, n = self._x, len(self._x)
+        if n == 2:
+            return np.array([np.inf])
+        scaled = np.zeros(n)  # largest change by each inner point, over the distance of its neighbours ** ORDER
+        for i in range(1, n - 1):
+            others = [j for j in range(max(i - 2, 0), min(i + 3, n)) if j != i]
+            at = np.linspace(x[i - 1], x[i + 1], FINE)
+            without = _hermite(*(each[others] for each in self._points))
+            scaled[i] = np.abs(self._curve(at) - without(at)).max() / (x[i + 1] - x[i - 1]) ** ORDER
+        near = np.lib.stride_tricks.sliding_window_view(np.pad(scaled, 1), 4)  # two on either side of an interval
+        return np.asarray(near.max(axis=1) * np.diff(x) ** ORDER)
+
     def values(self, d: Array | float) -> Array:
         """dU at distances between the first and the last one, of the shape of `d`."""
+        return np.asarray(self._curve(np.log(d)))
 
-    @abstractmethod
     def half_widths(self, d: Array | float) -> Array:
         """Half-widths of the intervals of `values`, of the shape of `d`."""
+        x = np.log(d)
+        left = np.clip(np.searchsorted(self._x, x, side="right") - 1, 0, len(self._x) - 2)
+        part = (x - self._x[left]) / (self._x[left + 1] - self._x[left])
+        bump = 4 * part * (1 - part)
+        between = np.multiply(bump, self.errors[left], out=np.zeros_like(bump), where=bump > 0)
+        return np.asarray(np.interp(x, self._x, self.dU_error) + between)
 
-    @property
-    @abstractmethod
+    @cached_property
     def samples(self) -> tuple[Array, Array, Array]:
         """Distances so close that extrema and signs are seen, and values and half-widths there; each of shape (m,)."""
+        d = np.concatenate([*(np.geomspace(a, b, FINE, endpoint=False) for a, b in pairwise(self.d)), self.d[-1:]])
+        return d, self.values(d), self.half_widths(d)
 
     @property
-    @abstractmethod
     def zeros(self) -> list[float]:
         """Distances at which `values` vanishes, ascending."""
+        return [float(np.exp(root)) for root in self._curve.roots(extrapolate=False)]
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -122,70 +167,6 @@ class CurveWithIntervals(ABC):
         inside = [zero for zero in known if low <= zero <= high]
         inside = inside or [zero for zero in self.zeros if low <= zero <= high]
         return inside[len(inside) // 2] if inside else float(np.sqrt(low * high))
-
-
-class CurveInterpolant(CurveWithIntervals):
-    """Cubic Hermite interpolant of one dU in log d, with an interval that holds between the points as well.
-
-    The slope of the discrete dU with the distance held is exact; that of the rest of dU, which motion and the estimate
-    of the error add, is the slope of a parabola through neighbouring points.
-
-    The interpolation error is taken from points that an interpolant does not know: by how much a point, with its slope,
-    changes the interpolant of the others between its two neighbours. From the distance of these, the largest change by
-    the two points on either side is scaled to the width of an interval by the power `ORDER`.
-
-    Args:
-        d: Distances, ascending, shape (n,), n >= 2.
-        dU: Relative velocities, shape (n,).
-        discrete: Discrete relative velocities with the distance held, shape (n,).
-        slope: Derivatives of `discrete` by d, shape (n,).
-        dU_error: Half-widths of the intervals of `dU` at the points, shape (n,).
-
-    Attributes:
-        d: Distances of the points, shape (n,).
-        dU_error: Half-widths of the intervals at the points, shape (n,).
-        errors: Largest interpolation error between each two neighbours, shape (n-1,); infinite if n = 2.
-    """
-
-    def __init__(self, d: Array, dU: Array, discrete: Array, slope: Array, dU_error: Array) -> None:
-        self.d, self.dU_error = d, dU_error
-        self._points = np.log(d), dU, discrete, slope * d
-        self._x = self._points[0]
-        self._curve = _hermite(*self._points)
-        self.errors = self._interpolation_errors()
-
-    def _interpolation_errors(self) -> Array:
-        x, n = self._x, len(self._x)
-        if n == 2:
-            return np.array([np.inf])
-        scaled = np.zeros(n)  # largest change by each inner point, over the distance of its neighbours ** ORDER
-        for i in range(1, n - 1):
-            others = [j for j in range(max(i - 2, 0), min(i + 3, n)) if j != i]
-            at = np.linspace(x[i - 1], x[i + 1], FINE)
-            without = _hermite(*(each[others] for each in self._points))
-            scaled[i] = np.abs(self._curve(at) - without(at)).max() / (x[i + 1] - x[i - 1]) ** ORDER
-        near = np.lib.stride_tricks.sliding_window_view(np.pad(scaled, 1), 4)  # two on either side of an interval
-        return np.asarray(near.max(axis=1) * np.diff(x) ** ORDER)
-
-    def values(self, d: Array | float) -> Array:
-        return np.asarray(self._curve(np.log(d)))
-
-    def half_widths(self, d: Array | float) -> Array:
-        x = np.log(d)
-        left = np.clip(np.searchsorted(self._x, x, side="right") - 1, 0, len(self._x) - 2)
-        part = (x - self._x[left]) / (self._x[left + 1] - self._x[left])
-        bump = 4 * part * (1 - part)
-        between = np.multiply(bump, self.errors[left], out=np.zeros_like(bump), where=bump > 0)
-        return np.asarray(np.interp(x, self._x, self.dU_error) + between)
-
-    @cached_property
-    def samples(self) -> tuple[Array, Array, Array]:
-        d = np.concatenate([*(np.geomspace(a, b, FINE, endpoint=False) for a, b in pairwise(self.d)), self.d[-1:]])
-        return d, self.values(d), self.half_widths(d)
-
-    @property
-    def zeros(self) -> list[float]:
-        return [float(np.exp(root)) for root in self._curve.roots(extrapolate=False)]
 
 
 def _hermite(x: Array, dU: Array, discrete: Array, slope: Array) -> scipy.interpolate.CubicHermiteSpline:

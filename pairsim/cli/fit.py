@@ -1,0 +1,23 @@
+"""`pairsim fit`: a modulus or a relaxation time from a film of two beads."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer()
+
+
+@app.command(epilog="Example: pairsim fit film.csv case.yaml")
+def fit(
+    film: Annotated[Path, typer.Argument(help="CSV file with columns such as t [s] and d [um].")],
+    case: Annotated[Path, typer.Argument(help="Case file with a physical block; what is unknown is a first guess.")],
+    unknown: Annotated[list[str] | None, typer.Option(help="modulus (default) or relaxation; repeat for both.")] = None,
+    atlas: Annotated[Path | None, typer.Option(help="File of an atlas (default: that which ships).")] = None,
+) -> None:
+    """Fit the modulus of two equal beads, or the relaxation time of their liquid, to a film of their distance."""
+    from pairsim.api.fit import fit as fit_of
+
+    typer.echo(str(fit_of(film, case, unknown=unknown or ("modulus",), atlas=atlas)))

@@ -1,0 +1,87 @@
+"""`fit`: what is unknown of an experiment from a film, on an atlas of invented curves."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+from scipy.integrate import cumulative_trapezoid
+from support.atlases import exact, make_atlas
+from support.commands import Pairsim
+
+import pairsim as api
+from pairsim.runtime.errors import InputError
+
+BENCH = {"tube": "50um", "particle": "20um", "flow_rate": "1ul/min", "viscosity": "1Pa.s"}
+TIME = 5.8905e-3  # D_c/U_av [s]
+
+
+@pytest.fixture(scope="module")
+def atlas(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("atlas") / "atlas.npz"
+    make_atlas().save(path)
+    return path
+
+
+def film(path: Path, De: float, Ca_e: float, noise: float, drift: float = 0.0, stop: float = 0.9) -> Path:
+    """A film from d = .5 on of the invented curves, by an integral of dt = (stretch/dU) dd."""
+    d = np.linspace(0.5, stop, 2000)
+    t = cumulative_trapezoid((1 + Ca_e * np.exp(-d)) / exact(0.4, De, Ca_e, d), d, initial=0)  # type: ignore[arg-type]
+    times = np.linspace(0, t[-1], 80)
+    seen = np.interp(times, t, d) + noise * np.random.default_rng(7).standard_normal(80)
+    seen += drift * np.sin(2 * np.pi * times / times[-1])
+    rows = "".join(f"{1e3 * TIME * a},{50 * b}\n" for a, b in zip(times, seen, strict=True))
+    path.write_text(f"t [ms],d [um]\n{rows}")
+    return path
+
+
+def case(**quantities: Any) -> dict[str, Any]:
+    liquid = {"liquid": "giesekus"} if "relaxation" in quantities else {}
+    return {"physical": BENCH | quantities, "d": [0.02, 2], **liquid}
+
+
+def test_a_modulus_is_found_within_its_interval(atlas: Path, tmp_path: Path) -> None:
+    path = film(tmp_path / "film.csv", 0.0, 0.06, 4e-3)
+    found = api.fit(path, case(modulus="5 kPa"), atlas=atlas)  # Ca_e = .0340 there
+    value, least, most, unit = found.values["modulus"]
+    assert (value, unit) == (pytest.approx(5 * 0.033953 / 0.06, rel=0.05), "kPa")
+    assert least < 5 * 0.033953 / 0.06 < most
+    assert most < 1.3 * value
+    assert "bad fit" not in str(found)
+
+
+def test_a_relaxation_time_is_found_beside_it(atlas: Path, tmp_path: Path) -> None:
+    path = film(tmp_path / "film.csv", 0.5, 0.06, 4e-3)
+    found = api.fit(path, case(modulus="2.83 kPa", relaxation="2 ms"), unknown=["relaxation"], atlas=atlas)
+    _, least, most, unit = found.values["relaxation"]
+    assert unit == "ms"
+    assert least < 1e3 * 0.5 * TIME < most
+    both = api.fit(path, case(modulus="2.83 kPa", relaxation="2 ms"), unknown=["modulus", "relaxation"], atlas=atlas)
+    assert both.values["relaxation"][2] - both.values["relaxation"][1] > most - least
+
+
+def test_what_data_do_not_determine_and_what_does_not_fit_is_said(atlas: Path, tmp_path: Path) -> None:
+    short = api.fit(film(tmp_path / "a.csv", 0.0, 0.06, 0.02, stop=0.51), case(modulus="5 kPa"), atlas=atlas)
+    assert "these data do not determine it" in str(short)
+    drift = api.fit(film(tmp_path / "b.csv", 0.0, 0.06, 4e-3, drift=0.03), case(modulus="5 kPa"), atlas=atlas)
+    assert "A bad fit" in str(drift)
+
+
+def test_the_command_says_the_same(atlas: Path, tmp_path: Path, pairsim: Pairsim) -> None:
+    film(tmp_path / "film.csv", 0.0, 0.06, 4e-3)
+    (tmp_path / "case.yaml").write_text(yaml.safe_dump(case(modulus="5 kPa")))
+    done = pairsim("fit", "film.csv", "case.yaml", "--atlas", str(atlas))
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("modulus = ")
+    (tmp_path / "film.csv").write_text("t,d\n1,2\n")
+    refused = pairsim("fit", "film.csv", "case.yaml", "--atlas", str(atlas))
+    assert refused.returncode == 2
+    assert "must be a column with its unit, such as t [s]" in refused.stderr
+
+
+def test_what_is_unknown_needs_a_first_guess(atlas: Path, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="first guess of relaxation"):
+        api.fit(film(tmp_path / "f.csv", 0.0, 0.06, 0.0), case(modulus="5 kPa"), unknown=["relaxation"], atlas=atlas)
