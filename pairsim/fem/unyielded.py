@@ -9,7 +9,8 @@ import numpy as np
 
 from pairsim.fem.meshes.six_node_mesh import shape_gradients, shape_values
 from pairsim.fem.scene import Scene
-from pairsim.physics.liquids.viscous import LEAST_RATE
+from pairsim.physics.conformation import exponential, magnitude
+from pairsim.physics.liquids.viscous import LEAST_RATE, ViscousLaw
 from pairsim.physics.scales import TUBE_RADIUS
 from pairsim.runtime.arrays import Array
 
@@ -17,13 +18,15 @@ DEGREE = 4  # of the quadrature of the square of the shear rate; chosen
 
 
 def law_fields(scene: Scene, x: Array) -> dict[str, Array]:
-    """The fields that the law of the viscosity adds, at the root mean square of the shear rate of each cell, (m,) each.
+    """The fields that the law with a yield stress adds, at the mean of each cell, shape (m,) each.
+
+    That is the root mean square of the shear rate for a viscosity, the mean of log c for a polymer.
 
     Args:
         scene: The scene.
         x: Full vector, shape (n,).
     """
-    mesh, law = scene.liquid.six_node_mesh, scene.material.solvent
+    mesh, law = scene.liquid.six_node_mesh, scene.material.plastic
     if not law.fields:
         return {}
     points, weights = basix.make_quadrature(basix.CellType.triangle, DEGREE)
@@ -35,7 +38,11 @@ def law_fields(scene: Scene, x: Array) -> dict[str, Array]:
     hoop = (u[..., 1] @ values.T) / (places[..., 1] @ values.T)
     gamma2 = 2 * ((e**2).sum(axis=(2, 3)) + hoop**2)
     gamma2 = (gamma2 @ weights) / weights.sum() + LEAST_RATE**2
-    rate, tau = np.sqrt(gamma2), np.sqrt(gamma2) * law.viscosity(gamma2)
+    rate = np.sqrt(gamma2)
+    if isinstance(law, ViscousLaw):
+        tau = rate * law.viscosity(gamma2)
+    else:
+        tau = magnitude(scene.material, exponential(scene.liquid.nodal("s", x)[mesh.cells].mean(axis=1)))
     with np.errstate(divide="ignore"):  # a yield stress may be 0
         return {name: field.value(law, tau, rate) for name, field in law.fields.items()}
 
@@ -50,7 +57,7 @@ def bridges(scene: Scene, x: Array, h: Array) -> Array:
         x: Full vector, shape (n,).
         h: Positions of the material, shape (n_h,).
     """
-    if not scene.material.solvent.yield_stress:
+    if not scene.material.plastic.yield_stress:
         return np.zeros(max(len(scene.bodies) - 1, 0))
     cells = scene.positions(x)[scene.liquid.six_node_mesh.cells[:, :3]]
     z, inner = cells[..., 0].mean(axis=1), cells[..., 1].min(axis=1)

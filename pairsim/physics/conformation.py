@@ -76,6 +76,16 @@ def mode_stress(liquid: Liquid, law: ConformationLaw, c: Array) -> Array:
     return np.asarray(liquid.modulus(law) * (h1 * c + h0 * IDENTITY[:, None]))
 
 
+def magnitude(liquid: Liquid, c: Array) -> Array:
+    """Magnitude of the deviatoric stress of the first mode, `Liquid.magnitude`, shape (n,).
+
+    Args:
+        liquid: The liquid.
+        c: Conformations of its modes, shape (n, 4 M).
+    """
+    return np.asarray(liquid.magnitude(liquid.modes[0], _invariants(c[:, :4].T, 1.0)))
+
+
 def relaxation(liquid: Liquid, law: ConformationLaw, c: Any, gamma2: Array) -> Array:
     """Rate of change of the conformation of a mode by relaxation, -(g_0 I + g_1 c + g_2 c^2)/De, shape (4, n).
 

@@ -149,6 +149,7 @@ _PLACE = "position of the centre of {of} along the tube, from where that of the 
 _REGULARISED = "the part of dU_error{_} that is due to the regularisation of a liquid with a yield stress"
 _BRIDGE = "radius of the cylinder around the axis in which no liquid yields between the particles; 0: some does"
 _CREEP = "power of 1/m by which dU_held{_} has fallen from a tenth of m; nan where no bridge makes it worth asking"
+_WHILE = "dU{{_}} at {} of the time of a run at held distances; where it differs from dU{{_}} it has not settled"
 _MOVED = "force along the tube that moves {of} at the prescribed velocity"
 
 COLUMNS: tuple[Column, ...] = (
@@ -157,6 +158,8 @@ COLUMNS: tuple[Column, ...] = (
     Column("U", r"U{_}", "velocity of {of}, the volume average of u_z", VELOCITY, PARTICLE),
     Column("dU", r"\Delta U{_}", _RELATIVE, VELOCITY, GAP),
     Column("dU_held", r"\Delta U_{h{,}}", _HELD, VELOCITY, GAP),
+    Column("dU_half", r"\Delta U_{T/2{,}}", _WHILE.format("half"), VELOCITY, GAP),
+    Column("dU_quarter", r"\Delta U_{T/4{,}}", _WHILE.format("a quarter"), VELOCITY, GAP),
     Column("dU_discrete", r"\Delta U^h{_}", _DISCRETE, VELOCITY, GAP),
     _plain("corrected", _CORRECTED, whole=True),
     Column("stretch", r"\mathrm{d}c{_}/\mathrm{d}d", _STRETCH, PURE, GAP),

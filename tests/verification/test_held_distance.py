@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
+import numpy as np
+import pytest
+
 import pairsim
 
 
@@ -13,3 +18,13 @@ def test_a_soft_pair_held_at_its_distance_comes_to_the_quasi_steady_dU() -> None
     assert abs(run.table["d"] - 0.1).max() < 2e-3 * 0.1
     assert abs(end["dU"] - point["dU_held"]) < point["dU_error"] + end["dU_error"] < 0.03 * point["dU_held"]
     assert "held, dU is" in run.findings()[0]
+
+
+def test_a_sweep_of_held_distances_has_dU_at_a_quarter_half_and_all_of_the_time(tmp_path: Path) -> None:
+    """Which is a curve of liquids in which no state is steady by itself."""
+    base = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "hold": True, "accuracy": "5%", "time": {"end": 0.1}}
+    sweep = pairsim.sweep({"base": base, "grid": {"d0": [0.2]}}, folder=tmp_path)
+    series, row = sweep.cases[0].table, sweep.table.iloc[0]
+    for name, part in {"dU_quarter": 0.25, "dU_half": 0.5, "dU": 1.0}.items():
+        assert row[name] == pytest.approx(np.interp(part * 0.1, series["t"], series["dU"]), rel=1e-12)
+    assert row["dU_quarter"] < row["dU_half"] < row["dU"]

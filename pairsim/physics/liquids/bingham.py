@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Self
 
-from pairsim.physics.liquids.viscous import BINGHAM_NUMBER, YIELD_STRESS, ZERO_SHEAR, ViscousLaw
-from pairsim.physics.material import LawField, parameter
+from pairsim.physics.liquids.viscous import BINGHAM_NUMBER, OVER_YIELD_STRESS, YIELD_STRESS, ZERO_SHEAR, ViscousLaw
+from pairsim.physics.material import parameter
 from pairsim.physics.operations import expm1, sqrt
 
 NEARLY_NEWTONIAN = 0.01  # m from which solutions are continued; at .1 the first one is not always found
@@ -26,7 +26,7 @@ class Bingham(ViscousLaw):
         symbol=r"\eta_p",
     )
     regularisation = "m"
-    fields: ClassVar = {"yielding": LawField(r"|\tau|/\tau_y", lambda law, tau, _: tau / law.yield_stress, level=1.0)}
+    fields: ClassVar = OVER_YIELD_STRESS
 
     Bn: Any = parameter(r"\mathrm{Bn}", BINGHAM_NUMBER, 0.0, 1e4, dimension=YIELD_STRESS)
     m: Any = parameter(

@@ -133,9 +133,18 @@ class Liquid:
         g = mode.relaxation(at)
         if self.yielding is None:
             return g
-        strain2 = (at.square - at.trace**2 / 3) / 2 + LEAST_STRAIN2
-        kappa = self.yielding.factor(self.modulus(mode) * sqrt(mode.stress(at)[1] ** 2 * strain2))
+        kappa = self.yielding.factor(self.magnitude(mode, at))
         return tuple(kappa * each for each in g)
+
+    def magnitude(self, mode: ConformationLaw, at: Invariants) -> Any:
+        """|tau_d| of the deviatoric stress of a mode, |tau_d|^2 = tau_d : tau_d/2 [eta_0 U_av/D_c]."""
+        strain2 = (at.square - at.trace**2 / 3) / 2 + LEAST_STRAIN2
+        return self.modulus(mode) * sqrt(mode.stress(at)[1] ** 2 * strain2)
+
+    @property
+    def plastic(self) -> ViscousLaw | YieldLaw:
+        """The law that has the yield stress, 0 where there is none."""
+        return self.yielding or self.solvent
 
     def relaxation_time(self, mode: ConformationLaw) -> Any:
         """Relaxation time of a mode [D_c/U_av]."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
-from pairsim.physics.material import Dimension, Material
+from pairsim.physics.material import Dimension, LawField, Material
 
 # Shear rate [U_av/D_c] below which the viscosity is constant: that of a power law would be infinite at rest. Chosen;
 # velocities change by less than 1e-7 from 1e-2 to 1e-6.
@@ -35,6 +35,8 @@ YIELD_STRESS = Dimension(
     lambda value, scales: value / scales.stress,
     r"\tau_y",
 )
+OVER_YIELD_STRESS = {"yielding": LawField(r"|\tau|/\tau_y", lambda law, tau, _: tau / law.yield_stress, level=1.0)}
+"""What a law with a yield stress adds to fields and pictures."""
 
 
 @dataclass(frozen=True)

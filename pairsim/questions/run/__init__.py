@@ -15,6 +15,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+import numpy as np
 import typer
 
 from pairsim.api.compute import Computation
@@ -24,13 +25,15 @@ from pairsim.cases.run_case import Case, check_run
 from pairsim.cli.compute import compute
 from pairsim.cli.options import Budget, DryRun, Output, Overwrite, Progress, Quiet, Settings
 from pairsim.computing import events
-from pairsim.computing.question import InSweeps, Question, drawn_by, rows_in
-from pairsim.results.columns import names_of
+from pairsim.computing.question import InSweeps, Question, Tables, Value, drawn_by, last_row, rows_in
+from pairsim.results.columns import names_of, suffixes_in
 from pairsim.results.units import scales_in
 from pairsim.runtime.errors import InputError
 
 if TYPE_CHECKING:
     from pairsim.runtime.monitor import Monitor
+
+EARLIER = {"dU_half": 0.5, "dU_quarter": 0.25}  # columns of dU at these parts of the time of a held pair
 
 
 def estimate(case: Case) -> Estimate:
@@ -55,7 +58,17 @@ def solve(case: Case, *, monitor: Monitor, earlier: events.Earlier | None = None
 
 def result_columns(case: Case) -> tuple[str, ...]:
     """Result columns of a run: those of the last row of series.csv, and the number of steps."""
-    return ("t", *names_of(case.n, "z", "d", "dU", "dU_error", "U", "D"), "dp", "steps")
+    held = names_of(case.n, *EARLIER) if case.hold else ()
+    return ("t", *names_of(case.n, "z", "d", "dU", "dU_error"), *held, *names_of(case.n, "U", "D"), "dp", "steps")
+
+
+def read(tables: Tables) -> dict[str, Value]:
+    """The last row, and what dU was at half and at a quarter of the time."""
+    values, series = last_row(tables), tables["series"]
+    for name, part in EARLIER.items() if rows_in(series) else ():
+        for gap in suffixes_in(series, "dU"):
+            values[f"{name}{gap}"] = float(np.interp(part * series["t"][-1], series["t"], series[f"dU{gap}"]))
+    return values
 
 
 class RunResult(Result):
@@ -85,7 +98,7 @@ QUESTION = Question(
     solve=solve,
     tables={"series": ()},
     result=RunResult,
-    in_sweeps=InSweeps(result_columns, parameters=("beta", "De", "Ca_e", "d0")),
+    in_sweeps=InSweeps(result_columns, read, parameters=("beta", "De", "Ca_e", "d0")),
     draw=drawn_by("pairsim.plots.runs_and_curves:draw_run"),
     captions={"series": "Velocities and shapes over time, relative velocity over distance"},
     frames="t",

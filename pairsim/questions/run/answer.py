@@ -30,7 +30,8 @@ def answer_of_run(series: Mapping[str, Array], record: Mapping[str, Any]) -> lis
     least = int(np.argmin([series[f"d{gap}"][-1] for gap in gaps])) if gaps else 0
     closed = least if record.get("reason") == "contact" else None
     if gaps and record.get("hold"):
-        return [*(_while_held(series, gap, scales) for gap in gaps), *shapes_in(series, -1, "at the end")]
+        said = (_while_held(series, gap, scales) for gap in gaps)
+        return [*said, *_bridges(series, scales), *shapes_in(series, -1, "at the end")]
     for i, gap in enumerate(gaps if len(gaps) <= MOST_GAPS else []):
         who = "The pair" if len(gaps) == 1 else f"Gap {i + 1}"
         d, settled = series[f"d{gap}"], Settled.of(record, i)
@@ -43,7 +44,17 @@ def answer_of_run(series: Mapping[str, Array], record: Mapping[str, Any]) -> lis
         names = [*(f"U{each}" for each in suffixes_in(series, "U"))] or ["dp"]
         values = (f"{name} = {in_unit(scales, column(name).unit, series[name][-1], digits=6)}" for name in names)
         lines.append(f"At t = {in_unit(scales, TIME, series['t'][-1])}: {', '.join(values)}.")
-    return [*lines, *shapes_in(series, -1, "at the end")]
+    return [*lines, *_bridges(series, scales), *shapes_in(series, -1, "at the end")]
+
+
+def _bridges(series: Mapping[str, Array], scales: Scales | None) -> list[str]:
+    """Where the liquid between particles does not yield at the end."""
+    ends = {gap: float(series[f"bridge{gap}"][-1]) for gap in suffixes_in(series, "bridge")}
+    return [
+        f"At the end nothing yields along d{gap} within {in_unit(scales, LENGTH, radius, digits=2)} of the axis."
+        for gap, radius in ends.items()
+        if radius
+    ]
 
 
 def _while_held(series: Mapping[str, Array], gap: str, scales: Scales | None) -> str:

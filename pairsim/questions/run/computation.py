@@ -13,6 +13,7 @@ from pairsim.cases.identity import sources_of
 from pairsim.cases.run_case import Case
 from pairsim.computing import events
 from pairsim.computing.problems import problem_of
+from pairsim.fem.unyielded import bridges
 from pairsim.questions.run.warnings import accuracy_of, warnings_of_run
 from pairsim.results.checkpoint import Checkpoint
 from pairsim.results.columns import (
@@ -85,7 +86,8 @@ class Run:
                 self._entries |= settled_entry(case, self.problem, old.state.gaps, ended)
                 return self._with_accuracy(ended, old.state.run_errors)
             polymer = POLYMER_HEALTH if case.liquid_model.modes else ()
-            columns = [*series_columns(case.n), *self._errors, *names_of(case.n, *HEALTH, *polymer)]
+            yielding = names_of(case.n, "bridge") if case.liquid_model.plastic.yield_stress else ()
+            columns = [*series_columns(case.n), *self._errors, *yielding, *names_of(case.n, *HEALTH, *polymer)]
             yield events.Table("series", columns, resumed=True)
             if old is not None:
                 at = moment(old.state.history.t[0])
@@ -278,6 +280,8 @@ def row_of(step: Step) -> dict[str, float]:
     values |= {"mesh": step.mesh_id, "distortion": step.distortion, **observed(o)}
     if step.dU_error is not None:
         values["dU_error"] = step.dU_error
+    if step.scene.material.plastic.yield_stress:
+        values["bridge"] = bridges(step.scene, step.x, step.h)
     if step.dU_correction is not None:
         values |= {"dU_discrete": step.dU_discrete, "dU_correction": step.dU_correction}
     return table_row(o.U.size, **values)
