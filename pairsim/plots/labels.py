@@ -129,11 +129,11 @@ def case_parts(case: Mapping[str, Any], leave_out: Collection[str] = (), physica
     parts += [] if thinning else of("De")
     if thinning or (elastic and "liquid" in case):
         block = liquid_block(case)
-        several = bool(block.keys() & {"modes", "solvent", "yielding"})  # with too many numbers for a caption
+        several = bool(block.keys() & {"modes", "solvent", "yielding"})  # with too many numbers for a caption, but Bn
         name = liquid_of({"xi": 1.0, **case, "De": 1.0}).label if several else shown(block["law"])
         parts += [] if "liquid" in leave_out else [name]
         parts += of("xi") if elastic else []
-        parts += [] if several else _numbers_of("liquid", case, leave_out)
+        parts += _numbers_of("liquid.yielding" if several else "liquid", case, leave_out)
     if "solid" in case and any(soft if isinstance(soft, list | tuple) else [soft]):
         parts += [] if "solid" in leave_out else [shown([block["law"] for _, block in solid_blocks(case)])]
         parts += _numbers_of("solid", case, leave_out)

@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
-from pairsim.physics.conformation import polymer_stress
+from pairsim.physics.conformation import magnitude, polymer_stress
 from pairsim.physics.homogeneous import conformation_after, extension, rate_of_change, shear, steady_shear, stress_after
 from pairsim.physics.liquids import ConformationLaw, Liquid, single
 from pairsim.physics.liquids.giesekus import Giesekus
@@ -125,3 +125,12 @@ def test_steady_shear_is_where_shear_leads() -> None:
         tau = stress_after(liquid(law), shear(rate), 20 / rate + 20 * DE)
         assert viscosity[i] == pytest.approx(XI + tau[1] / rate, rel=1e-8)
         assert N1[i] == pytest.approx(tau[0] - tau[2], rel=1e-8)
+
+
+def test_the_magnitude_of_the_stress_is_that_of_its_deviator() -> None:
+    giesekus = liquid(LAWS[0], Giesekus(alpha=0.2))
+    c = np.array([[3.0, 0.7, 0.8, 1.1], [1.0, 0.0, 1.0, 1.0]])
+    zz, zr, rr, tt = polymer_stress(giesekus, c).T
+    mean = (zz + rr + tt) / 3
+    expected = np.sqrt(((zz - mean) ** 2 + (rr - mean) ** 2 + (tt - mean) ** 2 + 2 * zr**2) / 2)
+    assert magnitude(giesekus, c) == pytest.approx(expected, rel=1e-6, abs=1e-5)

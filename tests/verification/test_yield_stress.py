@@ -157,3 +157,16 @@ def test_a_law_of_a_users_own_may_name_its_regularisation() -> None:
     law = Bingham(Bn=1.0)
     assert Liquid(law).regularisation == "solvent.m"
     assert Liquid(PowerLaw(n=0.5)).regularisation == ""
+
+
+@pytest.mark.slow
+def test_a_run_says_within_which_radius_nothing_yields_between_particles() -> None:
+    """Of a polymer: at first nothing has yielded, in a weak liquid all has soon."""
+    case = COARSE | {"beta": 0.4, "De": 0.5, "Ca_e": 0, "d0": 0.4, "time": {"end": 0.05}}
+    radii = {}
+    for Bn in (1e-3, 50.0):
+        liquid = {"law": "oldroyd-b", "yielding": {"law": "saramito-2007", "Bn": Bn}}
+        run = pairsim.run(case | {"liquid": liquid})
+        radii[Bn] = run.table["bridge"].iloc[-1]
+        assert any("nothing yields along d within" in line for line in run.findings()) == (radii[Bn] > 0)
+    assert radii == {1e-3: 0.0, 50.0: 0.5}
