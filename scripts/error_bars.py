@@ -237,7 +237,7 @@ def main() -> int:
         grid = content | {"cases": [case for name, scene in chosen.items() for case in cases(name, scene, meshes)]}
         output.parent.mkdir(parents=True, exist_ok=True)
         write_text(file, yaml.safe_dump(grid, sort_keys=False))
-        alone_each = ("--chain", 1, "--case-timeout", LIMIT)
+        alone_each = ("--case-timeout", LIMIT)
         code = pairsim("sweep", file, "-o", output, *alone_each, "--workers", arguments.workers)
     if kind in ("random", "curves"):
         drawn = finer_errors(output, scenes)

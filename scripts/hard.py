@@ -71,7 +71,7 @@ def main() -> int:
         if grid["cases"] and not arguments.table:
             output.mkdir(parents=True, exist_ok=True)
             write_text(output / f"{name}.yaml", yaml.safe_dump(grid, sort_keys=False))
-            limits = ("--chain", 1, "--case-timeout", arguments.case_timeout, "--workers", arguments.workers)
+            limits = ("--case-timeout", arguments.case_timeout, "--workers", arguments.workers)
             pairsim("sweep", output / f"{name}.yaml", "-o", output / name, *limits)
         if (output / name / "sweep.json").is_file():
             rows += [row_of(case) for case in api.open(output / name).cases]

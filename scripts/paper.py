@@ -5,14 +5,14 @@ usage: scripts/paper FIGURE... [-o DIR] [--quick] [--workers N] [--dry-run] [--t
 FIGURE is one or more of fig02 to fig17; of finer, periodic and transients, which solve cases again on finer meshes,
 with periodic ends and in time, for statements that do not hold; or all. The same command goes on after any kind of end.
 
-configs/paper/FIGURE holds the computations of a figure, which are grid files of `pairsim sweep` (case files of `pairsim
-mesh` for fig02), figure.yaml, which describes the picture, and statements.yaml: what the paper says, with expressions
-that judge it. A figure that shows results of another one computes these, too. Results are in DIR/FIGURE/FILE (DIR is
-runs/paper, with --quick runs/paper-quick), pictures of 85 and 170 mm as PDF and PNG in DIR/pictures, verdicts in
-DIR/statements.md. --quick computes the same on coarse meshes with few points (configs/paper/quick.yaml). --dry-run says
-what is to do and how long it takes, and computes nothing; neither does --table, which draws and judges the results that
-are there. --page stores what was found in docs/results/paper and writes docs/paper.md and its pictures; alone, without
-a FIGURE, it writes the page from what is stored.
+configs/paper/FIGURE holds the computations of a figure, which are grid files of `pairsim sweep` (case files, of which
+the mesh is drawn, for fig02), figure.yaml, which describes the picture, and statements.yaml: what the paper says, with
+expressions that judge it. A figure that shows results of another one computes these, too. Results are in
+DIR/FIGURE/FILE (DIR is runs/paper, with --quick runs/paper-quick), pictures of 85 and 170 mm as PDF and PNG in
+DIR/pictures, verdicts in DIR/statements.md. --quick computes the same on coarse meshes with few points
+(configs/paper/quick.yaml). --dry-run says what is to do and how long it takes, and computes nothing; neither does
+--table, which draws and judges the results that are there. --page stores what was found in docs/results/paper and
+writes docs/paper.md and its pictures; alone, without a FIGURE, it writes the page from what is stored.
 
 Exit code 0: all cases finished; 2: wrong input; 3: some cases failed, or a picture lacks results; 130: interrupted.
 """
@@ -31,6 +31,7 @@ import yaml
 from book import pages
 from book.cases import Cases, NotComputed
 from book.computing import CONFIGS, DOCS, FAILED, made, pairsim, parser_of
+from book.meshes import write_mesh
 from paper_pictures import WIDTHS, Panel, draw
 from paper_statements import NOT_COMPUTED, judged, transients
 
@@ -92,8 +93,9 @@ def compute(name: str, output: Path, quick: bool, *options: str) -> int:
     if command == "sweep":
         return pairsim(command, *rest, "-o", output / name, *options)
     target = output / f"{name}.vtu"
-    target.parent.mkdir(parents=True, exist_ok=True)
-    return 0 if target.is_file() or "--dry-run" in options else pairsim(command, *rest, "-o", target)
+    if not target.is_file() and "--dry-run" not in options:
+        write_mesh(Path(*rest), target)
+    return 0
 
 
 def statement_table(output: Path) -> pd.DataFrame:

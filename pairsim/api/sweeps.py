@@ -122,7 +122,6 @@ def sweep(
     folder: str | PathLike[str] | None = None,
     executor: Executor | None = None,
     workers: int = 1,
-    chain: int | None = None,
     case_timeout: float | None = None,
     progress: bool | Style = False,
     signals: bool | Signals = False,
@@ -137,9 +136,7 @@ def sweep(
         grid: Path of a grid file, or a dict of its keys: base, grid, zip, cases, exclude, command.
         folder: Folder of the sweep; made, or continued. Default: runs/<name of the grid>.
         executor: A `concurrent.futures.Executor`, such as that of a Dask client; threads of this process by default.
-        workers: Cases that are computed at the same time; with an executor, how many it computes.
-        chain: Largest number of neighbouring curves that start from one another; by default as many as leave each
-            worker two chains. With 1, results do not depend on neighbours.
+        workers: Cases that are computed at the same time, without an executor.
         case_timeout: Allowed wall time of a case, in seconds.
         progress: Show progress on stderr: True, "bar" or "lines".
         signals: End in order at SIGINT, SIGTERM and SIGHUP, as the command line does: True, or a
@@ -153,9 +150,8 @@ def sweep(
     Raises:
         InputError: The grid is invalid, the folder belongs to another grid, or another sweep is writing to it.
     """
-    for name, value in (("workers", workers), ("chain", 1 if chain is None else chain)):
-        if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-            raise InputError("pairsim.sweep", name, value, "must be a whole number of at least 1")
+    if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
+        raise InputError("pairsim.sweep", "workers", workers, "must be a whole number of at least 1")
 
     def compute(workers: Workers) -> SweepResult:
         if isinstance(grid, Mapping):
@@ -164,7 +160,7 @@ def sweep(
             checked = read_grid(Path(grid), settings)
         directory = Path(folder or RUNS / checked.name)
         with Signals() if signals is True else nullcontext(signals or None) as caught:
-            options = Options(case_timeout, chain, style_of(progress), caught)
+            options = Options(case_timeout, style_of(progress), caught)
             return SweepResult(directory, *run_sweep(checked, directory, options, workers))
 
     return with_workers(compute, executor, workers)

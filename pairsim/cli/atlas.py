@@ -38,6 +38,6 @@ def atlas(
 
     style = "none" if quiet else progress
     with Signals(final=True) as signals:
-        options = Options(case_timeout, 1, style_of(style), signals)
+        options = Options(case_timeout, style_of(style), signals)
         result = with_workers(lambda those: build(file, output, options, those), count=workers)
     end(*result)

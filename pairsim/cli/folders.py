@@ -199,18 +199,6 @@ def plot(
         typer.echo("note: nothing to draw: the folder holds no line of values", err=True)
 
 
-@app.command(epilog="Examples: pairsim report runs/quickstart | pairsim report runs/sweep")
-def report(directory: Folder) -> None:
-    """Write DIR/report.html: answer, warnings, pictures, table and provenance on one page.
-
-    One file that needs no network, to send around; of run, curve, critical or sweep, finished or not. It is
-    replaced where it exists.
-    """
-    from pairsim.api.report import report
-
-    typer.echo(str(report(directory)))
-
-
 @app.command(
     epilog="Examples: pairsim moduli M001.rtdc --table lut.txt | pairsim moduli M001.rtdc --table lut.txt "
     '--carrier "0.59% MC-PBS" --celsius 24 -o moduli.csv'

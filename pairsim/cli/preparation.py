@@ -1,4 +1,4 @@
-"""Commands that prepare a computation: `init`, `schema`, `mesh`, `check-law` and `doctor`."""
+"""Commands that prepare a computation: `init`, `schema`, `check-law` and `doctor`."""
 
 from __future__ import annotations
 
@@ -8,15 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pairsim.cli.options import (
-    CaseFile,
-    OfExamples,
-    OfFiles,
-    OverwriteFile,
-    Settings,
-    check_free,
-    print_table,
-)
+from pairsim.cli.options import OfExamples, OfFiles, print_table
 from pairsim.runtime.errors import EnvironmentFailure, InputError, PairsimError
 
 if TYPE_CHECKING:
@@ -40,66 +32,25 @@ def init(
     typer.echo(f"next: pairsim {kind} {path} --dry-run", err=True)
 
 
-@app.command(
-    epilog="Examples: pairsim schema curve | pairsim schema run --case case.yaml | "
-    "pairsim schema run --json > run.schema.json"
-)
+@app.command(epilog="Examples: pairsim schema curve | pairsim schema run --json > run.schema.json")
 def schema(
     command: Annotated[OfFiles, typer.Argument(help="The command that reads the file.")] = "run",
-    case: Annotated[
-        Path | None, typer.Option("--case", help="Show the value of each key in this case, defaults included.")
-    ] = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print a JSON Schema, with which editors check files.")
     ] = False,
-    set_: Settings = None,
 ) -> None:
-    """List every key of a file with its allowed values, default, meaning and unit.
-
-    Some defaults depend on the liquid and on the particles: --case (with --set)
-    shows the values in a case.
-    """
+    """List every key of a file with its allowed values, default, meaning and unit."""
     from rich.table import Table
 
-    from pairsim.computing.schema import json_schema, schema_rows, values_in
+    from pairsim.computing.schema import json_schema, schema_rows
 
-    if set_ and case is None:
-        raise InputError("pairsim schema", "--set", None, "must be used with --case, whose keys it replaces")
-    if as_json and case is not None:
-        raise InputError("pairsim schema", "--json", None, "must be left out with --case")
     if as_json:
         typer.echo(json_schema(command))
         return
-    here = values_in(command, case, tuple(set_ or ())) if case is not None else None
-    table = Table("key", "allowed", "default" if here is None else "here", "meaning", box=None, pad_edge=False)
-    for key, allowed, default, meaning in schema_rows(command):
-        table.add_row(key, allowed, default if here is None else here.get(key, ""), meaning)
+    table = Table("key", "allowed", "default", "meaning", box=None, pad_edge=False)
+    for row in schema_rows(command):
+        table.add_row(*row)
     print_table(table)
-
-
-@app.command(epilog="Example: pairsim mesh configs/quickstart.yaml -o meshes/pair.msh")
-def mesh(
-    case: CaseFile,
-    output: Annotated[Path, typer.Option("-o", "--output", help="Mesh file: .msh (gmsh), .vtu or .xdmf.")],
-    overwrite: OverwriteFile = False,
-    set_: Settings = None,
-) -> None:
-    """Write the mesh with which a run of a case begins.
-
-    Lengths are in tube diameters D_c. Prints the numbers of cells and nodes.
-    """
-    from pairsim.computing import QUESTIONS
-    from pairsim.computing.case_files import read_case
-
-    checked = read_case(QUESTIONS["run"], case, tuple(set_ or ()))
-    check_free(output, overwrite)
-    if output.suffix not in (".msh", ".vtu", ".xdmf"):
-        raise InputError(str(output), "-o", output.suffix, "must be a name ending in .msh, .vtu or .xdmf")
-
-    from pairsim.computing.mesh import write_mesh
-
-    for name, count in write_mesh(checked, output).items():
-        typer.echo(f"{name}: {count}")
 
 
 @app.command(

@@ -28,14 +28,6 @@ def sweep(
     output: Output = None,
     workers: Workers = 1,
     case_timeout: CaseTimeout = None,
-    chain: Annotated[
-        int | None,
-        typer.Option(
-            help="Largest number of neighbouring curves that start from one another; 1: results do not depend on "
-            "neighbours. Default: as many as leave each worker two chains.",
-            min=1,
-        ),
-    ] = None,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="List the cases with estimated unknowns; compute nothing.")
     ] = False,
@@ -68,7 +60,6 @@ def sweep(
             grid,
             folder=output,
             workers=workers,
-            chain=chain,
             case_timeout=case_timeout,
             progress=style,
             signals=signals,
@@ -110,6 +101,6 @@ def study(
     from pairsim.sweeps.sweep import Options
 
     with Signals(final=True) as signals:
-        options = Options(case_timeout, 1, "none" if quiet else progress, signals)
+        options = Options(case_timeout, "none" if quiet else progress, signals)
         code, message, folder = compute_study(file, output, options, set_ or ())
     end(code, message, folder)

@@ -56,14 +56,11 @@ class InSweeps[C: SceneCase]:
         read: Takes their values from the tables of a folder, whose main table is there; those that are missing are left
             out.
         parameters: Keys that results.csv always has, also if they do not vary.
-        neighbours: Keys along which a case can start from the solutions of the last one (`computing/warm_start.py`);
-            empty where it cannot.
     """
 
     columns: Callable[[C], Sequence[str]]
     read: Callable[[Tables], dict[str, Value]] = last_row
     parameters: tuple[str, ...] = ("beta", "De", "Ca_e")
-    neighbours: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -77,14 +74,14 @@ class Question[C: SceneCase]:
         check: Yields the mistakes in which keys do not go together.
         estimate: Estimates the size and the duration of a case.
         solve: Its computation, a generator of the events in `computing/events.py`: takes the case, and as keywords its
-            `monitor`, the flags, `warm_start` where its cases have `neighbours`, and `earlier` to resume.
+            `monitor`, the flags, and `earlier` to resume.
         tables: Its tables by name without .csv, the main one first, with the columns that are described in the
             reference: a `Column` where no other question has it.
         result: Its class of results, derived from `pairsim.api.results.Result`: what they have beside a table, and what
             they say in words.
         draw: Draws what the tables of a folder hold into another one, and returns the pictures. Fields are drawn
             elsewhere.
-        captions: What is said below each of these pictures in a report, by the name of its file.
+        pictures: Names of these pictures, without endings.
         in_sweeps: What a sweep shows of it.
         frames: What its fields are written at: "t", "d", or "" where it writes none.
         flags: Keywords of its computation that are off by default; with "resume" it goes on from a checkpoint.
@@ -98,7 +95,7 @@ class Question[C: SceneCase]:
     tables: Mapping[str, Sequence[str | Column]]
     result: type[Any]
     draw: Callable[[Path, Path, Page], list[Path]]
-    captions: Mapping[str, str]
+    pictures: tuple[str, ...]
     in_sweeps: InSweeps[C]
     frames: str = ""
     flags: tuple[str, ...] = ()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel
@@ -13,10 +12,7 @@ from pydantic.json_schema import GenerateJsonSchema
 from pairsim.cases.allowed import allowed_in
 from pairsim.cases.material_keys import BLOCKS
 from pairsim.cases.messages import groups_of
-from pairsim.cases.yaml_file import flat
-from pairsim.computing import QUESTIONS
-from pairsim.computing.case_files import model_of, read_case
-from pairsim.runtime.errors import InputError
+from pairsim.computing.case_files import model_of
 
 
 def schema_rows(command: str = "run") -> list[tuple[str, str, str, str]]:
@@ -46,28 +42,6 @@ def _rows_of_laws(key: str, models: Mapping[str, type[BaseModel]]) -> list[tuple
         for name in (name for name in model.model_fields if name != "law"):
             found.setdefault(_row(model, name, key), []).append(law)
     return [(*row[:3], f"{row[3]} ({', '.join(laws)})") for row, laws in found.items()]
-
-
-def values_in(command: str, path: Path, settings: tuple[str, ...]) -> dict[str, str]:
-    """The value of each key in a case, defaults included.
-
-    Args:
-        command: The command that reads the file, one for a single case.
-        path: The case file.
-        settings: key=value settings that replace keys.
-
-    Returns:
-        Values as text, by dotted key.
-
-    Raises:
-        InputError: The case is invalid, or the command is another one.
-    """
-    if command not in QUESTIONS:
-        raise InputError(
-            "pairsim schema", "--case", command, f"must be left out, or be used with {', '.join(QUESTIONS)}"
-        )
-    resolved = read_case(QUESTIONS[command], path, settings).resolved()
-    return {key: _text(value) for key, value in {**resolved, **flat(resolved)}.items()}
 
 
 def _text(value: Any) -> str:

@@ -9,7 +9,6 @@ import numpy as np
 
 from pairsim.cases.case import SceneCase
 from pairsim.computing.events import Event, Outcome, Summary, Table
-from pairsim.computing.warm_start import WarmStart
 from pairsim.computing.warnings import ErrorAt, above, common_warnings, moves_on
 from pairsim.results.columns import CURVE_HEALTH, FORCES, POLYMER_HEALTH, YIELD_HEALTH, names_of, observed, table_row
 from pairsim.solvers.curves.adaptation import AdaptiveBranch
@@ -19,6 +18,7 @@ from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.continuation import where
 from pairsim.solvers.steady.ends import Ended, Passed, SpentOnTheWay
+from pairsim.solvers.steady.first_solution import first_scene, scene_past_end
 
 MOST_NAMED = 5  # distances that a warning names
 
@@ -28,7 +28,6 @@ class Solutions:
 
     Args:
         case: The case.
-        warm_start: What keeps the branch for the next case, if this one finishes.
 
     Attributes:
         points: The solutions that are results.
@@ -38,12 +37,11 @@ class Solutions:
         way: The solutions on the way to parameters that were not reached.
     """
 
-    def __init__(self, case: SceneCase, warm_start: WarmStart | None = None) -> None:
+    def __init__(self, case: SceneCase) -> None:
         self.case, self.points = case, list[Point]()
         self.ended: Ended | None = None
         self.way: Sequence[Passed] = ()
         self.branch: AdaptiveBranch | None = None
-        self._own, self._kept = warm_start is None, warm_start or WarmStart()
 
     def __enter__(self) -> Self:
         return self
@@ -55,8 +53,8 @@ class Solutions:
             self.way = self.ended.way
         elif isinstance(failure, SpentOnTheWay):
             self.way = failure.way
-        if self._own or kind is not None:
-            self._kept.close()
+        if self.branch is not None:
+            self.branch.close()
         return self.ended is not None and self.ended.proven
 
     @property
@@ -86,13 +84,21 @@ class Solutions:
             MeshFailure: A mesh could not be generated.
         """
         wanted = self.case.error_wanted if self.case.n > 1 and self.case.driven[1] is None else np.inf
-        options = {"wanted": wanted, "held": self.case.held, "sensitivities": sensitivities, "zeros_only": zeros_only}
-        branch = self._kept.start(problem, first, places, options)
-        if isinstance(branch, Ended):
-            self.ended = branch
-            raise branch.failure
-        self.branch = branch
-        return branch
+        scene = first_scene(problem, first)
+        if isinstance(scene, Ended) and scene.kind and not first.gaps:
+            scene = scene_past_end(problem, first, scene)
+        if isinstance(scene, Ended):
+            self.ended = scene
+            raise scene.failure
+        self.branch = AdaptiveBranch(
+            scene,
+            places=places,
+            wanted=wanted,
+            held=self.case.held,
+            sensitivities=sensitivities,
+            zeros_only=zeros_only,
+        )
+        return self.branch
 
     def last_events(self, entries: Mapping[str, Any], warnings: Sequence[str] = ()) -> Iterator[Event]:
         """What run.json says, and a table of the way to parameters that were not reached."""

@@ -14,7 +14,7 @@ from pairsim.cases.yaml_file import yaml_text
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import LOCK_FILES
 
-SERIES, WAY, CHECKPOINT, REPORT = "series.csv", "way.csv", "checkpoint.npz", "report.html"
+SERIES, WAY, CHECKPOINT = "series.csv", "way.csv", "checkpoint.npz"
 FIELDS_XDMF, FRAMES = "fields.xdmf", "fields"
 """The index of the frames of fields, and the folder with a file for each."""
 PICTURES = ("fields", "runs", "curves")
@@ -26,7 +26,7 @@ OWN_FILES = (
     "run.json",
     CHECKPOINT,
     FIELDS_XDMF,
-    REPORT,
+    "report.html",  # of earlier versions
     *(f"{stem}.{end}" for stem in (*PICTURES, *(f"field-{n}" for n in FIELD_NAMES)) for end in PICTURE_ENDINGS),
 )
 """Files of all commands in a folder of results, but for `frame_files`, and for the tables and pictures of a command."""

@@ -55,7 +55,7 @@ def build(path: Path, folder: Path | None, options: Options, workers: Workers) -
     file = parse_file("atlas", AtlasFile, check_atlas, data, str(path))
     directory = folder or RUNS / (file.name or path.stem)
     base = {**read_base(path, data), "d": {"start": file.d[0], "stop": file.d[1], "num": 2}}
-    options = replace(options, chain=1, flags={"sensitivities": True})
+    options = replace(options, flags={"sensitivities": True})
     box = {**{name: tuple(getattr(file, name)) for name in PARAMETERS}, "d": tuple(file.d)}
     candidates, places, errors = _candidates(box, file.seed), np.empty((0, 3)), np.empty(0)
     code, message = 0, ""

@@ -1,7 +1,6 @@
 """The process in which a worker of a sweep computes its cases: `python -P -m pairsim.sweeps.child DESCRIPTOR`.
 
-Libraries are loaded once. Each master curve of a chain starts from the solutions of the one before, which saves the way
-from undeformed spheres. What becomes of a case is in its folder.
+Libraries are loaded once. What becomes of a case is in its folder.
 """
 
 from __future__ import annotations
@@ -13,7 +12,6 @@ import sys
 import traceback
 from contextlib import suppress
 from multiprocessing.connection import Connection
-from typing import Any
 
 import pairsim.runtime.fenicsx  # noqa: F401  # before everything else that loads MPI or makes threads
 
@@ -22,7 +20,6 @@ from pairsim.computing import QUESTIONS
 from pairsim.computing.progress import Reporter
 from pairsim.computing.record import memory
 from pairsim.computing.session import Options, carry_out
-from pairsim.computing.warm_start import WarmStart
 from pairsim.results.folder import CHECKPOINT
 from pairsim.runtime.child_process import end_with_parent
 from pairsim.runtime.errors import InputError, RunFailure
@@ -35,35 +32,28 @@ IDLE = 60.0
 
 def serve(connection: Connection) -> None:
     """Compute the cases that come, until the other end is closed, or none has come for a while."""
-    warm_start = WarmStart()
     connection.send(True)  # ready
     with suppress(EOFError):
         while connection.poll(IDLE):
-            task, place = connection.recv()
-            if not place:
-                warm_start.close()
-            connection.send(Said(*compute(task, place, warm_start), memory()))
+            connection.send(Said(*compute(connection.recv()), memory()))
 
 
-def compute(task: Task, place: int, warm_start: WarmStart) -> tuple[str, str]:
+def compute(task: Task) -> tuple[str, str]:
     """Compute a case of a task and write it to its folder, from its checkpoint if it has one.
 
     Returns:
         Reason and message of its failure, where run.json does not have them; else empty.
     """
-    name, _, pickled = task.cases[place]
-    folder, question = task.directory / name, QUESTIONS[task.command]
-    more: dict[str, Any] = {"warm_start": warm_start} if question.in_sweeps.neighbours else {}
-    more |= task.flags
+    folder, question = task.folder, QUESTIONS[task.command]
     try:
-        case, outcome = pickle.loads(pickled), None
+        case, outcome = pickle.loads(task.case), None
         with Signals() as signals:
             options = Options(True, Reporter(), task.line, signals)
             if question.resumable and (folder / CHECKPOINT).is_file():
                 with suppress(InputError):  # it cannot be used
-                    outcome = carry_out(question, case, folder, options, resume=True, **more)
+                    outcome = carry_out(question, case, folder, options, resume=True, **task.flags)
             if outcome is None:
-                outcome = carry_out(question, case, folder, options, **more)
+                outcome = carry_out(question, case, folder, options, **task.flags)
         if outcome.status == "finished" and question.draws_from is not None:
             from pairsim.plots.style import Page  # matplotlib takes a quarter of the time to start
 

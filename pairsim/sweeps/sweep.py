@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
-from math import ceil
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any, cast
@@ -24,7 +23,6 @@ from pairsim.runtime.errors import EnvironmentFailure, InputError
 from pairsim.runtime.launcher import communicator
 from pairsim.runtime.locks import command_line, sole_writer
 from pairsim.runtime.signals import ENDING, Signals
-from pairsim.sweeps.chains import chains
 from pairsim.sweeps.folder import ENDED, STOP, CaseState, begin, read_state, rows_of
 from pairsim.sweeps.grid import Grid, SweepCase
 from pairsim.sweeps.progress import headline, summarised
@@ -45,7 +43,6 @@ class Options:
     """How the cases of a sweep are computed: the arguments of `pairsim.sweep`, signals caught by the caller."""
 
     case_timeout: float | None = None
-    chain: int | None = None
     progress: Style = "none"
     signals: Signals | None = None
     flags: Mapping[str, bool] = field(default_factory=dict)  # options of the command of the cases
@@ -57,11 +54,9 @@ class Workers:
 
     Attributes:
         executors: Each with the number of tasks that it is given at a time; None: all.
-        count: Number of cases at a time, for the length of chains.
     """
 
     executors: Sequence[tuple[Executor, int | None]]
-    count: int
 
 
 def with_workers[T](work: Callable[[Workers], T], executor: Executor | None = None, count: int = 1) -> T:
@@ -72,7 +67,7 @@ def with_workers[T](work: Callable[[Workers], T], executor: Executor | None = No
     Args:
         work: The function.
         executor: The executor; None: threads of this process, or the processes of mpirun.
-        count: Number of cases at a time; of an executor, what it has.
+        count: Number of threads.
 
     Returns:
         The result of the function, on all processes.
@@ -82,11 +77,11 @@ def with_workers[T](work: Callable[[Workers], T], executor: Executor | None = No
         BaseException: What the function raises, on all processes.
     """
     if executor is not None:
-        return work(Workers([(executor, None)], count))
+        return work(Workers([(executor, None)]))
     comm = communicator()
     if comm is None:
         with ThreadPoolExecutor(count) as threads:
-            return work(Workers([(threads, count)], count))
+            return work(Workers([(threads, count)]))
     from mpi4py.futures import MPICommExecutor
 
     result: T | None = None
@@ -98,7 +93,7 @@ def with_workers[T](work: Callable[[Workers], T], executor: Executor | None = No
                     allowed = "must be 1 under mpirun, whose processes are the workers"
                     raise InputError("--workers", "", count, allowed)
                 with ThreadPoolExecutor(1) as here:
-                    result = work(Workers([(cast(Executor, others), comm.size - 1), (here, 1)], comm.size))
+                    result = work(Workers([(cast(Executor, others), comm.size - 1), (here, 1)]))
             except BaseException as caught:
                 error = caught
     result, error = comm.bcast((result, error))
@@ -152,11 +147,10 @@ class _Sweep:
                 left.append(case)
                 state = CaseState(case.folder)
             self.cases[case.folder].update(vars(state))
-        longest = options.chain or ceil(len(left) / (2 * workers.count))
-        self.todo = deque(chains(left, grid.question.in_sweeps.neighbours, longest))
+        self.todo = deque(left)
         self.free = [each for each, count in workers.executors for _ in range(len(left) if count is None else count)]
-        self.running: dict[Future[list[CaseState]], tuple[Executor, list[SweepCase]]] = {}
-        self.ended: SimpleQueue[Future[list[CaseState]]] = SimpleQueue()
+        self.running: dict[Future[CaseState], tuple[Executor, str]] = {}
+        self.ended: SimpleQueue[Future[CaseState]] = SimpleQueue()
         self.reporter, self.count = make_reporter(options.progress), len(self.cases) - len(left)
         self.code, self.why = 0, ""
         self._written = 0.0
@@ -189,22 +183,25 @@ class _Sweep:
             future = self.ended.get(timeout=POLL)
         except Empty:
             return
-        executor, chain = self.running.pop(future)
+        executor, folder = self.running.pop(future)
         self.free.append(executor)
-        for state in _result(future, chain):
-            self._take(state)
+        self._take(_result(future, folder))
         if time.monotonic() - self._written > EVERY:
             self._write_results()
 
-    def _submit(self, executor: Executor, chain: list[SweepCase]) -> None:
-        environment = {OWN: os.environ[OWN]} if OWN in os.environ else {}
-        cases = tuple((case.folder, case.key, pickle.dumps(case.case)) for case in chain)
-        command = self.content["command"]
+    def _submit(self, executor: Executor, case: SweepCase) -> None:
         task = Task(
-            self.directory, command, cases, command_line(), self.options.case_timeout, environment, self.options.flags
+            folder=self.directory / case.folder,
+            command=self.content["command"],
+            key=case.key,
+            case=pickle.dumps(case.case),
+            line=command_line(),
+            timeout=self.options.case_timeout,
+            environment={OWN: os.environ[OWN]} if OWN in os.environ else {},
+            flags=self.options.flags,
         )
         future = executor.submit(compute, task)
-        self.running[future] = executor, chain
+        self.running[future] = executor, case.folder
         future.add_done_callback(self.ended.put)
 
     def _take(self, state: CaseState) -> None:
@@ -247,12 +244,12 @@ class _Sweep:
         return (INTERRUPTED if pending else 0), text
 
 
-def _result(future: Future[list[CaseState]], chain: list[SweepCase]) -> list[CaseState]:
-    """How the cases of a task stand that has ended."""
+def _result(future: Future[CaseState], folder: str) -> CaseState:
+    """How the case of a task stands that has ended."""
     try:
         return future.result()
     except CancelledError:
-        return []
+        return CaseState(folder)
     except Exception as error:  # the executor's: a task raises nothing
         why = f"the executor has not computed it ({type(error).__name__}: {error})"
-        return [CaseState(case.folder, "failed", "not_computed", why) for case in chain]
+        return CaseState(folder, "failed", "not_computed", why)

@@ -1,4 +1,4 @@
-"""What a sweep gives to an executor: a case, or a chain of neighbouring curves, computed in a child process.
+"""What a sweep gives to an executor: a case, computed in a child process.
 
 The child belongs to the thread of the executor that computes the task, and is used for the next one. A case that
 crashes, hangs or is killed therefore costs itself alone, whichever executor it is.
@@ -37,26 +37,37 @@ _own = threading.local()
 
 @dataclass(frozen=True)
 class Task:
-    """Cases that are computed one after another, each from the solutions of the one before.
+    """A case of a sweep.
 
     Attributes:
-        directory: Folder of the sweep.
-        command: The command that computes each case.
-        cases: Folder, key and pickled case of each; only the child, which knows the same laws of one's own as the
-            sweep, unpickles a case.
+        folder: Its folder, in that of the sweep.
+        command: The command that computes it.
+        key: Its hash.
+        case: The case, pickled; only the child, which knows the same laws of one's own as the sweep, unpickles it.
         line: Command line of the sweep, for run.json.
-        timeout: Largest wall time of a case [s]; None for no limit.
+        timeout: Largest wall time [s]; None for no limit.
         environment: Environment variables of the child.
         flags: Options of the command.
     """
 
-    directory: Path
+    folder: Path
     command: str
-    cases: tuple[tuple[str, str, bytes], ...]
+    key: str
+    case: bytes
     line: str
     timeout: float | None
     environment: Mapping[str, str]
     flags: Mapping[str, bool]
+
+    @property
+    def stop(self) -> Path:
+        """File whose presence stops the sweep."""
+        return self.folder.parent / STOP
+
+    @property
+    def finished(self) -> bool:
+        """Whether its folder holds the results of the case."""
+        return read_state(self.folder, self.key, values=False).status == "finished"
 
 
 class Said(NamedTuple):
@@ -72,19 +83,14 @@ class Said(NamedTuple):
     memory: float
 
 
-def compute(task: Task) -> list[CaseState]:
+def compute(task: Task) -> CaseState:
     """Compute a task; called by a worker of any executor.
 
     Returns:
-        How its cases stand; those that the sweep did not let end are "pending".
+        How its case stands; "pending" if the sweep did not let it end.
     """
-    states = []
-    for place, (name, key, _) in enumerate(task.cases):
-        folder = task.directory / name
-        left = not _is_finished(folder, key) and not (task.directory / STOP).exists()
-        refusal = _compute(task, place) if left else None
-        states.append(refusal or read_state(folder, key))
-    return states
+    refusal = None if task.finished or task.stop.exists() else _compute(task)
+    return refusal or read_state(task.folder, task.key)
 
 
 class Child:
@@ -147,15 +153,14 @@ class Child:
         self.process.wait()
 
 
-def _compute(task: Task, place: int) -> CaseState | None:
+def _compute(task: Task) -> CaseState | None:
     """Compute a case, and complete its run.json where the child could not.
 
     Returns:
         How it stands, if its folder cannot say so.
     """
-    (name, key, _), begin = task.cases[place], time.monotonic()
-    folder = task.directory / name
-    child, said, why = _ask(task, place)
+    folder, key, begin = task.folder, task.key, time.monotonic()
+    child, said, why = _ask(task)
     if said is not None:
         interrupted = read_record(folder).get("status") == "interrupted"
     else:
@@ -163,14 +168,14 @@ def _compute(task: Task, place: int) -> CaseState | None:
     if said is None or why or interrupted or said.memory > MOST_MEMORY:
         child.close()
         _own.child = None
-    if why == "interrupted" or (interrupted and not why) or _is_finished(folder, key):  # the next command goes on
+    if why == "interrupted" or (interrupted and not why) or task.finished:  # the next command goes on
         return None
     if why:
         reason, message = why, f"stopped after {task.timeout:g} s"
     else:
         reason, message = said[:2] if said is not None else _death(child)
     if reason == "refused":  # the folder is someone else's
-        return CaseState(name, "failed", reason, message)
+        return CaseState(folder.name, "failed", reason, message)
     if reason:
         record = read_record(folder)
         about = {"kind": task.command, "command": task.line, "key": key}
@@ -180,23 +185,22 @@ def _compute(task: Task, place: int) -> CaseState | None:
             folder.mkdir(exist_ok=True)
             write_text(folder / "run.json", text + "\n")
         except OSError as error:
-            return CaseState(name, "failed", "write_failed", str(error))
+            return CaseState(folder.name, "failed", "write_failed", str(error))
     return None
 
 
-def _ask(task: Task, place: int) -> tuple[Child, Said | None, str]:
+def _ask(task: Task) -> tuple[Child, Said | None, str]:
     """Give a case to the child of this thread, a new one where there is none: what it says, and why it was stopped."""
-    stop = task.directory / STOP
     while True:
         child: Child = getattr(_own, "child", None) or Child(task.environment)
         _own.child, fresh = child, not child.ready
         if fresh:
-            child.ready, why = child.wait(stop)
+            child.ready, why = child.wait(task.stop)
             if not child.ready or why:
                 return child, None, why
         with suppress(OSError):
-            child.connection.send((task, place))
-        said, why = child.wait(stop, task.timeout)
+            child.connection.send(task)
+        said, why = child.wait(task.stop, task.timeout)
         if said is not None or fresh or child.process.returncode:
             return child, said, why
         _own.child = None  # it had ended because there was nothing to do
@@ -211,7 +215,3 @@ def _death(child: Child) -> tuple[str, str]:
         return "out_of_memory", "killed by SIGKILL, probably because the system ran out of memory"
     name = f"exit code {code}" if code >= 0 else signal.Signals(-code).name
     return "crashed", f"ended by {name}" + (f": {last}" if last else "")
-
-
-def _is_finished(folder: Path, key: str) -> bool:
-    return read_state(folder, key, values=False).status == "finished"

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import signal
 from collections.abc import Iterator
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -19,9 +18,6 @@ import pairsim
 from pairsim.api.results import Result
 from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import read_case
-from pairsim.computing.progress import Reporter
-from pairsim.computing.session import Options, carry_out
-from pairsim.computing.warm_start import WarmStart
 from pairsim.plots.frames import outlines
 from pairsim.results.table_files import read_table
 from pairsim.results.xdmf import read_frame
@@ -66,37 +62,16 @@ def test_force_on_a_moved_sphere_is_written_answered_and_swept(tmp_path: Path, p
     assert "F_1" in QUESTIONS["curve"].in_sweeps.columns(read_case(QUESTIONS["curve"], tmp_path / "case.yaml"))
 
 
-@pytest.fixture(scope="module")
-def cold() -> Fields:
-    """The fields of a curve on its own."""
-    return fields_of(pairsim.curve(GIESEKUS))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("first", [{"Ca_e": 0.005}, {"De": 0.25}])
-def test_a_curve_that_starts_from_its_neighbour_has_the_stresses_of_its_own_parameters(
-    first: dict[str, float], cold: Fields, tmp_path: Path
-) -> None:
-    """As a sweep of curves does it."""
-    warm_start, options = WarmStart(), Options(False, Reporter(), "test")
-    compute = partial(carry_out, QUESTIONS["curve"])
-    compute(pairsim.load(GIESEKUS, kind="curve", **first), tmp_path / "neighbour", options, warm_start=warm_start)
-    branch = warm_start._branch
-    compute(pairsim.load(GIESEKUS, kind="curve"), tmp_path / "warm", options, warm_start=warm_start)
-    assert warm_start._branch is branch is not None, "the second curve must have started from the first"
-    warm_start.close()
-    assert_same_fields(fields_of(pairsim.open(tmp_path / "warm")), cold)
-
-
 @pytest.mark.slow
 def test_a_curve_whose_first_place_is_walked_to_has_the_stresses_of_that_place(
-    cold: Fields, monkeypatch: pytest.MonkeyPatch
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Without a solution on larger cells, the continuation starts at small Ca_e and De on the cells of the curve."""
 
     def none(*_: object) -> None:
         raise NoSteadyState("there is no solution on larger cells")
 
+    cold = fields_of(pairsim.curve(GIESEKUS))
     monkeypatch.setattr("pairsim.solvers.steady.first_solution.coarser", none)
     assert_same_fields(fields_of(pairsim.curve(GIESEKUS)), cold)
 

@@ -7,7 +7,6 @@ import signal
 from pathlib import Path
 from typing import Any
 
-import meshio
 import numpy as np
 import pytest
 import yaml
@@ -186,15 +185,6 @@ def test_an_interrupted_run_keeps_its_rows(tmp_path: Path) -> None:
     series = tmp_path / "out" / "series.csv"
     record = interrupted(["run", "case.yaml", "-o", "out"], series, signal.SIGTERM)
     assert record["steps"] == len(read_table(series)["t"]) >= 4
-
-
-def test_mesh_command_writes_a_mesh(tmp_path: Path, pairsim: Pairsim) -> None:
-    (tmp_path / "case.yaml").write_text(yaml.safe_dump(SOFT))
-    done = pairsim("mesh", "case.yaml", "-o", "m/x.vtu")
-    assert done.returncode == 0, done.stderr
-    assert meshio.read(tmp_path / "m" / "x.vtu").cells_dict["triangle6"].shape[1] == 6
-    assert [path.name for path in (tmp_path / "m").iterdir()] == ["x.vtu"]
-    assert pairsim("mesh", "case.yaml", "-o", "m/x.vtu").returncode == 2
 
 
 EXPERIMENT = {"tube": "50um", "particle": "15um", "viscosity": "0.05Pa.s", "relaxation": "20ms", "modulus": "500Pa"}

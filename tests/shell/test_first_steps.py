@@ -102,14 +102,6 @@ def test_json_schema_takes_units_in_place_of_numbers() -> None:
         assert not run.is_valid(wrong)
 
 
-@pytest.mark.parametrize(("De", "Np", "size"), [("0", "40", "0.2"), ("1", "28", "0.05")])
-def test_schema_shows_the_defaults_that_hold_in_a_case(De: str, Np: str, size: str, tmp_path: Path) -> None:
-    (tmp_path / "case.yaml").write_text("beta: 0.4\nDe: 5\nCa_e: 0.1\nd0: 0.1\n")
-    shown = say("schema", "run", "--case", str(tmp_path / "case.yaml"), "--set", f"De={De}")
-    assert re.search(rf"^mesh\.Np .* {Np}  +", shown, re.MULTILINE)
-    assert re.search(rf"^mesh\.max_size .* {re.escape(size)}  +", shown, re.MULTILINE)
-
-
 def test_dry_run_names_keys_without_effect(tmp_path: Path) -> None:
     (tmp_path / "case.yaml").write_text("beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.1\nxi: 0.1\n")
     assert "note: xi has no effect" in say("run", str(tmp_path / "case.yaml"), "--dry-run")

@@ -18,7 +18,6 @@ from pairsim.computing.case_files import parse_case
 from pairsim.questions.critical import CriticalCase
 from pairsim.questions.curve import CurveCase
 from pairsim.runtime.errors import InputError
-from pairsim.sweeps.chains import chains
 from pairsim.sweeps.grid import Grid, read_grid
 
 BASE = "base: {beta: 0.4, De: 0, Ca_e: 0.1, d0: 0.1, mesh: {Np: 10}}\n"
@@ -153,25 +152,6 @@ def test_a_resolved_case_is_the_same(changes: str, tmp_path: Path) -> None:
     for again in (parse_case(QUESTIONS["run"], case.case.resolved(), "again"), pickle.loads(pickle.dumps(case.case))):
         assert key_of("run", identity_of(again)) == case.key
         assert again.resolved() == case.case.resolved()
-
-
-def test_chains_of_neighbours_are_cut(tmp_path: Path) -> None:
-    base = "command: curve\nbase: {beta: 0.4, d: [0.1, 0.3]}\n"
-    (tmp_path / "grid.yaml").write_text(base + "grid: {Ca_e: [0.1, 0.05], De: [0, 1, 2], beta: [0.4, 0.3]}\n")
-    cases = read_grid(tmp_path / "grid.yaml").cases
-
-    def found(neighbours: tuple[str, ...], longest: int) -> list[list[tuple[float, float, float]]]:
-        cut = chains(cases, neighbours, longest)
-        assert sorted(case.folder for chain in cut for case in chain) == sorted(case.folder for case in cases)
-        return [[(each.case.beta, each.case.De, each.case.Ca_e) for each in chain] for chain in cut]
-
-    viscoelastic = [
-        [(beta, De, Ca_e) for De, Ca_e in ((1, 0.05), (1, 0.1), (2, 0.1), (2, 0.05))] for beta in (0.4, 0.3)
-    ]
-    newtonian = [[(beta, 0, 0.05), (beta, 0, 0.1)] for beta in (0.4, 0.3)]
-    assert sorted(found(("De", "Ca_e"), 6)) == sorted(viscoelastic + newtonian)
-    assert max(map(len, found(("De", "Ca_e"), 2))) == 2
-    assert found(("De", "Ca_e"), 1) == found((), 6) == [[each] for (each,) in found((), 6)]
 
 
 def test_estimated_unknowns_are_near_the_true_ones(tmp_path: Path) -> None:

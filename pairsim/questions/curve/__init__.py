@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from pairsim.computing.events import Events
-    from pairsim.computing.warm_start import WarmStart
     from pairsim.questions.curve.function import Curve
     from pairsim.results.travel import Travel
     from pairsim.runtime.monitor import Monitor
@@ -157,20 +156,17 @@ def estimate(case: CurveCase) -> Estimate:
     return steady_estimate(case, points - 1)
 
 
-def solve(
-    case: CurveCase, *, monitor: Monitor, sensitivities: bool = False, warm_start: WarmStart | None = None
-) -> Events:
+def solve(case: CurveCase, *, monitor: Monitor, sensitivities: bool = False) -> Events:
     """Compute a master curve and, for a pair, its zeros.
 
     Args:
         case: The validated case.
         monitor: Ends the computation.
         sensitivities: Compute the derivatives of dU with respect to Ca_e, De, xi and beta, too.
-        warm_start: Solutions of the previous curve to start from; keeps those of this curve. The caller closes it.
     """
     from pairsim.questions.curve.computation import computation
 
-    return computation(case, monitor, sensitivities, warm_start)
+    return computation(case, monitor, sensitivities)
 
 
 def result_columns(case: CurveCase) -> tuple[str, ...]:
@@ -280,9 +276,9 @@ QUESTION = Question(
     solve=solve,
     tables={"curve": (), "equilibria": (), "slopes": slope_columns(3), "way": ()},
     result=CurveResult,
-    in_sweeps=InSweeps(result_columns, read, neighbours=("De", "Ca_e")),
+    in_sweeps=InSweeps(result_columns, read),
     draw=drawn_by("pairsim.plots.runs_and_curves:draw_curve"),
-    captions={"curve": "Relative velocity and shapes over distance"},
+    pictures=("curve",),
     frames="d",
     draws_from=2,  # one point is no line, and matplotlib takes as long as a point
     flags=("sensitivities",),

@@ -12,7 +12,6 @@ from pairsim.cases.inputs import inputs_of
 from pairsim.computing import events
 from pairsim.computing.problems import steady_problem
 from pairsim.computing.steady import Solutions, adaptation_report, health_columns, moving_errors, point_row, slope_rows
-from pairsim.computing.warm_start import WarmStart
 from pairsim.computing.warnings import ErrorAt, finer, large_errors
 from pairsim.questions.curve import CurveCase
 from pairsim.results.columns import (
@@ -35,12 +34,12 @@ from pairsim.solvers.steady.continuation import where
 from pairsim.solvers.steady.scene import SteadySolver
 
 
-def computation(case: CurveCase, monitor: Monitor, sensitivities: bool, warm_start: WarmStart | None) -> events.Events:
+def computation(case: CurveCase, monitor: Monitor, sensitivities: bool) -> events.Events:
     """Compute a master curve and, for a pair, its zeros; arguments as for `solve`."""
     places, sensitivities = case.in_order, sensitivities or any(each.half_width for each in inputs_of(case))
     expected = len(between(places, case.max_points)) if case.common else len(places)
     yield events.Begin(f"{expected} point{'s' * (expected > 1)}, more as needed", expected)
-    found = Solutions(case, warm_start)
+    found = Solutions(case)
     points = found.points
     try:
         with found:

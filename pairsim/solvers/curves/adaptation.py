@@ -24,7 +24,7 @@ from pairsim.solvers.curves.curve import ROUNDING
 from pairsim.solvers.errors.estimate import ErrorEstimator
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
-from pairsim.solvers.steady.continuation import prepared, where
+from pairsim.solvers.steady.continuation import prepared
 from pairsim.solvers.steady.first_solution import FEWEST_CELLS, try_from_other_mesh
 from pairsim.solvers.steady.scene import Snapshot, SteadySolver
 from pairsim.solvers.steady.tangents import gap_tangents
@@ -151,11 +151,8 @@ class AdaptiveBranch(Branch):
         zeros_only: bool = False,
     ) -> None:
         super().__init__(solver, sensitivities)
-        self._first, self.wanted, self._held, self._zeros_only = solver.problem, wanted, held, zeros_only
+        self.wanted, self._held, self._zeros_only = wanted, held, zeros_only
         self._estimator = ErrorEstimator(cells=not solver.parameters.liquid.newtonian and np.isfinite(wanted))
-        self._begin(places)
-
-    def _begin(self, places: Sequence[tuple[float, ...]]) -> None:
         self._places, self._looked, self.dU = places, 0.0, 0.0  # error for which a larger dU was looked for
         self._fields: dict[tuple[float, ...], SizeField] = {}
         self.rounds: Counter[tuple[float, ...]] = Counter()
@@ -165,25 +162,6 @@ class AdaptiveBranch(Branch):
     def problem(self) -> SteadyProblem:
         """The problem with the cells of the present mesh."""
         return self.solver.problem
-
-    def restart(self, problem: SteadyProblem, parameters: Parameters, places: Sequence[tuple[float, ...]]) -> None:
-        """Continue to the first parameters of another curve with its distances, on the cells of the first mesh.
-
-        Args:
-            problem: Its problem, which equals that of the first curve.
-            parameters: Its first parameters.
-            places: Its distances.
-
-        Raises:
-            NoSteadyState: The continuation did not reach the parameters.
-        """
-        if self.problem is self._first:
-            self.solver.obey(problem.monitor)
-        elif not self._go_on(problem, self.solver.parameters):
-            raise NoSteadyState(f"no solution on the first cells at {where(self.solver.parameters)}")
-        self._first = self.problem
-        self.move(parameters)
-        self._begin(places)
 
     def at(self, parameters: Parameters) -> Point:
         """The solution at given parameters, on a mesh that keeps its error small where one was found."""

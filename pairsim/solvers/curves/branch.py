@@ -18,7 +18,7 @@ from pairsim.solvers.errors.estimate import ErrorEstimate, ErrorEstimator
 from pairsim.solvers.meshed_scene import GAP_RATIO
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.bordered import solve_with
-from pairsim.solvers.steady.continuation import IN_TIME, follow, new_mesh, where
+from pairsim.solvers.steady.continuation import IN_TIME, follow, where
 from pairsim.solvers.steady.ends import Ended
 from pairsim.solvers.steady.first_solution import scene_past_end
 from pairsim.solvers.steady.relaxation import relaxation_time
@@ -156,19 +156,6 @@ class Branch:
         self.ended: Ended | None = None
         self._known = [self.solver.snapshot]
 
-    def move(self, parameters: Parameters) -> None:
-        """Continue to the first parameters of another curve; resets counters, times and the list of known solutions.
-
-        Raises:
-            NoSteadyState: The continuation did not reach the parameters.
-        """
-        self.solver.forget_costs()
-        self._nearest(parameters, 0.0)
-        self._follow(parameters)
-        if self.solver.scene.reference.deformed:  # as for a curve that is computed on its own, try spheres first
-            new_mesh(self.solver, afresh=True)
-        self._known = [self.solver.snapshot]
-
     def at(self, parameters: Parameters) -> Point:
         """The solution at given parameters.
 
@@ -293,8 +280,9 @@ class Branch:
         self.recall(snapshot)
         self._at_zero = float(zero.correction[0])
 
-    def _nearest(self, parameters: Parameters, margin: float = float(np.log(GAP_RATIO))) -> None:
+    def _nearest(self, parameters: Parameters) -> None:
         """Restore the known solution nearest to given parameters if it is nearer than the present one."""
+        margin = float(np.log(GAP_RATIO))
         nearest = min(self._known, key=lambda snapshot: _apart(snapshot.parameters, parameters))
         if _apart(self.solver.parameters, parameters) > margin + _apart(nearest.parameters, parameters):
             self.solver.recall(nearest)

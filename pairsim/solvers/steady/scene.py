@@ -22,7 +22,6 @@ from pairsim.physics.pipe import PipeState
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
 from pairsim.runtime.errors import NoSteadyState
-from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.mesh_transfer import free_unknowns
 from pairsim.solvers.meshed_scene import Cells, MeshedScene, MeshedSolver, cut_particles, needs_mesh
 from pairsim.solvers.nonlinear.convergence import Report
@@ -116,11 +115,6 @@ class SteadySolver(MeshedSolver):
             outlines, insides = cut_particles(problem.mesh, geometry, narrowest, parameters.solids)
         spheres = Reference.spheres(replace(geometry, gaps=problem.nominal(parameters.gaps)), outlines)
         return Cells(outlines, insides, spheres)
-
-    def obey(self, monitor: Monitor) -> None:
-        """Let another monitor end what is computed from now on."""
-        self.problem = self.meshed.problem = replace(self.problem, monitor=monitor)
-        self.newton.monitor = monitor
 
     def _constrain(self, meshed: MeshedScene) -> Constraints:
         """Constraints on a new mesh; discards the factors."""
@@ -240,11 +234,6 @@ class SteadySolver(MeshedSolver):
         self.meshed.made += other.meshes
         for name, seconds in other.clock.seconds.items():
             self.clock.seconds[name] += seconds
-
-    def forget_costs(self) -> None:
-        """Reset the counters and times to zero."""
-        self.iterations = self.factorisations = self.meshed.made = 0
-        self.clock.seconds.clear()
 
     @property
     def snapshot(self) -> Snapshot:
