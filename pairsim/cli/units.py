@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -28,12 +29,8 @@ def quantity(words: str, *names: str) -> Any:
     return typer.Option(*names, metavar="QUANTITY", help=words)
 
 
-def _law(words: str) -> Any:
-    return typer.Option(metavar="LAW", help=words)
-
-
-def _number(name: str, words: str) -> Any:
-    return typer.Option(f"--{name}", metavar="NUMBER", help=words)
+_law = partial(typer.Option, metavar="LAW")
+_number = partial(typer.Option, metavar="NUMBER")
 
 
 @app.command(
@@ -65,7 +62,7 @@ def units(
     liquid: Annotated[
         Text,
         _law(
-            "Law of the liquid: newtonian, carreau, fene-p, giesekus, oldroyd-b, power-law, ptt-linear, ptt-exp, "
+            help="Law of the liquid: newtonian, carreau, fene-p, giesekus, oldroyd-b, power-law, ptt-linear, ptt-exp, "
             "white-metzner, or one of your own."
         ),
     ] = None,
@@ -75,20 +72,20 @@ def units(
     solvent: Annotated[Text, quantity("Viscosity of the solvent eta_s: xi = eta_s/eta_0, such as 1mPa.s.")] = None,
     time_constant: Annotated[Text, quantity("Inverse of the rate where thinning begins, such as 2ms.")] = None,
     viscosity_inf: Annotated[Text, quantity("Viscosity at large shear rates, such as 1mPa.s.")] = None,
-    n: Annotated[Number, _number("n", "Flow index of the thinning part.")] = None,
-    a: Annotated[Number, _number("a", "Exponent of the transition; 2 is the law of Carreau.")] = None,
-    L2: Annotated[Number, _number("L2", "Largest trace of the conformation tensor.")] = None,
-    alpha: Annotated[Number, _number("alpha", "Mobility of the Giesekus liquid.")] = None,
-    epsilon: Annotated[Number, _number("epsilon", "Extensional parameter of the PTT liquids.")] = None,
+    n: Annotated[Number, _number("--n", help="Flow index of the thinning part.")] = None,
+    a: Annotated[Number, _number("--a", help="Exponent of the transition; 2 is the law of Carreau.")] = None,
+    L2: Annotated[Number, _number("--L2", help="Largest trace of the conformation tensor.")] = None,
+    alpha: Annotated[Number, _number("--alpha", help="Mobility of the Giesekus liquid.")] = None,
+    epsilon: Annotated[Number, _number("--epsilon", help="Extensional parameter of the PTT liquids.")] = None,
     carrier: Annotated[
         Text, typer.Option(help="Carrier of cytometry in place of --liquid, such as '0.59% MC-PBS'.")
     ] = None,
     celsius: Annotated[float, typer.Option(help="Temperature of the carrier [degrees Celsius].")] = 23.0,
     solid: Annotated[
-        Text, _law("Law of the particles: neo-hookean, kelvin-voigt, mooney-rivlin, or one of your own.")
+        Text, _law(help="Law of the particles: neo-hookean, kelvin-voigt, mooney-rivlin, or one of your own.")
     ] = None,
     particle_viscosity: Annotated[Text, quantity("Viscosity of the particles, such as 2Pa.s.")] = None,
-    c: Annotated[Number, _number("c", "Part of the second invariant in the shear modulus.")] = None,
+    c: Annotated[Number, _number("--c", help="Part of the second invariant in the shear modulus.")] = None,
     rheology: Annotated[
         File,
         typer.Option(help="File of a rheometer with a flow curve (shear rate, viscosity or stress, N1), to be fitted."),

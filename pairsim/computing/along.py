@@ -142,6 +142,6 @@ def draw_along(directory: Path, out: Path, page: Page, name: str, errors: Mappin
     series = [Series(n, x, table[n], table.get(error), mark=POINT, look=joined) for n, error in errors.items()]
     panels = {n: Panel(label, units.axis_label([n]), wide="x") for n in errors}
     with printing():
-        parts = parts_along(case, "Ca_e", units.physical)
+        parts = parts_along(case, "Ca_e", units.scales is not None)
         figure, _ = draw_chart(page, panels, series, parts)
         return page.save(figure, out, name)

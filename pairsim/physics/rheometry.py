@@ -19,7 +19,7 @@ from scipy.stats import t as student
 from pairsim.physics.homogeneous import moduli, steady_shear
 from pairsim.physics.liquids import LAWS, ConformationLaw, Liquid, Newtonian, ViscousLaw
 from pairsim.physics.liquids.viscous import ZERO_SHEAR
-from pairsim.physics.material import Dimension, Material, Parameter
+from pairsim.physics.material import Dimension, Material
 from pairsim.runtime.arrays import Array
 
 CONFIDENCE = 0.95
@@ -163,14 +163,10 @@ def _unknowns(law: type[Material], modes: int, data: Measured) -> dict[str, tupl
         elif p.dimension is not None and p.dimension.unit == "Pa":
             found[name] = (FARTHEST[0] * slow, FARTHEST[1] * fast * eta / least, slow * eta / least)
         elif p.default is None or modes:  # exponents and limits that have a default keep it in liquids without modes
-            found[name] = (p.least * (1 + 1e-6) if p.open else p.least, p.most, _first_guess(p))
+            usual = min(10 * p.least, p.most, 0.5 * (p.least + p.most)) if p.least > 0 else min(0.1 * p.most, 0.2)
+            guess = usual if p.default is None else p.default
+            found[name] = (p.least * (1 + 1e-6) if p.open else p.least, p.most, guess)
     return found
-
-
-def _first_guess(p: Parameter) -> float:
-    if p.default is not None:
-        return p.default
-    return min(10 * p.least, p.most, 0.5 * (p.least + p.most)) if p.least > 0 else min(0.1 * p.most, 0.2)
 
 
 def _liquid(law: type[ViscousLaw | ConformationLaw], modes: int, values: Mapping[str, float]) -> Liquid:

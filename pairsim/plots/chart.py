@@ -143,7 +143,7 @@ def draw_chart(
     places = [(i, name) for i in range(len(encoding.titles)) for name in panels]
     count, columns = len(places), len(panels) if len(encoding.titles) > 1 and len(panels) > 1 else None
     figure, axes = page.panels(count, 66 if count == 1 else 50 if count <= 6 else 40, 14, columns)
-    drawn = [(encoding.panel_of(each.parameters), _with_look(each, encoding)) for each in series]
+    drawn = [(encoding.place(encoding.panel, each.parameters), _with_look(each, encoding)) for each in series]
     cut = False
     for axis, (number, name) in zip(axes, places, strict=True):
         panel = panels[name]

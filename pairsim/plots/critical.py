@@ -50,5 +50,5 @@ def draw_critical(directory: Path, out: Path, page: Page) -> list[Path]:
             series.append(point(0, row[name], row["d_cr"], mark, *errors, parameters=row))
     # The error of a distance grows without bound towards a fold.
     panel = Panel(label, units.axis_label(["d_cr"]), wide="xy", margins=(0.05, 0.15), bars=False)
-    figure, _ = draw_chart(page, {0: panel}, series, parts_along(case, name, units.physical))
+    figure, _ = draw_chart(page, {0: panel}, series, parts_along(case, name, units.scales is not None))
     return page.save(figure, out, "critical")

@@ -75,21 +75,18 @@ class Encoding:
         wide = min(numbers) > 0 and max(numbers) / min(numbers) >= WIDE
         return numbers, unit, ScalarMappable((LogNorm if wide else Normalize)(min(numbers), max(numbers)), ORDERED)
 
-    def _place(self, key: str, case: Mapping[str, Any]) -> int:
+    def place(self, key: str, case: Mapping[str, Any]) -> int:
+        """Number of the value of a key, such as `panel`, in a case."""
         return self.values[key].index(hashable(case.get(key))) if key else 0
 
     def look(self, case: Mapping[str, Any]) -> dict[str, Any]:
         """Colour, line style and marker of a case; a dot where markers show no parameter."""
-        place, style = self._place(self.colour, case), self._place(self.line, case)
+        place, style = self.place(self.colour, case), self.place(self.line, case)
         colour: Any = COLOURS[place % len(COLOURS)]
         if self._scale is not None:
             numbers, _, scale = self._scale
             colour = scale.to_rgba(np.array(numbers))[place]
         return {"color": colour, "linestyle": LINES[style], "marker": MARKERS[style] if self.line else "."}
-
-    def panel_of(self, case: Mapping[str, Any]) -> int:
-        """Number of the panel of a case."""
-        return self._place(self.panel, case)
 
     @property
     def titles(self) -> list[str]:

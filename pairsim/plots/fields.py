@@ -62,7 +62,7 @@ def draw_fields(
     units = Units.of(directory, page.physical)
     found = [read_frame(directory, int(i)) for i in np.linspace(0, count - 1, min(count, most)).round()]
     views = views_of(found, units, curve)
-    parts = _parts(directory, [frame.t for frame in found], curve, units.physical)
+    parts = _parts(directory, [frame.t for frame in found], curve, units.scales is not None)
     written: list[Path] = []
     for stem, layers in _pictures(directory, views, units, field).items():
         first = 0 if curve else len(views) // 2

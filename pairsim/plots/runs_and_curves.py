@@ -47,7 +47,7 @@ def draw_run(directory: Path, out: Path, page: Page) -> list[Path]:
     table = units.table(read_table(directory / SERIES))
     if "t" not in table or not len(table["t"]):
         raise InputError(str(directory / SERIES), "", None, "has no rows yet; wait for the first step")
-    parts = case_parts(read_case(directory / "case.yaml"), physical=units.physical)
+    parts = case_parts(read_case(directory / "case.yaml"), physical=units.scales is not None)
     starting = min(start_up(read_record(directory)) * units.factor(TIME), float(table["t"][-1]))
     lines = told_apart(run_lines(table, {}, places=len(suffixes_in(table, "dU")) > 1))
     above = None
@@ -87,7 +87,7 @@ def draw_curve(directory: Path, out: Path, page: Page) -> list[Path]:
     lines = told_apart(lines_of(directory, units, curve=True))
     if not lines:
         return []
-    parts = case_parts(read_case(directory / "case.yaml"), physical=units.physical)
+    parts = case_parts(read_case(directory / "case.yaml"), physical=units.scales is not None)
     figure, _ = draw_chart(page, panels_of(lines, units, wide="x"), lines, parts)
     return page.save(figure, out, "curve")
 
@@ -124,7 +124,7 @@ def overlay(folders: Sequence[Path], out: Path, page: Page, group: str | None = 
         if not found:
             raise InputError(str(folder), "", None, "has no line to draw: no rows yet, or no curve over one distance")
         lines += found
-    parts = common_parts(whole, keys, units[0].physical)
+    parts = common_parts(whole, keys, units[0].scales is not None)
     return draw_overlay(lines, keys, parts, units[0], out, page, f"{kind}s", group)
 
 

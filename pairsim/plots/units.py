@@ -26,11 +26,6 @@ class Units:
 
     scales: Scales | None = None
 
-    @property
-    def physical(self) -> bool:
-        """Whether they are those of an experiment."""
-        return self.scales is not None
-
     @staticmethod
     def of(directory: Path, physical: bool | None) -> Units:
         """The units for the folder of a case; arguments and errors are those of `scales_for`."""

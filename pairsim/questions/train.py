@@ -360,7 +360,7 @@ def draw(directory: Path, out: Path, page: Page) -> list[Path]:
     rates = np.concatenate([[0.0], half, half[-2::-1].conj()])
     between = Spectrum(rates, rates[None])
     series += [Series(n, k, getattr(between, n)(k)[0], look={"linestyle": "-"}) for n in panels]
-    small_print = case_parts(read_case(directory / "case.yaml"), {"particles"}, units.physical)
+    small_print = case_parts(read_case(directory / "case.yaml"), {"particles"}, units.scales is not None)
     with printing():
         figure, _ = draw_chart(page, panels, series, small_print)
         drawn = page.save(figure, out, "train")

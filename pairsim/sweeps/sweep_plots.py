@@ -57,7 +57,7 @@ def plot_sweep(
     Encoding.of(parameters, varying, group)  # refuses keys that do not vary
     chosen = max(cases, key=lambda case: float(case["parameters"].get("De") or 0)), cases[0], cases[-1]
     contents = [read_case(directory / case["folder"] / "case.yaml") for case in chosen]
-    parts = common_parts(contents, varying, units[0].physical, content["varying"])
+    parts = common_parts(contents, varying, units[0].scales is not None, content["varying"])
     written: list[Path] = []
     if command in ("run", "curve") and (lines := _lines(directory, cases, command == "curve")):
         stem = "sweep_curves" if command == "curve" else "sweep_series"
@@ -110,24 +110,20 @@ def _draw_parameters(
     encoding = Encoding.of([case["parameters"] for case in cases], others, group if group in others else None)
     quantity, named = quantity_of(cases), cases[0]["units"].axis_label
     words = named([quantity], " at the end") if run else named(["d_cr"])
-    series = _ends(cases, places, others, quantity, encoding) if run else _zeros(cases, places)
+    series = _ends(cases, places, quantity, encoding) if run else _zeros(cases, places)
     figure, _ = draw_chart(page, {0: Panel(parameter_label(name, unit), words, "x")}, series, parts, encoding)
     return page.save(figure, out, "sweep_parameters" if run else "sweep_zeros")
 
 
 def _ends(
-    cases: Sequence[Mapping[str, Any]],
-    places: Sequence[float],
-    others: Sequence[str],
-    quantity: str,
-    encoding: Encoding,
+    cases: Sequence[Mapping[str, Any]], places: Sequence[float], quantity: str, encoding: Encoding
 ) -> list[Series]:
     """The last values with their errors; lines join cases that have all other parameters in common."""
     lines: dict[Any, tuple[Mapping[str, Any], list[tuple[float, float, float]]]] = {}
     for place, case in zip(places, cases, strict=True):
         if case["status"] == "finished" and quantity in case["values"]:
             size, values = case["units"].factor(column(quantity).unit), case["values"]
-            rest = tuple(hashable(case["parameters"].get(key)) for key in others)
+            rest = tuple(hashable(case["parameters"].get(key)) for key in encoding.values)
             row = place, size * values[quantity], size * values.get(error_of(quantity), np.nan)
             lines.setdefault(rest, (case["parameters"], []))[1].append(row)
     found = []
