@@ -67,7 +67,7 @@ class Computation[R: Result]:
             budget: Largest wall time, such as "10min"; what is known by then is kept.
             more: Keys to replace, as for `load`; and what the command alone has: `resume=True` of `run` continues from
                 the folder's checkpoint, or begins where there is none; `sensitivities=True` of `curve` adds the
-                derivatives of dU with respect to Ca_e, De and beta at fixed d.
+                derivatives of dU with respect to Ca_e, De, xi and beta.
 
         Returns:
             The result, also if the computation failed or was interrupted: see its `status`, or call its `check`.

@@ -41,7 +41,7 @@ class FilmFit:
     def __str__(self) -> str:
         lines = []
         for name, (value, least, most, unit) in self.values.items():
-            unknown = ": these data do not determine it" if most > WIDE * value else ""
+            unknown = ": these data do not determine it" if max(most / value, value / least) > WIDE else ""
             lines.append(f"{name} = {value:.4g} {unit}, 95 %: {least:.4g} to {most:.4g}{unknown}")
         lines.append(f"{len(self.times)} frames, off by {self.residuals.std():.2g} D_c")
         r = self.residuals - self.residuals.mean()
@@ -101,14 +101,10 @@ def fit(
     covariance = np.linalg.pinv(best.jac.T @ best.jac) * (best.fun @ best.fun) / free
     half = scipy.stats.t.ppf(0.975, free) * np.sqrt(np.diag(covariance)) + np.abs(more.x - less.x) / 2
     values = {}
-    for name, ratio, width in zip(unknown, best.x, half, strict=False):
+    for name, ratio, width, (low, high) in zip(unknown, best.x, half, ends, strict=False):
         guess, unit = as_given(block[name])
-        values[name] = (
-            guess * ratio,
-            guess * ratio * np.exp(-width / ratio),
-            guess * ratio * np.exp(width / ratio),
-            unit,
-        )
+        interval = np.clip(ratio * np.exp([-width / ratio, width / ratio]), low, high)
+        values[name] = guess * ratio, *map(float, guess * interval), unit
     return FilmFit(values, t, best.fun)
 
 
