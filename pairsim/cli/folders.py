@@ -144,7 +144,7 @@ def travel(
 @app.command(
     epilog="Examples: pairsim plot runs/quickstart | pairsim plot runs/curve --format pdf,svg --width 85mm | "
     "pairsim plot runs/a runs/b runs/c -o pictures | pairsim plot runs/sweep --group Ca_e | "
-    "pairsim plot runs/viscoelastic --field N1,tr_c | pairsim plot runs/quickstart --field streamlines --animate"
+    "pairsim plot runs/viscoelastic --field N1,tr_c"
 )
 def plot(
     folders: Annotated[list[Path], typer.Argument(help="Folders of results.", metavar="DIR...")],
@@ -171,9 +171,6 @@ def plot(
             "pressure_extra (less what is there without particles), or all.",
         ),
     ] = None,
-    animate: Annotated[
-        bool, typer.Option("--animate", help="Make the fields a GIF of all times (of a curve: distances).")
-    ] = False,
     group: Annotated[
         str | None, typer.Option(metavar="KEY", help="Parameter of a sweep, or of several folders, for the colours.")
     ] = None,
@@ -192,7 +189,7 @@ def plot(
     from pairsim.api.folders import plot
 
     look: dict[str, Any] = {"out": output, "formats": formats, "width": width, "physical": physical, "legend": legend}
-    paths = plot(*folders, **look, group=group, field=field, animate=animate)
+    paths = plot(*folders, **look, group=group, field=field)
     for path in paths:
         typer.echo(str(path))
     if not paths:

@@ -20,7 +20,7 @@ FIELDS_XDMF, FRAMES = "fields.xdmf", "fields"
 PICTURES = ("fields", "runs", "curves")
 EXTRA = ("velocity_extra", "tau_zz_extra", "pressure_extra")
 FIELD_NAMES = ("velocity", "streamlines", "tr_c", "N1", "tau_zz", "pressure", *EXTRA)
-PICTURE_ENDINGS = ("png", "pdf", "svg", "gif")
+PICTURE_ENDINGS = ("png", "pdf", "svg", "gif")  # gif: of earlier versions
 OWN_FILES = (
     "case.yaml",
     "run.json",
