@@ -17,7 +17,7 @@ from pairsim.api.results import Result
 from pairsim.cases.estimate import LARGE
 from pairsim.cases.quantities import seconds_of
 from pairsim.computing import Question
-from pairsim.computing.progress import Style, make_reporter, style_of
+from pairsim.computing.progress import make_reporter
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import command_line
 from pairsim.runtime.signals import Signals
@@ -49,7 +49,7 @@ class Computation[R: Result]:
         *,
         folder: Folder | None = None,
         overwrite: bool = False,
-        progress: bool | Style = False,
+        progress: bool = False,
         signals: bool | Signals = False,
         budget: str | None = None,
         **more: Any,
@@ -60,7 +60,7 @@ class Computation[R: Result]:
             case: Path of a case file, a dict of its keys, or a case from `load`.
             folder: Where the files of the command go. None: a temporary folder that goes with the result.
             overwrite: Replace earlier results in the folder.
-            progress: Show progress on stderr: True, "bar" or "lines".
+            progress: Show progress on stderr, and the answer.
             signals: End in order at SIGINT, SIGTERM and SIGHUP, as the command line does: True, or a
                 `pairsim.runtime.signals.Signals` that the caller has entered. Without it no signal handler is
                 installed; a KeyboardInterrupt ends the computation, and what was computed until then is returned.
@@ -87,7 +87,7 @@ class Computation[R: Result]:
             raise InputError(f"pairsim.{self.__name__}", "resume", True, allowed)
         overwrite = overwrite and not flags.get("resume")
         checked = load(case, kind=self.__name__, **more)
-        reporter = make_reporter(style := style_of(progress))
+        reporter = make_reporter(progress)
         patience = PATIENCE * max(self.question.estimate(checked).unknowns / LARGE, 1.0)
         title = "" if folder is None else Path(folder).resolve().name
         directory = Path(tempfile.mkdtemp(prefix="pairsim-") if folder is None else folder)
@@ -100,6 +100,6 @@ class Computation[R: Result]:
                 shutil.rmtree(directory, ignore_errors=True)
             raise
         result: R = self.question.result(self.question, directory, asdict(outcome), temporary=folder is None)
-        if style != "none":
+        if progress:
             reporter.say(result.answer)
         return result

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 from pairsim.api.results import Result
 from pairsim.cases.identity import RUNS
 from pairsim.computing import QUESTIONS
-from pairsim.computing.progress import Style, style_of
 from pairsim.results.folder import plain
 from pairsim.results.units import scales_for
 from pairsim.runtime.errors import InputError
@@ -123,7 +122,7 @@ def sweep(
     executor: Executor | None = None,
     workers: int = 1,
     case_timeout: float | None = None,
-    progress: bool | Style = False,
+    progress: bool = False,
     signals: bool | Signals = False,
     settings: Sequence[str] = (),
 ) -> SweepResult:
@@ -138,7 +137,7 @@ def sweep(
         executor: A `concurrent.futures.Executor`, such as that of a Dask client; threads of this process by default.
         workers: Cases that are computed at the same time, without an executor.
         case_timeout: Allowed wall time of a case, in seconds.
-        progress: Show progress on stderr: True, "bar" or "lines".
+        progress: Show progress on stderr.
         signals: End in order at SIGINT, SIGTERM and SIGHUP, as the command line does: True, or a
             `pairsim.runtime.signals.Signals` that the caller has entered. Without it no signal handler is installed; a
             KeyboardInterrupt stops the running cases, and the same call continues later.
@@ -160,7 +159,7 @@ def sweep(
             checked = read_grid(Path(grid), settings)
         directory = Path(folder or RUNS / checked.name)
         with Signals() if signals is True else nullcontext(signals or None) as caught:
-            options = Options(case_timeout, style_of(progress), caught)
+            options = Options(case_timeout, progress, caught)
             return SweepResult(directory, *run_sweep(checked, directory, options, workers))
 
     return with_workers(compute, executor, workers)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from pairsim.cli.options import Progress, Quiet
+from pairsim.cli.options import Quiet
 from pairsim.cli.sweeps import CaseTimeout, Output, Workers, end
 from pairsim.runtime.signals import Signals
 
@@ -20,7 +20,6 @@ def atlas(
     output: Output = None,
     workers: Workers = 1,
     case_timeout: CaseTimeout = None,
-    progress: Progress = "auto",
     quiet: Quiet = False,
 ) -> None:
     """Build an atlas: dU at any beta, De, Ca_e and d of a box, with intervals, from master curves.
@@ -32,12 +31,10 @@ def atlas(
     Exit codes: 0 no curve failed, 2 wrong input, 3 some curves failed, 4
     installation or system at fault (pairsim doctor), 130 interrupted.
     """
-    from pairsim.computing.progress import style_of
     from pairsim.sweeps.atlas import build
     from pairsim.sweeps.sweep import Options, with_workers
 
-    style = "none" if quiet else progress
     with Signals(final=True) as signals:
-        options = Options(case_timeout, style_of(style), signals)
+        options = Options(case_timeout, not quiet, signals)
         result = with_workers(lambda those: build(file, output, options, those), count=workers)
     end(*result)

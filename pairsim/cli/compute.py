@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import typer
 
-from pairsim.cli.options import Budget, CaseFile, DryRun, Output, Overwrite, Progress, Quiet, Settings
+from pairsim.cli.options import Budget, CaseFile, DryRun, Output, Overwrite, Quiet, Settings
 from pairsim.runtime.errors import BranchEnd, EnvironmentFailure, InputError, RunFailure
 
 if TYPE_CHECKING:
     from pairsim.api.compute import Computation
     from pairsim.api.results import Result
-    from pairsim.computing.progress import Style
 
 EXIT_CODES = {"finished": 0, "failed": RunFailure.exit_code, "interrupted": 130}
 """Exit code of a command, by status."""
@@ -39,11 +38,10 @@ def app_of(computation: Computation[Any], words: str | None, epilog: str) -> typ
         overwrite: Overwrite = False,
         budget: Budget = None,
         dry_run: DryRun = False,
-        progress: Progress = "auto",
         quiet: Quiet = False,
         set_: Settings = None,
     ) -> None:
-        compute(computation, case, output, overwrite, budget, dry_run, progress, quiet, set_)
+        compute(computation, case, output, overwrite, budget, dry_run, quiet, set_)
 
     return app
 
@@ -55,7 +53,6 @@ def compute(
     overwrite: bool,
     budget: str | None,
     dry_run: bool,
-    progress: Style,
     quiet: bool,
     settings: list[str] | None,
     **flags: bool,
@@ -68,7 +65,6 @@ def compute(
 
     check_single()
     question = computation.question
-    style: Style = "none" if quiet else progress
     case = read_case(question, file, tuple(settings or ()))
     directory = folder or default_folder(question.name, case, file.stem)
     if dry_run:
@@ -77,7 +73,7 @@ def compute(
         return
     with Signals(final=True) as signals:
         result = computation(
-            case, folder=directory, overwrite=overwrite, progress=style, signals=signals, budget=budget, **flags
+            case, folder=directory, overwrite=overwrite, progress=not quiet, signals=signals, budget=budget, **flags
         )
         _end(result, directory, quiet)
 

@@ -59,10 +59,6 @@ Physical = Annotated[
     ),
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress and no answer, only the folder.")]
-Progress = Annotated[
-    Literal["auto", "bar", "lines"],
-    typer.Option(help="Progress on stderr: a live bar, or lines; auto: a bar on a terminal."),
-]
 
 
 def check_free(path: Path | None, overwrite: bool, option: str = "-o") -> None:

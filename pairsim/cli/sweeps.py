@@ -8,7 +8,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from pairsim.cli.options import Progress, Quiet, Settings, print_table
+from pairsim.cli.options import Quiet, Settings, print_table
 from pairsim.runtime.launcher import rank
 from pairsim.runtime.signals import Signals
 
@@ -31,7 +31,6 @@ def sweep(
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="List the cases with estimated unknowns; compute nothing.")
     ] = False,
-    progress: Progress = "auto",
     quiet: Quiet = False,
     set_: Settings = None,
 ) -> None:
@@ -54,14 +53,13 @@ def sweep(
         return
     from pairsim.api import sweeps
 
-    style = "none" if quiet else progress
     with Signals(final=True) as signals:
         result = sweeps.sweep(
             grid,
             folder=output,
             workers=workers,
             case_timeout=case_timeout,
-            progress=style,
+            progress=not quiet,
             signals=signals,
             settings=settings,
         )
@@ -85,7 +83,6 @@ def study(
     file: Annotated[Path, typer.Argument(help="Study file (YAML): base, at, discretisations, reference.")],
     output: Output = None,
     case_timeout: CaseTimeout = None,
-    progress: Progress = "auto",
     quiet: Quiet = False,
     set_: Settings = None,
 ) -> None:
@@ -101,6 +98,6 @@ def study(
     from pairsim.sweeps.sweep import Options
 
     with Signals(final=True) as signals:
-        options = Options(case_timeout, "none" if quiet else progress, signals)
+        options = Options(case_timeout, not quiet, signals)
         code, message, folder = compute_study(file, output, options, set_ or ())
     end(code, message, folder)

@@ -1,29 +1,18 @@
-"""What a person sees on stderr while a computation goes on: a live bar on a terminal, lines elsewhere, or nothing."""
+"""What a person sees on stderr while a computation goes on: lines, or nothing."""
 
 from __future__ import annotations
 
 import sys
 import time
 from contextlib import suppress
-from typing import Literal, get_args
 
-from rich.console import Console, Group
-from rich.live import Live
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-from rich.table import Column
-from rich.text import Text
-
-from pairsim.runtime.errors import InputError
-from pairsim.runtime.signals import sigterm_waits
 from pairsim.runtime.text import duration
 
-Style = Literal["auto", "bar", "lines", "none"]
-"""How progress is shown; auto: a bar on a terminal, lines elsewhere."""
-LINE_EVERY = 5.0  # seconds between plain lines
+LINE_EVERY = 5.0  # seconds between lines
 
 
 class Reporter:
-    """Shows nothing; the base of the others."""
+    """Shows nothing; the base of `LineReporter`."""
 
     title = ""
 
@@ -47,7 +36,7 @@ class Reporter:
     def on_the_way(self, place: str) -> None:
         """Show where a computation is that has no step or point to show yet."""
 
-    def case(self, count: int, text: str, failed: bool) -> None:
+    def case(self, count: int, text: str) -> None:
         """Show that a case of a sweep has ended, the count-th one."""
         self.say(f"[{count}/{self.total:.0f}] {text}")
 
@@ -55,17 +44,13 @@ class Reporter:
         """Show what the user should know."""
         self.say(f"{self.title}: note: {text}" if self.title else text)
 
-    def stop(self) -> None:
-        """End without a line."""
-
     def finish(self, text: str) -> None:
         """End with a line."""
-        self.stop()
         self.say(f"{self.title}: {text}" if self.title else text)
 
 
 class LineReporter(Reporter):
-    """Lines for logs. Steps now and then: percent, state of the solution, seconds so far, seconds left."""
+    """Lines. Steps now and then: percent, state of the solution, seconds so far, seconds left."""
 
     def start(self, title: str, goal: str, total: float) -> None:
         super().start(title, goal, total)
@@ -92,67 +77,6 @@ class LineReporter(Reporter):
         self.say(f"  {part:4.0%}  {text}  ({duration(now - self.begin)}{left})")
 
 
-class BarReporter(Reporter):
-    """A live bar, and below it the state of the solution; both fit a terminal of 80 columns."""
-
-    def __init__(self) -> None:
-        self.console = Console(stderr=True)
-
-    def start(self, title: str, goal: str, total: float) -> None:
-        self.title, self.total = title, total
-        self.bar = Progress(
-            TextColumn("[bold]{task.description}", table_column=Column(no_wrap=True, ratio=1)),
-            BarColumn(bar_width=20),
-            TextColumn("{task.percentage:3.0f} %"),
-            TimeElapsedColumn(),
-            TimeRemainingColumn(),
-            expand=True,
-        )
-        self.task = self.bar.add_task(title, total=total)
-        self.live = Live(self._view(goal), console=self.console, refresh_per_second=4)
-        with sigterm_waits():  # the thread that draws does not take it
-            self.live.start()
-
-    def say(self, text: str) -> None:
-        with suppress(OSError):  # as of lines
-            self.console.print(Text(text))
-
-    def update(self, done: float, text: str, count: int) -> None:
-        self.bar.update(self.task, completed=done)
-        self.live.update(self._view(text))
-
-    def on_the_way(self, place: str) -> None:
-        self.live.update(self._view(f"on the way: {place}"))
-
-    def case(self, count: int, text: str, failed: bool) -> None:
-        self.update(count, text, count)
-        if failed:
-            super().case(count, text, failed)
-
-    def stop(self) -> None:
-        with suppress(OSError):  # as of lines
-            self.live.stop()
-
-    def _view(self, state: str) -> Group:
-        return Group(self.bar, Text(f"  {state}", style="dim", no_wrap=True, overflow="ellipsis"))
-
-
-def style_of(progress: bool | Style) -> Style:
-    """The style of a computation that is asked to show progress, or not.
-
-    Raises:
-        InputError: There is no such style.
-    """
-    if isinstance(progress, bool):
-        return "auto" if progress else "none"
-    if progress not in get_args(Style):
-        raise InputError("progress", "", progress, f"must be true, false, or one of {', '.join(get_args(Style))}")
-    return progress
-
-
-def make_reporter(style: Style) -> Reporter:
-    """The reporter of a style."""
-    if style == "none":
-        return Reporter()
-    bar = style == "bar" or (style == "auto" and sys.stderr.isatty())
-    return BarReporter() if bar else LineReporter()
+def make_reporter(shown: bool) -> Reporter:
+    """What shows progress, or does not."""
+    return LineReporter() if shown else Reporter()

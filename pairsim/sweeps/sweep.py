@@ -15,7 +15,7 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any, cast
 
-from pairsim.computing.progress import Style, make_reporter
+from pairsim.computing.progress import make_reporter
 from pairsim.physics.own_laws import OWN
 from pairsim.results.folder import write_text
 from pairsim.results.table_files import table_text
@@ -43,7 +43,7 @@ class Options:
     """How the cases of a sweep are computed: the arguments of `pairsim.sweep`, signals caught by the caller."""
 
     case_timeout: float | None = None
-    progress: Style = "none"
+    progress: bool = False
     signals: Signals | None = None
     flags: Mapping[str, bool] = field(default_factory=dict)  # options of the command of the cases
 
@@ -170,8 +170,6 @@ class _Sweep:
         except BaseException:
             self._stop(1, "stopped")  # executors wait for their tasks
             raise
-        finally:
-            self.reporter.stop()
         self._write_results()
         return self._verdict()
 
@@ -208,7 +206,7 @@ class _Sweep:
         self.cases[state.folder].update(vars(state))
         if state.status in ENDED:
             self.count += 1
-            self.reporter.case(self.count, headline(state), state.status == "failed")
+            self.reporter.case(self.count, headline(state))
         if state.reason == EnvironmentFailure.reason:
             self._stop(EnvironmentFailure.exit_code, state.message)
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import io
-import re
 import subprocess
 import sys
 from pathlib import Path
@@ -19,7 +17,6 @@ from typer.testing import CliRunner
 from pairsim.cli import compute
 from pairsim.cli.app import app
 from pairsim.computing import progress
-from pairsim.computing.progress import BarReporter
 from pairsim.runtime.child_process import module_command
 
 COMMANDS = sorted(get_command(app).commands)  # type: ignore[attr-defined]
@@ -92,21 +89,6 @@ def test_a_command_ends_with_its_answer(pairsim: Pairsim, tmp_path: Path) -> Non
     done = pairsim("curve", "case.yaml", "-o", "out")
     for words in ("Largest |dU|: (+", "Taylor parameters:", "Warning: mesh.Np = 8", "Took ", "Next: pairsim plot"):
         assert words in done.stderr, words
-
-
-def test_the_live_bar_fits_a_terminal_of_80_columns(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("COLUMNS", "80")
-    monkeypatch.setenv("TERM", "xterm")
-    monkeypatch.setenv("FORCE_COLOR", "1")
-    screen = io.StringIO()
-    monkeypatch.setattr(sys, "stderr", screen)
-    reporter = BarReporter()
-    reporter.start("a-case-with-a-rather-long-name-beta0.4-De0.5-Cae0.05-d0.1", "to t = 2", 2.0)
-    reporter.update(1.0, "t = 1  d = 0.10000  dU = -7.9011e-05  dt = 0.0005  Newton 4  step 1  and much more text", 1)
-    reporter.finish("finished")
-    shown = [re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", line).strip("\r") for line in screen.getvalue().split("\n")]
-    assert any("━" in line and "50 %" in line for line in shown)
-    assert max(map(len, shown)) <= 80
 
 
 def test_time_left_is_that_at_the_latest_pace(

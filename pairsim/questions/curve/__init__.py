@@ -28,7 +28,7 @@ from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.mistakes import Mistake, broken, missing
 from pairsim.cases.values import MOST_VALUES, CurveTolerance, Distance, Gaps, Velocity, Whole
 from pairsim.cli.compute import compute
-from pairsim.cli.options import Budget, CaseFile, DryRun, Output, Overwrite, Progress, Quiet, Settings
+from pairsim.cli.options import Budget, CaseFile, DryRun, Output, Overwrite, Quiet, Settings
 from pairsim.computing.question import InSweeps, Question, Tables, Value, drawn_by, rows_in
 from pairsim.results.columns import EQUILIBRIA_COLUMNS, FORCES, GAP, names_of, slope_columns, suffixes, suffixes_in
 from pairsim.solvers.curves.distances import between
@@ -305,8 +305,7 @@ def _command(
     ] = False,
     budget: Budget = None,
     dry_run: DryRun = False,
-    progress: Progress = "auto",
     quiet: Quiet = False,
     set_: Settings = None,
 ) -> None:
-    compute(curve, case, output, overwrite, budget, dry_run, progress, quiet, set_, sensitivities=sensitivities)
+    compute(curve, case, output, overwrite, budget, dry_run, quiet, set_, sensitivities=sensitivities)

@@ -23,7 +23,7 @@ from pairsim.api.results import Result
 from pairsim.cases.estimate import Estimate
 from pairsim.cases.run_case import Case, check_run
 from pairsim.cli.compute import compute
-from pairsim.cli.options import Budget, DryRun, Output, Overwrite, Progress, Quiet, Settings
+from pairsim.cli.options import Budget, DryRun, Output, Overwrite, Quiet, Settings
 from pairsim.computing import events
 from pairsim.computing.question import InSweeps, Question, Tables, Value, drawn_by, last_row, rows_in
 from pairsim.results.columns import names_of, suffixes_in
@@ -132,7 +132,6 @@ def _command(
     ] = None,
     budget: Budget = None,
     dry_run: DryRun = False,
-    progress: Progress = "auto",
     quiet: Quiet = False,
     set_: Settings = None,
 ) -> None:
@@ -142,4 +141,4 @@ def _command(
     if case is None and resume is None:
         raise typer.BadParameter("must be given, or else --resume DIR", param_hint="CASE")
     file, folder = case or Path(resume or "", "case.yaml"), resume or output
-    compute(run, file, folder, overwrite, budget, dry_run, progress, quiet, set_, resume=resume is not None)
+    compute(run, file, folder, overwrite, budget, dry_run, quiet, set_, resume=resume is not None)
