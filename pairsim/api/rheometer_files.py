@@ -30,7 +30,7 @@ SPACES = r"\t|\s{2,}"
 ONE_SPACE = r"\s+(?![^\[(]*[\])])"
 SEPARATORS = ("\t", ";", ",", SPACES, ONE_SPACE)
 ONE_SIGN = str.maketrans({each: sign for sign, others in words()["signs"].items() for each in others})
-NUMBER = r"(?i)[-+]?(\d+[.,]?\d*|[.,]\d+)(e[-+]?\d+)?"
+NUMBER = r"(?i)[-+]?(\d+[.,]?\d*|[.,]\d+)([ed][-+]?\d+)?"
 REPTATE = "omega[rad/s]\tG'[Pa]\tG''[Pa]" + "\tfurther" * 20
 STEP_COLUMNS = r"(?i)action name|step name|interval|segment"
 TITLES = r"(?im)^(?:\[step\]\n(?!step name)|(?:step name|result|résultat|ergebnis)\b:?[\t;,])(.+)"
@@ -179,7 +179,7 @@ def _cells(line: str, separator: str) -> list[str]:
     if len(separator) == 1 and separator in line:
         cells = next(csv.reader([line], delimiter=separator))
     else:  # numbers have no spaces in between that would be none
-        words = re.search(r"[^\W\d_eE]", line)
+        words = re.search(r"[^\W\d_eEdD]", line)
         cells = re.split((SPACES if len(separator) == 1 else separator) if words else r"\s+", line.strip())
     return [cell.replace("_", " ").replace('"', "''").strip() for cell in cells]
 
@@ -282,7 +282,7 @@ def _numbers(cells: pd.Series[str], decimal: str) -> pd.Series[float]:
     other = "," if decimal == "." else "."
     thousands = cells.str.fullmatch(rf"\d{{1,3}}([ '{other}]\d{{3}})+\{decimal}\d+")
     plain = cells.where(~thousands, cells.str.replace(rf"[ '{other}]", "", regex=True))
-    plain = plain.where(plain.str.fullmatch(NUMBER)).str.translate(str.maketrans(decimal + other, ".?"))
+    plain = plain.where(plain.str.fullmatch(NUMBER)).str.translate(str.maketrans(decimal + other + "dD", ".?ee"))
     numbers: pd.Series[float] = pd.to_numeric(plain, errors="coerce").astype(float)
     marked = cells[numbers.notna() & cells.str.contains(decimal, regex=False)]
     steps = np.diff(numbers.dropna())

@@ -93,6 +93,7 @@ FLOW_CURVES = {
     "Japanese": "せん断速度 [1/s],粘度 [mPa・s]\n" + table(RATES, MILLI),
     "a prefix apart": "shear rate (inverse seconds);viscosity in milli Pa s\n" + table(RATES, MILLI, by=";"),
     "pascal seconds": "shear rate 1/s;viscosity (milli-Pascal-seconds)\n" + table(RATES, MILLI, by=";"),
+    "exponents of Fortran": "rate (1/s),viscosity (Pa s)\n" + table(RATES, VISCOSITIES, after="D0"),
     "one space": "# rate(1/s) eta(mPa s)\n" + table(RATES, MILLI, by=" "),
     "what was set": "Set shear rate [1/s],Shear rate [1/s],Viscosity [Pa.s]\n" + table(POINTS, RATES, VISCOSITIES),
     "what is true": "Apparent shear rate [1/s],True shear rate [1/s],Apparent viscosity [Pa.s],True viscosity [Pa.s]\n"
