@@ -6,9 +6,9 @@
     result.table.plot("t", "dU")
 
 `load` checks a case, `units` makes one of an experiment, `ask` and `fit` use an atlas; `run`, `curve`, `critical`,
-`shape`, `pressure`, `train` and `sweep` compute; `open` reads a folder of results, `plot` draws it; `moduli` reads a
-cytometer's file; `use_laws` makes laws of one's own known. They are imported when first used: `import pairsim` alone
-loads nothing.
+`shape`, `pressure`, `train` and `sweep` compute; `open` reads a folder of results, `plot` draws it, `report` puts it
+into one HTML file; `moduli` reads a cytometer's file; `use_laws` makes laws of one's own known. They are imported when
+first used: `import pairsim` alone loads nothing.
 """
 
 import os as _os
@@ -36,6 +36,7 @@ if _TYPE_CHECKING:
     from pairsim.api.folders import open as open
     from pairsim.api.folders import plot as plot
     from pairsim.api.moduli import moduli as moduli
+    from pairsim.api.report import report as report
     from pairsim.api.results import Result as Result
     from pairsim.api.sweeps import SweepResult as SweepResult
     from pairsim.api.sweeps import sweep as sweep
@@ -59,6 +60,7 @@ _MODULES = {
     "api.fit": ("fit",),
     "api.folders": ("open", "plot"),
     "api.moduli": ("moduli",),
+    "api.report": ("report",),
     "api.results": ("Result",),
     "api.sweeps": ("sweep", "SweepResult"),
     "api.units": ("units",),

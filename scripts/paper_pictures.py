@@ -182,7 +182,7 @@ def draw_fields(panels: Sequence[Panel], results: Cases, page: Page) -> tuple[Fi
         points = [np.vstack(view.particles) for view in views]
         windows: Any = [np.stack([each.min(axis=0) - MARGIN, each.max(axis=0) + MARGIN]).T.ravel() for each in points]
         views = [replace(view, window=window) for view, window in zip(views, windows, strict=True)]
-    figure, axes, scaled = sheet(page, views, layers)
+    figure, axes, scaled = sheet(page, views, layers, len(views))
     for place, (axis, view) in enumerate(zip(axes, views, strict=True)):
         if own:
             scaled[place][1].set_norm(scale_of(replace(layer, values=[layer.values[place]]), [view]).norm)

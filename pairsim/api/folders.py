@@ -45,6 +45,7 @@ def plot(
     width: str | float = 170.0,
     group: str | None = None,
     field: str | None = None,
+    animate: bool = False,
     physical: bool | None = None,
     legend: bool = True,
 ) -> list[Path]:
@@ -53,10 +54,11 @@ def plot(
     Args:
         folders: One folder of any command, or several of runs or of curves.
         out: Where the pictures go: the folder itself by default; several folders need it.
-        formats: "png" (the default), "pdf", "svg", or several of them.
+        formats: "png" (the default), "pdf", "svg", or several of them; an animation is a GIF.
         width: Of the pictures, such as "85mm"; a number is in mm.
         group: Parameter that chooses the colours, of a sweep or of several folders.
         field: Fields of a run or a curve to draw, separated by commas, or "all"; nothing else is drawn then.
+        animate: Make a run's fields, or a curve's, an animation; nothing else is drawn then.
         physical: Whether to draw in um, s, um/s and Pa; by default where all cases have a `physical` block.
         legend: Whether there are a legend and the small print with the parameters.
 
@@ -71,13 +73,15 @@ def plot(
     if not folders:
         raise InputError("pairsim plot", "", None, "must name a folder of results")
     places = [Path(folder) for folder in folders]
-    page = Page.parse("png" if formats is None else formats, width, physical, legend)
+    if animate and formats not in (None, "gif"):
+        raise InputError("--format", "", formats, "must be left out with --animate, which makes a GIF")
+    page = Page.parse("png" if animate or formats is None else formats, width, physical, legend)
     target = Path(out) if out is not None else places[0]
     if len(places) > 1:
         if out is None:
             raise InputError("pairsim plot", "-o", None, "must name a folder for the picture of several folders")
-        if field is not None:
-            raise InputError("pairsim plot", "--field", None, "must be left out with several folders")
+        if field is not None or animate:
+            raise InputError("pairsim plot", "--field, --animate", None, "must be left out with several folders")
         from pairsim.plots.runs_and_curves import overlay
 
         return overlay(places, target, page, group)
@@ -85,17 +89,17 @@ def plot(
     if group is not None and kind != "sweep":
         allowed = f"must be left out: it goes with a sweep or several folders, {directory} holds a {kind}"
         raise InputError("--group", "", group, allowed)
-    question, alone = QUESTIONS.get(kind), field is not None
+    question, alone = QUESTIONS.get(kind), animate or field is not None
     frames = question.frames if question is not None else ""
     if not frames and alone:
         allowed = f"must be left out: it goes with a run or a curve, not with a {kind}"
-        raise InputError("--field", "", field, allowed)
+        raise InputError("--animate" if animate else "--field", "", field, allowed)
     if question is not None:
         drawn = [] if alone else question.draw(directory, target, page)
         if alone or (frames and (directory / FIELDS_XDMF).exists()):
             from pairsim.plots.fields import draw_fields
 
-            drawn += draw_fields(directory, target, page, curve=frames == "d", field=field)
+            drawn += draw_fields(directory, target, page, curve=frames == "d", field=field, animated=animate)
         return drawn
     if kind == "sweep":
         from pairsim.sweeps.sweep_plots import plot_sweep

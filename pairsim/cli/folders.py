@@ -144,7 +144,7 @@ def travel(
 @app.command(
     epilog="Examples: pairsim plot runs/quickstart | pairsim plot runs/curve --format pdf,svg --width 85mm | "
     "pairsim plot runs/a runs/b runs/c -o pictures | pairsim plot runs/sweep --group Ca_e | "
-    "pairsim plot runs/viscoelastic --field N1,tr_c"
+    "pairsim plot runs/viscoelastic --field N1,tr_c | pairsim plot runs/quickstart --field streamlines --animate"
 )
 def plot(
     folders: Annotated[list[Path], typer.Argument(help="Folders of results.", metavar="DIR...")],
@@ -171,6 +171,9 @@ def plot(
             "pressure_extra (less what is there without particles), or all.",
         ),
     ] = None,
+    animate: Annotated[
+        bool, typer.Option("--animate", help="Make the fields a GIF of all times (of a curve: distances).")
+    ] = False,
     group: Annotated[
         str | None, typer.Option(metavar="KEY", help="Parameter of a sweep, or of several folders, for the colours.")
     ] = None,
@@ -189,11 +192,23 @@ def plot(
     from pairsim.api.folders import plot
 
     look: dict[str, Any] = {"out": output, "formats": formats, "width": width, "physical": physical, "legend": legend}
-    paths = plot(*folders, **look, group=group, field=field)
+    paths = plot(*folders, **look, group=group, field=field, animate=animate)
     for path in paths:
         typer.echo(str(path))
     if not paths:
         typer.echo("note: nothing to draw: the folder holds no line of values", err=True)
+
+
+@app.command(epilog="Examples: pairsim report runs/quickstart | pairsim report runs/sweep")
+def report(directory: Folder) -> None:
+    """Write DIR/report.html: answer, warnings, pictures, table and provenance on one page.
+
+    One file that needs no network, to send around; of run, curve, critical or sweep, finished or not. It is
+    replaced where it exists.
+    """
+    from pairsim.api.report import report
+
+    typer.echo(str(report(directory)))
 
 
 @app.command(

@@ -41,7 +41,7 @@ def own_files() -> tuple[str, ...]:
     from pairsim.results.folder import OWN_FILES, PICTURE_ENDINGS
 
     tables = (f"{name}.csv" for question in QUESTIONS.values() for name in question.tables)
-    drawn = [name for question in QUESTIONS.values() for name in question.pictures]
+    drawn = [name for question in QUESTIONS.values() for name in question.captions]
     pictures = (f"{name}.{end}" for name in (*drawn, *(f"field-{each}" for each in FIELDS)) for end in PICTURE_ENDINGS)
     return tuple(dict.fromkeys((*OWN_FILES, *tables, *pictures)))
 

@@ -81,7 +81,7 @@ class Question[C: SceneCase]:
             they say in words.
         draw: Draws what the tables of a folder hold into another one, and returns the pictures. Fields are drawn
             elsewhere.
-        pictures: Names of these pictures, without endings.
+        captions: What is said below each of these pictures in a report, by the name of its file.
         in_sweeps: What a sweep shows of it.
         frames: What its fields are written at: "t", "d", or "" where it writes none.
         flags: Keywords of its computation that are off by default; with "resume" it goes on from a checkpoint.
@@ -95,7 +95,7 @@ class Question[C: SceneCase]:
     tables: Mapping[str, Sequence[str | Column]]
     result: type[Any]
     draw: Callable[[Path, Path, Page], list[Path]]
-    pictures: tuple[str, ...]
+    captions: Mapping[str, str]
     in_sweeps: InSweeps[C]
     frames: str = ""
     flags: tuple[str, ...] = ()

@@ -1,12 +1,16 @@
-"""Pictures of fields.xdmf: of a run over time, of a curve over distances."""
+"""Pictures and animations of fields.xdmf: of a run over time, of a curve over distances."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
+from PIL import Image
 
 from pairsim.plots.chart import small_print
 from pairsim.plots.frames import FIELDS, chosen_fields
@@ -15,19 +19,22 @@ from pairsim.plots.sections import Layer, View, draw_view, layer_of, mark_view, 
 from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
 from pairsim.results.columns import suffixes_in
-from pairsim.results.folder import FIELDS_XDMF, WAY
+from pairsim.results.folder import FIELDS_XDMF, WAY, write_file
 from pairsim.results.table_files import read_table
 from pairsim.results.xdmf import read_frame, read_times
 from pairsim.runtime.errors import InputError
 
 MOST_VIEWS = 4
+DPI, SECONDS = 150, 6.0  # of an animation
 
 
 @printing()
-def draw_fields(directory: Path, out: Path, page: Page, *, curve: bool, field: str | None = None) -> list[Path]:
+def draw_fields(
+    directory: Path, out: Path, page: Page, *, curve: bool, field: str | None = None, animated: bool = False
+) -> list[Path]:
     """Draw `fields`: what particles change in the liquid, and the stress in them; or the fields that were asked for.
 
-    Of a run the first and the last time, of a curve some of all distances.
+    Of a run the first and the last time, of a curve some of all distances; an animation has all.
 
     Args:
         directory: Folder of a run or a curve.
@@ -35,21 +42,23 @@ def draw_fields(directory: Path, out: Path, page: Page, *, curve: bool, field: s
         page: What they are drawn for.
         curve: Whether it is a curve.
         field: Names of `FIELDS`, separated by commas, or "all": `field-NAME` of each in place of `fields`.
+        animated: Whether to make each an animation, a GIF.
 
     Returns:
         The files written; none where there are no fields and none are asked for.
 
     Raises:
-        InputError: A field is asked for that is unknown or not there.
+        InputError: A field is asked for that is unknown or not there, or an animation of fewer than two frames.
     """
     count = len(read_times(directory))
-    if field is not None and not count:
+    if (animated and count < 2) or (field is not None and not count):
         key = "fields, a list of distances," if curve else "output: {fields: true}"
-        allowed = f"must be left out: {directory} has no fields, which {key} in its case writes"
-        raise InputError("--field", "", field, allowed)
+        frames = f"{count} frame{'s' * (count != 1)} of fields"
+        allowed = f"must be left out: {directory} has {frames}, which {key} in its case writes"
+        raise InputError("--animate" if animated else "--field", "", field, allowed)
     if not count:
         return []
-    most = MOST_VIEWS if curve else 2
+    most = count if animated else MOST_VIEWS if curve else 2
     units = Units.of(directory, page.physical)
     found = [read_frame(directory, int(i)) for i in np.linspace(0, count - 1, min(count, most)).round()]
     views = views_of(found, units, curve)
@@ -57,9 +66,13 @@ def draw_fields(directory: Path, out: Path, page: Page, *, curve: bool, field: s
     written: list[Path] = []
     for stem, layers in _pictures(directory, views, units, field).items():
         first = 0 if curve else len(views) // 2
-        figure, axes, scaled = sheet(page, views, layers, first)
+        figure, axes, scaled = sheet(page, views, layers, 1 if animated else len(views), first)
         if page.legend:
             small_print(figure, parts)
+        if animated:
+            written.append(out / f"{stem}.gif")
+            _write_animation(written[-1], figure, views, scaled)
+            continue
         for place, axis in enumerate(axes):
             draw_view(axis, views[place], place, scaled)
             mark_view(axis, views[place])
@@ -112,3 +125,19 @@ def _motion(views: Sequence[View], units: Units) -> list[Layer]:
         stress = layer_of("tau_zz", views, units)
         layers.append(replace(stress, label=f"particles: {stress.label}", liquid=False))
     return layers
+
+
+def _write_animation(path: Path, figure: Figure, views: Sequence[View], scaled: Sequence[tuple[Layer, Any]]) -> None:
+    """Write an animation of all views in the first panel of a figure."""
+    axis, frames = figure.axes[0], []
+    figure.set_dpi(DPI)
+    for place, view in enumerate(views):
+        axis.clear()
+        draw_view(axis, view, place, scaled)
+        mark_view(axis, view)
+        axis.set_xlabel(view.label("z"))
+        figure.canvas.draw()
+        frames.append(Image.fromarray(np.asarray(figure.canvas.buffer_rgba())).convert("RGB"))  # type: ignore[attr-defined]
+    duration = min(500.0, 1e3 * SECONDS / len(views))  # [ms]
+    frames[0].save(content := BytesIO(), "GIF", save_all=True, append_images=frames[1:], duration=duration, loop=0)
+    write_file(path, content.getvalue())

@@ -231,17 +231,18 @@ def _streamlines(axis: Axes, view: View) -> None:
 
 
 def sheet(
-    page: Page, views: Sequence[View], layers: Sequence[Layer], first: int = 0
+    page: Page, views: Sequence[View], layers: Sequence[Layer], count: int, first: int = 0
 ) -> tuple[Figure, list[Axes], list[tuple[Layer, ScalarMappable]]]:
     """A figure with panels for views, two in a row where there is room, and below them the colour bars of all layers.
 
     Args:
         page: What it is drawn for.
-        views: What is seen.
+        views: All that is seen.
         layers: What is drawn in them.
+        count: How many panels.
         first: The first view that sets the range of colours, so that the start-up of a run does not.
     """
-    count, (z_min, z_max, r_min, r_max) = len(views), views[0].window
+    z_min, z_max, r_min, r_max = views[0].window
     columns = 1 if page.narrow or count == 1 or z_max - z_min > LONG * (r_max - r_min) else 2
     abreast = 1 if page.narrow else len(layers)
     inner = (page.width / columns - 15) * (r_max - r_min) / (z_max - z_min)

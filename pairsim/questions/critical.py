@@ -249,7 +249,7 @@ QUESTION = Question(
     result=CriticalResult,
     in_sweeps=InSweeps(lambda _: ("points", "zeros", "stable"), read),
     draw=drawn_by("pairsim.plots.critical:draw_critical"),
-    pictures=("critical",),
+    captions={"critical": "Critical distances"},
 )
 
 critical: Computation[CriticalResult] = Computation(QUESTION, __doc__)

@@ -52,7 +52,7 @@ QUESTION = Question(
     tables={"pressure": COLUMNS, "way": ()},
     result=PressureResult,
     draw=lambda folder, out, page: draw_along(folder, out, page, "pressure", {"dp_plus": "dp_plus_error"}),
-    pictures=("pressure",),
+    captions={"pressure": "Extra pressure drop over the elastic capillary number"},
     in_sweeps=InSweeps(lambda _: ("points", "dp_plus", "dp_plus_error"), parameters=("beta", "De")),
 )
 pressure: Computation[PressureResult] = Computation(QUESTION, __doc__)

@@ -87,7 +87,7 @@ QUESTION = Question(
     result=ShapeResult,
     in_sweeps=InSweeps(lambda _: ("points", "D_1", "D_error"), parameters=("beta", "De")),
     draw=lambda folder, out, page: draw_along(folder, out, page, "shape", {"D_1": "D_error", "U_1": "U_error_1"}),
-    pictures=("shape",),
+    captions={"shape": "Shape and velocity over the elastic capillary number"},
 )
 
 shape: Computation[ShapeResult] = Computation(QUESTION, __doc__)

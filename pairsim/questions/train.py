@@ -433,7 +433,10 @@ QUESTION = Question(
     tables={"train": TRAIN, "spectrum": SPECTRUM, "row": (*ROW, "t", "d_1", "U_1"), "propagator": PROPAGATOR},
     result=TrainResult,
     draw=draw,
-    pictures=("train", "row"),
+    captions={
+        "train": "Growth rates and frequencies of disturbances over their wave number",
+        "row": "Distances of a row of beads along the tube, and those at the inlet and at the outlet",
+    },
     in_sweeps=InSweeps(lambda _: ("verdict", "growth", "growth_error", "diffusion", "diffusion_error", "tube")),
 )
 

@@ -14,19 +14,19 @@ from pairsim.cases.yaml_file import yaml_text
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import LOCK_FILES
 
-SERIES, WAY, CHECKPOINT = "series.csv", "way.csv", "checkpoint.npz"
+SERIES, WAY, CHECKPOINT, REPORT = "series.csv", "way.csv", "checkpoint.npz", "report.html"
 FIELDS_XDMF, FRAMES = "fields.xdmf", "fields"
 """The index of the frames of fields, and the folder with a file for each."""
 PICTURES = ("fields", "runs", "curves")
 EXTRA = ("velocity_extra", "tau_zz_extra", "pressure_extra")
 FIELD_NAMES = ("velocity", "streamlines", "tr_c", "N1", "tau_zz", "pressure", *EXTRA)
-PICTURE_ENDINGS = ("png", "pdf", "svg", "gif")  # gif: of earlier versions
+PICTURE_ENDINGS = ("png", "pdf", "svg", "gif")
 OWN_FILES = (
     "case.yaml",
     "run.json",
     CHECKPOINT,
     FIELDS_XDMF,
-    "report.html",  # of earlier versions
+    REPORT,
     *(f"{stem}.{end}" for stem in (*PICTURES, *(f"field-{n}" for n in FIELD_NAMES)) for end in PICTURE_ENDINGS),
 )
 """Files of all commands in a folder of results, but for `frame_files`, and for the tables and pictures of a command."""

@@ -318,16 +318,21 @@ def test_folders_that_cannot_be_laid_over_each_other_are_refused(tmp_path: Path)
 
 
 @pytest.mark.slow
-def test_fields_by_name(tmp_path: Path) -> None:
+def test_fields_by_name_and_as_an_animation(tmp_path: Path) -> None:
     folder = make_run(tmp_path / "run", *CASES["pair"])
     names = [file.name for file in plot(folder, field="all", width="85mm")]
     assert names == [
         f"field-{name}.png" for name in ("velocity", "streamlines", "N1", "tau_zz", "pressure", "velocity_extra")
     ]
     assert all(colours(folder / name) > 300 for name in names)
-    without = make_run(tmp_path / "without", 2, [])
-    with pytest.raises(InputError, match="has no fields, which output"):
-        plot(without, field="velocity")
+    (animation,) = plot(folder, animate=True, field="velocity", width="85mm")
+    assert animation.name == "field-velocity.gif"
+    with Image.open(animation) as picture:
+        assert picture.n_frames == 2
+    with pytest.raises(InputError, match="has 1 frame of fields"):
+        plot(make_run(tmp_path / "still", 2, [scene(0.1, PAIR)]), animate=True)
+    with pytest.raises(InputError, match="got 'mp4'; must be left out with --animate"):
+        plot(folder, animate=True, formats="mp4")
 
 
 def test_the_yield_surface_is_a_contour(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

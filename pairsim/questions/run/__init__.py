@@ -100,7 +100,7 @@ QUESTION = Question(
     result=RunResult,
     in_sweeps=InSweeps(result_columns, read, parameters=("beta", "De", "Ca_e", "d0")),
     draw=drawn_by("pairsim.plots.runs_and_curves:draw_run"),
-    pictures=("series",),
+    captions={"series": "Velocities and shapes over time, relative velocity over distance"},
     frames="t",
     flags=("resume",),
     draws_from=None,

@@ -1,0 +1,129 @@
+"""One HTML page that holds all of a folder's results: `report`."""
+
+from __future__ import annotations
+
+import base64
+import tempfile
+import time
+from collections.abc import Mapping
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import jinja2
+from markupsafe import Markup
+
+from pairsim.api import folders
+from pairsim.api.results import Result
+from pairsim.api.sweeps import SweepResult
+from pairsim.computing import QUESTIONS
+from pairsim.results.folder import REPORT, kind_of, write_file
+from pairsim.results.tables import DIGITS, brief, readable
+from pairsim.results.units import scales_in
+from pairsim.runtime.errors import InputError
+from pairsim.runtime.text import duration
+from pairsim.runtime.version import __version__
+
+CAPTIONS = {
+    "fields": "What the particles change in the liquid, and the axial elastic stress in soft ones",
+    "sweep_series": "All cases over time",
+    "sweep_curves": "All curves",
+    "sweep_parameters": "Relative velocity at the end over a parameter",
+    "sweep_zeros": "Zeros of the relative velocity over a parameter",
+}
+"""What is said below pictures, by the names of their files; those of commands have their own."""
+LOOK: dict[str, Any] = {"index": False, "border": 0, "na_rep": "", "float_format": DIGITS}
+"""How the table looks, by the names of pandas."""
+OF_A_CASE = ("wall_time", "peak_memory", "unknowns")
+"""Entries of run.json that say nothing of a whole sweep."""
+MOST_ROWS = 500  # of a table
+
+
+def report(folder: str | PathLike[str]) -> Path:
+    """Write report.html into a folder: answer, warnings, pictures, table and provenance on one page.
+
+    The file needs no network and no other file. One that is there is replaced: it holds nothing that cannot be made
+    again.
+
+    Args:
+        folder: A folder of run, curve, critical or sweep; it may be unfinished or that of a failure.
+
+    Returns:
+        The file.
+
+    Raises:
+        InputError: The folder holds no results of pairsim, or cannot be written to.
+    """
+    directory = Path(folder)
+    kind = kind_of(directory)
+    content = _of_result(folders.open(directory))
+    table = content.pop("table")
+    step = -(-len(table) // MOST_ROWS) or 1
+    loader = jinja2.PackageLoader("pairsim.api")
+    pages = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, loader=loader)
+    case = next((path for name in ("case.yaml", "grid.yaml") if (path := directory / name).is_file()), None)
+    page = pages.get_template("report.html.j2").render(
+        **content,
+        kind=kind,
+        name=directory.resolve().name,
+        pictures=_pictures(directory, kind),
+        table=Markup(brief(table[::-step][::-1]).to_html(**LOOK)) if len(table) else "",
+        step=step,
+        case=case.read_text(encoding="utf-8") if case else "",
+        version=__version__,
+        written=time.strftime("%Y-%m-%d %H:%M:%S %z"),
+    )
+    path = directory / REPORT
+    write_file(path, page, option="")
+    return path
+
+
+def _of_result(result: Result | SweepResult) -> dict[str, Any]:
+    """What the page says of a result."""
+    if isinstance(result, SweepResult):
+        first, file = result.cases[0].record if result.cases else {}, "results.csv"
+        record = {name: value for name, value in first.items() if name not in OF_A_CASE}
+        table = result.frame("results", physical=None)
+        answer = [", ".join(f"{count} {status}" for status, count in result.record["counts"].items() if count)]
+        failed = [case for case in result.record["cases"] if case["status"] == "failed"]
+        warnings = [f"{case['folder']}: {case['message'] or case['reason']}" for case in failed] + result.warnings
+    else:
+        record, file = result.record, f"{result.question.table}.csv"
+        answer = [line for line in result.answer.splitlines() if not line.startswith("Warning: ")]
+        warnings = result.warnings
+        table = readable(result.frame(physical=None) if len(result.table) else result.table, whole=True)
+    return {
+        "status": result.status,
+        "answer": answer,
+        "warnings": warnings,
+        "table": table,
+        "physical": scales_in(record) is not None,
+        "file": file,
+        "provenance": _provenance(record),
+    }
+
+
+def _provenance(record: Mapping[str, Any]) -> dict[str, str]:
+    """Command, time, machine and versions, as far as run.json has them."""
+    found = {
+        "command": record.get("command"),
+        "started": record.get("started"),
+        "wall time": duration(float(record["wall_time"])) if "wall_time" in record else None,
+        "largest memory": f"{record['peak_memory'] / 2**20:.0f} MiB" if "peak_memory" in record else None,
+        "unknowns": record.get("unknowns"),
+        "machine": ", ".join(record.get("machine", {}).values()),
+        "versions": ", ".join(f"{name} {number}" for name, number in record.get("versions", {}).items()),
+    }
+    return {name: str(value) for name, value in found.items() if value}
+
+
+def _pictures(directory: Path, kind: str) -> list[tuple[str, str]]:
+    """The pictures that `pairsim plot` draws, each with its caption as a data URI; none where there is nothing yet."""
+    captions = CAPTIONS | dict(QUESTIONS[kind].captions if kind in QUESTIONS else {})
+    with tempfile.TemporaryDirectory() as out:
+        try:
+            files = folders.plot(directory, out=out)
+        except InputError:
+            return []
+        encoded = ((path.stem, base64.b64encode(path.read_bytes()).decode("ascii")) for path in files)
+        return [(captions.get(name, name), f"data:image/png;base64,{data}") for name, data in encoded]
