@@ -7,6 +7,7 @@ is pairsim's (docs/explanation/numerics.md, "What is steady, and for whom").
 
     python pyoomph_viscoelastic.py                                       # four rigid pairs, with and without SUPG
     python pyoomph_viscoelastic.py --De 0.25 --d 0.1 --Ca_e 0.1 --cells 16 24     # a soft pair
+    python pyoomph_viscoelastic.py --De 0.25 --d 0.1 --end 1 --steps 50 100       # a rigid pair from rest, in time
 
 With PARDISO's pivots the backward error of a step may be large, and is warned of; Newton's residual decides.
 """
@@ -30,6 +31,8 @@ from pyoomph.equations.navier_stokes import StokesEquations
 from pyoomph.equations.solid import DeformableSolidEquations, FSIConnection
 from pyoomph.equations.viscoelastic import Giesekus, ViscoelasticEquations
 from pyoomph_pair import PARTICLES, NeoHookean, Pair, PairMesh, TimedPardiso  # noqa: F401, sets one thread
+from scipy.integrate import solve_ivp
+from scipy.interpolate import BarycentricInterpolator
 from scipy.optimize import brentq
 
 TOLERANCE = 1e-9
@@ -64,10 +67,10 @@ class DevelopedFlow:
 
         self.powers = velocity(brentq(lambda gradient: mean(gradient) - 1, 1, 32.1, xtol=1e-12))
 
-    def velocity(self, r: float) -> float:
+    def velocity(self, r: float, _: float = 0.0) -> float:
         return float(np.polynomial.polynomial.polyval(r * r, self.powers))
 
-    def log_conformation(self, r: float) -> dict[str, float]:
+    def log_conformation(self, r: float, _: float = 0.0) -> dict[str, float]:
         """The components in r and z, x and y for pyoomph."""
         rate = 2 * r * np.polynomial.polynomial.polyval(r * r, np.polynomial.polynomial.polyder(self.powers))
         L = np.array([[0.0, 0.0], [rate, 0.0]])
@@ -78,15 +81,67 @@ class DevelopedFlow:
         return {"xx": s[0, 0], "xy": s[0, 1], "yy": s[1, 1], "aa": math.log(one)}
 
 
+class StartUp:
+    """The flow of the liquid without particles from rest, at the mean velocity 1 from t = 0 on.
+
+    The shear stress (1 - xi)/De c_rz + xi u' = -G r/2 gives u' at every radius, the mean velocity gives G.
+    """
+
+    def __init__(self, De: float, xi: float, alpha: float, end: float):
+        points, weights = np.polynomial.legendre.leggauss(30)
+        inner = (points + 1) / 4
+        self.r = np.concatenate([[0.0], inner, [0.5]])
+        moments = np.concatenate([[0.0], weights / 4 * inner**2, [0.0]])  # int r^2 u' dr = -1/4 at the mean velocity 1
+
+        def rate(c: np.ndarray) -> np.ndarray:
+            without = -(1 - xi) / De * c[1] / xi
+            gradient = (moments @ without + 1 / 4) / (moments @ self.r / 2 / xi)
+            return without - gradient * self.r / 2 / xi
+
+        def change(_: float, flat: np.ndarray) -> np.ndarray:
+            c = flat.reshape(4, -1)  # zz, rz, rr, tt
+            zz, rz, rr, tt, shear = *c, rate(c)
+            squares = np.array([(zz - 1) ** 2 + rz**2, rz * (zz + rr - 2), (rr - 1) ** 2 + rz**2, (tt - 1) ** 2])
+            stretch = np.array([2 * shear * rz, shear * rr, 0 * rr, 0 * rr])
+            return (stretch - (np.array([zz - 1, rz, rr - 1, tt - 1]) + alpha * squares) / De).ravel()
+
+        rest = np.repeat([1.0, 0.0, 1.0, 1.0], len(self.r))
+        self.solution = solve_ivp(change, (0, end), rest, "LSODA", dense_output=True, rtol=1e-9, atol=1e-11).sol
+        self.rate, self.t = rate, math.nan
+
+    def _at(self, t: float) -> None:
+        if t == self.t:
+            return
+        self.t, c = t, self.solution(t).reshape(4, -1)
+        shear = BarycentricInterpolator(self.r, self.rate(c))
+        x, w = np.polynomial.legendre.leggauss(20)
+        u = [-(0.5 - r) / 2 * w @ shear(r + (0.5 - r) * (x + 1) / 2) for r in self.r]
+        logs = np.empty_like(c)
+        for i, (zz, rz, rr, tt) in enumerate(c.T):
+            values, vectors = np.linalg.eigh([[rr, rz], [rz, zz]])
+            s = vectors @ np.diag(np.log(values)) @ vectors.T
+            logs[:, i] = s[0, 0], s[0, 1], s[1, 1], math.log(tt)
+        self.values = BarycentricInterpolator(self.r, np.vstack([u, logs]).T)
+
+    def velocity(self, r: float, t: float) -> float:
+        self._at(t)
+        return float(self.values(r)[0])
+
+    def log_conformation(self, r: float, t: float) -> dict[str, float]:
+        """The components in r and z, x and y for pyoomph."""
+        self._at(t)
+        return dict(zip(("xx", "xy", "yy", "aa"), self.values(r)[1:], strict=True))
+
+
 class AtEnds(ex.CustomMathExpression):
-    """A function of r for boundary conditions."""
+    """A function of r and t for boundary conditions."""
 
     def __init__(self, function):
         super().__init__()
         self.function = function
 
     def eval(self, arg_array):
-        return float(self.function(float(arg_array[0])))
+        return float(self.function(*map(float, arg_array)))
 
 
 class Liquid(ViscoelasticEquations):
@@ -119,8 +174,12 @@ class ViscoelasticPair(Pair):
     def __init__(self, options: argparse.Namespace, cells: int, folder: str):
         super().__init__(cells, options.beta, options.d, None, folder)
         self.options, self.De = options, self.define_global_parameter(De=0.01)
-        self.flow = DevelopedFlow(options.xi, options.alpha)
-        self.flow.become(0.01)
+        self.flow: DevelopedFlow | StartUp = DevelopedFlow(options.xi, options.alpha)
+        if options.end:
+            self.De.value = options.De
+            self.flow = StartUp(options.De, options.xi, options.alpha, options.end)
+        else:
+            self.flow.become(0.01)
 
     def become(self, De: float) -> None:
         """Set De and the flow at the ends."""
@@ -132,14 +191,14 @@ class ViscoelasticPair(Pair):
         self.set_coordinate_system(ex.axisymmetric)
         self.set_scaling(spatial=1, temporal=1, velocity=1, pressure=1)
         self += PairMesh(self.cells, self.beta, self.d)
-        r, z = ex.var(["coordinate_x", "coordinate_y"])
+        r, z, t = ex.var(["coordinate_x", "coordinate_y", "time"])
         rigid, xi = self.options.Ca_e == 0, self.options.xi
         U = {side: ex.var(f"U_{name}", domain="globals") for side, name in PARTICLES.items()}
         x = ex.minimum(ex.maximum((z + self.d / 4) / (self.d / 2), 0), 1)
         mesh = U[-1] + (U[1] - U[-1]) * (3 * x**2 - 2 * x**3)
         ends = {"velocity_y": AtEnds(self.flow.velocity)}
         for name in ("xx", "xy", "yy", "aa"):
-            ends[f"log_conformation_{name}"] = AtEnds(lambda at, name=name: self.flow.log_conformation(at)[name])
+            ends[f"log_conformation_{name}"] = AtEnds(lambda r, t, name=name: self.flow.log_conformation(r, t)[name])
         fluid = StokesEquations(dynamic_viscosity=xi, mode="TH").with_pressure_fixation()
         fluid += Liquid(
             model=Giesekus(self.options.alpha),
@@ -153,7 +212,7 @@ class ViscoelasticPair(Pair):
             fluid += DirichletBC(velocity_x=0, log_conformation_xy=0) @ line
         fluid += DirichletBC(velocity_x=0, velocity_y=0) @ "wall"
         for end in ("inlet", "outlet"):
-            fluid += DirichletBC(velocity_x=0, **{name: function(r) for name, function in ends.items()}) @ end
+            fluid += DirichletBC(velocity_x=0, **{name: function(r, t) for name, function in ends.items()}) @ end
         if not rigid:
             fluid += LaplaceSmoothedMesh()
             for line in ("axis", "gap"):
@@ -195,6 +254,23 @@ def solve(options: argparse.Namespace, cells: int, folder: str) -> dict[str, flo
         return row
 
 
+def run(options: argparse.Namespace, cells: int, steps: int, folder: str) -> list[dict[str, float]]:
+    """Rows at a quarter, half and all of the time of a rigid pair from rest whose distance is held, by BDF2."""
+    rows = []
+    with ViscoelasticPair(options, cells, folder) as pair:
+        pair.initialise()
+        begin = time.process_time()
+        for step in range(1, steps + 1):
+            pair.solve(timestep=options.end / steps, newton_solver_tolerance=TOLERANCE, max_newton_iterations=30)
+            if step in (steps // 4, steps // 2, steps):
+                U = {name: velocity(pair, name) for name in PARTICLES.values()}
+                row = {"cells": cells, "unknowns": pair.ndof(), "U_T": U["trailing"], "U_L": U["leading"]}
+                row |= {"dU": U["leading"] - U["trailing"], "newton": pair.get_la_solver().clock["newton"]}
+                row |= {"seconds": time.process_time() - begin, "steps": steps}
+                rows.append(row | {"t": step * options.end / steps})
+    return rows
+
+
 def velocity(pair: Problem, name: str) -> float:
     return float(pair.get_ode("globals").get_value(f"U_{name}"))
 
@@ -211,13 +287,19 @@ def main() -> None:
     option("--Ca_e", type=float, default=0.0, help="viscous over elastic stress; 0: rigid")
     option("--xi", type=float, default=0.09, help="viscosity of the solvent")
     option("--alpha", type=float, default=0.2, help="mobility")
+    option("--end", type=float, default=0.0, help="a run from rest to this time, distance held; 0: the steady state")
+    option("--steps", type=int, nargs="+", default=[100], help="time steps of a run, a number or more")
     option("--output", type=Path, default=Path("pyoomph_viscoelastic.csv"), help="the table as CSV")
     options, rows = parser.parse_args(), []
     for De, d, supg, cells in product(options.De, options.d, options.supg, options.cells):
         scene = argparse.Namespace(**vars(options) | {"De": De, "d": d, "supg": supg})
         with tempfile.TemporaryDirectory() as folder:
-            rows.append({"De": De, "d": d, "Ca_e": options.Ca_e, "supg": supg, **solve(scene, cells, folder)})
-        print(rows[-1], flush=True)
+            found = [solve(scene, cells, folder)] if not options.end else []
+        for steps in options.steps if options.end else []:
+            with tempfile.TemporaryDirectory() as folder:
+                found += run(scene, cells, steps, folder)
+        rows += [{"De": De, "d": d, "Ca_e": options.Ca_e, "supg": supg, **row} for row in found]
+        print(*rows[-len(found) :], sep="\n", flush=True)
         with options.output.open("w", newline="") as file:
             writer = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
             writer.writeheader()
