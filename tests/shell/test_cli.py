@@ -28,7 +28,7 @@ FOR_FEW = ("h5py", "matplotlib.animation", "matplotlib.pyplot", "pandas", "pint"
 def test_help_lists_every_command() -> None:
     result = CliRunner().invoke(app, ["--help"])
     assert result.exit_code == 0
-    assert len(COMMANDS) == 21
+    assert len(COMMANDS) == 22
     assert all(command in result.output for command in COMMANDS)
 
 

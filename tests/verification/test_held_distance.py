@@ -27,4 +27,4 @@ def test_a_sweep_of_held_distances_has_dU_at_a_quarter_half_and_all_of_the_time(
     series, row = sweep.cases[0].table, sweep.table.iloc[0]
     for name, part in {"dU_quarter": 0.25, "dU_half": 0.5, "dU": 1.0}.items():
         assert row[name] == pytest.approx(np.interp(part * 0.1, series["t"], series["dU"]), rel=1e-12)
-    assert row["dU_quarter"] < row["dU_half"] < row["dU"]
+    assert len({row["dU_quarter"], row["dU_half"], row["dU"]}) == 3
