@@ -110,10 +110,16 @@ def fit(
 
 def _columns(film: Path) -> tuple[Array, ...]:
     """Times [s] and distances [m] of a film, in ascending time."""
+    if not film.is_file():
+        raise InputError(str(film), "", None, "no such file")
     table, found = pd.read_csv(film), []
     for name, unit in (("t", "s"), ("d", "m")):
         heading = next((each for each in map(str, table) if re.fullmatch(rf"\s*{name}\s*\[.+\]\s*", each)), "")
         if not heading:
             raise InputError(str(film), name, None, f"must be a column with its unit, such as {name} [{unit}]")
-        found.append(table[heading].to_numpy(dtype=float) * unit_in(unit, heading.partition("[")[2].strip(" ]")))
+        values = pd.to_numeric(table[heading], errors="coerce")
+        if values.isna().any():
+            wrong = int(np.flatnonzero(values.isna())[0])
+            raise InputError(f"{film}:{wrong + 2}", heading.strip(), table[heading].iloc[wrong], "must be a number")
+        found.append(values.to_numpy(dtype=float) * unit_in(unit, heading.partition("[")[2].strip(" ]")))
     return tuple(each[np.argsort(found[0])] for each in found)

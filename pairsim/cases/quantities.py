@@ -125,7 +125,7 @@ def as_given(text: str) -> tuple[float, str]:
         ValueError: It is no quantity.
     """
     number, unit = _parsed(_halves(text)[0])
-    return number, f"{unit:~P}"
+    return number, f"{unit:~C}".replace("\N{GREEK SMALL LETTER MU}", "u").replace("*", ".")
 
 
 def _halves(text: Any) -> tuple[Any, str | None]:

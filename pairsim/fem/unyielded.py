@@ -43,9 +43,9 @@ def law_fields(scene: Scene, x: Array) -> dict[str, Array]:
         tau = rate * law.viscosity(gamma2)
     else:
         tau = magnitude(scene.material, exponential(scene.liquid.nodal("s", x)[mesh.cells].mean(axis=1)))
-    with np.errstate(divide="ignore", invalid="ignore"):  # a yield stress may be 0
-        found = {name: field.value(law, tau, rate) for name, field in law.fields.items()}
-    return {name: values for name, values in found.items() if np.isfinite(values).all()}
+    # A contour is that of a yield surface, and a yield stress may be 0.
+    wanted = {name: field for name, field in law.fields.items() if law.yield_stress or field.level is None}
+    return {name: field.value(law, tau, rate) for name, field in wanted.items()}
 
 
 def bridges(scene: Scene, x: Array, h: Array) -> Array:

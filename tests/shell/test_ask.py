@@ -84,6 +84,8 @@ def test_the_command_answers_in_words(atlas: Path, pairsim: Pairsim) -> None:
     refused = pairsim("ask", "--particle", "20um", "--atlas", str(atlas))
     assert refused.returncode == 2
     assert "--tube: must be given, or a case file" in refused.stderr
+    refused = pairsim("ask", "--tube", "50um", "--from", "20um", "--atlas", str(atlas))
+    assert "--to: must be given, too, for a travel" in refused.stderr
 
 
 @pytest.mark.slow

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -85,3 +86,18 @@ def test_the_command_says_the_same(atlas: Path, tmp_path: Path, pairsim: Pairsim
 def test_what_is_unknown_needs_a_first_guess(atlas: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="first guess of relaxation"):
         api.fit(film(tmp_path / "f.csv", 0.0, 0.06, 0.0), case(modulus="5 kPa"), unknown=["relaxation"], atlas=atlas)
+
+
+@pytest.mark.parametrize(
+    ("text", "wrong"),
+    [
+        (None, "no such file"),
+        ("t [s],d\n0,5\n", "a column with its unit"),
+        ("t [s],d [um]\n0,5\n1,far\n", "film.csv:3: d [um]: got 'far'; must be a number"),
+    ],
+)
+def test_what_is_wrong_in_a_film_is_named(atlas: Path, tmp_path: Path, text: str | None, wrong: str) -> None:
+    if text is not None:
+        (tmp_path / "film.csv").write_text(text)
+    with pytest.raises(InputError, match=re.escape(wrong)):
+        api.fit(tmp_path / "film.csv", case(modulus="5 kPa"), atlas=atlas)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -170,3 +171,14 @@ def test_a_run_says_within_which_radius_nothing_yields_between_particles() -> No
         radii[Bn] = run.table["bridge"].iloc[-1]
         assert any("nothing yields along d within" in line for line in run.findings()) == (radii[Bn] > 0)
     assert radii == {1e-3: 0.0, 50.0: 0.5}
+
+
+def test_fields_of_a_yield_law_without_a_yield_stress_have_no_yield_surface(tmp_path: Path) -> None:
+    """Its stress over the yield stress is no number, and is left out."""
+    case = COARSE | {"beta": 0.4, "De": 0.5, "Ca_e": 0, "d0": 0.4, "time": {"end": 1e-3}}
+    liquid = {"law": "oldroyd-b", "yielding": {"law": "saramito-2007", "Bn": 0.0}}
+    run = pairsim.run(case | {"liquid": liquid}, folder=tmp_path / "run")
+    assert run.status == "finished"
+    fields = run.fields(1e-3).point_data
+    assert "tr_c" in fields
+    assert "yielding" not in fields

@@ -9,12 +9,12 @@ import numpy as np
 
 from pairsim.computing.answer import shapes_in
 from pairsim.physics.scales import Scales
+from pairsim.questions.run import EARLIER
 from pairsim.results.columns import column, error_of, suffixes_in
 from pairsim.results.settled import NOTHING, SETTLED, Settled
 from pairsim.results.units import LENGTH, POSITION, TIME, VELOCITY, in_unit, scales_in
 from pairsim.runtime.arrays import Array
 
-QUARTERS = np.array([0.25, 0.5, 1.0])  # T, 2 T and 4 T
 MOST_GAPS = 3  # that have a sentence each
 
 
@@ -61,7 +61,7 @@ def _while_held(series: Mapping[str, Array], gap: str, scales: Scales | None) ->
     """dU at a held distance at a quarter of the time, half of it, and the end: what differs has not settled."""
     t, errors = series["t"], series.get(error_of(f"dU{gap}"))
     said = []
-    for at in t[-1] * QUARTERS:
+    for at in t[-1] * np.array([*reversed(EARLIER.values()), 1.0]):
         error = None if errors is None else float(np.interp(at, t, errors))
         value = in_unit(scales, VELOCITY, float(np.interp(at, t, series[f"dU{gap}"])), error, "+")
         said.append(f"{value} at t = {in_unit(scales, TIME, at)}")
