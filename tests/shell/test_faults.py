@@ -13,7 +13,7 @@ from support.commands import Pairsim
 from support.inputs import TINY
 
 from pairsim.fem.compilation import jit
-from pairsim.results.folder import read_record
+from pairsim.results.folder import read_record, write_bytes
 from pairsim.sweeps.folder import read_sweep
 
 TUBE = "particles: 0\nDe: 0\nlength: 2\nends: developed\ntime: {end: 0.01}\n"
@@ -32,7 +32,13 @@ def test_picture_that_cannot_be_written_is_a_warning(
     (tmp_path / "case.yaml").write_text(
         PAIR.replace("d0: 0.1", "d: [0.1, 0.11]").replace("time: {end: 0.01}\n", "max_points: 2\n")
     )
-    monkeypatch.setattr("pairsim.results.folder.write_bytes", refuse)
+
+    def write(path: Path, content: bytes) -> None:
+        if path.suffix == ".png":
+            raise FULL
+        write_bytes(path, content)
+
+    monkeypatch.setattr("pairsim.results.folder.write_bytes", write)
     done = pairsim("curve", "case.yaml", "-o", "out")
     assert done.returncode == 0
     assert done.stdout.strip() == "out"

@@ -15,7 +15,6 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import typer
 
 from pairsim.api.compute import Computation
@@ -64,6 +63,8 @@ def result_columns(case: Case) -> tuple[str, ...]:
 
 def read(tables: Tables) -> dict[str, Value]:
     """The last row, and what dU was at half and at a quarter of the time."""
+    import numpy as np  # after pairsim.runtime.fenicsx, which keeps SIGTERM from its threads
+
     values, series = last_row(tables), tables["series"]
     for name, part in EARLIER.items() if rows_in(series) else ():
         for gap in suffixes_in(series, "dU"):
