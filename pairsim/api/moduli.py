@@ -112,9 +112,8 @@ def _stress(
     width, flow_rate = 1e-6 * float(setup[WIDTH]), 1e-9 * float(setup[FLOW_RATE])
     own_width, own_flow_rate = 1e-6 * meta["channel_width"], 1e-9 * meta["flow_rate"]
     if LAW in meta and INDEX not in meta:
-        allowed = (
-            f"holds for its own liquid ({meta[LAW]}) in {meta['channel_width']:g} um at {meta['flow_rate']:g} ul/s"
-        )
+        flow = f"in {meta['channel_width']:g} um at {meta['flow_rate']:g} ul/s"
+        allowed = f"holds for its own liquid ({meta[LAW]}) {flow}"
         same = np.allclose((width, flow_rate), (own_width, own_flow_rate), rtol=1e-3, atol=0)
         if not same or carrier not in (None, OF_TABLE):
             raise InputError("pairsim moduli", "--table", None, f"{allowed} alone; another flow needs another table")

@@ -132,7 +132,8 @@ def units(
     fit = None
     if carrier is not None:
         K, n = methyl_cellulose(carrier, celsius)
-        _check_left_out(given.keys() & {"liquid"}, given, "since the carrier is a power law")
+        if "liquid" in given:
+            raise InputError("pairsim units", "--liquid", given["liquid"], "must be left out with --carrier")
         power_law = next(name for name, law in LAWS.items() if law.parameters().keys() == {"n"})
         given["liquid"], quantities["consistency"] = {"law": power_law, "n": round(n, 6)}, f"{K:.6g}Pa.s^{n:.6f}"
     if rheology is not None or spectrum is not None:
@@ -156,7 +157,8 @@ def units(
             missing, other = ("--over", "--pressure") if over is None else ("--pressure", "--over")
             allowed = f"must be given with {other}, such as --pressure 20kPa --over 5cm"
             raise InputError("pairsim units", missing, None, allowed)
-        _check_left_out(quantities.keys() & {"flow_rate", "velocity"}, quantities, "with --pressure")
+        for key in quantities.keys() & {"flow_rate", "velocity"}:
+            raise InputError("pairsim units", f"{BLOCK}.{key}", quantities[key], "must be left out with --pressure")
         from pairsim.cases.pressure import velocity_for
 
         quantities["velocity"] = velocity_for(pressure, over, lambda velocity: case_with(velocity=velocity))
@@ -169,12 +171,6 @@ def units(
     written = {BLOCK: quantities, **given}
     notes += [*warnings, *(f"note: {note}" for note in case.notes)]
     return Units(case, written, [*numbers], [*_scales(scales), *rows], notes, fit)
-
-
-def _check_left_out(keys: set[str], given: Mapping[str, Any], why: str) -> None:
-    """Refuse quantities that are given twice."""
-    for key in sorted(keys):
-        raise InputError("pairsim units", f"{BLOCK}.{key}", given[key], f"must be left out {why}")
 
 
 def _numbers(case: SceneCase, Re: float) -> Iterator[Row]:

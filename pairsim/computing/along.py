@@ -16,6 +16,7 @@ from pairsim.cases.mistakes import Mistake, missing
 from pairsim.cases.values import Values
 from pairsim.computing import events
 from pairsim.results.columns import Column
+from pairsim.results.units import softness
 
 if TYPE_CHECKING:
     from pairsim.plots.style import Page
@@ -109,7 +110,7 @@ def solve_along(case: AlongCase, monitor: Monitor, columns: Sequence[str | Colum
                 yield events.Row(case.kind, row)
                 if roughness(branch.solver.bodies[0], branch.solver.state()[0]) > WRINKLED:
                     rough.append(f"{Ca_e:.4g}")
-                yield events.Progress(count, f"Ca_e = {Ca_e:.4g}  {shown} = {row[shown]:.6g}", count)
+                yield events.Progress(count, f"{softness(Ca_e, case.scales)}  {shown} = {row[shown]:.6g}", count)
             return events.Outcome("finished", "end", what)
         return found.outcome  # the branch ends before the last Ca_e
     finally:

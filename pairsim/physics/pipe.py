@@ -276,8 +276,11 @@ class Pipe:
                 if np.abs(step).max() <= 1e-13 * np.abs(c).max():
                     break
         left = np.abs(self._rate(0.0, c)).max()
-        if not left <= 1e-8 * np.abs(c).max() / self.liquid.De:
-            what = f"no developed flow at De = {self.liquid.De:g}: Newton's method stopped at dc/dt = {left:.2g}"
+        converged = left <= 1e-8 * np.abs(c).max() / self.liquid.De
+        zz, zr, rr, tt = np.moveaxis(c.reshape(-1, 4, len(self.r)), 1, 0)
+        if not (converged and (zz * rr > zr**2).all() and np.minimum(zz, tt).min() > 0):
+            where = "in a flow that cannot exist" if converged else f"at dc/dt = {left:.2g}"
+            what = f"no developed flow at De = {self.liquid.De:g}: Newton's method stopped {where}"
             advice = "a larger xi: shear stress that decreases with shear rate causes shear bands"
             raise NoSteadyState(what, advice=advice)
         return self._state(c.reshape(-1, len(self.r)))

@@ -34,13 +34,13 @@ class PressureResult(Result):
 
     def findings(self) -> list[str]:
         """How much the particle adds to the pressure drop, and how much its deformation changes of that."""
-        from pairsim.results.units import in_unit, scales_in
+        from pairsim.results.units import in_unit, scales_in, softness
 
         if not rows_in(self.columns):
             return ["No pressure drop was found."]
         Ca_e, dp, error = (self.columns[name] for name in ("Ca_e", "dp_plus", "dp_plus_error"))
         scales, ends = scales_in(self.record), (0, -1) if len(dp) > 1 else (0,)
-        drops = (f"{in_unit(scales, STRESS, dp[i], error[i])} at Ca_e = {Ca_e[i]:.4g}" for i in ends)
+        drops = (f"{in_unit(scales, STRESS, dp[i], error[i])} at {softness(Ca_e[i], scales)}" for i in ends)
         return [f"The particle adds {' to '.join(drops)} to the pressure drop."]
 
 

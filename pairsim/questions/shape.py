@@ -67,14 +67,14 @@ class ShapeResult(Result):
 
     def findings(self) -> list[str]:
         """How far the particle deforms, and how fast it moves."""
-        from pairsim.results.units import VELOCITY, in_unit, scales_in, with_error
+        from pairsim.results.units import VELOCITY, in_unit, scales_in, softness, with_error
 
         if not rows_in(self.columns):
             return ["No shape was found."]
         D, error, Ca_e = (self.columns[name] for name in ("D_1", "D_error", "Ca_e"))
         scales, ends = scales_in(self.record), (0, -1) if len(D) > 1 else (0,)
         U = (in_unit(scales, VELOCITY, self.columns["U_1"][i], self.columns["U_error_1"][i]) for i in ends)
-        shapes = (f"{with_error(D[i], error[i])} at Ca_e = {Ca_e[i]:.4g}" for i in ends)
+        shapes = (f"{with_error(D[i], error[i])} at {softness(Ca_e[i], scales)}" for i in ends)
         return [f"D = {' to '.join(shapes)}.", f"It moves at U = {' to '.join(U)}."]
 
 

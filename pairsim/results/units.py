@@ -98,6 +98,12 @@ def with_error(value: float, error: float | None, sign: str = "", digits: int = 
     return text if scale == 1.0 else f"({text})e{exponent}"
 
 
+def softness(Ca_e: float, scales: Scales | None) -> str:
+    """Ca_e in words, such as "Ca_e = 0.1 (G_p = 1500 Pa)" with the modulus in an experiment."""
+    text = f"Ca_e = {Ca_e:.4g}"
+    return text if scales is None else f"{text} (G_p = {in_unit(scales, STRESS, 1 / Ca_e)})"
+
+
 def in_unit(
     scales: Scales | None, unit: Unit, value: float, error: float | None = None, sign: str = "", digits: int = 4
 ) -> str:

@@ -69,13 +69,6 @@ def plot_sweep(
     return written
 
 
-def quantity_of(cases: Sequence[Mapping[str, Any]]) -> str:
-    """The column of results.csv that tells best what cases do."""
-    names = [name + ending for name in MOTION for ending in ("", "_1")]
-    known = {key for case in cases for key in case["values"]}
-    return next((name for name in names if name in known), "dU")
-
-
 def _lines(directory: Path, cases: Sequence[Mapping[str, Any]], curve: bool) -> list[Series]:
     """Every case as its own picture shows it; a cross ends the line of a case that failed."""
     lines: list[Series] = []
@@ -108,7 +101,9 @@ def _draw_parameters(
     name = max(free, key=lambda each: len(set(numbers[each][0])))
     others, (places, unit) = [other for other in varying if other != name], numbers[name]
     encoding = Encoding.of([case["parameters"] for case in cases], others, group if group in others else None)
-    quantity, named = quantity_of(cases), cases[0]["units"].axis_label
+    results = {key for case in cases for key in case["values"]}
+    quantity = next((each + end for each in MOTION for end in ("", "_1") if each + end in results), "dU")
+    named = cases[0]["units"].axis_label
     words = named([quantity], " at the end") if run else named(["d_cr"])
     series = _ends(cases, places, quantity, encoding) if run else _zeros(cases, places)
     figure, _ = draw_chart(page, {0: Panel(parameter_label(name, unit), words, "x")}, series, parts, encoding)

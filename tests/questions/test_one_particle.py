@@ -74,6 +74,12 @@ def test_command_says_draws_reports_and_is_swept(
     assert swept in question.values(tmp_path / "out")
 
 
+def test_what_a_bead_of_an_experiment_does_is_told_by_its_modulus() -> None:
+    bench = {"tube": "50um", "particle": "20um", "flow_rate": "1ul/min", "viscosity": "1Pa.s", "modulus": "5kPa"}
+    found = api.pressure({"particles": 1, "physical": bench, "along": [0.02]}, mesh={"Np": 8})
+    assert re.search(r"adds [\d.]+ \+- [\d.]+ Pa at Ca_e = 0.02 \(G_p = 8488 Pa\)", found.answer)
+
+
 def test_a_contour_is_that_of_an_ellipse_and_of_its_hull() -> None:
     a, b = 0.3, 0.2
     angles = np.linspace(0, np.pi, 81)

@@ -81,6 +81,9 @@ def test_a_flow_in_layers_is_told() -> None:
     """With alpha above 1/2 and hardly any solvent the shear stress falls with the shear rate, and layers form."""
     with pytest.raises(NoSteadyState, match="no developed flow"):
         Pipe(single(Giesekus(alpha=0.9), De=1.0, xi=0.01)).steady()
+    before, beyond = (Pipe(single(Giesekus(alpha=0.9), De=De, xi=0.001)) for De in (0.1, 0.2))
+    with pytest.raises(NoSteadyState, match="no developed flow"):
+        beyond.steady(before.steady())  # the equations have a solution whose conformation is not positive definite
 
 
 def test_one_dimensional_start_up_is_exact() -> None:
