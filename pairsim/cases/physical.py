@@ -106,6 +106,7 @@ DISTANCE = a_length(
 )
 SPACING = a_length("spacing", "distance between the centres of neighbours; gives train.spacing", "30 um", "s")
 CAPILLARY = a_length("capillary", "length of tube along which a row is followed; gives row.tube", "40 cm", "L")
+CONTACT = a_length("contact", "distance at which beads of a row touch; gives row.min_gap", "100 nm", r"d_\mathrm{min}")
 FLOW_RATE = "flow rate Q; gives the mean velocity U_av = 4 Q/(pi D_c^2)"
 VELOCITY = "mean velocity of the liquid U_av, in place of flow_rate"
 DENSITY = _measured(
@@ -122,6 +123,7 @@ EXPERIMENT = (
     Quantity(DISTANCE, "d"),
     Quantity(SPACING, "train.spacing"),
     Quantity(CAPILLARY, "row.tube"),
+    Quantity(CONTACT, "row.min_gap"),
     Quantity(a_time("end", "end time of a run; gives time.end"), "time.end"),
 )
 UNCERTAIN = "viscosity", "relaxation", "solvent"  # of liquids

@@ -62,6 +62,7 @@ SPECTRUM = (
 TRAIN = (
     Column("spacing", "s", "distance between the centres of neighbours", LENGTH),
     "d",
+    "d_error",
     Column("velocity", "U", "velocity of the beads", VELOCITY),
     Column("velocity_error", r"\epsilon_U", "half-width of its interval", VELOCITY),
     Column(
@@ -117,6 +118,11 @@ class TrainOptions(Keys):
     cell: values.Whole = Field(
         8, ge=4, le=64, description="even number of beads in the periodic cell, whose waves are computed"
     )
+    transition: tuple[values.Distance, values.Distance] | None = Field(
+        None,
+        description="two distances between which trains change from clustering to ordering; the train is that where "
+        "they do, in place of d [D_c]",
+    )
 
 
 class TrainCase(SceneCase):
@@ -145,6 +151,11 @@ class TrainCase(SceneCase):
         """Distance of the train [D_c]; None if its spacing is given."""
         return sum(self.d) / len(self.d) if isinstance(self.d, tuple) else self.d
 
+    @property
+    def found(self) -> tuple[str, ...]:
+        """What is not given, but found: the distance of a transition."""
+        return () if self.train.transition is None else ("d", "d_error")
+
     def first_gaps(self, d: float) -> Array | None:
         """The first distances of the row in a train with distance d [D_c], shape (N-1,); None if none is followed."""
         from numpy import array
@@ -165,23 +176,27 @@ class TrainCase(SceneCase):
     def tube_length(self) -> float:
         """Length of a period with undeformed beads [D_c]."""
         beta = max(self.betas, default=0.0)
-        return beta + (self.mean_d or 0.0) if self.train.spacing is None else self.train.spacing
+        d = self.mean_d or max(self.train.transition or (0.0,))
+        return beta + d if self.train.spacing is None else self.train.spacing
 
     def resolved(self) -> dict[str, Any]:
         """The case with every default filled in, without a length: it follows from the spacing."""
         return {key: value for key, value in super().resolved().items() if key != "length"}
 
     def _slug_parts(self) -> list[str]:
-        distance = f"d{self.mean_d:g}" if self.mean_d is not None else f"spacing{self.train.spacing:g}"
+        distance = f"d{self.mean_d:g}" if self.mean_d is not None else f"spacing{self.tube_length:g}"
         return ["train", *(part for part in super()._slug_parts() if part != "n1"), distance]
 
 
 def check(case: TrainCase) -> Iterator[Mistake]:
     """Check the keys against each other; yields mistakes."""
-    spacing = case.train.spacing
-    if case.d is None and spacing is None:
+    spacing, transition = case.train.spacing, case.train.transition
+    if case.d is None and spacing is None and transition is None:
         yield missing("d", "must be a number, the distance between facing surfaces, or train.spacing be given")
         return
+    if transition is not None and (case.d is not None or spacing is not None or transition[0] >= transition[1]):
+        allowed = "must be two distances in ascending order, in place of d and train.spacing"
+        yield Mistake("train.transition", list(transition), allowed)
     if case.d is not None and spacing is not None:
         yield Mistake("train.spacing", spacing, "must be left out if d is given: beads deform, and one follows")
     elif spacing is not None and case.betas and spacing <= max(case.betas):
@@ -208,13 +223,17 @@ def estimate(case: TrainCase) -> Estimate:
 def solve(case: TrainCase, *, monitor: Monitor) -> events.Events:
     """Compute the train and its growth rates on two meshes, and on finer ones while errors are larger than wanted."""
     from pairsim.computing.problems import steady_problem
+    from pairsim.results.units import in_unit
     from pairsim.solvers.parameters import Parameters
     from pairsim.solvers.steady.ends import Ended
-    from pairsim.solvers.trains.train import Train, on_meshes
+    from pairsim.solvers.trains.train import Train, on_meshes, transition
 
     yield events.Begin(f"the growth rates of {case.train.cell} beads", 1)
     problem, start = steady_problem(case, inf, monitor), Parameters((), case.solid_models, case.liquid_model)
-    meshes = on_meshes(problem, start, case.train.cell, case.mean_d)
+    d, slope, between = case.mean_d, None, case.train.transition
+    if between is not None:
+        d, slope = transition(problem, start, case.train.cell, between)
+    meshes = on_meshes(problem, start, case.train.cell, d)
     for refined, found in enumerate(islice(meshes, MOST_REFINED), 1):
         if isinstance(found, Ended):
             yield events.Summary({})
@@ -224,17 +243,23 @@ def solve(case: TrainCase, *, monitor: Monitor) -> events.Events:
         errors = f"errors {100 * found.error:.2g} % of the largest rate"
         yield events.Progress(refined / MOST_REFINED, errors, refined)
         verdict = found.spectrum.verdict
-        if verdict == "neither" or case.held or (found.error <= case.error_wanted and verdict != "undecided"):
+        certain = verdict != "undecided" or between is not None
+        if verdict == "neither" or case.held or (found.error <= case.error_wanted and certain):
             break
     assert isinstance(found, Train)
     spectrum, waves = found.spectrum, found.spectrum.waves
     columns = zip(waves, *spectrum.growth(waves), *spectrum.frequency(waves), strict=True)
     rows = [dict(zip((each.name for each in SPECTRUM), map(float, row), strict=True)) for row in columns]
     yield events.Table("train", [each if isinstance(each, str) else each.name for each in TRAIN])
-    yield events.Row("train", _row(found))
+    d_error = None if slope is None else sum(map(abs, spectrum.least_stable)) / abs(slope)
+    yield events.Row("train", _row(found) | {"d_error": d_error})
     yield events.Table("spectrum", [each.name for each in SPECTRUM], rows)
     gaps = case.first_gaps(found.d)
     sentences = [] if gaps is None else (yield from _follow(case, problem, start, gaps))
+    if slope is not None:
+        nearer, farther = ("cluster", "order") if slope < 0 else ("order", "cluster")
+        place = in_unit(case.scales, LENGTH, found.d, d_error)
+        sentences.append(f"Trains with distances of less than {place} {nearer}, and those with more {farther}.")
     yield events.Summary({"unknowns": found.unknowns, "row": sentences}, _warnings(case, found))
     return events.Outcome("finished", "end", f"verdict: {spectrum.verdict}")
 
@@ -437,7 +462,9 @@ QUESTION = Question(
         "train": "Growth rates and frequencies of disturbances over their wave number",
         "row": "Distances of a row of beads along the tube, and those at the inlet and at the outlet",
     },
-    in_sweeps=InSweeps(lambda _: ("verdict", "growth", "growth_error", "diffusion", "diffusion_error", "tube")),
+    in_sweeps=InSweeps(
+        lambda case: (*case.found, "verdict", "growth", "growth_error", "diffusion", "diffusion_error", "tube")
+    ),
 )
 
 train: Computation[TrainResult] = Computation(QUESTION, __doc__)

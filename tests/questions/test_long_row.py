@@ -81,9 +81,11 @@ def test_short_rows_are_those_of_a_curve(equal: EqualRow) -> None:
 
 def test_quantities_of_an_experiment_give_distances_and_the_length_of_tube() -> None:
     physical = {"tube": "50 um", "velocity": "5 mm/s", "viscosity": "1 Pa s", "particle": "20 um", "modulus": "1 kPa"}
-    case = pairsim.load({"physical": physical | {"distance": ["5 um", "10 um"], "capillary": "5 cm"}}, kind="train")
+    lengths: dict[str, Any] = {"distance": ["5 um", "10 um"], "capillary": "5 cm", "contact": "100 nm"}
+    case = pairsim.load({"physical": physical | lengths}, kind="train")
     assert case.first_gaps(0.15) == pytest.approx([0.1, 0.2])
     assert case.row.tube == pytest.approx(1000)
+    assert case.row.min_gap == pytest.approx(0.002)
 
 
 def test_a_pair_is_followed_too(follow: Any) -> None:

@@ -21,6 +21,7 @@ from pairsim.solvers.steady.scene import SteadySolver
 from pairsim.solvers.trains.cell import distance, one_particle, repeated
 from pairsim.solvers.trains.response import response, small_root
 from pairsim.solvers.trains.spectrum import Spectrum
+from pairsim.solvers.trains.train import Train
 
 SOFT = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d": 0.1}
 RIGID = {"beta": 0.4, "De": 1, "Ca_e": 0, "d": 0.4}
@@ -130,6 +131,30 @@ def test_verdicts_are_certain_beyond_the_errors_of_long_waves_too() -> None:
     assert spectrum(orders, 8).verdict == "orders"
     assert spectrum({j: -b for j, b in orders.items()}, 8).verdict == "clusters"
     assert spectrum({**orders, 2: -0.01, -2: -0.01}, 8, change=0.2).verdict == "undecided"
+
+
+def test_a_transition_is_where_the_first_wave_begins_to_grow(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By trains in which it is known: waves of two beads grow up to d = 0.5, long ones decay."""
+
+    def known(_: Any, __: Any, cell: int, d: float | None = None, coarse: Train | None = None) -> Train:
+        assert d is not None
+        growth = 0.5 - d
+        rates = spectrum({-1: 0.02 - growth / 2, 1: -growth / 2, 2: 0.01 * growth, -2: 0.01 * growth}, cell).rates
+        return Train(1.2, d, d + 0.4, 0.1, np.tile(rates, (5, 1)), 100, coarse)
+
+    monkeypatch.setattr("pairsim.solvers.trains.train.train_of", known)
+    monkeypatch.setattr("pairsim.computing.problems.steady_problem", lambda case, *_: problem_of(**RIGID)[0])
+    keys = {"beta": 0.4, "De": 1, "Ca_e": 0}
+    found = pairsim.train(keys | {"train": {"cell": 4, "transition": [0.3, 0.8]}}).check()
+    d, d_error = (found.table[name][0] for name in ("d", "d_error"))
+    assert known(None, None, 4, d).spectrum.least_stable[0] == pytest.approx(0, abs=1e-3)
+    assert d_error < 1e-2
+    assert f"less than {d:.2g}" in found.answer
+    assert "cluster, and those with more order" in found.answer
+    with pytest.raises(pairsim.errors.NoSteadyState, match="clusters at both"):
+        pairsim.train(keys | {"train": {"transition": [0.1, 0.2]}}).check()
+    with pytest.raises(pairsim.InputError, match="in place of d"):
+        pairsim.load(keys | {"d": 0.3, "train": {"transition": [0.1, 0.2]}}, kind="train")
 
 
 def test_the_spread_of_distances_falls_as_that_of_a_chain_that_diffuses() -> None:

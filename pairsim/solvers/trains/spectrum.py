@@ -82,6 +82,13 @@ class Spectrum:
         return -float(scaled[0]), float(error[0])
 
     @property
+    def least_stable(self) -> tuple[float, float]:
+        """The largest growth rate over 2 (1 - cos k), above 0 where a wave grows, and its half-width [U_av/D_c]."""
+        _, scaled, error = self.everywhere
+        at = int(scaled.argmax())
+        return float(scaled[at]), float(error[at])
+
+    @property
     def verdict(self) -> str:
         """What becomes of disturbances: "orders", "clusters", "neither" or "undecided".
 

@@ -6,8 +6,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 
 from pairsim.runtime.arrays import Array
+from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.ends import Ended
@@ -19,6 +21,8 @@ from pairsim.solvers.trains.spectrum import Spectrum
 
 COARSER = 2**0.5
 """Size of the cells of a mesh over that of the next one."""
+PRECISION = 1e-3  # of the distance of a transition, relative to its range; chosen
+STEP = 0.05  # of a distance by which slopes are differences, relative to it; chosen
 LEFT = 1 / (COARSER - 1)  # of the difference, an error of first order in the size of the cells; it is of a higher one
 
 
@@ -116,3 +120,34 @@ def on_meshes(
         problem = coarser(problem, 1 / COARSER)
         yield found
     yield found
+
+
+def transition(
+    problem: SteadyProblem, parameters: Parameters, count: int, between: tuple[float, float]
+) -> tuple[float, float]:
+    """Find where a train changes from ordering to clustering: where the first or last wave begins to grow.
+
+    Args:
+        problem, parameters, count: As for `train_of`.
+        between: Two distances, at one of which it orders and at the other clusters [D_c].
+
+    Returns:
+        The distance [D_c], and the slope of `Spectrum.least_stable` there.
+
+    Raises:
+        NoSteadyState: It does the same at both, or no solution was found.
+        MeshFailure: A mesh could not be generated.
+    """
+
+    def growth(d: float) -> float:
+        found = train_of(problem, parameters, count, d)
+        if isinstance(found, Ended):
+            raise found.failure
+        return found.spectrum.least_stable[0]
+
+    ends = [growth(d) for d in between]
+    if ends[0] * ends[1] >= 0:
+        does = "clusters" if ends[0] > 0 else "orders"
+        raise NoSteadyState(f"the train {does} at both d = {between[0]:g} and d = {between[1]:g}")
+    d = float(scipy.optimize.brentq(growth, *between, xtol=PRECISION * (between[1] - between[0])))
+    return d, (growth((1 + STEP) * d) - growth((1 - STEP) * d)) / (2 * STEP * d)
