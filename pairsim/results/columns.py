@@ -200,7 +200,13 @@ COLUMNS: tuple[Column, ...] = (
     Column("U", "U", "velocity of the pair", VELOCITY),
     _plain("peak", "largest |dU| between a zero and the next, over that of the whole curve"),
     _plain("certain", "true: |dU| exceeds its error on both sides of the zero"),
-    Column("d_error", r"\epsilon_d", "error of the distance, dU_error/|slope|; empty where two zeros meet", LENGTH),
+    Column(
+        "d_error",
+        r"\epsilon_d",
+        "error of the distance where dU (of trains, the largest growth rate) is 0: its error over |slope|; empty "
+        "where two zeros meet",
+        LENGTH,
+    ),
     Column("parameter_error", r"\epsilon", "error of the followed parameter where two zeros meet; empty elsewhere"),
     _correction(GAP, "dU", VELOCITY),
     _error(GAP, "dU", VELOCITY, "mesh, ends, Newton's method and motion; in a run by mesh, time steps and start"),
