@@ -4,23 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
-import numpy as np
+import pandas as pd
 
-from pairsim.plots.style import COLOURS, GREY, Page, printing
+from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
 from pairsim.results.units import LENGTH, POSITION
 from pairsim.runtime.arrays import Array
 
 FEW = 10  # distances that are drawn one by one
-PARTS = (5, 25, 50, 75, 95)  # of more distances, those that are below a line, in per cent
+PARTS = (0.05, 0.25, 0.5, 0.75, 0.95)  # of more distances, those below a line
 BINS = 30
 
 
 @printing()
 def draw_long_row(row: Mapping[str, Array], units: Units, out: Path, page: Page) -> list[Path]:
-    """Draw the distances over the position, those of few beads one by one, and their histograms at inlet and outlet.
+    """Draw the distances over the position, or quantiles of many, and their histograms at inlet and outlet.
 
     Args:
         row: The columns of row.csv in the units that are drawn.
@@ -28,23 +27,12 @@ def draw_long_row(row: Mapping[str, Array], units: Units, out: Path, page: Page)
         out: Folder for the picture.
         page: What it is drawn for.
     """
-    position, distances = row["position"], np.array([row[name] for name in row if name.startswith("d")])
+    distances = pd.DataFrame(row).set_index("position").filter(regex="^d")
     figure, (over, histogram) = page.panels(2, 55)
-    if len(distances) <= FEW:
-        for i, each in enumerate(distances, 1):
-            over.plot(position, each, linestyle="-", marker="", label=f"$d_{{{i}}}$")
-    else:
-        lines = np.percentile(distances, PARTS, axis=0)
-        for below, above, label in ((0, 4, "90 %"), (1, 3, "50 %")):
-            over.fill_between(position, lines[below], lines[above], color=COLOURS[0], alpha=0.25, label=label)
-        over.plot(position, lines[2], color=COLOURS[0], linestyle="-", marker="", label="median")
-    ends, length = distances[:, [0, -1]], units.name(LENGTH)
-    bins = np.linspace(ends.min(), np.percentile(ends, 99.5), BINS)
-    looks: tuple[dict[str, Any], ...] = ({"color": GREY}, {"color": COLOURS[0], "histtype": "step", "linewidth": 1.2})
-    for values, label, look in zip(ends.T, ("inlet", "outlet"), looks, strict=True):
-        histogram.hist(np.minimum(values, bins[-1]), bins.tolist(), label=label, **look)
-    over.set(xlabel=f"position along the tube  [{units.name(POSITION)}]", ylabel=f"$d_i$  [{length}]")
-    histogram.set(xlabel=f"$d_i$  [{length}]", ylabel="distances")
-    for axis in (over, histogram):
-        axis.legend()
+    many, label = distances.shape[1] > FEW, f"$d_i$  [{units.name(LENGTH)}]"
+    lines = distances.quantile(PARTS, axis=1).T if many else distances
+    position = f"position along the tube  [{units.name(POSITION)}]"
+    lines.plot(ax=over, xlabel=position, ylabel=label, style="-")
+    ends = distances.iloc[[0, -1]].T.set_axis(["inlet", "outlet"], axis=1)
+    ends.plot.hist(ax=histogram, bins=BINS, alpha=0.5, xlabel=label, ylabel="distances")
     return page.save(figure, out, "row")

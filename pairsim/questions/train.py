@@ -12,7 +12,7 @@ system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator
+from collections.abc import Generator, Iterator, Sequence
 from dataclasses import replace
 from itertools import islice
 from math import inf, isfinite, nan, pi
@@ -31,8 +31,9 @@ from pairsim.cases.mistakes import Mistake, broken, missing
 from pairsim.cli.compute import app_of
 from pairsim.computing import events
 from pairsim.computing.question import InSweeps, Question, rows_in
-from pairsim.results.columns import Column, names_of, table_row
+from pairsim.results.columns import Column, names_of
 from pairsim.results.units import LENGTH, POSITION, RATE, VELOCITY
+from pairsim.runtime.errors import BranchEnd
 
 if TYPE_CHECKING:
     from pairsim.physics.scales import Scales
@@ -44,7 +45,6 @@ if TYPE_CHECKING:
     from pairsim.solvers.rows.motion import RowMotion
     from pairsim.solvers.trains.train import Train
 
-TENFOLD = 10.0  # change of a spread that the answer gives a length of tube for
 FAST = 0.3  # rate times t_relax from which on an answer says that beads move while they remember; chosen
 MOST_REFINED = 3  # meshes, each with smaller cells, until the errors are as small as wanted; chosen
 MESHES = 2.5  # factor of the time for two meshes and the response of the cell; measured
@@ -82,14 +82,21 @@ TRAIN = (
 
 
 ROW = (Column("position", "z", "how far the row has moved along the tube on average", POSITION),)
-"""The first column of row.csv, before time, distances and velocities."""
+"""The first column of row.csv, before time and distances."""
 PROPAGATOR = (Column("by_d_1", "", "derivative of a distance at the outlet, one a row, by the first one at the inlet"),)
 MOST_PROPAGATED = 50  # beads of a row whose changes are followed
 PLACES = 101  # rows of row.csv
 SHORT_ROWS = 1000  # beads of a cell whose response takes about as long as the short rows; from processor times
 LONG = 50.0  # length of the tube of short rows over the diameter of a bead, as of other cases
 LEAST = 0.04  # smallest distance at which short rows are solved [D_c]; chosen
-ASSUMED = "assumed to travel on as doublets, held by equal and opposite forces until these would have to pull"
+VERDICTS = {
+    "orders": "The train orders: every wave decays, {wave} fastest: at {rate}, by a factor e within {tube}.",
+    "clusters": "The train clusters: {wave} grows fastest: at {rate}, by a factor e within {tube}.",
+    "neither": "The train neither orders nor clusters: waves travel along it and keep their size.",
+    "undecided": "Whether the train orders is not certain: {wave} has the largest growth rate, {rate}.",
+}
+CHANGES = {"orders": (1 / 10, "of 20 % becomes one of 2 %"), "clusters": (10.0, "of 2 % becomes one of 20 %")}
+"""Of spreads of distances, by verdict."""
 
 
 class RowOptions(Keys):
@@ -157,15 +164,18 @@ class TrainCase(SceneCase):
         return () if self.train.transition is None else ("d", "d_error")
 
     def first_gaps(self, d: float) -> Array | None:
-        """The first distances of the row in a train with distance d [D_c], shape (N-1,); None if none is followed."""
-        from numpy import array
+        """The first distances of the row in a train with distance d [D_c], shape (N-1,); None if none is followed.
 
-        from pairsim.solvers.rows.motion import random_gaps
+        Those at random have a gamma distribution beyond `min_gap`.
+        """
+        import numpy as np
 
-        if isinstance(self.d, tuple):
-            return array(self.d)
         row = self.row
-        return random_gaps(row.beads - 1, d, row.spread, row.seed, row.min_gap) if row.beads else None
+        if row.beads is None:
+            return np.array(self.d) if isinstance(self.d, tuple) else None
+        scale = (row.spread * d) ** 2 / (d - row.min_gap)
+        random = np.random.default_rng(row.seed).gamma((d - row.min_gap) / scale, scale, row.beads - 1)
+        return np.asarray(row.min_gap + random)
 
     @property
     def range_of_d(self) -> tuple[float, float]:
@@ -225,43 +235,47 @@ def solve(case: TrainCase, *, monitor: Monitor) -> events.Events:
     from pairsim.computing.problems import steady_problem
     from pairsim.results.units import in_unit
     from pairsim.solvers.parameters import Parameters
-    from pairsim.solvers.steady.ends import Ended
-    from pairsim.solvers.trains.train import Train, on_meshes, transition
+    from pairsim.solvers.trains.train import on_meshes, transition
 
     yield events.Begin(f"the growth rates of {case.train.cell} beads", 1)
     problem, start = steady_problem(case, inf, monitor), Parameters((), case.solid_models, case.liquid_model)
-    d, slope, between = case.mean_d, None, case.train.transition
-    if between is not None:
-        d, slope = transition(problem, start, case.train.cell, between)
-    meshes = on_meshes(problem, start, case.train.cell, d)
-    for refined, found in enumerate(islice(meshes, MOST_REFINED), 1):
-        if isinstance(found, Ended):
-            yield events.Summary({})
-            if found.proven:
-                return events.Outcome("finished", found.failure.reason, found.failure.message)
-            raise found.failure
-        errors = f"errors {100 * found.error:.2g} % of the largest rate"
-        yield events.Progress(refined / MOST_REFINED, errors, refined)
-        verdict = found.spectrum.verdict
-        certain = verdict != "undecided" or between is not None
-        if verdict == "neither" or case.held or (found.error <= case.error_wanted and certain):
-            break
-    assert isinstance(found, Train)
-    spectrum, waves = found.spectrum, found.spectrum.waves
-    columns = zip(waves, *spectrum.growth(waves), *spectrum.frequency(waves), strict=True)
-    rows = [dict(zip((each.name for each in SPECTRUM), map(float, row), strict=True)) for row in columns]
-    yield events.Table("train", [each if isinstance(each, str) else each.name for each in TRAIN])
-    d_error = None if slope is None else sum(map(abs, spectrum.least_stable)) / abs(slope)
-    yield events.Row("train", _row(found) | {"d_error": d_error})
-    yield events.Table("spectrum", [each.name for each in SPECTRUM], rows)
-    gaps = case.first_gaps(found.d)
-    sentences = [] if gaps is None else (yield from _follow(case, problem, start, gaps))
-    if slope is not None:
+    place, d, slope = case.train.transition, case.mean_d, nan
+    try:
+        if place is not None:
+            d, slope = transition(problem, start, case.train.cell, place)
+        meshes = islice(on_meshes(problem, start, case.train.cell, d), MOST_REFINED)
+        for refined, found in enumerate(meshes, 1):
+            errors = f"errors {100 * found.error:.2g} % of the largest rate"
+            yield events.Progress(refined / MOST_REFINED, errors, refined)
+            verdict = found.spectrum.verdict
+            certain = verdict != "undecided" or place is not None
+            if verdict == "neither" or case.held or (found.error <= case.error_wanted and certain):
+                break
+    except BranchEnd as end:
+        yield events.Summary({})
+        return events.Outcome("finished", end.reason, end.message)
+    spectrum, waves, d_error = found.spectrum, found.spectrum.waves, None
+    sentences = list[str]()
+    if place is not None:
+        d_error = sum(map(abs, spectrum.least_stable)) / abs(slope)
         nearer, farther = ("cluster", "order") if slope < 0 else ("order", "cluster")
-        place = in_unit(case.scales, LENGTH, found.d, d_error)
-        sentences.append(f"Trains with distances of less than {place} {nearer}, and those with more {farther}.")
-    yield events.Summary({"unknowns": found.unknowns, "row": sentences}, _warnings(case, found))
-    return events.Outcome("finished", "end", f"verdict: {spectrum.verdict}")
+        at = in_unit(case.scales, LENGTH, found.d, d_error)
+        sentences.append(f"Trains with distances of less than {at} {nearer}, and those with more {farther}.")
+    tubes = [found.U * time for time in spectrum.time_to(CHANGES[verdict][0])] if verdict in CHANGES else [inf] * 3
+    values = [found.spacing, found.d, d_error, found.U, found.U_error, verdict, *spectrum.fastest, *spectrum.diffusion]
+    yield _table("train", TRAIN, [[*values, *(each if isfinite(each) else nan for each in (*tubes, found.t_relax))]])
+    rates = (*spectrum.growth(waves), *spectrum.frequency(waves))
+    yield _table("spectrum", SPECTRUM, list(zip(waves, *rates, strict=True)))
+    if (gaps := case.first_gaps(found.d)) is not None:
+        sentences += yield from _follow(case, problem, start, gaps)
+    yield events.Summary({"unknowns": found.unknowns, "sentences": sentences}, _warnings(case, found))
+    return events.Outcome("finished", "end", f"verdict: {verdict}")
+
+
+def _table(name: str, columns: Sequence[str | Column], rows: Sequence[Sequence[Any]]) -> events.Table:
+    """A table with its rows, in the order of its columns."""
+    names = [each if isinstance(each, str) else each.name for each in columns]
+    return events.Table(name, names, [dict(zip(names, row, strict=True)) for row in rows])
 
 
 def _follow(
@@ -279,13 +293,12 @@ def _follow(
     for done, total, model in models(equal, least):  # noqa: B007
         yield events.Progress(1.0, f"{done} of {total} short rows", done)
     motion = move(model, gaps, options.min_gap, options.tube, problem.monitor)
-    rows = list[dict[str, float]]()
-    for t in np.linspace(0.0, motion.t[-1], PLACES):
-        position = float(np.mean(motion.positions(t) - motion.positions(0.0)))
-        rows.append({"position": position} | table_row(n, t=t, d=motion.gaps(t), U=motion.velocities(t)))
-    yield events.Table("row", [ROW[0].name, *names_of(n, "t", "d", "U")], rows)
+    times = np.linspace(0.0, motion.t[-1], PLACES)
+    states = [motion.gaps(t) for t in times]
+    ways = [motion.positions(t) - motion.positions(0.0) for t in times]
+    rows = [(way.mean(), t, *d) for way, t, d in zip(ways, times, states, strict=True)]
+    yield _table("row", [*ROW, *names_of(n, "t", "d")], rows)
     sentences = list(_of_motion(motion, case.scales))
-    states = [motion.gaps(t) for t in np.linspace(0.0, motion.t[-1], 5)]
     if places := cut_rows(states, 6, options.audited, least):
         off = 100 * audit(equal, model, places).max(axis=0)
         sentences.append(
@@ -294,8 +307,7 @@ def _follow(
         )
     if n <= MOST_PROPAGATED and not motion.touching.any():
         propagator = motion.propagator()
-        names = [f"by_d_{i + 1}" for i in range(n - 1)]
-        yield events.Table("propagator", names, [dict(zip(names, row, strict=True)) for row in propagator.tolist()])
+        yield _table("propagator", [f"by_d_{i}" for i in range(1, n)], propagator.tolist())
         singular = np.linalg.svd(propagator, compute_uv=False)
         sentences.append(
             f"Small changes of the first distances become {singular[-1]:.3g} to {singular[0]:.3g} times as large, by "
@@ -319,31 +331,13 @@ def _of_motion(motion: RowMotion, scales: Scales | None) -> Iterator[str]:
         f"mean, which goes from {means}."
     )
     if (touching := motion.touching).any():
-        gap, step = (int(each) for each in min(np.argwhere(touching), key=lambda place: place[1]))
+        step, gap = (int(each) for each in np.argwhere(touching.T)[0])
         place = (motion.positions(motion.t[step]) - motion.positions(0.0))[gap : gap + 2].mean()
         yield (
             f"Gap {gap + 1} closes first, after {_of_tube(scales, place)}. In all {touching.any(axis=1).sum()} close, "
-            f"and {touching[:, -1].sum()} stay closed; beads that touch are {ASSUMED}."
+            f"and {touching[:, -1].sum()} stay closed; beads that touch are assumed to travel on as doublets, held by "
+            "equal and opposite forces until these would have to pull."
         )
-
-
-def _row(train: Train) -> dict[str, Any]:
-    """The row of train.csv."""
-    spectrum, verdict = train.spectrum, train.spectrum.verdict
-    change = {"clusters": TENFOLD, "orders": 1 / TENFOLD}.get(verdict)
-    times = (inf,) * 3 if change is None else spectrum.time_to(change)
-    tubes = [train.U * time if isfinite(time) else nan for time in times]
-    return {
-        "spacing": train.spacing,
-        "d": train.d,
-        "velocity": train.U,
-        "velocity_error": train.U_error,
-        "verdict": verdict,
-        **dict(zip(("k", "growth", "growth_error"), spectrum.fastest, strict=True)),
-        **dict(zip(("diffusion", "diffusion_error"), spectrum.diffusion, strict=True)),
-        **dict(zip(("tube", "tube_least", "tube_most"), tubes, strict=True)),
-        "t_relax": train.t_relax if isfinite(train.t_relax) else nan,
-    }
 
 
 def _warnings(case: TrainCase, found: Train) -> list[str]:
@@ -366,25 +360,18 @@ def _warnings(case: TrainCase, found: Train) -> list[str]:
 
 
 def draw(directory: Path, out: Path, page: Page) -> list[Path]:
-    """Growth rates and frequencies over the wave number: those of the cell, and between them; and those of a row."""
-    import numpy as np
-
+    """Growth rates and frequencies over the wave number, and the distances of a row that is followed."""
     from pairsim.plots.chart import POINT, Panel, Series, draw_chart
     from pairsim.plots.labels import case_parts, read_case
     from pairsim.plots.long_rows import draw_long_row
     from pairsim.plots.style import printing
     from pairsim.plots.units import Units
     from pairsim.results.table_files import read_table
-    from pairsim.solvers.trains.spectrum import Spectrum
 
     units = Units.of(directory, page.physical)
-    table, k = units.table(read_table(directory / "spectrum.csv")), np.linspace(0.0, np.pi, 200)
+    table = units.table(read_table(directory / "spectrum.csv"))
     panels = {n: Panel(units.axis_label(["k"]), units.axis_label([n])) for n in ("growth", "frequency")}
     series = [Series(n, table["k"], table[n], table[f"{n}_error"], mark=POINT) for n in panels]
-    half = table["growth"] + 1j * table["frequency"]
-    rates = np.concatenate([[0.0], half, half[-2::-1].conj()])
-    between = Spectrum(rates, rates[None])
-    series += [Series(n, k, getattr(between, n)(k)[0], look={"linestyle": "-"}) for n in panels]
     small_print = case_parts(read_case(directory / "case.yaml"), {"particles"}, units.scales is not None)
     with printing():
         figure, _ = draw_chart(page, panels, series, small_print)
@@ -396,7 +383,9 @@ def draw(directory: Path, out: Path, page: Page) -> list[Path]:
 
 def _of_tube(scales: Scales | None, length: float) -> str:
     """A length of tube in words."""
-    return f"{float(f'{POSITION.factor(scales) * length:.3g}'):g} {POSITION.name if scales is None else 'mm'}"
+    from pairsim.results.units import in_unit
+
+    return in_unit(scales, POSITION, length) + ("" if scales else " D_c")
 
 
 class TrainResult(Result):
@@ -411,43 +400,25 @@ class TrainResult(Result):
         scales, row = scales_in(self.record), {name: column[0].item() for name, column in self.columns.items()}
         spacing, d = (in_unit(scales, LENGTH, row[name]) for name in ("spacing", "d"))
         U = in_unit(scales, VELOCITY, row["velocity"], row["velocity_error"])
-        unit = "" if scales else " D_c"
-        return [
-            f"Beads {spacing}{unit} apart from centre to centre, {d}{unit} from surface to surface, move at U = {U}.",
-            *self._waves(row, scales),
-            *self._spread(row, scales),
-            *self.record.get("row", []),
+        unit, verdict = "" if scales else " D_c", row["verdict"]
+        lines = [
+            f"Beads {spacing}{unit} apart from centre to centre, {d}{unit} from surface to surface, move at U = {U}."
         ]
-
-    def _waves(self, row: dict[str, Any], scales: Scales | None) -> Iterator[str]:
-        from pairsim.results.units import in_unit
-
-        verdict, rate = row["verdict"], row["growth"]
-        beads = f"a wave of {2 * pi / row['k']:.3g} beads"
-        within = _of_tube(scales, row["velocity"] / abs(rate)) if rate else ""
-        size = in_unit(scales, RATE, rate, row["growth_error"])
-        if verdict == "clusters":
-            yield f"The train clusters: {beads} grows fastest: at {size}, by a factor e within {within}."
-        elif verdict == "orders":
-            yield f"The train orders: every wave decays, {beads} fastest: at {size}, by a factor e within {within}."
-        elif verdict == "neither":
-            yield "The train neither orders nor clusters: waves travel along it and keep their size."
-        else:
-            yield f"Whether the train orders is not certain: {beads} has the largest growth rate, {size}."
+        within = _of_tube(scales, row["velocity"] / abs(row["growth"])) if row["growth"] else ""
+        rate = in_unit(scales, RATE, row["growth"], row["growth_error"])
+        lines.append(VERDICTS[verdict].format(wave=f"a wave of {2 * pi / row['k']:.3g} beads", rate=rate, tube=within))
         C, off = row["diffusion"], row["diffusion_error"]
         certain = "decay" if off < C else "grow" if -off > C else "may decay or grow"
-        yield f"Long waves {certain}: at -C k^2 with C = {in_unit(scales, RATE, C, off)}, k the phase between beads."
-
-    def _spread(self, row: dict[str, Any], scales: Scales | None) -> Iterator[str]:
-        verdict, tube, least, most = (row[name] for name in ("verdict", "tube", "tube_least", "tube_most"))
-        if not isfinite(tube):
-            return
-        change = "of 2 % becomes one of 20 %" if verdict == "clusters" else "of 20 % becomes one of 2 %"
-        until = _of_tube(scales, most) if isfinite(most) else "never"
-        yield (
-            f"A spread {change} within {_of_tube(scales, tube)} of tube ({_of_tube(scales, least)} to {until}), where "
-            "distances are independent at first and disturbances small."
-        )
+        value = in_unit(scales, RATE, C, off)
+        lines.append(f"Long waves {certain}: at -C k^2 with C = {value}, k the phase between beads.")
+        tube, least, most = (_of_tube(scales, row[name]) for name in ("tube", "tube_least", "tube_most"))
+        if isfinite(row["tube"]):
+            lines.append(
+                f"A spread {CHANGES[verdict][1]} within {tube} of tube ({least} to "
+                f"{most if isfinite(row['tube_most']) else 'never'}), where distances are independent at first and "
+                "disturbances small."
+            )
+        return [*lines, *self.record.get("sentences", [])]
 
 
 QUESTION = Question(
@@ -455,7 +426,7 @@ QUESTION = Question(
     check=check,
     estimate=estimate,
     solve=solve,
-    tables={"train": TRAIN, "spectrum": SPECTRUM, "row": (*ROW, "t", "d_1", "U_1"), "propagator": PROPAGATOR},
+    tables={"train": TRAIN, "spectrum": SPECTRUM, "row": (*ROW, "t", "d_1"), "propagator": PROPAGATOR},
     result=TrainResult,
     draw=draw,
     captions={

@@ -49,23 +49,14 @@ class RowMotion:
         """Where the particles are, from where the centre of the first one started [D_c], shape (N,)."""
         return _positions(self.model, self._solution(t))
 
-    def velocities(self, t: float) -> Array:
-        """Velocities of the particles at a time [U_av], shape (N,)."""
-        gaps = self.gaps(t)
-        first, rates = _motion(self.model, gaps, self.contact)
-        stretch = np.eye(len(gaps)) + self.model.row(gaps).slopes[:-1, 1]
-        return first + np.concatenate([[0.0], np.cumsum(stretch @ rates)])
-
     def propagator(self) -> Array:
         """Derivatives of the distances at the end (rows) by those at the start, shape (N-1, N-1)."""
         found = np.eye(len(self.touching))
         for begin, end in pairwise(np.linspace(0.0, self.t[-1], PIECES + 1)):
-            gaps, steps = self.gaps((begin + end) / 2), STEP * np.eye(len(found))
-            ahead, behind = (
-                np.array([_motion(self.model, gaps + sign * step, self.contact)[1] for step in steps])
-                for sign in (1, -1)
+            slopes = scipy.optimize.approx_fprime(
+                self.gaps((begin + end) / 2), lambda gaps: _motion(self.model, gaps, self.contact)[1], STEP
             )
-            found = scipy.linalg.expm((end - begin) * (ahead - behind).T / (2 * STEP)) @ found
+            found = scipy.linalg.expm((end - begin) * np.atleast_2d(slopes)) @ found
         return found
 
 
@@ -111,17 +102,3 @@ def _motion(model: RowModel, gaps: Array, contact: float) -> tuple[float, Array]
         if end - begin > 1:
             U[begin:end] = scipy.optimize.isotonic_regression(U[begin:end]).x
     return float(U[0]), np.diff(U)
-
-
-def random_gaps(count: int, mean: float, spread: float, seed: int, least: float) -> Array:
-    """Distances at random: a gamma distribution beyond the least one, from even ones to those of particles anywhere.
-
-    Args:
-        count: How many.
-        mean: Their mean [D_c].
-        spread: Their standard deviation relative to the mean; 1 with `least` 0 is that of particles put anywhere.
-        seed: Of the generator of random numbers.
-        least: Least distance [D_c].
-    """
-    scale = (spread * mean) ** 2 / (mean - least)
-    return np.asarray(least + np.random.default_rng(seed).gamma((mean - least) / scale, scale, count))

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import closing
 from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
+from numpy.polynomial.chebyshev import chebpts2
 
 from pairsim.fem import diagnostics
 from pairsim.runtime.arrays import Array
@@ -23,7 +25,7 @@ from pairsim.solvers.steady.first_solution import first_scene
 FARTHEST = {2: 1.6, 3: 0.9, 4: 0.21}  # largest distance of short rows of so many particles [D_c]
 COUNTS = {2: 14, 3: 4, 4: 2}  # how many distances of each gap
 ROOM = 4.0  # length of tube beyond a row, both ends together [D_c]
-CROWDING = 3.0  # rate of the exponential of a distance in which these are spread like the zeros of a polynomial [1/D_c]
+CROWDING = 3.0  # rate of the exponential of a distance in which these are extrema of a Chebyshev polynomial [1/D_c]
 
 
 @dataclass(frozen=True)
@@ -56,12 +58,9 @@ class EqualRow:
         scene = first_scene(problem, start)
         if isinstance(scene, Ended):
             raise scene.failure
-        branch = Branch(scene)
-        try:
+        with closing(Branch(scene)) as branch:
             for place in places:
                 yield _at(branch, replace(start, gaps=place))
-        finally:
-            branch.close()
 
 
 def _at(branch: Branch, parameters: Parameters) -> Row:
@@ -83,10 +82,8 @@ def places_of(count: int, least: float) -> list[tuple[float, ...]]:
     if count == 1:
         return [()]
     ends = np.exp(-CROWDING * np.array([FARTHEST[count], least]))
-    nodes = np.cos(np.pi * np.arange(COUNTS[count]) / (COUNTS[count] - 1))  # ascending places from the far end
-    spread = ends.mean() - np.diff(ends)[0] / 2 * nodes
-    values = [float(f"{d:.3g}") for d in -np.log(spread) / CROWDING]
-    return list(product(values, repeat=count - 1))
+    distances = -np.log(np.interp(chebpts2(COUNTS[count]), [-1.0, 1.0], ends)) / CROWDING
+    return list(product(distances.round(4).tolist(), repeat=count - 1))
 
 
 def models(row: EqualRow, least: float, most: int = 4) -> Iterator[tuple[int, int, RowModel]]:
@@ -113,20 +110,18 @@ def models(row: EqualRow, least: float, most: int = 4) -> Iterator[tuple[int, in
 
 
 def cut_rows(states: Sequence[Array], count: int, number: int, least: float) -> list[tuple[float, ...]]:
-    """Distances of neighbours in a long row at several times, from the widest down: the narrowest, and some at random.
+    """Distances of neighbours in a long row at several times, from the widest to the narrowest and between these.
 
     Args:
         states: Distances of the row at each time, shape (N-1,) each.
         count: Number of particles that are cut out.
-        number: How many of them are wanted; half of them are the narrowest ones.
+        number: How many of them are wanted.
         least: Distance below which nothing was solved [D_c].
     """
     cut = np.vstack([sliding_window_view(gaps, min(count - 1, len(gaps))) for gaps in states])
     cut = np.unique(cut[cut.min(axis=1) >= least], axis=0)
-    cut = cut[np.argsort(cut.mean(axis=1))]
-    half = number // 2
-    others = np.random.default_rng(0).permutation(cut[half:])[: number - half]
-    return [tuple(map(float, gaps)) for gaps in (*others, *cut[:half][::-1])]
+    chosen = np.unique(np.linspace(len(cut) - 1, 0, number).astype(int))[::-1]
+    return [tuple(map(float, gaps)) for gaps in cut[cut.mean(axis=1).argsort()][chosen]]
 
 
 def audit(row: EqualRow, model: RowModel, places: Sequence[tuple[float, ...]]) -> Array:

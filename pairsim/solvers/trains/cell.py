@@ -31,7 +31,7 @@ def distance(one: SteadySolver) -> float:
     return float(one.problem.length - (outline[0, 0] - outline[-1, 0]))
 
 
-def one_particle(problem: SteadyProblem, parameters: Parameters, d: float | None = None) -> SteadySolver | Ended:
+def one_particle(problem: SteadyProblem, parameters: Parameters, d: float | None = None) -> SteadySolver:
     """The cell of one particle of a train.
 
     Args:
@@ -40,13 +40,15 @@ def one_particle(problem: SteadyProblem, parameters: Parameters, d: float | None
         d: Distance of facing surfaces, to which the length is adjusted [D_c]; by default that is kept.
 
     Raises:
-        NoSteadyState: No solution was found that could be continued.
+        NoSteadyState: No solution was found; `BranchEnd` where there is none.
         MeshFailure: A mesh could not be generated.
     """
     problem, long = replace(problem, closed=True, periodic=True), problem.betas[0]  # of a particle along the axis
     for _ in range(MOST_SPACINGS):
         found = first_scene(problem if d is None else replace(problem, length=d + long), parameters)
-        if d is None or isinstance(found, Ended) or abs(off := distance(found) - d) <= SAME_DISTANCE * d:
+        if isinstance(found, Ended):
+            raise found.failure
+        if d is None or abs(off := distance(found) - d) <= SAME_DISTANCE * d:
             return found
         long -= off
         found.close()

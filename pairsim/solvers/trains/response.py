@@ -22,11 +22,9 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-import scipy
 from numpy.polynomial import Polynomial
 
 from pairsim.runtime.arrays import Array
-from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.steady.motion import material_rates, moving_residual
 from pairsim.solvers.steady.scene import SteadySolver
 from pairsim.solvers.steady.tangents import residual_change
@@ -67,28 +65,11 @@ def growth_rates(U: Array, places: Array, orders: int) -> Array:
 
     Args:
         U, places: The response of a cell.
-        orders: The number of terms.
-
-    Raises:
-        NoSteadyState: A rate was not found.
+        orders: The number of terms, at least 1; of the roots of the polynomial with so many, a growth rate is the one
+            nearest to that of the first term alone.
     """
     terms, moved = (np.fft.fft(part[: orders + 1], axis=1)[:, 1:] for part in (U, places))
-    if orders == 0:
-        return np.concatenate([[0.0], terms[0] / moved[0]])
     terms[1:] -= moved[:-1]
-    return np.array([0.0, *(small_root(each) for each in terms.T)])
-
-
-def small_root(terms: Array) -> complex:
-    """The root of a polynomial, coefficients ascending, that goes on from that of its first two terms.
-
-    Raises:
-        NoSteadyState: It was not found.
-    """
-    polynomial = Polynomial(terms)
-    try:
-        return complex(scipy.optimize.newton(polynomial, -terms[0] / terms[1], polynomial.deriv(), rtol=1e-12))
-    except RuntimeError as error:
-        raise NoSteadyState(
-            "a growth rate was not found: disturbances change faster than shapes and stresses follow"
-        ) from error
+    first = -terms[0] / terms[1]
+    roots = [Polynomial(each).roots() for each in terms.T]
+    return np.array([0.0, *(of[abs(of - near).argmin()] for of, near in zip(roots, first, strict=True))])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import closing
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,7 +13,6 @@ from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
-from pairsim.solvers.steady.ends import Ended
 from pairsim.solvers.steady.first_solution import coarser
 from pairsim.solvers.steady.relaxation import relaxation_time
 from pairsim.solvers.trains.cell import distance, one_particle, repeated
@@ -35,8 +35,8 @@ class Train:
         d: Distance of facing surfaces [D_c].
         spacing: Distance of centres [D_c].
         t_relax: Slowest decay time of a disturbance at held distances [D_c/U_av].
-        series: Growth rates at 0 and the wave numbers of the cell, by 0 to `ORDERS` terms of what moving changes,
-            complex (ORDERS + 1, n) [U_av/D_c].
+        series: Growth rates at 0 and the wave numbers of the cell, by one term fewer of what moving changes and by all
+            `ORDERS`, complex (2, n) [U_av/D_c].
         unknowns: Unknowns of the cell.
         coarse: The train on cells that are `COARSER` times larger; None where it is not known.
     """
@@ -52,8 +52,8 @@ class Train:
     @property
     def spectrum(self) -> Spectrum:
         """The growth rates with the half-widths of their intervals."""
-        rates, known = self.series[-1], self.coarse or self
-        return Spectrum(rates, np.array([rates + LEFT * (known.series[-1] - rates), self.series[-2]]))
+        (fewer, rates), known = self.series, self.coarse or self
+        return Spectrum(rates, np.array([rates + LEFT * (known.series[1] - rates), fewer]))
 
     @property
     def error(self) -> float:
@@ -65,8 +65,8 @@ class Train:
     @property
     def series_error(self) -> float:
         """What the last term of the series changes the rates by, relative to the largest."""
-        last, before = self.series[-1], self.series[-2]
-        return float(np.abs(last - before).max() / np.abs(last).max())
+        fewer, rates = self.series
+        return float(np.abs(rates - fewer).max() / np.abs(rates).max())
 
     @property
     def U_error(self) -> float:
@@ -76,7 +76,7 @@ class Train:
 
 def train_of(
     problem: SteadyProblem, parameters: Parameters, count: int, d: float | None = None, coarse: Train | None = None
-) -> Train | Ended:
+) -> Train:
     """Solve for a train and its growth rates.
 
     Args:
@@ -86,40 +86,26 @@ def train_of(
         d: Distance of facing surfaces, to which the length of the period is adjusted; by default that is kept.
         coarse: The train on larger cells.
 
-    Returns:
-        The train, or what is known of the end of its branch.
-
     Raises:
-        NoSteadyState: No solution was found.
+        NoSteadyState: No solution was found; `BranchEnd` where there is none.
         MeshFailure: A mesh could not be generated.
     """
-    one = one_particle(problem, parameters, d)
-    if isinstance(one, Ended):
-        return one
-    try:
+    with closing(one_particle(problem, parameters, d)) as one:
         one.factor()
         t_relax, U = relaxation_time(one), float(one.y[one.constraints.fields["U_p"]][0])
-        cell = repeated(one, count)
-        try:
-            found, unknowns = response(cell), cell.constraints.size
-        finally:
-            cell.close()
-        series = np.array([growth_rates(*found, orders) for orders in range(ORDERS + 1)])
-        return Train(U, distance(one), one.problem.length, t_relax, series, unknowns, coarse)
-    finally:
-        one.close()
+        with closing(repeated(one, count)) as cell:
+            found = response(cell)
+            series = np.array([growth_rates(*found, orders) for orders in (ORDERS - 1, ORDERS)])
+            return Train(U, distance(one), one.problem.length, t_relax, series, cell.constraints.size, coarse)
 
 
-def on_meshes(
-    problem: SteadyProblem, parameters: Parameters, count: int, d: float | None = None
-) -> Iterator[Train | Ended]:
-    """The train with its errors on the given mesh, and on finer and finer ones; arguments as for `train_of`."""
+def on_meshes(problem: SteadyProblem, parameters: Parameters, count: int, d: float | None = None) -> Iterator[Train]:
+    """The train with its errors on the given mesh, and on finer and finer ones; as `train_of`."""
     found = train_of(coarser(problem, COARSER), parameters, count, d)
-    while isinstance(found, Train):
+    while True:
         found = train_of(problem, parameters, count, d, replace(found, coarse=None))
         problem = coarser(problem, 1 / COARSER)
         yield found
-    yield found
 
 
 def transition(
@@ -140,10 +126,7 @@ def transition(
     """
 
     def growth(d: float) -> float:
-        found = train_of(problem, parameters, count, d)
-        if isinstance(found, Ended):
-            raise found.failure
-        return found.spectrum.least_stable[0]
+        return train_of(problem, parameters, count, d).spectrum.least_stable[0]
 
     ends = [growth(d) for d in between]
     if ends[0] * ends[1] >= 0:
