@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Self
+from typing import Any, Self
 
-from pairsim.physics.liquids.viscous import BINGHAM_NUMBER, OVER_YIELD_STRESS, YIELD_STRESS, ZERO_SHEAR, ViscousLaw
+from pairsim.physics.liquids.viscous import ZERO_SHEAR, Plastic, ViscousLaw
 from pairsim.physics.material import parameter
 from pairsim.physics.operations import expm1, sqrt
 
@@ -13,7 +13,7 @@ NEARLY_NEWTONIAN = 0.01  # m from which solutions are continued; at .1 the first
 
 
 @dataclass(frozen=True)
-class Bingham(ViscousLaw):
+class Bingham(Plastic, ViscousLaw):
     """eta/eta_0 = 1 + Bn [1 - exp(-m gamma)]/gamma, with eta_0 the plastic viscosity."""
 
     name = "bingham"
@@ -26,9 +26,7 @@ class Bingham(ViscousLaw):
         symbol=r"\eta_p",
     )
     regularisation = "m"
-    fields: ClassVar = OVER_YIELD_STRESS
 
-    Bn: Any = parameter(r"\mathrm{Bn}", BINGHAM_NUMBER, 0.0, 1e4, dimension=YIELD_STRESS)
     m: Any = parameter(
         "m",
         "regularisation, a time over D_c/U_av: unyielded liquid has the viscosity eta_0 Bn m",
@@ -44,10 +42,6 @@ class Bingham(ViscousLaw):
     def flowing(self, gamma2: Any) -> Any:
         """The viscosity without the yield stress."""
         return 1.0
-
-    @property
-    def yield_stress(self) -> Any:
-        return self.Bn
 
     def easier(self) -> Self:
         return replace(self, m=min(self.m, NEARLY_NEWTONIAN))

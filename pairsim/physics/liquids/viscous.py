@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
-from pairsim.physics.material import Dimension, LawField, Material
+from pairsim.physics.material import Dimension, LawField, Material, parameter
 
 # Shear rate [U_av/D_c] below which the viscosity is constant: that of a power law would be infinite at rest. Chosen;
 # velocities change by less than 1e-7 from 1e-2 to 1e-6.
@@ -25,7 +25,6 @@ ZERO_SHEAR = Dimension(
 )
 
 
-BINGHAM_NUMBER = "Bingham number tau_y D_c/(eta_0 U_av)"
 YIELD_STRESS = Dimension(
     "yield_stress",
     "a stress",
@@ -35,8 +34,19 @@ YIELD_STRESS = Dimension(
     lambda value, scales: value / scales.stress,
     r"\tau_y",
 )
-OVER_YIELD_STRESS = {"yielding": LawField(r"|\tau|/\tau_y", lambda law, tau, _: tau / law.yield_stress, level=1.0)}
-"""What a law with a yield stress adds to fields and pictures."""
+
+
+@dataclass(frozen=True)
+class Plastic(Material):
+    """What laws with a yield stress have in common."""
+
+    fields: ClassVar = {"yielding": LawField(r"|\tau|/\tau_y", lambda law, tau, _: tau / law.yield_stress, level=1.0)}
+    Bn: Any = parameter(r"\mathrm{Bn}", "Bingham number tau_y D_c/(eta_0 U_av)", 0.0, 1e4, dimension=YIELD_STRESS)
+
+    @property
+    def yield_stress(self) -> Any:
+        """Stress [eta_0 U_av/D_c] up to which the liquid does not flow but for a blunted kink."""
+        return self.Bn
 
 
 @dataclass(frozen=True)

@@ -7,25 +7,18 @@ which vanishes up to |tau_d| = tau_y, |tau_d|^2 = tau_d : tau_d/2.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
-from pairsim.physics.liquids.viscous import BINGHAM_NUMBER, OVER_YIELD_STRESS, YIELD_STRESS
-from pairsim.physics.material import Material, parameter
+from pairsim.physics.liquids.viscous import Plastic
+from pairsim.physics.material import parameter
 from pairsim.physics.operations import sqrt
 
 
 @dataclass(frozen=True)
-class YieldLaw(Material):
+class YieldLaw(Plastic):
     """What a yield stress does to the relaxation of a polymer."""
 
-    fields: ClassVar = OVER_YIELD_STRESS
-    Bn: Any = parameter(r"\mathrm{Bn}", BINGHAM_NUMBER, 0.0, 1e4, dimension=YIELD_STRESS)
     width: Any = parameter("w", "width of the blunted kink over the yield stress", 1e-6, 1.0, default=1e-3)
-
-    @property
-    def yield_stress(self) -> Any:
-        """|tau_d| up to which nothing relaxes [eta_0 U_av/D_c]."""
-        return self.Bn
 
     def factor(self, tau: Any) -> Any:
         """The factor kappa of the relaxation at |tau_d| > 0 [eta_0 U_av/D_c]."""

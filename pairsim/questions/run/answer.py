@@ -49,11 +49,10 @@ def answer_of_run(series: Mapping[str, Array], record: Mapping[str, Any]) -> lis
 
 def _bridges(series: Mapping[str, Array], scales: Scales | None) -> list[str]:
     """Where the liquid between particles does not yield at the end."""
-    ends = {gap: float(series[f"bridge{gap}"][-1]) for gap in suffixes_in(series, "bridge")}
     return [
         f"At the end nothing yields along d{gap} within {in_unit(scales, LENGTH, radius, digits=2)} of the axis."
-        for gap, radius in ends.items()
-        if radius
+        for gap in suffixes_in(series, "bridge")
+        if (radius := float(series[f"bridge{gap}"][-1]))
     ]
 
 

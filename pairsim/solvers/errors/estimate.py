@@ -21,7 +21,7 @@ from pairsim.physics.scales import FLOW_RATE
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.errors.adjoints import MEASURES, Adjoints
 from pairsim.solvers.errors.end_effects import end_effects
-from pairsim.solvers.errors.regularisation import by_regularisation, gradient_by_regularisation
+from pairsim.solvers.errors.regularisation import by_regularisation
 from pairsim.solvers.errors.run_errors import OF_POINTS, widening
 from pairsim.solvers.steady.scene import SteadySolver
 
@@ -169,8 +169,7 @@ class ErrorEstimator:
         left = -z @ residual
         changes = -z @ _flow_rate_defect(steady, residual)
         ends = end_effects(steady, z, residual)
-        sharper = by_regularisation(steady, z)
-        sharper[-1] -= drop.apart * gradient_by_regularisation(steady)
+        sharper = by_regularisation(steady, z, drop.apart)
         regularised = OF_REGULARISATION * np.abs(sharper)
         with steady.clock("assembly"):
             x = steady.state()[1]

@@ -15,23 +15,18 @@ from pairsim.solvers.steady.scene import SteadySolver
 from pairsim.solvers.steady.tangents import DIFFERENCE, residual_change
 
 
-def by_regularisation(steady: SteadySolver, adjoints: Array) -> Array:
+def by_regularisation(steady: SteadySolver, adjoints: Array, apart: float) -> Array:
     """Derivatives of functionals by the logarithm of the regularisation, (k,); zeros in liquids without one.
 
     Args:
         steady: The solution.
-        adjoints: Adjoint solutions of the functionals, (k, n_y).
+        adjoints: Adjoint solutions of the functionals, the last of which is the pressure drop, (k, n_y).
+        apart: Length over which the pressure drop of the flow without particles is subtracted from that one [D_c].
     """
     if not steady.parameters.liquid.regularisation:
         return np.zeros(len(adjoints))
-    change = residual_change(steady, lambda tau: steady.parameters.less_regularised(math.exp(tau)))
-    return np.asarray(-adjoints @ change)
-
-
-def gradient_by_regularisation(steady: SteadySolver) -> float:
-    """The derivative of the pressure gradient without particles by the same logarithm."""
-    if not steady.parameters.liquid.regularisation:
-        return 0.0
+    found = -adjoints @ residual_change(steady, lambda tau: steady.parameters.less_regularised(math.exp(tau)))
     liquids = (steady.parameters.less_regularised(math.exp(tau)).liquid for tau in (DIFFERENCE, -DIFFERENCE))
     more, less = (steady.flows.at(liquid).gradient for liquid in liquids)
-    return float(more - less) / (2 * DIFFERENCE)
+    found[-1] -= apart * (more - less) / (2 * DIFFERENCE)
+    return np.asarray(found)
