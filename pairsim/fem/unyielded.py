@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-import basix
 import numpy as np
 
-from pairsim.fem.meshes.six_node_mesh import shape_gradients, shape_values
+from pairsim.fem.meshes.six_node_mesh import SixNodeMesh, shape_gradients, shape_values
+from pairsim.fem.recovery.viscosity_scatter import StrainRates
 from pairsim.fem.scene import Scene
 from pairsim.physics.conformation import exponential, magnitude
 from pairsim.physics.liquids.viscous import LEAST_RATE, ViscousLaw
@@ -26,23 +26,19 @@ def law_fields(scene: Scene, x: Array) -> dict[str, Array]:
         scene: The scene.
         x: Full vector, shape (n,).
     """
-    mesh, law = scene.liquid.six_node_mesh, scene.material.plastic
+    cells, law = scene.liquid.six_node_mesh.cells, scene.material.plastic
     if not law.fields:
         return {}
-    points, weights = basix.make_quadrature(basix.CellType.triangle, DEGREE)
-    gradients, values = shape_gradients(points), shape_values(points)
-    places, u = scene.positions(x)[mesh.cells], scene.liquid.nodal("u", x)[mesh.cells]
-    dx = np.einsum("qak,mai->mqik", gradients, places, optimize=True)
-    L = np.einsum("mai,qak->mqik", u, gradients, optimize=True) @ np.linalg.inv(dx)
-    e = (L + L.swapaxes(2, 3)) / 2
-    hoop = (u[..., 1] @ values.T) / (places[..., 1] @ values.T)
-    gamma2 = 2 * ((e**2).sum(axis=(2, 3)) + hoop**2)
-    gamma2 = (gamma2 @ weights) / weights.sum() + LEAST_RATE**2
+    rates = StrainRates(
+        SixNodeMesh(scene.positions(x), cells), DEGREE, lambda at: (shape_values(at), shape_gradients(at))
+    )
+    gamma2 = 2 * (rates.of(scene.liquid.nodal("u", x)[cells]) ** 2).sum(axis=-1)
+    gamma2 = np.average(gamma2, axis=1, weights=rates.volumes) + LEAST_RATE**2
     rate = np.sqrt(gamma2)
     if isinstance(law, ViscousLaw):
         tau = rate * law.viscosity(gamma2)
     else:
-        tau = magnitude(scene.material, exponential(scene.liquid.nodal("s", x)[mesh.cells].mean(axis=1)))
+        tau = magnitude(scene.material, exponential(scene.liquid.nodal("s", x)[cells].mean(axis=1)))
     # A contour is that of a yield surface, and a yield stress may be 0.
     wanted = {name: field for name, field in law.fields.items() if law.yield_stress or field.level is None}
     return {name: field.value(law, tau, rate) for name, field in wanted.items()}

@@ -51,9 +51,8 @@ class Parameters:
         """The same with the regularisation of the liquid, if it has one, multiplied by a factor."""
         if not (m := self.liquid.regularisation):
             return self
-        return replace(
-            self, liquid=self.liquid.with_numbers(self.liquid.numbers | {m: factor * self.liquid.numbers[m]})
-        )
+        numbers = self.liquid.numbers
+        return replace(self, liquid=self.liquid.with_numbers(numbers | {m: factor * numbers[m]}))
 
     def softer(self, factor: float) -> Parameters:
         """The same with every Ca_e multiplied by a factor."""

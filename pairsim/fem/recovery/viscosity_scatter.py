@@ -13,6 +13,8 @@ squares is the size of error to expect.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import basix
@@ -56,7 +58,7 @@ def viscosity_scatter[R: EnrichedResidual](enriched: EnrichedScene[R], x: Array,
     def in_cells(vector: Array) -> Array:
         return np.einsum("qa,mac->mqc", own, liquid.phase.nodal("u", vector)[cells])
 
-    rates = _StrainRates(SixNodeMesh(scene.positions(x), cells))
+    rates = StrainRates(SixNodeMesh(scene.positions(x), cells), DEGREE, partial(tabulated, 3))
     e, more = rates.of(in_cells(solution)), rates.of(recovered[nodes, 0])
     left = rates.volumes[..., None] * _beyond_first_order(scene.material.solvent, e, more)
     found = np.empty((len(weights), len(cells)))
@@ -94,21 +96,23 @@ def _beyond_first_order(law: ViscousLaw, e: Array, more: Array) -> Array:
     return np.asarray(left * counts[..., None])
 
 
-class _StrainRates:
-    """Strain rates of velocities of third degree at the quadrature points of the m cells of a mesh.
+class StrainRates:
+    """Strain rates of velocities at the quadrature points of the m cells of a mesh.
 
     Args:
         mesh: The mesh, at the present positions of its nodes.
+        degree: Degree of the quadrature.
+        shapes: The a shape functions of velocities at points of the reference triangle, and their gradients.
 
     Attributes:
         volumes: Weights of volume integrals, (m, q).
     """
 
-    def __init__(self, mesh: SixNodeMesh) -> None:
-        points, weights = basix.make_quadrature(basix.CellType.triangle, DEGREE)
+    def __init__(self, mesh: SixNodeMesh, degree: int, shapes: Callable[[Array], tuple[Array, Array]]) -> None:
+        points, weights = basix.make_quadrature(basix.CellType.triangle, degree)
         x = mesh.points[mesh.cells]
         dx = np.einsum("qak,mai->mqik", shape_gradients(points), x, optimize=True)
-        self._values, self._gradients = tabulated(3, points)
+        self._values, self._gradients = shapes(points)
         self._inverse = np.linalg.inv(dx)
         self._radius = np.einsum("qa,ma->mq", shape_values(points), x[..., 1], optimize=True)
         self.volumes: Array = 2 * np.pi * self._radius * np.linalg.det(dx) * weights
@@ -117,7 +121,7 @@ class _StrainRates:
         """Components whose sum of products is that of two tensors, (m, q, 4).
 
         Args:
-            u: Values at the nodes of third degree of the cells, (m, 10, 2).
+            u: Values at the nodes of the cells, (m, a, 2).
         """
         gradient = np.einsum("qak,mai->mqik", self._gradients, u, optimize=True) @ self._inverse
         hoop = np.einsum("qa,ma->mq", self._values, u[..., 1], optimize=True) / self._radius
