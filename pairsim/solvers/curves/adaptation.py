@@ -25,7 +25,8 @@ from pairsim.solvers.errors.estimate import ErrorEstimator
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.continuation import prepared
-from pairsim.solvers.steady.first_solution import FEWEST_CELLS, try_from_other_mesh
+from pairsim.solvers.steady.ends import Ended
+from pairsim.solvers.steady.first_solution import FEWEST_CELLS, first_scene, try_from_other_mesh
 from pairsim.solvers.steady.scene import Snapshot, SteadySolver
 from pairsim.solvers.steady.tangents import gap_tangents
 
@@ -70,9 +71,13 @@ def largest_dU(known: SteadySolver, places: Sequence[tuple[float, ...]], enough:
         wanted = {min(wanted, key=lambda gaps: abs(np.log(sum(gaps) / len(gaps) / d))) for d in SCALE_DISTANCES}
     size = max(problem.mesh.max_size, SCALE_SIZE * min(problem.betas))
     cells = MeshSettings(Np=SCALE_CELLS, growth=SCALE_GROWTH, max_size=size, rows=problem.mesh.rows)
-    scout = _carried_over(replace(problem, mesh=cells), parameters, known)
-    if scout is None:
-        return 0.0
+    coarse, found = replace(problem, mesh=cells), 0.0
+    scout = _carried_over(coarse, parameters, known)
+    if scout is None:  # far apart very soft particles may have no solution on such cells that follows from a fine one
+        for gaps in sorted(wanted - {here}, reverse=True):
+            if found < enough:
+                found = max(found, _found_anew(coarse, replace(parameters, gaps=gaps)))
+        return found
     try:
         start, found = scout.snapshot, _largest(scout)
         wider = sorted(gaps for gaps in wanted if gaps > here)
@@ -99,6 +104,18 @@ def _carried_over(problem: SteadyProblem, parameters: Parameters, known: SteadyS
     if solver is not None:
         solver.close()
     return None
+
+
+def _found_anew(problem: SteadyProblem, parameters: Parameters) -> float:
+    """The largest |dU| of a solution that no other one leads to, 0 if there is none [U_av]."""
+    found: SteadySolver | Ended | None = None
+    with suppress(NoSteadyState, MeshFailure):
+        found = first_scene(problem, parameters)
+    if not isinstance(found, SteadySolver):
+        return 0.0
+    dU = _largest(found)
+    found.close()
+    return dU
 
 
 def _moved(scout: SteadySolver, gaps: tuple[float, ...]) -> bool:
