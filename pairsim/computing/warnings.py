@@ -82,7 +82,7 @@ class ErrorAt:
 
     Attributes:
         relative: The error, relative to the size of what is asked for.
-        where: The place, such as "d = 0.1".
+        where: The place, such as "d = 0.1"; empty for a particle of its own.
         ends: The part of it that is due to the ends of the tube, relative as well.
         regularisation: That due to the regularisation of the liquid.
     """
@@ -119,9 +119,9 @@ def large_errors(case: SceneCase, error: str, size: str, errors: Sequence[ErrorA
     worst = max(errors, key=lambda each: each.relative, default=None)
     if worst is None or worst.relative <= allowed:
         return []
-    advice = worst.no_mesh_helps(case) or finer(case)
+    advice, at = worst.no_mesh_helps(case) or finer(case), f" at {worst.where}" if worst.where else ""
     return [
-        f"{error} is {above(100 * worst.relative, 100 * allowed)} % of {size} at {worst.where}, more than "
+        f"{error} is {above(100 * worst.relative, 100 * allowed)} % of {size}{at}, more than "
         f"accuracy: {case.accuracy}; use {advice}"
     ]
 

@@ -59,6 +59,9 @@ WARNINGS = {
         PAIR, 0.005, 0.0118
     ),
     MORE_THAN_WANTED + "finer mesh (--set mesh.Np=60 --set mesh.max_size=0.13)": lambda: told(SMALL, LARGE),
+    MORE_THAN_WANTED.replace(" at d = 0.1", "") + "longer tube (--set length=7.35)": lambda: told(
+        ErrorAt(0.03, "", 0.02, 0.0)
+    ),
     MORE_THAN_WANTED + "longer tube (--set length=7.35)": lambda: told(ErrorAt(0.03, "d = 0.1", 0.02, 0.0)),
     MORE_THAN_WANTED + "larger m (--set liquid.m=1e+04)": lambda: told(
         ErrorAt(0.03, "d = 0.1", 0.0, 0.02), liquid={"law": "bingham", "Bn": 1}
