@@ -3,6 +3,7 @@
 from pairsim.physics import operations
 from pairsim.physics.liquids.conformation import ConformationLaw, Invariants
 from pairsim.physics.liquids.viscous import ViscousLaw
+from pairsim.physics.liquids.yielding import YieldLaw
 from pairsim.physics.material import Dimension, a_time, a_viscosity, parameter
 from pairsim.physics.solids.solid import Solid
 
@@ -12,6 +13,7 @@ __all__ = [
     "Invariants",
     "Solid",
     "ViscousLaw",
+    "YieldLaw",
     "a_time",
     "a_viscosity",
     "operations",

@@ -9,6 +9,7 @@ with the elastic stress T = sigma_zz - sigma_rr in units of G_p, l^2 - 1/l of a 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import closing
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -52,11 +53,8 @@ def stretches(
         D = step.observation.D[0]
         return float(((1 + D) / (1 - D)) ** (2 / 3))
 
-    transient = Transient(problem_in_extension(solid, rate, l_0, Np))
-    try:
+    with closing(Transient(problem_in_extension(solid, rate, l_0, Np))) as transient:
         return [stretch(step) for step in transient.steps(iter(ends)) if round(step.t, 12) in landed]
-    finally:
-        transient.close()
 
 
 def K(stretch: float) -> float:

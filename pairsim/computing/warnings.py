@@ -97,15 +97,10 @@ class ErrorAt:
         if self.ends > self.relative / 2:
             return _longer(case)
         if self.regularisation > self.relative / 2:
-            return sharper(case)
+            place, name = case.liquid_model.regularisation.split(".")
+            larger = f"liquid.{name}" if is_viscous(dict(case)) else f"liquid.{place}.{name}"
+            return f"a larger {name} (--set {larger}={SHARPER * case.liquid_model.numbers[f'{place}.{name}']:.3g})"
         return ""
-
-
-def sharper(case: SceneCase) -> str:
-    """A larger regularisation as an option of the command line."""
-    place, name = case.liquid_model.regularisation.split(".")
-    larger = f"liquid.{name}" if is_viscous(dict(case)) else f"liquid.{place}.{name}"
-    return f"a larger {name} (--set {larger}={SHARPER * case.liquid_model.numbers[f'{place}.{name}']:.3g})"
 
 
 def _longer(case: SceneCase) -> str:

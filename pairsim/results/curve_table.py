@@ -108,8 +108,7 @@ def held_regions(table: Mapping[str, Array], regions: Sequence[Region]) -> list[
         return []
     from pairsim.solvers.curves.locked import held_together  # loads FEniCSx
 
-    d = table["d"]
-    held = held_together(*(table[name] for name in ("dU", "dU_error", "bridge", "creep")))
+    d, held = table["d"], held_together(*(table[name] for name in ("dU", "dU_error", "bridge", "creep")))
     inside = [(each.start * (1 - CLOSE) <= d) & (d <= each.stop * (1 + CLOSE)) for each in regions]
     return [
         each for each, here in zip(regions, inside, strict=True) if not each.sign and here.any() and held[here].all()

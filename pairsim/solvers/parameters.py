@@ -49,10 +49,7 @@ class Parameters:
 
     def less_regularised(self, factor: float) -> Parameters:
         """The same with the regularisation of the liquid, if it has one, multiplied by a factor."""
-        if not (m := self.liquid.regularisation):
-            return self
-        numbers = self.liquid.numbers
-        return replace(self, liquid=self.liquid.with_numbers(numbers | {m: factor * numbers[m]}))
+        return replace(self, liquid=self.liquid.sharper(factor))
 
     def softer(self, factor: float) -> Parameters:
         """The same with every Ca_e multiplied by a factor."""

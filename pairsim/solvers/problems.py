@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
@@ -84,11 +84,6 @@ class Problem:
     closed: bool = False
     held: bool = False
     monitor: Monitor = field(default_factory=Monitor, compare=False, repr=False)
-
-    @property
-    def start_liquid(self) -> Liquid:
-        """The liquid of the quasi-steady state: without a yield stress of its polymer, which leaves no state alone."""
-        return replace(self.liquid, yielding=None)
 
     def room(self, gaps: Sequence[float]) -> float:
         """Length of tube on each side of the particles at given distances [D_c]."""

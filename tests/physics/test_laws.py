@@ -5,7 +5,9 @@ from __future__ import annotations
 import ast
 import inspect
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -24,6 +26,7 @@ from pairsim.physics.kinematics import Expr
 from pairsim.physics.liquids import ConformationLaw, Liquid, ViscousLaw, single
 from pairsim.physics.liquids.bingham import Bingham
 from pairsim.physics.liquids.carreau import Carreau
+from pairsim.physics.liquids.conformation import Invariants
 from pairsim.physics.liquids.fene_p import FeneP
 from pairsim.physics.liquids.giesekus import Giesekus
 from pairsim.physics.liquids.herschel_bulkley import HerschelBulkley
@@ -32,6 +35,7 @@ from pairsim.physics.liquids.oldroyd_b import OldroydB
 from pairsim.physics.liquids.power_law import PowerLaw
 from pairsim.physics.liquids.ptt import ExponentialPTT, LinearPTT
 from pairsim.physics.liquids.white_metzner import WhiteMetzner
+from pairsim.physics.liquids.yielding import Saramito2007, Saramito2009
 from pairsim.physics.log_conformation import SMALL, LogConformation
 from pairsim.physics.material import Material
 from pairsim.physics.pipe import Pipe
@@ -79,11 +83,28 @@ QUICK = ("giesekus", "newtonian", "kelvin-voigt")
 
 @pytest.mark.parametrize(
     "law",
-    [pytest.param(law, marks=() if law.name in QUICK else pytest.mark.slow) for law in (*VISCOUS, *ELASTIC, *SOLIDS)],
+    [
+        pytest.param(law, marks=() if law.name in QUICK else pytest.mark.slow)
+        for law in (*VISCOUS, *ELASTIC, *SOLIDS, Saramito2007(Bn=1.0), Saramito2009(Bn=0.5, n=0.5))
+    ],
     ids=name_of,
 )
 def test_every_law_fulfils_what_own_laws_are_checked_for(law: Material) -> None:
     assert [check for check in checks(law) if not check.holds] == []
+
+
+class SolidAtRest(OldroydB):
+    """A law of a user's own that relaxes above a stress of G, but for a blunted kink."""
+
+    def relaxation(self, at: Invariants) -> tuple[Any, Any, Any]:
+        over = (at.square - at.trace**2 / 3) / 2 - 1
+        kappa = (over + (over**2 + 1e-4) ** 0.5) / 2
+        return -kappa, kappa, 0.0
+
+
+def test_a_law_may_be_solid_at_rest() -> None:
+    quick = list(islice(checks(SolidAtRest()), 5))
+    assert [check for check in quick if not check.holds] == []
 
 
 def shear_stress(law: ConformationLaw, g: float) -> float:

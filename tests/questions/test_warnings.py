@@ -24,7 +24,7 @@ from pairsim.computing.warnings import (
     unresolved_stress,
 )
 from pairsim.questions.run.computation import end_of
-from pairsim.questions.run.warnings import narrow_gap, rounded_kink
+from pairsim.questions.run.warnings import narrow_gap
 
 
 def case(**keys: Any) -> Case:
@@ -49,7 +49,6 @@ FAST = (
     "|dU| by that alone, more than accuracy: 1%, and no mesh reduces it; pairsim run tells how particles move there "
     "from a start of their own"
 )
-UNROUNDED = "dU_error does not contain the regularisation: compare with a larger m (--set liquid.m=1e+04)"
 WARNINGS = {
     "mesh.Np = 12 " + COARSE.format(20): lambda: coarse_mesh(case(mesh={"Np": 12})),
     "mesh.Np = 20 " + COARSE.format(28): lambda: coarse_mesh(case(De=0.5, liquid="oldroyd-b", mesh={"Np": 20})),
@@ -65,9 +64,6 @@ WARNINGS = {
     MORE_THAN_WANTED + "longer tube (--set length=7.35)": lambda: told(ErrorAt(0.03, "d = 0.1", 0.02, 0.0)),
     MORE_THAN_WANTED + "larger m (--set liquid.m=1e+04)": lambda: told(
         ErrorAt(0.03, "d = 0.1", 0.0, 0.02), liquid={"law": "bingham", "Bn": 1}
-    ),
-    "dU_error does not contain the regularisation: compare with a larger m (--set liquid.m=1e+04)": lambda: (
-        rounded_kink(case(dU_error=True, liquid={"law": "bingham", "Bn": 1}))
     ),
     "at d = 0.03 " + FAST: lambda: moves_on(PAIR, ["d = 0.03"], 0.2),
     "at 2 places from d = 0.03 to d = 0.04 " + FAST: lambda: moves_on(PAIR, ["d = 0.03", "d = 0.04"], 0.2),

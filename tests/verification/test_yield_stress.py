@@ -87,6 +87,14 @@ def test_unyielded_liquid_holds_a_pair_together() -> None:
     assert row["plug"] == pytest.approx(0.17124, rel=1e-4), "Buckingham and Reiner"
 
 
+def test_cells_are_not_refined_for_a_pair_that_is_held_together() -> None:
+    """Its dU is creep, of which any error is a large part."""
+    plain = {key: value for key, value in RIGID.items() if key != "mesh"}
+    result = pairsim.curve(plain | {"beta": [0.4, 0.3], "liquid": {"law": "bingham", "Bn": 5}})
+    assert str(result.answer).startswith("Unyielded liquid holds it together")
+    assert [mesh["rounds"] for mesh in result.record["adaptation"]["meshes"]] == [0]
+
+
 def test_a_pair_that_yielding_liquid_surrounds_is_not_held() -> None:
     (answer, *_), row = pair(beta=[0.4, 0.3], liquid={"law": "bingham", "Bn": 0.5})
     assert answer == "The pair separates at d = 0.1."
@@ -152,6 +160,17 @@ def test_what_is_beyond_the_first_order_is_no_more_than_the_whole_change_of_the_
     left, change = (np.sqrt((x**2).sum(-1)) for x in (_beyond_first_order(law, e, more), stress(e + more) - stress(e)))
     assert (left <= change * (1 + 1e-9)).all()
     assert left.mean() > 0.3 * change.mean()
+
+
+def test_half_widths_of_runs_contain_what_rounding_off_the_kink_does() -> None:
+    """At m = 3 a rigid pair is faster by far more than what cells and steps leave."""
+    case = COARSE | {"beta": [0.4, 0.3], "Ca_e": 0, "d0": 0.1, "dU_error": True, "time": {"end": 0.01}}
+    round_, sharp = (
+        pairsim.run(case | {"liquid": {"law": "bingham", "Bn": 1, "m": m}}).table.iloc[-1] for m in (3, 1000)
+    )
+    off = abs(round_["dU_discrete"] - sharp["dU"])
+    assert off > 5 * sharp["dU_error"]
+    assert round_["dU_error"] > abs(round_["dU"] - sharp["dU"])
 
 
 def test_a_law_of_a_users_own_may_name_its_regularisation() -> None:

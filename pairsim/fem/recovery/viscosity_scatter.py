@@ -86,11 +86,11 @@ def _beyond_first_order(law: ViscousLaw, e: Array, more: Array) -> Array:
     smooth = gamma2 + SMOOTHED * 2 * (more**2).sum(axis=-1)
     slope = 4 * (e * more).sum(axis=-1) * viscosity(smooth + IMAGINARY).imag / IMAGINARY.imag
     linear = viscosity(smooth)[..., None] * more + slope[..., None] * e
-    left = 2 * (viscosity(changed)[..., None] * (e + more) - viscosity(gamma2)[..., None] * e - linear)
+    change = 2 * (viscosity(changed)[..., None] * (e + more) - viscosity(gamma2)[..., None] * e)
+    left = change - 2 * linear
     counts = 2 * (more**2).sum(axis=-1) > LEAST_CHANGE**2 * gamma2
     if law.yield_stress:
         # Up to the yield stress linearised changes exceed several times the whole change, which is bounded.
-        change = 2 * (viscosity(changed)[..., None] * (e + more) - viscosity(gamma2)[..., None] * e)
         sizes = [np.sqrt((each**2).sum(axis=-1)) for each in (change, left)]
         counts = counts * np.minimum(1.0, sizes[0] / np.maximum(sizes[1], SMALLEST))
     return np.asarray(left * counts[..., None])

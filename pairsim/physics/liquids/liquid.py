@@ -116,6 +116,13 @@ class Liquid:
         """The name among `numbers` of what rounds off a kink of its stress; "" without one."""
         return self.solvent.regularisation and f"solvent.{self.solvent.regularisation}"
 
+    def sharper(self, factor: float) -> Liquid:
+        """The same liquid with the kink of its stress, if it has one, sharper by a factor."""
+        if self.yielding is not None:
+            return replace(self, yielding=replace(self.yielding, width=self.yielding.width / factor))
+        numbers, m = self.numbers, self.regularisation
+        return self.with_numbers(numbers | {m: factor * numbers[m]}) if m else self
+
     def towards(self, other: Liquid, tau: float) -> Liquid:
         """A liquid on the way to another one of the same laws: geometric in De and the regularisation, else linear."""
         return self.with_numbers(between(self.numbers, other.numbers, tau, {"De", self.regularisation}))

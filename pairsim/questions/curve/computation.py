@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator, Iterator, Sequence
+from contextlib import closing
 from typing import Any
 
 import numpy as np
@@ -101,10 +102,8 @@ def _frame(d: float, solver: SteadySolver) -> FieldFrame:
 def _last_shapes(solver: SteadySolver) -> FieldFrame:
     """The fields of the last solution on the way to parameters that were not reached."""
     solver.reopen()
-    try:
+    with closing(solver):
         return _frame(min(solver.parameters.gaps), solver)
-    finally:
-        solver.close()
 
 
 def _zeros(branch: Branch, points: list[Point]) -> Generator[events.Event, None, Sequence[Equilibrium]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator, Sequence
+from contextlib import closing
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -96,10 +97,8 @@ class Run:
                 yield events.Note(f"a coarse run first: it tells which cells accuracy: {case.accuracy} needs")
                 self._adapt(RunAdaptation.begin(self.problem, case.error_wanted))
             self.transient = Transient(self.problem, old.state if old is not None else None)
-            try:
+            with closing(self.transient):
                 return (yield from self._integrate(self.transient))
-            finally:
-                self.transient.close()
         except KeyboardInterrupt as interrupt:
             if not isinstance(interrupt, Stopped):  # in the middle of a step
                 self._pending = None

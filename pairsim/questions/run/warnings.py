@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from pairsim.cases.run_case import Case
-from pairsim.computing.warnings import FINER, above, common_warnings, finer, sharper
+from pairsim.computing.warnings import FINER, above, common_warnings, finer
 from pairsim.solvers.errors.run_errors import RunErrors
 from pairsim.solvers.errors.time_error import LEAST
 from pairsim.solvers.transient.state import Extremes
@@ -62,13 +62,6 @@ def narrow_gap(case: Case, gap: float, arc: float) -> list[str]:
     ]
 
 
-def rounded_kink(case: Case) -> list[str]:
-    """Warn of half-widths that do not contain what the regularisation of a liquid with a yield stress does."""
-    if not case.liquid_model.regularisation or not case.estimates_error:
-        return []
-    return [f"dU_error does not contain the regularisation: compare with {sharper(case)}"]
-
-
 def warnings_of_run(case: Case, errors: RunErrors, extremes: Extremes) -> list[str]:
     """Warnings about the results of a run."""
     return [
@@ -76,7 +69,6 @@ def warnings_of_run(case: Case, errors: RunErrors, extremes: Extremes) -> list[s
         *large_run_error(case, errors.part),
         *unknown_run_error(case, errors.lost),
         *narrow_gap(case, *extremes.narrowest),
-        *rounded_kink(case),
         *common_warnings(case, extremes.s_jump, extremes.span),
     ]
 

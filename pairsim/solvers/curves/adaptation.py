@@ -217,7 +217,7 @@ class AdaptiveBranch(Branch):
         return self.wanted * self.dU
 
     def _too_large(self, point: Point) -> bool:
-        if not np.isfinite(self.wanted):
+        if not np.isfinite(self.wanted) or point.held_together:  # where dU is creep no cells make it more exact
             return False
         self.dU = max(self.dU, float(np.abs(point.dUs).max()))
         error = float(point.estimate.dU_error.max())

@@ -53,15 +53,14 @@ class Hold:
         creep = np.full(len(bridge), np.nan)
         fields = steady.constraints.fields["U_p"]
         asked = undecided & (bridge > 0) & (np.abs(np.diff(steady.y[fields])) > ROUNDING)
-        if not asked.any():
-            return cls(bridge, creep, plug)
-        here = steady.snapshot
-        if steady.solve(steady.parameters.less_regularised(1 / APART)).converged:
-            with np.errstate(invalid="ignore", divide="ignore"):
-                power = np.log(np.diff(steady.y[fields]) / np.diff(here.y[fields])) / np.log(APART)
-            creep[asked] = power[asked]
-        steady.recall(here)
-        steady.forget()
+        if asked.any():
+            here = steady.snapshot
+            if steady.solve(steady.parameters.less_regularised(1 / APART)).converged:
+                with np.errstate(invalid="ignore", divide="ignore"):
+                    power = np.log(np.diff(steady.y[fields]) / np.diff(here.y[fields])) / np.log(APART)
+                creep[asked] = power[asked]
+            steady.recall(here)
+            steady.forget()
         return cls(bridge, creep, plug)
 
 

@@ -4,12 +4,13 @@ With x+ the solution recovered one degree higher, the defect R(x+; v) of a time 
 functions v, is what the discrete equations get wrong. A second solution x_c of the same scheme, with past values of its
 own, meets the equations with the defect taken away:
 
-    R(x_c + a; v) = 0,    a = x+ - (its interpolant),
+    R(x_c + a; v) + dR(x; v)/d ln m = 0,    a = x+ - (its interpolant),
 
 so that x_c - x is the error that all steps so far have accumulated in positions and stresses, and what its dU
 differs by estimates exact minus discrete dU at this time. (Error transport and defect correction: Stetter, Numer.
 Math. 29, 425, 1978; Yan, thesis, University of British Columbia, 2018.) Newton's method solves for it with the factors
-that the run has in hand; errors change little in a step, and one to three iterations suffice.
+that the run has in hand; errors change little in a step, and one to three iterations suffice. The last term is what a
+sharp kink of the stress adds, in liquids with a yield stress alone.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from pairsim.fem.recovery.recovered_solution import RecoveredSolution
 from pairsim.fem.recovery.viscosity_scatter import viscosity_scatter
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.errors.estimate import VISCOUS
+from pairsim.solvers.errors.regularisation import by_sharpness
 from pairsim.solvers.nonlinear.factors import ROUGH
 from pairsim.solvers.nonlinear.newton import Newton
 from pairsim.solvers.stepping.history import ErrorHistory, History
@@ -73,6 +75,7 @@ class ErrorEquation:
         scene, constraints, errors = newton.scene, newton.constraints, self.errors
         scheme = Scheme.bdf(past.t, t)
         h, x = newton.state(y)
+        sharper = by_sharpness(newton, y)
         h_star = _combined(scheme, past.h) + _combined(scheme, errors.h)
         star = corrected_star = None
         if scene.has_rates:
@@ -89,7 +92,7 @@ class ErrorEquation:
             h_c, x_c = self._state(newton, corrected, h_star, scheme.g, U_m)
             with newton.clock("assembly"):
                 local = recovered.residuals(x_c, corrected_star)
-                residual = newton.restricted(local, x_c)
+                residual = newton.restricted(local, x_c) + sharper
             corrected -= newton.linear_solve(residual, tolerance=ROUGH)
         h_c, x_c = self._state(newton, corrected, h_star, scheme.g, U_m)
         dh, dx, dy = h_c - h, x_c - x, corrected - y

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import closing
 from typing import Literal
 
 from pairsim.solvers.curves.branch import Branch, Point
@@ -54,11 +55,8 @@ def settled(problem: Problem, gaps: tuple[float, ...]) -> tuple[Point, bool]:
     scene = first_scene(steady, parameters)
     if isinstance(scene, Ended):
         raise scene.failure
-    branch = Branch(scene)
-    try:
+    with closing(Branch(scene)) as branch:
         point, creeps = branch.at(parameters), False
         if parameters.liquid.regularisation:
             creeps = point.t_relax > CREEPS * branch.at(parameters.less_regularised(0.1)).t_relax
         return point, creeps
-    finally:
-        branch.close()

@@ -55,7 +55,7 @@ class StepSolver(MeshedSolver):
         if problem.from_steady and problem.liquid.yielding is None:
             self.pipe = pipe.constant()
         else:
-            start = Pipe(problem.start_liquid).steady() if problem.from_steady else None
+            start = Pipe(replace(problem.liquid, yielding=None)).steady() if problem.from_steady else None
             self.pipe = pipe.until(problem.t_end, start)
         self.history = History()
         # Free unknowns of the particles in the last solution before a remeshing.

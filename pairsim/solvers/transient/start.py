@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -157,4 +157,4 @@ def steady_scene(problem: Problem, gaps: tuple[float, ...]) -> tuple[SteadyProbl
         narrowest=min(problem.gaps, default=np.inf),
         monitor=problem.monitor,
     )
-    return steady, Parameters(gaps, problem.solids, problem.start_liquid)
+    return steady, Parameters(gaps, problem.solids, replace(problem.liquid, yielding=None))
