@@ -83,13 +83,11 @@ class Cells:
     """The cells that a scene begins with.
 
     Attributes:
-        outlines: Outlines of the particles.
         insides: Meshes of the soft particles, None for rigid ones.
         reference: Reference domain of the liquid.
         mesh: Its mesh; generated if None.
     """
 
-    outlines: Sequence[Outline]
     insides: Sequence[SixNodeMesh | None]
     reference: Reference
     mesh: SixNodeMesh | None = None

@@ -21,7 +21,7 @@ def made_model(rate: float = float(RATES[6])) -> RowModel:
         powers = np.array([p for p in product((1, 2), repeat=count - 1) if sum(p) <= max(count, 3)])
         coefficients = random.normal(size=(len(powers), count, 2)) * 0.2 ** (count - 1)
         coefficients[:, -1, 1] = 0.0  # the length of the last one alone
-        parts.append(Part(rate, powers, coefficients))
+        parts.append(Part(rate * powers, coefficients))
     return RowModel(np.array([1.7, 0.4]), tuple(parts), 0.01)
 
 

@@ -26,7 +26,7 @@ def make_outlines(geometry: Geometry, settings: MeshSettings) -> list[Outline]:
     """
     outlines: list[Outline] = []
     n = len(geometry.betas)
-    row, first = (geometry.with_neighbours, 1) if geometry.closed else (geometry, 0)
+    row, first = (geometry.repeated(3), n) if geometry.closed else (geometry, 0)  # between its neighbours
     for i in range(n):
         if geometry.mirrored and i > n - 1 - i:
             outlines.append(outlines[n - 1 - i].mirror())
@@ -131,7 +131,7 @@ def _from_nodes(reference: Reference) -> Distances:
 def liquid_size(reference: Reference, settings: MeshSettings) -> Callable[[float, float], float]:
     """Cell size in the liquid as a function of (z, r)."""
     if reference.geometry.closed:
-        reference = reference.with_neighbours
+        reference = reference.repeated(3)
     distances = _from_nodes(reference) if reference.deformed else _from_spheres(reference)
     gap_cells = [_gap_cells(settings, gap) for gap in reference.geometry.gaps]
     wall_cells = _wall_cells(settings)

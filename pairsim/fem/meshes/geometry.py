@@ -99,12 +99,11 @@ class Geometry:
             z.append(z[-1] + self.betas[i] / 2 + gap + self.betas[i + 1] / 2)
         return np.array(z) - (z[-1] + self.betas[-1] / 2) / 2
 
-    @property
-    def with_neighbours(self) -> Geometry:
-        """A closed row between the last particle of the period before and the first one of the period after it."""
-        closing = self.length - sum(self.betas) - sum(self.gaps)
-        betas = (self.betas[-1], *self.betas, self.betas[0])
-        return Geometry(betas, (closing, *self.gaps, closing), 3 * self.length)
+    def repeated(self, count: int) -> Geometry:
+        """A closed tube and its next periods as one."""
+        between = self.length - sum(self.betas) - sum(self.gaps)
+        gaps = (*self.gaps, *(between, *self.gaps) * (count - 1))
+        return Geometry(self.betas * count, gaps, self.length * count, closed=True)
 
     @property
     def mirrored(self) -> bool:
@@ -136,26 +135,12 @@ class Reference:
         positions = tuple(o.nodes + [z, 0.0] for o, z in zip(outlines, geometry.centres, strict=True))
         return Reference(geometry, tuple(outlines), positions, False)
 
-    @property
-    def with_neighbours(self) -> Reference:
-        """A closed row between its neighbours; see `Geometry.with_neighbours`."""
-        period = np.array([self.geometry.length, 0.0])
-        return Reference(
-            self.geometry.with_neighbours,
-            (self.outlines[-1], *self.outlines, self.outlines[0]),
-            (self.positions[-1] - period, *self.positions, self.positions[0] + period),
-            self.deformed,
-        )
-
     def repeated(self, count: int) -> Reference:
         """A closed domain and its next periods as one, with planes between them."""
-        one, places = self.geometry, np.arange(count) - (count - 1) / 2
-        between = one.length - sum(one.betas) - sum(one.gaps)
-        gaps = (*one.gaps, *(between, *one.gaps) * (count - 1))
-        geometry = Geometry(one.betas * count, gaps, one.length * count, closed=True)
-        positions = tuple(nodes + [one.length * place, 0.0] for place in places for nodes in self.positions)
-        planes = tuple(float(one.length * (place + 0.5)) for place in places[:-1])
-        return Reference(geometry, self.outlines * count, positions, self.deformed, planes)
+        length, places = self.geometry.length, np.arange(count) - (count - 1) / 2
+        positions = tuple(nodes + [length * place, 0.0] for place in places for nodes in self.positions)
+        planes = tuple(float(length * (place + 0.5)) for place in places[:-1])
+        return Reference(self.geometry.repeated(count), self.outlines * count, positions, self.deformed, planes)
 
     @property
     def mirrored(self) -> bool:

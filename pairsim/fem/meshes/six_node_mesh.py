@@ -80,20 +80,11 @@ class SixNodeMesh:
         Returns:
             The mesh, whose middle is at z = 0, and for each copy the numbers of its nodes.
         """
-        low, high = (self.nodes_of_plane(side * length / 2) for side in (-1, 1))
-        fresh = np.ones(len(self.points), dtype=bool)
-        fresh[low] = False
-        numbers = [np.arange(len(self.points))]
-        points, total = [self.points], len(self.points)
-        for k in range(1, count):
-            copy = np.empty(len(self.points), dtype=np.int64)
-            copy[low] = numbers[-1][high]
-            copy[fresh] = np.arange(total, total + np.count_nonzero(fresh))
-            points.append(self.points[fresh] + [k * length, 0.0])
-            numbers.append(copy)
-            total += len(points[-1])
-        middle = [(count - 1) / 2 * length, 0.0]
-        return SixNodeMesh(np.vstack(points) - middle, np.vstack([each[self.cells] for each in numbers])), numbers
+        steps = (np.arange(count) - (count - 1) / 2) * length
+        points = np.vstack([self.points + [step, 0.0] for step in steps])
+        _, first, numbers = np.unique(np.round(points / SAME), axis=0, return_index=True, return_inverse=True)
+        numbers = numbers.reshape(count, -1)
+        return SixNodeMesh(points[first], np.vstack([each[self.cells] for each in numbers])), list(numbers)
 
     def nodes_of_plane(self, z: float) -> Indices:
         """Nodes of a cross-section, in ascending r."""

@@ -22,8 +22,8 @@ from pairsim.solvers.steady.ends import Ended
 from pairsim.solvers.steady.first_solution import first_scene
 
 # All constants were chosen.
-FARTHEST = {2: 1.6, 3: 0.9, 4: 0.21}  # largest distance of short rows of so many particles [D_c]
-COUNTS = {2: 14, 3: 4, 4: 2}  # how many distances of each gap
+FARTHEST = {2: 1.6, 3: 0.9, 4: 0.45}  # largest distance of short rows of so many particles [D_c]
+COUNTS = {2: 14, 3: 4, 4: 3}  # how many distances of each gap
 ROOM = 4.0  # length of tube beyond a row, both ends together [D_c]
 CROWDING = 3.0  # rate of the exponential of a distance in which these are extrema of a Chebyshev polynomial [1/D_c]
 

@@ -96,9 +96,9 @@ class SteadySolver(MeshedSolver):
         self._refused: Parameters | None = None
         self.factored: Factored | None = None
         cells = cells or self._made_for(parameters)
-        solids, liquid = parameters.solids, parameters.liquid
+        outlines, solids, liquid = cells.reference.outlines, parameters.solids, parameters.liquid
         self.meshed = MeshedScene(
-            problem, cells.outlines, cells.insides, solids, liquid=liquid, constrain=self._constrain, clock=self.clock
+            problem, outlines, cells.insides, solids, liquid=liquid, constrain=self._constrain, clock=self.clock
         )
         self._sphere_points: list[Array | None] = [
             None if b.phase is None else b.phase.mesh.geometry.x.copy() for b in self.bodies
@@ -114,7 +114,7 @@ class SteadySolver(MeshedSolver):
         with self.clock("mesh"):
             outlines, insides = cut_particles(problem.mesh, geometry, narrowest, parameters.solids)
         spheres = Reference.spheres(replace(geometry, gaps=problem.nominal(parameters.gaps)), outlines)
-        return Cells(outlines, insides, spheres)
+        return Cells(insides, spheres)
 
     def _constrain(self, meshed: MeshedScene) -> Constraints:
         """Constraints on a new mesh; discards the factors."""

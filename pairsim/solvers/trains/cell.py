@@ -70,7 +70,7 @@ def repeated(one: SteadySolver, count: int) -> SteadySolver:
     several = replace(problem, betas=problem.betas * count, length=problem.length * count)
     mesh, nodes = one.scene.liquid.six_node_mesh.repeated(count, problem.length)
     insides = [None if body.phase is None else body.phase.six_node_mesh for body in one.bodies]
-    cells = Cells(one.meshed.outlines * count, insides * count, one.scene.reference.repeated(count), mesh)
+    cells = Cells(insides * count, one.scene.reference.repeated(count), mesh)
     train = SteadySolver(several, parameters, cells)
     (h_one, x_one), x = one.state(), np.zeros(train.scene.size)
     fields = ["u", "s"] if train.scene.material.modes else ["u"]
