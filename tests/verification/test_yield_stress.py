@@ -54,6 +54,12 @@ def test_drag_in_a_weak_bingham_liquid_tends_to_the_newtonian_one() -> None:
     assert math.log2((K[2] - K[0]) / (K[1] - K[0])) == pytest.approx(1.0, abs=0.05)
 
 
+def test_drag_on_coarse_cells_is_within_its_half_width() -> None:
+    """With Bn D_p/D_c = 10; 20.773 +- 0.008 on cells five times smaller (docs/how-to/yield-stress.md)."""
+    K, error = drag(law="bingham", Bn=20)
+    assert abs(K - 20.773) < error < 0.05 * K
+
+
 def test_the_regularisation_is_a_part_of_the_half_width() -> None:
     """The derivative of dU by ln m by the adjoint is that of differences; m is small, and what it does large."""
     case = parse_case(
