@@ -1,7 +1,7 @@
-"""Velocities of a row of any number of equal particles, from those of rows of up to four.
+"""Velocities of a row of any number of equal particles, from those of rows of up to five.
 
 What a particle does in a row is what it does alone, and what its neighbours change: each pair of neighbours, what a
-third one changes in that, and a fourth one. With the velocities U of short rows, the part W of k particles is
+third one changes in that, and a fourth and fifth one. With the velocities U of short rows, the part W of k particles is
 what is left of U when the parts of all shorter rows of neighbours among them are subtracted (the cumulant expansion of
 a chain). Particles that are not neighbours have no part of their own: whatever reaches one from another has passed
 those between, which is why sums of pairs are so poor and this series converges (measured: by a factor of 4 to 7 with
@@ -25,7 +25,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from pairsim.runtime.arrays import Array
 
 RATES = np.geomspace(1.0, 8.0, 16)  # of the slowest exponential, which are tried [1/D_c]; chosen
-POWERS = {2: 5, 3: 4, 4: 2}  # how many more exponentials there are, by the number of particles; chosen
+POWERS = {2: 5, 3: 4, 4: 2, 5: 1}  # how many more exponentials there are, by the number of particles; chosen
 TRUSTED = 1e-3  # part of the largest |dU| down to which solutions are the better the smaller their error is; chosen
 SLOPES = 0.1  # weight of slopes, which are known to first order in what moving changes; chosen
 SMALLEST = 1e-4  # singular values that are left out, relative to the largest; chosen

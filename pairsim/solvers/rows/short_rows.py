@@ -22,8 +22,9 @@ from pairsim.solvers.steady.ends import Ended
 from pairsim.solvers.steady.first_solution import first_scene
 
 # All constants were chosen.
-FARTHEST = {2: 1.6, 3: 0.9, 4: 0.45}  # largest distance of short rows of so many particles [D_c]
-COUNTS = {2: 14, 3: 4, 4: 3}  # how many distances of each gap
+FARTHEST = {2: 1.6, 3: 0.9, 4: 0.45, 5: 0.3}  # largest distance of short rows of so many particles [D_c]
+COUNTS = {2: 14, 3: 4, 4: 3, 5: 2}  # how many distances of each gap
+ALL = 4  # particles up to which all combinations of distances are solved
 ROOM = 4.0  # length of tube beyond a row, both ends together [D_c]
 CROWDING = 3.0  # rate of the exponential of a distance in which these are extrema of a Chebyshev polynomial [1/D_c]
 
@@ -78,21 +79,26 @@ def _at(branch: Branch, parameters: Parameters) -> Row:
 
 
 def places_of(count: int, least: float) -> list[tuple[float, ...]]:
-    """Distances at which short rows of so many particles are solved, from the largest down [D_c]."""
+    """Distances at which short rows of so many particles are solved, from the largest down [D_c].
+
+    Of more than `ALL` particles these are a Latin hypercube: each combination of all distances but one is there once.
+    """
     if count == 1:
         return [()]
     ends = np.exp(-CROWDING * np.array([FARTHEST[count], least]))
     distances = -np.log(np.interp(chebpts2(COUNTS[count]), [-1.0, 1.0], ends)) / CROWDING
-    return list(product(distances.round(4).tolist(), repeat=count - 1))
+    every = product(range(len(distances)), repeat=count - 1)
+    chosen = [places for places in every if count <= ALL or sum(places) % len(distances) == 0]
+    return [tuple(row) for row in distances.round(4)[chosen].tolist()]
 
 
-def models(row: EqualRow, least: float, most: int = 4) -> Iterator[tuple[int, int, RowModel]]:
+def models(row: EqualRow, least: float, most: int = 5) -> Iterator[tuple[int, int, RowModel]]:
     """Solve short rows and fit the model.
 
     Args:
         row: The row.
         least: Smallest distance at which short rows are solved [D_c].
-        most: Number of particles of the longest ones, at most 4.
+        most: Number of particles of the longest ones, at most 5.
 
     Yields:
         How many short rows are solved, of how many, and the model of so many particles as were solved.
