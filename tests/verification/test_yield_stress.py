@@ -44,7 +44,7 @@ def test_a_continuation_is_geometric_in_the_regularisation_and_linear_in_all_els
     assert here.towards(there, 0.5).liquid.solvent.numbers == pytest.approx({"Bn": 2.0, "n": 0.5, "m": 10.0})
     assert there.less_regularised(0.1).liquid.solvent == replace(there.liquid.solvent, m=1e3)
     plain = Parameters((), (), Liquid(PowerLaw(n=0.5)))
-    assert plain.less_regularised(0.1) is plain
+    assert plain.less_regularised(0.1) == plain
 
 
 def test_drag_in_a_weak_bingham_liquid_tends_to_the_newtonian_one() -> None:
