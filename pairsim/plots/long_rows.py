@@ -30,7 +30,7 @@ def draw_long_row(row: Mapping[str, Array], units: Units, out: Path, page: Page)
     distances = pd.DataFrame(row).set_index("position").filter(regex="^d")
     figure, (over, histogram) = page.panels(2, 55)
     many, label = distances.shape[1] > FEW, f"$d_i$  [{units.name(LENGTH)}]"
-    lines = distances.quantile(PARTS, axis=1).T if many else distances
+    lines = distances.quantile(PARTS, axis=1).T.rename(columns="{:.0%}".format) if many else distances
     position = f"position along the tube  [{units.name(POSITION)}]"
     lines.plot(ax=over, xlabel=position, ylabel=label, style="-")
     ends = distances.iloc[[0, -1]].T.set_axis(["inlet", "outlet"], axis=1)
