@@ -361,7 +361,7 @@ def _warnings(case: TrainCase, found: Train) -> list[str]:
 
 def draw(directory: Path, out: Path, page: Page) -> list[Path]:
     """Growth rates and frequencies over the wave number, and the distances of a row that is followed."""
-    from pairsim.plots.chart import Panel, Series, draw_chart
+    from pairsim.plots.chart import POINT, Panel, Series, draw_chart
     from pairsim.plots.labels import case_parts, read_case
     from pairsim.plots.long_rows import draw_long_row
     from pairsim.plots.style import printing
@@ -371,7 +371,7 @@ def draw(directory: Path, out: Path, page: Page) -> list[Path]:
     units = Units.of(directory, page.physical)
     table = units.table(read_table(directory / "spectrum.csv"))
     panels = {n: Panel(units.axis_label(["k"]), units.axis_label([n])) for n in ("growth", "frequency")}
-    series = [Series(n, table["k"], table[n], table[f"{n}_error"], marked=range(len(table["k"]))) for n in panels]
+    series = [Series(n, table["k"], table[n], table[f"{n}_error"], mark=POINT) for n in panels]
     small_print = case_parts(read_case(directory / "case.yaml"), {"particles"}, units.scales is not None)
     with printing():
         figure, _ = draw_chart(page, panels, series, small_print)
