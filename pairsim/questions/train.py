@@ -263,7 +263,10 @@ def solve(case: TrainCase, *, monitor: Monitor) -> events.Events:
         sentences.append(f"Trains with distances of less than {at} {nearer}, and those with more {farther}.")
     tubes = [found.U * time for time in spectrum.time_to(CHANGES[verdict][0])] if verdict in CHANGES else [inf] * 3
     values = [found.spacing, found.d, d_error, found.U, found.U_error, verdict, *spectrum.fastest, *spectrum.diffusion]
-    yield _table("train", TRAIN, [[*values, *(each if isfinite(each) else nan for each in (*tubes, found.t_relax))]])
+    values += [each if isfinite(each) else nan for each in (*tubes, found.t_relax)]
+    train = _table("train", TRAIN, [values])
+    yield replace(train, rows=())
+    yield events.Row("train", train.rows[0])  # the result that is waited for
     rates = (*spectrum.growth(waves), *spectrum.frequency(waves))
     yield _table("spectrum", SPECTRUM, list(zip(waves, *rates, strict=True)))
     if (gaps := case.first_gaps(found.d)) is not None:
