@@ -11,9 +11,10 @@ from scipy.special import ive
 from support.inputs import ROOT
 
 import pairsim
-from pairsim.computing import QUESTIONS
+from pairsim.computing import QUESTIONS, events
 from pairsim.computing.case_files import parse_case
 from pairsim.computing.problems import steady_problem
+from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.scene import SteadySolver
@@ -88,6 +89,13 @@ def test_nothing_grows_between_rigid_beads_in_a_newtonian_liquid() -> None:
     assert abs(table["growth"]).max() < 1e-9 * abs(table["frequency"]).max()
     assert found.table["verdict"][0] == "neither"
     assert "keep their size" in found.answer
+
+
+def test_a_train_is_a_result_that_ends_the_wait_for_one() -> None:
+    """A long row that is followed afterwards may take its time."""
+    keys = {"beta": 0.3, "De": 0, "Ca_e": 0, "train": {"spacing": 0.5, "cell": 4}, "mesh": {"Np": 8}}
+    found = QUESTIONS["train"].solve(parse_case(QUESTIONS["train"], keys, "test"), monitor=Monitor())
+    assert [each.table for each in found if isinstance(each, events.Row)] == ["train"]
 
 
 def test_growth_rates_are_the_roots_that_go_on_from_those_of_the_first_term() -> None:
