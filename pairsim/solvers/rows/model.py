@@ -25,9 +25,9 @@ from numpy.lib.stride_tricks import sliding_window_view
 from pairsim.runtime.arrays import Array
 
 RATES = np.geomspace(1.0, 8.0, 16)  # of the slowest exponential, which are tried [1/D_c]; chosen
-POWERS = {2: 5, 3: 4, 4: 2, 5: 1}  # how many more exponentials there are, by the number of particles; chosen
+POWERS = {2: 6, 3: 3, 4: 3, 5: 1}  # how many more exponentials there are, by the number of particles; chosen
 TRUSTED = 1e-3  # part of the largest |dU| down to which solutions are the better the smaller their error is; chosen
-SLOPES = 0.1  # weight of slopes, which are known to first order in what moving changes; chosen
+SLOPES = 0.03  # weight of slopes, which are known to first order in what moving changes; chosen
 SMALLEST = 1e-4  # singular values that are left out, relative to the largest; chosen
 
 
