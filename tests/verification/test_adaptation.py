@@ -124,7 +124,7 @@ def test_a_finer_mesh_with_a_larger_error_is_not_kept(monkeypatch: pytest.Monkey
 def test_the_size_of_dU_at_a_single_distance_is_that_of_the_curve_it_lies_on(
     Ca_e: float, d: float, largest: float
 ) -> None:
-    """Also of particles so soft that they have no solution on the fewest cells."""
+    """Also of very soft particles far apart, whose solution on coarse cells does not follow from that on fine ones."""
     case = parse_case(QUESTIONS["curve"], TUBE | {"De": 0, "Ca_e": Ca_e, "d": [d], "mesh": {"Np": 18}}, "test")
     first = Parameters(case.places[0], case.solid_models, case.liquid_model)
     branch = Branch(reached(first_scene(steady_problem(case, d), first)))
