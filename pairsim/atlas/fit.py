@@ -64,8 +64,10 @@ def fit(
 ) -> tuple[Atlas, Array]:
     """Make an atlas.
 
-    Lengths and errors are those that predict curves left out best, half-widths those that hold `COVERED` of their
-    errors.
+    Lengths and errors are those with which curves left out are most probable by the others (Rasmussen and Williams
+    2006, section 5.4.2; errors are taken to have a Laplace distribution, of a width that depends on the distance).
+    Half-widths hold `COVERED` of errors of curves left out, over the deviations of the kriging; the quantile is that
+    for one more curve than these.
 
     Args:
         curves: At least four.
@@ -84,8 +86,9 @@ def fit(
         if np.abs(logs - np.log(FIRST)).max() > 3:
             return float("inf")
         with np.errstate(all="ignore"):
-            squares = np.mean(errors_left_out(curves, made(logs)) ** 2, axis=1)
-        return float(np.mean(np.log(squares + 1e-8)))
+            residuals, spreads = made(logs).left_out()
+            widths = np.mean(np.abs(residuals) / spreads[:, None], axis=0)
+            return float(np.mean(np.log(widths)) + np.mean(np.log(spreads)))
 
     start = np.log(FIRST) + np.concatenate([np.zeros((1, len(FIRST))), np.eye(len(FIRST))])
     best = scipy.optimize.minimize(badness, start[0], method="Nelder-Mead", options={"initial_simplex": start})
@@ -94,7 +97,8 @@ def fit(
     ratios, count = np.abs(residuals) / spreads[:, None], len(d)
     rank = min(COVERED * (len(ratios) + 1) / len(ratios), 1.0)
     near = [slice(max(k - NEIGHBOURS, 0), k + NEIGHBOURS + 1) for k in range(count)]
-    widths = np.array([np.quantile(ratios[:, each], rank) for each in near])
+    scales = np.array([ratios[:, each].mean() for each in near])
+    widths = scales * np.quantile(ratios / scales, rank)
     own = np.maximum(curves.errors / np.abs(curves.dU).max(axis=1, keepdims=True), 1e-9)
     values = np.concatenate(list(curves.others), axis=1)
     means, sizes = values.mean(axis=0), values.std(axis=0).max() or 1.0
