@@ -39,7 +39,7 @@ def ask(
 
     Args:
         case: A case, as for `load`; or else the quantities of an experiment are `given`.
-        atlas: File of an atlas, atlas.npz of `pairsim atlas`; None: that which ships.
+        atlas: File of an atlas, atlas.npz of `pairsim atlas`; None: those that ship.
         compute: Compute the curve where the atlas has no answer.
         folder: Folder of this curve; None: a temporary one.
         progress: Whether its progress is shown.
@@ -73,18 +73,18 @@ def ask(
 def asked_of(
     case: AnyCase | None, given: Mapping[str, Any], file: Path | str | None
 ) -> tuple[Atlas, SceneCase, list[str]]:
-    """An atlas, the checked case of a curve of a pair over its distances, and why it has no answer for that.
+    """The atlas that answers, the checked case of a curve of a pair over its distances, and why it has no answer.
 
     Args:
         case, given: As of `ask`.
-        file: The atlas, as of `ask`.
+        file: The atlas, as of `ask`; None: that of those that ship whose intervals are the narrowest.
 
     Raises:
         InputError: A quantity or the file is wrong.
     """
-    atlas = Atlas.load(Path(file or SHIPPED))
+    atlases = [Atlas.load(Path(each)) for each in ([file] if file else SHIPPED)]
     ends = {"ends": "developed", "length": "auto"}
-    more = {"d": dict(zip(("start", "stop"), atlas.box["d"], strict=True), num=POINTS)}
+    more = {"d": dict(zip(("start", "stop"), atlases[0].box["d"], strict=True), num=POINTS)}
     if case is None:
         found = units(kind="curve", **{**ends, **given, **more}).case
     else:
@@ -94,7 +94,16 @@ def asked_of(
         found = load({**ends, **known, **more, **({"physical": block} if block else {})}, kind="curve")
     if found.n != 2:
         raise InputError(SOURCE, "particles", found.n, "must be 2: the answers are those of pairs")
-    return atlas, found, list(_beyond(found, atlas))
+
+    answers = [(atlas, list(_beyond(found, atlas))) for atlas in atlases]
+
+    def rank(answer: tuple[Atlas, list[str]]) -> tuple[int, float]:
+        atlas, reasons = answer
+        place = found.betas[0], found.De, found.Ca_es[0]
+        return len(reasons), 0.0 if reasons else float(atlas.table(*place)["dU_error"].mean())
+
+    atlas, reasons = min(answers, key=rank)
+    return atlas, found, reasons
 
 
 def _beyond(case: SceneCase, atlas: Atlas) -> Iterator[str]:
@@ -114,7 +123,7 @@ def _beyond(case: SceneCase, atlas: Atlas) -> Iterator[str]:
 def _zeros(table: Mapping[str, Array]) -> dict[str, Array]:
     """The zeros of a curve with their half-widths, as in equilibria.csv."""
     curve = curve_of(table)
-    d = np.array(curve.zeros if curve is not None and np.abs(table["dU"]).any() else [])
+    d = np.array(curve.zeros if curve is not None else [])
     slope = np.interp(d, table["d"], table["slope"])
     half = np.interp(d, table["d"], table["dU_error"])
     return {"d": d, "stable": slope < 0, "slope": slope, "d_error": half / np.abs(slope)}

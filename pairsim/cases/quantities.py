@@ -20,6 +20,16 @@ LEAST, MOST = 1e-30, 1e30  # limits of a quantity in its SI unit, whose products
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 QUANTITY = re.compile(rf"({NUMBER})\s*([^\W\d_].*)")  # number and unit
 PLUS_MINUS = re.compile(r"\+-|\+/-|±")
+COMMON = {
+    "m": {"nm": 1e-9, "um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0},
+    "s": {"us": 1e-6, "ms": 1e-3, "s": 1.0, "min": 60.0},
+    "Pa": {"Pa": 1.0, "kPa": 1e3},
+    "Pa*s": {"mPa.s": 1e-3, "Pa.s": 1.0},
+    "m/s": {"um/s": 1e-6, "mm/s": 1e-3, "cm/s": 1e-2, "m/s": 1.0},
+    "m^3/s": {"nl/min": 1.6666666666666673e-14, "ul/min": 1.666666666666667e-11, "ml/h": 2.777777777777778e-10},
+    "kg/m^3": {"kg/m^3": 1.0},
+}
+"""Units in SI units, as pint has them, for which it is not loaded: this takes longer than an atlas to answer."""
 
 
 def a_length(key: str, words: str, example: str = "50 um", symbol: str = "") -> Dimension:
@@ -55,6 +65,13 @@ def _parsed(text: Any) -> tuple[float, pint.Unit]:
         raise ValueError(f"has the unknown unit {unit}") from None
 
 
+def _in_common(text: Any, unit: str) -> float | None:
+    """Convert a quantity in one of the units of `COMMON`; None if it is in another one, or is none."""
+    match = QUANTITY.fullmatch(text.strip()) if isinstance(text, str) else None
+    factor = COMMON.get(unit, {}).get(match[2]) if match is not None else None
+    return None if match is None or factor is None else rounded(float(match[1]) * factor)
+
+
 def _in(unit: Any, number: float, given: pint.Unit) -> float:
     """Convert a number from the unit given to a compatible one; infinite if double precision cannot hold it."""
     try:
@@ -84,15 +101,16 @@ def si(text: Any, of: Dimension) -> float:
     allowed = f"must be {of.kind} above 0 with its unit, such as {of.example}"
     if isinstance(text, list | tuple):
         raise ValueError(f"is a list; {allowed}{of.if_several}")
-    try:
-        number, unit = _parsed(text)
-    except ValueError as error:
-        raise ValueError(f"{error}; {allowed}") from None
-    if of.unit and not unit.is_compatible_with(of.unit):
-        raise ValueError(f"has the unit {unit:~C}; {allowed}")
-    if number <= 0:
+    if (value := _in_common(text, of.unit)) is None:
+        try:
+            number, unit = _parsed(text)
+        except ValueError as error:
+            raise ValueError(f"{error}; {allowed}") from None
+        if of.unit and not unit.is_compatible_with(of.unit):
+            raise ValueError(f"has the unit {unit:~C}; {allowed}")
+        value = _in(of.unit or unit, number, unit)
+    if value <= 0:
         raise ValueError(allowed)
-    value = _in(of.unit or unit, number, unit)
     if not LEAST <= value <= MOST:
         raise ValueError(f"must be from {LEAST:g} to {MOST:g} {of.unit}")
     return value
@@ -124,7 +142,11 @@ def as_given(text: str) -> tuple[float, str]:
     Raises:
         ValueError: It is no quantity.
     """
-    number, unit = _parsed(_halves(text)[0])
+    value = _halves(text)[0]
+    match = QUANTITY.fullmatch(value.strip())
+    if match is not None and any(match[2] in units for units in COMMON.values()):
+        return float(match[1]), match[2]
+    number, unit = _parsed(value)
     return number, f"{unit:~C}".replace("\N{GREEK SMALL LETTER MU}", "u").replace("*", ".")
 
 
@@ -146,6 +168,8 @@ def unit_in(other: str, unit: str) -> float:
     Raises:
         ValueError: It is no unit, or is of another kind.
     """
+    if unit in COMMON.get(other, {}):
+        return COMMON[other][unit]
     try:
         return float(_registry().Quantity(1.0, unit).to(other).magnitude)
     except Exception:  # pint does not document which exceptions its parser raises

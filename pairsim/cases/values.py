@@ -88,7 +88,7 @@ MOST_VALUES = 10_000  # of a list or range
 class Range[T](BaseModel):
     """`num` values from `start` to `stop`, with equal factors or equal differences between them."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
     start: T
     stop: T
     num: Annotated[Whole, Field(ge=2, le=MOST_VALUES)]

@@ -8,10 +8,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import scipy
 
 from pairsim.runtime.arrays import Array
-from pairsim.solvers.curves.interpolant import CurveInterpolant, Peak, Region
+from pairsim.solvers.curves.interpolant import CurveInterpolant, Peak, Region, hermite, slopes_of
 
 ROUNDING = 1e-9  # |dU| that is rounding error, as of equal rigid spheres [U_av]
 FORGOTTEN = 3.0  # decay times after which a start is forgotten; chosen: exp(-3) = .05
@@ -67,10 +66,8 @@ class Motion:
         if curve is None:
             return None
         x = np.log(curve.d)
-        mean, stretch = (
-            scipy.interpolate.PchipInterpolator(x, values)
-            for values in ((table["U_L"] + table["U_T"]) / 2, table["stretch"])
-        )
+        smooth = (table["U_L"] + table["U_T"]) / 2, table["stretch"]
+        mean, stretch = (hermite(x, values, slopes_of(values, x)) for values in smooth)
         times = table["t_relax"]
         t_relax = (lambda d: np.interp(np.log(d), x, times)) if np.isfinite(times).all() else None
         shifts = table.get("from_rest")

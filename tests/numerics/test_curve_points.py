@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicHermiteSpline
 from support.points import made_point
 from support.scenes import traced
 
@@ -16,7 +17,7 @@ from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.curves.critical import same_zero
 from pairsim.solvers.curves.curve import Equilibrium, equilibria, find_zeros, interpolants, trace
 from pairsim.solvers.curves.distances import WIDEST, between
-from pairsim.solvers.curves.interpolant import CurveInterpolant
+from pairsim.solvers.curves.interpolant import CurveInterpolant, hermite
 from pairsim.solvers.parameters import Parameters
 
 
@@ -259,3 +260,19 @@ def test_neighbours_are_close_enough_for_something_to_be_said_of_what_lies_betwe
     assert between([(0.3, 0.3), (0.1, 0.1)], 100) == [(0.3, 0.3), pytest.approx((0.03**0.5,) * 2), (0.1, 0.1)]
     assert between([(1.0,), (0.04,)], 2) == [(1.0,), (0.04,)]
     assert between([], 5) == []
+
+
+@pytest.mark.parametrize("n", [2, 3, 12])
+def test_piecewise_cubics_and_their_zeros_are_those_of_scipy(n: int) -> None:
+    rng = np.random.default_rng(n)
+    x, values, slopes = np.sort(rng.random(n)), rng.standard_normal(n), rng.standard_normal(n)
+    at, known = np.linspace(x[0], x[-1], 50), CubicHermiteSpline(x, values, slopes)
+    assert hermite(x, values, slopes)(at) == pytest.approx(known(at), abs=1e-12)
+    found = CurveInterpolant(np.exp(x), values, values, slopes / np.exp(x), np.zeros(n)).zeros
+    assert np.log(found) == pytest.approx(known.roots(extrapolate=False), abs=1e-12)
+
+
+def test_a_zero_at_a_point_is_found_once() -> None:
+    x = np.array([0.0, 1.0, 2.0])
+    found = CurveInterpolant(np.exp(x), x - 1, x - 1, np.exp(-x), np.zeros(3)).zeros
+    assert found == pytest.approx([np.e])

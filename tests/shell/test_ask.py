@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -62,6 +65,31 @@ def test_the_part_of_the_inputs_is_that_of_first_order_where_they_are_small(atla
 def test_where_the_atlas_has_no_answer_it_says_why(atlas: Path, change: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError, match=message):
         api.ask(**(ELASTIC | change), atlas=atlas)
+
+
+def test_of_the_atlases_that_ship_the_narrowest_answers(
+    atlas: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wide = replace(made := Atlas.load(atlas), widths=10 * made.widths)
+    narrow = replace(made, box={**made.box, "De": (0.0, 0.0)})  # as one of Newtonian liquids
+    for name, each in (("a", wide), ("b", narrow)):
+        each.save(tmp_path / f"{name}.npz")
+    monkeypatch.setattr("pairsim.api.ask.SHIPPED", [tmp_path / "a.npz", tmp_path / "b.npz"])
+    for given, file in ((ELASTIC, "a.npz"), (BENCH, "b.npz")):
+        error = api.ask(**given).columns["dU_error"]
+        assert error == pytest.approx(api.ask(**given, atlas=tmp_path / file).columns["dU_error"])
+    with pytest.raises(InputError, match=r"De = 3\.395 is not in 0 to 1; pairsim curve"):
+        api.ask(**ELASTIC | {"relaxation": "20ms"})
+
+
+def test_the_command_loads_nothing_that_takes_long() -> None:
+    words = "ask --tube 50um --particle 20um --flow 1ul/min --viscosity 1Pa.s --modulus 5kPa --at 8um"
+    command = [sys.executable, "-X", "importtime", "-P", "-m", "pairsim", *words.split()]
+    loaded = subprocess.run(command, capture_output=True, text=True, check=True).stderr
+    names = {line.rpartition("|")[2].strip().partition(".")[0] for line in loaded.splitlines()}
+    assert "numpy" in names
+    assert not {"dolfinx", "ufl", "pandas", "pint", "matplotlib"} & names
+    assert "scipy.interpolate" not in loaded
 
 
 def test_a_case_file_is_asked_about_too(atlas: Path, tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pint
 import pytest
 import yaml
 from support.commands import Pairsim
@@ -19,7 +20,7 @@ from typer.testing import CliRunner
 import pairsim as api
 from pairsim.cases.inputs import inputs_of
 from pairsim.cases.physical import forget_numbers
-from pairsim.cases.quantities import LENGTH, measured, quantity_range, si
+from pairsim.cases.quantities import COMMON, LENGTH, measured, quantity_range, si
 from pairsim.cases.run_case import Case
 from pairsim.cases.values import Range
 from pairsim.cases.yaml_file import read_yaml
@@ -192,6 +193,13 @@ def test_ranges_of_quantities_may_change_their_unit() -> None:
     assert [si(text, LENGTH) for text in texts] == pytest.approx([1e-6, 4e-6, 7e-6, 1e-5])
     with pytest.raises(ValueError, match="same kind"):
         quantity_range(Range(start="1 um", stop="1 s", num=2))
+
+
+def test_common_units_are_those_of_pint() -> None:
+    registry = pint.UnitRegistry()
+    for of, units in COMMON.items():
+        for unit, size in units.items():
+            assert size == registry.Quantity(1.0, unit.replace(".", "*")).to(of).magnitude, unit
 
 
 @pytest.mark.parametrize(

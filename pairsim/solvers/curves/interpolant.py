@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-import scipy
 
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.distances import WIDEST
 
 ORDER = 2.5  # with which the error of an interval falls with its width in log d; that of smooth curves is 4. Measured
 FINE = 64  # parts of an interval on which extrema and signs are looked for; chosen
+HALVINGS = 50  # of such a part, for a zero to rounding
 
 
 @dataclass(frozen=True)
@@ -69,17 +69,22 @@ class CurveInterpolant:
     Attributes:
         d: Distances of the points, shape (n,).
         dU_error: Half-widths of the intervals at the points, shape (n,).
-        errors: Largest interpolation error between each two neighbours, shape (n-1,); infinite if n = 2.
     """
 
     def __init__(self, d: Array, dU: Array, discrete: Array, slope: Array, dU_error: Array) -> None:
         self.d, self.dU_error = d, dU_error
         self._points = np.log(d), dU, discrete, slope * d
         self._x = self._points[0]
-        self._curve = _hermite(*self._points)
-        self.errors = self._interpolation_errors()
+        self._curve = self._through(*self._points)
 
-    def _interpolation_errors(self) -> Array:
+    @staticmethod
+    def _through(x: Array, dU: Array, discrete: Array, slope: Array) -> Callable[[Array | float], Array]:
+        """The interpolant, with `slope` the derivatives of `discrete` by x."""
+        return hermite(x, dU, slope + slopes_of(dU - discrete, x))
+
+    @cached_property
+    def errors(self) -> Array:
+        """Largest interpolation error between each two neighbours, shape (n-1,); infinite if n = 2."""
         x, n = self._x, len(self._x)
         if n == 2:
             return np.array([np.inf])
@@ -87,7 +92,7 @@ class CurveInterpolant:
         for i in range(1, n - 1):
             others = [j for j in range(max(i - 2, 0), min(i + 3, n)) if j != i]
             at = np.linspace(x[i - 1], x[i + 1], FINE)
-            without = _hermite(*(each[others] for each in self._points))
+            without = self._through(*(each[others] for each in self._points))
             scaled[i] = np.abs(self._curve(at) - without(at)).max() / (x[i + 1] - x[i - 1]) ** ORDER
         near = np.lib.stride_tricks.sliding_window_view(np.pad(scaled, 1), 4)  # two on either side of an interval
         return np.asarray(near.max(axis=1) * np.diff(x) ** ORDER)
@@ -114,7 +119,14 @@ class CurveInterpolant:
     @property
     def zeros(self) -> list[float]:
         """Distances at which `values` vanishes, ascending."""
-        return [float(np.exp(root)) for root in self._curve.roots(extrapolate=False)]
+        d, dU, _ = self.samples
+        left = np.flatnonzero((dU[1:] < 0) != (dU[:-1] < 0))
+        low, high = np.log(d[left]), np.log(d[left + 1])
+        for _ in range(HALVINGS):
+            middle = (low + high) / 2
+            before = (self._curve(middle) < 0) == (dU[left] < 0)
+            low, high = np.where(before, middle, low), np.where(before, high, middle)
+        return np.exp(high).tolist()
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -169,7 +181,19 @@ class CurveInterpolant:
         return inside[len(inside) // 2] if inside else float(np.sqrt(low * high))
 
 
-def _hermite(x: Array, dU: Array, discrete: Array, slope: Array) -> scipy.interpolate.CubicHermiteSpline:
-    """The interpolant over x, with `slope` the derivatives of `discrete` by x."""
-    rest = np.gradient(dU - discrete, x, edge_order=2 if len(x) > 2 else 1)
-    return scipy.interpolate.CubicHermiteSpline(x, dU, slope + rest)
+def hermite(x: Array, values: Array, slopes: Array) -> Callable[[Array | float], Array]:
+    """The cubic Hermite interpolant over x, without scipy, whose import takes longer than an atlas to answer."""
+    width, step = np.diff(x), np.diff(values)
+    first, last = width * slopes[:-1], width * slopes[1:]
+    powers = np.stack([first + last - 2 * step, 3 * step - 2 * first - last, first, values[:-1]])
+
+    def value(at: Array | float) -> Array:
+        left = np.clip(np.searchsorted(x, at, side="right") - 1, 0, len(width) - 1)
+        return np.asarray(np.polyval(powers[:, left], (at - x[left]) / width[left]))
+
+    return value
+
+
+def slopes_of(values: Array, x: Array) -> Array:
+    """The slopes of parabolas through neighbouring points."""
+    return np.asarray(np.gradient(values, x, edge_order=2 if len(x) > 2 else 1))
