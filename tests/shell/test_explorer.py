@@ -1,0 +1,69 @@
+"""The explorer in a real browser: its numbers are those of `ask`, also after a slider was moved."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+from support.atlases import make_atlas
+from support.commands import Pairsim
+
+import pairsim as api
+from pairsim.atlas.atlas import Atlas
+from pairsim.atlas.explorer import page_of
+
+BROWSER = shutil.which("chromium") or shutil.which("google-chrome") or ""
+PLACE = 20  # a distance of the atlas, at which intervals are those of its table
+
+
+@pytest.fixture(scope="module")
+def atlas(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("atlas") / "atlas.npz"
+    make_atlas().save(path)
+    return path
+
+
+def shown(page: Path, **given: float) -> str:
+    """The page as a browser shows it with these values."""
+    address = page.as_uri() + "#" + "&".join(f"{name}={value!r}" for name, value in given.items())
+    command = [BROWSER, "--headless", "--no-sandbox", "--disable-gpu", "--dump-dom", address]
+    text = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60).stdout
+    return text.partition("<script>")[0]
+
+
+def numbers(text: str) -> dict[str, float]:
+    return {name: float(value) for name, value in re.findall(r'data-(\w+)="([^"]*)"', text)}
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not BROWSER, reason="needs a browser: chromium")
+def test_the_page_shows_the_numbers_of_ask(atlas: Path, tmp_path: Path, pairsim: Pairsim) -> None:
+    done = pairsim("atlas", "explore", "-o", "page.html", "--atlas", str(atlas))
+    assert done.returncode == 0, done.stderr
+    page, at = tmp_path / "page.html", float(50 * Atlas.load(atlas).d[PLACE])
+    experiment = {"tube": "50um", "particle": "20um", "flow_rate": "1ul/min", "viscosity": "1Pa.s", "modulus": "10kPa"}
+    moved = page.with_name("moved.html")
+    move = 'element("modulus-slider").value = 0.5; element("modulus-slider").oninput(); </script>'
+    moved.write_text(page.read_text().replace("</script>", move))
+    found = numbers(shown(page, modulus=10, relaxation=2, at=at, to=1.5 * at))
+    answer = api.ask(**experiment, relaxation="2ms", liquid="giesekus", atlas=atlas)
+    value, half_width = answer.curve(at / 50)
+    um_s = 1e6 * answer.scales.velocity
+    assert found["value"] == pytest.approx(um_s * value, rel=1e-6)
+    assert found["half"] == pytest.approx(um_s * half_width, rel=0.02)  # a small difference of large numbers
+    assert found["time"] == pytest.approx(answer.scales.time * answer.travel(at / 50, 1.5 * at / 50).time, rel=1e-3)
+    assert found["zero"] == pytest.approx(answer.zeros["d"].iloc[0], rel=1e-3)
+    slid = numbers(shown(moved, modulus=3, at=at))["value"]
+    there = api.ask(**experiment, atlas=atlas)  # the middle of a logarithmic slider from 0.1 to 1000 is 10 kPa
+    assert slid == pytest.approx(um_s * there.curve(at / 50)[0], rel=1e-6)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not BROWSER, reason="needs a browser: chromium")
+def test_the_page_says_what_is_outside(atlas: Path, tmp_path: Path) -> None:
+    (tmp_path / "page.html").write_text(page_of([atlas]))
+    text = shown(tmp_path / "page.html", modulus=1, relaxation=30)
+    assert "The atlas has no answer: De = 5.09 is not in 0 to 1 and Ca_e = 0.17 is not in 0 to 0.1" in text
