@@ -15,7 +15,7 @@ from pairsim.atlas.atlas import PARAMETERS, SHIPPED, Atlas
 from pairsim.cases.case import SceneCase
 from pairsim.cases.inputs import drawn, units_of
 from pairsim.computing import QUESTIONS
-from pairsim.results.curve_table import curve_of
+from pairsim.results.curve_table import zeros_of
 from pairsim.results.units import LENGTH, VELOCITY
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
@@ -23,7 +23,7 @@ from pairsim.runtime.errors import InputError
 SOURCE = "pairsim ask"
 POINTS = 9  # asked for of a curve that is computed, which adds others
 DRAWS = 2000  # of the inputs, for the part that they have in intervals: to 2 % of it
-SAME_PHYSICS = "liquid_model", "driven", "length", "ends"
+SAME_PHYSICS = "liquid_model", "driven", "length", "ends", "after"
 
 
 def ask(
@@ -67,7 +67,7 @@ def ask(
     record = {"status": "finished", **units_of(asked)}
     if any(each["half_width"] for each in record.get("inputs", ())):
         record["dU_inputs"] = _spread(asked, book)
-    return question.result.of_tables({"curve": table, "equilibria": _zeros(table)}, record, SOURCE)
+    return question.result.of_tables({"curve": table, "equilibria": zeros_of(table)}, record, SOURCE)
 
 
 def asked_of(
@@ -118,15 +118,6 @@ def _beyond(case: SceneCase, atlas: Atlas) -> Iterator[str]:
     for name in SAME_PHYSICS:
         if getattr(case, name) != getattr(theirs, name):
             yield f"{name.replace('_model', '')} is another one than in the atlas"
-
-
-def _zeros(table: Mapping[str, Array]) -> dict[str, Array]:
-    """The zeros of a curve with their half-widths, as in equilibria.csv."""
-    curve = curve_of(table)
-    d = np.array(curve.zeros if curve is not None else [])
-    slope = np.interp(d, table["d"], table["slope"])
-    half = np.interp(d, table["d"], table["dU_error"])
-    return {"d": d, "stable": slope < 0, "slope": slope, "d_error": half / np.abs(slope)}
 
 
 def _spread(case: SceneCase, atlas: Atlas) -> Array:

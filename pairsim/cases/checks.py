@@ -79,4 +79,5 @@ def _not_yielding(case: SceneCase) -> str:
         return "the laws of a yield stress are those of the stress of one mode"
     if mode.follows_rate:
         return f"the viscosity of {mode.name} is that of a flow curve, which a yield stress would change"
-    return "" if case.kind == "run" else "stress below a yield stress is that of a history: see pairsim run, hold: true"
+    known = case.kind == "run" or getattr(case, "after", None) is not None
+    return "" if known else "stress below a yield stress is that of a history: see run, and after of curve"

@@ -21,15 +21,16 @@ STEPS = 400  # parts of the way for the integral; chosen
 def curve_of(table: Mapping[str, Array], gap: str = "") -> CurveInterpolant | None:
     """dU of a gap as a function of d; None unless there are two points over a distance that all gaps have.
 
+    A curve from rest has no slopes of its own.
+
     Args:
         table: Columns of curve.csv, of shape (points,), in ascending distance.
         gap: The suffix of its columns.
     """
-    if f"slope{gap}" not in table or len(table[f"dU{gap}"]) < 2:
+    if not {f"slope{gap}", f"dU_half{gap}"} & table.keys() or len(table[f"dU{gap}"]) < 2:
         return None
-    d, dU, differentiated, slope, errors = (
-        table[f"{name}{gap}"] for name in ("d", "dU", "dU_discrete", "slope", "dU_error")
-    )
+    d, dU, errors = (table[f"{name}{gap}"] for name in ("d", "dU", "dU_error"))
+    differentiated, slope = (table.get(f"{name}{gap}", np.zeros_like(d)) for name in ("dU_discrete", "slope"))
     return CurveInterpolant(d, dU, differentiated, slope, errors)
 
 
@@ -62,7 +63,7 @@ class Motion:
         Args:
             table: Columns of curve.csv, in ascending distance.
         """
-        curve = curve_of(table) if "U_L" in table and "U_T" in table else None
+        curve = curve_of(table) if table.keys() >= {"U_L", "U_T", "stretch"} else None
         if curve is None:
             return None
         x = np.log(curve.d)
@@ -182,6 +183,15 @@ class Zero:
     def kind(self) -> str:
         """Stable or unstable."""
         return "stable" if self.stable else "unstable"
+
+
+def zeros_of(table: Mapping[str, Array]) -> dict[str, Array]:
+    """The zeros of the interpolant of a curve with their half-widths, as in equilibria.csv."""
+    curve = curve_of(table)
+    d = np.array(curve.zeros if curve is not None else [])
+    slope = np.interp(d, table["d"], table["slope"] if "slope" in table else np.gradient(table["dU"], table["d"]))
+    half = np.interp(d, table["d"], table["dU_error"])
+    return {"d": d, "stable": slope < 0, "slope": slope, "d_error": half / np.abs(slope)}
 
 
 def zeros_in(table: Mapping[str, Any], name: str = "d") -> list[Zero]:

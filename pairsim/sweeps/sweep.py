@@ -48,15 +48,8 @@ class Options:
     flags: Mapping[str, bool] = field(default_factory=dict)  # options of the command of the cases
 
 
-@dataclass(frozen=True)
-class Workers:
-    """What computes the cases of a sweep.
-
-    Attributes:
-        executors: Each with the number of tasks that it is given at a time; None: all.
-    """
-
-    executors: Sequence[tuple[Executor, int | None]]
+Workers = Sequence[tuple[Executor, int | None]]
+"""What computes cases: executors, each with the number of tasks that it is given at a time; None: all."""
 
 
 def with_workers[T](work: Callable[[Workers], T], executor: Executor | None = None, count: int = 1) -> T:
@@ -77,11 +70,11 @@ def with_workers[T](work: Callable[[Workers], T], executor: Executor | None = No
         BaseException: What the function raises, on all processes.
     """
     if executor is not None:
-        return work(Workers([(executor, None)]))
+        return work([(executor, None)])
     comm = communicator()
     if comm is None:
         with ThreadPoolExecutor(count) as threads:
-            return work(Workers([(threads, count)]))
+            return work([(threads, count)])
     from mpi4py.futures import MPICommExecutor
 
     result: T | None = None
@@ -93,7 +86,7 @@ def with_workers[T](work: Callable[[Workers], T], executor: Executor | None = No
                     allowed = "must be 1 under mpirun, whose processes are the workers"
                     raise InputError("--workers", "", count, allowed)
                 with ThreadPoolExecutor(1) as here:
-                    result = work(Workers([(cast(Executor, others), comm.size - 1), (here, 1)]))
+                    result = work([(cast(Executor, others), comm.size - 1), (here, 1)])
             except BaseException as caught:
                 error = caught
     result, error = comm.bcast((result, error))
@@ -148,7 +141,7 @@ class _Sweep:
                 state = CaseState(case.folder)
             self.cases[case.folder].update(vars(state))
         self.todo = deque(left)
-        self.free = [each for each, count in workers.executors for _ in range(len(left) if count is None else count)]
+        self.free = [each for each, count in workers for _ in range(len(left) if count is None else count)]
         self.running: dict[Future[CaseState], tuple[Executor, str]] = {}
         self.ended: SimpleQueue[Future[CaseState]] = SimpleQueue()
         self.reporter, self.count = make_reporter(options.progress), len(self.cases) - len(left)

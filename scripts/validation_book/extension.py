@@ -7,7 +7,6 @@ import pandas as pd
 from matplotlib import pyplot
 from scipy.optimize import brentq
 
-from pairsim.computing.sphere_in_extension import exact_stretches, stretches
 from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.physics.solids import soft
 from pairsim.physics.solids.neo_hookean import NeoHookean
@@ -16,6 +15,7 @@ from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.continuation import begin, follow
 from pairsim.solvers.steady.scene import SteadySolver
 from validation_book.page import Page, verification
+from validation_book.sphere_in_extension import exact_stretches, stretches
 
 SOLID, L_0 = NeoHookean(0.1), 1.3
 

@@ -77,7 +77,7 @@ def test_particles_that_touch_travel_on_as_a_doublet_until_they_would_have_to_be
     assert touching[[0, -1]] == pytest.approx([1.0, 5.0], abs=1e-4), "until the last distance has become 0.4"
     assert not motion.touching[1:].any()
     assert motion.gaps(3.0) == pytest.approx([0.01, 0.2 + 0.05 * 3 - 0.05 * 2, 0.36], abs=1e-5)
-    before, after = motion.way(2.0), motion.way(4.0)
+    before, after = motion.positions(2.0), motion.positions(4.0)
     assert (after - before)[:2] == pytest.approx(2 * 0.95, abs=1e-5), "the mean of both velocities"
     assert motion.gaps(6.0)[0] == pytest.approx(0.01 + 0.1, abs=1e-3)
-    assert min(motion.way(motion.t[-1])) == pytest.approx(20.0, abs=1e-6)
+    assert min(motion.positions(motion.t[-1]) - motion.positions(0.0)) == pytest.approx(20.0, abs=1e-6)

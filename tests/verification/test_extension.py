@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy import sparse
 from scipy.optimize import brentq, minimize_scalar
+from support.inputs import ROOT
 from support.references import reference
 
-from pairsim.computing.sphere_in_extension import K, exact_stretches, stretches
 from pairsim.fem.algebra.constraints import Constraints
 from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.physics.solids import Solid, soft
@@ -23,6 +24,10 @@ from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.continuation import begin, follow
 from pairsim.solvers.steady.scene import SteadySolver
+
+sys.path.append(str(ROOT / "scripts"))
+
+from validation_book.sphere_in_extension import K, exact_stretches, stretches
 
 START_UP = {0.5: 1.0727, 1: 1.1272, 2: 1.1980, 3: 1.2371, 5: 1.2707, 10: 1.2848}
 STEADY = {Ca: reference("extension", f"D Ca {Ca}") for Ca in (0.05, 0.1, 0.2)}

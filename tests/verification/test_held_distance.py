@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import pairsim
+from pairsim.errors import InputError
 
 
 def test_a_soft_pair_held_at_its_distance_comes_to_the_quasi_steady_dU() -> None:
@@ -20,11 +22,40 @@ def test_a_soft_pair_held_at_its_distance_comes_to_the_quasi_steady_dU() -> None
     assert "held, dU is" in run.findings()[0]
 
 
-def test_a_sweep_of_held_distances_has_dU_at_a_quarter_half_and_all_of_the_time(tmp_path: Path) -> None:
-    """Which is a curve of liquids in which no state is steady by itself."""
-    base = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "hold": True, "accuracy": "5%", "time": {"end": 0.1}}
-    sweep = pairsim.sweep({"base": base, "grid": {"d0": [0.2]}}, folder=tmp_path)
-    series, row = sweep.cases[0].table, sweep.table.iloc[0]
-    for name, part in {"dU_quarter": 0.25, "dU_half": 0.5, "dU": 1.0}.items():
-        assert row[name] == pytest.approx(np.interp(part * 0.1, series["t"], series["dU"]), rel=1e-12)
-    assert len({row["dU_quarter"], row["dU_half"], row["dU"]}) == 3
+GEL = {"law": "oldroyd-b", "yielding": {"law": "saramito-2007", "Bn": 0.5}}
+PAIR = {"beta": [0.4, 0.3], "De": 0.5, "Ca_e": 0, "ends": "developed", "length": "auto", "accuracy": "5%"}
+COARSE = {"Np": 10, "max_size": 0.2}
+OUTPUT = {"output": {"times": [0.05, 0.1], "fields": False}}
+
+
+def test_a_curve_from_rest_has_dU_of_held_runs_after_a_time_twice_and_four_times_that(tmp_path: Path) -> None:
+    keys = {**PAIR, "liquid": GEL, "mesh": COARSE}
+    curve = pairsim.curve({**keys, "d": [0.1, 0.2], "after": 0.05}, folder=tmp_path / "curve").check()
+    run = pairsim.run({**keys, "d0": 0.2, "hold": True, "dU_error": True, "time": {"end": 0.2}, **OUTPUT}).check()
+    row, series = curve.table.iloc[1], run.table
+    for name, t in {"dU_quarter": 0.05, "dU_half": 0.1, "dU": 0.2}.items():
+        assert row[name] == pytest.approx(np.interp(t, series["t"], series["dU"]), rel=1e-9)
+    assert row["dU_error"] == pytest.approx(series["dU_error"].iloc[-1], rel=1e-9)
+    assert "t = 0.2; since t = 0.1 it has changed by up to" in " ".join(curve.findings())
+    assert curve.curve(0.15)[0] == pytest.approx(curve.table["dU"].mean(), rel=0.5)
+    pairsim.plot(tmp_path / "curve", out=tmp_path)
+    assert (tmp_path / "curve.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("wrong", "key"),
+    [
+        ({"velocity": 1.0}, "velocity"),
+        ({"fields": [0.1]}, "fields"),
+        ({"after": 0}, "after"),
+        ({"particles": 1, "d": None, "beta": 0.4}, "after"),
+    ],
+)
+def test_what_a_curve_from_rest_does_not_go_with_is_refused(wrong: dict[str, Any], key: str) -> None:
+    with pytest.raises(InputError, match=rf"\b{key}\b"):
+        pairsim.load({**PAIR, "d": [0.1, 0.2], "after": 0.05, **wrong}, kind="curve")
+
+
+def test_a_curve_of_steady_states_is_refused_below_a_yield_stress() -> None:
+    with pytest.raises(InputError, match="after of curve"):
+        pairsim.load({**PAIR, "liquid": GEL, "d": [0.1, 0.2]}, kind="curve")

@@ -207,3 +207,12 @@ def test_fields_of_a_yield_law_without_a_yield_stress_have_no_yield_surface(tmp_
     fields = run.fields(1e-3).point_data
     assert "tr_c" in fields
     assert "yielding" not in fields
+
+
+@pytest.mark.long  # a minute
+def test_a_branch_that_ends_below_a_yield_stress_is_left() -> None:
+    """New meshes past its end are tried through rounder kinks, which take no rounder ones on their way."""
+    case = COARSE | {"beta": 0.4, "Ca_e": 0.1, "d": [0.1], "mesh": {"Np": 8, "max_size": 0.2}}
+    result = pairsim.curve({**case, "liquid": {"law": "bingham", "Bn": 10, "m": 1e5}}, budget="8 min")
+    assert (result.status, result.reason) == ("failed", "not_resolved")
+    assert "steady states end at Ca_e = 0.09" in result.message

@@ -26,11 +26,12 @@ from pairsim.cases.case import SceneCase
 from pairsim.cases.checks import check_scene
 from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.mistakes import Mistake, broken, missing
-from pairsim.cases.values import MOST_VALUES, CurveTolerance, Distance, Gaps, Velocity, Whole
+from pairsim.cases.values import MOST_VALUES, CurveTolerance, Distance, Gaps, Time, Velocity, Whole
 from pairsim.cli.compute import compute
 from pairsim.cli.options import Budget, CaseFile, DryRun, Output, Overwrite, Quiet, Settings
 from pairsim.computing.question import InSweeps, Question, Tables, Value, drawn_by, rows_in
 from pairsim.results.columns import EQUILIBRIA_COLUMNS, FORCES, GAP, names_of, slope_columns, suffixes, suffixes_in
+from pairsim.runtime.errors import InputError
 from pairsim.solvers.curves.distances import between
 
 if TYPE_CHECKING:
@@ -68,6 +69,11 @@ class CurveCase(SceneCase):
         None,
         description="velocity at which the rigid particles are moved, 0 to hold them [U_av]; the forces that this "
         "takes are columns of curve.csv (default: no force acts on the particles)",
+    )
+    after: Time | None = Field(
+        None,
+        description="solve no steady states: dU from rest at held distances after this time, after twice and after "
+        "four times it [D_c/U_av], of liquids whose stress is that of a history, as below a yield stress",
     )
     flow: Literal[0, 1] = Field(
         1,
@@ -115,6 +121,7 @@ class CurveCase(SceneCase):
     def _slug_parts(self) -> list[str]:
         parts = ["curve", *super()._slug_parts()]
         parts += [] if self.velocity is None else [f"velocity{self.velocity:g}"]
+        parts += [] if self.after is None else [f"after{self.after:g}"]
         return parts if self.flow else [*parts, "at-rest"]
 
 
@@ -137,9 +144,13 @@ def check(case: CurveCase) -> Iterator[Mistake]:
         least, most = case.range_of_d
         allowed = f"must be between the smallest and the largest d, {least:g} and {most:g}"
         yield from (Mistake("fields", d, allowed) for d in case.fields if not least <= d <= most)
-    moved, at_rest = case.velocity is not None, case.flow == 0
+    moved, at_rest, after = case.velocity is not None, case.flow == 0, case.after is not None
     yield from broken(
         case,
+        ("after", after and case.n < 2, "must be left out: there is only one particle"),
+        ("d", after and case.n > 1 and not case.common, "must be one number for all gaps with after"),
+        ("fields", after and bool(case.fields), "must be left out with after: pairsim run, hold: true has fields"),
+        ("velocity", after and moved, "must be left out with after"),
         ("velocity", moved and any(case.Ca_es), "must be left out: only rigid particles (Ca_e: 0) can be moved"),
         ("flow", at_rest and not case.velocity, "must be 1: nothing moves, unless velocity is given and not 0"),
         ("flow", at_rest and case.physical is not None, "must be 1 with a physical block, whose velocity is its unit"),
@@ -150,6 +161,11 @@ def check(case: CurveCase) -> Iterator[Mistake]:
 def estimate(case: CurveCase) -> Estimate:
     """Size and duration of a master curve: the points between those requested, and a third more where dU is curved."""
     points = len(case.places)
+    if case.after is not None:
+        from pairsim.questions.curve.from_rest import run_at
+        from pairsim.questions.run import estimate as of_run
+
+        return of_run(run_at(case, case.places[0]), points)
     if case.common and points > 1:
         points = len(between(sorted(case.places), case.max_points))
         points = max(min(points + -(-points // 3), case.max_points), points)
@@ -164,6 +180,13 @@ def solve(case: CurveCase, *, monitor: Monitor, sensitivities: bool = False) -> 
         monitor: Ends the computation.
         sensitivities: Compute the derivatives of dU with respect to Ca_e, De, xi and beta, too.
     """
+    if case.after is not None:
+        from pairsim.questions.curve.from_rest import from_rest
+
+        if sensitivities:
+            allowed = "must be left out with after: derivatives are those of steady states"
+            raise InputError("pairsim curve", "--sensitivities", None, allowed)
+        return from_rest(case, monitor)
     from pairsim.questions.curve.computation import computation
 
     return computation(case, monitor, sensitivities)
@@ -212,17 +235,12 @@ class CurveResult(Result):
         return found
 
     @cached_property
-    def equilibria(self) -> pd.DataFrame:
+    def zeros(self) -> pd.DataFrame:
         """The zeros of dU (equilibria.csv): d, stable, slope, peak, d_error and certain."""
         from pairsim.results.tables import frame_of
 
         found = frame_of(self.tables["equilibria"])
         return found if len(found.columns) else found.reindex(columns=list(EQUILIBRIA_COLUMNS))
-
-    @property
-    def zeros(self) -> pd.DataFrame:
-        """Another name of `equilibria`."""
-        return self.equilibria
 
     @cached_property
     def curve(self) -> Curve:
@@ -264,7 +282,7 @@ class CurveResult(Result):
 
     def afterwards(self) -> str:
         moving = "dU" in self.columns and bool((abs(self.columns["dU"]) > self.columns["dU_error"]).any())
-        if rows_in(self.columns) > 1 and moving:
+        if rows_in(self.columns) > 1 and moving and "dU_held" in self.columns:
             return f"pairsim travel {self._place} --from D --to D gives the time and tube that a pair needs"
         return f"pairsim plot {self._place} draws it"
 

@@ -18,7 +18,7 @@ from pairsim.results.columns import (
 )
 from pairsim.results.curve_table import forgotten_at, held_regions, peak_of, regions_of
 from pairsim.results.inputs import change_by, half_widths_by, total
-from pairsim.results.units import FORCE, LENGTH, VELOCITY, Unit, in_unit, scales_in
+from pairsim.results.units import FORCE, LENGTH, TIME, VELOCITY, Unit, in_unit, scales_in
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.interpolant import Region
 
@@ -51,8 +51,10 @@ def answer_of_curve(
         zeros = [zero for zero in zeros if zero.d in met]
         held = held_regions(table, regions)
         lines.append(_motion_over_d([each for each in regions if each not in held], zeros, scales, held))
-        lines += [*_starts(table, scales), *_held(table, scales)]
-        lines += _with_inputs(table, zeros, record)
+        if "dU_held" in table:
+            lines += [*_starts(table, scales), *_held(table, scales), *_with_inputs(table, zeros, record)]
+    if "after" in record:
+        lines += [_settling(table, gap, 4 * record["after"], scales) for gap in gaps]
     for gap in gaps:
         name, peak = f"dU{gap}", peak_of(table, gap)
         value = in_unit(scales, VELOCITY, peak.dU, peak.error, "+")
@@ -66,6 +68,18 @@ def answer_of_curve(
     shapes = {f"D{each}": table[f"D{each}"] for each in suffixes_in(table, "D")}
     ranges = ", ".join(f"{name} from {values.min():.3g} to {values.max():.3g}" for name, values in shapes.items())
     return [*lines, f"Taylor parameters: {ranges}."] if ranges else lines
+
+
+def _settling(table: Mapping[str, Array], gap: str, end: float, scales: Scales | None) -> str:
+    """Which dU of a curve from rest still change by more than their half-widths."""
+    change = np.abs(table[f"dU{gap}"] - table[f"dU_half{gap}"])
+    places = [in_unit(scales, LENGTH, d) for d in table[f"d{gap}"][change > table[f"dU_error{gap}"]]]
+    where = f"at d = {', '.join(places)}: not settled there" if places else "nowhere"
+    now, before = (in_unit(scales, TIME, each) for each in (end, end / 2))
+    return (
+        f"dU{gap} is that from rest at held distances at t = {now}; since t = {before} it has changed by up to "
+        f"{in_unit(scales, VELOCITY, float(change.max()))}, by more than its half-width {where}."
+    )
 
 
 def _motion_over_d(

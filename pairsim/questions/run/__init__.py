@@ -24,19 +24,17 @@ from pairsim.cases.run_case import Case, check_run
 from pairsim.cli.compute import compute
 from pairsim.cli.options import Budget, DryRun, Output, Overwrite, Quiet, Settings
 from pairsim.computing import events
-from pairsim.computing.question import InSweeps, Question, Tables, Value, drawn_by, last_row, rows_in
-from pairsim.results.columns import names_of, suffixes_in
+from pairsim.computing.question import InSweeps, Question, drawn_by, last_row, rows_in
+from pairsim.results.columns import names_of
 from pairsim.results.units import scales_in
 from pairsim.runtime.errors import InputError
 
 if TYPE_CHECKING:
     from pairsim.runtime.monitor import Monitor
 
-EARLIER = {"dU_half": 0.5, "dU_quarter": 0.25}  # columns of dU at these parts of the time of a held pair
 
-
-def estimate(case: Case) -> Estimate:
-    """Size and duration of a run in time."""
+def estimate(case: Case, runs: int = 1) -> Estimate:
+    """Size and duration of a run in time, or of several."""
     polymer = bool(case.liquid_model.modes)
     end, first = case.time.end, case.time.first_step
     if case.time.fixed_step is not None:
@@ -45,7 +43,7 @@ def estimate(case: Case) -> Estimate:
         pace = (3e-4 / case.time.tol) ** 0.45 if any(case.Ca_es) or polymer else 0.25
         steps = 10 * pace * math.log(1 + end / first) * (3 if polymer else 1) + end / case.time.max_step
     adapted = "; the mesh is adapted: what the run needs is known after a coarse one" if case.adapts else ""
-    return Estimate.of(case, steps, adapted)
+    return Estimate.of(case, runs * steps, adapted)
 
 
 def solve(case: Case, *, monitor: Monitor, earlier: events.Earlier | None = None) -> events.Events:
@@ -57,19 +55,7 @@ def solve(case: Case, *, monitor: Monitor, earlier: events.Earlier | None = None
 
 def result_columns(case: Case) -> tuple[str, ...]:
     """Result columns of a run: those of the last row of series.csv, and the number of steps."""
-    held = names_of(case.n, *EARLIER) if case.hold else ()
-    return ("t", *names_of(case.n, "z", "d", "dU", "dU_error"), *held, *names_of(case.n, "U", "D"), "dp", "steps")
-
-
-def read(tables: Tables) -> dict[str, Value]:
-    """The last row, and what dU was at half and at a quarter of the time."""
-    import numpy as np  # after pairsim.runtime.fenicsx, which keeps SIGTERM from its threads
-
-    values, series = last_row(tables), tables["series"]
-    for name, part in EARLIER.items() if rows_in(series) else ():
-        for gap in suffixes_in(series, "dU"):
-            values[f"{name}{gap}"] = float(np.interp(part * series["t"][-1], series["t"], series[f"dU{gap}"]))
-    return values
+    return ("t", *names_of(case.n, "z", "d", "dU", "dU_error", "U", "D"), "dp", "steps")
 
 
 class RunResult(Result):
@@ -99,7 +85,7 @@ QUESTION = Question(
     solve=solve,
     tables={"series": ()},
     result=RunResult,
-    in_sweeps=InSweeps(result_columns, read, parameters=("beta", "De", "Ca_e", "d0")),
+    in_sweeps=InSweeps(result_columns, last_row, parameters=("beta", "De", "Ca_e", "d0")),
     draw=drawn_by("pairsim.plots.runs_and_curves:draw_run"),
     captions={"series": "Velocities and shapes over time, relative velocity over distance"},
     frames="t",

@@ -9,7 +9,6 @@ import numpy as np
 
 from pairsim.computing.answer import shapes_in
 from pairsim.physics.scales import Scales
-from pairsim.questions.run import EARLIER
 from pairsim.results.columns import column, error_of, suffixes_in
 from pairsim.results.settled import NOTHING, SETTLED, Settled
 from pairsim.results.units import LENGTH, POSITION, TIME, VELOCITY, in_unit, scales_in
@@ -30,8 +29,12 @@ def answer_of_run(series: Mapping[str, Array], record: Mapping[str, Any]) -> lis
     least = int(np.argmin([series[f"d{gap}"][-1] for gap in gaps])) if gaps else 0
     closed = least if record.get("reason") == "contact" else None
     if gaps and record.get("hold"):
-        said = (_while_held(series, gap, scales) for gap in gaps)
-        return [*said, *_bridges(series, scales), *shapes_in(series, -1, "at the end")]
+        now = in_unit(scales, TIME, series["t"][-1])
+        for gap in gaps:
+            held = in_unit(scales, LENGTH, series[f"d{gap}"][0], digits=4)
+            velocity = in_unit(scales, VELOCITY, *_last_dU(series, gap, None), "+")
+            lines.append(f"With d{gap} = {held} held, dU{gap} is {velocity} at t = {now}.")
+        return [*lines, *_bridges(series, scales), *shapes_in(series, -1, "at the end")]
     for i, gap in enumerate(gaps if len(gaps) <= MOST_GAPS else []):
         who = "The pair" if len(gaps) == 1 else f"Gap {i + 1}"
         d, settled = series[f"d{gap}"], Settled.of(record, i)
@@ -54,19 +57,6 @@ def _bridges(series: Mapping[str, Array], scales: Scales | None) -> list[str]:
         for gap in suffixes_in(series, "bridge")
         if (radius := float(series[f"bridge{gap}"][-1]))
     ]
-
-
-def _while_held(series: Mapping[str, Array], gap: str, scales: Scales | None) -> str:
-    """dU at a held distance at a quarter of the time, half of it, and the end: what differs has not settled."""
-    t, errors = series["t"], series.get(error_of(f"dU{gap}"))
-    said = []
-    for at in t[-1] * np.array([*reversed(EARLIER.values()), 1.0]):
-        error = None if errors is None else float(np.interp(at, t, errors))
-        value = in_unit(scales, VELOCITY, float(np.interp(at, t, series[f"dU{gap}"])), error, "+")
-        said.append(f"{value} at t = {in_unit(scales, TIME, at)}")
-    return (
-        f"With d{gap} = {in_unit(scales, LENGTH, series[f'd{gap}'][0], digits=4)} held, dU{gap} is {', '.join(said)}."
-    )
 
 
 def _train(series: Mapping[str, Array], gaps: Sequence[str], record: Mapping[str, Any]) -> list[str]:

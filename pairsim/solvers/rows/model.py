@@ -116,14 +116,6 @@ class RowModel:
                 np.add.at(slopes[:, i], (own[:, :, None], own[:, None, :-1]), sloping[i])
         return Row(gaps, values, slopes)
 
-    def misses(self, row: Row) -> tuple[float, float]:
-        """By how much it misses dU of a row and its slopes: the largest differences relative to the largest of each."""
-        of = self.row(row.gaps)
-        dU, slopes = (
-            np.abs(x - y).max() / np.abs(y).max() for x, y in ((of.dU, row.dU), (of.dU_slopes, row.dU_slopes))
-        )
-        return float(dU), float(slopes)
-
     def with_part_of(self, rows: Sequence[Row]) -> RowModel:
         """The model with the part of one particle more, fitted to rows of so many."""
         known = [self.row(row.gaps) for row in rows]

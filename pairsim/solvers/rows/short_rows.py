@@ -115,17 +115,36 @@ def models(row: EqualRow, least: float, most: int = 5) -> Iterator[tuple[int, in
             yield done, total, model
 
 
-def cut_rows(states: Array, count: int, number: int, least: float) -> list[tuple[float, ...]]:
+def cut_rows(states: Sequence[Array], count: int, number: int, least: float) -> list[tuple[float, ...]]:
     """Distances of neighbours in a long row at several times, from the widest to the narrowest and between these.
 
     Args:
-        states: Distances of the row at each time, shape (m, N-1).
+        states: Distances of the row at each time, shape (N-1,) each.
         count: Number of particles that are cut out.
         number: How many of them are wanted.
         least: Distance below which nothing was solved [D_c].
     """
-    width = min(count - 1, states.shape[1])
-    cut = sliding_window_view(states, width, axis=1).reshape(-1, width)
+    cut = np.vstack([sliding_window_view(gaps, min(count - 1, len(gaps))) for gaps in states])
     cut = np.unique(cut[cut.min(axis=1) >= least], axis=0)
     chosen = np.unique(np.linspace(len(cut) - 1, 0, number).astype(int))[::-1]
     return [tuple(map(float, gaps)) for gaps in cut[cut.mean(axis=1).argsort()][chosen]]
+
+
+def audit(row: EqualRow, model: RowModel, places: Sequence[tuple[float, ...]]) -> Array:
+    """Solve rows, all of the same number of particles, and compare.
+
+    Args:
+        row: The row.
+        model: Its model.
+        places: Distances of each [D_c].
+
+    Returns:
+        For each row, the largest differences of a relative velocity and of its derivatives by distances, and the
+        half-width of the solved velocities, relative to the largest |dU| (derivative) of the row; shape (p, 3).
+    """
+    found = []
+    for full in row.solved(places):
+        of_model, size, sloping = model.row(full.gaps), np.abs(full.dU).max(), np.abs(full.dU_slopes).max()
+        off, off_slopes = np.abs(of_model.dU - full.dU).max(), np.abs(of_model.dU_slopes - full.dU_slopes).max()
+        found.append((off / size, off_slopes / sloping, full.dU_error / size))
+    return np.array(found)

@@ -156,8 +156,8 @@ def follow(steady: SteadySolver, target: Parameters) -> Ended | None:
         raise on_the_way from spent
 
 
-def _continued(steady: SteadySolver, target: Parameters, way: list[Passed]) -> Ended | None:
-    """See `follow`; adds the solutions passed to `way`."""
+def _continued(steady: SteadySolver, target: Parameters, way: list[Passed], *, sharpens: bool = False) -> Ended | None:
+    """See `follow`; adds the solutions passed to `way`. One that `sharpens` a kink takes no rounder one on its way."""
     start = steady.parameters
     if start == target:
         return None
@@ -183,7 +183,8 @@ def _continued(steady: SteadySolver, target: Parameters, way: list[Passed]) -> E
                 guess = prepared(steady, there, steady.y + (to - tau) * tangent)
                 if _far(before.parameters, there):
                     steady.forget()
-                report = solve_on_mesh(steady, there, guess, new=guess is steady.y)  # as interpolated to a new mesh
+                new = guess is steady.y and not sharpens  # as interpolated to a new mesh
+                report = solve_on_mesh(steady, there, guess, new=new)
                 refused = report.reason
                 if report.converged:
                     longest = step * _growth(report.iterations, kinked=bool(target.liquid.regularisation))
@@ -212,7 +213,7 @@ def solve_on_mesh(steady: SteadySolver, there: Parameters, guess: Array, *, new:
     for factor in ROUNDER if new and there.liquid.regularisation and not report.converged else ():
         rounder = steady.solve(there.less_regularised(factor), guess)
         if rounder.converged:
-            arrived = _continued(steady, there, []) is None
+            arrived = _continued(steady, there, [], sharpens=True) is None
             return replace(rounder, converged=arrived, reason="converged" if arrived else report.reason)
     return report
 
