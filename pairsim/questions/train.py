@@ -32,7 +32,7 @@ from pairsim.cli.compute import app_of
 from pairsim.computing import events
 from pairsim.computing.question import InSweeps, Question, rows_in
 from pairsim.results.columns import Column, names_of
-from pairsim.results.units import LENGTH, POSITION, RATE, VELOCITY
+from pairsim.results.units import LENGTH, POSITION, RATE, VELOCITY, Unit
 from pairsim.runtime.errors import BranchEnd
 
 if TYPE_CHECKING:
@@ -48,6 +48,11 @@ if TYPE_CHECKING:
 FAST = 0.3  # rate times t_relax from which on an answer says that beads move while they remember; chosen
 MOST_REFINED = 3  # meshes, each with smaller cells, until the errors are as small as wanted; chosen
 MESHES = 2.5  # factor of the time for two meshes and the response of the cell; measured
+SHORT_ROWS = 1000  # beads of a cell whose response takes about as long as the short rows; from processor times
+LONG = 50.0  # length of the tube of short rows over the diameter of a bead, as of other cases
+LEAST = 0.04  # smallest distance at which short rows are solved [D_c]; chosen
+MOST_PROPAGATED = 50  # beads of a row whose changes are followed
+PLACES = 101  # rows of row.csv
 
 WAVE = (
     Column("k", "k", "phase between neighbours in a wave of 2 pi/k beads"),
@@ -59,17 +64,14 @@ SPECTRUM = (
     Column("frequency", r"\mathrm{Im}\,\lambda", "angular frequency; positive: upstream past the beads", RATE),
     Column("frequency_error", r"\epsilon_\mathrm{Im}", "half-width of its interval", RATE),
 )
+VERDICT = "orders: all waves decay; clusters: some grow; neither: all keep their size; undecided: not certain"
 TRAIN = (
     Column("spacing", "s", "distance between the centres of neighbours", LENGTH),
     "d",
     "d_error",
     Column("velocity", "U", "velocity of the beads", VELOCITY),
     Column("velocity_error", r"\epsilon_U", "half-width of its interval", VELOCITY),
-    Column(
-        "verdict",
-        "",
-        "orders: all waves decay; clusters: some grow; neither: all keep their size; undecided: not certain",
-    ),
+    Column("verdict", "", VERDICT),
     *WAVE,
     Column("diffusion", "C", "long waves grow at -C k^2", RATE),
     Column("diffusion_error", r"\epsilon_C", "half-width of the interval of C", RATE),
@@ -79,24 +81,43 @@ TRAIN = (
     "t_relax",
 )
 """The columns of train.csv, which has one row."""
+POSITION_OF_ROW = Column("position", "z", "how far the row has moved along the tube on average", POSITION)
+BY_FIRST = Column("by_d_1", "", "derivative of a distance at the outlet, one a row, by the first one at the inlet")
 
-
-ROW = (Column("position", "z", "how far the row has moved along the tube on average", POSITION),)
-"""The first column of row.csv, before time and distances."""
-PROPAGATOR = (Column("by_d_1", "", "derivative of a distance at the outlet, one a row, by the first one at the inlet"),)
-MOST_PROPAGATED = 50  # beads of a row whose changes are followed
-PLACES = 101  # rows of row.csv
-SHORT_ROWS = 1000  # beads of a cell whose response takes about as long as the short rows; from processor times
-LONG = 50.0  # length of the tube of short rows over the diameter of a bead, as of other cases
-LEAST = 0.04  # smallest distance at which short rows are solved [D_c]; chosen
+BEADS = "Beads {spacing} apart from centre to centre, {d} from surface to surface, move at U = {velocity}."
 VERDICTS = {
-    "orders": "The train orders: every wave decays, {wave} fastest: at {rate}, by a factor e within {tube}.",
-    "clusters": "The train clusters: {wave} grows fastest: at {rate}, by a factor e within {tube}.",
+    "orders": "The train orders: every wave decays, {wave} fastest: at {growth}, by a factor e within {within}.",
+    "clusters": "The train clusters: {wave} grows fastest: at {growth}, by a factor e within {within}.",
     "neither": "The train neither orders nor clusters: waves travel along it and keep their size.",
-    "undecided": "Whether the train orders is not certain: {wave} has the largest growth rate, {rate}.",
+    "undecided": "Whether the train orders is not certain: {wave} has the largest growth rate, {growth}.",
 }
+LONG_WAVES = "Long waves {long}: at -C k^2 with C = {diffusion}, k the phase between beads."
 CHANGES = {"orders": (1 / 10, "of 20 % becomes one of 2 %"), "clusters": (10.0, "of 2 % becomes one of 20 %")}
-"""Of spreads of distances, by verdict."""
+SPREAD = (
+    "A spread {change} within {tube} of tube ({tube_least} to {tube_most}), where distances are independent at first "
+    "and disturbances small."
+)
+TRANSITION = "Trains with distances of less than {at} {nearer}, and those with more {farther}."
+MOTION = (
+    "Spread of {count} distances within {way} of tube: from {spreads[0]:.3g} % to {spreads[1]:.3g} % of their mean, "
+    "which goes from {means[0]} to {means[1]}."
+)
+CONTACT = (
+    "Gap {gap} closes first, after {place}. In all {closed} close, and {last} stay closed; beads that touch are "
+    "assumed to travel on as doublets, held by equal and opposite forces until these would have to pull."
+)
+AUDIT = (
+    "Model against {rows} solved rows of {beads}: dU within {dU:.2g} % of the largest |dU| of each, slopes within "
+    "{slopes:.2g} %; against the train: growth rates within {growth:.2g} % of the largest."
+)
+PROPAGATED = (
+    "Small changes of the first distances become {least:.3g} to {most:.3g} times as large, by which of them change."
+)
+REMEMBERS = (
+    "disturbances change by a part of {part:.2g} while shapes and stresses relax: the last term of the series for that "
+    "changes the rates by {change:.2g} %, which is in their errors; modes that do not follow the distances are not "
+    "looked for"
+)
 
 
 class RowOptions(Keys):
@@ -254,68 +275,71 @@ def solve(case: TrainCase, *, monitor: Monitor) -> events.Events:
     except BranchEnd as end:
         yield events.Summary({})
         return events.Outcome("finished", end.reason, end.message)
-    spectrum, waves, d_error = found.spectrum, found.spectrum.waves, None
-    sentences = list[str]()
+    spectrum, sentences = found.spectrum, list[str]()
+    row = (
+        vars(found)
+        | dict(spectrum.fastest)
+        | {"verdict": verdict, "velocity": found.U, "velocity_error": found.U_error}
+    )
+    row["diffusion"], row["diffusion_error"] = spectrum.everywhere.loc[0, ["scaled", "scaled_error"]] * [-1, 1]
+    if verdict in CHANGES:
+        times = zip(("tube", "tube_least", "tube_most"), spectrum.time_to(CHANGES[verdict][0]), strict=True)
+        row |= {name: found.U * time for name, time in times if isfinite(time)}
     if place is not None:
-        d_error = sum(map(abs, spectrum.least_stable)) / abs(slope)
+        row["d_error"] = spectrum.least_stable[["scaled", "scaled_error"]].abs().sum() / abs(slope)
         nearer, farther = ("cluster", "order") if slope < 0 else ("order", "cluster")
-        at = in_unit(case.scales, LENGTH, found.d, d_error)
-        sentences.append(f"Trains with distances of less than {at} {nearer}, and those with more {farther}.")
-    tubes = [found.U * time for time in spectrum.time_to(CHANGES[verdict][0])] if verdict in CHANGES else [inf] * 3
-    values = [found.spacing, found.d, d_error, found.U, found.U_error, verdict, *spectrum.fastest, *spectrum.diffusion]
-    values += [each if isfinite(each) else nan for each in (*tubes, found.t_relax)]
-    train = _table("train", TRAIN, [values])
-    yield replace(train, rows=())
-    yield events.Row("train", train.rows[0])  # the result that is waited for
-    rates = (*spectrum.growth(waves), *spectrum.frequency(waves))
-    yield _table("spectrum", SPECTRUM, list(zip(waves, *rates, strict=True)))
+        at = in_unit(case.scales, LENGTH, found.d, row["d_error"])
+        sentences.append(TRANSITION.format(at=at, nearer=nearer, farther=farther))
+    yield events.Table("train", _names(TRAIN))
+    yield events.Row("train", dict.fromkeys(_names(TRAIN)) | row)  # the result that is waited for
+    yield _table("spectrum", _names(SPECTRUM), spectrum.of_cell[_names(SPECTRUM)].to_numpy())
     if (gaps := case.first_gaps(found.d)) is not None:
-        sentences += yield from _follow(case, problem, start, gaps)
+        sentences += yield from _follow(case, problem, start, gaps, found)
     yield events.Summary({"unknowns": found.unknowns, "sentences": sentences}, _warnings(case, found))
     return events.Outcome("finished", "end", f"verdict: {verdict}")
 
 
-def _table(name: str, columns: Sequence[str | Column], rows: Sequence[Sequence[Any]]) -> events.Table:
-    """A table with its rows, in the order of its columns."""
-    names = [each if isinstance(each, str) else each.name for each in columns]
-    return events.Table(name, names, [dict(zip(names, row, strict=True)) for row in rows])
+def _names(columns: Sequence[str | Column]) -> list[str]:
+    return [each if isinstance(each, str) else each.name for each in columns]
+
+
+def _table(name: str, columns: Sequence[str], rows: Array) -> events.Table:
+    return events.Table(name, columns, [dict(zip(columns, row, strict=True)) for row in rows.tolist()])
 
 
 def _follow(
-    case: TrainCase, problem: SteadyProblem, start: Parameters, gaps: Array
+    case: TrainCase, problem: SteadyProblem, start: Parameters, gaps: Array, train: Train
 ) -> Generator[events.Event, None, list[str]]:
     """Follow a row from its first distances along the tube; returns what it says."""
     import numpy as np
 
     from pairsim.solvers.rows.motion import move
-    from pairsim.solvers.rows.short_rows import EqualRow, audit, cut_rows, models
+    from pairsim.solvers.rows.short_rows import EqualRow, cut_rows, models
 
     options, n = case.row, len(gaps) + 1
     problem = replace(problem, length=LONG * problem.betas[0], closed=False, volume_modulus=False)
     equal, least = EqualRow(problem, start), min(LEAST, gaps.mean() / 2, *(case.d if isinstance(case.d, tuple) else ()))
     for done, total, model in models(equal, least):  # noqa: B007
         yield events.Progress(1.0, f"{done} of {total} short rows", done)
+    assert model is not None
     motion = move(model, gaps, options.min_gap, options.tube, problem.monitor)
     times = np.linspace(0.0, motion.t[-1], PLACES)
-    states = [motion.gaps(t) for t in times]
-    ways = [motion.positions(t) - motion.positions(0.0) for t in times]
-    rows = [(way.mean(), t, *d) for way, t, d in zip(ways, times, states, strict=True)]
-    yield _table("row", [*ROW, *names_of(n, "t", "d")], rows)
+    states = np.array([motion.gaps(t) for t in times])
+    names = [POSITION_OF_ROW.name, *names_of(n, "t", "d")]
+    rows = np.column_stack([[motion.way(t).mean() for t in times], times, states])
+    yield _table("row", names, rows)
     sentences = list(_of_motion(motion, case.scales))
     if places := cut_rows(states, 6, options.audited, least):
-        off = 100 * audit(equal, model, places).max(axis=0)
-        sentences.append(
-            f"Model against {len(places)} solved rows of {len(places[0]) + 1}: dU within {off[0]:.2g} % of the largest "
-            f"|dU| of each, slopes within {off[1]:.2g} %."
-        )
+        dU, slopes = 100 * np.max([model.misses(solved) for solved in equal.solved(places)], axis=0)
+        k, rates = train.spectrum.waves
+        growth = 100 * abs(model.growth(train.d, k) - rates).max() / abs(rates).max()
+        beads = len(places[0]) + 1
+        sentences.append(AUDIT.format(rows=len(places), beads=beads, dU=dU, slopes=slopes, growth=growth))
     if n <= MOST_PROPAGATED and not motion.touching.any():
         propagator = motion.propagator()
-        yield _table("propagator", [f"by_d_{i}" for i in range(1, n)], propagator.tolist())
+        yield _table("propagator", [f"by_d_{i}" for i in range(1, n)], propagator)
         singular = np.linalg.svd(propagator, compute_uv=False)
-        sentences.append(
-            f"Small changes of the first distances become {singular[-1]:.3g} to {singular[0]:.3g} times as large, by "
-            "which of them change."
-        )
+        sentences.append(PROPAGATED.format(least=singular[-1], most=singular[0]))
     return sentences
 
 
@@ -323,72 +347,65 @@ def _of_motion(motion: RowMotion, scales: Scales | None) -> Iterator[str]:
     """What has become of the distances of a row."""
     import numpy as np
 
-    from pairsim.results.units import in_unit
-
-    ends = motion.gaps(0.0), motion.gaps(motion.t[-1])
-    spreads = " to ".join(f"{100 * np.std(d) / np.mean(d):.3g} %" for d in ends)
-    means = " to ".join(in_unit(scales, LENGTH, float(np.mean(d))) for d in ends)
-    way = motion.positions(motion.t[-1]) - motion.positions(0.0)
-    yield (
-        f"Spread of {len(way) - 1} distances within {_of_tube(scales, way.min())} of tube: from {spreads} of their "
-        f"mean, which goes from {means}."
-    )
-    if (touching := motion.touching).any():
-        step, gap = (int(each) for each in np.argwhere(touching.T)[0])
-        place = (motion.positions(motion.t[step]) - motion.positions(0.0))[gap : gap + 2].mean()
-        yield (
-            f"Gap {gap + 1} closes first, after {_of_tube(scales, place)}. In all {touching.any(axis=1).sum()} close, "
-            f"and {touching[:, -1].sum()} stay closed; beads that touch are assumed to travel on as doublets, held by "
-            "equal and opposite forces until these would have to pull."
-        )
+    ends, way, touching = [motion.gaps(t) for t in motion.t[[0, -1]]], motion.way(motion.t[-1]), motion.touching
+    spreads, means = [100 * d.std() / d.mean() for d in ends], [_length(scales, d.mean(), LENGTH, "") for d in ends]
+    yield MOTION.format(count=len(ends[0]), way=_length(scales, way.min()), spreads=spreads, means=means)
+    if touching.any():
+        step, gap = np.argwhere(touching.T)[0]
+        place = _length(scales, motion.way(motion.t[step])[gap : gap + 2].mean())
+        closed, last = touching.any(axis=1).sum(), touching[:, -1].sum()
+        yield CONTACT.format(gap=gap + 1, place=place, closed=closed, last=last)
 
 
 def _warnings(case: TrainCase, found: Train) -> list[str]:
     """Warnings of errors larger than wanted, and of beads that move while they remember."""
     from pairsim.computing.warnings import beyond_checked, coarse_mesh
 
-    warnings = [*beyond_checked(case), *coarse_mesh(case)]
+    warnings, part = [*beyond_checked(case), *coarse_mesh(case)], abs(found.spectrum.rates).max() * found.t_relax
     if found.error > case.error_wanted and found.spectrum.verdict != "neither":
-        warnings.append(
-            f"accuracy: {case.accuracy} was not kept: growth rates are within {100 * found.error:.2g} % of the largest"
-        )
-    covered = abs(found.spectrum.rates).max() * found.t_relax
-    if covered > FAST:
-        warnings.append(
-            f"disturbances change by a part of {covered:.2g} while shapes and stresses relax: the last term of the "
-            f"series for that changes the rates by {100 * found.series_error:.2g} %, which is in their errors; modes "
-            "that do not follow the distances are not looked for"
-        )
+        off = f"growth rates are within {100 * found.error:.2g} % of the largest"
+        warnings.append(f"accuracy: {case.accuracy} was not kept: {off}")
+    if part > FAST:
+        warnings.append(REMEMBERS.format(part=part, change=100 * found.series_error))
     return warnings
 
 
 def draw(directory: Path, out: Path, page: Page) -> list[Path]:
-    """Growth rates and frequencies over the wave number, and the distances of a row that is followed."""
+    """Growth rates and frequencies over the wave number; distances of a row over its position, and at both ends."""
+    import numpy as np
+
     from pairsim.plots.chart import POINT, Panel, Series, draw_chart
     from pairsim.plots.labels import case_parts, read_case
-    from pairsim.plots.long_rows import draw_long_row
-    from pairsim.plots.style import printing
+    from pairsim.plots.lines import told_apart
+    from pairsim.plots.style import COLOURS, LINES, printing
     from pairsim.plots.units import Units
     from pairsim.results.table_files import read_table
 
     units = Units.of(directory, page.physical)
-    table = units.table(read_table(directory / "spectrum.csv"))
+    waves, row = (units.table(read_table(directory / f"{n}.csv", missing_ok=True)) for n in ("spectrum", "row"))
+    parts = case_parts(read_case(directory / "case.yaml"), {"particles"}, units.scales is not None)
     panels = {n: Panel(units.axis_label(["k"]), units.axis_label([n])) for n in ("growth", "frequency")}
-    series = [Series(n, table["k"], table[n], table[f"{n}_error"], mark=POINT) for n in panels]
-    small_print = case_parts(read_case(directory / "case.yaml"), {"particles"}, units.scales is not None)
+    charts = {"train": (panels, [Series(n, waves["k"], waves[n], waves[f"{n}_error"], mark=POINT) for n in panels])}
+    if row:
+        z, gaps = POSITION_OF_ROW.name, [name for name in row if name not in (POSITION_OF_ROW.name, "t")]
+        ends = [np.array([row[name][at] for name in gaps]) for at in (0, -1)]
+        bins, label = np.histogram_bin_edges(ends, "auto"), units.axis_label(gaps)
+        lines = told_apart([Series("on the way", row[z], row[name], columns=(z, name)) for name in gaps])
+        for name, d, colour, dashes in zip(("inlet", "outlet"), ends, COLOURS, LINES, strict=False):
+            look = {"drawstyle": "steps-post", "color": colour, "linestyle": dashes}
+            counts = np.pad(np.histogram(d, bins)[0], (0, 1))
+            lines.append(Series("at the ends", bins, counts, label=name, look=look))
+        shown = {"on the way": Panel(units.axis_label([z]), label), "at the ends": Panel(label, "distances")}
+        charts["row"] = shown, lines
     with printing():
-        figure, _ = draw_chart(page, panels, series, small_print)
-        drawn = page.save(figure, out, "train")
-    if row := units.table(read_table(directory / "row.csv", missing_ok=True)):
-        drawn += draw_long_row(row, units, out, page)
-    return drawn
+        return [path for n, chart in charts.items() for path in page.save(draw_chart(page, *chart, parts)[0], out, n)]
 
 
-def _of_tube(scales: Scales | None, length: float) -> str:
-    """A length of tube in words."""
+def _length(scales: Scales | None, length: float, unit: Unit = POSITION, name: str = " D_c") -> str:
+    """A length in words, with the name of its unit where there are no scales."""
     from pairsim.results.units import in_unit
 
-    return in_unit(scales, POSITION, length) + ("" if scales else " D_c")
+    return in_unit(scales, unit, length) + ("" if scales else name)
 
 
 class TrainResult(Result):
@@ -401,27 +418,19 @@ class TrainResult(Result):
         if not rows_in(self.columns):
             return ["No train was found."]
         scales, row = scales_in(self.record), {name: column[0].item() for name, column in self.columns.items()}
-        spacing, d = (in_unit(scales, LENGTH, row[name]) for name in ("spacing", "d"))
-        U = in_unit(scales, VELOCITY, row["velocity"], row["velocity_error"])
-        unit, verdict = "" if scales else " D_c", row["verdict"]
-        lines = [
-            f"Beads {spacing}{unit} apart from centre to centre, {d}{unit} from surface to surface, move at U = {U}."
-        ]
-        within = _of_tube(scales, row["velocity"] / abs(row["growth"])) if row["growth"] else ""
-        rate = in_unit(scales, RATE, row["growth"], row["growth_error"])
-        lines.append(VERDICTS[verdict].format(wave=f"a wave of {2 * pi / row['k']:.3g} beads", rate=rate, tube=within))
-        C, off = row["diffusion"], row["diffusion_error"]
-        certain = "decay" if off < C else "grow" if -off > C else "may decay or grow"
-        value = in_unit(scales, RATE, C, off)
-        lines.append(f"Long waves {certain}: at -C k^2 with C = {value}, k the phase between beads.")
-        tube, least, most = (_of_tube(scales, row[name]) for name in ("tube", "tube_least", "tube_most"))
-        if isfinite(row["tube"]):
-            lines.append(
-                f"A spread {CHANGES[verdict][1]} within {tube} of tube ({least} to "
-                f"{most if isfinite(row['tube_most']) else 'never'}), where distances are independent at first and "
-                "disturbances small."
-            )
-        return [*lines, *self.record.get("sentences", [])]
+        said = {name: _length(scales, row[name], LENGTH) for name in ("spacing", "d")}
+        said |= {each: _length(scales, row[each]) for each in ("tube", "tube_least", "tube_most")}
+        for name, unit in {"velocity": VELOCITY, "growth": RATE, "diffusion": RATE}.items():
+            said[name] = in_unit(scales, unit, row[name], row[f"{name}_error"])
+        if not isfinite(row["tube_most"]):
+            said["tube_most"] = "never"
+        C, off, verdict = row["diffusion"], row["diffusion_error"], row["verdict"]
+        said["long"] = "decay" if off < C else "grow" if -off > C else "may decay or grow"
+        said["wave"] = f"a wave of {2 * pi / row['k']:.3g} beads"
+        said["within"] = _length(scales, row["velocity"] / abs(row["growth"] or nan))
+        said["change"] = CHANGES.get(verdict, (nan, ""))[1]
+        sentences = [BEADS, VERDICTS[verdict], LONG_WAVES, *([SPREAD] if isfinite(row["tube"]) else [])]
+        return [*(each.format(**said) for each in sentences), *self.record.get("sentences", [])]
 
 
 QUESTION = Question(
@@ -429,7 +438,7 @@ QUESTION = Question(
     check=check,
     estimate=estimate,
     solve=solve,
-    tables={"train": TRAIN, "spectrum": SPECTRUM, "row": (*ROW, "t", "d_1"), "propagator": PROPAGATOR},
+    tables={"train": TRAIN, "spectrum": SPECTRUM, "row": (POSITION_OF_ROW, "t", "d_1"), "propagator": (BY_FIRST,)},
     result=TrainResult,
     draw=draw,
     captions={

@@ -2,40 +2,56 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
 import pytest
 
 from pairsim.runtime.monitor import Monitor
-from pairsim.solvers.rows.model import RATES, Part, Row, RowModel
+from pairsim.solvers.rows.model import RATES, Row, RowModel, Waves, fitted
 from pairsim.solvers.rows.motion import move
 from pairsim.solvers.rows.short_rows import places_of
 
 
 def made_model(rate: float = float(RATES[6])) -> RowModel:
     """Parts of two to four particles with coefficients at random, each smaller than the one before."""
-    random, parts = np.random.default_rng(1), []
+    random, rates, parts = np.random.default_rng(1), [], []
     for count in (2, 3, 4):
         powers = np.array([p for p in product((1, 2), repeat=count - 1) if sum(p) <= max(count, 3)])
         coefficients = random.normal(size=(len(powers), count, 2)) * 0.2 ** (count - 1)
         coefficients[:, -1, 1] = 0.0  # the length of the last one alone
-        parts.append(Part(rate * powers, coefficients))
-    return RowModel(np.array([1.7, 0.4]), tuple(parts), 0.01)
+        rates.append(rate * powers)
+        parts.append(coefficients.reshape(-1, 2))
+    return RowModel(np.array([1.7, 0.4]), rates, np.concatenate(parts), 0.01)
 
 
 def test_a_row_of_any_length_follows_from_rows_of_up_to_four() -> None:
     """Exactly, where no more than four neighbours act on each other; with three alone it does not."""
     true, gaps = made_model(), np.random.default_rng(2).uniform(0.03, 0.5, 29)
-    model, right, off = RowModel(true.alone), true.row(gaps), []
+    right, rows, off = true.row(gaps), [true.row(np.empty(0))], []
     for count in (2, 3, 4):
-        model = model.with_part_of([true.row(np.array(place)) for place in places_of(count, 0.02)])
+        rows += [true.row(np.array(place)) for place in places_of(count, 0.02)]
+        model = fitted(rows)
         off.append(np.abs(model.row(gaps).values - right.values).max(axis=0))
     assert off[0][0] > 3 * off[1][0] > 9 * off[2][0], off
     assert (off[2] < 5e-4).all()
     slopes = model.row(gaps).slopes
     assert slopes == pytest.approx(right.slopes, abs=0.02 * np.abs(right.slopes).max())
+
+
+def test_trains_correct_what_wrong_slopes_of_short_rows_do_to_growth_rates() -> None:
+    true, random, k = made_model(), np.random.default_rng(3), np.pi * np.array([0.25, 0.5, 0.75, 1.0])
+    rows = [true.row(np.array(place)) for count in (1, 2, 3, 4) for place in places_of(count, 0.04)]
+    rows = [replace(row, slopes=row.slopes * random.uniform(0.7, 1.3)) for row in rows]
+    trains = [Waves(d, k, true.growth(d, k)) for d in (0.06, 0.12, 0.24, 0.48)]
+    without, with_trains = (
+        [np.abs(model.growth(d, k) - true.growth(d, k)).max() for d in (0.09, 0.12, 0.17)]
+        for model in (fitted(rows), fitted(rows, trains))
+    )
+    assert with_trains[1] < 0.1 * without[1]
+    assert with_trains[0] < 0.3 * without[0], "between the trains, too"
+    assert with_trains[2] < 0.3 * without[2]
 
 
 def test_slopes_are_differences_of_velocities_and_lengths() -> None:
@@ -77,7 +93,7 @@ def test_particles_that_touch_travel_on_as_a_doublet_until_they_would_have_to_be
     assert touching[[0, -1]] == pytest.approx([1.0, 5.0], abs=1e-4), "until the last distance has become 0.4"
     assert not motion.touching[1:].any()
     assert motion.gaps(3.0) == pytest.approx([0.01, 0.2 + 0.05 * 3 - 0.05 * 2, 0.36], abs=1e-5)
-    before, after = motion.positions(2.0), motion.positions(4.0)
+    before, after = motion.way(2.0), motion.way(4.0)
     assert (after - before)[:2] == pytest.approx(2 * 0.95, abs=1e-5), "the mean of both velocities"
     assert motion.gaps(6.0)[0] == pytest.approx(0.01 + 0.1, abs=1e-3)
-    assert min(motion.positions(motion.t[-1]) - motion.positions(0.0)) == pytest.approx(20.0, abs=1e-6)
+    assert min(motion.way(motion.t[-1])) == pytest.approx(20.0, abs=1e-6)

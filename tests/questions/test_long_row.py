@@ -60,7 +60,9 @@ def test_a_row_with_given_distances_has_its_error_and_its_propagator(follow: Any
     train = follow(d=[0.15, 0.2], row={"tube": 40, "audited": 1})
     spread, audit, propagator = train.findings()[-3:]
     assert spread.startswith("Spread of 2 distances within 40 D_c of tube: from 14.3 % to ")
-    off = re.match(r"Model against 1 solved rows of 3: dU within ([\d.]+) %", audit)
+    off = re.match(
+        r"Model against 1 solved rows of 3: dU within ([\d.]+) %.* growth rates within [\d.]+ % of the largest", audit
+    )
     assert off
     assert 1 < float(off[1]) < 60, "sums of pairs are poor"
     table = train.frame("row")

@@ -7,8 +7,10 @@ a chain). Particles that are not neighbours have no part of their own: whatever 
 those between, which is why sums of pairs are so poor and this series converges (measured: by a factor of 4 to 7 with
 each particle at a distance of d = 0.1, of 3 at 0.2 in a liquid with De = 1).
 
-The parts are sums of products of exponentials of the distances, as which disturbances of the flow in a tube decay,
-fitted to solutions and their derivatives by the distances. Lengths of particles have such parts, too.
+The parts are sums of products of exponentials of the distances, as which disturbances of the flow in a tube decay. All
+are fitted together: to solutions of short rows, to their derivatives by the distances, and to the growth rates of
+infinite trains, in which errors of slopes that short rows do not show would add up. Lengths of particles have such
+parts, too.
 """
 
 from __future__ import annotations
@@ -16,7 +18,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -25,10 +26,11 @@ from numpy.lib.stride_tricks import sliding_window_view
 from pairsim.runtime.arrays import Array
 
 RATES = np.geomspace(1.0, 8.0, 16)  # of the slowest exponential, which are tried [1/D_c]; chosen
-POWERS = {2: 6, 3: 3, 4: 3, 5: 1}  # how many more exponentials there are, by the number of particles; chosen
+POWERS = {2: 6, 3: 4, 4: 3, 5: 1}  # how many more exponentials there are, by the number of particles; chosen
 TRUSTED = 1e-3  # part of the largest |dU| down to which solutions are the better the smaller their error is; chosen
-SLOPES = 0.03  # weight of slopes, which are known to first order in what moving changes; chosen
-SMALLEST = 1e-4  # singular values that are left out, relative to the largest; chosen
+SLOPES = 0.3  # weight of slopes, which are known to first order in what moving changes; chosen
+ROUNDING = 1e-12  # of velocities, relative to U_av
+SMALLEST = 1e-5  # singular values that are left out, relative to the largest; chosen
 
 
 @dataclass(frozen=True)
@@ -69,22 +71,19 @@ class Row:
         return np.asarray(np.linalg.solve(np.eye(len(self.gaps)) + self.slopes[:-1, 1], self.dU))
 
 
-class Part(NamedTuple):
-    """What k particles add to the values of each other beyond what fewer of them do.
+@dataclass(frozen=True)
+class Waves:
+    """Growth rates of the waves of an infinite train.
 
     Attributes:
-        rates: Rates at which each term decays with every distance [1/D_c], shape (m, k-1).
-        coefficients: Those of the terms in the values of each particle, shape (m, k, 2).
+        d: Distance of its particles [D_c].
+        k: Phases between neighbours, shape (m,).
+        rates: Growth rates, complex, shape (m,) [U_av/D_c].
     """
 
+    d: float
+    k: Array
     rates: Array
-    coefficients: Array
-
-
-def _terms(rates: Array, gaps: Array) -> tuple[Array, Array]:
-    """The terms at distances of shape (w, k-1), shape (w, m), and their derivatives, shape (w, m, k-1)."""
-    terms = np.exp(-gaps @ rates.T)
-    return terms, -terms[:, :, None] * rates
 
 
 @dataclass(frozen=True)
@@ -92,61 +91,97 @@ class RowModel:
     """Values of rows of equal particles.
 
     Attributes:
-        alone: Velocity and length of a single particle, shape (2,).
-        parts: What two, three, ... neighbours add.
+        alone: Values of a single particle, such as its velocity and length, shape (q,).
+        rates: Of two, three, ... neighbours, the rates at which each term of what they add decays with every distance
+            [1/D_c], shape (m, k-1) for k of them.
+        coefficients: Those of the terms of two, three, ... in the values of each of them, shape (all m k, q).
         least: Distance below which nothing was solved, and values are those at it [D_c].
     """
 
     alone: Array
-    parts: tuple[Part, ...] = ()
-    least: float = np.inf
+    rates: Sequence[Array]
+    coefficients: Array
+    least: float = 0.0
 
     def row(self, gaps: Array) -> Row:
         """The row at given distances, shape (N-1,)."""
-        values, slopes = np.tile(self.alone, (len(gaps) + 1, 1)), np.zeros((len(gaps) + 1, 2, len(gaps)))
-        for rates, coefficients in self.parts[: len(gaps)]:
-            count = coefficients.shape[1]
+        n, left = len(gaps) + 1, self.coefficients
+        values, slopes = np.tile(self.alone, (n, 1)), np.zeros((n, n - 1, len(self.alone)))
+        for count, rates in enumerate(self.rates[: n - 1], 2):
+            part, left = np.split(left, [len(rates) * count])
+            part = part.reshape(len(rates), count, -1)
             windows = sliding_window_view(gaps, count - 1)
-            terms, changes = _terms(rates, np.maximum(windows, self.least))
-            changes = changes * (windows >= self.least)[:, None]
+            terms = np.exp(-np.maximum(windows, self.least) @ rates.T)
+            changes = -terms[:, :, None] * rates * (windows >= self.least)[:, None]
             own = np.arange(len(windows))[:, None] + np.arange(count)
-            np.add.at(values, own, np.tensordot(terms, coefficients, 1))
-            sloping = np.einsum("wmj,mki->iwkj", changes, coefficients)
-            for i in range(2):
-                np.add.at(slopes[:, i], (own[:, :, None], own[:, None, :-1]), sloping[i])
-        return Row(gaps, values, slopes)
+            np.add.at(values, own, np.tensordot(terms, part, 1))
+            np.add.at(slopes, (own[:, :, None], own[:, None, :-1]), np.einsum("wmj,mki->wkji", changes, part))
+        return Row(gaps, values, slopes.transpose(0, 2, 1))
 
-    def with_part_of(self, rows: Sequence[Row]) -> RowModel:
-        """The model with the part of one particle more, fitted to rows of so many."""
-        known = [self.row(row.gaps) for row in rows]
-        left = [Row(row.gaps, row.values - k.values, row.slopes - k.slopes) for row, k in zip(rows, known, strict=True)]
-        largest = max(np.abs(row.dU).max() for row in rows)
-        errors = np.array([row.dU_error for row in rows])
-        weights = 1 / np.maximum(errors, TRUSTED * largest) if largest else np.ones(len(rows))
-        rates = [part.rates.min() for part in self.parts[:1]] or RATES
-        _, part = min((_fitted(rate, left, weights) for rate in rates), key=lambda fit: fit[0])
-        return RowModel(self.alone, (*self.parts, part), min(self.least, *(row.gaps.min() for row in rows)))
+    def growth(self, d: float, k: Array) -> Array:
+        """Growth rates of waves in a long row of even distances, complex, (m,) [U_av/D_c]."""
+        dU, lengths = self.waves(d, k)
+        return np.asarray(dU[:, 0] / (1 + lengths[:, 1]))
+
+    def waves(self, d: float, k: Array) -> tuple[Array, Array]:
+        """Fourier components of the slopes of differences of neighbours' values, and of the slopes, each (m, q)."""
+        middle = len(self.rates)
+        slopes = self.row(np.full(2 * middle + 1, d)).slopes[middle : middle + 2]
+        waves = np.exp(1j * np.outer(k, np.arange(2 * middle + 1) - middle))
+        return waves @ (slopes[1] - slopes[0]).T, waves @ slopes[0].T
+
+    def misses(self, row: Row) -> tuple[float, float]:
+        """By how much it misses dU of a row and its slopes: the largest differences relative to the largest of each."""
+        of = self.row(row.gaps)
+        both = (of.dU, row.dU), (of.dU_slopes, row.dU_slopes)
+        dU, slopes = (np.abs(x - y).max() / np.abs(y).max() for x, y in both)
+        return float(dU), float(slopes)
 
 
-def _fitted(rate: float, rows: Sequence[Row], weights: Array) -> tuple[float, Part]:
-    """What a part whose values and slopes are nearest to given ones misses of the velocities, and the part.
+def fitted(rows: Sequence[Row], trains: Sequence[Waves] = ()) -> RowModel:
+    """The model that is nearest to short rows and trains, of as many particles as the longest of the rows.
 
     Args:
-        rate: Rate of the slowest exponential [1/D_c].
-        rows: What is to be fitted, of k particles each.
-        weights: Of every row.
+        rows: Short rows, the first one of a single particle.
+        trains: Waves of infinite trains.
     """
-    gaps = np.array([row.gaps for row in rows])
-    count, scale = gaps.shape[1] + 1, 1 / RATES[-1]  # one for all rates, that what they miss can be compared [D_c]
-    most = POWERS[count] + count - 1
-    rates = rate * np.array([p for p in product(range(1, most + 1), repeat=count - 1) if sum(p) <= most])
-    terms, changes = _terms(rates, gaps)
-    matrix = np.concatenate([terms, scale * changes.transpose(0, 2, 1).reshape(-1, len(rates))])
-    values = np.array([row.values for row in rows]).reshape(len(rows), -1)
-    slopes = np.array([row.slopes.reshape(-1, count - 1).T for row in rows]).reshape(-1, 2 * count)
-    weight = np.concatenate([weights, SLOPES * np.repeat(weights, count - 1)])[:, None]
-    matrix, wanted = weight * matrix, weight * np.concatenate([values, scale * slopes])
+    alone, *rows = rows
+    counts = range(2, max(len(row.values) for row in rows) + 1)
+    sizes = {n: max(np.abs(row.dU).max() for row in rows if len(row.values) == n) for n in counts}
+    weights = [1 / max(row.dU_error, TRUSTED * sizes[len(row.values)], ROUNDING) for row in rows]
+    most = {n: POWERS[n] + n - 1 for n in counts}
+    powers = [[p for p in product(range(1, most[n] + 1), repeat=n - 1) if sum(p) <= most[n]] for n in counts]
+    every = ([rate * np.array(each) for each in powers] for rate in RATES)
+    return min((_fitted(rates, alone.values[0], rows, weights, trains) for rates in every), key=lambda fit: fit[0])[1]
+
+
+def _fitted(
+    rates: Sequence[Array], alone: Array, rows: Sequence[Row], weights: Sequence[float], trains: Sequence[Waves]
+) -> tuple[float, RowModel]:
+    """What a model with terms of given rates misses of the velocities, and the model."""
+    count, scale = sum(each.size + len(each) for each in rates), SLOPES / RATES[-1]
+    # With each coefficient as a quantity of its own, the values of a row are those that multiply the coefficients.
+    basis = RowModel(np.zeros(count), rates, np.eye(count))
+    terms, values = np.empty((0, count)), np.empty((0, 2))
+    for row, weight in zip(rows, weights, strict=True):
+        of = basis.row(row.gaps)
+        terms = np.vstack([terms, weight * of.values, weight * scale * _flat(of.slopes)])
+        values = np.vstack([values, weight * (row.values - alone), weight * scale * _flat(row.slopes)])
+    lengths, wanted, weight = _solution(terms, values[:, 1]), [values[:, 0]], max(weights) / RATES[-1]
+    for train in trains:
+        dU, stretch = basis.waves(train.d, train.k)
+        rate = weight * train.rates * (1 + stretch @ lengths)
+        terms, wanted = np.vstack([terms, weight * dU.real, weight * dU.imag]), [*wanted, rate.real, rate.imag]
+    U = _solution(terms, right := np.concatenate(wanted))
+    model = RowModel(alone, rates, np.column_stack([U, lengths]), min(row.gaps.min() for row in rows))
+    return float(np.mean((terms @ U - right) ** 2)), model
+
+
+def _flat(slopes: Array) -> Array:
+    """Slopes of shape (N, q, N-1), as (N (N-1), q)."""
+    return slopes.transpose(0, 2, 1).reshape(-1, slopes.shape[1])
+
+
+def _solution(matrix: Array, values: Array) -> Array:
     size = np.abs(matrix).max(axis=0)
-    found = scipy.linalg.lstsq(matrix / size, wanted, cond=SMALLEST)[0] / size[:, None]
-    missed = (matrix @ found - wanted)[:, ::2]
-    return float(np.mean(missed**2)), Part(rates, found.reshape(-1, count, 2))
+    return np.asarray(scipy.linalg.lstsq(matrix / size, values, cond=SMALLEST)[0] / size)

@@ -45,9 +45,10 @@ class RowMotion:
         """The distances at a time [D_c], shape (N-1,)."""
         return np.asarray(self._solution(t)[1:])
 
-    def positions(self, t: float) -> Array:
-        """Where the particles are, from where the centre of the first one started [D_c], shape (N,)."""
-        return _positions(self.model, self._solution(t))
+    def way(self, t: float) -> Array:
+        """How far the particles have moved along the tube [D_c], shape (N,)."""
+        start, now = (_positions(self.model, self._solution(each)) for each in (0.0, t))
+        return np.asarray(now - start)
 
     def propagator(self) -> Array:
         """Derivatives of the distances at the end (rows) by those at the start, shape (N-1, N-1)."""

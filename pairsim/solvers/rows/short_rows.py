@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
-from itertools import product
+from itertools import chain, product
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -17,15 +17,18 @@ from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.curves.branch import Branch
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
-from pairsim.solvers.rows.model import Row, RowModel
+from pairsim.solvers.rows.model import Row, RowModel, Waves, fitted
 from pairsim.solvers.steady.ends import Ended
 from pairsim.solvers.steady.first_solution import first_scene
+from pairsim.solvers.trains.train import train_of
 
 # All constants were chosen.
 FARTHEST = {2: 1.6, 3: 0.9, 4: 0.45, 5: 0.3}  # largest distance of short rows of so many particles [D_c]
 COUNTS = {2: 14, 3: 4, 4: 3, 5: 2}  # how many distances of each gap
 ALL = 4  # particles up to which all combinations of distances are solved
 ROOM = 4.0  # length of tube beyond a row, both ends together [D_c]
+TRAINS = (0.06, 0.12, 0.24, 0.48)  # distances of infinite trains [D_c]
+CELL = 8  # particles in their cells
 CROWDING = 3.0  # rate of the exponential of a distance in which these are extrema of a Chebyshev polynomial [1/D_c]
 
 
@@ -63,6 +66,10 @@ class EqualRow:
             for place in places:
                 yield _at(branch, replace(start, gaps=place))
 
+    def train(self, d: float) -> Waves:
+        """Waves of an infinite train; raises as `solved`."""
+        return Waves(d, *train_of(self.problem, self.alone, CELL, d).spectrum.waves)
+
 
 def _at(branch: Branch, parameters: Parameters) -> Row:
     point = branch.at(parameters)
@@ -92,8 +99,8 @@ def places_of(count: int, least: float) -> list[tuple[float, ...]]:
     return [tuple(row) for row in distances.round(4)[chosen].tolist()]
 
 
-def models(row: EqualRow, least: float, most: int = 5) -> Iterator[tuple[int, int, RowModel]]:
-    """Solve short rows and fit the model.
+def models(row: EqualRow, least: float, most: int = 5) -> Iterator[tuple[int, int, RowModel | None]]:
+    """Solve short rows and trains, and fit the model.
 
     Args:
         row: The row.
@@ -101,50 +108,29 @@ def models(row: EqualRow, least: float, most: int = 5) -> Iterator[tuple[int, in
         most: Number of particles of the longest ones, at most 5.
 
     Yields:
-        How many short rows are solved, of how many, and the model of so many particles as were solved.
+        How many are solved, of how many, and the model once all are.
     """
     wanted = [places_of(count, least) for count in range(1, most + 1)]
-    total, done, model = sum(map(len, wanted)), 0, RowModel(np.zeros(2))
-    for places in wanted:
-        rows = list[Row]()
-        for found in row.solved(places):
-            rows.append(found)
-            done += 1
-            if len(rows) == len(places):
-                model = model.with_part_of(rows) if found.gaps.size else RowModel(found.values[0])
-            yield done, total, model
+    rows, trains, total = list[Row](), list[Waves](), sum(map(len, wanted)) + len(TRAINS)
+    for found in chain.from_iterable(map(row.solved, wanted)):
+        rows.append(found)
+        yield len(rows), total, None
+    for d in TRAINS:
+        trains.append(row.train(d))
+        yield len(rows) + len(trains), total, fitted(rows, trains) if d == TRAINS[-1] else None
 
 
-def cut_rows(states: Sequence[Array], count: int, number: int, least: float) -> list[tuple[float, ...]]:
+def cut_rows(states: Array, count: int, number: int, least: float) -> list[tuple[float, ...]]:
     """Distances of neighbours in a long row at several times, from the widest to the narrowest and between these.
 
     Args:
-        states: Distances of the row at each time, shape (N-1,) each.
+        states: Distances of the row at each time, shape (m, N-1).
         count: Number of particles that are cut out.
         number: How many of them are wanted.
         least: Distance below which nothing was solved [D_c].
     """
-    cut = np.vstack([sliding_window_view(gaps, min(count - 1, len(gaps))) for gaps in states])
+    width = min(count - 1, states.shape[1])
+    cut = sliding_window_view(states, width, axis=1).reshape(-1, width)
     cut = np.unique(cut[cut.min(axis=1) >= least], axis=0)
     chosen = np.unique(np.linspace(len(cut) - 1, 0, number).astype(int))[::-1]
     return [tuple(map(float, gaps)) for gaps in cut[cut.mean(axis=1).argsort()][chosen]]
-
-
-def audit(row: EqualRow, model: RowModel, places: Sequence[tuple[float, ...]]) -> Array:
-    """Solve rows, all of the same number of particles, and compare.
-
-    Args:
-        row: The row.
-        model: Its model.
-        places: Distances of each [D_c].
-
-    Returns:
-        For each row, the largest differences of a relative velocity and of its derivatives by distances, and the
-        half-width of the solved velocities, relative to the largest |dU| (derivative) of the row; shape (p, 3).
-    """
-    found = []
-    for full in row.solved(places):
-        of_model, size, sloping = model.row(full.gaps), np.abs(full.dU).max(), np.abs(full.dU_slopes).max()
-        off, off_slopes = np.abs(of_model.dU - full.dU).max(), np.abs(of_model.dU_slopes - full.dU_slopes).max()
-        found.append((off / size, off_slopes / sloping, full.dU_error / size))
-    return np.array(found)

@@ -80,12 +80,10 @@ def repeated(one: SteadySolver, count: int) -> SteadySolver:
         for field in fields:
             train.scene.liquid.nodal(field, x)[at] = one.scene.liquid.nodal(field, x_one)
     y = free_unknowns(train.constraints, x)
-    for name in ("U_p", "p_s"):
-        if name in train.constraints.fields:
-            y[train.constraints.fields[name]] = np.tile(one.y[one.constraints.fields[name]], count)
-    axial = np.zeros(len(h_one))
-    axial[::2] = 1.0
-    h = np.concatenate([h_one + centre * axial for centre in train.scene.reference.geometry.centres])
+    for name in one.constraints.fields.keys() & {"U_p", "p_s"}:
+        y[train.constraints.fields[name]] = np.tile(one.y[one.constraints.fields[name]], count)
+    axial = np.arange(len(h_one)) % 2 == 0
+    h = (h_one + np.outer(train.scene.reference.geometry.centres, axial)).ravel()
     material = train.constraints.M.tocoo()
     y[material.col] = (h - train.h_star(parameters))[material.row]
     report = train.solve(parameters, y)

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import pandas as pd
 import scipy
 
 from pairsim.runtime.arrays import Array
@@ -33,6 +34,10 @@ EARLIEST, LATEST = 1e-6, 1e12  # times between which a spread is followed [D_c/U
 class Spectrum:
     """Growth rates of the disturbances of a train [U_av/D_c].
 
+    Tables have a row for each wave: its number `k` [1/spacing], `scaled`, which is the growth rate over 2 (1 - cos k),
+    `growth`, and `frequency`, positive where waves travel upstream past the particles; and the half-widths of their
+    intervals, `scaled_error`, `growth_error`, `frequency_error`.
+
     Attributes:
         rates: lambda(2 pi m/n), m = 0, ..., n - 1, complex, of an even number n of at least 2.
         others: The same otherwise computed, (any, n); what they differ by is part of the errors.
@@ -42,51 +47,46 @@ class Spectrum:
     others: Array
 
     @property
-    def waves(self) -> Array:
-        """Wave numbers of the cell up to pi, without 0 [1/spacing], (n/2,)."""
-        count = len(self.rates)
-        return np.asarray(2 * np.pi * np.arange(1, count // 2 + 1) / count)
+    def waves(self) -> tuple[Array, Array]:
+        """Waves of the cell up to k = pi, without k = 0: their numbers and complex growth rates, (n/2,) each."""
+        m = np.arange(1, len(self.rates) // 2 + 1)
+        return 2 * np.pi * m / len(self.rates), self.rates[m]
 
-    def growth(self, k: Array) -> tuple[Array, Array]:
-        """Growth rates at wave numbers, and the half-widths of their intervals without the rest of the row."""
-        scaled, error = self._scaled(k)
-        return 2 * (1 - np.cos(k)) * scaled, 2 * (1 - np.cos(k)) * error
+    @property
+    def of_cell(self) -> pd.DataFrame:
+        """The same with the half-widths of their intervals."""
+        return self.at(self.waves[0])
 
-    def frequency(self, k: Array) -> tuple[Array, Array]:
-        """Frequencies at wave numbers, positive where waves travel upstream past the particles, and half-widths."""
-        shapes = np.sin(np.outer(k, self._neighbours))
-        return shapes @ self._row[1], np.abs(shapes) @ self._row_error[1]
+    def at(self, k: Array) -> pd.DataFrame:
+        """Waves of given numbers; half-widths are without the rest of the row."""
+        row, half = _folded(self.rates), np.maximum(k, 1e-8)[:, None] / 2
+        off = np.abs([_folded(other) - row for other in self.others]).sum(axis=0) + ROUNDING * np.abs(row).max()
+        j = np.arange(1, len(self.rates) // 2 + 1)
+        shapes = -((np.sin(half * j) / np.sin(half)) ** 2) / 2, np.sin(2 * half * j)
+        values = {"scaled": shapes[0] @ row[0], "frequency": shapes[1] @ row[1]}
+        errors = {"scaled_error": np.abs(shapes[0]) @ off[0], "frequency_error": np.abs(shapes[1]) @ off[1]}
+        return _with_growth(pd.DataFrame({"k": k} | values | errors))
 
     @cached_property
-    def everywhere(self) -> tuple[Array, Array, Array]:
-        """Wave numbers from 0 to pi, growth rates over 2 (1 - cos k) there, and the half-widths of their intervals."""
-        k = np.linspace(0.0, np.pi, WAVES + 1)
-        (scaled, error), half = self._scaled(k), Spectrum(self.rates[::2], self.others[:, ::2])
-        sizes = np.abs(self._row).sum(axis=0)
+    def everywhere(self) -> pd.DataFrame:
+        """Waves of all numbers from 0 to pi."""
+        table, half = (each.at(np.linspace(0.0, np.pi, WAVES + 1)) for each in (self, self._of_half))
+        sizes = np.abs(_folded(self.rates)).sum(axis=0)
         near, far = np.split(sizes, [-(-len(sizes) // 2)])
         rest = min(1.0, BEYOND * float(far.sum() / near.sum()))  # if the row goes on to fall off as there
-        return k, scaled, error + rest * np.abs(scaled - half._scaled(k)[0])
+        table["scaled_error"] += rest * np.abs(table["scaled"] - half["scaled"])
+        return _with_growth(table)
 
     @property
-    def fastest(self) -> tuple[float, float, float]:
-        """The wave that grows fastest or, where all decay, decays fastest: k, growth rate and half-width."""
-        k, scaled, error = self.everywhere
-        growth = 2 * (1 - np.cos(k)) * scaled
-        at = int(growth.argmax() if self.verdict == "clusters" else abs(growth).argmax())
-        return float(k[at]), float(growth[at]), float(2 * (1 - np.cos(k[at])) * error[at])
+    def fastest(self) -> pd.Series:
+        """The wave that grows fastest or, where all decay, decays fastest."""
+        growth = self.everywhere["growth"].to_numpy()
+        return self.everywhere.iloc[int((growth if self.verdict == "clusters" else np.abs(growth)).argmax())]
 
     @property
-    def diffusion(self) -> tuple[float, float]:
-        """The coefficient C of the growth rate -C k^2 of long waves, and the half-width of its interval [U_av/D_c]."""
-        _, scaled, error = self.everywhere
-        return -float(scaled[0]), float(error[0])
-
-    @property
-    def least_stable(self) -> tuple[float, float]:
-        """The largest growth rate over 2 (1 - cos k), above 0 where a wave grows, and its half-width [U_av/D_c]."""
-        _, scaled, error = self.everywhere
-        at = int(scaled.argmax())
-        return float(scaled[at]), float(error[at])
+    def least_stable(self) -> pd.Series:
+        """The wave whose growth rate over 2 (1 - cos k) is largest, above 0 where any wave grows."""
+        return self.everywhere.iloc[int(self.everywhere["scaled"].to_numpy().argmax())]
 
     @property
     def verdict(self) -> str:
@@ -94,9 +94,10 @@ class Spectrum:
 
         All decay; some grow; all keep their size, but for rounding; or none of these is certain.
         """
-        if np.abs(self._row[0]).max() <= ROUNDING * np.abs(self._row[1]).max():
+        growing, turning = np.abs(_folded(self.rates)).max(axis=1)
+        if growing <= ROUNDING * turning:
             return "neither"
-        _, scaled, error = self.everywhere
+        scaled, error = self.everywhere["scaled"], self.everywhere["scaled_error"]
         return "clusters" if (scaled > error).any() else "orders" if (scaled < -error).all() else "undecided"
 
     def time_to(self, factor: float) -> tuple[float, float, float]:
@@ -108,28 +109,18 @@ class Spectrum:
         Returns:
             The time, the least and the largest by the intervals of the rates; infinite where there is none.
         """
-        k, scaled, error = (each[1:] for each in self.everywhere)
-        times = [_time_to(2 * (1 - np.cos(k)) * (scaled + part * error), factor) for part in (0, -1, 1)]
+        growth, error = self.everywhere[["growth", "growth_error"]].to_numpy()[1:].T
+        times = [_time_to(growth + part * error, factor) for part in (0, -1, 1)]
         return times[0], min(times), max(times)
 
-    def _scaled(self, k: Array) -> tuple[Array, Array]:
-        """Growth rates over 2 (1 - cos k), and their half-widths without the rest of the row."""
-        half = np.maximum(k, 1e-8)[:, None] / 2
-        shapes = (np.sin(half * self._neighbours) / np.sin(half)) ** 2 / 2
-        return -shapes @ self._row[0], shapes @ self._row_error[0]
-
     @property
-    def _neighbours(self) -> Array:
-        return np.arange(1.0, len(self.rates) // 2 + 1)
+    def _of_half(self) -> Spectrum:
+        return Spectrum(self.rates[::2], self.others[:, ::2])
 
-    @cached_property
-    def _row(self) -> Array:
-        return _folded(self.rates)
 
-    @cached_property
-    def _row_error(self) -> Array:
-        differences = np.abs([_folded(other) - self._row for other in self.others])
-        return np.asarray(differences.sum(axis=0) + ROUNDING * np.abs(self._row).max())
+def _with_growth(table: pd.DataFrame) -> pd.DataFrame:
+    size = 2 * (1 - np.cos(table["k"]))
+    return table.assign(growth=size * table["scaled"], growth_error=size * table["scaled_error"])
 
 
 def _folded(rates: Array) -> Array:

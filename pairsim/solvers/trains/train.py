@@ -58,9 +58,8 @@ class Train:
     @property
     def error(self) -> float:
         """Largest half-width of a growth rate or frequency, as a part of the largest rate."""
-        spectrum = self.spectrum
-        errors = [each(spectrum.waves)[1].max() for each in (spectrum.growth, spectrum.frequency)]
-        return float(max(errors) / np.abs(spectrum.rates).max())
+        errors = self.spectrum.of_cell[["growth_error", "frequency_error"]]
+        return float(errors.max(axis=None) / np.abs(self.spectrum.rates).max())
 
     @property
     def series_error(self) -> float:
@@ -118,7 +117,7 @@ def transition(
         between: Two distances, at one of which it orders and at the other clusters [D_c].
 
     Returns:
-        The distance [D_c], and the slope of `Spectrum.least_stable` there.
+        The distance [D_c], and the slope of `scaled` of `Spectrum.least_stable` there.
 
     Raises:
         NoSteadyState: It does the same at both, or no solution was found.
@@ -126,7 +125,7 @@ def transition(
     """
 
     def growth(d: float) -> float:
-        return train_of(problem, parameters, count, d).spectrum.least_stable[0]
+        return float(train_of(problem, parameters, count, d).spectrum.least_stable["scaled"])
 
     ends = [growth(d) for d in between]
     if ends[0] * ends[1] >= 0:
