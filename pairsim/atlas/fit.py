@@ -15,7 +15,13 @@ from pairsim.runtime.arrays import Array
 
 COVERED = 0.95  # part of all places that intervals hold
 NEIGHBOURS = 2  # distances on either side whose errors count for the half-width at one
-FIRST = (1.0, 1.0, 1.0, 3e-3, 2e-2)  # first guess: lengths, and errors of values (of a curve's peak) and derivatives
+FIRST = (1.0, 1.0, 1.0, 3e-3, 0.4, 2e-2, 2e-2)
+"""First guess: lengths, errors of values (of a curve's peak), and of derivatives by beta, De and Ca_e.
+
+Those by beta are the least accurate: they lack the estimate of the error of dU, which changes with the mesh.
+"""
+FURTHEST = 4.0  # from the first guess, in logarithms; chosen
+UNSURE = 0.1  # half-width of a curve over its peak, from which on somewhere its derivatives are not used; chosen
 SMOOTH = np.array([1.5, 1.0, 1.5])  # lengths of what a curve has beside dU; chosen
 ROUNDING = 1e-4  # error of it, relative; chosen
 
@@ -46,11 +52,13 @@ def interpolant(curves: Curves, box: Mapping[str, tuple[float, float]], settings
     gradients[0] -= POWER / beta * values
     x, slopes = scaled(box, curves.places)
     gradients = gradients / slopes.T[:, :, None]
+    peaks = np.abs(curves.dU).max(axis=1, keepdims=True)
+    gradients[:, (curves.errors > UNSURE * peaks).any(axis=1)] = np.nan
     sizes = np.abs(values).max(axis=1)
     relative = sizes / np.median(sizes / np.hypot(x[:, 1], x[:, 2]))
-    *lengths, of_values, of_gradients = settings
-    errors = np.stack([of_values * relative, *(np.full_like(sizes, of_gradients),) * 3])
-    return Kriging.of(x, np.concatenate([values[None], gradients]), errors, np.array(lengths), True)
+    lengths, of_values, of_gradients = np.split(settings, (3, 4))
+    errors = np.stack([of_values * relative, *(np.full_like(sizes, each) for each in of_gradients)])
+    return Kriging.of(x, np.concatenate([values[None], gradients]), errors, lengths, True)
 
 
 def errors_left_out(curves: Curves, found: Kriging) -> Array:
@@ -83,7 +91,7 @@ def fit(
         return interpolant(curves, box, np.exp(logs))
 
     def badness(logs: Array) -> float:
-        if np.abs(logs - np.log(FIRST)).max() > 3:
+        if np.abs(logs - np.log(FIRST)).max() > FURTHEST:
             return float("inf")
         with np.errstate(all="ignore"):
             residuals, spreads = made(logs).left_out()
