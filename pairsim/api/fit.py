@@ -61,7 +61,7 @@ def fit(
         film: CSV file with times and distances between the surfaces: columns such as "t [s]" and "d [um]".
         case: The experiment, with a first guess of what is unknown in its `physical` block.
         unknown: "modulus", "relaxation" or both.
-        atlas: File of an atlas; None: that which ships.
+        atlas: File of an atlas; None: those that ship.
 
     Raises:
         InputError: A file or key is wrong, or the atlas has no answer for the first guess.

@@ -22,7 +22,7 @@ def ask(
     *,
     case: Annotated[Path | None, typer.Argument(help="Case file (YAML), in place of --tube and others.")] = None,
     atlas: Annotated[
-        Path | None, typer.Option(help="File of an atlas, atlas.npz of pairsim atlas (default: that which ships).")
+        Path | None, typer.Option(help="File of an atlas, atlas.npz of pairsim atlas (default: those that ship).")
     ] = None,
     tube: Annotated[Text, quantity("Inner diameter of the tube D_c, such as 50um.")] = None,
     particle: Annotated[Text, quantity("Diameter of the particles, such as 20um.")] = None,

@@ -15,7 +15,7 @@ def fit(
     film: Annotated[Path, typer.Argument(help="CSV file with columns such as t [s] and d [um].")],
     case: Annotated[Path, typer.Argument(help="Case file with a physical block; what is unknown is a first guess.")],
     unknown: Annotated[list[str] | None, typer.Option(help="modulus (default) or relaxation; repeat for both.")] = None,
-    atlas: Annotated[Path | None, typer.Option(help="File of an atlas (default: that which ships).")] = None,
+    atlas: Annotated[Path | None, typer.Option(help="File of an atlas (default: those that ship).")] = None,
 ) -> None:
     """Fit the modulus of two equal beads, or the relaxation time of their liquid, to a film of their distance."""
     from pairsim.api.fit import fit as fit_of

@@ -69,7 +69,7 @@ def test_curves_left_out_are_those_of_the_others_alone() -> None:
     x = np.random.default_rng(5).random((8, 3))
     curves = curves_at(np.array([0.3, 0.0, 0.0]) + x * [0.2, 1.0, 0.1])
     whole, rest = (fit.Curves(*(each[..., at, :] for each in vars(curves).values())) for at in (range(8), range(1, 8)))
-    settings = np.array([1.0, 1.0, 1.0, 1e-2, 1e-2])
+    settings = np.array([1.0, 1.0, 1.0, 1e-2, 1e-2, 1e-2, 1e-2])
     found = fit.interpolant(rest, BOX, settings)(fit.scaled(BOX, curves.places[:1])[0])[0][0, 0]
     value = curves.dU[0] / curves.places[0, 0] ** 4
     assert fit.interpolant(whole, BOX, settings).left_out()[0][0] == pytest.approx(found - value, rel=0.05, abs=1e-5)
@@ -127,14 +127,25 @@ def test_curves_are_computed_and_made_into_an_atlas(pairsim: Pairsim, tmp_path: 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("beta", "Ca_e"), [(0.27, 0.062), (0.46, 0.031)])
-def test_the_atlas_that_ships_holds_fresh_points(beta: float, Ca_e: float) -> None:
-    """Points that it was neither made of nor judged by."""
-    atlas, d = Atlas.load(Path(shipped.__file__).with_name("newtonian.npz")), [0.05, 0.15, 0.4]
-    point = api.curve({"beta": beta, "De": 0, "Ca_e": Ca_e, "d": d, "ends": "developed", "length": "auto"}, tol=1)
-    curve = curve_of(atlas.table(beta, 0.0, Ca_e))
+@pytest.mark.parametrize(
+    ("name", "beta", "De", "Ca_e", "liquid", "widest"),
+    [
+        ("newtonian", 0.27, 0.0, 0.062, "newtonian", 0.1),
+        ("newtonian", 0.46, 0.0, 0.031, "newtonian", 0.1),
+        ("equal-pairs", 0.36, 0.85, 0.04, "giesekus", 0.3),
+        ("equal-pairs", 0.44, 0.3, 0.07, "giesekus", 0.3),
+    ],
+)
+def test_the_atlases_that_ship_hold_fresh_points(
+    name: str, beta: float, De: float, Ca_e: float, liquid: str, widest: float
+) -> None:
+    """Points that they were neither made of nor judged by."""
+    atlas, d = Atlas.load(Path(shipped.__file__).with_name(f"{name}.npz")), [0.1, 0.2, 0.4]
+    case = {"beta": beta, "De": De, "Ca_e": Ca_e, "d": d, "ends": "developed", "length": "auto", "liquid": liquid}
+    point = api.curve(case, tol=1)
+    curve = curve_of(atlas.table(beta, De, Ca_e))
     assert curve is not None
     here = [np.isclose(point.columns["d"], each).argmax() for each in d]
     dU, error = (point.columns[name][here] for name in ("dU", "dU_error"))
     assert (np.abs(curve.values(np.array(d)) - dU) <= curve.half_widths(np.array(d)) + error).all()
-    assert (curve.half_widths(np.array(d)) < 0.1 * np.abs(dU).max()).all()
+    assert (curve.half_widths(np.array(d)) < widest * np.abs(dU).max()).all()
