@@ -61,12 +61,6 @@ def interpolant(curves: Curves, box: Mapping[str, tuple[float, float]], settings
     return Kriging.of(x, np.concatenate([values[None], gradients]), errors, lengths, True)
 
 
-def errors_left_out(curves: Curves, found: Kriging) -> Array:
-    """By how much the others are wrong about each curve, over its largest |dU|, shape (curves, distances)."""
-    residuals = found.left_out()[0] * curves.places[:, :1] ** POWER
-    return np.asarray(residuals / np.abs(curves.dU).max(axis=1, keepdims=True))
-
-
 def fit(
     curves: Curves, d: Array, box: Mapping[str, tuple[float, float]], provenance: Mapping[str, Any]
 ) -> tuple[Atlas, Array]:
@@ -84,7 +78,7 @@ def fit(
         provenance: What is known of them.
 
     Returns:
-        The atlas, and the errors of curves left out, as of `errors_left_out`.
+        The atlas, and by how much the others are wrong about each curve, over its peak, shape (curves, distances).
     """
 
     def made(logs: Array) -> Kriging:
@@ -107,13 +101,15 @@ def fit(
     near = [slice(max(k - NEIGHBOURS, 0), k + NEIGHBOURS + 1) for k in range(count)]
     scales = np.array([ratios[:, each].mean() for each in near])
     widths = scales * np.quantile(ratios / scales, rank)
-    own = np.maximum(curves.errors / np.abs(curves.dU).max(axis=1, keepdims=True), 1e-9)
+    peaks = np.abs(curves.dU).max(axis=1, keepdims=True)
+    own = np.maximum(curves.errors / peaks, 1e-9)
     values = np.concatenate(list(curves.others), axis=1)
     means, sizes = values.mean(axis=0), values.std(axis=0).max() or 1.0
     data = np.full((4, *values.shape), np.nan)
     data[0] = values - means
     others = Kriging.of(dU.places, data, np.full(data.shape[:2], ROUNDING * sizes), SMOOTH, False)
-    return Atlas(box, d, dU, others, means, widths, own, provenance), errors_left_out(curves, dU)
+    atlas = Atlas(box, d, dU, others, means, widths, own, provenance)
+    return atlas, residuals * curves.places[:, :1] ** POWER / peaks
 
 
 def farthest(known: Array, errors: Array, candidates: Array, count: int) -> list[int]:

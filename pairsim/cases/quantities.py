@@ -168,8 +168,6 @@ def unit_in(other: str, unit: str) -> float:
     Raises:
         ValueError: It is no unit, or is of another kind.
     """
-    if unit in COMMON.get(other, {}):
-        return COMMON[other][unit]
     try:
         return float(_registry().Quantity(1.0, unit).to(other).magnitude)
     except Exception:  # pint does not document which exceptions its parser raises

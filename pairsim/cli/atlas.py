@@ -49,10 +49,8 @@ def atlas(
         from pairsim.atlas.explorer import page_of
         from pairsim.results.folder import write_file
 
-        files, path = [of] if of else SHIPPED, output or Path("explore.html")
-        for each in files:
-            Atlas.load(each)  # says what is wrong with it
-        write_file(path, page_of(files))
+        path = output or Path("explore.html")
+        write_file(path, page_of(map(Atlas.load, [of] if of else SHIPPED)))
         typer.echo(str(path))
         return
     from pairsim.sweeps.atlas import build

@@ -64,6 +64,6 @@ def test_the_page_shows_the_numbers_of_ask(atlas: Path, tmp_path: Path, pairsim:
 @pytest.mark.slow
 @pytest.mark.skipif(not BROWSER, reason="needs a browser: chromium")
 def test_the_page_says_what_is_outside(atlas: Path, tmp_path: Path) -> None:
-    (tmp_path / "page.html").write_text(page_of([atlas]))
+    (tmp_path / "page.html").write_text(page_of([Atlas.load(atlas)]))
     text = shown(tmp_path / "page.html", modulus=1, relaxation=30)
     assert "The atlas has no answer: De = 5.09 is not in 0 to 1 and Ca_e = 0.17 is not in 0 to 0.1" in text
