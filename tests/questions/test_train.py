@@ -143,6 +143,16 @@ def test_verdicts_are_certain_beyond_the_errors_of_long_waves_too() -> None:
     assert spectrum({**orders, 2: -0.01, -2: -0.01}, 8, change=0.2).verdict == "undecided"
 
 
+def test_errors_have_what_the_refinement_before_changed_too() -> None:
+    """A last refinement that changes nothing by chance is no proof."""
+    rates, train = spectrum({-1: 0.05, 1: 0.03}, 8).rates, None
+    for change in (1.2, 1.0, 1.0):
+        train = Train(1.2, 0.3, 0.7, 0.1, np.tile(change * rates, (2, 1)), 100, train)
+    assert train is not None
+    waves = train.spectrum.of_cell
+    assert (waves["growth_error"] >= 0.2 * abs(waves["growth"])).all()
+
+
 def test_a_transition_is_where_the_first_wave_begins_to_grow(monkeypatch: pytest.MonkeyPatch) -> None:
     """By trains in which it is known: waves of two beads grow up to d = 0.5, long ones decay."""
 
