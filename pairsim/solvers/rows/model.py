@@ -61,11 +61,6 @@ class Row:
         return np.diff(self.slopes[:, 0], axis=0)
 
     @property
-    def lengths(self) -> Array:
-        """What the distances between centres exceed those between surfaces by [D_c], shape (N-1,)."""
-        return self.values[:-1, 1]
-
-    @property
     def rates(self) -> Array:
         """Rates of the distances, at which those between centres change as the velocities say [U_av], (N-1,)."""
         return np.asarray(np.linalg.solve(np.eye(len(self.gaps)) + self.slopes[:-1, 1], self.dU))
@@ -147,8 +142,8 @@ def fitted(rows: Sequence[Row], trains: Sequence[Waves] = ()) -> RowModel:
     """
     alone, *rows = rows
     counts = range(2, max(len(row.values) for row in rows) + 1)
-    sizes = {n: max(np.abs(row.dU).max() for row in rows if len(row.values) == n) for n in counts}
-    weights = [1 / max(row.dU_error, TRUSTED * sizes[len(row.values)], ROUNDING) for row in rows]
+    trusted = max(ROUNDING, TRUSTED * max(np.abs(row.dU).max() for row in rows))
+    weights = [1 / max(row.dU_error, trusted) for row in rows]
     most = {n: POWERS[n] + n - 1 for n in counts}
     powers = [[p for p in product(range(1, most[n] + 1), repeat=n - 1) if sum(p) <= most[n]] for n in counts]
     every = ([rate * np.array(each) for each in powers] for rate in RATES)

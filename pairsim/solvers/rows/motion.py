@@ -92,7 +92,7 @@ def move(model: RowModel, gaps: Array, contact: float, length: float, monitor: M
 
 def _positions(model: RowModel, state: Array) -> Array:
     gaps = state[1:]
-    return np.asarray(state[0] + np.concatenate([[0.0], np.cumsum(gaps + model.row(gaps).lengths)]))
+    return np.asarray(state[0] + np.concatenate([[0.0], np.cumsum(gaps + model.row(gaps).values[:-1, 1])]))
 
 
 def _motion(model: RowModel, gaps: Array, contact: float) -> tuple[float, Array]:

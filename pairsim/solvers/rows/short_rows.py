@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 from itertools import chain, product
 
@@ -115,9 +115,10 @@ def models(row: EqualRow, least: float, most: int = 5) -> Iterator[tuple[int, in
     for found in chain.from_iterable(map(row.solved, wanted)):
         rows.append(found)
         yield len(rows), total, None
-    for d in TRAINS:
-        trains.append(row.train(d))
-        yield len(rows) + len(trains), total, fitted(rows, trains) if d == TRAINS[-1] else None
+    for done, d in enumerate(TRAINS, len(rows) + 1):
+        with suppress(NoSteadyState):  # of very soft particles there may be none so near to each other
+            trains.append(row.train(d))
+        yield done, total, fitted(rows, trains) if done == total else None
 
 
 def cut_rows(states: Array, count: int, number: int, least: float) -> list[tuple[float, ...]]:

@@ -70,7 +70,8 @@ class Spectrum:
     @cached_property
     def everywhere(self) -> pd.DataFrame:
         """Waves of all numbers from 0 to pi."""
-        table, half = (each.at(np.linspace(0.0, np.pi, WAVES + 1)) for each in (self, self._of_half))
+        of_half = Spectrum(self.rates[::2], self.others[:, ::2])
+        table, half = (each.at(np.linspace(0.0, np.pi, WAVES + 1)) for each in (self, of_half))
         sizes = np.abs(_folded(self.rates)).sum(axis=0)
         near, far = np.split(sizes, [-(-len(sizes) // 2)])
         rest = min(1.0, BEYOND * float(far.sum() / near.sum()))  # if the row goes on to fall off as there
@@ -112,10 +113,6 @@ class Spectrum:
         growth, error = self.everywhere[["growth", "growth_error"]].to_numpy()[1:].T
         times = [_time_to(growth + part * error, factor) for part in (0, -1, 1)]
         return times[0], min(times), max(times)
-
-    @property
-    def _of_half(self) -> Spectrum:
-        return Spectrum(self.rates[::2], self.others[:, ::2])
 
 
 def _with_growth(table: pd.DataFrame) -> pd.DataFrame:
