@@ -179,6 +179,15 @@ def test_half_widths_of_runs_contain_what_rounding_off_the_kink_does() -> None:
     assert round_["dU_error"] > abs(round_["dU"] - sharp["dU"])
 
 
+def test_the_error_of_a_soft_pair_in_liquid_that_yields_does_not_grow_from_step_to_step() -> None:
+    """The error is at most 1e-4; estimates that each began with the last one grew to 16 times dU."""
+    case = COARSE | {"beta": 0.4, "Ca_e": 0.05, "d0": 0.2, "start": "rest", "dU_error": True}
+    case |= {"liquid": {"law": "bingham", "Bn": 5}, "time": {"fixed_step": 0.01, "end": 0.1}}
+    rows = pairsim.run(case).table
+    assert (np.abs(rows["dU"] - rows["dU_discrete"]) < 0.5 * np.abs(rows["dU_discrete"]).max()).all()
+    assert abs(rows["dU"].iloc[-1] - -1.231e-3) < rows["dU_error"].iloc[-1]  # on N_p 36
+
+
 def test_a_law_of_a_users_own_may_name_its_regularisation() -> None:
     law = Bingham(Bn=1.0)
     assert Liquid(law).regularisation == "solvent.m"

@@ -11,6 +11,9 @@ differs by estimates exact minus discrete dU at this time. (Error transport and 
 Math. 29, 425, 1978; Yan, thesis, University of British Columbia, 2018.) Newton's method solves for it with the factors
 that the run has in hand; errors change little in a step, and one to three iterations suffice. The last term is what a
 sharp kink of the stress adds, in liquids with a yield stress alone.
+
+Where a liquid without modes yields, the stresses at x and at x+ lie on two sides of the kink, and Newton's method with
+these factors diverges: there x_c is that of the linearised equation, one iteration from x itself.
 """
 
 from __future__ import annotations
@@ -86,9 +89,13 @@ class ErrorEquation:
         with newton.clock("assembly"):
             recovered = RecoveredSolution.of(enriched, x, star, constraints.V @ y)
         corrected, remeshed = y.copy(), not errors.y and bool(errors.U)
-        if errors.y:
+        count = FIRST_ITERATIONS
+        if scene.material.regularisation:
+            count = 1  # to first order: beyond a kink of the stress iterations diverge, and each guess with them
+        elif errors.y:
             corrected += self._guess(newton, scheme)
-        for _ in range(_iterations(newton.matrix.contraction) if errors.y else FIRST_ITERATIONS):
+            count = _iterations(newton.matrix.contraction)
+        for _ in range(count):
             h_c, x_c = self._state(newton, corrected, h_star, scheme.g, U_m)
             with newton.clock("assembly"):
                 local = recovered.residuals(x_c, corrected_star)
