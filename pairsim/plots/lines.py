@@ -51,7 +51,7 @@ def lines_of(
     if not curve:
         return run_lines(table, parameters or {}, failed=failed)
     zeros = units.table(read_table(directory / "equilibria.csv", missing_ok=True))
-    return curve_lines(table, parameters or {}, zeros, failed=failed, earlier=parameters is None)
+    return curve_lines(table, parameters or {}, zeros, failed=failed)
 
 
 def run_lines(
@@ -83,12 +83,7 @@ def run_lines(
 
 
 def curve_lines(
-    table: Mapping[str, Array],
-    parameters: Mapping[str, Any],
-    zeros: Mapping[str, Array],
-    *,
-    failed: bool = False,
-    earlier: bool = False,
+    table: Mapping[str, Array], parameters: Mapping[str, Any], zeros: Mapping[str, Array], *, failed: bool = False
 ) -> list[Series]:
     """dU of a curve over d with its points and its zeros, and D; nothing over distances that differ from gap to gap.
 
@@ -96,7 +91,6 @@ def curve_lines(
         table: Columns of curve.csv, of at least one row.
         parameters, failed: As in `lines_of`.
         zeros: Columns of equilibria.csv.
-        earlier: Whether dU at parts of the time of a curve from rest is drawn, too.
     """
     gaps = suffixes_in(table, "dU")
     if not gaps or not {f"slope{gaps[0]}", f"dU_half{gaps[0]}"} & table.keys():
@@ -112,7 +106,7 @@ def curve_lines(
         more: dict[str, Any] = {"columns": columns, "parameters": own}
         marked = np.searchsorted(fine, points).tolist()
         found.append(Series(("d", "dU"), fine, smooth, error, marked=marked, **more))
-        for name in (each + ending for each in ("dU_half", "dU_quarter") if earlier and each + ending in table):
+        for name in (each + ending for each in ("dU_half", "dU_quarter") if not parameters and each + ending in table):
             found.append(Series(("d", "dU"), points, table[name], **more | {"columns": (columns[0], name)}))
         for zero in zeros_in(zeros):
             found.append(point(("d", "dU"), zero.d, 0.0, ZEROS[zero.stable], x_error=zero.error, **more))

@@ -89,12 +89,11 @@ class ErrorEquation:
         with newton.clock("assembly"):
             recovered = RecoveredSolution.of(enriched, x, star, constraints.V @ y)
         corrected, remeshed = y.copy(), not errors.y and bool(errors.U)
-        count = FIRST_ITERATIONS
+        count = _iterations(newton.matrix.contraction) if errors.y else FIRST_ITERATIONS
         if scene.material.regularisation:
             count = 1  # to first order: beyond a kink of the stress iterations diverge, and each guess with them
         elif errors.y:
             corrected += self._guess(newton, scheme)
-            count = _iterations(newton.matrix.contraction)
         for _ in range(count):
             h_c, x_c = self._state(newton, corrected, h_star, scheme.g, U_m)
             with newton.clock("assembly"):
