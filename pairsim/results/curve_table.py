@@ -190,7 +190,7 @@ def zeros_of(table: Mapping[str, Array]) -> dict[str, Array]:
     curve = curve_of(table)
     d = np.array(curve.zeros if curve is not None else [])
     slope = np.interp(d, table["d"], table["slope"] if "slope" in table else np.gradient(table["dU"], table["d"]))
-    half = np.interp(d, table["d"], table["dU_error"])
+    half = curve.half_widths(d) if curve is not None else d
     return {"d": d, "stable": slope < 0, "slope": slope, "d_error": half / np.abs(slope)}
 
 

@@ -89,7 +89,7 @@ def travel(
     """
     motion = Motion.of(table)
     if motion is None:
-        raise InputError(source, "", None, "must be the curve of steady states of a pair, with at least two points")
+        raise InputError(source, "", None, "must be the curve of a pair in steady states, with at least two points")
     scales = scales_in(record or {})
     curve = motion.curve
     begin, end = (distance_on(curve, d, option, scales, source) for option, d in (("--from", start), ("--to", stop)))
