@@ -80,4 +80,4 @@ def _not_yielding(case: SceneCase) -> str:
     if mode.follows_rate:
         return f"the viscosity of {mode.name} is that of a flow curve, which a yield stress would change"
     known = case.kind == "run" or getattr(case, "after", None) is not None
-    return "" if known else "stress below a yield stress is that of a history: see run, and after of curve"
+    return "" if known else "below a yield stress no state is steady: use `pairsim run`, or the key after of a curve"

@@ -36,7 +36,8 @@ def test_a_curve_from_rest_has_dU_of_held_runs_after_a_time_twice_and_four_times
         assert row[name] == pytest.approx(np.interp(t, series["t"], series["dU"]), rel=1e-9)
     assert row["dU_error"] == pytest.approx(series["dU_error"].iloc[-1], rel=1e-9)
     assert "t = 0.08; since t = 0.04 it has changed by up to" in " ".join(curve.findings())
-    assert curve.curve(0.15)[0] == pytest.approx(curve.table["dU"].mean(), rel=0.5)
+    low, high = sorted(curve.table["dU"])
+    assert low < curve.curve(0.15)[0] < high
     pairsim.plot(tmp_path / "curve", out=tmp_path)
     assert (tmp_path / "curve.png").stat().st_size > 10_000
 
@@ -56,5 +57,5 @@ def test_what_a_curve_from_rest_does_not_go_with_is_refused(wrong: dict[str, Any
 
 
 def test_a_curve_of_steady_states_is_refused_below_a_yield_stress() -> None:
-    with pytest.raises(InputError, match="after of curve"):
+    with pytest.raises(InputError, match="the key after of a curve"):
         pairsim.load({**PAIR, "liquid": GEL, "d": [0.1, 0.2]}, kind="curve")

@@ -311,7 +311,7 @@ app = typer.Typer()
     "curve",
     help=__doc__,
     epilog="Examples: pairsim curve configs/curve.yaml | pairsim curve case.yaml -o out --sensitivities "
-    "--set 'd={start: 0.02, stop: 1, num: 12}'",
+    "--set 'd={start: 0.02, stop: 1, num: 12}' | pairsim curve gel.yaml --set after=1",
 )
 def _command(
     case: CaseFile,
