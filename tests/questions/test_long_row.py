@@ -28,7 +28,11 @@ def equal() -> EqualRow:
 
 @pytest.fixture(scope="module")
 def of_pairs(equal: EqualRow) -> RowModel:
-    *_, (_, _, model) = models(equal, 0.1, 2)
+    """Of few pairs and small cells of trains."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in {"COUNTS": {2: 7}, "TRAINS": (0.12, 0.48), "CELL": 4}.items():
+            patch.setattr(f"pairsim.solvers.rows.short_rows.{name}", value)
+        *_, (_, _, model) = models(equal, 0.1, 2)
     return model
 
 
@@ -39,6 +43,7 @@ def follow(of_pairs: RowModel, monkeypatch: pytest.MonkeyPatch) -> Any:
     return lambda **keys: pairsim.train(TRAIN | keys).check()
 
 
+@pytest.mark.slow
 def test_a_row_with_distances_at_random_is_followed_along_the_tube(follow: Any, tmp_path: Path) -> None:
     row = {"beads": 60, "spread": 0.4, "seed": 3, "tube": 10, "audited": 0}
     train = follow(d=0.3, row=row)

@@ -23,6 +23,7 @@ BEAD = {"particles": 1, "beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", 
 COARSE = {"mesh": {"Np": 16}}
 
 
+@pytest.mark.slow
 def test_shapes_are_those_of_a_curve_and_grow_with_the_square_of_Ca_e() -> None:
     """The first order of the shape is odd, towards the flow, and has no part in Taylor's D."""
     table = api.shape(BEAD, along=[0.02, 0.01, 0.05], **COARSE).check().table
@@ -131,6 +132,7 @@ def test_moduli_are_those_of_a_table_of_cytometry(pairsim: Pairsim, tmp_path: Pa
     assert error.max() < 0.06
 
 
+@pytest.mark.slow
 def test_a_large_sphere_in_a_thinning_liquid_is_found() -> None:
     """From a liquid at rest Newton's method fails."""
     case = {"liquid": {"law": "power-law", "n": 0.6}, "beta": 0.7, "Ca_e": 0.05, "particles": 1, "along": [0.02]}

@@ -72,7 +72,7 @@ def test_velocities_beside_a_bead_that_moves_are_those_of_runs_with_beads_there(
     assert np.diff(held)[1:] == pytest.approx(np.diff(slopes)[1:], abs=1e-2 * abs(slopes).max())
 
 
-@pytest.mark.parametrize("keys", [SOFT, RIGID])
+@pytest.mark.parametrize("keys", [SOFT, pytest.param(RIGID, marks=pytest.mark.slow)])
 def test_growth_rates_are_within_their_errors_of_those_on_finer_meshes(keys: dict[str, Any]) -> None:
     found = pairsim.train(keys | {"mesh": {"Np": 20}, "train": {"cell": 4}})
     table = found.frame("spectrum")

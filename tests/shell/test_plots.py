@@ -219,7 +219,7 @@ def test_nothing_overlaps_and_every_axis_has_a_label_with_a_unit(
     names = CASES if width == 85 else ("pair",)  # where there is more room
     runs = [make_run(tmp_path / name, *CASES[name]) for name in names]
     curves = [make_curve(tmp_path / f"c{a}", a) for a in (0.02, 0.15)]
-    with drawn_figures(monkeypatch) as figures:
+    with drawn_figures(monkeypatch, written=True) as figures:
         for folder in runs:
             series, fields = plot(folder, out=tmp_path / "out", width=width)
             assert colours(series) > 50

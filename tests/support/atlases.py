@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 
 from pairsim.atlas import fit
@@ -31,8 +33,9 @@ def curves_at(places: np.ndarray) -> fit.Curves:
     return fit.Curves(places, values, 1e-3 * np.abs(values).max(axis=1, keepdims=True) + 0 * values, gradients, others)
 
 
-def make_atlas(count: int = 24) -> Atlas:
+@cache
+def make_atlas() -> Atlas:
     """An atlas of random curves."""
-    x = np.random.default_rng(1).random((count, 3))
-    provenance = {"curves": count, "case": CASE}
+    x = np.random.default_rng(1).random((24, 3))
+    provenance = {"curves": 24, "case": CASE}
     return fit.fit(curves_at(np.array([0.3, 0.0, 0.0]) + x * [0.2, 1.0, 0.1]), D, BOX, provenance)[0]

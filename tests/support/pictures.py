@@ -13,7 +13,7 @@ from matplotlib import image
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
-from pairsim.plots.style import Page
+from pairsim.plots.style import Page, printing
 
 
 def colours(file: Path) -> int:
@@ -23,14 +23,14 @@ def colours(file: Path) -> int:
 
 
 @contextmanager
-def drawn_figures(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Figure]]:
-    """The figures that are written meanwhile, as they were drawn."""
+def drawn_figures(monkeypatch: pytest.MonkeyPatch, *, written: bool = False) -> Iterator[list[Figure]]:
+    """The figures that are made meanwhile; they are written on demand alone, which takes nearly all of the time."""
     figures: list[Figure] = []
     save = Page.save
 
     def keep(page: Page, figure: Figure, folder: Path, stem: str) -> list[Path]:
         figures.append(figure)
-        return save(page, figure, folder, stem)
+        return save(page, figure, folder, stem) if written else [folder / f"{stem}.png"]
 
     with monkeypatch.context() as patch:
         patch.setattr(Page, "save", keep)
@@ -38,7 +38,13 @@ def drawn_figures(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Figure]]:
 
 
 def overlapping(figure: Figure) -> list[tuple[str, str]]:
-    """Texts of a figure that has been written which cover each other, or reach beyond its edges (with "edge")."""
+    """Texts of a figure which cover each other, or reach beyond its edges (with "edge")."""
+    with printing():
+        figure.draw_without_rendering()
+        return _overlapping(figure)
+
+
+def _overlapping(figure: Figure) -> list[tuple[str, str]]:
     renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
     boxes: list[tuple[str, Bbox]] = []
     texts = [figure._supxlabel] if figure._supxlabel is not None else []

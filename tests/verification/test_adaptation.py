@@ -80,18 +80,7 @@ def test_all_cells_become_smaller_where_the_signed_part_of_the_error_prevails(mo
     branch.close()
 
 
-def test_cells_that_were_given_are_held() -> None:
-    case = parse_case(QUESTIONS["curve"], TUBE | {"De": 0, "Ca_e": 0.1, "d": [0.1], "mesh": {"Np": 8}}, "test")
-    first = Parameters(case.places[0], case.solid_models, case.liquid_model)
-    problem = steady_problem(case, 0.1)
-    assert case.held == {"Np"}
-    branch = AdaptiveBranch(reached(first_scene(problem, first)), wanted=1e-9, places=case.places, held=case.held)
-    point = branch.at(first)
-    assert branch.problem is problem
-    assert point.estimate.dU_error[0] > 1e-9 * branch.dU
-    branch.close()
-
-
+@pytest.mark.slow
 def test_what_cannot_be_kept_ends_with_the_error_reached(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(adaptation, "ROUNDS", 1)
     branch, first = adaptive(1e-7, De=0, Ca_e=0.1, d=[0.1], mesh={"Np": 6})
@@ -102,6 +91,7 @@ def test_what_cannot_be_kept_ends_with_the_error_reached(monkeypatch: pytest.Mon
     branch.close()
 
 
+@pytest.mark.slow
 def test_a_finer_mesh_with_a_larger_error_is_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     """As near the softest shapes, where fine cells resolve wrinkles."""
     branch, first = adaptive(1e-7, De=0, Ca_e=0.1, d=[0.1], mesh={"Np": 6})
@@ -120,7 +110,9 @@ def test_a_finer_mesh_with_a_larger_error_is_not_kept(monkeypatch: pytest.Monkey
     branch.close()
 
 
-@pytest.mark.parametrize(("Ca_e", "d", "largest"), [(0.02, 0.8, 1.103e-3), (0.1, 2.0, 6.785e-3)])
+@pytest.mark.parametrize(
+    ("Ca_e", "d", "largest"), [(0.02, 0.8, 1.103e-3), pytest.param(0.1, 2.0, 6.785e-3, marks=pytest.mark.slow)]
+)
 def test_the_size_of_dU_at_a_single_distance_is_that_of_the_curve_it_lies_on(
     Ca_e: float, d: float, largest: float
 ) -> None:

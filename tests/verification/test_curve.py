@@ -92,7 +92,7 @@ def test_rounding_has_neither_zeros_nor_bends() -> None:
 
 
 def test_periodic_and_developed_ends_give_the_same_curve() -> None:
-    long, cut = curve(ends="periodic", length=20.0), curve(length="auto")
+    long, cut = curve(ends="periodic", length=9.0), curve(length="auto")
     assert cut["dU"].item() == pytest.approx(long["dU"].item(), rel=5e-3)
 
 
@@ -132,6 +132,7 @@ def test_the_matrix_is_the_derivative_of_the_residual(viscoelastic: Branch) -> N
     scene.recall(scene.snapshot)
 
 
+@pytest.mark.slow
 def test_sensitivities_are_differences_of_neighbouring_solutions(viscoelastic: Branch) -> None:
     """Of pairs that move: held distances alone would be off by 2 % here."""
     here = viscoelastic.solver.parameters

@@ -45,6 +45,7 @@ def test_waves_as_long_as_cells_make_a_surface_rough() -> None:
     assert smooth < 1.1 < WRINKLED < wrinkled
 
 
+@pytest.mark.slow
 def test_cells_end_no_branch_before_its_surface_is_unstable() -> None:
     """Its least compression is 0.35. Without a volume modulus waves as long as cells are neutral at Ca_e 0.239."""
     case = {"particles": 1, "beta": 0.6, "Ca_e": 0.256, "ends": "developed", "length": 5.0, "mesh": {"Np": 20}}

@@ -142,6 +142,7 @@ def test_rigid_pair() -> None:
     assert orders[1] == pytest.approx(orders[0], abs=0.5)
 
 
+@pytest.mark.slow
 def test_flow_rate_of_interpolated_ends() -> None:
     """In a viscoelastic liquid the ends carry a flow rate that is off, of which the residual knows nothing.
 
@@ -163,6 +164,7 @@ def test_parts_of_liquid_and_particles_that_cancel_count() -> None:
     assert abs(estimate.dU[0]) + abs(estimate.spread_dU[0]) < abs(left) < estimate.dU_error[0] < 10 * abs(left)
 
 
+@pytest.mark.slow
 def test_scatter_of_a_viscosity_where_the_shear_rate_vanishes() -> None:
     """On rings of the particles' surfaces, of whose cells the linear estimate sees nothing.
 

@@ -12,6 +12,7 @@ import pairsim
 from pairsim.errors import InputError
 
 
+@pytest.mark.slow
 def test_a_soft_pair_held_at_its_distance_comes_to_the_quasi_steady_dU() -> None:
     case = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": "auto", "accuracy": "5%"}
     point = pairsim.curve({**case, "d": [0.1]}).table.iloc[0]
@@ -28,6 +29,7 @@ CHEAP = PAIR | {"liquid": GEL, "accuracy": "20%", "mesh": {"Np": 8, "max_size": 
 OUTPUT = {"output": {"times": [0.02, 0.04], "fields": False}}
 
 
+@pytest.mark.slow
 def test_a_curve_from_rest_has_dU_of_held_runs_after_a_time_twice_and_four_times_that(tmp_path: Path) -> None:
     curve = pairsim.curve({**CHEAP, "d": [0.1, 0.2], "after": 0.02}, folder=tmp_path / "curve").check()
     run = pairsim.run({**CHEAP, "d0": 0.2, "hold": True, "dU_error": True, "time": {"end": 0.08}, **OUTPUT}).check()

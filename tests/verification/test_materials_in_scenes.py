@@ -55,7 +55,8 @@ def test_near_pairs_in_thinning_liquids_are_found(n: float, d: float, Ca_e: floa
     assert abs(found["dU"]) < (1e-10 if Ca_e == 0 else 1e-3)
 
 
-@pytest.mark.parametrize("n", first_alone(0.6, 0.8, 0.4))
+@pytest.mark.slow
+@pytest.mark.parametrize("n", [0.6, 0.4])
 def test_velocity_of_a_sphere_converges(n: float) -> None:
     """The differences of halved cells fall with order 2 or more, and the correction leaves less than half of them."""
     found = [row(**SPHERE, liquid=power_law(n), mesh={"Np": Np, "max_size": 3 / Np}) for Np in (14, 28, 56)]

@@ -146,6 +146,7 @@ def coarse_point(keys: str) -> dict[str, float]:
         return point(**{"De": 0.3, "Ca_e": 0.1, "mesh": {"Np": 8, "max_size": 0.25, "rows": 0.5}} | json.loads(keys))
 
 
+@pytest.mark.slow
 def test_a_neo_hookean_solid_is_a_mooney_rivlin_solid_without_the_second_invariant() -> None:
     one, other = (point(Ca_e=0.1, solid=solid) for solid in ("neo-hookean", {"law": "mooney-rivlin", "c": 0}))
     assert one["dU"] == pytest.approx(other["dU"], rel=EXACT)

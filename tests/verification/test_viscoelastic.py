@@ -130,6 +130,7 @@ def test_steady_flow_on_a_fine_mesh_is_exact() -> None:
     assert found == pytest.approx(STEADY[0.5][:2], rel=1e-4)
 
 
+@pytest.mark.slow
 def test_perturbations_vanish_without_particles() -> None:
     """A Giesekus liquid has a second normal stress difference, and with it a pressure that depends on r."""
     control, liquid = StepControl(1e-3, 1e-8, 1.0), GIESEKUS[1.0]

@@ -47,6 +47,7 @@ def test_a_continuation_is_geometric_in_the_regularisation_and_linear_in_all_els
     assert plain.less_regularised(0.1) == plain
 
 
+@pytest.mark.slow
 def test_drag_in_a_weak_bingham_liquid_tends_to_the_newtonian_one() -> None:
     """As Bn^1, with the dissipation of the yield stress in the Newtonian flow as slope, but for a higher order."""
     K = [drag(law="bingham", Bn=Bn)[0] for Bn in (0.0, 0.01, 0.02)]
@@ -60,6 +61,7 @@ def test_drag_on_coarse_cells_is_within_its_half_width() -> None:
     assert abs(K - 20.773) < error < 0.05 * K
 
 
+@pytest.mark.slow
 def test_the_regularisation_is_a_part_of_the_half_width() -> None:
     """The derivative of dU by ln m by the adjoint is that of differences; m is small, and what it does large."""
     case = parse_case(
@@ -93,6 +95,7 @@ def test_unyielded_liquid_holds_a_pair_together() -> None:
     assert row["plug"] == pytest.approx(0.17124, rel=1e-4), "Buckingham and Reiner"
 
 
+@pytest.mark.slow
 def test_cells_are_not_refined_for_a_pair_that_is_held_together() -> None:
     """Its dU is creep, of which any error is a large part."""
     plain = {key: value for key, value in RIGID.items() if key != "mesh"}
@@ -108,6 +111,7 @@ def test_a_pair_that_yielding_liquid_surrounds_is_not_held() -> None:
     assert np.isnan(row["creep"])
 
 
+@pytest.mark.slow
 def test_equal_rigid_spheres_keep_their_distance() -> None:
     """The stress is odd in the velocity: what is reversed in time and space is the same flow."""
     (answer, *_), row = pair(beta=0.4, liquid={"law": "bingham", "Bn": 5})
@@ -168,6 +172,7 @@ def test_what_is_beyond_the_first_order_is_no_more_than_the_whole_change_of_the_
     assert left.mean() > 0.3 * change.mean()
 
 
+@pytest.mark.slow
 def test_half_widths_of_runs_contain_what_rounding_off_the_kink_does() -> None:
     """At m = 3 a rigid pair is faster by far more than what cells and steps leave."""
     case = COARSE | {"beta": [0.4, 0.3], "Ca_e": 0, "d0": 0.1, "dU_error": True, "time": {"end": 0.01}}
@@ -179,6 +184,7 @@ def test_half_widths_of_runs_contain_what_rounding_off_the_kink_does() -> None:
     assert round_["dU_error"] > abs(round_["dU"] - sharp["dU"])
 
 
+@pytest.mark.slow
 def test_the_error_of_a_soft_pair_in_liquid_that_yields_does_not_grow_from_step_to_step() -> None:
     """The error is at most 1e-4; estimates that each began with the last one grew to 16 times dU."""
     case = COARSE | {"beta": 0.4, "Ca_e": 0.05, "d0": 0.2, "start": "rest", "dU_error": True}
@@ -210,6 +216,7 @@ def test_a_run_says_within_which_radius_nothing_yields_between_particles() -> No
 def test_fields_of_a_yield_law_without_a_yield_stress_have_no_yield_surface(tmp_path: Path) -> None:
     """Its stress over the yield stress is no number, and is left out."""
     case = COARSE | {"beta": 0.4, "De": 0.5, "Ca_e": 0, "d0": 0.4, "time": {"end": 1e-3}}
+    case |= {"length": 3, "mesh": {"Np": 6, "max_size": 0.3}}
     liquid = {"law": "oldroyd-b", "yielding": {"law": "saramito-2007", "Bn": 0.0}}
     run = pairsim.run(case | {"liquid": liquid}, folder=tmp_path / "run")
     assert run.status == "finished"
