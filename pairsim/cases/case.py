@@ -16,10 +16,10 @@ from pairsim.cases.accuracy import DEFAULT, PIPE_CELL, ROW_GRADING, SETTINGS, Ac
 from pairsim.cases.material_keys import LIQUIDS, LiquidKey, SolidKey, written
 from pairsim.cases.materials import is_viscous, liquid_block, liquid_of, solids_of
 from pairsim.cases.physical import Physical
-from pairsim.cases.softest import beyond_steady_shapes, beyond_tension
 from pairsim.physics import liquids, solids
 from pairsim.physics.liquids import Liquid, Newtonian
 from pairsim.physics.scales import Scales
+from pairsim.physics.softest import beyond_steady_shapes, beyond_tension
 from pairsim.physics.solids import Solid
 
 USUAL = SETTINGS[DEFAULT]

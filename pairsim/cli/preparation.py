@@ -71,7 +71,7 @@ def check_law(
     Exit codes: 0 all statements hold, 3 some do not.
     """
     import pairsim.runtime.fenicsx  # noqa: F401  # before everything else that loads MPI or is compiled
-    from pairsim.computing.check_law import checks
+    from pairsim.solvers.check_law import checks
 
     chosen = _law_in(law, numbers or ())
     typer.echo(f"{chosen.name}: {', '.join(f'{k} = {v:g}' for k, v in chosen.numbers.items()) or 'no parameters'}")
@@ -89,8 +89,8 @@ def _law_in(place: str, numbers: Sequence[str]) -> Material:
     Raises:
         InputError: There is no such law, or a parameter is not in its range.
     """
-    from pairsim.computing.check_law import sample
     from pairsim.physics.own_laws import load_file, name_file
+    from pairsim.solvers.check_law import sample
 
     name, file = (part[::-1] for part in place[::-1].partition(":")[::2])
     if not file:

@@ -17,8 +17,6 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 import pairsim
-from pairsim.cases.softest import WALL_RATE, beyond_tension, tension
-from pairsim.computing.check_law import checks
 from pairsim.physics import liquids, solids
 from pairsim.physics.conformation import polymer_stress
 from pairsim.physics.homogeneous import extension, shear, stress_after
@@ -39,10 +37,12 @@ from pairsim.physics.liquids.yielding import Saramito2007, Saramito2009
 from pairsim.physics.log_conformation import SMALL, LogConformation
 from pairsim.physics.material import Material
 from pairsim.physics.pipe import Pipe
+from pairsim.physics.softest import WALL_RATE, beyond_tension, tension
 from pairsim.physics.solids import Solid
 from pairsim.physics.solids.kelvin_voigt import KelvinVoigt
 from pairsim.physics.solids.mooney_rivlin import MooneyRivlin
 from pairsim.physics.solids.neo_hookean import NeoHookean
+from pairsim.solvers.check_law import checks
 
 YIELDING = [Bingham(Bn=2.0), HerschelBulkley(Bn=0.5, n=0.5)]
 VISCOUS: list[ViscousLaw] = [

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import pairsim
-from pairsim.cases.softest import LARGEST, beyond_steady_shapes, largest_Ca_e
 from pairsim.computing.along import WRINKLED
 from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.fem.surface import UNSTABLE, compression, roughness
+from pairsim.physics.softest import LARGEST, beyond_steady_shapes, largest_Ca_e
 from pairsim.physics.solids import soft
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem

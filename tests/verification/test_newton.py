@@ -11,7 +11,6 @@ from mpi4py import MPI
 from support.scenes import soft_pair
 
 import pairsim
-from pairsim.computing.check_law import jacobian_off
 from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.fem.phases import compiled_phase
 from pairsim.physics import solids
@@ -22,6 +21,7 @@ from pairsim.physics.liquids.fene_p import FeneP
 from pairsim.physics.liquids.giesekus import Giesekus
 from pairsim.physics.liquids.power_law import PowerLaw
 from pairsim.physics.solids.kelvin_voigt import KelvinVoigt
+from pairsim.solvers.check_law import jacobian_off
 from pairsim.solvers.problems import Problem
 from pairsim.solvers.stepping.step_size import StepControl
 from pairsim.solvers.transient.transient import Transient
