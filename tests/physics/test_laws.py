@@ -133,6 +133,27 @@ def test_steady_shear_is_that_of_closed_forms(law: ConformationLaw) -> None:
     assert tau[1] == pytest.approx((1 - XI) / DE * shear_stress(law, DE * rate), rel=1e-7)
 
 
+@pytest.mark.parametrize(
+    ("one", "other", "within"),
+    [
+        (Giesekus(alpha=0.0), OldroydB(), 1e-8),
+        (LinearPTT(epsilon=0.0), OldroydB(), 1e-8),
+        (ExponentialPTT(epsilon=0.0), OldroydB(), 1e-8),
+        (FeneP(L2=1e8), OldroydB(), 1e-7),
+        (WhiteMetzner(n=1.0, Cu=1.0), OldroydB(), 1e-8),
+        (ExponentialPTT(epsilon=1e-5), LinearPTT(epsilon=1e-5), 1e-7),
+    ],
+    ids=str,
+)
+def test_laws_become_one_another_at_the_ends_of_their_parameters(
+    one: ConformationLaw, other: ConformationLaw, within: float
+) -> None:
+    """In shear and extension; linear and exponential PTT in the first order of epsilon, which changes 1e-5."""
+    for flow in (shear(2.5), extension(0.5)):
+        a, b = (stress_after(single(law, DE, XI), flow, 2.0) for law in (one, other))
+        assert a == pytest.approx(b, rel=within, abs=1e-7)
+
+
 def test_start_up_of_a_hookean_mode_is_exact() -> None:
     rate, t = 2.5, 0.7
     tau = stress_after(single(OldroydB(), DE, XI), shear(rate), t)

@@ -246,7 +246,7 @@ def test_without_a_quasi_steady_state_a_run_cannot_start_from_it() -> None:
 
 
 SMALL = {"ends": "developed", "mesh": {"Np": 8, "max_size": 0.3}, "output": {"fields": False}}
-PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.2, "length": 2.4, "time": {"end": 1e-3}, "limits": {"max_steps": 3}}
+PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.2, "length": 2.4, "time": {"end": 1e-3}, "limits": {"max_steps": 2}}
 EXTREMES: dict[str, dict[str, Any]] = {
     "almost Newtonian": {"De": 1e-6, "xi": 0.5},
     "De 1e4": {"De": 1e4},

@@ -8,10 +8,12 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
+from support.commands import Pairsim
 from support.inputs import ROOT, STUDY, examples
 
 from pairsim.cases.yaml_file import read_yaml
 from pairsim.computing.many_cases import StudyFile
+from pairsim.results.table_files import read_table
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.grid import Grid, grid_from, read_grid
 from pairsim.sweeps.study import FAMILIES, families, read_study, study_table
@@ -140,3 +142,24 @@ def test_shipped_studies_are_valid(path: Path) -> None:
 @pytest.mark.parametrize("text", examples("how-to/study.md"))
 def test_examples_of_the_docs_are_studies(text: str, tmp_path: Path) -> None:
     assert len(checked(tmp_path, text)[1].cases) == 4
+
+
+@pytest.mark.slow
+def test_a_study_reports_speed_against_error(tmp_path: Path, pairsim: Pairsim) -> None:
+    """It draws them; the same command computes no case again."""
+    (tmp_path / "study.yaml").write_text(STUDY)
+    assert pairsim("study", "study.yaml", "-o", "out", "-q").returncode == 0
+    table = read_table(tmp_path / "out" / "study.csv")
+    assert table["mesh.Np"].tolist() == [8, 11, 16, 8]
+    assert table["reference"].tolist() == [False, False, True, False]
+    assert table["steps"][3] == 4
+    assert table["error"][1] < table["error"][0]
+    assert (table["wall_time"] > 0).all()
+    assert {*table["dU@0.02"]} == {read_table(path)["dU"][-1] for path in tmp_path.glob("out/*/series.csv")}
+    assert (tmp_path / "out" / "study.png").stat().st_size > 10_000
+    records = {path: path.read_text() for path in tmp_path.glob("out/*/run.json")}
+    assert len(records) == 4
+    (tmp_path / "out" / "study.csv").unlink()
+    assert pairsim("study", "study.yaml", "-o", "out", "-q").returncode == 0
+    assert all(path.read_text() == text for path, text in records.items())
+    assert (tmp_path / "out" / "study.csv").is_file()

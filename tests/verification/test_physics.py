@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -98,52 +96,37 @@ def test_elasticity_of_the_liquid_acts_on_rigid_pairs_in_proportion_to_the_polym
     assert dU[1] == pytest.approx(dU[0], rel=0.02)
 
 
-ALIKE: dict[str, tuple[dict[str, Any], dict[str, Any], float]] = {
-    "power law that does not thin": ({"De": 0, "liquid": {"law": "power-law", "n": 1}}, {"De": 0}, EXACT),
+ALIKE: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
+    "power law that does not thin": ({"De": 0, "liquid": {"law": "power-law", "n": 1}}, {"De": 0}),
     "White-Metzner that does not thin": (
         {"liquid": {"law": "white-metzner", "n": 1, "Cu": 1}},
         {"liquid": "oldroyd-b"},
-        EXACT,
     ),
     "one mode twice": (
         {"liquid": {"law": "modes", "modes": [{"law": "giesekus", "alpha": 0.2, "time": 1, "weight": 1}] * 2}},
         {"liquid": {"law": "giesekus", "alpha": 0.2}},
-        EXACT,
-    ),
-    "Giesekus without mobility": ({"liquid": {"law": "giesekus", "alpha": 0}}, {"liquid": "oldroyd-b"}, EXACT),
-    "linear PTT without breakage": ({"liquid": {"law": "ptt-linear", "epsilon": 0}}, {"liquid": "oldroyd-b"}, EXACT),
-    "exponential PTT without breakage": ({"liquid": {"law": "ptt-exp", "epsilon": 0}}, {"liquid": "oldroyd-b"}, EXACT),
-    "FENE-P of any length": ({"liquid": {"law": "fene-p", "L2": 1e8}}, {"liquid": "oldroyd-b"}, 1e-5),
-    "exponential and linear PTT": (
-        {"liquid": {"law": "ptt-exp", "epsilon": 1e-5}},
-        {"liquid": {"law": "ptt-linear", "epsilon": 1e-5}},
-        1e-4,
     ),
 }
 
 
-QUICK = ("power law that does not thin",)
-
-
 @pytest.mark.parametrize(
-    "name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in ALIKE]
+    "name", ["power law that does not thin", *(pytest.param(name, marks=pytest.mark.slow) for name in list(ALIKE)[1:])]
 )
 def test_laws_become_one_another_at_the_ends_of_their_parameters(name: str) -> None:
-    one, other, difference = ALIKE[name]
-    a, b = (coarse_point(json.dumps(keys)) for keys in (one, other))
+    """Those of conformations in homogeneous flows: physics/test_laws.py."""
+    a, b = (coarse_point(keys) for keys in ALIKE[name])
     for name in ("dU", "dU_held", "U_L", "D_L", "dp_plus"):
-        assert a[name] == pytest.approx(b[name], rel=difference, abs=1e-12), name
+        assert a[name] == pytest.approx(b[name], rel=EXACT, abs=1e-12), name
 
 
-@cache
-def coarse_point(keys: str) -> dict[str, float]:
-    """A soft pair on few cells with some keys, as JSON; most laws have the same limit.
+def coarse_point(keys: dict[str, Any]) -> dict[str, float]:
+    """A soft pair on few cells with some keys.
 
     The last Newton step is as accurate as those before: solved to 1e-4 it leaves up to 4e-12 U_av in dU (measured).
     """
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("pairsim.solvers.steady.scene.LAST", ACCURATE)
-        return point(**{"De": 0.3, "Ca_e": 0.1, "mesh": {"Np": 8, "max_size": 0.25, "rows": 0.5}} | json.loads(keys))
+        return point(**{"De": 0.3, "Ca_e": 0.1, "mesh": {"Np": 8, "max_size": 0.25, "rows": 0.5}} | keys)
 
 
 @pytest.mark.slow
@@ -193,7 +176,7 @@ def test_a_run_from_rest_ends_on_the_quasi_steady_curve() -> None:
 
 @pytest.mark.slow
 def test_held_and_moving_pairs_have_the_same_signs_and_zeros() -> None:
-    found = pairsim.curve(SCENE | {"beta": 0.2, "Ca_e": 0.1, "d": {"start": 0.03, "stop": 0.2, "num": 5}})
+    found = pairsim.curve(SCENE | {"beta": 0.2, "Ca_e": 0.1, "d": [0.03, 0.05, 0.06, 0.2], "tol": 1})
     moving, held = found.table["dU"], found.table["dU_held"]
     assert set(np.sign(moving)) == {1, -1}
     assert (np.sign(moving) == np.sign(held)).all()
@@ -201,6 +184,6 @@ def test_held_and_moving_pairs_have_the_same_signs_and_zeros() -> None:
 
 @pytest.mark.slow
 def test_a_larger_particle_is_slower_and_takes_more_pressure() -> None:
-    rows = [point(beta=beta) for beta in (0.2, 0.3, 0.4, 0.5)]
+    rows = [point(beta=beta) for beta in (0.2, 0.35, 0.5)]
     assert (np.diff([row["U_L"] for row in rows]) < 0).all()
     assert (np.diff([row["dp_plus"] for row in rows]) > 0).all()

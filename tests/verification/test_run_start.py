@@ -43,10 +43,8 @@ def settled_at(keys: dict[str, Any], gaps: tuple[float, ...]) -> Point:
     [
         pytest.param(SOFT, "developed", id="soft"),
         pytest.param(SOFT, "periodic", id="soft, periodic"),
-        pytest.param(BOTH, "developed", id="soft in a viscoelastic liquid", marks=pytest.mark.slow),
         pytest.param(BOTH, "periodic", id="soft in a viscoelastic liquid, periodic", marks=pytest.mark.slow),
         pytest.param(UNEQUAL, "developed", id="unequal, rigid", marks=pytest.mark.slow),
-        pytest.param(UNEQUAL, "periodic", id="unequal, rigid, periodic", marks=pytest.mark.slow),
     ],
 )
 def test_first_dU_is_that_of_the_curve(keys: dict[str, Any], ends: str) -> None:

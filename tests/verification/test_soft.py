@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -22,7 +21,6 @@ from pairsim.solvers.nonlinear.newton import TRANSIENT
 from pairsim.solvers.stepping.step_size import StepControl
 from pairsim.solvers.transient.transient import Transient
 
-SLOPE = reference("soft", "S beta 0.4 d 0.1")
 F_3, F_5 = reference("soft", "f_3"), reference("soft", "f_5")
 
 PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "ends": "developed", "length": 4.9, "output": {"fields": False}}
@@ -31,27 +29,6 @@ PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "ends": "developed", "leng
 def run(**keys: Any) -> pd.DataFrame:
     """The table of a run of the pair."""
     return pairsim.run({**PAIR, **keys}).check().table
-
-
-@cache
-def slope(Np: int) -> float:
-    """dU/Ca_e at Ca_e 1e-3, when the stresses have developed and d has not moved."""
-    Ca = 1e-3
-    time = {"end": 60 * Ca, "max_step": 3 * Ca, "first_step": Ca / 100}
-    series = run(Ca_e=Ca, ends="periodic", length=None, mesh={"Np": Np}, time=time)
-    return float(series["dU"].iloc[-1]) / Ca
-
-
-@pytest.mark.slow
-def test_nearly_rigid_pair_separates_as_first_order_theory() -> None:
-    """The quasi-steady dU does so at other beta and d, too (test_curve.py)."""
-    assert slope(28) == pytest.approx(SLOPE, rel=5e-3)
-
-
-@pytest.mark.slow
-def test_relative_velocity_converges_at_third_order() -> None:
-    coarse, fine = (abs(slope(Np) - SLOPE) for Np in (10, 28))
-    assert np.log(coarse / fine) / np.log(28 / 10) > 2.8
 
 
 def modes(body: Body, h: np.ndarray, Ca: float) -> np.ndarray:
@@ -71,9 +48,9 @@ def modes(body: Body, h: np.ndarray, Ca: float) -> np.ndarray:
 
 
 def single_sphere_modes(Ca: float) -> np.ndarray:
-    problem = soft_pair(0.4, 0.1, Ca, control=StepControl(3e-4, 1e-9, 3 * Ca), first_step=Ca / 100)
-    problem = type(problem)(**{**problem.__dict__, "betas": (0.4,), "solids": soft(Ca), "gaps": ()})
-    transient = Transient(problem)
+    tube = {"mesh": MeshSettings(Np=24), "length": 6.0, "periodic": False}
+    pair = soft_pair(0.4, 0.1, Ca, control=StepControl(3e-4, 1e-9, 3 * Ca), first_step=Ca / 100, **tube)
+    transient = Transient(replace(pair, betas=(0.4,), solids=soft(Ca), gaps=()))
     h = [step.h for step in transient.steps(iter([30 * Ca]))][-1]
     found = modes(transient.bodies[0], h, Ca)
     transient.close()
@@ -92,7 +69,7 @@ def test_single_sphere_becomes_a_bullet() -> None:
 def test_softness_gives_a_dip_and_then_a_separation_that_grows_with_it() -> None:
     """Fig. 6a: a negative relative velocity at first, then a positive one that grows with Ca_e."""
     late = []
-    for Ca in (0.01, 0.05, 0.1):
+    for Ca in (0.02, 0.1):
         series = run(Ca_e=Ca, mesh={"Np": 12}, time={"end": 1.0, "first_step": min(5e-4, Ca / 100)})
         assert series["dU"].min() < -0.03 * Ca
         late.append(series["dU"].iloc[-1])
