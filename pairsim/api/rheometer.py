@@ -11,7 +11,7 @@ import numpy as np
 
 from pairsim.api.rheometer_files import read_columns
 from pairsim.cases.physical import BLOCK
-from pairsim.cases.quantities import known_unit, si
+from pairsim.cases.quantities import known_unit, si, suited
 from pairsim.physics.liquids import LAWS
 from pairsim.physics.liquids.viscous import ViscousLaw
 from pairsim.physics.material import Material
@@ -108,10 +108,10 @@ def keys_of(fit: Fit) -> tuple[dict[str, str], Any, dict[str, str]]:
         default = own.parameters()[name].default if name in own.parameters() else None
         if of is not None and values[name] != default:
             factor = of.size(fit.eta_0) if name != "eta_0" else 1.0
-            unit = known_unit(of, pure).unit.replace("*", ".")
-            quantities[of.key] = f"{factor * values[name]:.4g} {unit}"
+            unit, size = suited(factor * values[name], known_unit(of, pure).unit)
+            quantities[of.key] = f"{factor * values[name] / size:.4g} {unit}"
             if intervals.pop(name, ""):
-                intervals[of.key] = _interval(fit.numbers[name], factor)
+                intervals[of.key] = _interval(fit.numbers[name], factor / size)
     if len(liquid.modes) < 2:
         return quantities, {"law": own.name, **pure} if pure else own.name, intervals
     each = [

@@ -162,6 +162,12 @@ def _halves(text: Any) -> tuple[Any, str | None]:
     return value, half
 
 
+def suited(value: float, unit: str) -> tuple[str, float]:
+    """The unit of `COMMON` in which a value in a SI unit is read best, such as ms for 0.008 s, and its size."""
+    known = [each for each in COMMON.get(unit, {}).items() if each[0] != "min"] or [(unit.replace("*", "."), 1.0)]
+    return max((each for each in known if each[1] <= 2 * abs(value)), key=lambda each: each[1], default=known[0])
+
+
 def unit_in(other: str, unit: str) -> float:
     """A unit in another one.
 

@@ -85,6 +85,8 @@ def _symbol(key: str) -> str:
 
 def equation(key: str, value: Any) -> str:
     """A parameter with its value."""
+    if value is None:
+        return f"no {symbol(key)}"
     if key in ("liquid", "solid"):
         return shown(value)
     if key.startswith(BLOCK) and (known := measured(value if isinstance(value, list) else [value])) is not None:

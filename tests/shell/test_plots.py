@@ -120,6 +120,11 @@ def test_what_follows_from_another_difference_is_not_named() -> None:
     assert varying_keys([newtonian, elastic, elastic | {"mesh.Np": 28}]) == ["De", "mesh.Np"]
 
 
+def test_a_case_without_a_parameter_of_others_has_none_in_legends() -> None:
+    assert equation("De", 1.0) == r"$\mathrm{De} = 1$"
+    assert equation("liquid.yielding.Bn", None).startswith("no ")
+
+
 def test_small_print_states_what_all_cases_share_alone() -> None:
     giesekus = {"beta": 0.4, "De": 1, "Ca_e": 0.1, "d0": 0.1, "xi": 0.09, "liquid": {"law": "giesekus", "alpha": 0.2}}
     ptt = giesekus | {"beta": 0.2, "Ca_e": 0.05, "liquid": {"law": "ptt"}}

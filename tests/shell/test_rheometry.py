@@ -142,7 +142,7 @@ def test_a_solvent_that_normal_stresses_do_not_show_has_an_upper_limit_or_is_hel
     assert held.numbers["xi"].given
     assert held.liquid.xi * held.eta_0 == pytest.approx(1e-3)
     assert holds(held, eta_0=0.04, De=0.08, alpha=0.15)
-    assert "solvent = 0.001 Pa.s (given)" in sentences(found, data)[0]
+    assert "solvent = 1 mPa.s (given)" in sentences(found, data)[0]
 
 
 def test_a_viscosity_alone_takes_a_time_that_is_known() -> None:
