@@ -111,3 +111,8 @@ def in_unit(
     size = unit.factor(scales)
     text = with_error(size * value, None if error is None else size * error, sign, digits)
     return text if scales is None else f"{text} {unit.physical}"
+
+
+def with_name(scales: Scales | None, unit: Unit, value: float, error: float | None = None) -> str:
+    """A number with its error as `in_unit`, and the name of its unit where there are no scales, too."""
+    return in_unit(scales, unit, value, error) + (f" {unit.name}" if scales is None else "")

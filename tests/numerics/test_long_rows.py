@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from pairsim.runtime.monitor import Monitor
-from pairsim.solvers.rows.model import RATES, Row, RowModel, Waves, fitted
+from pairsim.solvers.rows.model import RATES, Row, RowModel, fitted
 from pairsim.solvers.rows.motion import move
 from pairsim.solvers.rows.short_rows import places_of
 
@@ -44,7 +44,7 @@ def test_trains_correct_what_wrong_slopes_of_short_rows_do_to_growth_rates() -> 
     true, random, k = made_model(), np.random.default_rng(3), np.pi * np.array([0.25, 0.5, 0.75, 1.0])
     rows = [true.row(np.array(place)) for count in (1, 2, 3, 4) for place in places_of(count, 0.04)]
     rows = [replace(row, slopes=row.slopes * random.uniform(0.9, 1.1)) for row in rows]
-    trains = [Waves(d, k, true.growth(d, k)) for d in (0.06, 0.12, 0.24, 0.48)]
+    trains = [(d, k, true.growth(d, k)) for d in (0.06, 0.12, 0.24, 0.48)]
     without, with_trains = (
         [np.abs(model.growth(d, k) - true.growth(d, k)).max() for d in (0.09, 0.12, 0.17)]
         for model in (fitted(rows), fitted(rows, trains))
@@ -58,7 +58,7 @@ def test_slopes_are_differences_of_velocities_and_lengths() -> None:
     for i in range(len(gaps)):
         change = step * np.eye(len(gaps))[i]
         difference = (model.row(gaps + change).values - model.row(gaps - change).values) / (2 * step)
-        assert model.row(gaps).slopes[:, :, i] == pytest.approx(difference, abs=1e-7)
+        assert model.row(gaps).slopes[:, i] == pytest.approx(difference, abs=1e-7)
 
 
 def test_the_propagator_has_what_becomes_of_small_changes_of_the_first_distances() -> None:
@@ -77,22 +77,32 @@ class Prescribed:
 
     dU: tuple[float, ...] = (-0.1, 0.05, 0.0)
 
-    alone = np.array([1.0, 0.4])
+    alone, least = np.array([1.0, 0.4]), 0.01
 
     def row(self, gaps: np.ndarray) -> Row:
         """The first gap closes until the last one is wider than 0.4."""
         dU = np.array([self.dU[0] if gaps[-1] < 0.4 else -self.dU[0], *self.dU[1:-1], 0.02])
         values = np.column_stack([1 + np.concatenate([[0.0], np.cumsum(dU)]), np.full(4, 0.4)])
-        return Row(gaps, values, np.zeros((4, 2, 3)))
+        return Row(gaps, values, np.zeros((4, 3, 2)))
 
 
 def test_particles_that_touch_travel_on_as_a_doublet_until_they_would_have_to_be_pulled() -> None:
     motion = move(Prescribed(), np.array([0.11, 0.2, 0.3]), 0.01, 20.0, Monitor())  # type: ignore[arg-type]
-    touching = motion.t[motion.touching[0]]
-    assert touching[[0, -1]] == pytest.approx([1.0, 5.0], abs=1e-4), "until the last distance has become 0.4"
-    assert not motion.touching[1:].any()
+    touching = np.array([motion.touching(t) for t in motion.t])
+    ends = motion.t[touching[:, 0]][[0, -1]]
+    assert ends == pytest.approx([1.0, 5.0], abs=1e-4), "until the last distance has become 0.4"
+    assert not touching[:, 1:].any()
     assert motion.gaps(3.0) == pytest.approx([0.01, 0.2 + 0.05 * 3 - 0.05 * 2, 0.36], abs=1e-5)
     before, after = motion.way(2.0), motion.way(4.0)
     assert (after - before)[:2] == pytest.approx(2 * 0.95, abs=1e-5), "the mean of both velocities"
     assert motion.gaps(6.0)[0] == pytest.approx(0.01 + 0.1, abs=1e-3)
     assert min(motion.way(motion.t[-1])) == pytest.approx(20.0, abs=1e-6)
+
+
+def test_a_film_between_particles_slows_them_where_no_rows_were_solved() -> None:
+    model, gaps, c = replace(made_model(), least=0.1), np.array([0.1, 0.3, 0.3]), 0.07 * 0.4
+    for part in (0.9, 0.28, 0.028):
+        first = gaps * [part, 1, 1]
+        motion = move(model, first, 1e-6, 1e-4, Monitor())
+        rate = (motion.gaps(motion.t[-1]) - motion.gaps(0.0))[0] / motion.t[-1]
+        assert rate == pytest.approx(model.row(first).rates[0] * part * (0.1 + c) / (part * 0.1 + c), rel=1e-2)

@@ -145,25 +145,23 @@ def test_verdicts_are_certain_beyond_the_errors_of_long_waves_too() -> None:
 
 def test_errors_have_what_the_refinement_before_changed_too() -> None:
     """A last refinement that changes nothing by chance is no proof."""
-    rates, train = spectrum({-1: 0.05, 1: 0.03}, 8).rates, None
-    for change in (1.2, 1.0, 1.0):
-        train = Train(1.2, 0.3, 0.7, 0.1, np.tile(change * rates, (2, 1)), 100, train)
-    assert train is not None
-    waves = train.spectrum.of_cell
+    known = (spectrum({-1: 0.05 * each, 1: 0.03 * each}, 8) for each in (1.0, 1.0, 1.2))
+    train, coarse, coarsest = (Train(1.2, 0.3, 0.7, 0.1, each, 100) for each in known)
+    waves = train.beside(coarse, coarsest).spectrum.of_cell
     assert (waves["growth_error"] >= 0.2 * abs(waves["growth"])).all()
 
 
 def test_a_transition_is_where_the_first_wave_begins_to_grow(monkeypatch: pytest.MonkeyPatch) -> None:
     """By trains in which it is known: waves of two beads grow up to d = 0.5, long ones decay."""
 
-    def known(_: Any, __: Any, cell: int, d: float | None = None, coarse: Train | None = None) -> Train:
+    def known(_: Any, __: Any, cell: int, d: float | None = None) -> Train:
         assert d is not None
         growth = 0.5 - d
-        rates = spectrum({-1: 0.02 - growth / 2, 1: -growth / 2, 2: 0.01 * growth, -2: 0.01 * growth}, cell).rates
-        return Train(1.2, d, d + 0.4, 0.1, np.tile(rates, (2, 1)), 100, coarse)
+        row = {-1: 0.02 - growth / 2, 1: -growth / 2, 2: 0.01 * growth, -2: 0.01 * growth}
+        return Train(1.2, d, d + 0.4, 0.1, spectrum(row, cell), 100)
 
     monkeypatch.setattr("pairsim.solvers.trains.train.train_of", known)
-    monkeypatch.setattr("pairsim.computing.problems.steady_problem", lambda case, *_: problem_of(**RIGID)[0])
+    monkeypatch.setattr("pairsim.questions.train.computation.steady_problem", lambda case, *_: problem_of(**RIGID)[0])
     keys = {"beta": 0.4, "De": 1, "Ca_e": 0}
     found = pairsim.train(keys | {"train": {"cell": 4, "transition": [0.3, 0.8]}}).check()
     d, d_error = (found.table[name][0] for name in ("d", "d_error"))
@@ -173,16 +171,18 @@ def test_a_transition_is_where_the_first_wave_begins_to_grow(monkeypatch: pytest
     assert "cluster, and those with more order" in found.answer
     with pytest.raises(pairsim.errors.NoSteadyState, match="clusters at both"):
         pairsim.train(keys | {"train": {"transition": [0.1, 0.2]}}).check()
-    with pytest.raises(pairsim.InputError, match="in place of d"):
+    with pytest.raises(pairsim.InputError, match="left out if d is given"):
         pairsim.load(keys | {"d": 0.3, "train": {"transition": [0.1, 0.2]}}, kind="train")
 
 
 def test_the_spread_of_distances_falls_as_that_of_a_chain_that_diffuses() -> None:
     found = spectrum({-1: 0.05, 1: 0.05}, 8)
-    time, least, most = found.time_to(0.5)
+    time, error = found.time_to(0.5)
     # The mean of exp(-2 a t (1 - cos k)) over k is exp(-2 a t) I_0(2 a t), with a = 0.1.
     assert ive(0, 2 * 0.1 * time) == pytest.approx(0.25, rel=1e-2)
-    assert least <= time <= most
+    assert 0 <= error < 1e-6 * time
+    faster = spectrum({-1: 0.05, 1: 0.05}, 8, change=-0.1).time_to(0.5)
+    assert faster == pytest.approx((time, time / 0.9 - time), rel=1e-6)
     assert spectrum({-1: -0.05, 1: -0.05}, 8).time_to(0.5)[0] == np.inf
 
 

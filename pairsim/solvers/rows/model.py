@@ -41,7 +41,7 @@ class Row:
         gaps: Distances between facing surfaces from upstream [D_c], shape (N-1,).
         values: Of each particle, its velocity [U_av], and by how much the distance to the centre of the next one
             exceeds that of the surfaces [D_c]; of the last one, or of a single one, its own length. Shape (N, 2).
-        slopes: Their derivatives by every distance, shape (N, 2, N-1).
+        slopes: Their derivatives by every distance, shape (N, N-1, 2).
         dU_error: Largest half-width of a relative velocity [U_av].
     """
 
@@ -56,29 +56,13 @@ class Row:
         return np.diff(self.values[:, 0])
 
     @property
-    def dU_slopes(self) -> Array:
-        """Their derivatives by every distance [U_av/D_c], shape (N-1, N-1)."""
-        return np.diff(self.slopes[:, 0], axis=0)
-
-    @property
     def rates(self) -> Array:
         """Rates of the distances, at which those between centres change as the velocities say [U_av], (N-1,)."""
-        return np.asarray(np.linalg.solve(np.eye(len(self.gaps)) + self.slopes[:-1, 1], self.dU))
+        return np.asarray(np.linalg.solve(np.eye(len(self.gaps)) + self.slopes[:-1, :, 1], self.dU))
 
 
-@dataclass(frozen=True)
-class Waves:
-    """Growth rates of the waves of an infinite train.
-
-    Attributes:
-        d: Distance of its particles [D_c].
-        k: Phases between neighbours, shape (m,).
-        rates: Growth rates, complex, shape (m,) [U_av/D_c].
-    """
-
-    d: float
-    k: Array
-    rates: Array
+type Waves = tuple[float, Array, Array]
+"""Distance in an infinite train [D_c], phases between neighbours and complex growth rates [U_av/D_c], (m,) each."""
 
 
 @dataclass(frozen=True)
@@ -111,7 +95,7 @@ class RowModel:
             own = np.arange(len(windows))[:, None] + np.arange(count)
             np.add.at(values, own, np.tensordot(terms, part, 1))
             np.add.at(slopes, (own[:, :, None], own[:, None, :-1]), np.einsum("wmj,mki->wkji", changes, part))
-        return Row(gaps, values, slopes.transpose(0, 2, 1))
+        return Row(gaps, values, slopes)
 
     def growth(self, d: float, k: Array) -> Array:
         """Growth rates of waves in a long row of even distances, complex, (m,) [U_av/D_c]."""
@@ -123,14 +107,13 @@ class RowModel:
         middle = len(self.rates)
         slopes = self.row(np.full(2 * middle + 1, d)).slopes[middle : middle + 2]
         waves = np.exp(1j * np.outer(k, np.arange(2 * middle + 1) - middle))
-        return waves @ (slopes[1] - slopes[0]).T, waves @ slopes[0].T
+        return waves @ (slopes[1] - slopes[0]), waves @ slopes[0]
 
     def misses(self, row: Row) -> tuple[float, float]:
         """By how much it misses dU of a row and its slopes: the largest differences relative to the largest of each."""
-        of = self.row(row.gaps)
-        both = (of.dU, row.dU), (of.dU_slopes, row.dU_slopes)
-        dU, slopes = (np.abs(x - y).max() / np.abs(y).max() for x, y in both)
-        return float(dU), float(slopes)
+        both = ((each.dU, np.diff(each.slopes[..., 0], axis=0)) for each in (self.row(row.gaps), row))
+        dU, slopes = (float(np.abs(x - y).max() / np.abs(y).max()) for x, y in zip(*both, strict=True))
+        return dU, slopes
 
 
 def fitted(rows: Sequence[Row], trains: Sequence[Waves] = ()) -> RowModel:
@@ -156,25 +139,21 @@ def _fitted(
     """What a model with terms of given rates misses of the velocities, and the model."""
     count, scale = sum(each.size + len(each) for each in rates), SLOPES / RATES[-1]
     # With each coefficient as a quantity of its own, the values of a row are those that multiply the coefficients.
-    basis = RowModel(np.zeros(count), rates, np.eye(count))
-    terms, values = np.empty((0, count)), np.empty((0, 2))
+    basis, terms, values = RowModel(np.zeros(count), rates, np.eye(count)), list[Array](), list[Array]()
     for row, weight in zip(rows, weights, strict=True):
         of = basis.row(row.gaps)
-        terms = np.vstack([terms, weight * of.values, weight * scale * _flat(of.slopes)])
-        values = np.vstack([values, weight * (row.values - alone), weight * scale * _flat(row.slopes)])
-    lengths, wanted, weight = _solution(terms, values[:, 1]), [values[:, 0]], max(weights) / RATES[-1]
-    for train in trains:
-        dU, stretch = basis.waves(train.d, train.k)
-        rate = weight * train.rates * (1 + stretch @ lengths)
-        terms, wanted = np.vstack([terms, weight * dU.real, weight * dU.imag]), [*wanted, rate.real, rate.imag]
-    U = _solution(terms, right := np.concatenate(wanted))
-    model = RowModel(alone, rates, np.column_stack([U, lengths]), min(row.gaps.min() for row in rows))
-    return float(np.mean((terms @ U - right) ** 2)), model
-
-
-def _flat(slopes: Array) -> Array:
-    """Slopes of shape (N, q, N-1), as (N (N-1), q)."""
-    return slopes.transpose(0, 2, 1).reshape(-1, slopes.shape[1])
+        terms += [weight * of.values, weight * scale * of.slopes.reshape(-1, count)]
+        values += [weight * (row.values - alone), weight * scale * row.slopes.reshape(-1, 2)]
+    U, lengths = np.vstack(values).T
+    lengths, weight = _solution(np.vstack(terms), lengths), max(weights) / RATES[-1]
+    for d, k, growth in trains:
+        dU, stretch = basis.waves(d, k)
+        rate = weight * growth * (1 + stretch @ lengths)
+        terms, U = [*terms, weight * dU.real, weight * dU.imag], np.concatenate([U, rate.real, rate.imag])
+    matrix = np.vstack(terms)
+    found = _solution(matrix, U)
+    model = RowModel(alone, rates, np.column_stack([found, lengths]), min(row.gaps.min() for row in rows))
+    return float(np.mean((matrix @ found - U) ** 2)), model
 
 
 def _solution(matrix: Array, values: Array) -> Array:

@@ -57,26 +57,27 @@ class Spectrum:
         """The same with the half-widths of their intervals."""
         return self.at(self.waves[0])
 
-    def at(self, k: Array) -> pd.DataFrame:
-        """Waves of given numbers; half-widths are without the rest of the row."""
+    def at(self, k: Array, rest: float = 0.0) -> pd.DataFrame:
+        """Waves of given numbers; half-widths have a part of what every second wave of the cell alone would change."""
         row, half = _folded(self.rates), np.maximum(k, 1e-8)[:, None] / 2
         off = np.abs([_folded(other) - row for other in self.others]).sum(axis=0) + ROUNDING * np.abs(row).max()
         j = np.arange(1, len(self.rates) // 2 + 1)
         shapes = -((np.sin(half * j) / np.sin(half)) ** 2) / 2, np.sin(2 * half * j)
-        values = {"scaled": shapes[0] @ row[0], "frequency": shapes[1] @ row[1]}
-        errors = {"scaled_error": np.abs(shapes[0]) @ off[0], "frequency_error": np.abs(shapes[1]) @ off[1]}
-        return _with_growth(pd.DataFrame({"k": k} | values | errors))
+        scaled, scaled_error = shapes[0] @ row[0], np.abs(shapes[0]) @ off[0]
+        if rest:
+            scaled_error += rest * np.abs(scaled - Spectrum(self.rates[::2], self.others[:, ::2]).at(k)["scaled"])
+        table = pd.DataFrame({"k": k, "scaled": scaled, "scaled_error": scaled_error})
+        for name in ("", "_error"):
+            table[f"growth{name}"] = 2 * (1 - np.cos(k)) * table[f"scaled{name}"]
+        return table.assign(frequency=shapes[1] @ row[1], frequency_error=np.abs(shapes[1]) @ off[1])
 
     @cached_property
     def everywhere(self) -> pd.DataFrame:
         """Waves of all numbers from 0 to pi."""
-        of_half = Spectrum(self.rates[::2], self.others[:, ::2])
-        table, half = (each.at(np.linspace(0.0, np.pi, WAVES + 1)) for each in (self, of_half))
         sizes = np.abs(_folded(self.rates)).sum(axis=0)
         near, far = np.split(sizes, [-(-len(sizes) // 2)])
         rest = min(1.0, BEYOND * float(far.sum() / near.sum()))  # if the row goes on to fall off as there
-        table["scaled_error"] += rest * np.abs(table["scaled"] - half["scaled"])
-        return _with_growth(table)
+        return self.at(np.linspace(0.0, np.pi, WAVES + 1), rest)
 
     @property
     def fastest(self) -> pd.Series:
@@ -101,23 +102,27 @@ class Spectrum:
         scaled, error = self.everywhere["scaled"], self.everywhere["scaled_error"]
         return "clusters" if (scaled > error).any() else "orders" if (scaled < -error).all() else "undecided"
 
-    def time_to(self, factor: float) -> tuple[float, float, float]:
+    def time_to(self, factor: float) -> tuple[float, float]:
         """Time in which the spread of the distances of a train changes by a factor [D_c/U_av].
 
         Its distances are independent at first: all waves are there in equal parts, and the square of the spread is the
         mean of exp(2 growth t) over them, as long as disturbances are small.
 
         Returns:
-            The time, the least and the largest by the intervals of the rates; infinite where there is none.
+            The time, and the half-width of its interval by those of the rates; infinite where there is none.
         """
         growth, error = self.everywhere[["growth", "growth_error"]].to_numpy()[1:].T
-        times = [_time_to(growth + part * error, factor) for part in (0, -1, 1)]
-        return times[0], min(times), max(times)
+        ends = np.log([EARLIEST, LATEST]).tolist()
 
+        def above(log_t: float, part: int) -> float:
+            """Logarithm of the square of the change until then over that wanted."""
+            rates = 2 * (growth + part * error) * np.exp(log_t)
+            return float(scipy.special.logsumexp(rates, b=factor**-2 / len(growth)))
 
-def _with_growth(table: pd.DataFrame) -> pd.DataFrame:
-    size = 2 * (1 - np.cos(table["k"]))
-    return table.assign(growth=size * table["scaled"], growth_error=size * table["scaled_error"])
+        if any(above(ends[0], part) * above(ends[1], part) >= 0 for part in (0, 1, -1)):
+            return np.inf, np.inf
+        time, *others = (np.exp(scipy.optimize.brentq(above, *ends, args=(part,))) for part in (0, 1, -1))
+        return float(time), float(np.abs(np.array(others) - time).max())
 
 
 def _folded(rates: Array) -> Array:
@@ -128,13 +133,3 @@ def _folded(rates: Array) -> Array:
     n = len(rates)
     row, j = np.real(np.fft.ifft(rates)), np.arange(1, n // 2 + 1)
     return np.array([np.where(2 * j == n, 0.5, 1.0) * (row[j] + row[-j]), row[-j] - row[j]])
-
-
-def _time_to(growth: Array, factor: float) -> float:
-    """When the root of the mean of exp(2 growth t) is the factor; infinite if never."""
-
-    def above(log_t: float) -> float:
-        return float(scipy.special.logsumexp(2 * growth * np.exp(log_t), b=factor**-2 / len(growth)))
-
-    start, end = np.log([EARLIEST, LATEST]).tolist()
-    return float(np.exp(scipy.optimize.brentq(above, start, end))) if above(start) * above(end) < 0 else np.inf

@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy
 
-from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
@@ -19,8 +18,7 @@ from pairsim.solvers.trains.cell import distance, one_particle, repeated
 from pairsim.solvers.trains.response import ORDERS, growth_rates, response
 from pairsim.solvers.trains.spectrum import Spectrum
 
-COARSER = 2**0.5
-"""Size of the cells of a mesh over that of the next one."""
+COARSER = 2**0.5  # size of the cells of a mesh over that of the next one
 PRECISION = 1e-3  # of the distance of a transition, relative to its range; chosen
 STEP = 0.05  # of a distance by which slopes are differences, relative to it; chosen
 BEFORE = 0.5  # part of what the refinement before changed that is in an error, too: the last one may change little by
@@ -30,34 +28,25 @@ LEFT = 1 / (COARSER - 1)  # of the difference, an error of first order in the si
 
 @dataclass(frozen=True)
 class Train:
-    """A train on one mesh, and what a coarser one tells of its errors.
+    """A train on one mesh.
 
     Attributes:
         U: Velocity of its particles [U_av].
         d: Distance of facing surfaces [D_c].
         spacing: Distance of centres [D_c].
         t_relax: Slowest decay time of a disturbance at held distances [D_c/U_av].
-        series: Growth rates at 0 and the wave numbers of the cell, by one term fewer of what moving changes and by all
-            `ORDERS`, complex (2, n) [U_av/D_c].
+        spectrum: Growth rates, first of the others by one term fewer of what moving changes.
         unknowns: Unknowns of the cell.
-        coarse: The train on cells that are `COARSER` times larger; None where it is not known.
+        U_error: Half-width of the interval of the velocity, 0 where no coarser mesh tells it [U_av].
     """
 
     U: float
     d: float
     spacing: float
     t_relax: float
-    series: Array
+    spectrum: Spectrum
     unknowns: int
-    coarse: Train | None
-
-    @property
-    def spectrum(self) -> Spectrum:
-        """The growth rates with the half-widths of their intervals."""
-        (fewer, rates), known = self.series, self.coarse or self
-        before = (known.coarse or known).series[1] - known.series[1]
-        others = [rates + LEFT * (known.series[1] - rates), rates + LEFT * BEFORE * before, fewer]
-        return Spectrum(rates, np.array(others))
+    U_error: float = 0.0
 
     @property
     def error(self) -> float:
@@ -65,21 +54,14 @@ class Train:
         errors = self.spectrum.of_cell[["growth_error", "frequency_error"]]
         return float(errors.max(axis=None) / np.abs(self.spectrum.rates).max())
 
-    @property
-    def series_error(self) -> float:
-        """What the last term of the series changes the rates by, relative to the largest."""
-        fewer, rates = self.series
-        return float(np.abs(rates - fewer).max() / np.abs(rates).max())
-
-    @property
-    def U_error(self) -> float:
-        """Half-width of the interval of the velocity [U_av]."""
-        return LEFT * abs((self.coarse or self).U - self.U)
+    def beside(self, coarse: Train, coarsest: Train) -> Train:
+        """This train with what those on cells that are larger by `COARSER` and its square tell of its errors."""
+        (rates, near, far), fewer = (each.spectrum.rates for each in (self, coarse, coarsest)), self.spectrum.others[:1]
+        others = np.vstack([fewer, rates + LEFT * (near - rates), rates + LEFT * BEFORE * (far - near)])
+        return replace(self, spectrum=Spectrum(rates, others), U_error=LEFT * abs(coarse.U - self.U))
 
 
-def train_of(
-    problem: SteadyProblem, parameters: Parameters, count: int, d: float | None = None, coarse: Train | None = None
-) -> Train:
+def train_of(problem: SteadyProblem, parameters: Parameters, count: int, d: float | None = None) -> Train:
     """Solve for a train and its growth rates.
 
     Args:
@@ -87,7 +69,6 @@ def train_of(
         parameters: Its parameters.
         count: Number of particles in the cell of the growth rates, even.
         d: Distance of facing surfaces, to which the length of the period is adjusted; by default that is kept.
-        coarse: The train on larger cells.
 
     Raises:
         NoSteadyState: No solution was found; `BranchEnd` where there is none.
@@ -98,18 +79,18 @@ def train_of(
         t_relax, U = relaxation_time(one), float(one.y[one.constraints.fields["U_p"]][0])
         with closing(repeated(one, count)) as cell:
             found = response(cell)
-            series = np.array([growth_rates(*found, orders) for orders in (ORDERS - 1, ORDERS)])
-            return Train(U, distance(one), one.problem.length, t_relax, series, cell.constraints.size, coarse)
+            fewer, rates = (growth_rates(*found, orders) for orders in (ORDERS - 1, ORDERS))
+            spectrum = Spectrum(rates, fewer[None])
+            return Train(U, distance(one), one.problem.length, t_relax, spectrum, cell.constraints.size)
 
 
 def on_meshes(problem: SteadyProblem, parameters: Parameters, count: int, d: float | None = None) -> Iterator[Train]:
     """The train with its errors on the given mesh, and on finer and finer ones; as `train_of`."""
-    found = train_of(coarser(problem, COARSER), parameters, count, d)
+    coarse = coarsest = train_of(coarser(problem, COARSER), parameters, count, d)
     while True:
-        coarse = replace(found, coarse=found.coarse and replace(found.coarse, coarse=None))
-        found = train_of(problem, parameters, count, d, coarse)
-        problem = coarser(problem, 1 / COARSER)
-        yield found
+        found = train_of(problem, parameters, count, d)
+        yield found.beside(coarse, coarsest)
+        problem, coarse, coarsest = coarser(problem, 1 / COARSER), found, coarse
 
 
 def transition(

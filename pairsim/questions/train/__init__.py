@@ -1,0 +1,213 @@
+"""Compute whether an infinite train of equal beads orders or clusters.
+
+The case file has d (between facing surfaces) or train: {spacing: ...} (from
+centre to centre), in tube diameters D_c. Writes train.csv (velocity, whether
+distances become equal, length of tube), spectrum.csv (growth rate of every
+disturbance with its error), train.png, case.yaml and run.json; with row: {beads:
+...} or a list of distances it follows a row of beads: row.csv, row.png.
+
+Exit codes: 0 finished, 2 wrong input, 3 computation failed, 4 installation or
+system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import inf
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from pydantic import Field
+
+from pairsim.api.compute import Computation
+from pairsim.api.results import Result
+from pairsim.cases import values
+from pairsim.cases.case import Keys, SceneCase
+from pairsim.cases.checks import check_scene
+from pairsim.cases.estimate import Estimate, steady_estimate
+from pairsim.cases.mistakes import Mistake, broken, missing
+from pairsim.cli.compute import app_of
+from pairsim.computing.question import InSweeps, Question, drawn_by
+from pairsim.results.columns import Column
+from pairsim.results.units import LENGTH, POSITION, RATE
+
+if TYPE_CHECKING:
+    from pairsim.computing.events import Events
+    from pairsim.runtime.monitor import Monitor
+
+MESHES = 2.5  # factor of the time for two meshes and the response of the cell; measured
+SHORT_ROWS = 1000  # beads of a cell whose response takes about as long as the short rows; from processor times
+
+WAVE = (
+    Column("k", "k", "phase between neighbours in a wave of 2 pi/k beads"),
+    Column("growth", r"\mathrm{Re}\,\lambda", "growth rate of the wave; negative: it decays", RATE),
+    Column("growth_error", r"\epsilon_\mathrm{Re}", "half-width of its interval: mesh, and rest of the series", RATE),
+)
+SPECTRUM = (
+    *WAVE,
+    Column("frequency", r"\mathrm{Im}\,\lambda", "angular frequency; positive: upstream past the beads", RATE),
+    Column("frequency_error", r"\epsilon_\mathrm{Im}", "half-width of its interval", RATE),
+)
+VERDICT = "orders: all waves decay; clusters: some grow; neither: all keep their size; undecided: not certain"
+TRAIN = (
+    Column("spacing", "s", "distance between the centres of neighbours", LENGTH),
+    *("d", "d_error", "U_1", "U_error_1"),
+    Column("verdict", "", VERDICT),
+    *WAVE,
+    Column("diffusion", "C", "long waves grow at -C k^2", RATE),
+    Column("diffusion_error", r"\epsilon_C", "half-width of the interval of C", RATE),
+    Column("tube", "L", "length of tube for a tenfold smaller (clusters: larger) spread", LENGTH, unknown=True),
+    Column("tube_error", r"\epsilon_L", "half-width of its interval by those of the rates", LENGTH, unknown=True),
+    "t_relax",
+)
+"""The columns of train.csv, which has one row."""
+POSITION_OF_ROW = Column("position", "z", "how far the row has moved along the tube on average", POSITION)
+BY_FIRST = Column("by_d_1", "", "derivative of a distance at the outlet, one a row, by the first one at the inlet")
+
+
+class RowOptions(Keys):
+    """A row of beads that is followed along the tube, with distances at random of mean d, or those listed in d."""
+
+    beads: values.Whole | None = Field(
+        None, ge=2, le=1000, description="number of beads; without it a row is followed where d is a list"
+    )
+    spread: values.Positive = Field(
+        0.2, le=1, description="standard deviation of the distances at the inlet, as a part of their mean"
+    )
+    seed: values.Whole = Field(0, ge=0, description="seed of the random numbers")
+    tube: values.Distance = Field(300.0, description="length of tube along which the row is followed [D_c]")
+    min_gap: values.Distance = Field(0.002, description="distance at which beads touch [D_c]")
+
+
+class TrainOptions(Keys):
+    """The train."""
+
+    spacing: values.Distance | None = Field(
+        None, description="distance between the centres of neighbours, in place of d [D_c]"
+    )
+    cell: values.Whole = Field(
+        8, ge=4, le=64, description="even number of beads in the periodic cell, whose waves are computed"
+    )
+    transition: tuple[values.Distance, values.Distance] | None = Field(
+        None,
+        description="two distances between which trains change from clustering to ordering; the train is that where "
+        "they do, in place of d [D_c]",
+    )
+
+
+class TrainCase(SceneCase):
+    """An infinite train of equal beads."""
+
+    kind: ClassVar[str] = "train"
+    closed: ClassVar[bool] = True
+    usual_distances: ClassVar[dict[str, Any]] = {"d": 0.1}
+
+    particles: values.Whole = Field(1, ge=1, le=1, description="1: all beads of the train are equal")
+    d: values.Distance | tuple[values.Distance, ...] | None = Field(
+        None,
+        description="distance between the facing surfaces of neighbours [D_c]; a list: the first distances of a row "
+        "from upstream, whose mean is that of the train",
+    )
+    train: TrainOptions = TrainOptions()
+    row: RowOptions = RowOptions()
+
+    @property
+    def gaps(self) -> tuple[float, ...]:
+        """None: there is one bead in a period."""
+        return ()
+
+    @property
+    def listed(self) -> tuple[float, ...]:
+        """The first distances of a row, if these are given [D_c]."""
+        return self.d if isinstance(self.d, tuple) else ()
+
+    @property
+    def mean_d(self) -> float | None:
+        """Distance of the train [D_c]; None if its spacing is given."""
+        return sum(self.d) / len(self.d) if isinstance(self.d, tuple) else self.d
+
+    @property
+    def range_of_d(self) -> tuple[float, float]:
+        return (self.tube_length - max(self.betas),) * 2
+
+    @property
+    def tube_length(self) -> float:
+        """Length of a period with undeformed beads [D_c]."""
+        d = self.mean_d or max(self.train.transition or (0.0,))
+        return self.train.spacing or max(self.betas, default=0.0) + d
+
+    def resolved(self) -> dict[str, Any]:
+        """The case with every default filled in, without a length: it follows from the spacing."""
+        return {key: value for key, value in super().resolved().items() if key != "length"}
+
+    def _slug_parts(self) -> list[str]:
+        distance = f"d{self.mean_d:g}" if self.mean_d is not None else f"spacing{self.tube_length:g}"
+        return ["train", *(part for part in super()._slug_parts() if part != "n1"), distance]
+
+
+def check(case: TrainCase) -> Iterator[Mistake]:
+    """Check the keys against each other; yields mistakes."""
+    places = {"d": case.d, "train.spacing": case.train.spacing, "train.transition": case.train.transition}
+    given = {key: value for key, value in places.items() if value is not None}
+    if not given:
+        yield missing("d", "must be a number, the distance between facing surfaces, or train.spacing be given")
+        return
+    first, *others = given
+    only_one = f"must be left out if {first} is given: beads deform, and one follows from the other"
+    yield from (Mistake(key, given[key], only_one) for key in others)
+    beta, spacing = max(case.betas, default=0.0), case.train.spacing
+    why = "must be left out: a period of the train is as long as its spacing"
+    of_centres = f"must be above beta = {beta:g}: it is that of the centres"
+    yield from broken(
+        case,
+        ("train.spacing", first == "train.spacing" and spacing is not None and spacing <= beta, of_centres),
+        ("length", case.length is not None, why),
+        ("ends", case.ends != "periodic", why),
+        ("train.cell", case.train.cell % 2 == 1, "must be even"),
+        ("row.min_gap", case.row.min_gap >= min(case.listed or (case.mean_d or inf,)), "must be below d"),
+        ("row.beads", bool(case.listed and case.row.beads), "must be left out: d has the distances of the row"),
+    )
+    yield from check_scene(case)
+
+
+def estimate(case: TrainCase) -> Estimate:
+    """Size and duration: that of one bead on two meshes, and of the cell; and of the short rows for a long one."""
+    return steady_estimate(case, case.train.cell + SHORT_ROWS * bool(case.row.beads or case.listed), MESHES)
+
+
+def solve(case: TrainCase, *, monitor: Monitor) -> Events:
+    """Compute the train and its growth rates, and follow a row of beads."""
+    from pairsim.questions.train.computation import computation
+
+    return computation(case, monitor)
+
+
+class TrainResult(Result):
+    """An infinite train. `table` is train.csv, with one row; `frame("spectrum")` has a row for each wave."""
+
+    def findings(self) -> list[str]:
+        """Whether the train orders or clusters, within which length of tube, and what becomes of a row."""
+        return list(self.record.get("sentences", ["No train was found."]))
+
+
+QUESTION = Question(
+    model=TrainCase,
+    check=check,
+    estimate=estimate,
+    solve=solve,
+    tables={"train": TRAIN, "spectrum": SPECTRUM, "row": (POSITION_OF_ROW, "t", "d_1"), "propagator": (BY_FIRST,)},
+    result=TrainResult,
+    draw=drawn_by("pairsim.plots.trains:draw_train"),
+    captions={
+        "train": "Growth rates and frequencies of disturbances over their wave number",
+        "row": "Distances of a row of beads along the tube, and those at the inlet and at the outlet",
+    },
+    in_sweeps=InSweeps(
+        lambda case: (
+            *(("d", "d_error") if case.train.transition else ()),
+            *("verdict", "growth", "growth_error", "diffusion", "diffusion_error", "tube"),
+        )
+    ),
+)
+train: Computation[TrainResult] = Computation(QUESTION, __doc__)
+"""Compute whether an infinite train of equal beads orders or clusters, and within which length of tube."""
+app = app_of(train, __doc__, "Examples: pairsim train configs/train.yaml | pairsim train case.yaml -o out --set d=0.2")

@@ -1,0 +1,117 @@
+"""The growth rates of a train, and what they say."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import islice
+from math import inf, isfinite, nan, pi
+from typing import Any
+
+import numpy as np
+
+from pairsim.computing import events
+from pairsim.computing.problems import steady_problem
+from pairsim.computing.warnings import beyond_checked, coarse_mesh
+from pairsim.questions.train import SPECTRUM, TRAIN, TrainCase
+from pairsim.questions.train.row import first_gaps, follow
+from pairsim.results.columns import Column
+from pairsim.results.units import LENGTH, POSITION, RATE, VELOCITY, in_unit, with_name
+from pairsim.runtime.errors import BranchEnd
+from pairsim.runtime.monitor import Monitor
+from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.trains.train import Train, on_meshes, transition
+
+FAST = 0.3  # rate times t_relax from which on an answer says that beads move while they remember; chosen
+MOST_REFINED = 3  # meshes, each with smaller cells, until the errors are as small as wanted; chosen
+CHANGES = {"orders": (1 / 10, "of 20 % becomes one of 2 %"), "clusters": (10.0, "of 2 % becomes one of 20 %")}
+
+
+def computation(case: TrainCase, monitor: Monitor) -> events.Events:
+    """Compute the train and its growth rates on two meshes, and on finer ones while errors are larger than wanted."""
+    yield events.Begin(f"the growth rates of {case.train.cell} beads", 1)
+    problem, start = steady_problem(case, inf, monitor), Parameters((), case.solid_models, case.liquid_model)
+    place, d, slope = case.train.transition, case.mean_d, nan
+    try:
+        if place is not None:
+            d, slope = transition(problem, start, case.train.cell, place)
+        meshes = islice(on_meshes(problem, start, case.train.cell, d), MOST_REFINED)
+        for refined, found in enumerate(meshes, 1):
+            errors = f"errors {100 * found.error:.2g} % of the largest rate"
+            yield events.Progress(refined / MOST_REFINED, errors, refined)
+            verdict = found.spectrum.verdict
+            certain = verdict != "undecided" or place is not None
+            if verdict == "neither" or case.held or (found.error <= case.error_wanted and certain):
+                break
+    except BranchEnd as end:
+        yield events.Summary({})
+        return events.Outcome("finished", end.reason, end.message)
+    row = _row(found, slope)
+    yield events.Table("train", _names(TRAIN))
+    yield events.Row("train", dict.fromkeys(_names(TRAIN)) | row)  # the result that is waited for
+    waves = [dict(wave) for _, wave in found.spectrum.of_cell.iterrows()]
+    yield events.Table("spectrum", _names(SPECTRUM), waves)
+    sentences = list(_said(case, row, slope))
+    yield events.Summary({"unknowns": found.unknowns, "sentences": sentences}, _warnings(case, found))
+    if (gaps := first_gaps(case, found.d)).size:
+        sentences += yield from follow(case, problem, start, gaps, found)
+    return events.Outcome("finished", "end", f"verdict: {verdict}")
+
+
+def _names(columns: Sequence[str | Column]) -> list[str]:
+    return [each if isinstance(each, str) else each.name for each in columns]
+
+
+def _row(found: Train, slope: float) -> dict[str, Any]:
+    """The row of train.csv; with the slope of `transition` there has an error of its distance."""
+    spectrum = found.spectrum
+    row = vars(found) | dict(spectrum.fastest) | {"verdict": spectrum.verdict}
+    row |= {"U_1": found.U, "U_error_1": found.U_error}
+    row["diffusion"], row["diffusion_error"] = spectrum.everywhere.loc[0, ["scaled", "scaled_error"]] * [-1, 1]
+    if spectrum.verdict in CHANGES:
+        tube, error = found.U * np.array(spectrum.time_to(CHANGES[spectrum.verdict][0]))
+        row |= {"tube": tube, "tube_error": error} if isfinite(tube) else {}
+    if isfinite(slope):
+        row["d_error"] = spectrum.least_stable[["scaled", "scaled_error"]].abs().sum() / abs(slope)
+    return row
+
+
+def _said(case: TrainCase, row: Mapping[str, Any], slope: float) -> Iterator[str]:
+    """What a row of train.csv says."""
+    scales, verdict = case.scales, row["verdict"]
+    U = in_unit(scales, VELOCITY, row["U_1"], row["U_error_1"])
+    growth, C = (in_unit(scales, RATE, row[name], row[f"{name}_error"]) for name in ("growth", "diffusion"))
+    spacing, d = (with_name(scales, LENGTH, row[name]) for name in ("spacing", "d"))
+    yield f"Beads {spacing} apart from centre to centre, {d} from surface to surface, move at U = {U}."
+    wave = f"a wave of {2 * pi / row['k']:.3g} beads"
+    at = f"at {growth}, by a factor e within {with_name(scales, POSITION, row['U_1'] / abs(row['growth'] or nan))}"
+    yield {
+        "orders": f"The train orders: every wave decays, {wave} fastest: {at}.",
+        "clusters": f"The train clusters: {wave} grows fastest: {at}.",
+        "neither": "The train neither orders nor clusters: waves travel along it and keep their size.",
+        "undecided": f"Whether the train orders is not certain: {wave} has the largest growth rate, {growth}.",
+    }[verdict]
+    sign = np.sign(row["diffusion"]) if abs(row["diffusion"]) > row["diffusion_error"] else 0
+    long = {1: "decay", -1: "grow", 0: "may decay or grow"}[sign]
+    yield f"Long waves {long}: at -C k^2 with C = {C}, k the phase between beads."
+    if "tube" in row:
+        tube = with_name(scales, POSITION, row["tube"], row["tube_error"])
+        small = "where distances are independent at first and disturbances small"
+        yield f"A spread {CHANGES[verdict][1]} within {tube} of tube, {small}."
+    if "d_error" in row:
+        nearer, farther = ("cluster", "order") if slope < 0 else ("order", "cluster")
+        at = in_unit(scales, LENGTH, row["d"], row["d_error"])
+        yield f"Trains with distances of less than {at} {nearer}, and those with more {farther}."
+
+
+def _warnings(case: TrainCase, found: Train) -> list[str]:
+    """Warnings of errors larger than wanted, and of beads that move while they remember."""
+    warnings, part = [*beyond_checked(case), *coarse_mesh(case)], abs(found.spectrum.rates).max() * found.t_relax
+    if found.error > case.error_wanted and found.spectrum.verdict != "neither":
+        off = f"growth rates are within {100 * found.error:.2g} % of the largest"
+        warnings.append(f"accuracy: {case.accuracy} was not kept: {off}")
+    if part > FAST:
+        warnings.append(
+            f"disturbances change by a part of {part:.2g} while shapes and stresses relax: the last term of the series "
+            "for that is in the errors of the rates; modes that do not follow the distances are not looked for"
+        )
+    return warnings

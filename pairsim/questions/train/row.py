@@ -1,0 +1,109 @@
+"""A row of beads that is followed along the tube, and what becomes of it."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from dataclasses import replace
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from pairsim.computing import events
+from pairsim.questions.train import POSITION_OF_ROW, TrainCase
+from pairsim.results.columns import names_of
+from pairsim.results.units import LENGTH, POSITION, in_unit, with_name
+from pairsim.runtime.arrays import Array
+from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.problems import SteadyProblem
+from pairsim.solvers.rows.model import Row, fitted
+from pairsim.solvers.rows.motion import RowMotion, move
+from pairsim.solvers.rows.short_rows import short_rows, solved, trains
+from pairsim.solvers.trains.train import Train
+
+LONG = 50.0  # length of the tube of short rows over the diameter of a bead, as of other cases
+LEAST = 0.04  # smallest distance at which short rows are solved [D_c]; chosen
+AUDITED = 6  # beads of the rows on the way that are solved to know the error; chosen
+MOST_PROPAGATED = 50  # beads of a row whose changes are followed; chosen
+PLACES = 101  # rows of row.csv
+
+
+def first_gaps(case: TrainCase, d: float) -> Array:
+    """The first distances of the row in a train with distance d [D_c], shape (N-1,); none if no row is followed.
+
+    Those at random have a gamma distribution beyond `min_gap`.
+    """
+    row = case.row
+    if row.beads is None:
+        return np.array(case.listed)
+    scale = (row.spread * d) ** 2 / (d - row.min_gap)
+    random = np.random.default_rng(row.seed).gamma((d - row.min_gap) / scale, scale, row.beads - 1)
+    return np.asarray(row.min_gap + random)
+
+
+def follow(
+    case: TrainCase, problem: SteadyProblem, alone: Parameters, gaps: Array, train: Train
+) -> Generator[events.Event, None, list[str]]:
+    """Follow a row from its first distances along the tube; returns what it says.
+
+    Args:
+        case: The case.
+        problem, alone: Those of a bead in the train.
+        gaps: The first distances [D_c], shape (N-1,).
+        train: The train.
+    """
+    problem, n, rows = replace(problem, length=LONG * problem.betas[0], closed=False), len(gaps) + 1, list[Row]()
+    least = min(LEAST, gaps.min() if case.listed else gaps.mean() / 2)
+    for row in short_rows(problem, alone, least):
+        rows.append(row)
+        yield events.Progress(1.0, f"{len(rows)} short rows", len(rows))
+    model = fitted(rows, list(trains(problem, alone)))
+    motion = move(model, gaps, case.row.min_gap, case.row.tube, problem.monitor)
+    times = np.linspace(0.0, motion.t[-1], PLACES)
+    states = np.array([motion.gaps(t) for t in times])
+    names = [POSITION_OF_ROW.name, *names_of(n, "t", "d")]
+    yield _table("row", names, np.column_stack([[motion.way(t).mean() for t in times], times, states]))
+    sentences = _of_motion(case, motion)
+    neighbours = sliding_window_view(states, min(n, AUDITED) - 1, axis=1).reshape(-1, min(n, AUDITED) - 1)
+    if len(neighbours := neighbours[neighbours.min(axis=1) >= least]):
+        widest, narrowest = neighbours[neighbours.mean(axis=1).argsort()[[-1, 0]]].tolist()
+        misses = [model.misses(row) for row in solved(problem, alone, [tuple(widest), tuple(narrowest)])]
+        (dU, slopes), (k, rates) = 100 * np.max(misses, axis=0), train.spectrum.waves
+        growth = 100 * abs(model.growth(train.d, k) - rates).max() / abs(rates).max()
+        sentences.append(
+            f"Model against the narrowest and the widest row of {min(n, AUDITED)} on the way, solved: dU within "
+            f"{dU:.2g} % of the largest |dU| of each, slopes within {slopes:.2g} %; against the train: growth rates "
+            f"within {growth:.2g} % of the largest."
+        )
+    if n <= MOST_PROPAGATED and not any(motion.touching(t).any() for t in motion.t):
+        propagator = motion.propagator()
+        yield _table("propagator", [f"by_d_{i}" for i in range(1, n)], propagator)
+        singular = np.linalg.svd(propagator, compute_uv=False)
+        sentences.append(
+            f"Small changes of the first distances become {singular[-1]:.3g} to {singular[0]:.3g} times as large, by "
+            "which of them change."
+        )
+    return sentences
+
+
+def _table(name: str, columns: list[str], rows: Array) -> events.Table:
+    return events.Table(name, columns, [dict(zip(columns, row, strict=True)) for row in rows.tolist()])
+
+
+def _of_motion(case: TrainCase, motion: RowMotion) -> list[str]:
+    """What has become of the distances of a row."""
+    scales, end = case.scales, motion.t[-1]
+    ends, way = [motion.gaps(t) for t in (0.0, end)], with_name(scales, POSITION, motion.way(end).min())
+    spreads = " to ".join(f"{100 * d.std() / d.mean():.3g} %" for d in ends)
+    means = " to ".join(in_unit(scales, LENGTH, d.mean()) for d in ends)
+    spread = f"Spread of {len(ends[0])} distances within {way} of tube"
+    sentences = [f"{spread}: from {spreads} of their mean, which goes from {means}."]
+    touching = np.array([motion.touching(t) for t in motion.t])
+    if touching.any():
+        step, gap = np.argwhere(touching)[0]
+        place = with_name(scales, POSITION, motion.way(motion.t[step])[gap : gap + 2].mean())
+        sentences.append(
+            f"Gap {gap + 1} closes first, after {place}. In all {touching.any(axis=0).sum()} close, and "
+            f"{touching[-1].sum()} stay closed; beads that touch are assumed to travel on as doublets, held by equal "
+            "and opposite forces until these would have to pull."
+        )
+    return sentences
