@@ -77,12 +77,6 @@ def test_dU_converges_with_the_third_power_of_the_mesh_size() -> None:
 
 
 @pytest.mark.slow
-def test_a_far_pair_is_two_single_particles() -> None:
-    far, single = point(Ca_e=0.1, d=[2.0], length=7), point(Ca_e=0.1, particles=1, d=None)
-    assert far["U_L"] == pytest.approx(single["U_1"], abs=1e-4)
-
-
-@pytest.mark.slow
 def test_dU_of_equal_soft_spheres_is_odd_in_their_softness() -> None:
     """The mirror image of a pair in the reversed flow is the pair with -Ca_e: dU = a Ca_e + b Ca_e^3 + ..."""
     dU = [point(Ca_e=Ca_e)["dU_held"] / Ca_e for Ca_e in (1e-3, 2e-3, 4e-3)]
