@@ -78,13 +78,6 @@ def test_a_run_says_what_it_could_not_keep(monkeypatch: pytest.MonkeyPatch) -> N
     assert result.record["adaptation"]["reached"] > 0.01
 
 
-@pytest.mark.slow
-def test_a_run_with_a_given_mesh_is_not_adapted() -> None:
-    result = pairsim.run(PAIR | RUN | {"dU_error": False, "time": {"end": 0.01}})
-    assert "adaptation" not in result.record
-    assert "dU_error" not in result.table
-
-
 @pytest.mark.long
 def test_followed_zeros_keep_their_accuracy_at_the_requested_values() -> None:
     keys = {"beta": 0.2, "accuracy": "0.7%", "d": [0.05, 0.2], "along": {"Ca_e": [0.08, 0.1]}}

@@ -10,7 +10,6 @@ from typing import Any
 
 import pytest
 import typer
-from support.commands import Pairsim
 from typer.main import get_command
 from typer.testing import CliRunner
 
@@ -80,15 +79,6 @@ def test_threads_are_pinned_unless_chosen() -> None:
     chosen = {names[1]: "3"}
     done = subprocess.run([sys.executable, "-c", code], env=chosen, capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["1", "3", "1"]
-
-
-@pytest.mark.slow
-def test_a_command_ends_with_its_answer(pairsim: Pairsim, tmp_path: Path) -> None:
-    case = "{beta: 0.4, De: 0, Ca_e: 0.1, d: [0.1], ends: developed, length: 3, mesh: {Np: 8}}"
-    (tmp_path / "case.yaml").write_text(case)
-    done = pairsim("curve", "case.yaml", "-o", "out")
-    for words in ("Largest |dU|: (+", "Taylor parameters:", "Warning: mesh.Np = 8", "Took ", "Next: pairsim plot"):
-        assert words in done.stderr, words
 
 
 def test_time_left_is_that_at_the_latest_pace(
