@@ -116,6 +116,6 @@ def evaluated(rows: pd.DataFrame, expression: Any) -> Any:
 
 @cache
 def verification(name: str) -> ModuleType:
-    """A module of tests/verification, whose functions solve what its tests check."""
-    sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "tests" / "verification")]
+    """A module of tests/physics or tests/verification, whose functions solve what its tests check."""
+    sys.path[:0] = [str(ROOT / "tests" / folder) for folder in ("", "physics", "verification")]
     return import_module(name)

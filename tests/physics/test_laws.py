@@ -117,7 +117,7 @@ def steady_shear(law: ConformationLaw, g: float) -> tuple[float, float, float]:
         case LinearPTT(epsilon=e):
             x = brentq(lambda x: x * (1 + 2 * e * x**2) - g, 0, g)
         case ExponentialPTT(epsilon=e):
-            x = brentq(lambda x: x * np.exp(2 * e * x**2) - g, 0, g)
+            x = brentq(lambda x: np.log(x / g) + 2 * e * x**2, 1e-3 * g, g)
         case FeneP(L2=L2):
             x = g / brentq(lambda F: L2 * (F**3 - F**2) - 2 * g**2, 1, 10)
         case WhiteMetzner(n=n, Cu=Cu):

@@ -47,8 +47,7 @@ def modes(body: Body, h: np.ndarray, Ca: float) -> np.ndarray:
     return np.array([(2 * n + 1) / 2 * np.sum(w * f * legendre.Legendre.basis(n)(x)) for n in range(8)])
 
 
-def single_sphere_modes(Ca: float) -> np.ndarray:
-    tube = {"mesh": MeshSettings(Np=24), "length": 6.0, "periodic": False}
+def single_sphere_modes(Ca: float, **tube: object) -> np.ndarray:
     pair = soft_pair(0.4, 0.1, Ca, control=StepControl(3e-4, 1e-9, 3 * Ca), first_step=Ca / 100, **tube)
     transient = Transient(replace(pair, betas=(0.4,), solids=soft(Ca), gaps=()))
     h = [step.h for step in transient.steps(iter([30 * Ca]))][-1]
@@ -59,7 +58,7 @@ def single_sphere_modes(Ca: float) -> np.ndarray:
 
 @pytest.mark.slow
 def test_single_sphere_becomes_a_bullet() -> None:
-    small = single_sphere_modes(1e-3)
+    small = single_sphere_modes(1e-3, mesh=MeshSettings(Np=24), length=6.0, periodic=False)
     assert small[3] == pytest.approx(F_3, rel=3e-3)
     assert small[5] == pytest.approx(F_5, rel=3e-2)
     assert abs(small[2]) < 0.01
