@@ -38,7 +38,7 @@ def test_curve_command(tmp_path: Path, pairsim: Pairsim) -> None:
     (tmp_path / "case.yaml").write_text(CURVE + "fields: [0.1]\n")
     done = pairsim("curve", "case.yaml", "-o", "out", "--sensitivities")
     assert done.returncode == 0, done.stderr
-    for words in ("Largest |dU|: (+", "Taylor parameters:", "Warning: mesh.Np = 10", "Took ", "Next: pairsim plot"):
+    for words in ("Largest |dU|: (+", "Taylor parameters:", "Warning: mesh.Np = 10", "Took ", "Next: pairsim "):
         assert words in done.stderr, words
     header = (tmp_path / "out" / "curve.csv").read_text().splitlines()[0]
     assert header.startswith("d,U_L,U_T,dU,D_L,D_T,dp,dp_plus,newton,dU_held,")
