@@ -115,7 +115,7 @@ def spelled_out(described: Range[Any]) -> list[float]:
 
 def _shape(value: Any) -> str:
     """What pydantic shall take a value for, so that it finds one mistake and not one for each alternative."""
-    if isinstance(value, Mapping) and value.keys() & Range.model_fields.keys():
+    if isinstance(value, Range) or (isinstance(value, Mapping) and value.keys() & Range.model_fields.keys()):
         return "range"
     return "each" if isinstance(value, list | tuple) else "one"
 
@@ -151,10 +151,18 @@ def several(one: Any, end: Any) -> Any:
 
 
 if TYPE_CHECKING:  # mypy cannot know them
-    Gaps = tuple[float | tuple[float, ...], ...]
+    Gaps = tuple[float | tuple[float, ...] | Range[float], ...]
     Values = tuple[float, ...]
 else:
-    Gaps = several(OneOrEach[Distance], Distance)
-    """Distances, each one for all gaps or a list with one for each."""
+    Gaps = several(
+        Annotated[
+            Annotated[Distance, Tag("one")]
+            | Annotated[tuple[Distance, ...], Field(min_length=1), Tag("each")]
+            | Annotated[Range[Distance], Tag("range")],
+            Discriminator(_shape),
+        ],
+        Distance,
+    )
+    """Distances, each one for all gaps or a list with one for each; or one of each gap, and a range of one of them."""
     Values = several(Positive, Positive)
     """Values of a parameter."""

@@ -14,7 +14,7 @@ from pairsim.plots.chart import FAILED, ZEROS, Panel, Series, point
 from pairsim.plots.style import COLOURS, LINES, MARKERS, ORDERED
 from pairsim.plots.units import Units
 from pairsim.results.columns import column, error_of, suffixes_in
-from pairsim.results.curve_table import curve_of, zeros_in
+from pairsim.results.curve_table import curve_of, over, zeros_in
 from pairsim.results.folder import SERIES
 from pairsim.results.table_files import read_table
 from pairsim.runtime.arrays import Array
@@ -97,7 +97,7 @@ def curve_lines(
         return []
     found = []
     for ending, own in _of_each(gaps, parameters):
-        columns = f"d{ending}", f"dU{ending}"
+        columns = over(table, ending), f"dU{ending}"
         points, values = (table[name] for name in columns)
         fine, smooth, error = points, values, table.get(error_of(columns[1]))
         if (curve := curve_of(table, ending)) is not None:
@@ -112,10 +112,10 @@ def curve_lines(
             found.append(point(("d", "dU"), zero.d, 0.0, ZEROS[zero.stable], x_error=zero.error, **more))
         if failed:
             found.append(point(("d", "dU"), points[-1], values[-1], FAILED, **more))
-    points = table[f"d{gaps[0]}"]
+    points = table[x := over(table, gaps[0])]
     fine = fine_distances(points)
     for ending in suffixes_in(table, "D"):
-        columns = f"d{gaps[0]}", f"D{ending}"
+        columns = x, f"D{ending}"
         shapes = table[columns[1]]
         if len(points) > 1:  # smooth lines over log d, which do not overshoot
             shapes = scipy.interpolate.PchipInterpolator(np.log(points), shapes)(np.log(fine))

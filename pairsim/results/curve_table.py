@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from pairsim.results.columns import suffixes_in
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.interpolant import CurveInterpolant, Peak, Region, hermite, slopes_of
 
@@ -16,6 +17,12 @@ ROUNDING = 1e-9  # |dU| that is rounding error, as of equal rigid spheres [U_av]
 FORGOTTEN = 3.0  # decay times after which a start is forgotten; chosen: exp(-3) = .05
 CLOSE = 1e-9  # relative difference of distances that is rounding; chosen
 STEPS = 400  # parts of the way for the integral; chosen
+
+
+def over(table: Mapping[str, Array], gap: str = "") -> str:
+    """The column of the distance over which dU of a gap is a curve: its own, or the one that alone varies."""
+    varied = [name for each in suffixes_in(table, "d") if np.ptp(table[name := f"d{each}"]) > 0]
+    return varied[0] if len(varied) == 1 else f"d{gap}"
 
 
 def curve_of(table: Mapping[str, Array], gap: str = "") -> CurveInterpolant | None:
@@ -29,7 +36,7 @@ def curve_of(table: Mapping[str, Array], gap: str = "") -> CurveInterpolant | No
     """
     if not {f"slope{gap}", f"dU_half{gap}"} & table.keys() or len(table[f"dU{gap}"]) < 2:
         return None
-    d, dU, errors = (table[f"{name}{gap}"] for name in ("d", "dU", "dU_error"))
+    d, dU, errors = (table[name] for name in (over(table, gap), f"dU{gap}", f"dU_error{gap}"))
     differentiated, slope = (table.get(f"{name}{gap}", np.zeros_like(d)) for name in ("dU_discrete", "slope"))
     return CurveInterpolant(d, dU, differentiated, slope, errors)
 
@@ -80,7 +87,7 @@ def peak_of(table: Mapping[str, Array], gap: str = "") -> Peak:
     """The largest |dU| of a gap: that of the curve, or of points that have none, whose place is not interpolated."""
     if (curve := curve_of(table, gap)) is not None:
         return curve.peak
-    d, dU, error = (table[f"{name}{gap}"] for name in ("d", "dU", "dU_error"))
+    d, dU, error = (table[name] for name in (over(table, gap), f"dU{gap}", f"dU_error{gap}"))
     largest = int(np.argmax(np.abs(dU)))
     return Peak(float(d[largest]), float(dU[largest]), float(error[largest]), 0.0)
 

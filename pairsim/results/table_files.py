@@ -8,7 +8,6 @@ import json
 import math
 from bisect import insort
 from collections.abc import Iterable, Mapping, Sequence
-from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -91,7 +90,7 @@ class TableWriter:
         path: The file, replaced if it exists.
         columns: Names of the columns.
         rows: The first rows, values by column.
-        ascending: Whether rows are kept in ascending order of the first column: the file is then replaced at each row,
+        ascending: Whether rows are kept in ascending order of the first columns: the file is then replaced at each row,
             otherwise rows are appended.
 
     Attributes:
@@ -108,7 +107,7 @@ class TableWriter:
         self._path, self._columns, self._ascending = path, tuple(columns), ascending
         self._unknown = {name for name in columns if (entry := known(name)) is not None and entry.unknown}
         first = [self._values(row) for row in rows]
-        self._sorted = sorted(first, key=itemgetter(0)) if ascending else []
+        self._sorted = sorted(first) if ascending else []
         self.count = len(first)
         write_text(path, table_text(columns, self._sorted or first))
 
@@ -124,7 +123,7 @@ class TableWriter:
         """
         row = self._values(values)
         if self._ascending:
-            insort(self._sorted, row, key=itemgetter(0))
+            insort(self._sorted, row)
             write_text(self._path, table_text(self._columns, self._sorted))
         else:
             with naming(self._path), self._path.open("a", encoding="utf-8") as file:

@@ -13,7 +13,7 @@ import pandas as pd
 from pairsim.cases.yaml_file import read_yaml
 from pairsim.physics.scales import Scales
 from pairsim.results.columns import SWEEP_COLUMNS, WHOLE, error_of, known, suffixes_in
-from pairsim.results.curve_table import curve_of
+from pairsim.results.curve_table import curve_of, over
 from pairsim.results.folder import read_record
 from pairsim.results.inputs import quantity_for
 from pairsim.results.table_files import cell, read_table, table_text
@@ -132,7 +132,7 @@ def values_at(
         if (curve := curve_of(table, gap)) is None:
             break
         d = np.array([distance_on(curve, each, "--at", scales_in(record), source) for each in places])
-        found |= {f"d{gap}": d, f"dU{gap}": curve.values(d), error_of(f"dU{gap}"): curve.half_widths(d)}
+        found |= {over(table, gap): d, f"dU{gap}": curve.values(d), error_of(f"dU{gap}"): curve.half_widths(d)}
     if not found:
         raise InputError(source, "--at", None, "goes with a curve of at least two points over a single distance")
     return found

@@ -18,12 +18,14 @@ class Parameters:
         solids: The particles' materials, None for rigid particles, N entries.
         liquid: The liquid.
         size: Factor of all particle diameters; differs from 1 only for derivatives with respect to beta.
+        varied: The only distance that varies along a curve, from upstream; None where all do, which are equal.
     """
 
     gaps: tuple[float, ...]
     solids: tuple[Solid | None, ...]
     liquid: Liquid = NEWTONIAN
     size: float = 1.0
+    varied: int | None = None
 
     @property
     def De(self) -> float:
@@ -36,8 +38,8 @@ class Parameters:
         return tuple(0.0 if solid is None else float(solid.Ca_e) for solid in self.solids)
 
     def with_gap(self, d: float) -> Parameters:
-        """The same parameters with all distances equal to d."""
-        return replace(self, gaps=(d,) * len(self.gaps))
+        """The same parameters with all distances, or that alone which varies, equal to d."""
+        return replace(self, gaps=tuple(d if self.varied in (None, i) else gap for i, gap in enumerate(self.gaps)))
 
     def with_longer_gap(self, i: int, change: float) -> Parameters:
         """The same with gap i, from upstream, longer by a change [D_c]."""
@@ -75,4 +77,5 @@ class Parameters:
             tuple(a and b and a.with_numbers(between(a.numbers, b.numbers, tau, ())) for a, b in solids),
             self.liquid.towards(end.liquid, tau),
             self.size,
+            self.varied,
         )

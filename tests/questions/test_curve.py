@@ -202,3 +202,25 @@ def test_one_critical_distance_is_no_picture_and_plot_says_so(pairsim: Pairsim, 
     done = pairsim("plot", "out")
     assert (done.returncode, done.stdout) == (0, "")
     assert "nothing to draw" in done.stderr
+
+
+@pytest.mark.slow
+def test_one_distance_of_a_row_may_vary_alone() -> None:
+    row = {key: PAIR[key] for key in ("beta", "De", "Ca_e", "mesh")} | {"particles": 3, "length": 6}
+    alone = pairsim.curve(row | {"d": [0.2, {"start": 0.1, "stop": 0.3, "num": 2}]}).check()
+    lists = pairsim.curve(row | {"d": [[0.2, 0.3], [0.2, 0.1]]}).check().columns
+    found = alone.columns
+    assert set(found["d_1"]) == {0.2}
+    assert (np.diff(found["d_2"]) > 0).all()
+    assert len(found["d_2"]) > 2, "points no more than a factor of 1.8 apart"
+    for name in ("dU_1", "dU_2"):
+        assert found[name][[-1, 0]] == pytest.approx(lists[name], rel=1e-4)
+    slopes, at = alone.frame("slopes"), slice(1, None, 2)  # by the second distance
+    held = (slopes["U_slope_held_2"] - slopes["U_slope_held_1"]).to_numpy()[at]
+    assert found["slope_1"] == pytest.approx(held)
+    assert abs(alone.dU(0.15, 1) - np.interp(0.15, found["d_2"], found["dU_1"])) < 0.1 * abs(found["dU_1"]).max()
+    assert "at d_2 = " in alone.answer
+    with pytest.raises(pairsim.InputError, match="must be 2 numbers, one for each gap"):
+        pairsim.load(
+            row | {"d": [{"start": 0.1, "stop": 0.3, "num": 2}, {"start": 0.1, "stop": 0.3, "num": 2}]}, kind="curve"
+        )

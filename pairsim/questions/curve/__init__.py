@@ -26,13 +26,14 @@ from pairsim.cases.case import SceneCase
 from pairsim.cases.checks import check_scene
 from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.mistakes import Mistake, broken, missing
-from pairsim.cases.values import MOST_VALUES, CurveTolerance, Distance, Gaps, Time, Velocity, Whole
+from pairsim.cases.values import MOST_VALUES, CurveTolerance, Distance, Gaps, Range, Time, Velocity, Whole, spelled_out
 from pairsim.cli.compute import compute
 from pairsim.cli.options import Budget, CaseFile, DryRun, Output, Overwrite, Quiet, Settings
 from pairsim.computing.question import InSweeps, Question, Tables, Value, drawn_by, rows_in
 from pairsim.results.columns import EQUILIBRIA_COLUMNS, FORCES, GAP, names_of, slope_columns, suffixes, suffixes_in
 from pairsim.runtime.errors import InputError
 from pairsim.solvers.curves.distances import between
+from pairsim.solvers.parameters import Parameters
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -54,7 +55,8 @@ class CurveCase(SceneCase):
     d: Gaps | None = Field(
         None,
         description="distances between the facing surfaces [D_c]: a list of numbers (or of lists, one number for each "
-        "gap), or a range; a curve has points at other distances, too, no more than a factor of 1.8 apart",
+        "gap), or a range, or one number for each gap and a range of one of them; a curve has points at other "
+        "distances, too, no more than a factor of 1.8 apart",
     )
     tol: CurveTolerance = Field(
         percent(DEFAULT) / 100,
@@ -89,7 +91,15 @@ class CurveCase(SceneCase):
         """The requested distances [D_c] in the order of the file, a tuple with one value for each gap."""
         if self.n < 2:
             return [()]
-        return [v if isinstance(v, tuple) else (v,) * (self.n - 1) for v in self.d or ()]
+        gaps: list[Any] = list(self.d or ())
+        if (at := self.varied) is not None:
+            return [(*gaps[:at], d, *gaps[at + 1 :]) for d in spelled_out(gaps[at])]
+        return [v if isinstance(v, tuple) else (v,) * (self.n - 1) for v in gaps]
+
+    @property
+    def varied(self) -> int | None:
+        """The gap whose distance alone varies, None if there is none."""
+        return next((i for i, d in enumerate(self.d or ()) if isinstance(d, Range)), None)
 
     @property
     def gaps(self) -> tuple[float, ...]:
@@ -107,15 +117,16 @@ class CurveCase(SceneCase):
 
     @property
     def common(self) -> bool:
-        """Whether all gaps have the same distance at every point, so that the result is a curve over d."""
-        return self.n > 1 and all(len(set(place)) == 1 for place in self.places)
+        """Whether all gaps have the same distance at every point, or one alone varies: the result is a curve over d."""
+        return self.varied is not None or (self.n > 1 and all(len(set(place)) == 1 for place in self.places))
 
     @property
     def in_order(self) -> list[tuple[float, ...]]:
         """The distances in the order of solution: from the largest down, where the first is easiest to find."""
         if self.common:
-            wanted = {place[0] for place in self.places} | set(self.fields)
-            return [(d,) * (self.n - 1) for d in sorted(wanted, reverse=True)]
+            start = Parameters(self.places[0], (), varied=self.varied)
+            wanted = {place[self.varied or 0] for place in self.places} | set(self.fields)
+            return [start.with_gap(d).gaps for d in sorted(wanted, reverse=True)]
         return self.places
 
     def _slug_parts(self) -> list[str]:
@@ -134,9 +145,13 @@ def check(case: CurveCase) -> Iterator[Mistake]:
         yield missing("d", "must be a list, or {start, stop, num, spacing: log or linear}")
     if case.n == 1 and case.d is not None:
         yield Mistake("d", list(case.d), "must be left out: there is only one particle")
-    wrong = [place for place in case.d or () if isinstance(place, tuple) and len(place) != case.n - 1]
-    if wrong and case.n > 1:
-        yield Mistake("d", list(wrong[0]), f"must be numbers, or lists of {case.n - 1} numbers, one for each gap")
+    gaps, lists = case.n - 1, [list(place) for place in case.d or () if isinstance(place, tuple)]
+    if case.n > 1 and (wrong := [each for each in lists if len(each) != gaps]):
+        yield Mistake("d", wrong[0], f"must be numbers, or lists of {gaps} numbers, one for each gap")
+        return
+    numbers = [place for place in case.d or () if isinstance(place, float)]
+    if case.varied is not None and (len(case.d or ()) != gaps or len(numbers) != gaps - 1 or case.after is not None):
+        yield Mistake("d", None, f"must be {gaps} numbers, one for each gap; without after, one of them may be a range")
         return
     if case.fields and not case.common:
         yield Mistake("fields", list(case.fields), "must be left out if the gaps have different distances")

@@ -58,13 +58,14 @@ def answer_of_curve(
     for gap in gaps:
         name, peak = f"dU{gap}", peak_of(table, gap)
         value = in_unit(scales, VELOCITY, peak.dU, peak.error, "+")
-        place, ends = in_unit(scales, LENGTH, peak.d, peak.d_error), table.get(f"d{gap}", np.zeros(1))[[0, -1]]
+        d, place = in_tables.over(table, gap), in_unit(scales, LENGTH, peak.d, peak.d_error)
+        ends, d = table.get(d, np.zeros(1))[[0, -1]], "d" if d == f"d{gap}" else d
         if not math.isfinite(peak.error):
-            lines.append(f"Largest |{name}| of two points: {value} at d = {place}; what lies between is not known.")
+            lines.append(f"Largest |{name}| of two points: {value} at {d} = {place}; what lies between is not known.")
             continue
         at_end = ends[0] < ends[1] and peak.d in ends and abs(peak.dU) > peak.error
         beyond = f", the end of this curve; beyond it |{name}| may be larger" if at_end else ""
-        lines.append(f"Largest |{name}|: {value} at d = {place}{beyond}.")
+        lines.append(f"Largest |{name}|: {value} at {d} = {place}{beyond}.")
     shapes = {f"D{each}": table[f"D{each}"] for each in suffixes_in(table, "D")}
     ranges = ", ".join(f"{name} from {values.min():.3g} to {values.max():.3g}" for name, values in shapes.items())
     return [*lines, f"Taylor parameters: {ranges}."] if ranges else lines

@@ -44,7 +44,7 @@ def computation(case: CurveCase, monitor: Monitor, sensitivities: bool) -> event
     points = found.points
     try:
         with found:
-            start = Parameters(places[0], case.solid_models, case.liquid_model)
+            start = Parameters(places[0], case.solid_models, case.liquid_model, varied=case.varied)
             narrowest = min((d for place in places for d in place), default=math.inf)
             problem = steady_problem(case, narrowest, monitor)
             branch = found.begin(problem, start, places=places, sensitivities=sensitivities)

@@ -49,7 +49,7 @@ class Point:
         held: The same with the estimates of their errors added, where these are trusted.
         motion: What moving adds to the velocities.
         t_relax: Slowest decay time of a disturbance at held distances [D_c/U_av].
-        slopes: Derivative of every dU at held distances when all distances change equally, shape (N-1,).
+        slopes: Derivative of every dU at held distances when all, or the only one that varies, change equally, (N-1,).
         held_slopes: Derivatives of the velocities (rows) at held distances by each distance (columns), (N, N-1).
         sensitivities: Derivatives of dU on the slow manifold with respect to Ca_e, De, xi and beta; empty unless
             requested.
@@ -81,8 +81,8 @@ class Point:
 
     @property
     def d(self) -> float:
-        """First distance; for a curve all distances are equal."""
-        return self.gaps[0]
+        """The distance that varies along a curve, or the first one of all, which are equal there."""
+        return self.gaps[self.parameters.varied or 0]
 
     @property
     def observation(self) -> Observation:
@@ -300,7 +300,7 @@ class Branch:
                     break
             adjoints, discrete, estimate = self._estimated()
         held_slopes = gap_tangents(solver)[:, solver.constraints.fields["U_p"]].T
-        t_relax = relaxation_time(solver)
+        t_relax, varied = relaxation_time(solver), solver.parameters.varied
         if not np.isfinite(estimate.U).all():
             raise NoSteadyState(f"the estimate of the error is no number at {where(solver.parameters)}", advice=IN_TIME)
         held, least = estimate.corrected(discrete), float(estimate.dU_error.min(initial=np.inf))
@@ -312,7 +312,7 @@ class Branch:
             held,
             motion,
             t_relax,
-            np.diff(held_slopes.sum(axis=1)),
+            np.diff(held_slopes.sum(axis=1) if varied is None else held_slopes[:, varied]),
             held_slopes,
             sensitivities(solver, adjoints, held.dU, motion) if self._sensitivities else {},
             estimate,

@@ -84,7 +84,7 @@ def _unresolved(points: list[Point], tol: float) -> list[tuple[Point, Point]]:
 def trace(
     branch: Branch, places: Sequence[tuple[float, ...]], tol: float, max_points: int
 ) -> Iterator[tuple[Point, bool]]:
-    """Compute a curve at given distances, and add others if all gaps of each point are equal.
+    """Compute a curve at given distances, and add others if all gaps of each point are equal, or one alone varies.
 
     Points are added until no neighbours are more than a factor `WIDEST` apart, and the interval of dU between them is
     narrow enough, or no more than twice as wide as that at the points.
@@ -92,7 +92,7 @@ def trace(
     Args:
         branch: The branch, at any solution.
         places: Requested distances of each point, in the order in which they are solved; ascending or descending if all
-            gaps of each point are equal.
+            gaps of each point are equal, or one alone varies.
         tol: Half-width of dU between the points, relative to the largest |dU|.
         max_points: Largest number of points, unless more are requested.
 
@@ -103,7 +103,7 @@ def trace(
         RunFailure: The branch could not be followed.
     """
     parameters, requested = branch.solver.parameters, set(places)
-    curve = all(place and len(set(place)) == 1 for place in places)
+    curve = parameters.varied is not None or all(place and len(set(place)) == 1 for place in places)
     points = []
     for place in between(places, max_points) if curve else places:
         points.append(branch.at(replace(parameters, gaps=place)))
@@ -112,7 +112,8 @@ def trace(
         return
     points.sort(key=lambda p: p.d)
     while new := _unresolved(points, tol)[: max(max_points - len(points), 0)]:
-        if abs(branch.solver.parameters.gaps[0] - new[-1][1].d) < abs(branch.solver.parameters.gaps[0] - new[0][0].d):
+        here = branch.solver.parameters.gaps[parameters.varied or 0]
+        if abs(here - new[-1][1].d) < abs(here - new[0][0].d):
             new.reverse()  # start with the interval nearest to the present solution
         for a, b in new:
             points.append(branch.at(parameters.with_gap(float(np.sqrt(a.d * b.d)))))

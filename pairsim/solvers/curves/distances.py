@@ -15,14 +15,14 @@ def between(places: Sequence[tuple[float, ...]], max_points: int) -> list[tuple[
     """Distances of a curve, with others added where neighbours are more than a factor `WIDEST` apart.
 
     Args:
-        places: Distances of each point, all gaps equal, ascending or descending.
+        places: Distances of each point, of which all or one vary along the curve, ascending or descending.
         max_points: Largest number of points, unless there are more places.
     """
     filled, room = list(places[:1]), max(max_points - len(places), 0)
     for a, b in pairwise(places):
-        ratio = b[0] / a[0]
-        parts = math.ceil(abs(math.log(ratio)) / math.log(WIDEST) - 1e-9)
-        inner = [a[0] * ratio ** (i / parts) for i in range(1, parts)][:room]
+        ratios = [y / x for x, y in zip(a, b, strict=True)]
+        parts = math.ceil(max(abs(math.log(ratio)) for ratio in ratios) / math.log(WIDEST) - 1e-9)
+        inner = [tuple(x * r ** (i / parts) for x, r in zip(a, ratios, strict=True)) for i in range(1, parts)][:room]
         room -= len(inner)
-        filled += [*((d,) * len(a) for d in inner), b]
+        filled += [*inner, b]
     return filled
