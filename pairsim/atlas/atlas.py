@@ -1,13 +1,14 @@
 """An atlas: master curves of pairs at any beta, De and Ca_e of a box, with intervals, without computing.
 
-It is made by `pairsim.atlas.fit` of many curves. Only numpy is loaded to read and evaluate it.
+It is made by `pairsim.atlas.fit` of many curves, which its file holds. Only numpy is loaded to read and evaluate it.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Self
 
@@ -19,12 +20,56 @@ from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
 PARAMETERS = ("beta", "De", "Ca_e")
-OTHERS = ("U", "stretch", "t_relax")
-"""What a curve has beside dU: mean velocity of the pair, motion of the centres over that of d, decay times."""
 SHIPPED = sorted(Path(__file__).parent.glob("*.npz"))  # made by the files of these names in configs/atlas
-BEND = 0.15  # De from which on dU bends: its coordinate is log(1 + De/BEND); chosen
+BEND = 0.05  # De from which on dU bends: its coordinate is log(1 + De/BEND); chosen by curves left out
 POWER = 4.0  # of beta, by which dU is divided: of the order of what dU grows with
 SLACK = 1e-9  # part of a range by which a value may be outside by rounding
+UNSURE = 0.1  # half-width of a curve over its peak, from which on somewhere its derivatives are not used; chosen
+SMOOTH = np.array([1.5, 1.0, 1.5])  # lengths of what a curve has beside dU; chosen
+ROUNDING = 1e-4  # error of it, relative; chosen
+
+
+@dataclass(frozen=True)
+class Curves:
+    """Master curves at the same distances.
+
+    Attributes:
+        places: beta, De and Ca_e, shape (curves, 3).
+        random: Whether its place was drawn at random in the box, shape (curves,).
+        dU: dU on the slow manifold [U_av], shape (curves, distances).
+        errors: Half-widths of its intervals, of the same shape.
+        gradients: Its derivatives by beta, De and Ca_e, nan where not known, shape (curves, 3, distances).
+        others: Mean velocity of the pair, motion of its centres over that of d, decay time, of the same shape.
+    """
+
+    places: Array
+    random: Array
+    dU: Array
+    errors: Array
+    gradients: Array
+    others: Array
+
+    def __add__(self, other: Curves) -> Curves:
+        return Curves(*map(np.concatenate, zip(vars(self).values(), vars(other).values(), strict=True)))
+
+    @property
+    def peaks(self) -> Array:
+        """The largest |dU| of each, shape (curves, 1)."""
+        return np.asarray(np.abs(self.dU).max(axis=1, keepdims=True))
+
+    def kriging(self, box: Mapping[str, Sequence[float]], settings: Array) -> Kriging:
+        """dU over beta ** POWER, by lengths (3) and errors of values (of a curve's peak) and of derivatives (3)."""
+        beta, (x, slopes) = self.places[:, :1], scaled(box, self.places)
+        values = self.dU / beta**POWER
+        by = self.gradients.swapaxes(0, 1) / beta**POWER
+        by[0] -= POWER / beta * values
+        by /= slopes.T[:, :, None]
+        by[:, (self.errors > UNSURE * self.peaks).any(axis=1)] = np.nan
+        sizes = np.abs(values).max(axis=1)
+        relative = sizes / np.median(sizes / np.hypot(x[:, 1], x[:, 2]))
+        lengths, of_values, of_derivatives = np.split(settings, (3, 4))
+        errors = np.stack([of_values * relative, *(np.full_like(sizes, each) for each in of_derivatives)])
+        return Kriging.of(x, np.concatenate([values[None], by]), errors, lengths, True)
 
 
 @dataclass(frozen=True)
@@ -33,23 +78,19 @@ class Atlas:
 
     Attributes:
         box: Least and largest beta, De, Ca_e and d.
-        d: Distances of the curves, ascending [D_c], shape (distances,).
-        dU: dU over beta ** POWER at each of them [U_av].
-        others: `OTHERS` at each of them, less `means`.
-        means: Shape (3 * distances,).
-        widths: What a standard deviation of dU is multiplied by for the half-width of its interval, (distances,).
-        own: Half-widths of the curves that it was made of over the largest |dU| of each, shape (curves, distances).
         provenance: Keys that its cases share, number of curves, version.
+        d: Distances of the curves, ascending [D_c], shape (distances,).
+        settings: As of `Curves.kriging`.
+        widths: What a standard deviation of dU is multiplied by for the half-width of its interval, (distances,).
+        curves: The curves that it is made of.
     """
 
-    box: Mapping[str, tuple[float, float]]
-    d: Array
-    dU: Kriging
-    others: Kriging
-    means: Array
-    widths: Array
-    own: Array
+    box: Mapping[str, Sequence[float]]
     provenance: Mapping[str, Any]
+    d: Array
+    settings: Array
+    widths: Array
+    curves: Curves
 
     @classmethod
     def load(cls, path: Path) -> Self:
@@ -60,22 +101,37 @@ class Atlas:
         """
         try:
             with np.load(path, allow_pickle=False) as stored:
-                head = json.loads(str(stored["head"]))
-                content: dict[str, Any] = {name: stored[name] for name in ("d", "means", "widths", "own")}
-                for name in ("dU", "others"):
-                    content[name] = Kriging(*(stored[f"{name}.{each.name}"] for each in fields(Kriging)))
-                return cls(**head, **content)
+                arrays = dict(stored)
+            head = json.loads(str(arrays.pop("head")))
+            curves = Curves(*(arrays.pop(each.name) for each in fields(Curves)))
+            return cls(**head, **arrays, curves=curves)
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise InputError(str(path), "", None, f"must be an atlas of this version ({error})") from error
 
     def save(self, path: Path) -> None:
         """Write the atlas to a file that `load` reads."""
-        arrays: dict[str, Any] = {"head": json.dumps({"box": self.box, "provenance": self.provenance})}
-        arrays |= {name: getattr(self, name) for name in ("d", "means", "widths", "own")}
-        for name in ("dU", "others"):
-            arrays |= {f"{name}.{each.name}": getattr(getattr(self, name), each.name) for each in fields(Kriging)}
+        arrays = vars(self.curves) | {name: getattr(self, name) for name in ("d", "settings", "widths")}
         with path.open("wb") as file:
-            np.savez_compressed(file, **arrays)
+            np.savez_compressed(file, head=json.dumps({"box": self.box, "provenance": self.provenance}), **arrays)
+
+    @cached_property
+    def dU(self) -> Kriging:
+        """dU over beta ** POWER at the distances."""
+        return self.curves.kriging(self.box, self.settings)
+
+    @cached_property
+    def others(self) -> tuple[Kriging, Array]:
+        """`Curves.others` at the distances, one after the other, less their means, and these."""
+        values = self.curves.others.reshape(len(self.curves.others), -1)
+        means, size = values.mean(axis=0), values.std(axis=0).max() or 1.0
+        data = np.full((4, *values.shape), np.nan)
+        data[0] = values - means
+        return Kriging.of(self.dU.places, data, np.full(data.shape[:2], ROUNDING * size), SMOOTH, False), means
+
+    @cached_property
+    def own(self) -> Array:
+        """Half-widths of the curves that it is made of over their peaks, shape (curves, distances)."""
+        return np.asarray(np.maximum(self.curves.errors / self.curves.peaks, SLACK))
 
     def outside(self, **given: float) -> list[str]:
         """In words, which of beta, De, Ca_e and d are not in the box."""
@@ -90,6 +146,8 @@ class Atlas:
     def velocities(self, places: ArrayLike) -> tuple[Array, Array]:
         """dU and half-widths of its intervals at the distances `d` [U_av], shape (places, distances) each.
 
+        Half-widths have the part of the interpolation, and that of the curves nearby.
+
         Args:
             places: beta, De and Ca_e, shape (places, 3); those outside of the box are extrapolated.
         """
@@ -99,7 +157,7 @@ class Atlas:
         dU = size * values[0]
         near = 1 / (((x[:, None] - self.dU.places) ** 2).sum(axis=2) + SLACK)
         own = np.exp(near / near.sum(axis=1, keepdims=True) @ np.log(self.own))
-        return dU, size * spread[:, None] * self.widths + np.abs(dU).max(axis=1, keepdims=True) * own
+        return dU, np.hypot(size * spread[:, None] * self.widths, np.abs(dU).max(axis=1, keepdims=True) * own)
 
     def table(self, beta: float, De: float, Ca_e: float) -> dict[str, Array]:
         """The columns of curve.csv that it has, with derivatives of dU, shape (distances,) each.
@@ -114,14 +172,15 @@ class Atlas:
         x, slopes = scaled(self.box, place)
         by = beta**POWER * self.dU(x)[0][1:, 0] * slopes.T
         by[0] += POWER / beta * dU
-        U, stretch, t_relax = (self.others(x)[0][0, 0] + self.means).reshape(3, -1)
+        others, means = self.others
+        U, stretch, t_relax = (others(x)[0][0, 0] + means).reshape(3, -1)
         slope = np.gradient(dU, np.log(self.d), edge_order=2) / self.d
         columns = {"d": self.d, "dU": dU, "dU_held": dU, "dU_discrete": dU, "dU_error": half_width, "slope": slope}
         columns |= {"U_L": U + dU / 2, "U_T": U - dU / 2, "stretch": stretch, "t_relax": np.maximum(t_relax, De)}
         return columns | {f"by_{name}": each for name, each in zip(PARAMETERS, by, strict=True)}
 
 
-def scaled(box: Mapping[str, tuple[float, float]], places: Array) -> tuple[Array, Array]:
+def scaled(box: Mapping[str, Sequence[float]], places: Array) -> tuple[Array, Array]:
     """Coordinates of beta, De and Ca_e in [0, 1], zero where De and Ca_e are, and their derivatives, (places, 3)."""
     (low, high), (_, De), (_, Ca_e) = (box[name] for name in PARAMETERS)
     sizes = np.array([(high - low) or 1.0, np.log1p(De / BEND) or 1.0, Ca_e or 1.0])

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
-from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 from pairsim.atlas.atlas import BEND, POWER, Atlas
 from pairsim.runtime.version import __version__
@@ -14,6 +14,12 @@ from pairsim.solvers.curves.distances import WIDEST
 
 def page_of(atlases: Iterable[Atlas]) -> str:
     """The page of atlases."""
-    content = {"atlases": [*map(asdict, atlases)], "bend": BEND, "power": POWER, "widest": WIDEST}
+    content = {"atlases": [*map(_content, atlases)], "bend": BEND, "power": POWER, "widest": WIDEST}
     page = Path(__file__).with_suffix(".html").read_text(encoding="utf-8").replace("VERSION", __version__)
     return page.replace("CONTENT", json.dumps(content, default=lambda array: array.tolist()))
+
+
+def _content(atlas: Atlas) -> dict[str, Any]:
+    others, means = atlas.others
+    same = {name: getattr(atlas, name) for name in ("box", "d", "widths", "own")}
+    return {**same, "dU": vars(atlas.dU), "others": vars(others), "means": means}

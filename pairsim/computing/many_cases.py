@@ -163,7 +163,8 @@ class AtlasFile(_Keys):
     De: Ends = Field(description="least and largest Deborah number", examples=[[0, 1]])
     Ca_e: Ends = Field(description="least and largest elastic capillary number", examples=[[0, 0.1]])
     d: Ends = Field((0.02, 2.0), description="least and largest distance [D_c]")
-    curves: Whole = Field(ge=4, le=MOST_CASES, description="number of curves: up to 24 at first, then rounds of 6")
+    curves: Whole = Field(ge=1, le=MOST_CASES, description="number of curves, in rounds of 6 (the first one up to 11)")
+    start: str | None = Field(None, description="file of an atlas, to whose curves these are added")
     seed: Whole = Field(0, description="seed of the places that are candidates")
 
 

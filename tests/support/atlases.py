@@ -7,9 +7,9 @@ from functools import cache
 import numpy as np
 
 from pairsim.atlas import fit
-from pairsim.atlas.atlas import Atlas
+from pairsim.atlas.atlas import Atlas, Curves
 
-BOX = {"beta": (0.3, 0.5), "De": (0.0, 1.0), "Ca_e": (0.0, 0.1), "d": (0.02, 2.0)}
+BOX = {"beta": [0.3, 0.5], "De": [0.0, 1.0], "Ca_e": [0.0, 0.1], "d": [0.02, 2.0]}
 D = np.geomspace(*BOX["d"], 41)
 CASE = {"particles": 2, "ends": "developed", "length": "auto", "xi": 0.09, "liquid": {"law": "giesekus", "alpha": 0.2}}
 
@@ -24,18 +24,22 @@ def values_at(places: np.ndarray) -> np.ndarray:
     return exact(*places.T[:, :, None], D)
 
 
-def curves_at(places: np.ndarray) -> fit.Curves:
-    """Curves at beta, De and Ca_e, shape (places, 3)."""
+def curves_at(places: np.ndarray) -> Curves:
+    """Curves at beta, De and Ca_e, shape (curves, 3)."""
     steps = 1e-6 * np.eye(3)
-    gradients = np.array([(values_at(places + s) - values_at(places - s)) / 2e-6 for s in steps])
-    values = values_at(places)
-    others = np.array([2 - places[:, :1] + 0 * D, 1 + places[:, 2:] * np.exp(-D), places[:, 1:2] + 0 * D])
-    return fit.Curves(places, values, 1e-3 * np.abs(values).max(axis=1, keepdims=True) + 0 * values, gradients, others)
+    gradients = np.stack([(values_at(places + s) - values_at(places - s)) / 2e-6 for s in steps], axis=1)
+    values, random = values_at(places), np.ones(len(places), dtype=bool)
+    others = np.stack([2 - places[:, :1] + 0 * D, 1 + places[:, 2:] * np.exp(-D), places[:, 1:2] + 0 * D], axis=1)
+    errors = 1e-3 * np.abs(values).max(axis=1, keepdims=True) + 0 * values
+    return Curves(places, random, values, errors, gradients, others)
+
+
+def random_places(count: int, seed: int) -> np.ndarray:
+    """Places in the box, shape (count, 3)."""
+    return np.array([0.3, 0.0, 0.0]) + np.random.default_rng(seed).random((count, 3)) * [0.2, 1.0, 0.1]
 
 
 @cache
-def make_atlas() -> Atlas:
+def make_atlas(count: int = 24) -> Atlas:
     """An atlas of random curves."""
-    x = np.random.default_rng(1).random((24, 3))
-    provenance = {"curves": 24, "case": CASE}
-    return fit.fit(curves_at(np.array([0.3, 0.0, 0.0]) + x * [0.2, 1.0, 0.1]), D, BOX, provenance)[0]
+    return fit.fit(curves_at(random_places(count, 1)), D, BOX, {"case": CASE})
