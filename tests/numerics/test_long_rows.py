@@ -10,7 +10,7 @@ import pytest
 
 from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.rows.model import RATES, Row, RowModel, fitted
-from pairsim.solvers.rows.motion import move
+from pairsim.solvers.rows.motion import TOLERANCE, move, propagator
 from pairsim.solvers.rows.short_rows import places_of
 
 
@@ -63,12 +63,12 @@ def test_slopes_are_differences_of_velocities_and_lengths() -> None:
 
 def test_the_propagator_has_what_becomes_of_small_changes_of_the_first_distances() -> None:
     model, gaps, step = made_model(), np.array([0.1, 0.2, 0.15, 0.3]), 1e-3
-    motion = move(model, gaps, 0.002, 0.3, Monitor())
-    propagator = motion.propagator()
-    assert np.abs(propagator - np.eye(4)).max() > 0.3
+    t, places = move(model, gaps, 0.002, 0.3, Monitor())
+    changes = propagator(model, places, t[-1])
+    assert np.abs(changes - np.eye(4)).max() > 0.3
     for i, change in enumerate(step * np.eye(4)):
-        ends = [move(model, gaps + sign * change, 0.002, 0.5, Monitor()).gaps(motion.t[-1]) for sign in (1, -1)]
-        assert propagator[:, i] == pytest.approx((ends[0] - ends[1]) / (2 * step), abs=2e-3)
+        ends = [np.diff(move(model, gaps + sign * change, 0.002, 0.5, Monitor())[1](t[-1])) for sign in (1, -1)]
+        assert changes[:, i] == pytest.approx((ends[0] - ends[1]) / (2 * step), abs=2e-3)
 
 
 @dataclass(frozen=True)
@@ -87,22 +87,20 @@ class Prescribed:
 
 
 def test_particles_that_touch_travel_on_as_a_doublet_until_they_would_have_to_be_pulled() -> None:
-    motion = move(Prescribed(), np.array([0.11, 0.2, 0.3]), 0.01, 20.0, Monitor())  # type: ignore[arg-type]
-    touching = np.array([motion.touching(t) for t in motion.t])
-    ends = motion.t[touching[:, 0]][[0, -1]]
-    assert ends == pytest.approx([1.0, 5.0], abs=1e-4), "until the last distance has become 0.4"
-    assert not touching[:, 1:].any()
-    assert motion.gaps(3.0) == pytest.approx([0.01, 0.2 + 0.05 * 3 - 0.05 * 2, 0.36], abs=1e-5)
-    before, after = motion.way(2.0), motion.way(4.0)
-    assert (after - before)[:2] == pytest.approx(2 * 0.95, abs=1e-5), "the mean of both velocities"
-    assert motion.gaps(6.0)[0] == pytest.approx(0.01 + 0.1, abs=1e-3)
-    assert min(motion.way(motion.t[-1])) == pytest.approx(20.0, abs=1e-6)
+    t, places = move(Prescribed(), np.array([0.11, 0.2, 0.3]), 0.01, 20.0, Monitor())  # type: ignore[arg-type]
+    touching = np.diff(places(t), axis=0) <= 0.01 + TOLERANCE
+    assert t[touching[0]][[0, -1]] == pytest.approx([1.0, 5.0], abs=1e-4), "until the last distance has become 0.4"
+    assert not touching[1:].any()
+    assert np.diff(places(3.0)) == pytest.approx([0.01, 0.2 + 0.05 * 3 - 0.05 * 2, 0.36], abs=1e-5)
+    assert (places(4.0) - places(2.0))[:2] == pytest.approx(2 * 0.95, abs=1e-5), "the mean of both velocities"
+    assert np.diff(places(6.0))[0] == pytest.approx(0.01 + 0.1, abs=1e-3)
+    assert min(places(t[-1]) - places(0.0)) == pytest.approx(20.0, abs=1e-6)
 
 
 def test_a_film_between_particles_slows_them_where_no_rows_were_solved() -> None:
     model, gaps, c = replace(made_model(), least=0.1), np.array([0.1, 0.3, 0.3]), 0.07 * 0.4
     for part in (0.9, 0.28, 0.028):
         first = gaps * [part, 1, 1]
-        motion = move(model, first, 1e-6, 1e-4, Monitor())
-        rate = (motion.gaps(motion.t[-1]) - motion.gaps(0.0))[0] / motion.t[-1]
+        t, places = move(model, first, 1e-6, 1e-4, Monitor())
+        rate = np.diff(places(t[-1]) - places(0.0))[0] / t[-1]
         assert rate == pytest.approx(model.row(first).rates[0] * part * (0.1 + c) / (part * 0.1 + c), rel=1e-2)

@@ -16,7 +16,7 @@ from pairsim.runtime.arrays import Array
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.rows.model import Row, fitted
-from pairsim.solvers.rows.motion import RowMotion, move
+from pairsim.solvers.rows.motion import TOLERANCE, move, propagator
 from pairsim.solvers.rows.short_rows import short_rows, solved, trains
 from pairsim.solvers.trains.train import Train
 
@@ -57,12 +57,27 @@ def follow(
         rows.append(row)
         yield events.Progress(1.0, f"{len(rows)} short rows", len(rows))
     model = fitted(rows, list(trains(problem, alone)))
-    motion = move(model, gaps, case.row.min_gap, case.row.tube, problem.monitor)
-    times = np.linspace(0.0, motion.t[-1], PLACES)
-    states = np.array([motion.gaps(t) for t in times])
-    names = [POSITION_OF_ROW.name, *names_of(n, "t", "d")]
-    yield _table("row", names, np.column_stack([[motion.way(t).mean() for t in times], times, states]))
-    sentences = _of_motion(case, motion)
+    t, places = move(model, gaps, case.row.min_gap, case.row.tube, problem.monitor)
+    times = np.linspace(0.0, t[-1], PLACES)
+    way, states = places(times) - places(0.0)[:, None], np.diff(places(times), axis=0).T
+    touching = case.row.min_gap + TOLERANCE >= np.diff(places(t), axis=0).T
+    yield _table(
+        "row", [POSITION_OF_ROW.name, *names_of(n, "t", "d")], np.column_stack([way.mean(axis=0), times, states])
+    )
+    spreads = " to ".join(f"{100 * d.std() / d.mean():.3g} %" for d in states[[0, -1]])
+    means = " to ".join(in_unit(case.scales, LENGTH, d.mean()) for d in states[[0, -1]])
+    tube = with_name(case.scales, POSITION, way[:, -1].min())
+    sentences = [
+        f"Spread of {n - 1} distances within {tube} of tube: from {spreads} of their mean, which goes from {means}."
+    ]
+    if touching.any():
+        step, gap = np.argwhere(touching)[0]
+        place = with_name(case.scales, POSITION, (places(t[step]) - places(0.0))[gap : gap + 2].mean())
+        sentences.append(
+            f"Gap {gap + 1} closes first, after {place}. In all {touching.any(axis=0).sum()} close, and "
+            f"{touching[-1].sum()} stay closed; beads that touch are assumed to travel on as doublets, held by equal "
+            "and opposite forces until these would have to pull."
+        )
     neighbours = sliding_window_view(states, min(n, AUDITED) - 1, axis=1).reshape(-1, min(n, AUDITED) - 1)
     if len(neighbours := neighbours[neighbours.min(axis=1) >= least]):
         widest, narrowest = neighbours[neighbours.mean(axis=1).argsort()[[-1, 0]]].tolist()
@@ -74,10 +89,10 @@ def follow(
             f"{dU:.2g} % of the largest |dU| of each, slopes within {slopes:.2g} %; against the train: growth rates "
             f"within {growth:.2g} % of the largest."
         )
-    if n <= MOST_PROPAGATED and not any(motion.touching(t).any() for t in motion.t):
-        propagator = motion.propagator()
-        yield _table("propagator", [f"by_d_{i}" for i in range(1, n)], propagator)
-        singular = np.linalg.svd(propagator, compute_uv=False)
+    if n <= MOST_PROPAGATED and not touching.any():
+        changes = propagator(model, places, t[-1])
+        yield _table("propagator", [f"by_d_{i}" for i in range(1, n)], changes)
+        singular = np.linalg.svd(changes, compute_uv=False)
         sentences.append(
             f"Small changes of the first distances become {singular[-1]:.3g} to {singular[0]:.3g} times as large, by "
             "which of them change."
@@ -87,23 +102,3 @@ def follow(
 
 def _table(name: str, columns: list[str], rows: Array) -> events.Table:
     return events.Table(name, columns, [dict(zip(columns, row, strict=True)) for row in rows.tolist()])
-
-
-def _of_motion(case: TrainCase, motion: RowMotion) -> list[str]:
-    """What has become of the distances of a row."""
-    scales, end = case.scales, motion.t[-1]
-    ends, way = [motion.gaps(t) for t in (0.0, end)], with_name(scales, POSITION, motion.way(end).min())
-    spreads = " to ".join(f"{100 * d.std() / d.mean():.3g} %" for d in ends)
-    means = " to ".join(in_unit(scales, LENGTH, d.mean()) for d in ends)
-    spread = f"Spread of {len(ends[0])} distances within {way} of tube"
-    sentences = [f"{spread}: from {spreads} of their mean, which goes from {means}."]
-    touching = np.array([motion.touching(t) for t in motion.t])
-    if touching.any():
-        step, gap = np.argwhere(touching)[0]
-        place = with_name(scales, POSITION, motion.way(motion.t[step])[gap : gap + 2].mean())
-        sentences.append(
-            f"Gap {gap + 1} closes first, after {place}. In all {touching.any(axis=0).sum()} close, and "
-            f"{touching[-1].sum()} stay closed; beads that touch are assumed to travel on as doublets, held by equal "
-            "and opposite forces until these would have to pull."
-        )
-    return sentences

@@ -10,9 +10,8 @@ that of the tube, which it equals at c.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 import scipy
@@ -21,51 +20,15 @@ from pairsim.runtime.arrays import Array
 from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.rows.model import RowModel
 
+type Places = Callable[[Array | float], Array]  # of one time (N,), of m times (N, m)
+
 TOLERANCE = 1e-8  # of the distances [D_c]; chosen
 STEP = 1e-5  # of differences of rates by distances [D_c]; they are exponentials of rates up to 48
 FILM = 0.07  # c over the diameter; measured: dU of a rigid pair at De 1.6 follows to 2 % from d = .04 to .005
 PIECES = 100  # of the way, in each of which the linearised rates are constant; chosen
 
 
-@dataclass(frozen=True)
-class RowMotion:
-    """A row that has moved along a tube.
-
-    Attributes:
-        model: Velocities of the row.
-        contact: Distance at which particles touch [D_c].
-        t: Times of the steps [D_c/U_av], shape (m,).
-        places: Of each particle as a function of time, without the lengths of the particles [D_c], shape (N,).
-    """
-
-    model: RowModel
-    contact: float
-    t: Array
-    places: Any
-
-    def gaps(self, t: float) -> Array:
-        """The distances at a time [D_c], shape (N-1,)."""
-        return np.diff(self.places(t))
-
-    def touching(self, t: float) -> Array:
-        """Which distances are at contact, boolean, shape (N-1,)."""
-        return np.asarray(self.gaps(t) <= self.contact + TOLERANCE)
-
-    def way(self, t: float) -> Array:
-        """How far the particles have moved along the tube [D_c], shape (N,)."""
-        return np.asarray(self.places(t) - self.places(0.0))
-
-    def propagator(self) -> Array:
-        """Derivatives of the distances at the end (rows) by those at the start, shape (N-1, N-1)."""
-        found = np.eye(len(self.gaps(0.0)))
-        for begin, end in pairwise(np.linspace(0.0, self.t[-1], PIECES + 1)):
-            middle = self.gaps((begin + end) / 2)
-            slopes = scipy.optimize.approx_fprime(middle, lambda d: np.diff(_velocities(self.model, d, 0.0)), STEP)
-            found = scipy.linalg.expm((end - begin) * np.atleast_2d(slopes)) @ found
-        return found
-
-
-def move(model: RowModel, gaps: Array, contact: float, length: float, monitor: Monitor) -> RowMotion:
+def move(model: RowModel, gaps: Array, contact: float, length: float, monitor: Monitor) -> tuple[Array, Places]:
     """Let a row move until each of its particles has moved by a length of tube.
 
     Args:
@@ -74,6 +37,9 @@ def move(model: RowModel, gaps: Array, contact: float, length: float, monitor: M
         contact: Distance at which particles touch [D_c].
         length: The length [D_c].
         monitor: Ends the computation.
+
+    Returns:
+        Times of the steps [D_c/U_av], shape (m,), and the places of the particles, without their lengths, at times.
     """
     start = np.cumsum([0.0, *gaps])
 
@@ -88,7 +54,23 @@ def move(model: RowModel, gaps: Array, contact: float, length: float, monitor: M
     end = 2 * length / model.alone[0]  # no particle is half as fast as a single one
     tolerances = {"rtol": 1e-12, "atol": TOLERANCE}
     found = scipy.integrate.solve_ivp(velocities, (0.0, end), start, events=through, dense_output=True, **tolerances)
-    return RowMotion(model, contact, found.t, found.sol)
+    return found.t, found.sol
+
+
+def propagator(model: RowModel, places: Places, end: float) -> Array:
+    """Derivatives of the distances at the end (rows) by those at the start, shape (N-1, N-1).
+
+    Args:
+        model: Velocities of the row.
+        places: Its motion, without contact.
+        end: Time at the end [D_c/U_av].
+    """
+    found = np.eye(len(places(0.0)) - 1)
+    for begin, stop in pairwise(np.linspace(0.0, end, PIECES + 1)):
+        middle = np.diff(places((begin + stop) / 2))
+        slopes = scipy.optimize.approx_fprime(middle, lambda d: np.diff(_velocities(model, d, 0.0)), STEP)
+        found = scipy.linalg.expm((stop - begin) * np.atleast_2d(slopes)) @ found
+    return found
 
 
 def _velocities(model: RowModel, gaps: Array, contact: float) -> Array:
