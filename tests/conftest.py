@@ -47,3 +47,13 @@ def pairsim_apart(tmp_path: Path) -> Pairsim:
         return apart(tmp_path, *arguments, timeout=timeout)
 
     return run
+
+
+@pytest.fixture(scope="session")
+def atlas(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The file of an atlas of invented curves."""
+    from support.atlases import make_atlas
+
+    path = tmp_path_factory.mktemp("atlas") / "atlas.npz"
+    make_atlas().save(path)
+    return path

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.atlases import make_atlas
 from support.commands import Pairsim
 
 import pairsim as api
@@ -19,13 +18,6 @@ from pairsim.runtime.errors import InputError
 
 BENCH = {"tube": "50um", "particle": "20um", "flow_rate": "1ul/min", "viscosity": "1Pa.s", "modulus": "10kPa"}
 ELASTIC = {**BENCH, "relaxation": "2ms", "liquid": "giesekus"}
-
-
-@pytest.fixture(scope="module")
-def atlas(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("atlas") / "atlas.npz"
-    make_atlas().save(path)
-    return path
 
 
 def test_an_answer_is_that_of_the_atlas_in_units(atlas: Path) -> None:

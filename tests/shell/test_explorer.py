@@ -8,7 +8,6 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from support.atlases import make_atlas
 from support.commands import Pairsim
 
 import pairsim as api
@@ -17,13 +16,6 @@ from pairsim.atlas.explorer import page_of
 
 BROWSER = shutil.which("chromium") or shutil.which("google-chrome") or ""
 PLACE = 20  # a distance of the atlas, at which intervals are those of its table
-
-
-@pytest.fixture(scope="module")
-def atlas(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("atlas") / "atlas.npz"
-    make_atlas().save(path)
-    return path
 
 
 def shown(page: Path, **given: float) -> str:

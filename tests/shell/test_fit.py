@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import yaml
 from scipy.integrate import cumulative_trapezoid
-from support.atlases import exact, make_atlas
+from support.atlases import exact
 from support.commands import Pairsim
 
 import pairsim as api
@@ -18,13 +18,6 @@ from pairsim.runtime.errors import InputError
 
 BENCH = {"tube": "50um", "particle": "20um", "flow_rate": "1ul/min", "viscosity": "1Pa.s"}
 TIME = 5.8905e-3  # D_c/U_av [s]
-
-
-@pytest.fixture(scope="module")
-def atlas(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("atlas") / "atlas.npz"
-    make_atlas().save(path)
-    return path
 
 
 def film(path: Path, De: float, Ca_e: float, noise: float, drift: float = 0.0, stop: float = 0.9) -> Path:
