@@ -91,6 +91,7 @@ def test_rounding_has_neither_zeros_nor_bends() -> None:
     branch.close()
 
 
+@pytest.mark.slow
 def test_periodic_and_developed_ends_give_the_same_curve() -> None:
     long, cut = curve(ends="periodic", length=9.0), curve(length="auto")
     assert cut["dU"].item() == pytest.approx(long["dU"].item(), rel=5e-3)

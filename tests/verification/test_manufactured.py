@@ -333,7 +333,7 @@ def check(coarse: dict[str, float], fine: dict[str, float], expected: dict[str, 
     ("flow", "n", "bounds"),
     [
         ("general", 4, [1.8e-4, 3.8e-3, 6e-4]),
-        ("parabolic", 4, [7e-7, 1e-5, 7.5e-5]),
+        pytest.param("parabolic", 4, [7e-7, 1e-5, 7.5e-5], marks=pytest.mark.slow),
         pytest.param("general", 8, [2.3e-5, 9e-4, 1.1e-4], marks=pytest.mark.slow),
         pytest.param("parabolic", 8, [5e-8, 1.3e-6, 1.3e-5], marks=pytest.mark.slow),
         pytest.param("general", 16, [2.9e-6, 2.3e-4, 2e-5], marks=pytest.mark.long),

@@ -231,6 +231,7 @@ def test_a_viscoelastic_run_goes_on_after_a_remeshing_as_on_the_old_mesh() -> No
     assert max(abs(dU(step) - old_mesh(step.t)) for step in new) < 2e-2 * peak
 
 
+@pytest.mark.slow  # of compilation, with an empty cache
 def test_solution_past_the_pole_of_fene_p_is_none() -> None:
     """Past L2 the spring of FENE-P pushes, and Newton's method converges there as well."""
     liquid = single(FeneP(L2=10.0), De=1.0)

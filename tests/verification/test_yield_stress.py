@@ -55,6 +55,7 @@ def test_drag_in_a_weak_bingham_liquid_tends_to_the_newtonian_one() -> None:
     assert math.log2((K[2] - K[0]) / (K[1] - K[0])) == pytest.approx(1.0, abs=0.05)
 
 
+@pytest.mark.slow
 def test_drag_on_coarse_cells_is_within_its_half_width() -> None:
     """With Bn D_p/D_c = 10; 20.773 +- 0.008 on cells five times smaller (docs/how-to/yield-stress.md)."""
     K, error = drag(law="bingham", Bn=20)
@@ -213,6 +214,7 @@ def test_a_run_says_within_which_radius_nothing_yields_between_particles() -> No
     assert radii == {1e-3: 0.0, 50.0: 0.5}
 
 
+@pytest.mark.slow  # of compilation, with an empty cache
 def test_fields_of_a_yield_law_without_a_yield_stress_have_no_yield_surface(tmp_path: Path) -> None:
     """Its stress over the yield stress is no number, and is left out."""
     case = COARSE | {"beta": 0.4, "De": 0.5, "Ca_e": 0, "d0": 0.4, "time": {"end": 1e-3}}
