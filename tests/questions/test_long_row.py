@@ -62,6 +62,7 @@ def test_a_row_with_distances_at_random_is_followed_along_the_tube(follow: Any, 
     assert [path.name for path in train.plot(tmp_path)] == ["train.png", "row.png"]
 
 
+@pytest.mark.slow
 def test_a_row_with_given_distances_has_its_error_and_its_propagator(follow: Any) -> None:
     train = follow(d=[0.15, 0.2], row={"tube": 40})
     spread, audit, propagator = train.findings()[-3:]
@@ -94,6 +95,7 @@ def test_quantities_of_an_experiment_give_distances_and_the_length_of_tube() -> 
     assert case.row.min_gap == pytest.approx(0.002)
 
 
+@pytest.mark.slow
 def test_a_pair_is_followed_too(follow: Any) -> None:
     train = follow(d=[0.2], row={"tube": 10})
     change = train.frame("propagator").to_numpy()

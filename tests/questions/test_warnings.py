@@ -202,7 +202,9 @@ def about_steps(result: Any) -> list[str]:
     return [warning for warning in result.check().warnings if "time steps" in warning]
 
 
-@pytest.mark.parametrize(("setting", "warned"), [({"tol": 3e-4}, False), ({"fixed_step": 0.02}, True)])
+@pytest.mark.parametrize(
+    ("setting", "warned"), [pytest.param({"tol": 3e-4}, False, marks=pytest.mark.slow), ({"fixed_step": 0.02}, True)]
+)
 def test_long_steps_are_reported(setting: dict[str, float], warned: bool, capfd: pytest.CaptureFixture[str]) -> None:
     assert bool(about_steps(pairsim.run(STEPS, time={"end": 0.2, **setting}, progress=True))) == warned
     assert ("time steps may cause" in capfd.readouterr().err) == warned

@@ -178,6 +178,7 @@ def test_slopes_are_differences_along_the_curve(viscoelastic: Branch) -> None:
     _solved(viscoelastic, here)
 
 
+@pytest.mark.slow
 def test_a_new_mesh_on_the_way_changes_little(viscoelastic: Branch) -> None:
     """A step that asks for a new mesh is solved on it; going back finds the old solution."""
     scene = viscoelastic.solver

@@ -105,7 +105,11 @@ def test_enriched_residual_holds_the_discrete_one() -> None:
 
 
 @pytest.mark.parametrize(
-    ("keys", "fine"), [pytest.param(CLOSE, 6.786399e-3, id="close"), pytest.param(APART, 3.960515e-4, id="apart")]
+    ("keys", "fine"),
+    [
+        pytest.param(CLOSE, 6.786399e-3, id="close"),
+        pytest.param(APART, 3.960515e-4, id="apart", marks=pytest.mark.slow),
+    ],
 )
 def test_effectivity_of_soft_pairs(keys: dict[str, object], fine: float) -> None:
     """Sign and size of the error of dU, against that of N_p 56, which leaves less than a tenth of it."""
@@ -176,6 +180,7 @@ def test_scatter_of_a_viscosity_where_the_shear_rate_vanishes() -> None:
     assert estimate.regular_dU[0] < left < estimate.dU_error[0] < 10 * left
 
 
+@pytest.mark.slow
 def test_newtons_method_goes_on_where_it_has_left_much_of_dU() -> None:
     """After its last step by the fields, in a thinning liquid, that was .4 of the half-width, 9.7e-7 of 2.3e-6."""
     thin = {"beta": 0.35, "De": 0, "Ca_e": 0.02, "liquid": {"law": "power-law", "n": 0.52}, "d": (0.03,)}

@@ -350,6 +350,7 @@ def test_orders_in_space(flow: Flow, n: int, bounds: list[float]) -> None:
     check(errors(flow, n, times), errors(flow, 2 * n, times), expected, bounds)
 
 
+@pytest.mark.slow
 def test_order_in_time() -> None:
     """Three in all fields, with steps that grow and shrink by 1.4 in turn."""
 
