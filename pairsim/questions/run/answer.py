@@ -11,7 +11,7 @@ from pairsim.computing.answer import shapes_in
 from pairsim.physics.scales import Scales
 from pairsim.results.columns import column, error_of, suffixes_in
 from pairsim.results.settled import NOTHING, SETTLED, Settled
-from pairsim.results.units import LENGTH, POSITION, TIME, VELOCITY, in_unit, scales_in
+from pairsim.results.units import LENGTH, POSITION, TIME, VELOCITY, in_unit, scales_in, with_name
 from pairsim.runtime.arrays import Array
 
 MOST_GAPS = 3  # that have a sentence each
@@ -99,7 +99,7 @@ def _tube(series: Mapping[str, Array], gap: int, scales: Scales | None) -> str:
     if not ends:
         return ""
     z = np.mean([series[f"z{end}"] for end in ends], axis=0)
-    return f", {in_unit(scales, POSITION, float(z[-1] - z[0]))}{'' if scales else ' D_c'} of tube later"
+    return f", {with_name(scales, POSITION, float(z[-1] - z[0]))} of tube later"
 
 
 def _last_dU(series: Mapping[str, Array], gap: str, settled: Settled | None) -> tuple[float, float | None]:

@@ -56,7 +56,8 @@ TRAIN = (
     Column("diffusion", "C", "long waves grow at -C k^2", RATE),
     Column("diffusion_error", r"\epsilon_C", "half-width of the interval of C", RATE),
     Column("tube", "L", "length of tube for a tenfold smaller (clusters: larger) spread", LENGTH, unknown=True),
-    Column("tube_error", r"\epsilon_L", "half-width of its interval by those of the rates", LENGTH, unknown=True),
+    Column("tube_least", r"L_\mathrm{min}", "the least by the intervals of the rates", LENGTH, unknown=True),
+    Column("tube_most", r"L_\mathrm{max}", "the largest by them", LENGTH, unknown=True),
     "t_relax",
 )
 """The columns of train.csv, which has one row."""

@@ -23,6 +23,7 @@ from pairsim.solvers.trains.train import Train, on_meshes, transition
 
 FAST = 0.3  # rate times t_relax from which on an answer says that beads move while they remember; chosen
 MOST_REFINED = 3  # meshes, each with smaller cells, until the errors are as small as wanted; chosen
+TUBES = "tube", "tube_least", "tube_most"
 CHANGES = {"orders": (1 / 10, "of 20 % becomes one of 2 %"), "clusters": (10.0, "of 2 % becomes one of 20 %")}
 
 
@@ -68,8 +69,8 @@ def _row(found: Train, slope: float) -> dict[str, Any]:
     row |= {"U_1": found.U, "U_error_1": found.U_error}
     row["diffusion"], row["diffusion_error"] = spectrum.everywhere.loc[0, ["scaled", "scaled_error"]] * [-1, 1]
     if spectrum.verdict in CHANGES:
-        tube, error = found.U * np.array(spectrum.time_to(CHANGES[spectrum.verdict][0]))
-        row |= {"tube": tube, "tube_error": error} if isfinite(tube) else {}
+        tubes = found.U * np.array(spectrum.time_to(CHANGES[spectrum.verdict][0]))
+        row |= dict(zip(TUBES, tubes, strict=True)) if isfinite(tubes[0]) else {}
     if isfinite(slope):
         row["d_error"] = spectrum.least_stable[["scaled", "scaled_error"]].abs().sum() / abs(slope)
     return row
@@ -94,9 +95,9 @@ def _said(case: TrainCase, row: Mapping[str, Any], slope: float) -> Iterator[str
     long = {1: "decay", -1: "grow", 0: "may decay or grow"}[sign]
     yield f"Long waves {long}: at -C k^2 with C = {C}, k the phase between beads."
     if "tube" in row:
-        tube = with_name(scales, POSITION, row["tube"], row["tube_error"])
+        tube, least, most = (with_name(scales, POSITION, row[name]) for name in TUBES)
         small = "where distances are independent at first and disturbances small"
-        yield f"A spread {CHANGES[verdict][1]} within {tube} of tube, {small}."
+        yield f"A spread {CHANGES[verdict][1]} within {tube} of tube ({least} to {most}), {small}."
     if "d_error" in row:
         nearer, farther = ("cluster", "order") if slope < 0 else ("order", "cluster")
         at = in_unit(scales, LENGTH, row["d"], row["d_error"])

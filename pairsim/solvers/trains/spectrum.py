@@ -102,14 +102,14 @@ class Spectrum:
         scaled, error = self.everywhere["scaled"], self.everywhere["scaled_error"]
         return "clusters" if (scaled > error).any() else "orders" if (scaled < -error).all() else "undecided"
 
-    def time_to(self, factor: float) -> tuple[float, float]:
+    def time_to(self, factor: float) -> tuple[float, float, float]:
         """Time in which the spread of the distances of a train changes by a factor [D_c/U_av].
 
         Its distances are independent at first: all waves are there in equal parts, and the square of the spread is the
         mean of exp(2 growth t) over them, as long as disturbances are small.
 
         Returns:
-            The time, and the half-width of its interval by those of the rates; infinite where there is none.
+            The time, the least and the largest by the intervals of the rates; infinite where there is none.
         """
         growth, error = self.everywhere[["growth", "growth_error"]].to_numpy()[1:].T
         ends = np.log([EARLIEST, LATEST]).tolist()
@@ -120,9 +120,9 @@ class Spectrum:
             return float(scipy.special.logsumexp(rates, b=factor**-2 / len(growth)))
 
         if any(above(ends[0], part) * above(ends[1], part) >= 0 for part in (0, 1, -1)):
-            return np.inf, np.inf
-        time, *others = (np.exp(scipy.optimize.brentq(above, *ends, args=(part,))) for part in (0, 1, -1))
-        return float(time), float(np.abs(np.array(others) - time).max())
+            return np.inf, np.inf, np.inf
+        times = [float(np.exp(scipy.optimize.brentq(above, *ends, args=(part,)))) for part in (0, 1, -1)]
+        return times[0], min(times), max(times)
 
 
 def _folded(rates: Array) -> Array:
