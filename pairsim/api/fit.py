@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -15,8 +16,15 @@ from pairsim.api.ask import asked_of
 from pairsim.api.cases import AnyCase
 from pairsim.cases.quantities import as_given, unit_in
 from pairsim.results.curve_table import FORGOTTEN
+from pairsim.results.folder import kind_of, read_record
+from pairsim.results.table_files import read_table
+from pairsim.results.travel import path_of
+from pairsim.results.units import scales_in
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
+
+if TYPE_CHECKING:
+    from pairsim.plots.style import Page
 
 GIVES = {"modulus": ("Ca_e", -1), "relaxation": ("De", 1)}
 """What may be unknown, the number that follows from it, and the power of it."""
@@ -30,20 +38,35 @@ class FilmFit:
 
     Attributes:
         values: By quantity, its value, the least and the largest one of its interval of 95 %, and their unit.
-        times: Times of the frames that were used, from the first one on [D_c/U_av], shape (frames,).
-        residuals: Distances of the model less those of the frames [D_c], of the same shape.
+        times: Times of the frames that were used [s], shape (frames,).
+        distances: Distances of these frames [um], of the same shape.
+        fitted: Those of the model [um], of the same shape.
     """
 
     values: Mapping[str, tuple[float, float, float, str]]
     times: Array
-    residuals: Array
+    distances: Array
+    fitted: Array
+
+    @property
+    def residuals(self) -> Array:
+        """Distances of the model less those of the frames [um], shape (frames,)."""
+        return self.fitted - self.distances
+
+    def plot(self, out: Path | str) -> list[Path]:
+        """Draw film and fitted motion over time, and the residuals: film.png in a folder."""
+        from pairsim.plots.films import draw_film
+        from pairsim.plots.style import Page
+
+        film, fitted = (self.times, self.distances), (self.times, self.fitted)
+        return draw_film(film, {"fit": fitted}, Path(out), Page())
 
     def __str__(self) -> str:
         lines = []
         for name, (value, least, most, unit) in self.values.items():
             unknown = ": these data do not determine it" if max(most / value, value / least) > WIDE else ""
             lines.append(f"{name} = {value:.4g} {unit}, 95 %: {least:.4g} to {most:.4g}{unknown}")
-        lines.append(f"{len(self.times)} frames, off by {self.residuals.std():.2g} D_c")
+        lines.append(f"{len(self.times)} frames, off by {self.residuals.std():.2g} um")
         r = self.residuals - self.residuals.mean()
         if r[1:] @ r[:-1] / (r @ r) > CHANCE / np.sqrt(len(r)):
             lines.append("A bad fit: neighbouring frames are off in the same direction, so this model is not theirs.")
@@ -72,10 +95,11 @@ def fit(
         reasons = [f"there must be a first guess of {' and '.join(unknown)} in the physical block"]
     if scales is None or reasons:
         raise InputError("pairsim fit", "", None, f"the atlas has no answer: {' and '.join(reasons)}")
-    t, d = (each / scale for each, scale in zip(_columns(Path(film)), (scales.time, scales.length), strict=True))
+    seconds, metres = film_of(Path(film))
+    t, d = seconds / scales.time, metres / scales.length
     numbers = {"beta": asked.betas[0], "De": asked.De, "Ca_e": asked.Ca_es[0]}
     used = t >= t[0] + FORGOTTEN * np.interp(d[0], book.d, book.table(**numbers)["t_relax"])
-    t, d, follow = t[used] - t[0], d[used], [GIVES[name] for name in unknown]
+    seconds, t, d, follow = seconds[used], t[used] - t[0], d[used], [GIVES[name] for name in unknown]
     if len(t) < len(unknown) + 3 or not (book.d[0] < d.min() and d.max() < book.d[-1]):
         raise InputError(str(film), "", None, "must have more frames, with distances of the atlas")
 
@@ -84,11 +108,8 @@ def fit(
         ratios = {name: ratio**power for (name, power), ratio in zip(follow, x, strict=False)}
         there = {name: number * ratios.get(name, 1.0) for name, number in numbers.items()}
         table = book.table(**there)
-        z, rate = np.log(table["d"]), (table["dU"] + part * table["dU_error"]) / table["stretch"] / table["d"]
-        path = scipy.integrate.solve_ivp(
-            lambda _, now: np.interp(now, z, rate), t[[0, -1]], np.log(x[-1:]), "LSODA", t, rtol=1e-9, atol=1e-11
-        )
-        return np.asarray(np.exp(path.y[0]) - d)
+        moved = path_of({**table, "dU": table["dU"] + part * table["dU_error"]}, x[-1], t)
+        return np.asarray(moved - d)
 
     ends = [sorted((1e-3**power, (book.box[name][1] / numbers[name]) ** power)) for name, power in follow]
     bounds = np.array([*ends, book.d[[0, -1]]]).T
@@ -105,10 +126,34 @@ def fit(
         guess, unit = as_given(block[name])
         interval = np.clip(ratio * np.exp([-width / ratio, width / ratio]), low, high)
         values[name] = guess * ratio, *map(float, guess * interval), unit
-    return FilmFit(values, t, best.fun)
+    um = 1e6 * scales.length
+    return FilmFit(values, seconds, um * d, um * (d + best.fun))
 
 
-def _columns(film: Path) -> tuple[Array, ...]:
+def overlay_film(film: Path, folders: Sequence[Path], out: Path, page: Page) -> list[Path]:
+    """Draw a film, runs from their start on, and motions by curves from its first distance on: `film`.
+
+    Raises:
+        InputError: The film is wrong, or a folder has no units, or is neither a run nor a curve that has its distance.
+    """
+    from pairsim.plots.films import draw_film
+
+    t, d = film_of(film)
+    t, lines = t - t[0], {}
+    for folder in folders:
+        kind, scales = kind_of(folder), scales_in(read_record(folder))
+        if kind not in ("run", "curve") or scales is None:
+            raise InputError(str(folder), "", None, "must be a run or a curve with a physical block, to go with a film")
+        table = read_table(folder / f"{'series' if kind == 'run' else kind}.csv")
+        if kind == "curve":
+            if not table["d"][0] <= d[0] / scales.length <= table["d"][-1]:
+                raise InputError(str(folder), "", None, "must be a curve that has the first distance of the film")
+            table = {"t": t / scales.time, "d": path_of(table, d[0] / scales.length, t / scales.time)}
+        lines[f"{kind} {folder.name}"] = scales.time * table["t"], 1e6 * scales.length * table["d"]
+    return draw_film((t, 1e6 * d), lines, out, page)
+
+
+def film_of(film: Path) -> tuple[Array, ...]:
     """Times [s] and distances [m] of a film, in ascending time."""
     if not film.is_file():
         raise InputError(str(film), "", None, "no such file")

@@ -52,7 +52,8 @@ def plot(
     """Draw what a folder holds, or lay several runs or several curves over each other.
 
     Args:
-        folders: One folder of any command, or several of runs or of curves.
+        folders: One folder of any command, or several of runs or of curves; runs and curves with a film, a CSV file as
+            for `fit`.
         out: Where the pictures go: the folder itself by default; several folders need it.
         formats: "png" (the default), "pdf", "svg", or several of them; an animation is a GIF.
         width: Of the pictures, such as "85mm"; a number is in mm.
@@ -82,6 +83,10 @@ def plot(
             raise InputError("pairsim plot", "-o", None, "must name a folder for the picture of several folders")
         if field is not None or animate:
             raise InputError("pairsim plot", "--field, --animate", None, "must be left out with several folders")
+        if films := [each for each in places if each.suffix == ".csv"]:
+            from pairsim.api.fit import overlay_film
+
+            return overlay_film(films[0], [each for each in places if each not in films], target, page)
         from pairsim.plots.runs_and_curves import overlay
 
         return overlay(places, target, page, group)

@@ -24,6 +24,7 @@ from pairsim.sweeps.sweep import Options, Workers, run_sweep, with_workers
 
 if TYPE_CHECKING:
     import pandas as pd
+    import xarray as xr
 
 
 class SweepResult:
@@ -82,6 +83,33 @@ class SweepResult:
         found = pd.concat(parts, ignore_index=True)
         found.attrs["units"] = {key: parts[0].attrs["units"].get(key, "") for key in found}
         return found
+
+    def to_xarray(self, name: str | None = None, *, physical: bool | None = False) -> xr.Dataset:
+        """The tables of all cases as one data set, of places (times, distances) that all of them have.
+
+        Its dimensions are the keys that vary if the cases are all their combinations, or else `case`, and d, t or
+        whichever column comes first. Variables have `units` and `long_name`; errors are variables like others.
+
+        Arguments and errors are those of `frame`; there is an error, too, if the cases have no place in common.
+        """
+        from pairsim.results.columns import column, known
+
+        frame = self.frame(name, physical=physical)
+        units = frame.attrs["units"]
+        keys = [key for key in self.record["varying"] if key in frame]
+        along = next(str(name) for name in frame if name not in keys)
+        case = frame.groupby(keys, sort=False, dropna=False).ngroup() if keys else 0 * frame.index
+        frame = frame.assign(case=case).groupby(along).filter(lambda rows: rows["case"].nunique() == case.max() + 1)
+        if frame.empty:
+            raise InputError(str(self.folder), "", None, f"must have cases with a common {along}")
+        full = frame[keys].nunique().prod() == case.max() + 1
+        of_cases = frame.drop_duplicates("case").set_index("case")[keys].to_xarray()
+        left_out = ["case"] if full else keys
+        found = frame.drop(columns=left_out).set_index([*(keys if full else ["case"]), along]).to_xarray()
+        found = found if full else found.assign_coords(of_cases.data_vars)
+        for each in filter(known, map(str, found.variables)):
+            found[each].attrs.update(units=units.get(each, ""), long_name=column(each).meaning)
+        return found.assign_attrs(name=self.record["name"], command=self.record["command"], **self.record["versions"])
 
     @cached_property
     def cases(self) -> list[Result]:

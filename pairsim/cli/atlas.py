@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from pairsim.cli.options import Quiet
+from pairsim.cli.options import OverwriteFile, Quiet, check_free
 from pairsim.cli.sweeps import CaseTimeout, Output, Workers, end
 from pairsim.runtime.signals import Signals
 
@@ -31,6 +31,7 @@ def atlas(
     ] = None,
     workers: Workers = 1,
     case_timeout: CaseTimeout = None,
+    overwrite: OverwriteFile = False,
     quiet: Quiet = False,
 ) -> None:
     """Build an atlas: dU at any beta, De, Ca_e and d of a box, with intervals, from master curves.
@@ -50,6 +51,7 @@ def atlas(
         from pairsim.results.folder import write_file
 
         path = output or Path("explore.html")
+        check_free(path, overwrite)
         write_file(path, page_of(map(Atlas.load, [of] if of else SHIPPED)))
         typer.echo(str(path))
         return

@@ -16,8 +16,12 @@ def fit(
     case: Annotated[Path, typer.Argument(help="Case file with a physical block; what is unknown is a first guess.")],
     unknown: Annotated[list[str] | None, typer.Option(help="modulus (default) or relaxation; repeat for both.")] = None,
     atlas: Annotated[Path | None, typer.Option(help="File of an atlas (default: those that ship).")] = None,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Folder of a picture, film.png.")] = None,
 ) -> None:
     """Fit the modulus of two equal beads, or the relaxation time of their liquid, to a film of their distance."""
     from pairsim.api.fit import fit as fit_of
 
-    typer.echo(str(fit_of(film, case, unknown=unknown or ("modulus",), atlas=atlas)))
+    found = fit_of(film, case, unknown=unknown or ("modulus",), atlas=atlas)
+    typer.echo(str(found))
+    if output is not None:
+        typer.echo(str(*found.plot(output)))

@@ -68,6 +68,7 @@ def table(
     ] = None,
     all_: Annotated[bool, typer.Option("--all", help="All columns; on a terminal all rows, too.")] = False,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="CSV file to write (default: print).")] = None,
+    netcdf: Annotated[Path | None, typer.Option(metavar="FILE", help="Of a sweep: a netCDF file to write.")] = None,
     overwrite: OverwriteFile = False,
 ) -> None:
     """Print a table of results, with the unit of each column in the header.
@@ -79,6 +80,7 @@ def table(
     parameters that vary.
     """
     check_free(output, overwrite)
+    check_free(netcdf, overwrite, "--netcdf")
     if channel != "equivalent" and not cytometry:
         raise InputError("pairsim table", "--channel", channel, "must be given with --cytometry")
     if cytometry:
@@ -92,9 +94,16 @@ def table(
         _print(text, output)
         return
     import pairsim
+    from pairsim.results.folder import write_file
     from pairsim.results.tables import csv_text, readable, screen_text
 
-    found = pairsim.open(directory).frame(name, physical=physical, at=at or ())
+    result = pairsim.open(directory)
+    if netcdf is not None:
+        if not isinstance(result, pairsim.SweepResult):
+            raise InputError(str(directory), "--netcdf", None, "must be given with the folder of a sweep")
+        write_file(netcdf, bytes(result.to_xarray(name, physical=physical).to_netcdf(engine="scipy")), "--netcdf")
+        return typer.echo(str(netcdf))
+    found = result.frame(name, physical=physical, at=at or ())
     if output is None and sys.stdout.isatty():
         typer.echo(screen_text(found, shutil.get_terminal_size().columns, all_))
     else:
@@ -187,7 +196,8 @@ def plot(
     A run: dU and D against time and distance, and the deformed particles in the flow. A curve: dU with its error and
     its zeros, D, and its fields. Critical distances: over the parameter that was followed. A sweep: dU of all cases,
     the last dU or the zeros against a parameter. A study: error against wall time. Several folders: dU of all of them;
-    what varies is in the legend, what does not in small print.
+    what varies is in the legend, what does not in small print. RUN CURVE FILM.csv: a film, as for fit, and how they
+    move.
     """
     from pairsim.api.folders import plot
 

@@ -117,6 +117,22 @@ def travel(
     return Travel(begin, end, time, length, time_error, length_error, forgotten, start_error, scales)
 
 
+def path_of(table: Mapping[str, Array], start: float, times: Array) -> Array:
+    """Distances of a pair that moves as a curve says [D_c], shape (times,).
+
+    Args:
+        table: Columns of curve.csv in ascending d, each of shape (points,).
+        start: The distance at the first time [D_c].
+        times: Ascending [D_c/U_av], shape (times,).
+    """
+    from scipy.integrate import solve_ivp  # takes long to import
+
+    x, rate = np.log(table["d"]), table["dU"] / table["stretch"] / table["d"]
+    span, x0 = times[[0, -1]], [np.log(start)]
+    path = solve_ivp(lambda _, now: np.interp(now, x, rate), span, x0, "LSODA", times, rtol=1e-9, atol=1e-11)
+    return np.asarray(np.exp(path.y[0]))
+
+
 def distance_on(curve: CurveInterpolant, given: float | str, option: str, scales: Scales | None, source: str) -> float:
     """A distance on a curve [D_c], which is an end of the curve where it differs from it by rounding.
 

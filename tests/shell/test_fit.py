@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 import yaml
 from scipy.integrate import cumulative_trapezoid
 from support.atlases import exact
 from support.commands import Pairsim
+from support.pictures import drawn_figures
 
 import pairsim as api
+from pairsim.atlas.atlas import Atlas
+from pairsim.results.table_files import table_text
 from pairsim.runtime.errors import InputError
 
 BENCH = {"tube": "50um", "particle": "20um", "flow_rate": "1ul/min", "viscosity": "1Pa.s"}
@@ -70,10 +75,36 @@ def test_the_command_says_the_same(atlas: Path, tmp_path: Path, pairsim: Pairsim
     done = pairsim("fit", "film.csv", "case.yaml", "--atlas", str(atlas))
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("modulus = ")
+    assert not (tmp_path / "film.png").exists()
+    pairsim("fit", "film.csv", "case.yaml", "--atlas", str(atlas), "-o", ".")
+    assert (tmp_path / "film.png").stat().st_size > 10_000
     (tmp_path / "film.csv").write_text("t,d\n1,2\n")
     refused = pairsim("fit", "film.csv", "case.yaml", "--atlas", str(atlas))
     assert refused.returncode == 2
     assert "must be a column with its unit, such as t [s]" in refused.stderr
+
+
+def test_a_film_a_run_and_a_curve_are_in_one_picture(
+    atlas: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen = film(tmp_path / "film.csv", 0.0, 0.06, 0.0)
+    table = Atlas.load(atlas).table(0.4, 0.0, 0.06)
+    (frames := pd.read_csv(seen)).columns = ["t", "d"]
+    run = {"t": frames["t"].to_numpy() / 1e3 / TIME, "d": frames["d"].to_numpy() / 50}
+    for name, file, columns in (("run", "series", run), ("curve", "curve", table)):
+        (folder := tmp_path / name).mkdir()
+        scales = {"length": 50e-6, "time": TIME, "velocity": 50e-6 / TIME, "stress": 1.0}
+        (folder / "run.json").write_text(json.dumps({"kind": name, "status": "finished", "scales": scales}))
+        (folder / f"{file}.csv").write_text(table_text(list(columns), zip(*columns.values(), strict=True)))
+    with drawn_figures(monkeypatch) as figures:
+        api.plot(tmp_path / "run", tmp_path / "curve", seen, out=tmp_path)
+    motion, off = figures[0].axes
+    assert len(motion.lines) == 3
+    assert np.ptp(motion.lines[-1].get_ydata()) == pytest.approx(20, rel=0.01)
+    assert max(np.abs(line.get_ydata()).max() for line in off.lines if len(line.get_ydata()) > 2) < 0.2
+    (tmp_path / "run" / "run.json").write_text('{"kind": "run"}')
+    with pytest.raises(InputError, match="must be a run or a curve with a physical block"):
+        api.plot(tmp_path / "run", seen, out=tmp_path)
 
 
 def test_what_is_unknown_needs_a_first_guess(atlas: Path, tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from support.commands import Pairsim
 from support.pictures import drawn_figures
 from support.result_folders import make_curve, make_sweep
 
@@ -224,6 +225,29 @@ def test_the_tables_of_a_sweep_are_one_below_the_other(tmp_path: Path) -> None:
     assert curves["physical.relaxation"].tolist() == 5 * ["1 ms"] + 5 * ["2 ms"]
     with pytest.raises(InputError, match="must be curve or equilibria"):
         SweepResult(sweep).frame("series")
+
+
+def test_a_sweep_is_a_data_set(tmp_path: Path, pairsim: Pairsim) -> None:
+    xarray = pytest.importorskip("xarray")
+    parameters = {}
+    for Ca_e, De in [(0.1, 0.2), (0.1, 0.4), (0.3, 0.2), (0.3, 0.4)]:
+        folder = make_curve(tmp_path / "sweep" / f"curve-{Ca_e}-{De}", Ca_e * (1 + De), De)
+        parameters[folder.name] = {"Ca_e": Ca_e, "De": De}
+    sweep = SweepResult(make_sweep(tmp_path / "sweep", "curve", parameters, ["Ca_e", "De"], versions={"pairsim": "1"}))
+    found = sweep.to_xarray()
+    assert dict(found.sizes) == {"Ca_e": 2, "De": 2, "d": 5}
+    expected = 0.3 * 1.2 * np.log(0.4 / 0.2)
+    assert float(found["dU"].sel(Ca_e=0.3, De=0.2, d=0.4)) == pytest.approx(expected)
+    assert (found["dU"].attrs["units"], found["dU_error"].attrs["units"]) == ("U_av", "U_av")
+    assert found["dU"].attrs["long_name"].startswith("velocity of the downstream particle")
+    assert found.attrs == {"name": "sweep", "command": "curve", "pairsim": "1"}
+    some = dict(list(parameters.items())[:3])
+    found = SweepResult(make_sweep(tmp_path / "sweep", "curve", some, ["Ca_e", "De"], versions={})).to_xarray()
+    assert dict(found.sizes) == {"case": 3, "d": 5}
+    assert found["De"].values.tolist() == [0.2, 0.4, 0.2]
+    done = pairsim("table", "sweep", "--netcdf", "a.nc")
+    assert done.returncode == 0, done.stderr
+    assert xarray.load_dataset(tmp_path / "a.nc").equals(found)
 
 
 def test_a_sweep_over_a_quantity_is_drawn_over_it_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

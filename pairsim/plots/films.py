@@ -1,0 +1,34 @@
+"""Films of two beads, and what models of their motion say."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pairsim.plots.chart import POINT, Panel, Series, draw_chart
+from pairsim.plots.style import COLOURS, LINES, Page, printing
+from pairsim.runtime.arrays import Array
+
+
+@printing()
+def draw_film(film: tuple[Array, Array], lines: Mapping[str, tuple[Array, Array]], out: Path, page: Page) -> list[Path]:
+    """Draw `film`: distances over time, lines of models over them, and by how much these are off.
+
+    Args:
+        film: Times [s] and distances [um] of its frames, shape (frames,) each.
+        lines: Times and distances of each model by its name, in the same units.
+        out: Folder of the picture.
+        page: What it is drawn for.
+    """
+    panels = {"d": Panel("$t$  [s]", "$d$  [µm]"), "off": Panel("$t$  [s]", "model - film  [µm]")}
+    hollow: dict[str, Any] = {"marker": "o", "markerfacecolor": "none", "markersize": 3}
+    series = [Series("d", *film, look=hollow | {"color": "0.5"}, mark=POINT, label="film")]
+    for (name, (t, d)), colour, line in zip(lines.items(), COLOURS, LINES, strict=False):
+        times, seen = (each[(t[0] <= film[0]) & (film[0] <= t[-1])] for each in film)
+        series.append(Series("d", t, d, look={"color": colour, "linestyle": line}, label=name))
+        series.append(Series("off", times, np.interp(times, t, d) - seen, look=hollow | {"color": colour}, mark=POINT))
+    figure, _ = draw_chart(page, panels, series, [])
+    return page.save(figure, out, "film")
