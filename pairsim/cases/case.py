@@ -300,7 +300,7 @@ class SceneCase(Keys):
     def resolved(self) -> dict[str, Any]:
         """The case with every default filled in, as dicts, lists, numbers and strings."""
         data = self.model_dump(mode="json")
-        if self.length is None:
+        if self.length is None and not self.closed:  # of a period it follows from other keys
             data["length"] = self.tube_length
         data |= {"liquid": self._resolved_liquid(), "solid": self._resolved_solid()}
         if self.physical is not None:

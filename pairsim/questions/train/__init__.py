@@ -113,8 +113,8 @@ class TrainCase(SceneCase):
 
     @property
     def gaps(self) -> tuple[float, ...]:
-        """None: there is one bead in a period."""
-        return ()
+        """The one in a period, between undeformed beads."""
+        return (self.tube_length - max(self.betas, default=0.0),)
 
     @property
     def listed(self) -> tuple[float, ...]:
@@ -127,18 +127,10 @@ class TrainCase(SceneCase):
         return sum(self.d) / len(self.d) if isinstance(self.d, tuple) else self.d
 
     @property
-    def range_of_d(self) -> tuple[float, float]:
-        return (self.tube_length - max(self.betas),) * 2
-
-    @property
     def tube_length(self) -> float:
         """Length of a period with undeformed beads [D_c]."""
         d = self.mean_d or max(self.train.transition or (0.0,))
         return self.train.spacing or max(self.betas, default=0.0) + d
-
-    def resolved(self) -> dict[str, Any]:
-        """The case with every default filled in, without a length: it follows from the spacing."""
-        return {key: value for key, value in super().resolved().items() if key != "length"}
 
     def _slug_parts(self) -> list[str]:
         distance = f"d{self.mean_d:g}" if self.mean_d is not None else f"spacing{self.tube_length:g}"
