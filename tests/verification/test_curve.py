@@ -91,12 +91,6 @@ def test_rounding_has_neither_zeros_nor_bends() -> None:
     branch.close()
 
 
-@pytest.mark.slow
-def test_periodic_and_developed_ends_give_the_same_curve() -> None:
-    long, cut = curve(ends="periodic", length=9.0), curve(length="auto")
-    assert cut["dU"].item() == pytest.approx(long["dU"].item(), rel=5e-3)
-
-
 def test_one_particle_has_a_shape_and_a_velocity() -> None:
     """A soft sphere on the axis lags a rigid one by second order in Ca_e: to first order it only becomes an egg."""
     rigid, little, more = (curve(particles=1, Ca_e=Ca_e, d=None).iloc[0] for Ca_e in (0, 0.02, 0.04))

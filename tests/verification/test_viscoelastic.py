@@ -15,9 +15,7 @@ from support.references import reference
 from support.scenes import dU, soft_pair
 
 import pairsim
-from pairsim.fem.meshes.geometry import Geometry, MeshSettings, Reference
-from pairsim.fem.meshes.interpolation import interpolate
-from pairsim.fem.meshes.meshing import liquid_mesh
+from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.physics.conformation import exponential, logarithm, polymer_stress
 from pairsim.physics.liquids import NEWTONIAN, Liquid, single
 from pairsim.physics.liquids.fene_p import FeneP
@@ -152,16 +150,6 @@ def test_exponential_and_logarithm_are_those_of_matrices() -> None:
         exact = expm(np.array([[row[0], row[1]], [row[1], row[2]]]))
         assert value == pytest.approx([exact[0, 0], exact[0, 1], exact[1, 1], np.exp(row[3])], rel=1e-12, abs=1e-14)
     assert logarithm(c) == pytest.approx(s, abs=1e-9)
-
-
-def test_parabolas_are_carried_exactly_to_other_points() -> None:
-    geometry = Geometry((), (), 4.0)
-    mesh = liquid_mesh(Reference.spheres(geometry, []), MeshSettings())
-    rng = np.random.default_rng(0)
-    points = rng.uniform([-2, 0], [2, 0.5], (200, 2))
-    values = np.column_stack([mesh.points[:, 0] ** 2, mesh.points[:, 0] * mesh.points[:, 1]])
-    found = interpolate(mesh, mesh.points, values, points)
-    assert found == pytest.approx(np.column_stack([points[:, 0] ** 2, points[:, 0] * points[:, 1]]), abs=1e-10)
 
 
 @cache
