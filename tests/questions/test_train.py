@@ -49,6 +49,7 @@ def test_a_cell_of_three_is_three_cells_of_one_and_its_beads_are_equal_to_roundi
     assert x[row.scene.dp] == pytest.approx(3 * x_one[alone.scene.dp], rel=1e-10)
 
 
+@pytest.mark.slow
 def test_beads_far_apart_move_as_one_on_its_own() -> None:
     keys = {"beta": 0.4, "De": 0, "Ca_e": 0.1}
     far = one(**keys, d=2.0, mesh={"Np": 16})

@@ -89,6 +89,7 @@ def test_a_curve_is_its_interpolant_and_an_error_outside(curve: pairsim.CurveRes
         curve.dU(0.2, gap=2)
 
 
+@pytest.mark.slow
 def test_a_result_is_pickled_with_its_files_and_computed_in_one_thread_at_a_time() -> None:
     """Two at once in PETSc, MUMPS or gmsh end the process."""
     with ThreadPoolExecutor(2) as threads:

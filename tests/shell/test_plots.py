@@ -266,6 +266,7 @@ def test_pictures_are_in_the_units_of_the_experiment(tmp_path: Path, monkeypatch
                     assert axis.get_ylim() == pytest.approx(np.array(same.get_ylim()) * 8e3, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_gaps_of_a_row_are_lines_below_a_scale_of_positions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with drawn_figures(monkeypatch) as figures:
         plot(make_run(tmp_path / "run", 5, []))

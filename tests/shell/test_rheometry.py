@@ -200,6 +200,7 @@ def test_a_shear_stress_that_falls_with_the_rate_is_told(pairsim: Pairsim) -> No
     assert "the shear stress falls" not in pairsim("units", *flow, *liquid, "0.2").stdout
 
 
+@pytest.mark.slow
 def test_a_pressure_gives_the_mean_velocity(pairsim: Pairsim, tmp_path: Path) -> None:
     """U = dp D^2/(32 eta L), and for a power law (dp D/(4 K L))^(1/n) D n/(2 (3 n + 1))."""
     bead = ("--tube", "50um", "--particle", "20um", "--modulus", "1kPa", "--pressure", "20kPa", "--over", "5cm")

@@ -110,9 +110,8 @@ def test_a_finer_mesh_with_a_larger_error_is_not_kept(monkeypatch: pytest.Monkey
     branch.close()
 
 
-@pytest.mark.parametrize(
-    ("Ca_e", "d", "largest"), [(0.02, 0.8, 1.103e-3), pytest.param(0.1, 2.0, 6.785e-3, marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("Ca_e", "d", "largest"), [(0.02, 0.8, 1.103e-3), (0.1, 2.0, 6.785e-3)])
 def test_the_size_of_dU_at_a_single_distance_is_that_of_the_curve_it_lies_on(
     Ca_e: float, d: float, largest: float
 ) -> None:

@@ -100,6 +100,7 @@ def test_one_particle_has_a_shape_and_a_velocity() -> None:
     assert more["D_1"] / little["D_1"] == pytest.approx(4, rel=0.05)
 
 
+@pytest.mark.slow
 def test_three_particles_with_their_own_gaps() -> None:
     """A third one far upstream hardly changes the pair, which is slower than a lone particle and comes closer to it."""
     three = curve(particles=3, d=[[0.8, 0.1]], Ca_e=0.05).iloc[0]

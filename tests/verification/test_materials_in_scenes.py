@@ -34,7 +34,8 @@ def drag(n: float, beta: float, **keys: Any) -> tuple[float, float]:
     return float(found["F_1"]) / unit, float(found["F_error_1"]) / unit
 
 
-@pytest.mark.parametrize("n", [0.4, pytest.param(0.3, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("n", [0.4, 0.3])
 def test_equal_rigid_spheres_keep_their_distance(n: float) -> None:
     """The stress is odd in the velocity, and the pair is its own mirror image; Newton's method leaves 2e-11."""
     found = row(**PAIR, Ca_e=0, liquid=power_law(n))

@@ -95,10 +95,11 @@ def begun(steps: int, **keys: object) -> pairsim.RunResult:
     return run
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "keys",
     [
-        pytest.param({"d0": 0.005}, id="narrow gap", marks=pytest.mark.slow),
+        pytest.param({"d0": 0.005}, id="narrow gap"),
         pytest.param({"beta": 0.6, "Ca_e": 0.05, "d0": 0.1, "ends": "developed"}, id="developed ends"),
     ],
 )

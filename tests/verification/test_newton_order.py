@@ -54,7 +54,9 @@ def observed_orders(newton: Newton, solution: Array, away: Array, solve: Callabl
     return [float(b / a) for a, b in pairwise(ratios)]
 
 
-@pytest.mark.parametrize("name", ["newtonian", "power-law", pytest.param("giesekus", marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "name", ["newtonian", *(pytest.param(name, marks=pytest.mark.slow) for name in ("power-law", "giesekus"))]
+)
 def test_newton_converges_quadratically_in_time(name: str) -> None:
     """From the velocities and stresses before a step."""
     liquid = LIQUIDS[name]

@@ -157,6 +157,7 @@ def test_rigid_particles_remember_as_long_as_the_polymer() -> None:
     assert point(De=0.5, Ca_e=0, d=(0.3,)).t_relax == 0.5
 
 
+@pytest.mark.slow
 def test_t_relax_does_not_depend_on_the_mesh() -> None:
     """Short waves on the surfaces, which outlast what is seen of a disturbance, are different ones on each mesh."""
     coarse, fine = (point(particles=1, d=None, mesh={"Np": Np}).t_relax for Np in (14, 20))
@@ -194,6 +195,7 @@ def test_the_time_of_one_mode_is_its_own_and_what_grows_has_none() -> None:
     assert _late_time(np.array([[-0.7]]), np.array([[2.0]])) == np.inf
 
 
+@pytest.mark.slow
 def test_slopes_of_all_velocities_by_each_distance_of_three_are_their_differences() -> None:
     branch, here = solved(d=((0.1, 0.25),), particles=3, length=6.0, mesh={"Np": 10})
     step, largest = 1e-3, float(np.abs(here.held_slopes).max())
