@@ -100,8 +100,8 @@ def fit(
     numbers = {"beta": asked.betas[0], "De": asked.De, "Ca_e": asked.Ca_es[0]}
     used = t >= t[0] + FORGOTTEN * np.interp(d[0], book.d, book.table(**numbers)["t_relax"])
     seconds, t, d, follow = seconds[used], t[used] - t[0], d[used], [GIVES[name] for name in unknown]
-    if len(t) < len(unknown) + 3 or not (book.d[0] < d.min() and d.max() < book.d[-1]):
-        raise InputError(str(film), "", None, "must have more frames, with distances of the atlas")
+    if len(t) < len(unknown) + 3 or not book.d[0] < d[0] < book.d[-1]:
+        raise InputError(str(film), "", None, "must have more frames, from a distance of the atlas on")
 
     def deviations(x: Array, part: float) -> Array:
         """Of the distances, by the unknowns over their first guess and the first distance, with dU + part dU_error."""
@@ -118,7 +118,9 @@ def fit(
         scipy.optimize.least_squares(deviations, start, bounds=bounds, diff_step=1e-4, args=(part,))
         for part in (0.0, 1.0, -1.0)
     )
-    free = len(t) - len(start)
+    fitted, free = d + best.fun, len(t) - len(start)
+    if not (book.d[0] <= fitted.min() and fitted.max() <= book.d[-1]):
+        raise InputError(str(film), "", None, "must have distances of the atlas alone")
     covariance = np.linalg.pinv(best.jac.T @ best.jac) * (best.fun @ best.fun) / free
     half = scipy.stats.t.ppf(0.975, free) * np.sqrt(np.diag(covariance)) + np.abs(more.x - less.x) / 2
     values = {}
@@ -127,7 +129,7 @@ def fit(
         interval = np.clip(ratio * np.exp([-width / ratio, width / ratio]), low, high)
         values[name] = guess * ratio, *map(float, guess * interval), unit
     um = 1e6 * scales.length
-    return FilmFit(values, seconds, um * d, um * (d + best.fun))
+    return FilmFit(values, seconds, um * d, um * fitted)
 
 
 def overlay_film(film: Path, folders: Sequence[Path], out: Path, page: Page) -> list[Path]:
