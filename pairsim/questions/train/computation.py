@@ -51,7 +51,7 @@ def computation(case: TrainCase, monitor: Monitor) -> events.Events:
     yield events.Row("train", dict.fromkeys(_names(TRAIN)) | row)  # the result that is waited for
     waves = [dict(wave) for _, wave in found.spectrum.of_cell.iterrows()]
     yield events.Table("spectrum", _names(SPECTRUM), waves)
-    sentences = list(_said(case, row, slope))
+    sentences = list(_said(case, row, slope))  # to which those of a row are added
     yield events.Summary({"unknowns": found.unknowns, "sentences": sentences}, _warnings(case, found))
     if (gaps := first_gaps(case, found.d)).size:
         sentences += yield from follow(case, problem, start, gaps, found)

@@ -17,7 +17,7 @@ from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.rows.model import Row, fitted
 from pairsim.solvers.rows.motion import TOLERANCE, move, propagator
-from pairsim.solvers.rows.short_rows import short_rows, solved, trains
+from pairsim.solvers.rows.short_rows import MOST, places_of, short_rows, solved, trains
 from pairsim.solvers.trains.train import Train
 
 LONG = 50.0  # length of the tube of short rows over the diameter of a bead, as of other cases
@@ -53,9 +53,10 @@ def follow(
     """
     problem, n, rows = replace(problem, length=LONG * problem.betas[0], closed=False), len(gaps) + 1, list[Row]()
     least = min(LEAST, gaps.min() if case.listed else gaps.mean() / 2)
+    total = sum(len(places_of(count, least)) for count in range(1, MOST + 1))
     for row in short_rows(problem, alone, least):
         rows.append(row)
-        yield events.Progress(1.0, f"{len(rows)} short rows", len(rows))
+        yield events.Progress(1.0, f"{len(rows)} of {total} short rows", len(rows))
     model = fitted(rows, list(trains(problem, alone)))
     t, places = move(model, gaps, case.row.min_gap, case.row.tube, problem.monitor)
     times = np.linspace(0.0, t[-1], PLACES)

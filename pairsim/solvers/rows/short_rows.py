@@ -23,6 +23,7 @@ from pairsim.solvers.trains.train import train_of
 # All constants were chosen.
 FARTHEST = {2: 1.6, 3: 0.9, 4: 0.45, 5: 0.3}  # largest distance of short rows of so many particles [D_c]
 COUNTS = {2: 14, 3: 4, 4: 3, 5: 2}  # how many distances of each gap
+MOST = 5  # particles of short rows
 ALL = 4  # particles up to which all combinations of distances are solved
 ROOM = 4.0  # length of tube beyond a row, both ends together [D_c]
 TRAINS = (0.06, 0.12, 0.24, 0.48)  # distances of infinite trains [D_c]
@@ -81,13 +82,13 @@ def places_of(count: int, least: float) -> list[tuple[float, ...]]:
     return [tuple(row) for row in distances.round(4)[chosen].tolist()]
 
 
-def short_rows(problem: SteadyProblem, alone: Parameters, least: float, most: int = 5) -> Iterator[Row]:
+def short_rows(problem: SteadyProblem, alone: Parameters, least: float, most: int = MOST) -> Iterator[Row]:
     """All rows of which the model is made, the single particle first.
 
     Args:
         problem, alone: As for `solved`.
         least: Smallest distance [D_c].
-        most: Number of particles of the longest ones, at most 5.
+        most: Number of particles of the longest ones, at most `MOST`.
     """
     for count in range(1, most + 1):
         yield from solved(problem, alone, places_of(count, least))
