@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 GIVES = {"modulus": ("Ca_e", -1), "relaxation": ("De", 1)}
 """What may be unknown, the number that follows from it, and the power of it."""
+LEAST = 1e-3  # such a number over its first guess, at least; chosen
 WIDE = 2.0  # ratio to its value at which an interval ends of which it is said that the data do not determine it; chosen
 CHANCE = 3.0  # standard errors that the correlation of neighbouring residuals may have by chance; chosen
 
@@ -104,14 +105,13 @@ def fit(
         raise InputError(str(film), "", None, "must have more frames, from a distance of the atlas on")
 
     def deviations(x: Array, part: float) -> Array:
-        """Of the distances, by the unknowns over their first guess and the first distance, with dU + part dU_error."""
-        ratios = {name: ratio**power for (name, power), ratio in zip(follow, x, strict=False)}
-        there = {name: number * ratios.get(name, 1.0) for name, number in numbers.items()}
+        """Of the distances, by unknown numbers over their first guess and the first distance; dU + part dU_error."""
+        there = numbers | {name: numbers[name] * ratio for (name, _), ratio in zip(follow, x, strict=False)}
         table = book.table(**there)
         moved = path_of({**table, "dU": table["dU"] + part * table["dU_error"]}, x[-1], t)
         return np.asarray(moved - d)
 
-    ends = [sorted((1e-3**power, (book.box[name][1] / numbers[name]) ** power)) for name, power in follow]
+    ends = [(LEAST, book.box[name][1] / numbers[name]) for name, _ in follow]
     bounds = np.array([*ends, book.d[[0, -1]]]).T
     start = np.array([*np.ones(len(unknown)), d[0]])
     best, more, less = (
@@ -124,10 +124,10 @@ def fit(
     covariance = np.linalg.pinv(best.jac.T @ best.jac) * (best.fun @ best.fun) / free
     half = scipy.stats.t.ppf(0.975, free) * np.sqrt(np.diag(covariance)) + np.abs(more.x - less.x) / 2
     values = {}
-    for name, ratio, width, (low, high) in zip(unknown, best.x, half, ends, strict=False):
+    for name, (_, power), ratio, width, (low, high) in zip(unknown, follow, best.x, half, ends, strict=False):
         guess, unit = as_given(block[name])
-        interval = np.clip(ratio * np.exp([-width / ratio, width / ratio]), low, high)
-        values[name] = guess * ratio, *map(float, guess * interval), unit
+        interval = np.sort(guess * np.clip([ratio - width, ratio + width], low, high) ** power)
+        values[name] = guess * ratio**power, *map(float, interval), unit
     um = 1e6 * scales.length
     return FilmFit(values, seconds, um * d, um * fitted)
 

@@ -65,6 +65,10 @@ def test_a_relaxation_time_is_found_beside_it(atlas: Path, tmp_path: Path) -> No
 def test_what_data_do_not_determine_and_what_does_not_fit_is_said(atlas: Path, tmp_path: Path) -> None:
     short = api.fit(film(tmp_path / "a.csv", 0.0, 0.06, 0.02, stop=0.51), case(modulus="5 kPa"), atlas=atlas)
     assert "these data do not determine it" in str(short)
+    still = api.fit(film(tmp_path / "c.csv", 0.0, 0.06, 0.05, stop=0.51), case(modulus="5 kPa"), atlas=atlas)
+    for found in (short, still):
+        _, least, most, _ = found.values["modulus"]
+        assert least < 5 * 0.033953 / 0.06 < most
     drift = api.fit(film(tmp_path / "b.csv", 0.0, 0.06, 4e-3, drift=0.03), case(modulus="5 kPa"), atlas=atlas)
     assert "A bad fit" in str(drift)
 
