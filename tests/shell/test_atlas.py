@@ -156,7 +156,7 @@ def test_intervals_of_the_atlas_that_ships_hold_curves_it_was_not_made_of() -> N
         ("newtonian", 0.27, 0.0, 0.062, "newtonian", 0.05),
         ("newtonian", 0.46, 0.0, 0.031, "newtonian", 0.05),
         ("equal-pairs", 0.36, 0.85, 0.04, "giesekus", 0.05),
-        ("equal-pairs", 0.44, 0.3, 0.07, "giesekus", 0.05),
+        pytest.param("equal-pairs", 0.44, 0.3, 0.07, "giesekus", 0.05, marks=pytest.mark.long),  # twelve seconds
     ],
 )
 def test_the_atlases_that_ship_hold_fresh_points(
