@@ -17,6 +17,7 @@ from pairsim.runtime.errors import InputError
 from pairsim.solvers.curves.interpolant import CurveInterpolant
 
 NODES = 4  # of the quadrature between two samples of a curve, which leaves 1e-10 of smooth ones
+STEPS = 512  # of a curve, between which rates are interpolated linearly for its motion over time; chosen
 SAME = 1e-9  # relative difference of a distance from an end of the curve that is due to rounding
 
 
@@ -124,10 +125,16 @@ def path_of(table: Mapping[str, Array], start: float, times: Array) -> Array:
         table: Columns of curve.csv in ascending d, each of shape (points,).
         start: The distance at the first time [D_c].
         times: Ascending [D_c/U_av], shape (times,).
+
+    Raises:
+        InputError: It is not the curve of a pair in steady states, with at least two points.
     """
     from scipy.integrate import solve_ivp  # takes long to import
 
-    x, rate = np.log(table["d"]), table["dU"] / table["stretch"] / table["d"]
+    if (motion := Motion.of(table)) is None:
+        raise InputError("curve", "", None, "must be that of a pair in steady states, with at least two points")
+    d = np.geomspace(*motion.curve.ends, STEPS)
+    x, rate = np.log(d), motion.curve.values(d) / motion.stretch(d) / d
     span, x0 = times[[0, -1]], [np.log(start)]
     path = solve_ivp(lambda _, now: np.interp(now, x, rate), span, x0, "LSODA", times, rtol=1e-9, atol=1e-11)
     return np.asarray(np.exp(path.y[0]))

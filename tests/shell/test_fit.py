@@ -105,7 +105,7 @@ def test_a_film_a_run_and_a_curve_are_in_one_picture(
     motion, off = figures[0].axes
     assert len(motion.lines) == 3
     assert np.ptp(motion.lines[-1].get_ydata()) == pytest.approx(20, rel=0.01)
-    assert max(np.abs(line.get_ydata()).max() for line in off.lines if len(line.get_ydata()) > 2) < 0.2
+    assert max(np.abs(line.get_ydata()).max() for line in off.lines if len(line.get_ydata()) > 2) < 0.05
     (tmp_path / "run" / "run.json").write_text('{"kind": "run"}')
     with pytest.raises(InputError, match="must be a run or a curve with a physical block"):
         api.plot(tmp_path / "run", seen, out=tmp_path)
