@@ -31,6 +31,15 @@ def run(**keys: Any) -> pd.DataFrame:
     return pairsim.run({**PAIR, **keys}).check().table
 
 
+@pytest.mark.slow
+def test_a_nearly_rigid_pair_in_time_separates_as_first_order_theory() -> None:
+    """When the stresses have developed and d has not moved; curves do so at other beta and d, too (test_curve.py)."""
+    Ca = 1e-3
+    time = {"end": 60 * Ca, "max_step": 3 * Ca, "first_step": Ca / 100}
+    dU = run(Ca_e=Ca, length="auto", mesh={"Np": 20}, time=time)["dU"].iloc[-1]
+    assert dU / Ca == pytest.approx(reference("soft", "S beta 0.4 d 0.1"), rel=5e-3)
+
+
 def modes(body: Body, h: np.ndarray, Ca: float) -> np.ndarray:
     """Legendre coefficients f_n of the outline about its centre of volume, (r/a - 1)/Ca = sum f_n P_n(cos theta)."""
     nodes = body.outline_points(h)
