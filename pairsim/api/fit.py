@@ -104,25 +104,28 @@ def fit(
     if len(t) < len(unknown) + 3 or not book.d[0] < d[0] < book.d[-1]:
         raise InputError(str(film), "", None, "must have more frames, from a distance of the atlas on")
 
-    def deviations(x: Array, part: float) -> Array:
-        """Of the distances, by unknown numbers over their first guess and the first distance; dU + part dU_error."""
+    def deviations(x: Array, parts: Array) -> Array:
+        """Of the distances, by unknown numbers over their first guess and the first distance; dU + parts dU_error."""
         there = numbers | {name: numbers[name] * ratio for (name, _), ratio in zip(follow, x, strict=False)}
         table = book.table(**there)
-        moved = path_of({**table, "dU": table["dU"] + part * table["dU_error"]}, x[-1], t)
+        moved = path_of({**table, "dU": table["dU"] + parts * table["dU_error"]}, x[-1], t)
         return np.asarray(moved - d)
 
     ends = [(LEAST, book.box[name][1] / numbers[name]) for name, _ in follow]
     bounds = np.array([*ends, book.d[[0, -1]]]).T
     start = np.array([*np.ones(len(unknown)), d[0]])
-    best, more, less = (
-        scipy.optimize.least_squares(deviations, start, bounds=bounds, diff_step=1e-4, args=(part,))
-        for part in (0.0, 1.0, -1.0)
+    seen = np.clip([d.min(), d.max()], *book.d[[0, -1]])
+    way = np.interp(np.log(book.d), np.log(seen), [-1.0, 1.0])  # from one end of the film to the other
+    best, shifted, tilted = (
+        scipy.optimize.least_squares(deviations, start, bounds=bounds, diff_step=1e-4, args=(parts,))
+        for parts in (0 * way, way**0, way)
     )
     fitted, free = d + best.fun, len(t) - len(start)
     if not (book.d[0] <= fitted.min() and fitted.max() <= book.d[-1]):
         raise InputError(str(film), "", None, "must have distances of the atlas alone")
     covariance = np.linalg.pinv(best.jac.T @ best.jac) * (best.fun @ best.fun) / free
-    half = scipy.stats.t.ppf(0.975, free) * np.sqrt(np.diag(covariance)) + np.abs(more.x - less.x) / 2
+    half = scipy.stats.t.ppf(0.975, free) * np.sqrt(np.diag(covariance))
+    half += np.hypot(shifted.x - best.x, tilted.x - best.x)
     values = {}
     for name, (_, power), ratio, width, (low, high) in zip(unknown, follow, best.x, half, ends, strict=False):
         guess, unit = as_given(block[name])

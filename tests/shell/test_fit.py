@@ -50,6 +50,9 @@ def test_a_modulus_is_found_within_its_interval(atlas: Path, tmp_path: Path) -> 
     assert least < 5 * 0.033953 / 0.06 < most
     assert most < 1.3 * value
     assert "bad fit" not in str(found)
+    exactly = api.fit(film(tmp_path / "exact.csv", 0.0, 0.06, 0.0), case(modulus="5 kPa"), atlas=atlas)
+    _, least, most, _ = exactly.values["modulus"]  # which the atlas does not know exactly
+    assert least < 5 * 0.033953 / 0.06 < most
 
 
 def test_a_relaxation_time_is_found_beside_it(atlas: Path, tmp_path: Path) -> None:
