@@ -62,6 +62,8 @@ def ask(
     given = {name: options[name] for name in names if options[name]}
     if case is None and tube is None:
         raise InputError("pairsim ask", "--tube", None, "must be given, or a case file")
+    if relaxation and not (liquid or case):
+        raise InputError("pairsim ask", "--liquid", None, "must be given with --relaxation, as for pairsim units")
     if (start is None) != (stop is None):
         raise InputError("pairsim ask", "--from" if start is None else "--to", None, "must be given, too, for a travel")
     apply_settings(given, tuple(set_ or ()))

@@ -106,6 +106,8 @@ def test_the_command_answers_in_words(atlas: Path, pairsim: Pairsim) -> None:
     assert "--tube: must be given, or a case file" in refused.stderr
     refused = pairsim("ask", "--tube", "50um", "--from", "20um", "--atlas", str(atlas))
     assert "--to: must be given, too, for a travel" in refused.stderr
+    refused = pairsim("ask", *options.split(), "--relaxation", "2ms", "--atlas", str(atlas))
+    assert "--liquid: must be given with --relaxation" in refused.stderr
 
 
 @pytest.mark.slow
