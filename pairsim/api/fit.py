@@ -101,8 +101,8 @@ def fit(
     numbers = {"beta": asked.betas[0], "De": asked.De, "Ca_e": asked.Ca_es[0]}
     used = t >= t[0] + FORGOTTEN * np.interp(d[0], book.d, book.table(**numbers)["t_relax"])
     seconds, t, d, follow = seconds[used], t[used] - t[0], d[used], [GIVES[name] for name in unknown]
-    if len(t) < len(unknown) + 3 or not book.d[0] < d[0] < book.d[-1]:
-        raise InputError(str(film), "", None, "must have more frames, from a distance of the atlas on")
+    if len(t) < len(unknown) + 3:
+        raise InputError(str(film), "", None, "must have more frames")
 
     def deviations(x: Array, parts: Array) -> Array:
         """Of the distances, by unknown numbers over their first guess and the first distance; dU + parts dU_error."""
@@ -113,7 +113,7 @@ def fit(
 
     ends = [(LEAST, book.box[name][1] / numbers[name]) for name, _ in follow]
     bounds = np.array([*ends, book.d[[0, -1]]]).T
-    start = np.array([*np.ones(len(unknown)), d[0]])
+    start = np.array([*np.ones(len(unknown)), np.clip(d[0], 1.01 * book.d[0], 0.99 * book.d[-1])])
     seen = np.clip([d.min(), d.max()], *book.d[[0, -1]])
     way = np.interp(np.log(book.d), np.log(seen), [-1.0, 1.0])  # from one end of the film to the other
     best, shifted, tilted = (

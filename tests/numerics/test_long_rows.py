@@ -97,10 +97,12 @@ def test_particles_that_touch_travel_on_as_a_doublet_until_they_would_have_to_be
     assert min(places(t[-1]) - places(0.0)) == pytest.approx(20.0, abs=1e-6)
 
 
-def test_a_film_between_particles_slows_them_where_no_rows_were_solved() -> None:
-    model, gaps, c = replace(made_model(), least=0.1), np.array([0.1, 0.3, 0.3]), 0.07 * 0.4
+def test_a_film_slows_particles_that_come_closer_where_no_rows_were_solved() -> None:
+    closing, gaps, c = replace(made_model(), least=0.1), np.array([0.1, 0.3, 0.3]), 0.07 * 0.4
+    opening = replace(closing, coefficients=-closing.coefficients)
     for part in (0.9, 0.28, 0.028):
         first = gaps * [part, 1, 1]
-        t, places = move(model, first, 1e-6, 1e-4, Monitor())
-        rate = np.diff(places(t[-1]) - places(0.0))[0] / t[-1]
-        assert rate == pytest.approx(model.row(first).rates[0] * part * (0.1 + c) / (part * 0.1 + c), rel=1e-2)
+        for model, slowed in ((closing, part * (0.1 + c) / (part * 0.1 + c)), (opening, 1.0)):
+            t, places = move(model, first, 1e-6, 1e-4, Monitor())
+            rate = np.diff(places(t[-1]) - places(0.0))[0] / t[-1]
+            assert rate == pytest.approx(model.row(first).rates[0] * slowed, rel=1e-2)
