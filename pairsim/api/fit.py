@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -30,6 +30,10 @@ GIVES = {"modulus": ("Ca_e", -1), "relaxation": ("De", 1)}
 """What may be unknown, the number that follows from it, and the power of it."""
 LEAST = 1e-3  # such a number over its first guess, at least; chosen
 WIDE = 2.0  # ratio to its value at which an interval ends of which it is said that the data do not determine it; chosen
+PLACES, NEAR = 9, (-1.5, 0.0, 1.5)
+"""Where the sum of squares is looked at: over the whole range, and beside its least value, in half-widths there."""
+MOST = 3.0  # half-widths by which dU may be off
+EXACT = 1e-4  # least noise of distances that is assumed [D_c]: errors of the atlas are of more than two kinds; chosen
 CHANCE = 3.0  # standard errors that the correlation of neighbouring residuals may have by chance; chosen
 
 
@@ -79,7 +83,8 @@ def fit(
 ) -> FilmFit:
     """Fit quantities of an experiment to a film of two equal beads, from when they have forgotten their start.
 
-    Intervals have the part of the scatter of the film and that of the atlas.
+    Intervals reach to the last values at which the film is as probable as its scatter, and the half-widths of the
+    atlas, allow (the profile of its likelihood).
 
     Args:
         film: CSV file with times and distances between the surfaces: columns such as "t [s]" and "d [um]".
@@ -104,33 +109,65 @@ def fit(
     if len(t) < len(unknown) + 3:
         raise InputError(str(film), "", None, "must have more frames")
 
-    def deviations(x: Array, parts: Array) -> Array:
-        """Of the distances, by unknown numbers over their first guess and the first distance; dU + parts dU_error."""
-        there = numbers | {name: numbers[name] * ratio for (name, _), ratio in zip(follow, x, strict=False)}
-        table = book.table(**there)
-        moved = path_of({**table, "dU": table["dU"] + parts * table["dU_error"]}, x[-1], t)
-        return np.asarray(moved - d)
-
-    ends = [(LEAST, book.box[name][1] / numbers[name]) for name, _ in follow]
-    bounds = np.array([*ends, book.d[[0, -1]]]).T
-    start = np.array([*np.ones(len(unknown)), np.clip(d[0], 1.01 * book.d[0], 0.99 * book.d[-1])])
     seen = np.clip([d.min(), d.max()], *book.d[[0, -1]])
     way = np.interp(np.log(book.d), np.log(seen), [-1.0, 1.0])  # from one end of the film to the other
-    best, shifted, tilted = (
-        scipy.optimize.least_squares(deviations, start, bounds=bounds, diff_step=1e-4, args=(parts,))
-        for parts in (0 * way, way**0, way)
-    )
-    fitted, free = d + best.fun, len(t) - len(start)
+    count = len(unknown)
+
+    def deviations(x: Array, noise: float) -> Array:
+        """Of the distances, and of dU from the atlas.
+
+        Args:
+            x: The unknown numbers over their first guess, the first distance, and 1 more than by how many half-widths
+                dU is off everywhere, and from one end of the film to the other.
+            noise: Standard deviation of the distances, by which deviations of dU count.
+        """
+        there = numbers | {name: numbers[name] * ratio for (name, _), ratio in zip(follow, x, strict=False)}
+        table, off = book.table(**there), x[-2:] - 1
+        moved = path_of({**table, "dU": table["dU"] + (off[0] + off[1] * way) * table["dU_error"]}, x[count], t)
+        return np.concatenate([moved - d, noise * scipy.stats.norm.ppf(0.975) * off])
+
+    ends = [(LEAST, book.box[name][1] / numbers[name]) for name, _ in follow]
+    bounds = np.array([*ends, book.d[[0, -1]], (1 - MOST, 1 + MOST), (1 - MOST, 1 + MOST)]).T
+    start = np.array([*np.ones(count), np.clip(d[0], 1.01 * book.d[0], 0.99 * book.d[-1]), 1.0, 1.0])
+    steps = np.array([*np.full(count + 1, 1e-4), 0.1, 0.1])  # of differences, relative
+
+    def best(x: Array, noise: float, held: Sequence[int] = ()) -> Any:
+        """The fit from given values on, some of which are held."""
+        free = np.setdiff1d(np.arange(len(x)), held)
+
+        def of_free(y: Array) -> Array:
+            return deviations(np.concatenate([x[list(held)], y])[np.argsort([*held, *free])], noise)
+
+        return scipy.optimize.least_squares(of_free, x[free], bounds=bounds[:, free], diff_step=steps[free], gtol=None)
+
+    freedom = len(t) - count - 1
+    noise = max(float(np.sqrt(2 * best(start, 0.0, (count + 1, count + 2)).cost / freedom)), EXACT)
+    found = best(start, noise)
+    fitted = d + found.fun[:-2]
     if not (book.d[0] <= fitted.min() and fitted.max() <= book.d[-1]):
         raise InputError(str(film), "", None, "must have distances of the atlas alone")
-    covariance = np.linalg.pinv(best.jac.T @ best.jac) * (best.fun @ best.fun) / free
-    half = scipy.stats.t.ppf(0.975, free) * np.sqrt(np.diag(covariance))
-    half += np.hypot(shifted.x - best.x, tilted.x - best.x)
+    limit = scipy.stats.t.ppf(0.975, freedom) * noise  # of the root of what is above the least sum of squares
+    scatter = limit * np.sqrt(np.diag(np.linalg.pinv(found.jac.T @ found.jac)))
     values = {}
-    for name, (_, power), ratio, width, (low, high) in zip(unknown, follow, best.x, half, ends, strict=False):
+    for k, (name, (_, power), (low, high)) in enumerate(zip(unknown, follow, ends, strict=True)):
+
+        def beyond(value: float, k: int = k) -> float:
+            """The root of what the sum of squares is above the least one, with this number held, less the limit."""
+            cost = best(np.concatenate([found.x[:k], [value], found.x[k + 1 :]]), noise, (k,)).cost
+            return float(np.sqrt(max(2 * (cost - found.cost), 0.0))) - limit
+
+        near = found.x[k] + scatter[k] * np.array(NEAR)
+        places = np.unique(np.clip([*np.geomspace(low, high, PLACES), *near], low, high))
+        inside = np.flatnonzero([beyond(value) <= 0 for value in places])
+        pairs = (inside[0], inside[0] - 1), (inside[-1], inside[-1] + 1)
+        interval = [
+            float(scipy.optimize.brentq(beyond, places[i], places[out], rtol=1e-3))
+            if 0 <= out < len(places)
+            else places[i]
+            for i, out in pairs
+        ]
         guess, unit = as_given(block[name])
-        interval = np.sort(guess * np.clip([ratio - width, ratio + width], low, high) ** power)
-        values[name] = guess * ratio**power, *map(float, interval), unit
+        values[name] = guess * found.x[k] ** power, *sorted(guess * x**power for x in interval), unit
     um = 1e6 * scales.length
     return FilmFit(values, seconds, um * d, um * fitted)
 

@@ -133,10 +133,10 @@ def path_of(table: Mapping[str, Array], start: float, times: Array) -> Array:
 
     if (motion := Motion.of(table)) is None:
         raise InputError("curve", "", None, "must be that of a pair in steady states, with at least two points")
-    d = np.geomspace(*motion.curve.ends, STEPS)
+    d = np.geomspace(*motion.curve.d[[0, -1]], STEPS)
     x, rate = np.log(d), motion.curve.values(d) / motion.stretch(d) / d
     span, x0 = times[[0, -1]], [np.log(start)]
-    path = solve_ivp(lambda _, now: np.interp(now, x, rate), span, x0, "LSODA", times, rtol=1e-9, atol=1e-11)
+    path = solve_ivp(lambda _, now: np.interp(now, x, rate), span, x0, "LSODA", times, rtol=1e-8, atol=1e-10)
     return np.asarray(np.exp(path.y[0]))
 
 

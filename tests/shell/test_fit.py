@@ -42,6 +42,7 @@ def case(**quantities: Any) -> dict[str, Any]:
     return {"physical": BENCH | quantities, "d": [0.02, 2], **liquid}
 
 
+@pytest.mark.slow
 def test_a_modulus_is_found_within_its_interval(atlas: Path, tmp_path: Path) -> None:
     path = film(tmp_path / "film.csv", 0.0, 0.06, 4e-3)
     found = api.fit(path, case(modulus="5 kPa"), atlas=atlas)  # Ca_e = .0340 there
@@ -55,6 +56,7 @@ def test_a_modulus_is_found_within_its_interval(atlas: Path, tmp_path: Path) -> 
     assert least < 5 * 0.033953 / 0.06 < most
 
 
+@pytest.mark.slow
 def test_a_relaxation_time_is_found_beside_it(atlas: Path, tmp_path: Path) -> None:
     path = film(tmp_path / "film.csv", 0.5, 0.06, 4e-3)
     found = api.fit(path, case(modulus="2.83 kPa", relaxation="2 ms"), unknown=["relaxation"], atlas=atlas)
@@ -65,6 +67,7 @@ def test_a_relaxation_time_is_found_beside_it(atlas: Path, tmp_path: Path) -> No
     assert both.values["relaxation"][2] - both.values["relaxation"][1] > most - least
 
 
+@pytest.mark.slow
 def test_what_data_do_not_determine_and_what_does_not_fit_is_said(atlas: Path, tmp_path: Path) -> None:
     short = api.fit(film(tmp_path / "a.csv", 0.0, 0.06, 0.02, stop=0.51), case(modulus="5 kPa"), atlas=atlas)
     assert "these data do not determine it" in str(short)
@@ -76,6 +79,7 @@ def test_what_data_do_not_determine_and_what_does_not_fit_is_said(atlas: Path, t
     assert "A bad fit" in str(drift)
 
 
+@pytest.mark.slow
 def test_the_command_says_the_same(atlas: Path, tmp_path: Path, pairsim: Pairsim) -> None:
     film(tmp_path / "film.csv", 0.0, 0.06, 4e-3)
     (tmp_path / "case.yaml").write_text(yaml.safe_dump(case(modulus="5 kPa")))
