@@ -133,7 +133,7 @@ def path_of(table: Mapping[str, Array], start: float, times: Array) -> Array:
 
     if (motion := Motion.of(table)) is None:
         raise InputError("curve", "", None, "must be that of a pair in steady states, with at least two points")
-    d = np.geomspace(*motion.curve.d[[0, -1]], STEPS)
+    d = np.geomspace(motion.curve.d[0], motion.curve.d[-1], STEPS)
     x, rate = np.log(d), motion.curve.values(d) / motion.stretch(d) / d
     span, x0 = times[[0, -1]], [np.log(start)]
     path = solve_ivp(lambda _, now: np.interp(now, x, rate), span, x0, "LSODA", times, rtol=1e-8, atol=1e-10)
