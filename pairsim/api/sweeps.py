@@ -15,7 +15,7 @@ from pairsim.cases.identity import RUNS
 from pairsim.computing import QUESTIONS
 from pairsim.results.folder import plain
 from pairsim.results.units import scales_for
-from pairsim.runtime.errors import InputError
+from pairsim.runtime.errors import EnvironmentFailure, InputError
 from pairsim.runtime.locks import is_locked
 from pairsim.runtime.signals import Signals
 from pairsim.sweeps.folder import ENDED, read_sweep, rows_of
@@ -90,10 +90,15 @@ class SweepResult:
         Its dimensions are the keys that vary if the cases are all their combinations, or else `case`, and d, t or
         whichever column comes first. Variables have `units` and `long_name`; errors are variables like others.
 
-        Arguments and errors are those of `frame`; there is an error, too, if the cases have no place in common.
+        Arguments and errors are those of `frame`; there is an error, too, if the cases have no place in common, or
+        xarray is not installed.
         """
+        from importlib.util import find_spec
+
         from pairsim.results.columns import column, known
 
+        if find_spec("xarray") is None:
+            raise EnvironmentFailure("there is no xarray", advice="pip install 'pairsim[netcdf]'")
         frame = self.frame(name, physical=physical)
         units = frame.attrs["units"]
         keys = [key for key in self.record["varying"] if key in frame]

@@ -31,7 +31,7 @@ from pairsim.results.columns import (
 )
 from pairsim.results.table_files import TableWriter, read_table, table_text
 from pairsim.results.tables import brief, csv_text, frame_of, in_units, readable, screen_text, table_of, with_units
-from pairsim.runtime.errors import InputError
+from pairsim.runtime.errors import EnvironmentFailure, InputError
 
 TRAIN = "t,d_1,d_2,U_1,U_2,U_3,dU_1,dU_2,m,newton,dU_error_1,dU_error_2\n" + "\n".join(
     ["0.5,0.1,0.2,1.8,1.9,1.7,0.1,-0.2,1e-15,3,0.01,0.02", "1,0.15,0.1,1.8,1.9,1.7,0.123456789,-0.2,1e-15,2,0.01,nan"]
@@ -227,7 +227,7 @@ def test_the_tables_of_a_sweep_are_one_below_the_other(tmp_path: Path) -> None:
         SweepResult(sweep).frame("series")
 
 
-def test_a_sweep_is_a_data_set(tmp_path: Path, pairsim: Pairsim) -> None:
+def test_a_sweep_is_a_data_set(tmp_path: Path, pairsim: Pairsim, monkeypatch: pytest.MonkeyPatch) -> None:
     xarray = pytest.importorskip("xarray")
     parameters = {}
     for Ca_e, De in [(0.1, 0.2), (0.1, 0.4), (0.3, 0.2), (0.3, 0.4)]:
@@ -248,6 +248,9 @@ def test_a_sweep_is_a_data_set(tmp_path: Path, pairsim: Pairsim) -> None:
     done = pairsim("table", "sweep", "--netcdf", "a.nc")
     assert done.returncode == 0, done.stderr
     assert xarray.load_dataset(tmp_path / "a.nc").equals(found)
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    with pytest.raises(EnvironmentFailure, match=r"there is no xarray.*pairsim\[netcdf\]"):
+        sweep.to_xarray()
 
 
 def test_a_sweep_over_a_quantity_is_drawn_over_it_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
