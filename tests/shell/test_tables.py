@@ -228,7 +228,8 @@ def test_the_tables_of_a_sweep_are_one_below_the_other(tmp_path: Path) -> None:
 
 
 def test_a_sweep_is_a_data_set(tmp_path: Path, pairsim: Pairsim, monkeypatch: pytest.MonkeyPatch) -> None:
-    xarray = pytest.importorskip("xarray")
+    import xarray
+
     parameters = {}
     for Ca_e, De in [(0.1, 0.2), (0.1, 0.4), (0.3, 0.2), (0.3, 0.4)]:
         folder = make_curve(tmp_path / "sweep" / f"curve-{Ca_e}-{De}", Ca_e * (1 + De), De)
