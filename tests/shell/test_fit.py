@@ -17,8 +17,9 @@ from support.commands import Pairsim
 from support.pictures import drawn_figures
 
 import pairsim as api
-from pairsim.atlas.atlas import Atlas
+from pairsim.atlas.atlas import SHIPPED, Atlas
 from pairsim.results.table_files import table_text
+from pairsim.results.travel import path_of
 from pairsim.runtime.errors import InputError
 
 BENCH = {"tube": "50um", "particle": "20um", "flow_rate": "1ul/min", "viscosity": "1Pa.s"}
@@ -65,6 +66,22 @@ def test_a_relaxation_time_is_found_beside_it(atlas: Path, tmp_path: Path) -> No
     assert least < 1e3 * 0.5 * TIME < most
     both = api.fit(path, case(modulus="2.83 kPa", relaxation="2 ms"), unknown=["modulus", "relaxation"], atlas=atlas)
     assert both.values["relaxation"][2] - both.values["relaxation"][1] > most - least
+
+
+@pytest.mark.slow
+def test_an_interval_holds_both_values_that_give_the_same_motion(tmp_path: Path) -> None:
+    """The pair approaches fastest at De = 0.44: one of De 0.37 moves as one of De 0.51, as by a relaxation of 3 ms."""
+    times, De = np.linspace(0, 42, 100), 3e-3 / TIME
+    table = Atlas.load(next(path for path in SHIPPED if path.stem == "equal-pairs")).table(0.4, De, 0.0566)
+    inside = 0
+    for seed in range(4):
+        d = path_of(table, 0.16, times) + 4e-3 * np.random.default_rng(seed).standard_normal(100)
+        rows = "".join(f"{1e3 * TIME * a},{50 * b}\n" for a, b in zip(times, d, strict=True))
+        (tmp_path / "film.csv").write_text(f"t [ms],d [um]\n{rows}")
+        found = api.fit(tmp_path / "film.csv", case(modulus="3 kPa", relaxation="2.5 ms"), unknown=["relaxation"])
+        _, least, most, _ = found.values["relaxation"]
+        inside += 1.4 < least < 2.3 and 3.0 < most < 4.5
+    assert inside >= 3
 
 
 @pytest.mark.slow
