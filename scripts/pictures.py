@@ -45,7 +45,7 @@ def pictures() -> Iterator[tuple[str, str, str]]:
     for pattern, rule in yaml.safe_load(RULES.read_text()).items():
         for path in sorted(ROOT.glob(pattern)):
             shows = [each.format(stem=path.stem) for each in rule["shows"]]
-            yield str(path.relative_to(ROOT)), rule["make"].format(stem=path.stem), state(shows)
+            yield str(path.relative_to(ROOT)), rule["make"].replace("{stem}", path.stem), state(shows)
 
 
 def judged() -> pd.DataFrame:

@@ -22,6 +22,7 @@ sys.path.append(str(ROOT / "scripts"))  # the modules of a script lie beside it
 
 import accuracy
 import paper
+import pictures
 import validation
 from book import cases, pages
 from book.statements import Judged
@@ -62,6 +63,14 @@ def test_each_curve_has_a_transient_and_six_have_three() -> None:
     markers = parameters([name for name in GRIDS if name.endswith("/markers")])
     assert set(curves) == set(markers)
     assert sum(count == 3 for count in markers.values()) >= 6
+
+
+def test_every_picture_of_the_documents_has_a_command(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pictures, "state", lambda paths: " ".join(paths))
+    commands = {name: command for name, command, _ in pictures.pictures()}
+    drawn = {str(path.relative_to(ROOT)) for path in (ROOT / "docs").rglob("*.png")}
+    assert drawn <= commands.keys()
+    assert commands["docs/images/paper/fig02.png"] == "scripts/paper fig02 --page"
 
 
 def test_statements_without_results_are_not_computed(tmp_path: Path) -> None:
