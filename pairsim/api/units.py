@@ -62,7 +62,7 @@ class Units:
     fit: MeasuredLiquid | None = None
 
     def __repr__(self) -> str:
-        rows = [f"{name:<17}{value:<15} {meaning}" for name, value, meaning in (*self.numbers, *self.scales)]
+        rows = [f"{name:<20}{value:<15} {meaning}" for name, value, meaning in (*self.numbers, *self.scales)]
         return "\n".join([*rows, *self.notes])
 
     def case_file(self, name: str) -> str:

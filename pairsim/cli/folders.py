@@ -19,9 +19,9 @@ app = typer.Typer()
 def status(directory: Folder) -> None:
     """Show the status of a folder of results.
 
-    sweep, study: number of cases by status, and the reasons of failures. run,
-    curve, critical: whether it is running or how it ended, wall time in s, and
-    warnings.
+    Of a sweep or study the number of cases by status, and the reasons of
+    failures; of a case whether it is running or how it ended, wall time in s,
+    and warnings.
     """
     import pairsim
     from pairsim.results.folder import kind_of
@@ -235,7 +235,7 @@ def moduli(
         ),
     ] = None,
     celsius: Annotated[
-        float | None, typer.Option(help="Temperature of the carrier [degrees Celsius] in place of that in the file.")
+        float | None, typer.Option(help="Temperature of the carrier in degrees Celsius, in place of that in the file.")
     ] = None,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="CSV file to write (default: FILE-moduli.csv).")

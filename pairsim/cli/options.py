@@ -45,7 +45,7 @@ Budget = Annotated[
     str | None,
     typer.Option(
         help="Largest time, such as 10min; what is known by then is kept. Without it a command that has found nothing "
-        "ends after 4 min, or three times what --dry-run announces.",
+        "ends after 4 min, or later above 3e5 unknowns.",
         metavar="TIME",
     ),
 ]

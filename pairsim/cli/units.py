@@ -17,8 +17,6 @@ ENDS = {"ends": "developed", "length": "auto"}
 """What a case is given that says nothing of the ends of its tube."""
 NUMBERS = {"liquid": ("n", "a", "L2", "alpha", "epsilon"), "solid": ("c",)}
 """Parameters without units of the laws that ship."""
-
-
 Text = str | None
 Number = float | None
 File = Path | None
@@ -62,12 +60,14 @@ def units(
     liquid: Annotated[
         Text,
         _law(
-            help="Law of the liquid: newtonian, carreau, fene-p, giesekus, oldroyd-b, power-law, ptt-linear, ptt-exp, "
-            "white-metzner, or one of your own."
+            help="Law of the liquid: newtonian, bingham, carreau, fene-p, giesekus, herschel-bulkley, oldroyd-b, "
+            "power-law, ptt-linear, ptt-exp, white-metzner, or one of your own."
         ),
     ] = None,
     viscosity: Annotated[Text, quantity("Zero-shear viscosity eta_0, solvent included, such as 1Pa.s.")] = None,
     consistency: Annotated[Text, quantity("Consistency K: eta_0 = K (U_av/D_c)^(n - 1), such as 0.5Pa.s^0.6.")] = None,
+    plastic_viscosity: Annotated[Text, quantity("Plastic viscosity of a Bingham liquid, such as 1Pa.s.")] = None,
+    yield_stress: Annotated[Text, quantity("Yield stress tau_y: Bn = tau_y D_c/(eta_0 U_av), such as 5Pa.")] = None,
     relaxation: Annotated[Text, quantity("Relaxation time lambda: De = lambda U_av/D_c, such as 2ms.")] = None,
     solvent: Annotated[Text, quantity("Viscosity of the solvent eta_s: xi = eta_s/eta_0, such as 1mPa.s.")] = None,
     time_constant: Annotated[Text, quantity("Inverse of the rate where thinning begins, such as 2ms.")] = None,
@@ -80,7 +80,7 @@ def units(
     carrier: Annotated[
         Text, typer.Option(help="Carrier of cytometry in place of --liquid, such as '0.59% MC-PBS'.")
     ] = None,
-    celsius: Annotated[float, typer.Option(help="Temperature of the carrier [degrees Celsius].")] = 23.0,
+    celsius: Annotated[float, typer.Option(help="Temperature of the carrier in degrees Celsius.")] = 23.0,
     solid: Annotated[
         Text, _law(help="Law of the particles: neo-hookean, kelvin-voigt, mooney-rivlin, or one of your own.")
     ] = None,

@@ -250,7 +250,7 @@ def adaptation_report(
     other = widest.no_mesh_helps(case)
     advice = f"; use {other}" if other else f"; leave out {held}" if held else ""
     warning = (
-        f"accuracy: {case.accuracy} was not kept at {', '.join(missed[:MOST_NAMED])}{more}: dU_error is up to "
+        f"accuracy: {case.accuracy} was not kept at {'; '.join(missed[:MOST_NAMED])}{more}: dU_error is up to "
         f"{above(100 * worst, 100 * wanted)} % of {what}{advice}"
     )
     return entry, [warning]

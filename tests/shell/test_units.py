@@ -15,6 +15,7 @@ import pytest
 import yaml
 from support.commands import Pairsim
 from support.inputs import ROOT
+from typer.main import get_command
 from typer.testing import CliRunner
 
 import pairsim as api
@@ -27,8 +28,9 @@ from pairsim.cases.yaml_file import read_yaml
 from pairsim.cli.app import app
 from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case, read_case
+from pairsim.physics import liquids, solids
 from pairsim.physics.liquids.power_law import PowerLaw
-from pairsim.physics.liquids.viscous import ZERO_SHEAR
+from pairsim.physics.liquids.viscous import ZERO_SHEAR, ViscousLaw
 from pairsim.physics.scales import Scales, mean_velocity
 from pairsim.physics.solids.kelvin_voigt import KelvinVoigt
 from pairsim.physics.solids.solid import MODULUS
@@ -324,6 +326,25 @@ def test_units_writes_a_case_of_any_law(tmp_path: Path) -> None:
     law = "--liquid power-law --n 0.6 --consistency 0.5Pa.s^0.6 --solid kelvin-voigt --particle-viscosity 1Pa.s"
     units(f"--flow 1ul/min --modulus 5kPa {law} -o {path}")
     assert read_case(QUESTIONS["run"], path).liquid_model.solvent == PowerLaw(n=0.6)
+
+
+def test_units_has_an_option_for_each_quantity_of_a_law_that_ships_and_its_help_names_these_laws() -> None:
+    command = get_command(app).commands["units"]  # type: ignore[attr-defined]
+    options = {parameter.name: parameter.help or "" for parameter in command.params}
+    for name, laws in (("liquid", liquids.LAWS), ("solid", solids.LAWS)):
+        shipped = [law for law in laws.values() if law.__module__.startswith("pairsim.")]
+        quantities = [each.dimension.key for law in shipped for each in law.parameters().values() if each.dimension]
+        measured = [law.measured.key for law in shipped if issubclass(law, ViscousLaw)]
+        assert {*quantities, *measured} <= options.keys()
+        assert {law.name for law in shipped} <= {*re.split(r"[:,.] *", options[name])}
+
+
+@pytest.mark.parametrize("law", ["bingham --plastic-viscosity 1Pa.s", "herschel-bulkley --n 1 --consistency 1Pa.s^1"])
+def test_units_takes_a_yield_stress(law: str) -> None:
+    shown = units(f"--flow 1ul/min --modulus 5kPa --yield-stress 5Pa --liquid {law}")
+    found = re.search(r"^liquid.Bn +([\d.]+) ", shown, re.MULTILINE)
+    assert found is not None
+    assert float(found[1]) == pytest.approx(5 / 169.765, rel=1e-3), "over eta_0 U_av/D_c"
 
 
 def test_units_writes_a_case_only_when_asked_and_replaces_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
