@@ -11,6 +11,7 @@ from pairsim.plots.labels import case_parts, read_case
 from pairsim.plots.lines import told_apart
 from pairsim.plots.style import COLOURS, LINES, Page, printing
 from pairsim.plots.units import Units
+from pairsim.results.columns import suffixes_in
 from pairsim.results.table_files import read_table
 
 
@@ -29,7 +30,7 @@ def draw_train(directory: Path, out: Path, page: Page) -> list[Path]:
     panels = {n: Panel(units.axis_label(["k"]), units.axis_label([n])) for n in ("growth", "frequency")}
     charts = {"train": (panels, [Series(n, waves["k"], waves[n], waves[f"{n}_error"], mark=POINT) for n in panels])}
     if row:
-        z, _, *gaps = row
+        z, gaps = next(iter(row)), [f"d{each}" for each in suffixes_in(row, "d")]
         ends = [np.array([row[name][at] for name in gaps]) for at in (0, -1)]
         bins, label = np.histogram_bin_edges(ends, "auto"), units.axis_label(gaps)
         lines = told_apart([Series("on the way", row[z], row[name], columns=(z, name)) for name in gaps])

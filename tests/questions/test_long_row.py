@@ -50,8 +50,8 @@ def test_a_row_with_distances_at_random_is_followed_along_the_tube(follow: Any, 
     train = follow(d=0.3, row=row)
     (spread,) = [line for line in train.findings() if line.startswith("Spread of 59 distances within 10 D_c of tube")]
     table = train.frame("row")
-    assert table.shape == (101, 2 + 59)
-    d = table.filter(like="d_").to_numpy()
+    assert table.shape == (101, 2 + 3 * 59)
+    d = table.filter(regex="^d_").to_numpy()
     case = pairsim.load(TRAIN | {"d": 0.3, "row": row}, kind="train")
     assert d[0] == pytest.approx(first_gaps(case, 0.3), rel=1e-5)
     assert first_gaps(case, 0.3).mean() == pytest.approx(0.3, rel=0.2)
@@ -65,13 +65,14 @@ def test_a_row_with_distances_at_random_is_followed_along_the_tube(follow: Any, 
 @pytest.mark.slow
 def test_a_row_with_given_distances_has_its_error_and_its_propagator(follow: Any) -> None:
     train = follow(d=[0.15, 0.2], row={"tube": 40})
-    spread, audit, propagator = train.findings()[-3:]
+    spread, half_widths, audit, propagator = train.findings()[-4:]
     assert spread.startswith("Spread of 2 distances within 40 D_c of tube: from 14.3 % to ")
     off = re.match(r"Model against .* row of 3 on the way, solved: dU within ([\d.]+) %.* growth rates within", audit)
     assert off
     assert 1 < float(off[1]) < 60, "sums of pairs are poor"
     table = train.frame("row")
-    assert list(table) == ["position", "t", "d_1", "d_2"]
+    assert list(table) == ["position", "t", "d_1", "d_2", "dU_1", "dU_2", "dU_error_1", "dU_error_2"]
+    assert f"{table[['dU_error_1', 'dU_error_2']].to_numpy().max():.2g}"[:3] in half_widths
     assert (table.iloc[-1] > table.iloc[0])[["d_1", "d_2"]].all(), "soft particles separate"
     singular = np.linalg.svd(train.frame("propagator").to_numpy(), compute_uv=False)
     assert f"become {singular[1]:.3g} to {singular[0]:.3g} times" in propagator
@@ -101,7 +102,7 @@ def test_a_pair_is_followed_too(follow: Any) -> None:
     change = train.frame("propagator").to_numpy()
     assert change.shape == (1, 1)
     assert f"become {change[0, 0]:.3g} to {change[0, 0]:.3g} times" in train.answer
-    assert list(train.frame("row")) == ["position", "t", "d"]
+    assert list(train.frame("row")) == ["position", "t", "d", "dU", "dU_error"]
 
 
 @pytest.mark.parametrize("keys", [{"d": [0.001, 0.2]}, {"d": [0.2], "row": {"beads": 5}}])

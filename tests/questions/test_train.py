@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -194,3 +195,9 @@ def test_the_answer_says_within_which_length_of_tube_beads_order(tmp_path: Path)
     assert "The train orders" in found.answer
     assert "A spread of 20 % becomes one of 2 % within" in found.answer
     assert found.plot(tmp_path)
+    path = tmp_path / "train" / "run.json"
+    killed = {key: value for key, value in json.loads(path.read_text()).items() if key != "sentences"}
+    path.write_text(json.dumps(killed | {"status": "running"}))
+    answer = pairsim.open(tmp_path / "train").answer
+    assert answer.startswith("Interrupted: the command was killed")
+    assert "What was found is in train.csv" in answer

@@ -26,7 +26,7 @@ from pairsim.cases.checks import check_scene
 from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.mistakes import Mistake, broken, missing
 from pairsim.cli.compute import app_of
-from pairsim.computing.question import InSweeps, Question, drawn_by
+from pairsim.computing.question import InSweeps, Question, drawn_by, rows_in
 from pairsim.results.columns import Column
 from pairsim.results.units import LENGTH, POSITION, RATE
 
@@ -179,7 +179,8 @@ class TrainResult(Result):
 
     def findings(self) -> list[str]:
         """Whether the train orders or clusters, within which length of tube, and what becomes of a row."""
-        return list(self.record.get("sentences", ["No train was found."]))
+        said = "What was found is in train.csv; the answer in words is written when all is done."
+        return list(self.record.get("sentences", [said if rows_in(self.columns) else "No train was found."]))
 
 
 QUESTION = Question(
@@ -187,7 +188,12 @@ QUESTION = Question(
     check=check,
     estimate=estimate,
     solve=solve,
-    tables={"train": TRAIN, "spectrum": SPECTRUM, "row": (POSITION_OF_ROW, "t", "d_1"), "propagator": (BY_FIRST,)},
+    tables={
+        "train": TRAIN,
+        "spectrum": SPECTRUM,
+        "row": (POSITION_OF_ROW, "t", "d_1", "dU_1", "dU_error_1"),
+        "propagator": (BY_FIRST,),
+    },
     result=TrainResult,
     draw=drawn_by("pairsim.plots.trains:draw_train"),
     captions={

@@ -11,7 +11,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from pairsim.computing import events
 from pairsim.questions.train import POSITION_OF_ROW, TrainCase
 from pairsim.results.columns import names_of
-from pairsim.results.units import LENGTH, POSITION, in_unit, with_name
+from pairsim.results.units import LENGTH, POSITION, VELOCITY, in_unit, with_name
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
@@ -62,14 +62,17 @@ def follow(
     times = np.linspace(0.0, t[-1], PLACES)
     way, states = places(times) - places(0.0)[:, None], np.diff(places(times), axis=0).T
     touching = case.row.min_gap + TOLERANCE >= np.diff(places(t), axis=0).T
-    yield _table(
-        "row", [POSITION_OF_ROW.name, *names_of(n, "t", "d")], np.column_stack([way.mean(axis=0), times, states])
-    )
+    dU, errors = np.array([model.row(d).dU for d in states]), np.array([model.dU_errors(d) for d in states])
+    columns = [POSITION_OF_ROW.name, *names_of(n, "t", "d", "dU", "dU_error")]
+    yield _table("row", columns, np.column_stack([way.mean(axis=0), times, states, dU, errors]))
     spreads = " to ".join(f"{100 * d.std() / d.mean():.3g} %" for d in states[[0, -1]])
     means = " to ".join(in_unit(case.scales, LENGTH, d.mean()) for d in states[[0, -1]])
     tube = with_name(case.scales, POSITION, way[:, -1].min())
     sentences = [
-        f"Spread of {n - 1} distances within {tube} of tube: from {spreads} of their mean, which goes from {means}."
+        f"Spread of {n - 1} distances within {tube} of tube: from {spreads} of their mean, which goes from {means}.",
+        f"Half-widths of dU on the way: {in_unit(case.scales, VELOCITY, np.median(errors))} for half of them, "
+        f"{in_unit(case.scales, VELOCITY, errors.max())} at most; the largest |dU| is "
+        f"{in_unit(case.scales, VELOCITY, np.abs(dU).max())}.",
     ]
     if touching.any():
         step, gap = np.argwhere(touching)[0]
@@ -82,13 +85,14 @@ def follow(
     neighbours = sliding_window_view(states, min(n, AUDITED) - 1, axis=1).reshape(-1, min(n, AUDITED) - 1)
     if len(neighbours := neighbours[neighbours.min(axis=1) >= least]):
         widest, narrowest = neighbours[neighbours.mean(axis=1).argsort()[[-1, 0]]].tolist()
-        misses = [model.misses(row) for row in solved(problem, alone, [tuple(widest), tuple(narrowest)])]
-        (dU, slopes), (k, rates) = 100 * np.max(misses, axis=0), train.spectrum.waves
+        audits = solved(problem, alone, [tuple(widest), tuple(narrowest)])
+        off = 100 * max(abs(model.row(row.gaps).dU - row.dU).max() / abs(row.dU).max() for row in audits)
+        k, rates = train.spectrum.waves
         growth = 100 * abs(model.growth(train.d, k) - rates).max() / abs(rates).max()
         sentences.append(
             f"Model against the narrowest and the widest row of {min(n, AUDITED)} on the way, solved: dU within "
-            f"{dU:.2g} % of the largest |dU| of each, slopes within {slopes:.2g} %; against the train: growth rates "
-            f"within {growth:.2g} % of the largest."
+            f"{off:.2g} % of the largest |dU| of each; against the train: growth rates within {growth:.2g} % of the "
+            "largest."
         )
     if n <= MOST_PROPAGATED and not touching.any():
         changes = propagator(model, places, t[-1])

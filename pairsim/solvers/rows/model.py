@@ -8,15 +8,18 @@ those between, which is why sums of pairs are so poor and this series converges 
 each particle at a distance of d = 0.1, of 3 at 0.2 in a liquid with De = 1).
 
 The parts are sums of products of exponentials of the distances, as which disturbances of the flow in a tube decay. All
-are fitted together: to solutions of short rows, to their derivatives by the distances, and to the growth rates of
-infinite trains, in which errors of slopes that short rows do not show would add up. Lengths of particles have such
-parts, too.
+are fitted together: velocities at held distances and lengths of particles to those of short rows and their derivatives
+by the distances; what moving adds to the velocities, whose derivatives are not known, to that of short rows and to the
+growth rates of infinite trains, in which errors of slopes that short rows do not show would add up.
+
+How much the velocities between the short rows are off is judged by what leaving out every `FOLDS`th of these changes
+(a delete-a-group jackknife), all others being fitted anew.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -28,9 +31,10 @@ from pairsim.runtime.arrays import Array
 RATES = np.geomspace(1.0, 8.0, 16)  # of the slowest exponential, which are tried [1/D_c]; chosen
 POWERS = {2: 6, 3: 4, 4: 3, 5: 1}  # how many more exponentials there are, by the number of particles; chosen
 TRUSTED = 1e-3  # part of the largest |dU| down to which solutions are the better the smaller their error is; chosen
-SLOPES = 0.3  # weight of slopes, which are known to first order in what moving changes; chosen
+SLOPES = 0.3 / RATES[-1]  # weight of slopes over that of values [D_c]; chosen
+FOLDS = 11  # chosen; without a common factor with the numbers of short rows, so that no distance is left out altogether
 ROUNDING = 1e-12  # of velocities, relative to U_av
-SMALLEST = 1e-5  # singular values that are left out, relative to the largest; chosen
+SMALLEST = 1e-8  # singular values that are left out, relative to the largest; chosen
 
 
 @dataclass(frozen=True)
@@ -39,9 +43,10 @@ class Row:
 
     Attributes:
         gaps: Distances between facing surfaces from upstream [D_c], shape (N-1,).
-        values: Of each particle, its velocity [U_av], and by how much the distance to the centre of the next one
-            exceeds that of the surfaces [D_c]; of the last one, or of a single one, its own length. Shape (N, 2).
-        slopes: Their derivatives by every distance, shape (N, N-1, 2).
+        values: Of each particle, its velocity at held distances [U_av]; by how much the distance to the centre of the
+            next one exceeds that of the surfaces [D_c], of the last one, or of a single one, its own length; and what
+            moving adds to its velocity [U_av]. Shape (N, 3).
+        slopes: Derivatives by every distance of the first two or, by a model, of all, shape (N, N-1, 2 or 3).
         dU_error: Largest half-width of a relative velocity [U_av].
     """
 
@@ -51,9 +56,14 @@ class Row:
     dU_error: float = 0.0
 
     @property
+    def U(self) -> Array:
+        """Velocities of particles that move, on the slow manifold [U_av], shape (N,)."""
+        return np.asarray(self.values[:, 0] + self.values[:, 2])
+
+    @property
     def dU(self) -> Array:
         """Relative velocities of neighbours [U_av], shape (N-1,)."""
-        return np.diff(self.values[:, 0])
+        return np.diff(self.U)
 
     @property
     def rates(self) -> Array:
@@ -70,17 +80,21 @@ class RowModel:
     """Values of rows of equal particles.
 
     Attributes:
-        alone: Values of a single particle, such as its velocity and length, shape (q,).
+        alone: Values of a single particle, as of a `Row`, shape (q,).
         rates: Of two, three, ... neighbours, the rates at which each term of what they add decays with every distance
             [1/D_c], shape (m, k-1) for k of them.
         coefficients: Those of the terms of two, three, ... in the values of each of them, shape (all m k, q).
         least: Distance below which nothing was solved, and values are those at it [D_c].
+        short: The rows that it was fitted to.
+        others: The same, fitted to fewer of them.
     """
 
     alone: Array
     rates: Sequence[Array]
     coefficients: Array
     least: float = 0.0
+    short: Sequence[Row] = ()
+    others: Sequence[RowModel] = ()
 
     def row(self, gaps: Array) -> Row:
         """The row at given distances, shape (N-1,)."""
@@ -100,7 +114,7 @@ class RowModel:
     def growth(self, d: float, k: Array) -> Array:
         """Growth rates of waves in a long row of even distances, complex, (m,) [U_av/D_c]."""
         dU, lengths = self.waves(d, k)
-        return np.asarray(dU[:, 0] / (1 + lengths[:, 1]))
+        return np.asarray((dU[:, 0] + dU[:, 2]) / (1 + lengths[:, 1]))
 
     def waves(self, d: float, k: Array) -> tuple[Array, Array]:
         """Fourier components of the slopes of differences of neighbours' values, and of the slopes, each (m, q)."""
@@ -109,11 +123,16 @@ class RowModel:
         waves = np.exp(1j * np.outer(k, np.arange(2 * middle + 1) - middle))
         return waves @ (slopes[1] - slopes[0]), waves @ slopes[0]
 
-    def misses(self, row: Row) -> tuple[float, float]:
-        """By how much it misses dU of a row and its slopes: the largest differences relative to the largest of each."""
-        both = ((each.dU, np.diff(each.slopes[..., 0], axis=0)) for each in (self.row(row.gaps), row))
-        dU, slopes = (float(np.abs(x - y).max() / np.abs(y).max()) for x, y in zip(*both, strict=True))
-        return dU, slopes
+    def dU_errors(self, gaps: Array) -> Array:
+        """Half-widths of the relative velocities of a row [U_av], shape (N-1,).
+
+        Those are what leaving out short rows changes, and the largest error of these: of those with as few particles,
+        and whose smallest distance is not far below that of the row.
+        """
+        changes = [other.row(gaps).dU - self.row(gaps).dU for other in self.others]
+        near = max((row.gaps.min() for row in self.short if row.gaps.min() <= gaps.min()), default=self.least)
+        few = [row for row in self.short if len(row.gaps) <= len(gaps) and row.gaps.min() >= near]
+        return np.asarray(np.linalg.norm(changes, axis=0) + max(row.dU_error for row in few))
 
 
 def fitted(rows: Sequence[Row], trains: Sequence[Waves] = ()) -> RowModel:
@@ -125,37 +144,46 @@ def fitted(rows: Sequence[Row], trains: Sequence[Waves] = ()) -> RowModel:
     """
     alone, *rows = rows
     counts = range(2, max(len(row.values) for row in rows) + 1)
-    trusted = max(ROUNDING, TRUSTED * max(np.abs(row.dU).max() for row in rows))
-    weights = [1 / max(row.dU_error, trusted) for row in rows]
+    least = max(ROUNDING, TRUSTED * max(np.abs(row.dU).max() for row in rows))
     most = {n: POWERS[n] + n - 1 for n in counts}
     powers = [[p for p in product(range(1, most[n] + 1), repeat=n - 1) if sum(p) <= most[n]] for n in counts]
-    every = ([rate * np.array(each) for each in powers] for rate in RATES)
-    return min((_fitted(rates, alone.values[0], rows, weights, trains) for rates in every), key=lambda fit: fit[0])[1]
+    every = [[rate * np.array(each) for each in powers] for rate in RATES]
+    _, best = min((_fitted(rates, alone, rows, least, trains) for rates in every), key=lambda fit: fit[0])
+    parts = ([row for i, row in enumerate(rows) if i % FOLDS != fold] for fold in range(FOLDS))
+    others = [replace(_fitted(best.rates, alone, part, least, trains)[1], least=best.least) for part in parts]
+    return replace(best, short=rows, others=others)
 
 
 def _fitted(
-    rates: Sequence[Array], alone: Array, rows: Sequence[Row], weights: Sequence[float], trains: Sequence[Waves]
+    rates: Sequence[Array], alone: Row, rows: Sequence[Row], least: float, trains: Sequence[Waves]
 ) -> tuple[float, RowModel]:
-    """What a model with terms of given rates misses of the velocities, and the model."""
-    count, scale = sum(each.size + len(each) for each in rates), SLOPES / RATES[-1]
+    """What a model with terms of given rates misses of the velocities, and the model.
+
+    Args:
+        rates, alone, rows, trains: As for `RowModel` and `fitted`.
+        least: Smallest error of velocities, to which they are fitted [U_av].
+    """
+    count, single = sum(each.size + len(each) for each in rates), alone.values[0]
     # With each coefficient as a quantity of its own, the values of a row are those that multiply the coefficients.
-    basis, terms, values = RowModel(np.zeros(count), rates, np.eye(count)), list[Array](), list[Array]()
-    for row, weight in zip(rows, weights, strict=True):
-        of = basis.row(row.gaps)
-        terms += [weight * of.values, weight * scale * of.slopes.reshape(-1, count)]
-        values += [weight * (row.values - alone), weight * scale * row.slopes.reshape(-1, 2)]
-    U, lengths = np.vstack(values).T
-    lengths, weight = _solution(np.vstack(terms), lengths), max(weights) / RATES[-1]
+    basis, weights = RowModel(np.zeros(count), rates, np.eye(count)), [1 / max(row.dU_error, least) for row in rows]
+    of = [basis.row(row.gaps) for row in rows]
+    terms = np.vstack([weight * each.values for weight, each in zip(weights, of, strict=True)])
+    values = np.vstack([weight * (row.values - single) for weight, row in zip(weights, rows, strict=True)])
+    steep = np.vstack([SLOPES * w * each.slopes.reshape(-1, count) for w, each in zip(weights, of, strict=True)])
+    slopes = np.vstack([SLOPES * w * row.slopes.reshape(-1, 2) for w, row in zip(weights, rows, strict=True)])
+    held, missed = _solution(np.vstack([terms, steep]), np.vstack([values[:, :2], slopes]))
+    moving, added, weight = [terms], [values[:, 2:]], max(weights) * SLOPES
     for d, k, growth in trains:
-        dU, stretch = basis.waves(d, k)
-        rate = weight * growth * (1 + stretch @ lengths)
-        terms, U = [*terms, weight * dU.real, weight * dU.imag], np.concatenate([U, rate.real, rate.imag])
-    matrix = np.vstack(terms)
-    found = _solution(matrix, U)
-    model = RowModel(alone, rates, np.column_stack([found, lengths]), min(row.gaps.min() for row in rows))
-    return float(np.mean((matrix @ found - U) ** 2)), model
+        dU, lengths = basis.waves(d, k)
+        rest = weight * (growth * (1 + lengths @ held[:, 1]) - dU @ held[:, 0])
+        moving, added = [*moving, weight * dU.real, weight * dU.imag], [*added, rest.real[:, None], rest.imag[:, None]]
+    moved, also_missed = _solution(np.vstack(moving), np.vstack(added))
+    model = RowModel(single, rates, np.hstack([held, moved]), min(row.gaps.min() for row in rows))
+    return float(missed[0] + also_missed[0]), model
 
 
-def _solution(matrix: Array, values: Array) -> Array:
+def _solution(matrix: Array, values: Array) -> tuple[Array, Array]:
+    """The solution of a problem of least squares, and the mean squares of what it misses."""
     size = np.abs(matrix).max(axis=0)
-    return np.asarray(scipy.linalg.lstsq(matrix / size, values, cond=SMALLEST)[0] / size)
+    found = np.asarray(scipy.linalg.lstsq(matrix / size, values, cond=SMALLEST)[0] / size[:, None])
+    return found, np.mean((matrix @ found - values) ** 2, axis=0)

@@ -77,7 +77,7 @@ def _velocities(model: RowModel, gaps: Array, contact: float) -> Array:
     """Velocities of the particles, as far as these change the distances, with the forces between those that touch."""
     row, film, near = model.row(gaps), FILM * model.alone[1], np.minimum(np.maximum(gaps, contact) / model.least, 1.0)
     slowed = np.where(row.rates < 0, near * (model.least + film) / (near * model.least + film), 1.0)
-    U = np.cumsum([row.values[0, 0], *row.rates * slowed])
+    U = np.cumsum([row.U[0], *row.rates * slowed])
     for begin, end in pairwise([0, *(np.flatnonzero(gaps > contact) + 1), len(U)]):
         if end - begin > 1:
             U[begin:end] = scipy.optimize.isotonic_regression(U[begin:end]).x

@@ -64,7 +64,7 @@ def _at(branch: Branch, parameters: Parameters) -> Row:
     last = -np.diff(bodies[-1].outline_points(h)[[0, -1], 0])
     lengths = np.concatenate([np.diff(diagnostics.centres(bodies, h)) - gaps, last])
     stretch = np.pad(point.motion.centres_by_gaps - np.eye(len(gaps)), ((0, 1), (0, 0)))
-    values, slopes = np.stack([point.observation.U, lengths], -1), np.stack([point.velocity_slopes, stretch], -1)
+    values, slopes = np.stack([point.held.U, lengths, point.motion.U], -1), np.stack([point.held_slopes, stretch], -1)
     return Row(gaps, values, slopes, float(point.dU_errors.max(initial=0.0)))
 
 
