@@ -34,7 +34,7 @@ TRUSTED = 1e-3  # part of the largest |dU| down to which solutions are the bette
 SLOPES = 0.3 / RATES[-1]  # weight of slopes over that of values [D_c]; chosen
 FOLDS = 11  # chosen; without a common factor with the numbers of short rows, so that no distance is left out altogether
 ROUNDING = 1e-12  # of velocities, relative to U_av
-SMALLEST = 1e-8  # singular values that are left out, relative to the largest; chosen
+SMALLEST = 1e-5  # singular values that are left out, relative to the largest; chosen
 
 
 @dataclass(frozen=True)
