@@ -62,7 +62,7 @@ def test_trains_tell_the_slopes_of_what_moving_adds() -> None:
 
 def test_half_widths_hold_what_the_model_misses() -> None:
     """Where short rows are off at random, and parts are no sums of its exponentials."""
-    true, random, error = made_model(40.0), np.random.default_rng(5), 3e-4
+    true, random, error = made_model(80.0), np.random.default_rng(5), 1e-4
     rows = [solution_of(true, place) for count in (1, 2, 3) for place in places_of(count, 0.04)]
     for i, row in enumerate(rows[1:], 1):
         off = error / 2 * random.uniform(-1, 1, len(row.values))
@@ -75,7 +75,7 @@ def test_half_widths_hold_what_the_model_misses() -> None:
         assert (np.abs(off) < half).all()
         found.append((np.abs(off).max(), half.max()))
     assert found[0][1] < 2 * error, "pairs are as good as solved ones"
-    assert found[1][0] > 10 * error, "triplets have steeper parts than the model can follow"
+    assert found[1][0] > 2 * error, "triplets have steeper parts than the model can follow"
 
 
 def test_slopes_are_differences_of_velocities_and_lengths() -> None:

@@ -30,10 +30,10 @@ from pairsim.runtime.arrays import Array
 
 RATES = np.geomspace(1.0, 8.0, 16)  # of the slowest exponential, which are tried [1/D_c]; chosen
 POWERS = {2: 6, 3: 4, 4: 3, 5: 1}  # how many more exponentials there are, by the number of particles; chosen
-TRUSTED = 1e-3  # part of the largest |dU| down to which solutions are the better the smaller their error is; chosen
+TRUSTED = 1e-3  # least error of a solution, as a part of the largest |dU|; chosen
 SLOPES = 0.3 / RATES[-1]  # weight of slopes over that of values [D_c]; chosen
 FOLDS = 11  # chosen; without a common factor with the numbers of short rows, so that no distance is left out altogether
-ROUNDING = 1e-12  # of velocities, relative to U_av
+ROUNDING = 1e-12  # least error of all [U_av]
 SMALLEST = 1e-5  # singular values that are left out, relative to the largest; chosen
 
 
@@ -126,13 +126,15 @@ class RowModel:
     def dU_errors(self, gaps: Array) -> Array:
         """Half-widths of the relative velocities of a row [U_av], shape (N-1,).
 
-        Those are what leaving out short rows changes, and the largest error of these: of those with as few particles,
-        and whose smallest distance is not far below that of the row.
+        Those are what leaving out short rows changes, and the largest error of these: of those that have no more
+        particles, and whose smallest distance is the next smaller or larger one.
         """
         changes = [other.row(gaps).dU - self.row(gaps).dU for other in self.others]
-        near = max((row.gaps.min() for row in self.short if row.gaps.min() <= gaps.min()), default=self.least)
-        few = [row for row in self.short if len(row.gaps) <= len(gaps) and row.gaps.min() >= near]
-        return np.asarray(np.linalg.norm(changes, axis=0) + max(row.dU_error for row in few))
+        few = [row for row in self.short if len(row.gaps) <= len(gaps)]
+        narrowest = np.unique([row.gaps.min() for row in few])
+        near = narrowest[max(np.searchsorted(narrowest, gaps.min(), "right") - 1, 0) :][:2]
+        own = max(row.dU_error for row in few if row.gaps.min() in near)
+        return np.asarray(np.linalg.norm(changes, axis=0) + own)
 
 
 def fitted(rows: Sequence[Row], trains: Sequence[Waves] = ()) -> RowModel:
@@ -145,27 +147,21 @@ def fitted(rows: Sequence[Row], trains: Sequence[Waves] = ()) -> RowModel:
     alone, *rows = rows
     counts = range(2, max(len(row.values) for row in rows) + 1)
     least = max(ROUNDING, TRUSTED * max(np.abs(row.dU).max() for row in rows))
+    rows = [replace(row, dU_error=max(row.dU_error, least)) for row in rows]
     most = {n: POWERS[n] + n - 1 for n in counts}
     powers = [[p for p in product(range(1, most[n] + 1), repeat=n - 1) if sum(p) <= most[n]] for n in counts]
     every = [[rate * np.array(each) for each in powers] for rate in RATES]
-    _, best = min((_fitted(rates, alone, rows, least, trains) for rates in every), key=lambda fit: fit[0])
+    _, best = min((_fitted(rates, alone, rows, trains) for rates in every), key=lambda fit: fit[0])
     parts = ([row for i, row in enumerate(rows) if i % FOLDS != fold] for fold in range(FOLDS))
-    others = [replace(_fitted(best.rates, alone, part, least, trains)[1], least=best.least) for part in parts]
+    others = [replace(_fitted(best.rates, alone, part, trains)[1], least=best.least) for part in parts]
     return replace(best, short=rows, others=others)
 
 
-def _fitted(
-    rates: Sequence[Array], alone: Row, rows: Sequence[Row], least: float, trains: Sequence[Waves]
-) -> tuple[float, RowModel]:
-    """What a model with terms of given rates misses of the velocities, and the model.
-
-    Args:
-        rates, alone, rows, trains: As for `RowModel` and `fitted`.
-        least: Smallest error of velocities, to which they are fitted [U_av].
-    """
+def _fitted(rates: Sequence[Array], alone: Row, rows: Sequence[Row], trains: Sequence[Waves]) -> tuple[float, RowModel]:
+    """What a model with terms of given rates misses of the velocities, and the model."""
     count, single = sum(each.size + len(each) for each in rates), alone.values[0]
     # With each coefficient as a quantity of its own, the values of a row are those that multiply the coefficients.
-    basis, weights = RowModel(np.zeros(count), rates, np.eye(count)), [1 / max(row.dU_error, least) for row in rows]
+    basis, weights = RowModel(np.zeros(count), rates, np.eye(count)), [1 / row.dU_error for row in rows]
     of = [basis.row(row.gaps) for row in rows]
     terms = np.vstack([weight * each.values for weight, each in zip(weights, of, strict=True)])
     values = np.vstack([weight * (row.values - single) for weight, row in zip(weights, rows, strict=True)])
