@@ -29,9 +29,7 @@ Settings = Annotated[
 Output = Annotated[
     Path | None,
     typer.Option(
-        "-o",
-        "--output",
-        help="Folder for the results (default: runs/<name>; without a name runs/<file>-<hash>).",
+        "-o", "--output", help="Folder for the results (default: runs/<name>; without a name runs/<file>-<hash>)."
     ),
 ]
 DryRun = Annotated[

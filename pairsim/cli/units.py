@@ -163,4 +163,5 @@ def _of_option(error: InputError) -> InputError:
         return "--flow" if name == "flow_rate" else f"--{name.replace('_', '-')}"
 
     key, allowed = (re.sub(r"\b(?:physical|liquid|solid)\.(\w+)", option, text) for text in (error.key, error.allowed))
-    return InputError("pairsim units", key, error.value, allowed)
+    key = f"--{key}" if key in ("liquid", "solid", "carrier") else key
+    return InputError("pairsim units", key, error.value, allowed.removesuffix(" in physical"))

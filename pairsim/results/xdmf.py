@@ -247,7 +247,7 @@ def _arrays(folder: Path, grid: ElementTree.Element) -> dict[str, NDArray[Any]]:
     import h5py
 
     if (match := REFERENCE.fullmatch(grid.findtext("Topology/DataItem", "").strip())) is None:
-        raise ValueError("a frame of another program")
+        raise ValueError("a frame of an earlier version, or of another program; compute the case again")
     with h5py.File(folder / match[1], "r", locking=False) as file:
         return {name: values[()] for name, values in file.items()}
 

@@ -54,12 +54,12 @@ def read_state(directory: Path, key: str, values: bool = True) -> CaseState:
 
     Args:
         directory: The folder of the case.
-        key: The case's hash: a folder with that of another case says nothing.
+        key: The case's hash: a folder with that of another case says nothing; one of version 0.2 has none.
         values: Whether to read its tables.
     """
     record = read_record(directory)
     status = record.get("status")
-    if record.get("key") != key or status not in ("running", *ENDED):
+    if record.get("key", key) != key or status not in ("running", *ENDED):
         return CaseState(directory.name)
     known = QUESTIONS[record["kind"]].values(directory) if values and status in ENDED else {}
     words = record.get("reason", ""), record.get("message", "")

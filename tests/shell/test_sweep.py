@@ -272,6 +272,14 @@ def test_a_sweep_killed_again_and_again_loses_nothing(kills: int, ranks: int, tm
             assert float(row[name]) == pytest.approx(alone[name], rel=0, abs=4 * TRANSIENT.tolerance * 2)
 
 
+def test_a_finished_case_of_version_0_2_is_finished(tmp_path: Path) -> None:
+    make_sweep(tmp_path, "run", {"a": {"Ca_e": 0.1}, "b": {"Ca_e": 0.2}}, ["Ca_e"])
+    for name, key in (("a", {}), ("b", {"key": "another case"})):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "run.json").write_text(json.dumps({"kind": "run", "status": "finished", **key}))
+    assert [case["status"] for case in read_sweep(tmp_path, values=False)["cases"]] == ["finished", "pending"]
+
+
 @pytest.mark.slow
 @pytest.mark.usefixtures("hangup")
 @pytest.mark.parametrize(("name", "ranks"), [("SIGTERM", 2), ("SIGHUP", 0)])
