@@ -99,8 +99,9 @@ def asked_of(
 
     def rank(answer: tuple[Atlas, list[str]]) -> tuple[int, float]:
         atlas, reasons = answer
-        place = found.betas[0], found.De, found.Ca_es[0]
-        return len(reasons), 0.0 if reasons else float(atlas.table(*place)["dU_error"].mean())
+        if reasons:  # those of the wider one are named
+            return len(reasons), -float(np.ptp(atlas.box["beta"]))
+        return 0, float(atlas.table(found.betas[0], found.De, found.Ca_es[0])["dU_error"].mean())
 
     atlas, reasons = min(answers, key=rank)
     return atlas, found, reasons

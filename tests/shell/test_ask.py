@@ -72,6 +72,9 @@ def test_of_the_atlases_that_ship_the_narrowest_answers(
         assert error == pytest.approx(api.ask(**given, atlas=tmp_path / file).columns["dU_error"])
     with pytest.raises(InputError, match=r"De = 3\.395 is not in 0 to 1; pairsim curve"):
         api.ask(**ELASTIC | {"relaxation": "20ms"})
+    replace(narrow, box={**narrow.box, "beta": (0.25, 0.5)}).save(tmp_path / "b.npz")
+    with pytest.raises(InputError, match=r"beta = 0\.24 is not in 0\.25 to 0\.5; pairsim curve"):
+        api.ask(**BENCH | {"particle": "12um"})
 
 
 def test_the_command_loads_nothing_that_takes_long() -> None:
