@@ -5,8 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -15,12 +16,11 @@ import scipy
 from pairsim.api.ask import asked_of
 from pairsim.api.cases import AnyCase
 from pairsim.cases.quantities import as_given, unit_in
-from pairsim.results.curve_table import FORGOTTEN
+from pairsim.results.curve_table import Motion
 from pairsim.results.folder import kind_of, read_record
 from pairsim.results.table_files import read_table
-from pairsim.results.travel import path_of
 from pairsim.results.units import scales_in
-from pairsim.runtime.arrays import Array
+from pairsim.runtime.arrays import Array, Indices
 from pairsim.runtime.errors import InputError
 
 if TYPE_CHECKING:
@@ -30,10 +30,10 @@ GIVES = {"modulus": ("Ca_e", -1), "relaxation": ("De", 1)}
 """What may be unknown, the number that follows from it, and the power of it."""
 LEAST = 1e-3  # such a number over its first guess, at least; chosen
 WIDE = 2.0  # ratio to its value at which an interval ends of which it is said that the data do not determine it; chosen
-PLACES, NEAR = 9, (-1.5, 0.0, 1.5)
-"""Where the sum of squares is looked at: over the whole range, and beside its least value, in half-widths there."""
-MOST = 3.0  # half-widths by which dU may be off
-EXACT = 1e-4  # least noise of distances that is assumed [D_c]: errors of the atlas are of more than two kinds; chosen
+SETTLED = 6.0  # decay times after which dU from rest is that of the curve: to 0.2 % in Giesekus liquids, 7 % after 3
+PLACES = 40  # values of what is unknown at which the sum of squares is looked at, for all its minima; chosen
+EXACT = 1e-4  # least noise of distances that is assumed [D_c]; chosen
+STEP = 1e-4  # of differences, relative; chosen
 CHANCE = 3.0  # standard errors that the correlation of neighbouring residuals may have by chance; chosen
 
 
@@ -46,12 +46,14 @@ class FilmFit:
         times: Times of the frames that were used [s], shape (frames,).
         distances: Distances of these frames [um], of the same shape.
         fitted: Those of the model [um], of the same shape.
+        alike: Correlation of the residuals of neighbouring frames, less what the atlas may be off by.
     """
 
     values: Mapping[str, tuple[float, float, float, str]]
     times: Array
     distances: Array
     fitted: Array
+    alike: float
 
     @property
     def residuals(self) -> Array:
@@ -72,8 +74,7 @@ class FilmFit:
             unknown = ": these data do not determine it" if max(most / value, value / least) > WIDE else ""
             lines.append(f"{name} = {value:.4g} {unit}, 95 %: {least:.4g} to {most:.4g}{unknown}")
         lines.append(f"{len(self.times)} frames, off by {self.residuals.std():.2g} um")
-        r = self.residuals - self.residuals.mean()
-        if r[1:] @ r[:-1] / (r @ r) > CHANCE / np.sqrt(len(r)):
+        if self.alike > CHANCE / np.sqrt(len(self.times)):
             lines.append("A bad fit: neighbouring frames are off in the same direction, so this model is not theirs.")
         return "\n".join(lines)
 
@@ -84,7 +85,9 @@ def fit(
     """Fit quantities of an experiment to a film of two equal beads, from when they have forgotten their start.
 
     Intervals reach to the last values at which the film is as probable as its scatter, and the half-widths of the
-    atlas, allow (the profile of its likelihood).
+    atlas, allow (the profile of its likelihood, as in Bates and Watts 1988, chapter 6). Errors of the atlas change with
+    the distance as those of curves that are left out of it. Where values on both sides of a turning point give nearly
+    the same film, its deviation from the best one is that of two numbers.
 
     Args:
         film: CSV file with times and distances between the surfaces: columns such as "t [s]" and "d [um]".
@@ -104,72 +107,101 @@ def fit(
     seconds, metres = film_of(Path(film))
     t, d = seconds / scales.time, metres / scales.length
     numbers = {"beta": asked.betas[0], "De": asked.De, "Ca_e": asked.Ca_es[0]}
-    used = t >= t[0] + FORGOTTEN * np.interp(d[0], book.d, book.table(**numbers)["t_relax"])
-    seconds, t, d, follow = seconds[used], t[used] - t[0], d[used], [GIVES[name] for name in unknown]
-    if len(t) < len(unknown) + 3:
+    used = t >= t[0] + SETTLED * np.interp(d[0], book.d, book.table(**numbers)["t_relax"])
+    seconds, d, follow = seconds[used], d[used], [GIVES[name] for name in unknown]
+    if len(d) < len(unknown) + 3:
         raise InputError(str(film), "", None, "must have more frames")
+    t = t[used] - t[used][0]
 
-    seen = np.clip([d.min(), d.max()], *book.d[[0, -1]])
-    way = np.interp(np.log(book.d), np.log(seen), [-1.0, 1.0])  # from one end of the film to the other
-    count = len(unknown)
+    @cache
+    def curve_at(*ratios: float) -> tuple[Mapping[str, Array], Motion]:
+        there = {name: numbers[name] * ratio for (name, _), ratio in zip(follow, ratios, strict=True)}
+        table = book.table(**numbers | there)
+        motion = Motion.of(table)
+        assert motion is not None
+        return table, motion
 
-    def deviations(x: Array, noise: float) -> Array:
-        """Of the distances, and of dU from the atlas.
-
-        Args:
-            x: The unknown numbers over their first guess, the first distance, and 1 more than by how many half-widths
-                dU is off everywhere, and from one end of the film to the other.
-            noise: Standard deviation of the distances, by which deviations of dU count.
-        """
-        there = numbers | {name: numbers[name] * ratio for (name, _), ratio in zip(follow, x, strict=False)}
-        table, off = book.table(**there), x[-2:] - 1
-        moved = path_of({**table, "dU": table["dU"] + (off[0] + off[1] * way) * table["dU_error"]}, x[count], t)
-        return np.concatenate([moved - d, noise * scipy.stats.norm.ppf(0.975) * off])
+    def residuals(x: Array) -> Array:
+        """Those of the unknown numbers over their first guess, and the first distance."""
+        return curve_at(*x[:-1])[1].path(x[-1], t) - d
 
     ends = [(LEAST, book.box[name][1] / numbers[name]) for name, _ in follow]
-    bounds = np.array([*ends, book.d[[0, -1]], (1 - MOST, 1 + MOST), (1 - MOST, 1 + MOST)]).T
-    start = np.array([*np.ones(count), np.clip(d[0], 1.01 * book.d[0], 0.99 * book.d[-1]), 1.0, 1.0])
-    steps = np.array([*np.full(count + 1, 1e-4), 0.1, 0.1])  # of differences, relative
+    bounds = np.array([*ends, book.d[[0, -1]]]).T
+    freedom = len(t) - len(bounds.T)
+    noise, shapes, sizes = EXACT, np.zeros((len(t), 1)), np.zeros(1)
 
-    def best(x: Array, noise: float, held: Sequence[int] = ()) -> Any:
-        """The fit from given values on, some of which are held."""
-        free = np.setdiff1d(np.arange(len(x)), held)
+    def whitened(off: Array) -> Array:
+        """Combinations of residuals that are independent, with variance 1: less what the atlas may be off by."""
+        return np.asarray((off - shapes @ ((1 - noise / np.hypot(noise, sizes)) * (shapes.T @ off))) / noise)
 
-        def of_free(y: Array) -> Array:
-            return deviations(np.concatenate([x[list(held)], y])[np.argsort([*held, *free])], noise)
+    def best(x: Array, held: Mapping[int, float]) -> tuple[float, Array]:
+        """The least sum of squares, from values on, some of which are held at others; and where it is."""
+        free = np.setdiff1d(np.arange(len(x)), list(held))
+        x = x.copy()
+        x[list(held)] = list(held.values())
 
-        return scipy.optimize.least_squares(of_free, x[free], bounds=bounds[:, free], diff_step=steps[free], gtol=None)
+        def filled(y: Array) -> Array:
+            x[free] = y
+            return x
 
-    freedom = len(t) - count - 1
-    noise = max(float(np.sqrt(2 * best(start, 0.0, (count + 1, count + 2)).cost / freedom)), EXACT)
-    found = best(start, noise)
-    fitted = d + found.fun[:-2]
-    if not (book.d[0] <= fitted.min() and fitted.max() <= book.d[-1]):
+        found = scipy.optimize.least_squares(
+            lambda y: whitened(residuals(filled(y))), x[free], bounds=bounds[:, free], diff_step=STEP
+        )
+        return 2 * found.cost, filled(found.x)
+
+    def profile(k: int, x: Array) -> tuple[Array, Array]:
+        """The least sums of squares over the range of an unknown number and at their minima, and where they are."""
+        found = []
+        for value in np.geomspace(*ends[k], PLACES):
+            found.append(best(x, {k: value}))
+            x = found[-1][1]
+        found += [best(found[i][1], {}) for i in minima_of(np.array([cost for cost, _ in found]))]
+        costs, points = (np.array(each) for each in zip(*sorted(found, key=lambda each: each[1][k]), strict=True))
+        return costs, points
+
+    first = np.array([*np.ones(len(unknown)), np.clip(d[0], 1.01 * book.d[0], 0.99 * book.d[-1])])
+    costs, points = profile(0, first)
+    x = points[costs.argmin()]
+    noise = max(noise, float(np.linalg.norm(residuals(x))) / np.sqrt(freedom))
+    table, path = curve_at(*x[:-1])[0], residuals(x) + d
+    where = np.log(path), np.log(book.d)
+    errors = np.array([np.interp(*where, each * table["dU_error"]) for each in book.patterns])
+    relative = errors / np.interp(*where, table["dU"]) / scipy.stats.norm.ppf(0.975)
+    ahead = scipy.integrate.cumulative_trapezoid(relative, t, initial=0)  # in time
+    shapes, sizes, _ = np.linalg.svd((ahead * np.gradient(path, t)).T, full_matrices=False)
+    profiles = [profile(k, x) for k in range(len(unknown))]
+    costs, points = (np.concatenate(each) for each in zip(*profiles, strict=True))
+    least, x = float(costs.min()), points[costs.argmin()]
+    fitted, white = residuals(x) + d, whitened(residuals(x))
+    if not (book.d[0] < fitted.min() and fitted.max() < book.d[-1]):
         raise InputError(str(film), "", None, "must have distances of the atlas alone")
-    limit = scipy.stats.t.ppf(0.975, freedom) * noise  # of the root of what is above the least sum of squares
-    scatter = limit * np.sqrt(np.diag(np.linalg.pinv(found.jac.T @ found.jac)))
+
+    def above(value: float, k: int, x: Array, limit: float) -> float:
+        return best(x, {k: value})[0] - limit
+
     values = {}
-    for k, (name, (_, power), (low, high)) in enumerate(zip(unknown, follow, ends, strict=True)):
-
-        def beyond(value: float, k: int = k) -> float:
-            """The root of what the sum of squares is above the least one, with this number held, less the limit."""
-            cost = best(np.concatenate([found.x[:k], [value], found.x[k + 1 :]]), noise, (k,)).cost
-            return float(np.sqrt(max(2 * (cost - found.cost), 0.0))) - limit
-
-        near = found.x[k] + scatter[k] * np.array(NEAR)
-        places = np.unique(np.clip([*np.geomspace(low, high, PLACES), *near], low, high))
-        inside = np.flatnonzero([beyond(value) <= 0 for value in places])
-        pairs = (inside[0], inside[0] - 1), (inside[-1], inside[-1] + 1)
-        interval = [
-            float(scipy.optimize.brentq(beyond, places[i], places[out], rtol=1e-3))
-            if 0 <= out < len(places)
-            else places[i]
-            for i, out in pairs
-        ]
+    one, two = (n * scipy.stats.f.ppf(0.95, n, freedom) for n in (1, 2))
+    for k, (name, (_, power), (costs, points)) in enumerate(zip(unknown, follow, profiles, strict=True)):
+        order = np.argsort([*points[:, k], x[k]])  # another profile may have found the least sum
+        costs, points = np.append(costs, least)[order], np.vstack([points, x])[order]
+        several = (costs[minima_of(costs)] <= least + two).sum() > 1
+        limit = least + (two if several else one)
+        inside, reach = np.flatnonzero(costs <= limit), []
+        for i, out in ((inside[0], inside[0] - 1), (inside[-1], inside[-1] + 1)):
+            end, beyond = points[i, k], points[np.clip(out, 0, len(costs) - 1), k]
+            crossed = above(beyond, *(args := (k, points[i], limit))) > 0
+            reach.append(scipy.optimize.brentq(above, end, beyond, args, rtol=1e-3) if crossed else beyond)
         guess, unit = as_given(block[name])
-        values[name] = guess * found.x[k] ** power, *sorted(guess * x**power for x in interval), unit
+        values[name] = guess * x[k] ** power, *sorted(guess * float(each) ** power for each in reach), unit
     um = 1e6 * scales.length
-    return FilmFit(values, seconds, um * d, um * fitted)
+    alike = float(white[1:] @ white[:-1]) / max(float(white @ white), len(t))
+    return FilmFit(values, seconds, um * d, um * fitted, alike)
+
+
+def minima_of(costs: Array) -> Indices:
+    """Places of the minima of costs, ends included, shape (minima,)."""
+    padded = np.pad(costs, 1, constant_values=np.inf)
+    return np.flatnonzero((costs < padded[:-2]) & (costs <= padded[2:]))
 
 
 def overlay_film(film: Path, folders: Sequence[Path], out: Path, page: Page) -> list[Path]:
@@ -190,7 +222,9 @@ def overlay_film(film: Path, folders: Sequence[Path], out: Path, page: Page) -> 
         if kind == "curve":
             if not table["d"][0] <= d[0] / scales.length <= table["d"][-1]:
                 raise InputError(str(folder), "", None, "must be a curve that has the first distance of the film")
-            table = {"t": t / scales.time, "d": path_of(table, d[0] / scales.length, t / scales.time)}
+            if (motion := Motion.of(table)) is None:
+                raise InputError(str(folder), "", None, "must be the curve of a pair in steady states")
+            table = {"t": t / scales.time, "d": motion.path(d[0] / scales.length, t / scales.time)}
         lines[f"{kind} {folder.name}"] = scales.time * table["t"], 1e6 * scales.length * table["d"]
     return draw_film((t, 1e6 * d), lines, out, page)
 

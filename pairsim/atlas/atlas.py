@@ -133,6 +133,16 @@ class Atlas:
         """Half-widths of the curves that it is made of over their peaks, shape (curves, distances)."""
         return np.asarray(np.maximum(self.curves.errors / self.curves.peaks, SLACK))
 
+    @cached_property
+    def patterns(self) -> Array:
+        """Functions whose sums with normal factors have variance 1 and change over the distances as errors of dU do.
+
+        They are the errors of curves left out, shape (curves, distances).
+        """
+        residuals, spreads = self.dU.left_out()
+        ratios = residuals / spreads[:, None]
+        return np.asarray(ratios / np.linalg.norm(ratios, axis=0))
+
     def outside(self, **given: float) -> list[str]:
         """In words, which of beta, De, Ca_e and d are not in the box."""
         found = []

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,8 @@ ROUNDING = 1e-9  # |dU| that is rounding error, as of equal rigid spheres [U_av]
 FORGOTTEN = 3.0  # decay times after which a start is forgotten; chosen: exp(-3) = .05
 CLOSE = 1e-9  # relative difference of distances that is rounding; chosen
 STEPS = 400  # parts of the way for the integral; chosen
+NODES = 512  # distances of a curve, between which rates of its motion are interpolated linearly; chosen
+TINY = 1e-12  # slope of a rate that does not change; rounding
 
 
 def over(table: Mapping[str, Array], gap: str = "") -> str:
@@ -38,7 +41,13 @@ def curve_of(table: Mapping[str, Array], gap: str = "") -> CurveInterpolant | No
         return None
     d, dU, errors = (table[name] for name in (over(table, gap), f"dU{gap}", f"dU_error{gap}"))
     differentiated, slope = (table.get(f"{name}{gap}", np.zeros_like(d)) for name in ("dU_discrete", "slope"))
-    return CurveInterpolant(d, dU, differentiated, slope, errors)
+    return _interpolant(*(np.asarray(each, dtype=float).tobytes() for each in (d, dU, differentiated, slope, errors)))
+
+
+@lru_cache(maxsize=4)
+def _interpolant(*columns: bytes) -> CurveInterpolant:
+    """That of columns; kept, since each sentence of an answer asks for it."""
+    return CurveInterpolant(*map(np.frombuffer, columns))
 
 
 OfDistance = Callable[[Array | float], Array]
@@ -81,6 +90,36 @@ class Motion:
         shifts = table.get("from_rest")
         from_rest = None if shifts is None else (lambda d: np.interp(np.log(d), x, shifts))
         return Motion(curve, lambda d: mean(np.log(d)), lambda d: stretch(np.log(d)), t_relax, from_rest)
+
+    @cached_property
+    def rates(self) -> tuple[Array, Array]:
+        """Logarithms of distances of the curve, ascending, and their rates of change in time, shape (NODES,) each."""
+        d = np.geomspace(self.curve.d[0], self.curve.d[-1], NODES)
+        return np.log(d), self.curve.values(d) / self.stretch(d) / d
+
+    def path(self, start: float, times: Array) -> Array:
+        """Distances of the pair [D_c], up to the ends of the curve, shape (times,).
+
+        Between two nodes, where rates are linear, the motion is an exponential function of time.
+
+        Args:
+            start: The distance at the time 0 [D_c].
+            times: Times [D_c/U_av], shape (times,).
+        """
+        (x, rate), begin = self.rates, np.log(start)
+        first = np.interp(begin, x, rate)
+        order = slice(None, None, 1 if first > 0 else -1)
+        ahead = (x[order] - begin) * first > 0
+        if not ahead.any():
+            return np.full(times.shape, start)
+        x, rate = np.append(begin, x[order][ahead]), np.append(first, rate[order][ahead])
+        slope = np.diff(rate) / np.diff(x)
+        slope[slope == 0] = TINY
+        with np.errstate(all="ignore"):  # not a number beyond a zero, which it never reaches
+            passed = np.append(0.0, np.cumsum(np.log1p(np.diff(rate) / rate[:-1]) / slope))
+            left = np.minimum(np.searchsorted(passed[1:], times, side="right"), len(slope) - 1)
+            way = rate[left] * np.expm1(slope[left] * (times - passed[left])) / slope[left]
+        return np.asarray(np.exp(np.clip(x[left] + way, *sorted(x[[0, -1]]))))
 
 
 def peak_of(table: Mapping[str, Array], gap: str = "") -> Peak:

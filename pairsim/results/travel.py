@@ -17,7 +17,6 @@ from pairsim.runtime.errors import InputError
 from pairsim.solvers.curves.interpolant import CurveInterpolant
 
 NODES = 4  # of the quadrature between two samples of a curve, which leaves 1e-10 of smooth ones
-STEPS = 512  # of a curve, between which rates are interpolated linearly for its motion over time; chosen
 SAME = 1e-9  # relative difference of a distance from an end of the curve that is due to rounding
 
 
@@ -116,28 +115,6 @@ def travel(
     behind = motion.from_rest(begin) if motion.from_rest is not None else None
     start_error = None if behind is None else float(behind / abs(curve.values(begin)))
     return Travel(begin, end, time, length, time_error, length_error, forgotten, start_error, scales)
-
-
-def path_of(table: Mapping[str, Array], start: float, times: Array) -> Array:
-    """Distances of a pair that moves as a curve says [D_c], shape (times,).
-
-    Args:
-        table: Columns of curve.csv in ascending d, each of shape (points,).
-        start: The distance at the first time [D_c].
-        times: Ascending [D_c/U_av], shape (times,).
-
-    Raises:
-        InputError: It is not the curve of a pair in steady states, with at least two points.
-    """
-    from scipy.integrate import solve_ivp  # takes long to import
-
-    if (motion := Motion.of(table)) is None:
-        raise InputError("curve", "", None, "must be that of a pair in steady states, with at least two points")
-    d = np.geomspace(motion.curve.d[0], motion.curve.d[-1], STEPS)
-    x, rate = np.log(d), motion.curve.values(d) / motion.stretch(d) / d
-    span, x0 = times[[0, -1]], [np.log(start)]
-    path = solve_ivp(lambda _, now: np.interp(now, x, rate), span, x0, "LSODA", times, rtol=1e-8, atol=1e-10)
-    return np.asarray(np.exp(path.y[0]))
 
 
 def distance_on(curve: CurveInterpolant, given: float | str, option: str, scales: Scales | None, source: str) -> float:

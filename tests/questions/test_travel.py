@@ -6,10 +6,11 @@ import re
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from support.result_folders import curve_table
 
 from pairsim.questions.curve.answer import answer_of_curve
-from pairsim.results.curve_table import FORGOTTEN, forgotten_at
+from pairsim.results.curve_table import FORGOTTEN, Motion, forgotten_at
 from pairsim.results.travel import travel
 from pairsim.runtime.errors import InputError
 
@@ -35,6 +36,18 @@ def test_velocity_proportional_to_distance_gives_a_logarithm() -> None:
     assert way.length == pytest.approx(1.8 * np.log(5) / 0.01, rel=1e-5)
     assert abs(way.time - np.log(5) / 0.01) < way.time_error < 1e-3 * way.time
     assert abs(way.length - 1.8 * np.log(5) / 0.01) < way.length_error < 1e-3 * way.length
+
+
+@pytest.mark.parametrize("start", [0.06, 0.2, 0.24, 0.25, 0.9])
+def test_a_motion_over_time_is_that_of_its_differential_equation(start: float) -> None:
+    """dU is positive below its stable zero, d = 0.25, and above its unstable one, d = 0.55."""
+    x = np.log(D / 0.1)
+    dU = 0.01 * (x - 0.9) * (x - 1.7)
+    motion, times = Motion.of(table(dU, 0.01 * (2 * x - 2.6) / D)), np.linspace(0, 40, 30)
+    assert motion is not None
+    start_x, rates = [np.log(start)], motion.rates
+    way = solve_ivp(lambda _, y: np.interp(y, *rates), (0, 40), start_x, "LSODA", times, rtol=1e-9, atol=1e-12).y[0]
+    assert motion.path(start, times) == pytest.approx(np.exp(np.clip(way, *np.log(D[[0, -1]]))), rel=1e-7)
 
 
 def test_cubic_in_log_d_is_integrated_exactly() -> None:
