@@ -191,11 +191,11 @@ def plot(
         bool, typer.Option(" /--no-legend", show_default=False, help="Leave out the legend and the small print.")
     ] = True,
 ) -> None:
-    """Draw the results of run, curve, critical, sweep or study, or several runs or curves in one picture.
+    """Draw the results of a case, a sweep or a study, or several runs or curves in one picture.
 
     A run: dU and D against time and distance, and the deformed particles in the flow. A curve: dU with its error and
-    its zeros, D, and its fields. Critical distances: over the parameter that was followed. A sweep: dU of all cases,
-    the last dU or the zeros against a parameter. A study: error against wall time. Several folders: dU of all of them;
+    its zeros, D, and its fields. Critical distances, shapes and pressure drops: over the parameter that was followed.
+    A sweep: dU of all cases, the last dU or the zeros against a parameter. A study: error against wall time. Several folders: dU of all of them;
     what varies is in the legend, what does not in small print. RUN CURVE FILM.csv: a film, as for fit, and how they
     move.
     """
@@ -213,7 +213,7 @@ def plot(
 def report(directory: Folder) -> None:
     """Write DIR/report.html: answer, warnings, pictures, table and provenance on one page.
 
-    One file that needs no network, to send around; of run, curve, critical or sweep, finished or not. It is
+    One file that needs no network, to send around; of a case or a sweep, finished or not. It is
     replaced where it exists.
     """
     from pairsim.api.report import report
