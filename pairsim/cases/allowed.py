@@ -40,8 +40,8 @@ def _words(schema: Mapping[str, Any]) -> str:
     example = f"such as {schema['examples'][0]}" if "examples" in schema else ""
     if alternatives := schema.get("anyOf", schema.get("oneOf")):
         each = dict.fromkeys(_words(one) for one in alternatives if one.get("type") != "null")
-        texts = [text.replace(f"list of {next(iter(each))}", "list of these") for text in each]
-        return " ".join(filter(None, (", or ".join(texts), example)))
+        texts = ", or ".join(text.replace(f"list of {next(iter(each))}", "list of these") for text in each)
+        return " ".join(filter(None, (", or ".join(dict.fromkeys(texts.split(", or "))), example)))
     if schema.get("type") == "array":
         least, most = schema.get("minItems", 0), schema.get("maxItems", MOST_VALUES)
         count = f"{least}{'' if most == least else f' to {most}' if most < MOST_VALUES else ' or more'}, each "

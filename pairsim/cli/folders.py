@@ -194,10 +194,10 @@ def plot(
     """Draw the results of a case, a sweep or a study, or several runs or curves in one picture.
 
     A run: dU and D against time and distance, and the deformed particles in the flow. A curve: dU with its error and
-    its zeros, D, and its fields. Critical distances, shapes and pressure drops: over the parameter that was followed.
-    A sweep: dU of all cases, the last dU or the zeros against a parameter. A study: error against wall time. Several folders: dU of all of them;
-    what varies is in the legend, what does not in small print. RUN CURVE FILM.csv: a film, as for fit, and how they
-    move.
+    its zeros, D, and its fields. Critical distances, shapes and pressure drops: over what was followed. A sweep: dU of
+    all cases, the last dU or the zeros against a parameter. A study: error against wall time. Several folders: dU of
+    all of them; what varies is in the legend, what does not in small print. RUN CURVE FILM.csv: a film, as for fit, and
+    how they move.
     """
     from pairsim.api.folders import plot
 
