@@ -1,4 +1,4 @@
-"""Two spheres, rigid or soft, in a Giesekus liquid with pyoomph alone: the quasi-steady pair, distance held.
+"""Two spheres, rigid or soft, in a Giesekus liquid with pyoomph alone: the quasi-steady pair, or a run from rest.
 
 The scene is that of pyoomph_pair.py beside it, with pyoomph's log-conformation equations in the liquid: a tube with the
 developed flow of the Giesekus liquid at both ends, stress included, and particles on which no force acts. No observer
@@ -24,9 +24,9 @@ from pathlib import Path
 
 import numpy as np
 import pyoomph.expressions as ex
-from pyoomph import GlobalLagrangeMultiplier, InterfaceEquations, Problem, WeakContribution
+from pyoomph import GlobalLagrangeMultiplier, InterfaceEquations, ODEEquations, Problem, WeakContribution
 from pyoomph.equations.ALE import LaplaceSmoothedMesh, PinMeshCoordinates
-from pyoomph.equations.generic import DirichletBC
+from pyoomph.equations.generic import DirichletBC, EnforcedBC
 from pyoomph.equations.navier_stokes import StokesEquations
 from pyoomph.equations.solid import DeformableSolidEquations, FSIConnection
 from pyoomph.equations.viscoelastic import Giesekus, ViscoelasticEquations
@@ -168,8 +168,20 @@ class FreeRigidSurface(InterfaceEquations):
         self.add_residual(ex.weak(u - U, test) + ex.weak(traction, u_test) - ex.weak(traction, U_test))
 
 
+class Moved(ODEEquations):
+    """How far each of two rigid particles has moved from their middle, `moved`."""
+
+    def define_fields(self):
+        self.define_ode_variable("moved")
+
+    def define_residuals(self):
+        moved, test = ex.var_and_test("moved")
+        dU = ex.var("U_leading") - ex.var("U_trailing")
+        self.add_residual(ex.weak(ex.partial_t(moved) - dU / 2, test))
+
+
 class ViscoelasticPair(Pair):
-    """The quasi-steady scene; rigid if Ca_e is 0."""
+    """The quasi-steady scene; rigid if Ca_e is 0. With an end, the rigid pair from rest, in the frame of its middle."""
 
     def __init__(self, options: argparse.Namespace, cells: int, folder: str):
         super().__init__(cells, options.beta, options.d, None, folder)
@@ -192,10 +204,10 @@ class ViscoelasticPair(Pair):
         self.set_scaling(spatial=1, temporal=1, velocity=1, pressure=1)
         self += PairMesh(self.cells, self.beta, self.d)
         r, z, t = ex.var(["coordinate_x", "coordinate_y", "time"])
-        rigid, xi = self.options.Ca_e == 0, self.options.xi
+        rigid, moves, xi = self.options.Ca_e == 0, bool(self.options.end), self.options.xi
         U = {side: ex.var(f"U_{name}", domain="globals") for side, name in PARTICLES.items()}
         x = ex.minimum(ex.maximum((z + self.d / 4) / (self.d / 2), 0), 1)
-        mesh = U[-1] + (U[1] - U[-1]) * (3 * x**2 - 2 * x**3)
+        mesh = (U[-1] + U[1]) / 2 if moves else U[-1] + (U[1] - U[-1]) * (3 * x**2 - 2 * x**3)
         ends = {"velocity_y": AtEnds(self.flow.velocity)}
         for name in ("xx", "xy", "yy", "aa"):
             ends[f"log_conformation_{name}"] = AtEnds(lambda r, t, name=name: self.flow.log_conformation(r, t)[name])
@@ -213,7 +225,7 @@ class ViscoelasticPair(Pair):
         fluid += DirichletBC(velocity_x=0, velocity_y=0) @ "wall"
         for end in ("inlet", "outlet"):
             fluid += DirichletBC(velocity_x=0, **{name: function(r, t) for name, function in ends.items()}) @ end
-        if not rigid:
+        if moves or not rigid:
             fluid += LaplaceSmoothedMesh()
             for line in ("axis", "gap"):
                 fluid += DirichletBC(mesh_x=0) @ line
@@ -224,6 +236,9 @@ class ViscoelasticPair(Pair):
             surface = f"{name}_surface"
             if rigid:
                 fluid += (DirichletBC(velocity_x=0) + FreeRigidSurface(name)) @ surface
+                if moves:
+                    off = ex.var("mesh_y") - ex.var("lagrangian_y") - side * ex.var("moved", domain="globals")
+                    fluid += (DirichletBC(mesh_x=True) + EnforcedBC(mesh_y=off)) @ surface
                 continue
             fluid += FSIConnection(velocity_offset=-U[side] * ex.vector(0, 1)) @ surface
             law = NeoHookean(1 / self.Ca_e)
@@ -232,6 +247,8 @@ class ViscoelasticPair(Pair):
             off, row = ex.var("mesh_y") - side * self.d / 2, ex.testfunction(f"U_{name}", domain="globals")
             fluid += WeakContribution(off, row, coordsys=ex.cartesian) @ f"gap/{surface}"
             self += solid @ name
+        if moves:
+            self += Moved() @ "globals"
         self += fluid @ "fluid"
 
 
@@ -255,7 +272,7 @@ def solve(options: argparse.Namespace, cells: int, folder: str) -> dict[str, flo
 
 
 def run(options: argparse.Namespace, cells: int, steps: int, folder: str) -> list[dict[str, float]]:
-    """Rows at a quarter, half and all of the time of a rigid pair from rest whose distance is held, by BDF2."""
+    """Rows at a quarter, half and all of the time of a rigid pair from rest, by BDF2."""
     rows = []
     with ViscoelasticPair(options, cells, folder) as pair:
         pair.initialise()
@@ -267,6 +284,7 @@ def run(options: argparse.Namespace, cells: int, steps: int, folder: str) -> lis
                 row = {"cells": cells, "unknowns": pair.ndof(), "U_T": U["trailing"], "U_L": U["leading"]}
                 row |= {"dU": U["leading"] - U["trailing"], "newton": pair.get_la_solver().clock["newton"]}
                 row |= {"seconds": time.process_time() - begin, "steps": steps}
+                row |= {"moved": float(pair.get_ode("globals").get_value("moved"))}
                 rows.append(row | {"t": step * options.end / steps})
     return rows
 
@@ -287,7 +305,7 @@ def main() -> None:
     option("--Ca_e", type=float, default=0.0, help="viscous over elastic stress; 0: rigid")
     option("--xi", type=float, default=0.09, help="viscosity of the solvent")
     option("--alpha", type=float, default=0.2, help="mobility")
-    option("--end", type=float, default=0.0, help="a run from rest to this time, distance held; 0: the steady state")
+    option("--end", type=float, default=0.0, help="a run of a rigid pair from rest to this time; 0: the steady state")
     option("--steps", type=int, nargs="+", default=[100], help="time steps of a run, a number or more")
     option("--output", type=Path, default=Path("pyoomph_viscoelastic.csv"), help="the table as CSV")
     options, rows = parser.parse_args(), []
