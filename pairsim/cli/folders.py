@@ -162,11 +162,7 @@ def plot(
     ] = None,
     formats: Annotated[
         str | None,
-        typer.Option(
-            "--format",
-            metavar="png,pdf,svg",
-            help="Kinds of files, one or more (default: png).",
-        ),
+        typer.Option("--format", metavar="png,pdf,svg", help="Kinds of files, one or more (default: png)."),
     ] = None,
     width: Annotated[
         str, typer.Option(metavar="MM", help="Width: 85mm for a column of a journal, 170mm for a page.")

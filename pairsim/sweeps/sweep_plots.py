@@ -65,7 +65,9 @@ def plot_sweep(
     if command == "run" or any(case["values"].get("zeros") for case in cases):
         written += _draw_parameters(cases, command == "run", varying, parts, group, target, page)
     if not written:
-        raise InputError(str(directory), "", None, "has no zero of dU to draw over a number that varies")
+        drawn = command in ("run", "curve", "critical")
+        has = "no zero of dU to draw over a number that varies" if drawn else "its pictures in the folders of its cases"
+        raise InputError(str(directory), "", None, f"is a sweep of `pairsim {command}`, which has {has}")
     return written
 
 

@@ -361,7 +361,9 @@ def test_curves_are_swept_too(tmp_path: Path, capfd: pytest.CaptureFixture[str])
 
 
 def test_pictures_of_critical_distances_show_the_zeros(tmp_path: Path) -> None:
-    def drawn(name: str, cases: dict[tuple[float, float], str], varying: list[str]) -> list[str]:
+    def drawn(
+        name: str, cases: dict[tuple[float, float], str], varying: list[str], command: str = "critical"
+    ) -> list[str]:
         """The pictures of a sweep of searches over Ca_e and De that found one zero or none."""
         folder = tmp_path / name
         for (Ca_e, De), zeros in cases.items():
@@ -370,13 +372,15 @@ def test_pictures_of_critical_distances_show_the_zeros(tmp_path: Path) -> None:
             (case / "run.json").write_text('{"status": "finished", "reason": "end"}')
             (case / "critical.csv").write_text(f"kind,d_cr,d_error,stable,Ca_e,De\n{zeros}")
         parameters = {f"{Ca_e}-{De}": {"Ca_e": Ca_e, "De": De} for Ca_e, De in cases}
-        return [path.name for path in plot_sweep(make_sweep(folder, "critical", parameters, varying))]
+        return [path.name for path in plot_sweep(make_sweep(folder, command, parameters, varying))]
 
     few = {(0.1, 0.25): "wanted,0.18,0.01,false,0.1,0.25\n", (0.02, 0.25): "wanted,0.25,0.01,false,0.02,0.25\n"}
     few[0.1, 0.0] = "end,0.3,0.01,true,0.1,0\n"
     assert drawn("few", few, ["Ca_e", "De"]) == ["sweep_zeros.png"]
     with pytest.raises(InputError, match="no zero of dU"):
         drawn("none", {(0.1, 0.0): few[0.1, 0.0]}, ["Ca_e"])
+    with pytest.raises(InputError, match="`pairsim shape`, which has its pictures in the folders of its cases"):
+        drawn("shapes", {(0.1, 0.0): ""}, ["Ca_e"], "shape")
 
 
 @pytest.mark.slow
