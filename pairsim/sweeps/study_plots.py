@@ -14,6 +14,7 @@ from pairsim.plots.style import COLOURS, MARKERS, SMALL, Page, printing
 from pairsim.results.columns import column
 from pairsim.results.table_files import read_table
 from pairsim.results.tables import frame_of
+from pairsim.runtime.errors import InputError
 from pairsim.sweeps.study import FAMILIES, TABLE, families, settings_of
 
 WORDS = "lines: the same but for the cells; dots: the same but for the steps"
@@ -26,6 +27,8 @@ def plot_study(directory: Path, out: Path | None = None, page: Page | None = Non
     There are none while no error is known.
     """
     table = frame_of(read_table(directory / TABLE))
+    if "steps" not in table:
+        raise InputError(str(directory / TABLE), "", None, "must be that of a study of this version; compute it again")
     if "error" not in table or (points := table[table["error"] > 0]).empty:
         return []
     meshes, steps = (list(families(points, family)) for family in FAMILIES)

@@ -17,6 +17,7 @@ from pairsim.results.table_files import read_table
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.grid import Grid, grid_from, read_grid
 from pairsim.sweeps.study import FAMILIES, families, read_study, study_table
+from pairsim.sweeps.study_plots import plot_study
 
 
 def checked(tmp_path: Path, text: str) -> tuple[StudyFile, Grid]:
@@ -86,6 +87,12 @@ def test_discretisation_that_failed_has_no_figures(tmp_path: Path) -> None:
     assert table["reason"].tolist() == ["end", "mesh_failed", "end"]
     assert table["error"].isna().tolist() == [False, True, True]
     assert isnan(table["wall_time"][1])
+
+
+def test_a_study_of_version_0_2_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "study.csv").write_text("mesh.Np,unknowns,points,wall_time,dU@0.2,error\n8,2086,1,1.7,0.0043,5e-5\n")
+    with pytest.raises(InputError, match="must be that of a study of this version"):
+        plot_study(tmp_path)
 
 
 def test_families_differ_in_the_mesh_or_in_the_steps_only() -> None:
