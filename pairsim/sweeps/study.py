@@ -121,7 +121,8 @@ def families(table: pd.DataFrame, family: str) -> Iterator[pd.DataFrame]:
 
     Fixed and controlled steps have different errors and are apart.
     """
-    h = table["unknowns"].astype(float) ** -0.5 if family == "space" else 1 / table["steps"].astype(float)
+    counts = table.reindex(columns=["unknowns", "steps"]).astype(float)  # curves have no steps
+    h = counts["unknowns"] ** -0.5 if family == "space" else 1 / counts["steps"]
     fixed = table["time.fixed_step"].notna() if "time.fixed_step" in table else False
     sized = table.assign(h=h, fixed=fixed).dropna(subset="h").sort_values("h", ascending=False, kind="stable")
     others = [key for key in settings_of(table) if not key.startswith(FAMILIES[family])]

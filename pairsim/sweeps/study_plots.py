@@ -26,9 +26,9 @@ def plot_study(directory: Path, out: Path | None = None, page: Page | None = Non
 
     There are none while no error is known.
     """
+    if not (directory / "sweep.json").is_file():
+        raise InputError(str(directory), "", None, "must be the folder of a study of this version; compute it again")
     table = frame_of(read_table(directory / TABLE))
-    if "steps" not in table:
-        raise InputError(str(directory / TABLE), "", None, "must be that of a study of this version; compute it again")
     if "error" not in table or (points := table[table["error"] > 0]).empty:
         return []
     meshes, steps = (list(families(points, family)) for family in FAMILIES)

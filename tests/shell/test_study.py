@@ -89,10 +89,13 @@ def test_discretisation_that_failed_has_no_figures(tmp_path: Path) -> None:
     assert isnan(table["wall_time"][1])
 
 
-def test_a_study_of_version_0_2_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "study.csv").write_text("mesh.Np,unknowns,points,wall_time,dU@0.2,error\n8,2086,1,1.7,0.0043,5e-5\n")
-    with pytest.raises(InputError, match="must be that of a study of this version"):
+def test_a_study_of_curves_is_drawn_and_one_of_version_0_2_refused(tmp_path: Path) -> None:
+    rows = "8,finished,2086,1.7,0.0043,5e-5\n10,finished,2494,1.9,0.0042,1e-5\n"
+    (tmp_path / "study.csv").write_text(f"mesh.Np,status,unknowns,wall_time,dU@0.2,error\n{rows}")
+    with pytest.raises(InputError, match="must be the folder of a study of this version"):
         plot_study(tmp_path)
+    (tmp_path / "sweep.json").touch()
+    assert plot_study(tmp_path) == [tmp_path / "study.png"]
 
 
 def test_families_differ_in_the_mesh_or_in_the_steps_only() -> None:
