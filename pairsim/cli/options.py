@@ -35,8 +35,7 @@ Output = Annotated[
 DryRun = Annotated[
     bool,
     typer.Option(
-        "--dry-run",
-        help="Check the case; print its unknowns and whether it takes seconds, minutes or hours.",
+        "--dry-run", help="Check the case; print its unknowns and whether it takes seconds, minutes or hours."
     ),
 ]
 Budget = Annotated[
