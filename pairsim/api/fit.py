@@ -174,7 +174,7 @@ def fit(
     least, x = float(costs.min()), points[costs.argmin()]
     fitted, white = residuals(x) + d, whitened(residuals(x))
     if not (book.d[0] < fitted.min() and fitted.max() < book.d[-1]):
-        raise InputError(str(film), "", None, "must have distances of the atlas alone")
+        raise InputError(str(film), "", None, "the motion that fits best leaves the distances of the atlas")
 
     def above(value: float, k: int, x: Array, limit: float) -> float:
         return best(x, {k: value})[0] - limit
