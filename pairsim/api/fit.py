@@ -6,12 +6,14 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 import scipy
+from charset_normalizer import from_bytes
 
 from pairsim.api.ask import asked_of
 from pairsim.api.cases import AnyCase
@@ -230,10 +232,16 @@ def overlay_film(film: Path, folders: Sequence[Path], out: Path, page: Page) -> 
 
 
 def film_of(film: Path) -> tuple[Array, ...]:
-    """Times [s] and distances [m] of a film, in ascending time."""
+    """Times [s] and distances [m] of a film, in ascending time; spreadsheets write semicolons and decimal commas."""
     if not film.is_file():
         raise InputError(str(film), "", None, "no such file")
-    table, found = pd.read_csv(film), []
+    text = str(from_bytes(film.read_bytes(), cp_isolation=["utf_8", "cp1252"]).best()).removeprefix("\ufeff")
+    separator = next((each for each in "\t;" if each in text.partition("\n")[0]), ",")
+    try:
+        table = pd.read_csv(StringIO(text), sep=separator, decimal="." if separator == "," else ",")
+    except ValueError as error:  # of pandas
+        raise InputError(str(film), "", None, f"must be a table such as one of t [s], d [um] ({error})") from None
+    found = []
     for name, unit in (("t", "s"), ("d", "m")):
         heading = next((each for each in map(str, table) if re.fullmatch(rf"\s*{name}\s*\[.+\]\s*", each)), "")
         if not heading:
@@ -242,5 +250,9 @@ def film_of(film: Path) -> tuple[Array, ...]:
         if values.isna().any():
             wrong = int(np.flatnonzero(values.isna())[0])
             raise InputError(f"{film}:{wrong + 2}", heading.strip(), table[heading].iloc[wrong], "must be a number")
-        found.append(values.to_numpy(dtype=float) * unit_in(unit, heading.partition("[")[2].strip(" ]")))
+        try:
+            size = unit_in(unit, heading.partition("[")[2].strip(" ]"))
+        except ValueError as error:
+            raise InputError(str(film), heading.strip(), None, str(error)) from None
+        found.append(values.to_numpy(dtype=float) * size)
     return tuple(each[np.argsort(found[0])] for each in found)

@@ -17,6 +17,7 @@ from support.commands import Pairsim
 from support.pictures import drawn_figures
 
 import pairsim as api
+from pairsim.api.fit import film_of
 from pairsim.atlas.atlas import SHIPPED, Atlas
 from pairsim.results.curve_table import Motion
 from pairsim.results.table_files import table_text
@@ -145,11 +146,23 @@ def test_what_is_unknown_needs_a_first_guess(atlas: Path, tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize(
+    ("text", "encoding"),
+    [("t [s];d [µm]\r\n0,5;7,25\r\n1;6\r\n", "cp1252"), ("\ufefft [s]\td [µm]\n1\t6\n0,5\t7,25\n", "utf-8")],
+)
+def test_films_of_spreadsheets(text: str, encoding: str, tmp_path: Path) -> None:
+    (tmp_path / "film.csv").write_bytes(text.encode(encoding))
+    t, d = film_of(tmp_path / "film.csv")
+    np.testing.assert_allclose((t, 1e6 * d), ([0.5, 1.0], [7.25, 6.0]))
+
+
+@pytest.mark.parametrize(
     ("text", "wrong"),
     [
         (None, "no such file"),
         ("t [s],d\n0,5\n", "a column with its unit"),
         ("t [s],d [um]\n0,5\n1,far\n", "film.csv:3: d [um]: got 'far'; must be a number"),
+        ("t [s],d [ms]\n0,5\n", "d [ms]: is no unit as m is"),
+        ("", "must be a table such as one of t [s], d [um]"),
     ],
 )
 def test_what_is_wrong_in_a_film_is_named(atlas: Path, tmp_path: Path, text: str | None, wrong: str) -> None:
