@@ -88,12 +88,14 @@ def carry_out[C: SceneCase](
         earlier = _earlier(case, directory, f"{question.table}.csv") if resume else None
         if earlier is not None:
             more["earlier"] = earlier
-        else:
-            prepare_folder(directory, options.overwrite or resume, own_files())
-            notes += ["no checkpoint: starting at t = 0"] if resume else []
+        elif resume:
+            notes.append("no checkpoint: starting at t = 0")
         old = earlier.checkpoint if earlier is not None else None
         session = _Session(case, directory, options, notes, old, question.resumable)
-        return session.carry_out(question.solve(case, monitor=session.monitor, **more))
+        computation = question.solve(case, monitor=session.monitor, **more)  # which may refuse a keyword
+        if earlier is None:
+            prepare_folder(directory, options.overwrite or resume, own_files())
+        return session.carry_out(computation)
 
 
 def _earlier(case: SceneCase, directory: Path, table: str) -> events.Earlier | None:

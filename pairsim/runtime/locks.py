@@ -34,7 +34,7 @@ def command_line() -> str:
 
 @contextmanager
 def sole_writer(directory: Path, command: str) -> Iterator[None]:
-    """Context in which no other command may write into a folder, which is made if it does not exist.
+    """Context in which no other command may write into a folder, which is made if needed, and not left empty then.
 
     Args:
         directory: The folder.
@@ -45,7 +45,7 @@ def sole_writer(directory: Path, command: str) -> Iterator[None]:
     """
     from filelock import FileLock, Timeout
 
-    lock, owner = FileLock(directory / LOCK, timeout=PATIENCE), directory / OWNER
+    lock, owner, new = FileLock(directory / LOCK, timeout=PATIENCE), directory / OWNER, not directory.exists()
     try:
         directory.mkdir(parents=True, exist_ok=True)
         lock.acquire()
@@ -65,6 +65,9 @@ def sole_writer(directory: Path, command: str) -> Iterator[None]:
             for name in LOCK_FILES:  # before the release, so that none of the next owner is removed
                 (directory / name).unlink(missing_ok=True)
         lock.release()
+        if new:
+            with suppress(OSError):  # it has files
+                directory.rmdir()
 
 
 def is_locked(directory: Path) -> bool:
