@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 import scipy
-from charset_normalizer import from_bytes
 
 from pairsim.api.ask import asked_of
 from pairsim.api.cases import AnyCase
+from pairsim.api.rheometer_files import text_of
 from pairsim.cases.quantities import as_given, unit_in
 from pairsim.results.curve_table import Motion
 from pairsim.results.folder import kind_of, read_record
@@ -191,7 +191,8 @@ def fit(
         inside, reach = np.flatnonzero(costs <= limit), []
         for i, out in ((inside[0], inside[0] - 1), (inside[-1], inside[-1] + 1)):
             end, beyond = points[i, k], points[np.clip(out, 0, len(costs) - 1), k]
-            crossed = above(beyond, *(args := (k, points[i], limit))) > 0
+            args = k, points[i], limit
+            crossed = above(beyond, *args) > 0
             reach.append(scipy.optimize.brentq(above, end, beyond, args, rtol=1e-3) if crossed else beyond)
         guess, unit = as_given(block[name])
         values[name] = guess * x[k] ** power, *sorted(guess * float(each) ** power for each in reach), unit
@@ -235,11 +236,11 @@ def film_of(film: Path) -> tuple[Array, ...]:
     """Times [s] and distances [m] of a film, in ascending time; spreadsheets write semicolons and decimal commas."""
     if not film.is_file():
         raise InputError(str(film), "", None, "no such file")
-    text = str(from_bytes(film.read_bytes(), cp_isolation=["utf_8", "cp1252"]).best()).removeprefix("\ufeff")
-    separator = next((each for each in "\t;" if each in text.partition("\n")[0]), ",")
     try:
+        text = text_of(film)
+        separator = next((each for each in "\t;" if each in text.partition("\n")[0]), ",")
         table = pd.read_csv(StringIO(text), sep=separator, decimal="." if separator == "," else ",")
-    except ValueError as error:  # of pandas
+    except ValueError as error:
         raise InputError(str(film), "", None, f"must be a table such as one of t [s], d [um] ({error})") from None
     found = []
     for name, unit in (("t", "s"), ("d", "m")):

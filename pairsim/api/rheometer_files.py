@@ -102,7 +102,7 @@ def read_columns(option: str, file: Path, wanted: str | None = None) -> tuple[di
         InputError: The file is no text, or has no table with these columns, or too few rows.
     """
     try:
-        section, others = _section(option, _text(file), wanted)
+        section, others = _section(option, text_of(file), wanted)
         columns = {
             name: column(name, i, section.heading[i], rest, section.around(i))
             for name, (i, rest) in section.places.items()
@@ -128,7 +128,12 @@ def read_columns(option: str, file: Path, wanted: str | None = None) -> tuple[di
     return values, [*(f"read: {file.name}: {sentence}" for sentence in said), *_assumed(file, columns)]
 
 
-def _text(file: Path) -> str:
+def text_of(file: Path) -> str:
+    """The text of a file in any encoding, with lines that end in \\n, one kind of signs, and no comments.
+
+    Raises:
+        ValueError: It cannot be read, or is no text.
+    """
     from charset_normalizer import from_bytes
 
     try:

@@ -12,7 +12,7 @@ app = typer.Typer()
 
 @app.command(epilog="Example: pairsim fit film.csv case.yaml")
 def fit(
-    film: Annotated[Path, typer.Argument(help="CSV file with columns such as t (s) and d (um).")],
+    film: Annotated[Path, typer.Argument(help=r"CSV file with columns such as t \[s] and d \[um].")],
     case: Annotated[Path, typer.Argument(help="Case file with a physical block; what is unknown is a first guess.")],
     unknown: Annotated[list[str] | None, typer.Option(help="modulus (default) or relaxation; repeat for both.")] = None,
     atlas: Annotated[Path | None, typer.Option(help="File of an atlas (default: those that ship).")] = None,
