@@ -46,9 +46,10 @@ def ask(
     """Say at once whether a pair of equal beads separates or collides, how fast, and from which distance on.
 
     The answer is read from an atlas of master curves; every +- is that of its
-    interval, and quantities may have one: '5 +- 1 kPa'. Distances have units, or are
-    in tube diameters. Where the atlas has no answer, the command says why, and which
-    computation has one. Other quantities of units: write a case file with units -o.
+    interval, and quantities may have one: '5 +- 1 kPa'. Distances have units, or
+    are in tube diameters. Where the atlas has no answer, the command says why,
+    and which computation has one. Other quantities of units: write a case file
+    with units -o.
     """
     options = locals()
     import numpy as np

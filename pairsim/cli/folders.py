@@ -73,11 +73,11 @@ def table(
 ) -> None:
     """Print a table of results, with the unit of each column in the header.
 
-    Of a run or a curve the columns t, d, dU, dU_error and U, with --all all columns.
-    A terminal shows five digits; a file or a pipe gets CSV with all digits.
-    Units are um, s, um/s and Pa where the case has a physical block, else D_c, U_av
-    and D_c/U_av. Of a sweep, the tables of all cases, one below the other, with the
-    parameters that vary.
+    Of a run or a curve the columns t, d, dU, dU_error and U, with --all all
+    columns. A terminal shows five digits; a file or a pipe gets CSV with all
+    digits. Units are um, s, um/s and Pa where the case has a physical block, else
+    D_c, U_av and D_c/U_av. Of a sweep, the tables of all cases, one below the
+    other, with the parameters that vary.
     """
     check_free(output, overwrite)
     check_free(netcdf, overwrite, "--netcdf")
@@ -189,11 +189,13 @@ def plot(
 ) -> None:
     """Draw the results of a case, a sweep or a study, or several runs or curves in one picture.
 
-    A run: dU and D against time and distance, and the deformed particles in the flow. A curve: dU with its error and
-    its zeros, D, and its fields. Critical distances, shapes and pressure drops: over what was followed. A sweep: dU of
-    all cases, the last dU or the zeros against a parameter. A study: error against wall time. Several folders: dU of
-    all of them; what varies is in the legend, what does not in small print. RUN CURVE FILM.csv: a film, as for fit, and
-    how they move.
+    A run: dU and D against time and distance, and the deformed particles in the
+    flow. A curve: dU with its error and its zeros, D, and its fields. Critical
+    distances, shapes and pressure drops: over what was followed. A sweep: dU of
+    all cases, the last dU or the zeros against a parameter. A study: error
+    against wall time. Several folders: dU of all of them; what varies is in the
+    legend, what does not in small print. RUN CURVE FILM.csv: a film, as for fit,
+    and how they move.
     """
     from pairsim.api.folders import plot
 
@@ -209,8 +211,8 @@ def plot(
 def report(directory: Folder) -> None:
     """Write DIR/report.html: answer, warnings, pictures, table and provenance on one page.
 
-    One file that needs no network, to send around; of a case or a sweep, finished or not. It is
-    replaced where it exists.
+    One file that needs no network, to send around; of a case or a sweep, finished
+    or not. It is replaced where it exists.
     """
     from pairsim.api.report import report
 

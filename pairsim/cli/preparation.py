@@ -65,8 +65,9 @@ def check_law(
 ) -> None:
     """Check a law of your own as those that ship are checked.
 
-    At rest, in shear and extension, in turned frames; a liquid in the tube, a solid as a sphere
-    in extension; and its Jacobian. The first time, forms are compiled (half a minute).
+    At rest, in shear and extension, in turned frames; a liquid in the tube, a
+    solid as a sphere in extension; and its Jacobian. The first time, forms are
+    compiled (half a minute).
 
     Exit codes: 0 all statements hold, 3 some do not.
     """
@@ -93,8 +94,8 @@ def _law_in(place: str, numbers: Sequence[str]) -> Material:
     from pairsim.solvers.check_law import sample
 
     name, file = (part[::-1] for part in place[::-1].partition(":")[::2])
-    if not file:
-        raise InputError("check-law", "", place, "must be a file and a class, such as my_laws.py:FeneCR")
+    if not Path(file).is_file():
+        raise InputError("check-law", "", place, "must be a class in a file, such as my_laws.py:FeneCR")
     name_file(Path(file))
     laws = {law.__name__: law for law in load_file(Path(file))}
     if name not in laws:

@@ -62,6 +62,13 @@ def test_error_of_the_start_does_not_fade_and_its_first_estimates_do_not_count()
     assert error.add(2.0, 0, np.zeros(1), np.zeros(1), 0.0, closer=2.0) == pytest.approx(4e-4)
 
 
+def test_error_of_the_settled_state_sets_in_with_the_stress_of_a_run_from_rest() -> None:
+    """What the cells leave of the stress is as small as the stress: a first time of 0.01 is not refined for it."""
+    error = Interval(memory=1.5, start=np.array([1e-4]), setting_in=0.5)
+    found = [error.add(t, 0, np.zeros(1), np.zeros(1), 0.0)[0] for t in (0.01, 0.5, 5.0)]
+    assert found == pytest.approx([1.98e-6, 6.32e-5, 1e-4], rel=1e-3)
+
+
 def test_intervals_widen_where_cells_do_not_resolve_the_stress() -> None:
     """A change of log c of 2.2 within a cell is twice what was resolved: the estimate counts eight times."""
     found = [

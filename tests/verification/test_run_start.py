@@ -94,17 +94,21 @@ def test_a_single_particle_and_the_tube_alone_start_as_they_go_on() -> None:
 
 
 @pytest.mark.slow
-def test_error_of_the_start_is_part_of_the_errors() -> None:
-    """The estimate that a run carries forward begins with exact stresses and positions, which a curve has not."""
-    transient = Transient(
-        problem_of(parse_case(QUESTIONS["run"], {**SHORT, **UNEQUAL, "start": "steady", "dU_error": True}, "test"))
-    )
+@pytest.mark.parametrize("start", ["steady", "rest"])
+def test_error_of_the_settled_state_is_part_of_the_errors(start: str) -> None:
+    """The estimate that a run carries forward begins with exact stresses and positions, which a curve has not.
+
+    A run from rest goes to that state in a relaxation time.
+    """
+    case = {**SHORT, **UNEQUAL, "start": start, "dU_error": True}
+    transient = Transient(problem_of(parse_case(QUESTIONS["run"], case, "test")))
     try:
         errors = transient.state.error_history
         assert errors is not None
         point = settled_at(UNEQUAL, (0.1,))
         expected = np.abs(point.estimate.dU) + point.estimate.dU_error  # a run begins with the discrete dU
         assert transient.run_errors.interval.start == pytest.approx(expected, rel=0.05)
+        assert transient.run_errors.interval.setting_in == (UNEQUAL["De"] if start == "rest" else 0)
         assert not errors.h[0].any()
     finally:
         transient.close()

@@ -2,8 +2,8 @@
 
 The case file has d (distances in tube diameters D_c: a list, or {start, stop,
 num, spacing}) in place of d0. Writes curve.csv (dU in U_av), equilibria.csv,
-slopes.csv of more than two particles, curve.png of two points or more, case.yaml
-and run.json.
+slopes.csv of more than two particles, curve.png of two points or more,
+case.yaml and run.json.
 
 Exit codes: 0 finished, 2 wrong input, 3 computation failed, 4 installation or
 system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.

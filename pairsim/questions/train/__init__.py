@@ -3,8 +3,9 @@
 The case file has d (between facing surfaces) or train: {spacing: ...} (from
 centre to centre), in tube diameters D_c. Writes train.csv (velocity, whether
 distances become equal, length of tube), spectrum.csv (growth rate of every
-disturbance with its error), train.png, case.yaml and run.json; with row: {beads:
-...} or a list of distances it follows a row of beads: row.csv, row.png.
+disturbance with its error), train.png, case.yaml and run.json; with row:
+{beads: ...} or a list of distances it follows a row of beads: row.csv,
+row.png.
 
 Exit codes: 0 finished, 2 wrong input, 3 computation failed, 4 installation or
 system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.

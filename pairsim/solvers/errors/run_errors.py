@@ -46,16 +46,19 @@ class Interval:
        continuous in time, and so is dU + dU_correction but for errors, since it depends little on the mesh: what this
        sum jumps by, against a parabola through its last values, counts as an error.
 
-    4. The error of the quasi-steady state that the run started from, where that is more than the largest estimate:
-       estimates are carried forward from zero at t = 0. It does not fade, as the same cells leave the same error in the
-       states nearby that the run passes, where the estimates may be too small, and a larger one as a gap narrows. Those
-       before SET_IN, in which soft shapes take up the stress that is missing, do not count as the largest one.
+    4. The error of the quasi-steady state of the first distances, where that is more than the largest estimate:
+       estimates are carried forward from zero at t = 0, and do not see the scatter of the cells. It does not fade, as
+       the same cells leave the same error in the states nearby that the run passes, where the estimates may be too
+       small, and a larger one as a gap narrows. From rest it sets in with the stress. Estimates before SET_IN, in which
+       soft shapes take up the stress that is missing, do not count as the largest one.
     5. In a liquid without modes what errors do to its viscosity beyond the first order, of which the error at the start
        has its part.
 
     Attributes:
         memory: Time in which the largest estimate and the jumps are forgotten [D_c/U_av].
-        start: Error of the discrete dU in the state that the run started from [U_av], shape (N-1,); 0 at rest.
+        start: Error of the discrete dU in the quasi-steady state of the first distances [U_av], shape (N-1,); 0 where
+            it is not wanted.
+        setting_in: Time in which that state is reached [D_c/U_av]; 0 for a run that starts from it.
         mesh: Number of remeshings before the last step.
         times: Times of the last steps, newest first, at most KNOWN.
         values: Their corrected dU, shape (N-1,) each.
@@ -65,6 +68,7 @@ class Interval:
 
     memory: float
     start: Array | float = 0.0
+    setting_in: float = 0.0
     mesh: int = 0
     times: list[float] = field(default_factory=list)
     values: list[Array] = field(default_factory=list)
@@ -108,7 +112,8 @@ class Interval:
         self.times, self.values = [t, *self.times[: KNOWN - 1]], [corrected, *self.values[: KNOWN - 1]]
         wider = widening(s_jump, OF_RUNS)
         largest = wider * self.largest + irregular
-        cells = wider * np.abs(correction) + np.maximum(largest, closer**NARROWING * self.start)
+        start = self.start * (-np.expm1(-t / self.setting_in) if self.setting_in else 1.0)
+        cells = wider * np.abs(correction) + np.maximum(largest, closer**NARROWING * start)
         return np.asarray(cells + steps + self.jumps)
 
 

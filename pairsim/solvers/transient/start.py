@@ -12,7 +12,7 @@ from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
 from pairsim.fem.scene import Scene
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
-from pairsim.runtime.errors import NoSteadyState
+from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.solvers.errors.adjoints import Adjoints
 from pairsim.solvers.errors.estimate import ErrorEstimator
 from pairsim.solvers.mesh_transfer import free_unknowns
@@ -144,6 +144,15 @@ def quasi_steady(problem: Problem, clock: Clock) -> Start:
         return Start(scene.reference, scene.liquid.six_node_mesh, insides, h, flow, *work)
     finally:
         steady.close()
+
+
+def settled_error(problem: Problem, clock: Clock) -> Array | float:
+    """Errors of dU in the quasi-steady state of the first distances [U_av], shape (N-1,); 0 if it was not found."""
+    try:
+        flow = quasi_steady(problem, clock).flow
+    except (NoSteadyState, MeshFailure):
+        return 0.0
+    return flow.dU_error if flow is not None else 0.0
 
 
 def steady_scene(problem: Problem, gaps: tuple[float, ...]) -> tuple[SteadyProblem, Parameters]:
