@@ -17,7 +17,7 @@ from pairsim.api.results import Result
 from pairsim.cases.estimate import LARGE
 from pairsim.cases.quantities import seconds_of
 from pairsim.computing import Question
-from pairsim.computing.progress import make_reporter
+from pairsim.computing.progress import Reporter
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import command_line
 from pairsim.runtime.signals import Signals
@@ -87,7 +87,7 @@ class Computation[R: Result]:
             raise InputError(f"pairsim.{self.__name__}", "resume", True, allowed)
         overwrite = overwrite and not flags.get("resume")
         checked = load(case, kind=self.__name__, **more)
-        reporter = make_reporter(progress)
+        reporter = Reporter(progress)
         patience = PATIENCE * max(self.question.estimate(checked).unknowns / LARGE, 1.0)
         title = "" if folder is None else Path(folder).resolve().name
         directory = Path(tempfile.mkdtemp(prefix="pairsim-") if folder is None else folder)

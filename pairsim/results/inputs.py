@@ -55,8 +55,3 @@ def half_widths_by(table: Mapping[str, Array], scales: Scales, inputs: list[Inpu
             unknown = np.full_like(table["dU"], np.inf)
             found[one.key] = unknown if change is None else np.abs(change) * one.half_width / one.value
     return found
-
-
-def total(parts: Mapping[str, Any]) -> Any:
-    """The part of all inputs."""
-    return np.sqrt(np.sum([part**2 for part in parts.values()], axis=0))

@@ -15,7 +15,7 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any, cast
 
-from pairsim.computing.progress import make_reporter
+from pairsim.computing.progress import Reporter
 from pairsim.physics.own_laws import OWN
 from pairsim.results.folder import write_text
 from pairsim.results.table_files import table_text
@@ -144,7 +144,7 @@ class _Sweep:
         self.free = [each for each, count in workers for _ in range(len(left) if count is None else count)]
         self.running: dict[Future[CaseState], tuple[Executor, str]] = {}
         self.ended: SimpleQueue[Future[CaseState]] = SimpleQueue()
-        self.reporter, self.count = make_reporter(options.progress), len(self.cases) - len(left)
+        self.reporter, self.count = Reporter(options.progress), len(self.cases) - len(left)
         self.code, self.why = 0, ""
         self._written = 0.0
 

@@ -39,6 +39,7 @@ class Stops(Reporter):
     """Sends the run a signal after a step, and keeps its messages."""
 
     def __init__(self, after: int | None = None) -> None:
+        super().__init__()
         self.after, self.messages = after, ""
 
     def update(self, done: float, text: str, count: int) -> None:
@@ -59,7 +60,7 @@ def soft(**changes: Any) -> Case:
 def run(case: Case, folder: Path, reporter: Reporter | None = None, *, resume: bool = False) -> pairsim.RunResult:
     """Run or continue a case with the signal handlers of the command line; messages go to the reporter."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("pairsim.api.compute.make_reporter", lambda *_: reporter or Reporter())
+        patch.setattr("pairsim.api.compute.Reporter", lambda *_: reporter or Reporter())
         return pairsim.run(case, folder=folder, resume=resume, signals=True)
 
 

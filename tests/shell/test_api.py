@@ -226,6 +226,7 @@ class Interrupting(Reporter):
     """Interrupts the main thread some time after the fifth step."""
 
     def __init__(self, seconds: float) -> None:
+        super().__init__()
         self.seconds = seconds
 
     def update(self, done: float, text: str, count: int) -> None:
@@ -238,7 +239,7 @@ def test_a_keyboard_interrupt_leaves_a_partial_result(
     seconds: float, default_sigint: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Wherever it comes: in Python, or in a function that PETSc has called, where an exception would be lost."""
-    monkeypatch.setattr("pairsim.api.compute.make_reporter", lambda *_: Interrupting(seconds))
+    monkeypatch.setattr("pairsim.api.compute.Reporter", lambda *_: Interrupting(seconds))
     try:
         result = pairsim.run(RUN, time={"end": 1000.0, "tol": 1e-6})
     except KeyboardInterrupt:

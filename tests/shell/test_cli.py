@@ -91,7 +91,7 @@ def test_time_left_is_that_at_the_latest_pace(
     """A tenth in the first 90 s and a tenth in the next 10 s: eight more tenths take 80 s, not 400 s."""
     now = 1000.0
     monkeypatch.setattr(progress.time, "monotonic", lambda: now)
-    reporter = progress.LineReporter()
+    reporter = progress.Reporter(shown=True)
     reporter.start("beads", "to t = 2", 2.0)
     for seconds, t in ((90.0, 0.2), (92.0, 0.25), (100.0, 0.4)):
         now = 1000.0 + seconds

@@ -13,11 +13,9 @@ from pairsim.cases.inputs import Input
 from pairsim.computing.answer import shapes_in
 from pairsim.physics.scales import Scales
 from pairsim.results import curve_table as in_tables
-from pairsim.results.columns import (
-    suffixes_in,
-)
+from pairsim.results.columns import suffixes_in
 from pairsim.results.curve_table import forgotten_at, held_regions, peak_of, regions_of
-from pairsim.results.inputs import change_by, half_widths_by, total
+from pairsim.results.inputs import change_by, half_widths_by
 from pairsim.results.units import FORCE, LENGTH, TIME, VELOCITY, Unit, in_unit, scales_in
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.interpolant import Region
@@ -120,7 +118,7 @@ def _with_inputs(table: Mapping[str, Array], zeros: Sequence[in_tables.Zero], re
         """The parts of the inputs at a distance, the largest first, over the steepness of dU."""
         here = {key: float(np.interp(np.log(d), x, part)) / steepness for key, part in parts.items()}
         each = ", ".join(f"{key} {half:.2g}" for key, half in sorted(here.items(), key=lambda item: -item[1]))
-        return f"+- {total(here):.2g} {unit.physical} ({each})"
+        return f"+- {math.hypot(*here.values()):.2g} {unit.physical} ({each})"
 
     lines = []
     if parts:

@@ -15,11 +15,7 @@ from pairsim.computing.problems import steady_problem
 from pairsim.computing.steady import Solutions, adaptation_report, health_columns, moving_errors, point_row, slope_rows
 from pairsim.computing.warnings import ErrorAt, finer, large_errors
 from pairsim.questions.curve import CurveCase
-from pairsim.results.columns import (
-    EQUILIBRIA_COLUMNS,
-    curve_columns,
-    slope_columns,
-)
+from pairsim.results.columns import EQUILIBRIA_COLUMNS, curve_columns, slope_columns
 from pairsim.results.fields import SteadyMoment, frame
 from pairsim.results.units import LENGTH, in_unit
 from pairsim.results.xdmf import FieldFrame

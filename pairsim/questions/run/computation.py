@@ -17,15 +17,7 @@ from pairsim.computing.problems import problem_of
 from pairsim.fem.unyielded import bridges
 from pairsim.questions.run.warnings import accuracy_of, warnings_of_run
 from pairsim.results.checkpoint import Checkpoint
-from pairsim.results.columns import (
-    HEALTH,
-    POLYMER_HEALTH,
-    error_columns,
-    names_of,
-    observed,
-    series_columns,
-    table_row,
-)
+from pairsim.results.columns import HEALTH, POLYMER_HEALTH, error_columns, names_of, observed, series_columns, table_row
 from pairsim.results.fields import frame
 from pairsim.results.folder import plain
 from pairsim.results.settled import SETTLED
