@@ -75,9 +75,7 @@ def asked_of(
 ) -> tuple[Atlas, SceneCase, list[str]]:
     """The atlas that answers, the checked case of a curve of a pair over its distances, and why it has no answer.
 
-    Args:
-        case, given: As of `ask`.
-        file: The atlas, as of `ask`; None: that of those that ship whose intervals are the narrowest.
+    Arguments are those of `ask`. Of the atlases that ship, it is the one whose intervals are the narrowest.
 
     Raises:
         InputError: A quantity or the file is wrong.

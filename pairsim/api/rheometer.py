@@ -51,15 +51,10 @@ def fit_liquid(
     section: str | None = None,
     quantities: Mapping[str, Any] | None = None,
 ) -> MeasuredLiquid:
-    """Fit a law to files as of `pairsim.units`.
+    """Fit a law to files as of `pairsim.units`, whose other arguments are these, too.
 
-    Args:
-        rheology: File of a flow curve.
-        spectrum: File of moduli.
-        liquid: The law, or a block with its name and numbers that are held; None for what is best by the Bayesian
-            information criterion.
-        section: A part of the name of the section to be read.
-        quantities: The `physical` block, of which those of the liquid are held.
+    The liquid may be a law, or a block with its name and numbers that are held; None for what is best by the Bayesian
+    information criterion. Quantities of the `physical` block that are those of the liquid are held.
 
     Raises:
         InputError: A file cannot be used, or has too few points for the law.

@@ -93,10 +93,8 @@ class Section:
 def read_columns(option: str, file: Path, wanted: str | None = None) -> tuple[dict[str, Array], list[str]]:
     """The quantities that a file holds in SI units, and what was read and left out in sentences.
 
-    Args:
-        option: "--rheology" for rate, viscosity and N1, "--spectrum" for frequency, storage and loss.
-        file: The file.
-        wanted: A part of the name of the section to be read, None for the first one of those with the widest range.
+    Those of --rheology are rate, viscosity and N1, those of --spectrum frequency, storage and loss. The section that is
+    read has a name with `wanted` in it, or is the first one of those with the widest range.
 
     Raises:
         InputError: The file is no text, or has no table with these columns, or too few rows.

@@ -66,11 +66,7 @@ class Units:
         return "\n".join([*rows, *self.notes])
 
     def case_file(self, name: str) -> str:
-        """The text of a case file with what was given, and a comment a line.
-
-        Args:
-            name: Name of the case.
-        """
+        """The text of a case file of this name with what was given, and a comment a line."""
         numbers = ", ".join(f"{name} {value}" for name, value, _ in self.numbers)
         said = [*(self.fit.sentences if self.fit else ()), *self.notes]
         warnings = [note.removeprefix("warning: ") for note in said if note.startswith("warning: ")]

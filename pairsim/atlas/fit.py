@@ -70,15 +70,9 @@ def left_out(atlas: Atlas) -> Array:
 
 
 def least_sure(atlas: Atlas, candidates: Array, count: int) -> Array:
-    """Candidates where the half-width is largest over the peak, each chosen as if the ones before were known.
+    """The candidates where the half-width is largest over the peak, each chosen as if the ones before were known.
 
-    Args:
-        atlas: What is known.
-        candidates: beta, De and Ca_e, shape (candidates, 3).
-        count: How many are wanted.
-
-    Returns:
-        Some of the candidates, shape (count, 3).
+    Candidates are beta, De and Ca_e, shape (candidates, 3); the result has the shape (count, 3).
     """
     curves = atlas.curves
     for _ in range(count):

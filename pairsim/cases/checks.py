@@ -16,12 +16,9 @@ from pairsim.cases.values import is_finite
 
 
 def missing_numbers(model: type[SceneCase], data: Mapping[str, Any], origins: Mapping[str, str]) -> Iterator[Mistake]:
-    """Find the numbers of particles and gaps that a case lacks, which need not be validated yet; yields mistakes.
+    """Yield the numbers of particles and gaps that a case lacks, which need not be validated yet, as mistakes.
 
-    Args:
-        model: The model of the case.
-        data: Its keys and values.
-        origins: The quantities that give some of them, which are checked elsewhere.
+    Those that follow from quantities (`origins`) are checked elsewhere.
     """
     n = data.get("particles", model.model_fields["particles"].default)
     for key, fewer in model.counted.items() if is_finite(n) else ():

@@ -111,11 +111,5 @@ def check_size(case: SceneCase) -> Iterator[Mistake]:
 
 
 def steady_estimate(case: SceneCase, points: int, factor: float = 1.0) -> Estimate:
-    """Estimate of quasi-steady solutions.
-
-    Args:
-        case: The case.
-        points: Number of points after the first one.
-        factor: Factor of the time of each.
-    """
+    """Estimate of a first quasi-steady solution and `points` further ones; `factor` is that of the time of each."""
     return Estimate.of(case, factor * (FIRST_POINT + NEXT_POINT * points))

@@ -10,15 +10,7 @@ from pairsim.runtime.errors import InputError
 
 
 def write_example(kind: str, name: str, directory: Path) -> Path:
-    """Write a commented example to `<name>.yaml`.
-
-    Args:
-        kind: The command that reads the file: the name of a question, or sweep.
-        name: Name of the case, with or without `.yaml`.
-        directory: Folder of the new file.
-
-    Returns:
-        Path of the file.
+    """Write the commented example of a kind of file, the name of a question or sweep, and return its path.
 
     Raises:
         InputError: The name is not allowed, the file exists, or it cannot be written.

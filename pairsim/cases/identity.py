@@ -58,9 +58,6 @@ def folder_name(slug: str, key: str) -> str:
 def default_folder(command: str, case: SceneCase, file: str = "") -> Path:
     """Default folder for the results: `runs/<name>`, or `runs/<file>-<hash>` for a case without a name.
 
-    Args:
-        command: Name of the command.
-        case: The case.
-        file: Name of its file without the ending; the parameters of the case in place of none.
+    The file is named without its ending; where there is none, the parameters of the case take its place.
     """
     return RUNS / (case.name or folder_name(file or case.slug, key_of(command, identity_of(case))))

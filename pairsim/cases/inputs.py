@@ -55,14 +55,9 @@ def inputs_of(case: SceneCase) -> list[Input]:
 
 
 def drawn(case: SceneCase, count: int) -> tuple[Scales, dict[str, Any]]:
-    """Scales and numbers of a case for draws of its uncertain inputs, which are normal and independent.
+    """Scales and numbers of a case with a `physical` block for `count` draws of its uncertain inputs.
 
-    Args:
-        case: A valid case with a `physical` block.
-        count: How many draws, the same at each call.
-
-    Returns:
-        Scales and numbers by key; what is uncertain in them has the shape (count,).
+    These are normal, independent, and the same at each call; what is uncertain has the shape (count,).
     """
     values, random = values_in(dict(case.physical or {}), dict(case), []), np.random.default_rng(0)
     for each in inputs_of(case):

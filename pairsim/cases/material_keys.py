@@ -26,14 +26,9 @@ def _field(parameter: Parameter) -> Any:
 
 
 def _model(name: str, law: str, words: str, fields: Mapping[str, Any], measured: list[str]) -> type[BaseModel]:
-    """A model of a block, which is found in this module, so that a case can be sent to other processes.
+    """A model of the block of a law, which is found in this module, so that a case can be sent to other processes.
 
-    Args:
-        name: Name of the model.
-        law: Name of its law.
-        words: What the law describes.
-        fields: Its other fields.
-        measured: Those that the `physical` block may give, which the JSON Schema therefore does not require.
+    Fields that are `measured` may be given by the `physical` block; the JSON Schema therefore does not require them.
     """
 
     def without_measured(schema: dict[str, Any]) -> None:

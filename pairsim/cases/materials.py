@@ -77,12 +77,7 @@ def _modes(blocks: list[dict[str, Any]]) -> tuple[ConformationLaw, ...]:
 
 
 def solids_of(case: Mapping[str, Any], Ca_es: tuple[float, ...]) -> tuple[Solid | None, ...]:
-    """The solids of a valid case, None for rigid particles.
-
-    Args:
-        case: The case.
-        Ca_es: Ca_e of each particle.
-    """
+    """The solids of a valid case with these Ca_e of its particles, None for rigid ones."""
     blocks = [block for _, block in solid_blocks(case)]
     blocks = blocks if len(blocks) == len(Ca_es) else blocks[:1] * len(Ca_es)
     return tuple(

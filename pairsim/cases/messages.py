@@ -54,13 +54,7 @@ def groups_of(model: type[BaseModel]) -> dict[str, type[BaseModel]]:
 
 
 def mistakes_of(error: ValidationError, model: type[BaseModel], data: Mapping[str, Any]) -> list[Mistake]:
-    """The mistakes in a validation error of pydantic, one for each key.
-
-    Args:
-        error: The error.
-        model: The model of the file.
-        data: The keys and values that were validated.
-    """
+    """The mistakes in a validation error of pydantic, one for each key of the data of a file."""
     problems: dict[str, list[Any]] = {}
     for problem in error.errors(include_url=False, include_context=False):
         problems.setdefault(_key(problem, data), []).append(problem)

@@ -39,16 +39,10 @@ def broken(case: BaseModel, *rules: tuple[str, bool, str]) -> Iterator[Mistake]:
 
 
 def input_error(mistakes: Iterable[Mistake], data: Mapping[str, Any], source: str, entry: str = "") -> InputError:
-    """Combine all mistakes of a case into one error.
+    """Combine all mistakes of a case, at least one, into one error, in the order of the file and missing keys last.
 
-    Args:
-        mistakes: The mistakes, at least one.
-        data: The case as given; a `Key` in it has its file and line.
-        source: Name of the file for keys without a known place.
-        entry: Name of the case within a file of several cases, else empty.
-
-    Returns:
-        The error, with the mistakes in the order of the file and missing keys last.
+    A `Key` in the data has its file and line; `source` is the file of the others. In a file of several cases `entry` is
+    the name of this one.
     """
 
     def error(mistake: Mistake) -> InputError:

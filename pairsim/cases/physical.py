@@ -222,15 +222,9 @@ def _check_together(values: Mapping[str, Any], block: Mapping[str, Any], case: M
 
 
 def numbers_of(case: Mapping[str, Any], mistakes: list[Mistake]) -> dict[str, Any]:
-    """The dimensionless numbers that follow from the `physical` block of a case.
+    """The dimensionless numbers that follow from the `physical` block of a case, by dotted key (`d` for `d` and `d0`).
 
-    Args:
-        case: The case, whose other keys need not be validated yet.
-        mistakes: A list to which those of the block are added.
-
-    Returns:
-        The number or tuple by dotted key of a case (`d` for `d` and `d0`). Nothing without a block, or if it has
-        mistakes.
+    Other keys need not be validated yet. There are no numbers without a block, or if it has mistakes, which are added.
     """
     block = case.get(BLOCK)
     if not isinstance(block, Mapping):
@@ -285,12 +279,7 @@ class InNumbers(NamedTuple):
 
 
 def in_numbers(given: Mapping[str, Any], fields: Collection[str]) -> InNumbers:
-    """Put the numbers that follow from the `physical` block of a case beside it.
-
-    Args:
-        given: The case as given.
-        fields: Keys that this kind of case has.
-    """
+    """Put numbers that follow from the `physical` block of a case beside it, for keys that it may have (`fields`)."""
     data, origins, mistakes = copy.deepcopy(dict(given)), dict[str, str](), list[Mistake]()
     numbers = numbers_of(given, mistakes)
     if not isinstance(block := given.get(BLOCK), Mapping):

@@ -133,12 +133,7 @@ OneOrEach = Annotated[
 
 
 def several(one: Any, end: Any) -> Any:
-    """The type of a value, a list of values, or a range, all of which become a tuple of values.
-
-    Args:
-        one: The type of a value.
-        end: That of the ends of a range.
-    """
+    """The type of a value, a list of values, or a range with ends of a type, all of which become a tuple of values."""
     each: Any = tuple[one, ...]
     ranged: Any = Range
     return Annotated[

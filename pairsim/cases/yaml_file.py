@@ -105,11 +105,8 @@ def within(data: dict[str, Any], dotted: str) -> tuple[dict[str, Any], str]:
 def merge(target: dict[str, Any], changes: Mapping[str, Any], source: str = "", group: str = "") -> None:
     """Merge changes into nested keys and values, in place: groups of keys are merged, all other values are replaced.
 
-    Args:
-        target: Keys and values, groups nested.
-        changes: New keys and values, groups nested or as dotted keys.
-        source: Name of the changes in error messages, where the file of a key is not known.
-        group: Prefix of the keys in error messages, such as "mesh.".
+    Changes are nested or have dotted keys. Error messages name `source` where the file of a key is not known, and keys
+    with the prefix `group`, such as "mesh.".
 
     Raises:
         InputError: A dotted key goes through a value that is not a group.
@@ -132,11 +129,7 @@ def merge(target: dict[str, Any], changes: Mapping[str, Any], source: str = "", 
 
 
 def apply_settings(data: dict[str, Any], overrides: tuple[str, ...]) -> None:
-    """Apply key=value settings to keys and values, in place.
-
-    Args:
-        data: Keys and values, groups nested.
-        overrides: Settings key=value with dotted keys, as given to --set.
+    """Apply settings key=value with dotted keys, as given to --set, to nested keys and values, in place.
 
     Raises:
         InputError: A setting is not of the form key=value, or its key goes through a value that is not a group.
@@ -227,9 +220,7 @@ def read_yaml(path: Path) -> dict[str, Any]:
 def yaml_text(content: Mapping[str, Any], blocks: bool = False) -> str:
     """Keys and values as YAML that readers of YAML 1.1 understand, too, in their order.
 
-    Args:
-        content: Nested dicts, lists, texts, numbers, true, false and None.
-        blocks: Whether the innermost groups and lists have a line for each entry; else they are {...} and [...].
+    With `blocks` the innermost groups and lists have a line for each entry; else they are {...} and [...].
     """
     writer = YAML(typ="safe", pure=True)
     writer.version = (1, 1)  # PyYAML reads 1e-05 without a point and yes without quotes as something else

@@ -22,13 +22,7 @@ REASON_CODES = {kind.reason: kind.exit_code for kind in (EnvironmentFailure, Bra
 
 
 def app_of(computation: Computation[Any], words: str | None, epilog: str) -> typer.Typer:
-    """The command of a question that has the options of all.
-
-    Args:
-        computation: What it computes.
-        words: Its help.
-        epilog: Its examples.
-    """
+    """The command of a question that has the options of all, with its help (`words`) and examples."""
     app = typer.Typer()
 
     @app.command(computation.question.name, help=words, epilog=epilog)

@@ -79,12 +79,8 @@ def estimate_along(case: AlongCase) -> Estimate:
 def solve_along(case: AlongCase, monitor: Monitor, columns: Sequence[str | Column], shown: str) -> events.Events:
     """Solve the steady states in ascending Ca_e.
 
-    Args:
-        case: The case.
-        monitor: Ends the computation.
-        columns: The first columns of the table, which has the name of the question: names, and columns whose `value` is
-            taken of a `Found`.
-        shown: The column that progress shows.
+    The table, which has the name of the question, begins with `columns`: names, and columns whose `value` is taken of a
+    `Found`. Progress shows one of them.
     """
     from pairsim.computing.problems import steady_problem
     from pairsim.computing.steady import Solutions, health_columns, point_row
@@ -122,15 +118,7 @@ def solve_along(case: AlongCase, monitor: Monitor, columns: Sequence[str | Colum
 
 
 def draw_along(directory: Path, out: Path, page: Page, name: str, errors: Mapping[str, str]) -> list[Path]:
-    """Draw columns of a table over Ca_e or the modulus, a panel each.
-
-    Args:
-        directory: The folder with the table.
-        out: Folder of the picture.
-        page: Its size and formats.
-        name: Name of the table and of the picture.
-        errors: By the columns to draw those of their errors, empty where there is none.
-    """
+    """Draw columns of the table `name`, each with that of its errors or "", over Ca_e or the modulus, a panel each."""
     from pairsim.plots.chart import POINT, Panel, Series, draw_chart
     from pairsim.plots.labels import parts_along, read_case
     from pairsim.plots.style import printing

@@ -31,12 +31,7 @@ def model_of(command: str) -> type[BaseModel]:
 
 
 def read_case[C: SceneCase](question: Question[C], path: Path, overrides: tuple[str, ...] = ()) -> C:
-    """Read and validate the case file of a question.
-
-    Args:
-        question: What is asked of it.
-        path: The file.
-        overrides: key=value settings (dotted keys) that replace or add keys of the file.
+    """Read and validate the case file of a question, with settings key=value that replace or add (dotted) keys.
 
     Raises:
         InputError: The file cannot be read or has mistakes; lists file, line, key, value and what is allowed.
@@ -54,11 +49,7 @@ def read_case[C: SceneCase](question: Question[C], path: Path, overrides: tuple[
 def parse_case[C: SceneCase](question: Question[C], data: Mapping[str, Any], source: str, entry: str = "") -> C:
     """Make numbers of physical units, and validate the keys and values of a case, each alone and against each other.
 
-    Args:
-        question: What is asked of the case.
-        data: Keys and values; those from `read_yaml` carry the line numbers for error messages.
-        source: Name of the file in error messages.
-        entry: Name of the case within a file of several cases, else empty.
+    Messages name the lines of keys from `read_yaml`, or `source`; in a file of several cases, `entry` is this one.
 
     Raises:
         InputError: The case has mistakes; lists each wrong key, its value and what is allowed.
@@ -83,14 +74,7 @@ def parse_case[C: SceneCase](question: Question[C], data: Mapping[str, Any], sou
 def parse_file[T: BaseModel](
     command: str, model: type[T], check: Callable[[T], Iterator[Mistake]], data: Mapping[str, Any], source: str
 ) -> T:
-    """Validate the keys of a sweep or study file, each on its own and against each other, but not its cases.
-
-    Args:
-        command: sweep or study.
-        model: The model of its file.
-        check: Checks of the keys against each other.
-        data: Keys and values.
-        source: Name of the file in messages.
+    """Validate the keys of a file of many cases, each on its own and against each other, but not its cases.
 
     Raises:
         InputError: The file has mistakes, or is for another command.

@@ -45,13 +45,7 @@ def problem_of(case: Case, monitor: Monitor | None = None) -> Problem:
 
 
 def steady_problem(case: SceneCase, narrowest: float, monitor: Monitor | None = None) -> SteadyProblem:
-    """The quasi-steady problem of a case: all that is constant along a curve.
-
-    Args:
-        case: The validated case.
-        narrowest: Smallest distance on the curve [D_c], which sets the cells.
-        monitor: That of the computation.
-    """
+    """The quasi-steady problem of a case, all that is constant along a curve; the narrowest d [D_c] sets the cells."""
     settings, (flow, velocity) = mesh_settings(case), case.driven
     return SteadyProblem(
         case.betas,

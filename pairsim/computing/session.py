@@ -63,17 +63,9 @@ def carry_out[C: SceneCase](
 ) -> Outcome:
     """Compute a case and write the results to a folder, which is locked against other commands meanwhile.
 
-    Args:
-        question: What is computed of it.
-        case: The validated case.
-        directory: Folder for the results.
-        options: Overwriting, progress, signals and budget.
-        resume: Continue from the checkpoint in the folder. Without a checkpoint, and with at most one row in the
-            table, the computation starts anew.
-        more: Keywords of the computation.
-
-    Returns:
-        How the computation ended. Results computed before a failure are in the folder, too.
+    With `resume` it continues from the checkpoint in the folder, or starts anew if there is none and the table has at
+    most one row. Further keywords are those of the computation. What was computed before a failure is in the folder,
+    too.
 
     Raises:
         InputError: The folder exists and may not be overwritten, cannot be resumed, belongs to another command, or

@@ -72,12 +72,9 @@ class Solutions:
         sensitivities: bool = False,
         zeros_only: bool = False,
     ) -> AdaptiveBranch:
-        """Solve at the first parameters, on meshes that follow from `accuracy` where there is a dU.
+        """Solve at the first parameters, with cells that follow from `accuracy` where there is a dU.
 
-        Args:
-            problem: The problem.
-            first: The first parameters.
-            places, sensitivities, zeros_only: See `AdaptiveBranch`.
+        Keywords are those of `AdaptiveBranch`.
 
         Raises:
             NoSteadyState: No solution was found.
@@ -218,12 +215,7 @@ def adaptation_report(
 ) -> tuple[dict[str, Any], list[str]]:
     """The entry of run.json, and a warning of the points whose error is larger than wanted.
 
-    Args:
-        case: The case.
-        branch: Its branch.
-        points: Points whose error should be small.
-        sizes: What the error of dU at each of them is a part of [U_av].
-        what: What these are, in words.
+    Errors of dU are relative to `sizes` [U_av], one for each point, which are `what` in words.
     """
     wanted = case.error_wanted
     errors = [

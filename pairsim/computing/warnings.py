@@ -124,10 +124,8 @@ def large_errors(case: SceneCase, error: str, size: str, errors: Sequence[ErrorA
 def moves_on(case: SceneCase, places: Sequence[str], part: float) -> list[str]:
     """Warn of particles that move on before they have forgotten their start.
 
-    Args:
-        case: The case.
-        places: Where the motion alone leaves an error of dU above `accuracy`, such as "d = 0.1".
-        part: The largest of these errors, relative to the largest |dU|.
+    At places such as "d = 0.1" an error of dU above `accuracy` is left by that alone, at most `part` of the largest
+    |dU|.
     """
     if not places:
         return []
@@ -160,11 +158,5 @@ def near_ends(case: SceneCase, span: float) -> list[str]:
 
 
 def common_warnings(case: SceneCase, s_jump: float, span: float) -> list[str]:
-    """What every question warns of.
-
-    Args:
-        case: The case.
-        s_jump: The largest change of s within a cell.
-        span: The largest length of the row of particles [D_c].
-    """
+    """What every question warns of, by the largest change of s in a cell and length of the row of particles [D_c]."""
     return [*beyond_checked(case), *coarse_mesh(case), *unresolved_stress(case, s_jump), *near_ends(case, span)]

@@ -129,15 +129,10 @@ def draw_chart(
     encoding: Encoding | None = None,
     handles: Sequence[Any] = (),
 ) -> tuple[Figure, list[Axes]]:
-    """Draw series into panels, with a legend of all of them and the small print.
+    """Draw series into panels, with a legend of all of them and the small print (`parts`).
 
-    Args:
-        page: What it is drawn for.
-        panels: The panels by their keys; where a parameter has panels, they are there for each of its values.
-        series: What is drawn in them.
-        parts: The small print.
-        encoding: What tells the series apart.
-        handles: Entries of the legend beside those of the encoding, of bands and of marks.
+    Where a parameter has panels, they are there for each of its values. The legend has `handles` beside the entries of
+    the encoding, of bands and of marks.
     """
     encoding = encoding or Encoding()
     places = [(i, name) for i in range(len(encoding.titles)) for name in panels]
@@ -203,13 +198,7 @@ def _draw_panel(axis: Axes, panel: Panel, inside: Sequence[Series], group: Seque
 
 
 def draw_series(axis: Axes, series: Series, band: float = BAND) -> None:
-    """A line with its band, or points with their bars.
-
-    Args:
-        axis: The panel.
-        series: What is drawn.
-        band: Opacity of the band.
-    """
+    """A line with its band, of this opacity, or points with their bars."""
     if series.mark or len(series.x) == 1:
         look: dict[str, Any] = {"marker": "o", "linestyle": "", "elinewidth": 0.8, "zorder": 5}
         look |= MARKS.get(series.mark, {"markersize": 3}) | dict(series.look)
@@ -257,14 +246,7 @@ def _widen(axis: Axes, name: str, values: Sequence[Array]) -> None:
 
 
 def finish(axis: Axes, x: str, y: str, values: Sequence[Array]) -> None:
-    """Labels, few ticks, the line y = 0 where values change sign, and a range that does not blow rounding up.
-
-    Args:
-        axis: The panel.
-        x: Label of the abscissa.
-        y: Label of the ordinate.
-        values: What is drawn.
-    """
+    """Labels, few ticks, the line y = 0 where values change sign, and a range that does not blow rounding up."""
     _widen(axis, "y", values)
     if any((v < 0).any() for v in values) and any((v > 0).any() for v in values):
         axis.axhline(0, color="0.55", linewidth=0.6, linestyle="-", zorder=0.5)
@@ -277,12 +259,7 @@ def finish(axis: Axes, x: str, y: str, values: Sequence[Array]) -> None:
 def leave_out_spikes(axis: Axes, runs: Sequence[tuple[Array, Array]]) -> bool:
     """End an axis somewhat beyond what values are nearly all of the time: a brief start-up may reach out of it.
 
-    Args:
-        axis: The panel.
-        runs: Times and values of each line.
-
-    Returns:
-        Whether a line reaches out of it.
+    Runs have times and values of each line. Returns whether a line reaches out of it.
     """
     known = [np.interp(np.linspace(t[0], t[-1], 1000), t, values) for t, values in runs]
     lows, highs = np.quantile(known, [BRIEF, 1 - BRIEF], axis=1)

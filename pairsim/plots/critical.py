@@ -18,13 +18,7 @@ from pairsim.results.table_files import read_table
 def draw_critical(directory: Path, out: Path, page: Page) -> list[Path]:
     """Draw `critical`: d_cr over the parameter that was followed, one line a branch, dashed where it is unstable.
 
-    Args:
-        directory: Folder of critical distances.
-        out: Folder of the pictures.
-        page: What they are drawn for.
-
-    Returns:
-        The files written; none where no parameter was followed, or nothing was found yet.
+    No file is written where no parameter was followed, or nothing was found yet.
 
     Raises:
         InputError: The folder is not that of critical distances.

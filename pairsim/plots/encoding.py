@@ -40,14 +40,9 @@ class Encoding:
 
     @staticmethod
     def of(cases: Sequence[Mapping[str, Any]], keys: Sequence[str], group: str | None = None) -> Encoding:
-        """Share the keys out: the one with the most values chooses colours, the first of several.
+        """Share the keys that vary out: the one with the most values, the first of several, or `group` chooses colours.
 
         Where lines would be many in one panel, the next one has panels, else styles.
-
-        Args:
-            cases: The parameters of each case.
-            keys: Those that vary.
-            group: The one that chooses colours instead.
 
         Raises:
             InputError: `group` does not vary.

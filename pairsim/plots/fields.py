@@ -34,18 +34,9 @@ def draw_fields(
 ) -> list[Path]:
     """Draw `fields`: what particles change in the liquid, and the stress in them; or the fields that were asked for.
 
-    Of a run the first and the last time, of a curve some of all distances; an animation has all.
-
-    Args:
-        directory: Folder of a run or a curve.
-        out: Folder of the pictures.
-        page: What they are drawn for.
-        curve: Whether it is a curve.
-        field: Names of `FIELDS`, separated by commas, or "all": `field-NAME` of each in place of `fields`.
-        animated: Whether to make each an animation, a GIF.
-
-    Returns:
-        The files written; none where there are no fields and none are asked for.
+    Of a run the first and the last time, of a curve some of all distances; if it is animated, a GIF of all. For
+    `field`, names of `FIELDS` separated by commas or "all", there is `field-NAME` of each in place of `fields`. No file
+    is written where there are no fields and none are asked for.
 
     Raises:
         InputError: A field is asked for that is unknown or not there, or an animation of fewer than two frames.
@@ -81,14 +72,7 @@ def draw_fields(
 
 
 def _parts(directory: Path, drawn: Sequence[float], curve: bool, physical: bool) -> list[str]:
-    """The parameters of the case, or of the last solution on the way to it where this is what is drawn.
-
-    Args:
-        directory: The folder.
-        drawn: Times or distances of the frames.
-        curve: Whether they are distances.
-        physical: As of `case_parts`.
-    """
+    """The parameters of the case, or of the last solution on the way to it where one of the frames drawn is that."""
     case = read_case(directory / "case.yaml")
     last = {name: values[-1] for name, values in read_table(directory / WAY, missing_ok=True).items()}
     d = min((last[f"d{gap}"] for gap in suffixes_in(last, "d")), default=np.nan)

@@ -15,14 +15,7 @@ from pairsim.runtime.arrays import Array
 
 @printing()
 def draw_film(film: tuple[Array, Array], lines: Mapping[str, tuple[Array, Array]], out: Path, page: Page) -> list[Path]:
-    """Draw `film`: distances over time, lines of models over them, and by how much these are off.
-
-    Args:
-        film: Times [s] and distances [um] of its frames, shape (frames,) each.
-        lines: Times and distances of each model by its name, in the same units.
-        out: Folder of the picture.
-        page: What it is drawn for.
-    """
+    """Draw `film`: its distances [um] over times [s], lines of models by their names, and by how much these are off."""
     panels = {"d": Panel("$t$  [s]", "$d$  [µm]"), "off": Panel("$t$  [s]", "model - film  [µm]")}
     hollow: dict[str, Any] = {"marker": "o", "markerfacecolor": "none", "markersize": 3}
     series = [Series("d", *film, look=hollow | {"color": "0.5"}, mark=POINT, label="film")]

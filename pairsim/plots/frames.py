@@ -44,12 +44,7 @@ def surface_nodes(frame: FieldFrame) -> list[Indices]:
 
 
 def outlines(frame: FieldFrame, pieces: int = 6) -> list[Array]:
-    """The surface of each particle from one pole to the other, from upstream: polylines (k, 2).
-
-    Args:
-        frame: The frame.
-        pieces: Straight pieces that an edge of a cell is divided into.
-    """
+    """Surface of each particle from pole to pole, from upstream: polylines (k, 2), `pieces` on an edge of a cell."""
     s = np.linspace(0, 1, pieces + 1)[:-1]
     shapes = np.stack([(1 - s) * (1 - 2 * s), s * (2 * s - 1), 4 * s * (1 - s)], axis=-1)  # of both ends, middle
     found = []
@@ -138,12 +133,7 @@ FIELDS: dict[str, Field] = {
 
 
 def chosen_fields(words: str, frame: FieldFrame, where: str) -> list[str]:
-    """Names of fields, separated by commas; "all": those that a frame has.
-
-    Args:
-        words: The names.
-        frame: A frame.
-        where: Its file, for messages.
+    """Names of fields, separated by commas; "all": those that a frame has, whose file `where` is named in messages.
 
     Raises:
         InputError: A name is unknown, or the frame does not have that field.

@@ -106,10 +106,8 @@ def given_by(case: Mapping[str, Any]) -> set[str]:
 def case_parts(case: Mapping[str, Any], leave_out: Collection[str] = (), physical: bool = False) -> list[str]:
     """The parameters of a case: blockage, distance, softness, liquid with its law and numbers.
 
-    Args:
-        case: Content of case.yaml, defaults filled in.
-        leave_out: Keys that vary, or that are not fixed for another reason.
-        physical: Whether quantities of its `physical` block take the place of the numbers that they give.
+    Keys to leave out vary, or are not fixed for another reason. If `physical`, quantities of the block take the place
+    of the numbers that they give.
     """
     block = case.get(BLOCK, {}) if physical else {}
     hidden = {*NOT_SHOWN, *(["distance"] if "d" in case else [])}
@@ -157,11 +155,8 @@ def varying_keys(cases: Sequence[Mapping[str, Any]], names: Sequence[str] = ()) 
     """The keys that tell cases apart: each one tells some apart that those before it do not.
 
     So the liquid is not named where De tells as much, nor a mesh that was chosen for it; and not the distances of a
-    curve, which are seen.
-
-    Args:
-        cases: Their keys, dotted, with their values.
-        names: Those that are compared, in this order; by default all that matter, the numbers of the problem first.
+    curve, which are seen. Compared are dotted keys: `names` in this order, or all that matter, the numbers of the
+    problem first.
     """
     every = [key for key in (*FIRST, *chain(*cases)) if key != "d" and not key.startswith(NOT_COMPARED)]
     chosen: list[str] = []
@@ -176,13 +171,9 @@ def varying_keys(cases: Sequence[Mapping[str, Any]], names: Sequence[str] = ()) 
 def common_parts(
     cases: Sequence[Mapping[str, Any]], varying: Collection[str], physical: bool = False, changed: Collection[str] = ()
 ) -> list[str]:
-    """The parameters that several cases share, without those that vary; a law is that of the most elastic one.
+    """The parameters that several cases share, as `case_parts`; a law is that of the most elastic one.
 
-    Args:
-        cases: Their contents of case.yaml.
-        varying: Keys that the picture tells apart.
-        physical: As of `case_parts`.
-        changed: Keys that vary in further cases.
+    Left out are keys that the picture tells apart (`varying`), and those that vary in further cases (`changed`).
     """
     spelled = list(map(flat, cases))
     known = {key: {hashable(case[key]) for case in spelled if key in case} for key in dict.fromkeys(chain(*spelled))}
@@ -201,10 +192,5 @@ def common_parts(
 
 
 def parameter_label(key: str, unit: str = "") -> str:
-    """Axis label of a parameter of a case.
-
-    Args:
-        key: Its key.
-        unit: That of its values, where they are quantities.
-    """
+    """Axis label of a parameter of a case, with the unit of its values where they are quantities."""
     return f"{symbol(key)}  [{unit or ('$D_c$' if key == 'd0' else '$-$')}]"

@@ -33,14 +33,10 @@ def fine_distances(points: Array) -> Array:
 def lines_of(
     directory: Path, units: Units, parameters: Mapping[str, Any] | None = None, *, curve: bool, failed: bool = False
 ) -> list[Series]:
-    """What can be drawn of a folder; nothing before the first row.
+    """What can be drawn of the folder of a run or a curve; nothing before the first row.
 
-    Args:
-        directory: Folder of a run or a curve.
-        units: What it is drawn in.
-        parameters: Of its case; `gap` counts the gaps of three particles or more.
-        curve: Whether it is a curve.
-        failed: Whether the case failed: a cross ends its lines.
+    The parameters are those of its case; `gap` counts the gaps of three particles or more. If it failed, a cross ends
+    its lines.
 
     Raises:
         InputError: The table cannot be read.
@@ -57,12 +53,9 @@ def lines_of(
 def run_lines(
     table: Mapping[str, Array], parameters: Mapping[str, Any], *, failed: bool = False, places: bool = False
 ) -> list[Series]:
-    """Distances, motion and D of a run over time, and relative velocities over distance.
+    """Distances, motion and D of a run over time, and relative velocities over distance, of at least one row.
 
-    Args:
-        table: Columns of series.csv, of at least one row.
-        parameters, failed: As in `lines_of`.
-        places: Whether the positions of the particles, relative to their mean, are drawn too.
+    With `places` the positions of the particles, relative to their mean, are drawn, too; for the rest see `lines_of`.
     """
     motion = next(name for name in MOTION if suffixes_in(table, name))
     found = []
@@ -87,10 +80,7 @@ def curve_lines(
 ) -> list[Series]:
     """dU of a curve over d with its points and its zeros, and D; nothing over distances that differ from gap to gap.
 
-    Args:
-        table: Columns of curve.csv, of at least one row.
-        parameters, failed: As in `lines_of`.
-        zeros: Columns of equilibria.csv.
+    The table has at least one row, the zeros are equilibria.csv; for the rest see `lines_of`.
     """
     gaps = suffixes_in(table, "dU")
     if not gaps or not {f"slope{gaps[0]}", f"dU_half{gaps[0]}"} & table.keys():
@@ -153,13 +143,7 @@ def told_apart(series: Sequence[Series]) -> list[Series]:
 
 
 def panels_of(series: Sequence[Series], units: Units, wide: str = "") -> dict[Any, Panel]:
-    """The panels of series; the distances of runs, which move little beside what their starts differ by, share nothing.
-
-    Args:
-        series: What is drawn.
-        units: What it is drawn in.
-        wide: As in `Panel`.
-    """
+    """The panels of series; distances of runs, which move little beside what their starts differ by, share no range."""
     panels = {}
     for name in dict.fromkeys(each.panel for each in series):
         both = zip(*(each.columns for each in series if each.panel == name), strict=True)

@@ -33,11 +33,6 @@ def draw_run(directory: Path, out: Path, page: Page) -> list[Path]:
 
     Without a gap, velocities or the pressure drop, and D. The part in which the run starts up is marked.
 
-    Args:
-        directory: Folder of a run, finished or not.
-        out: Folder of the pictures.
-        page: What they are drawn for.
-
     Raises:
         InputError: The folder is not that of a run, or holds no row yet.
     """
@@ -67,14 +62,8 @@ def draw_run(directory: Path, out: Path, page: Page) -> list[Path]:
 def draw_curve(directory: Path, out: Path, page: Page) -> list[Path]:
     """Draw `curve`: dU over d with its error as a band and its zeros, and D of the particles.
 
-    Args:
-        directory: Folder of a curve, finished or not.
-        out: Folder of the pictures.
-        page: What they are drawn for.
-
-    Returns:
-        The files written; none for a single particle, places that differ in their gaps, or a branch that ends before
-        the first point.
+    No file is written for a single particle, places that differ in their gaps, or a branch that ends before the first
+    point.
 
     Raises:
         InputError: The folder is not that of a curve, or holds no point yet.
@@ -95,11 +84,7 @@ def draw_curve(directory: Path, out: Path, page: Page) -> list[Path]:
 def overlay(folders: Sequence[Path], out: Path, page: Page, group: str | None = None) -> list[Path]:
     """Draw `runs` or `curves`: dU of all folders in the same panels; what differs is in the legend.
 
-    Args:
-        folders: Two or more folders, all of runs or all of curves.
-        out: Folder of the picture.
-        page: What it is drawn for.
-        group: The key that chooses colours, the first that differs by default.
+    The key `group` chooses colours, by default the first that differs.
 
     Raises:
         InputError: A folder is of another kind, or has nothing to draw yet.
@@ -141,17 +126,8 @@ def draw_overlay(
 ) -> list[Path]:
     """Draw lines whose cases differ in some keys: those of runs over time and distance, those of curves over distance.
 
-    Where they lie on each other, a panel more has their differences to the first one.
-
-    Args:
-        lines: At least one, all of runs or all of curves, as `lines_of` makes them.
-        keys: What differs.
-        parts: What they have in common, for the small print.
-        units: Of all lines.
-        out: Folder of the picture.
-        page: What it is drawn for.
-        stem: Name of the files without their endings.
-        group: The key that chooses colours.
+    They are as `lines_of` makes them, at least one, and have `parts` in common. Where they lie on each other, a panel
+    more has their differences to the first one. The key `group` chooses colours.
 
     Raises:
         InputError: `group` does not differ.

@@ -100,13 +100,7 @@ class Layer:
 
 
 def views_of(frames: Sequence[FieldFrame], units: Units, curve: bool) -> list[View]:
-    """Windows of one length, each centred on the particles of its frame.
-
-    Args:
-        frames: The frames.
-        units: What they are drawn in.
-        curve: Whether they are of a curve and not of a run.
-    """
+    """Windows of one length, each centred on the particles of its frame, which is one of a curve or of a run."""
     symbol, of = ("d", LENGTH) if curve else ("t", TIME)
     views = []
     for each in frames:
@@ -147,14 +141,7 @@ def scale_of(layer: Layer, views: Sequence[View]) -> ScalarMappable:
 
 
 def draw_view(axis: Axes, view: View, place: int, layers: Sequence[tuple[Layer, ScalarMappable]]) -> None:
-    """One view: colours between the nodes are interpolated; particles without colours are grey.
-
-    Args:
-        axis: The panel.
-        view: What is seen.
-        place: Number of the view among those of the layers.
-        layers: With their colours.
-    """
+    """One view, that at a place of the layers: colours are interpolated; particles without colours are grey."""
     z, r = view.frame.points.T
     line: dict[str, Any] = {"color": "black", "linestyle": "-"}
     coloured = False
@@ -233,14 +220,9 @@ def _streamlines(axis: Axes, view: View) -> None:
 def sheet(
     page: Page, views: Sequence[View], layers: Sequence[Layer], count: int, first: int = 0
 ) -> tuple[Figure, list[Axes], list[tuple[Layer, ScalarMappable]]]:
-    """A figure with panels for views, two in a row where there is room, and below them the colour bars of all layers.
+    """A figure with panels for `count` views, two in a row where there is room, and the colour bars of layers below.
 
-    Args:
-        page: What it is drawn for.
-        views: All that is seen.
-        layers: What is drawn in them.
-        count: How many panels.
-        first: The first view that sets the range of colours, so that the start-up of a run does not.
+    Views from the `first` on set the range of colours, so that the start-up of a run does not.
     """
     z_min, z_max, r_min, r_max = views[0].window
     columns = 1 if page.narrow or count == 1 or z_max - z_min > LONG * (r_max - r_min) else 2

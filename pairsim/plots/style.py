@@ -42,13 +42,7 @@ GREY = "0.72"
 
 
 def colour_bar(figure: Figure, scale: ScalarMappable, **look: Any) -> Colorbar:
-    """A colour bar, with plain numbers where its scale is logarithmic.
-
-    Args:
-        figure: The figure.
-        scale: The colours.
-        look: Where it lies and how it looks, as in `Figure.colorbar`.
-    """
+    """A colour bar, with plain numbers where its scale is logarithmic; it looks as in `Figure.colorbar`."""
     if isinstance(scale.norm, LogNorm):
         look |= {"ticks": LogLocator(subs=(1, 2, 5)), "format": StrMethodFormatter("{x:g}")}
     bar = figure.colorbar(scale, **look)
@@ -90,12 +84,7 @@ class Page:
         physical: bool | None = None,
         legend: bool = True,
     ) -> Page:
-        """A page from words.
-
-        Args:
-            formats: Kinds of files, separated by commas if they are one text.
-            width: mm as a number, or text such as "85mm".
-            physical, legend: As the attributes.
+        """A page from words: formats separated by commas, and a width such as "85mm", or in mm.
 
         Raises:
             InputError: A format is unknown, or the width is not between `LEAST_WIDTH` and `MOST_WIDTH`.
@@ -126,13 +115,9 @@ class Page:
     def panels(
         self, count: int, height: float = 62.0, extra: float = 10.0, columns: int | None = None
     ) -> tuple[Figure, list[Axes]]:
-        """A figure with panels, two or three in a row where there is room; a single one is at most `NARROW` wide.
+        """A figure with `count` panels, two or three in a row where there is room, or `columns` of them.
 
-        Args:
-            count: How many.
-            height: Of a panel, in mm.
-            extra: For what lies outside of the panels, in mm.
-            columns: How many in a row, where there is room.
+        A single one is at most `NARROW` wide. Heights, of a panel and of what lies outside of all, are in mm.
         """
         columns = 1 if self.narrow else columns or (3 if count % 3 == 0 else min(count, 2))
         rows = -(-count // columns)

@@ -17,13 +17,7 @@ from pairsim.results.table_files import read_table
 
 @printing()
 def draw_train(directory: Path, out: Path, page: Page) -> list[Path]:
-    """Draw `train`: growth rates and frequencies over k; and `row`: distances over position, and at both ends.
-
-    Args:
-        directory: Folder of a train.
-        out: Folder of the pictures.
-        page: What they are drawn for.
-    """
+    """Draw `train`: growth rates and frequencies over k; and `row`: distances over position, and at both ends."""
     units = Units.of(directory, page.physical)
     waves, row = (units.table(read_table(directory / f"{n}.csv", missing_ok=True)) for n in ("spectrum", "row"))
     parts = case_parts(read_case(directory / "case.yaml"), {"particles"}, units.scales is not None)

@@ -108,12 +108,7 @@ def estimate(case: CriticalCase) -> Estimate:
 
 
 def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
-    """Find the critical distances, and follow them over the parameter of the case.
-
-    Args:
-        case: The validated case.
-        monitor: Ends the computation.
-    """
+    """Find the critical distances, and follow them over the parameter of the case."""
     from pairsim.computing.problems import steady_problem
     from pairsim.computing.steady import Solutions, adaptation_report, error_at, health_columns
     from pairsim.computing.warnings import large_errors

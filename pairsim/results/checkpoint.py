@@ -107,13 +107,9 @@ def load(folder: Path) -> Checkpoint | None:
 
 
 def check_same(old: Mapping[str, Any], new: Mapping[str, Any], source: str, group: str = "") -> None:
-    """Check that a resumed run solves the problem of its checkpoint.
+    """Check that a resumed run solves the problem of its checkpoint, by both resolved cases as plain data.
 
-    Args:
-        old: The resolved case of the checkpoint, as plain data.
-        new: The resolved case of the resumed run, as plain data.
-        source: Name of the checkpoint file, for messages.
-        group: Prefix of the keys, such as "mesh.".
+    Messages name the file `source`, and keys with the prefix `group`, such as "mesh.".
 
     Raises:
         InputError: A key that is not in `FREE` differs; gives both values.

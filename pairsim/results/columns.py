@@ -348,9 +348,7 @@ def names_of(n: int, *quantities: str) -> list[str]:
 def table_row(n: int, **values: Any) -> dict[str, float]:
     """A row of a table of `n` particles by the names of its columns.
 
-    Args:
-        n: Number of particles.
-        values: Of each quantity a number, or one for each of the n - 1 gaps or the n particles from upstream.
+    Each quantity has a number, or one for each of the n - 1 gaps or the n particles from upstream.
 
     Raises:
         ValueError: A quantity has fewer or more values.
@@ -384,13 +382,10 @@ def error_columns(n: int) -> list[str]:
 
 
 def curve_columns(n: int, common: bool, sensitivities: Sequence[str], forces: bool) -> list[str]:
-    """The columns that curve.csv begins with.
+    """The columns that curve.csv of `n` particles begins with.
 
-    Args:
-        n: Number of particles.
-        common: Whether there is a curve over one distance, which has slopes.
-        sensitivities: Parameters by which dU was differentiated.
-        forces: Whether the velocity of the particles is prescribed.
+    A curve over one distance in common has slopes; where the velocity of the particles is prescribed there are forces.
+    Sensitivities are the parameters by which dU was differentiated.
     """
     names = ["newton", "dU_held", "dU_discrete", "stretch", "from_rest", "dU_correction", "dU_error", "ends_error"]
     names += [*(["slope"] if common else []), *(f"by_{name}" for name in sensitivities)]

@@ -31,11 +31,7 @@ def over(table: Mapping[str, Array], gap: str = "") -> str:
 def curve_of(table: Mapping[str, Array], gap: str = "") -> CurveInterpolant | None:
     """dU of a gap as a function of d; None unless there are two points over a distance that all gaps have.
 
-    A curve from rest has no slopes of its own.
-
-    Args:
-        table: Columns of curve.csv, of shape (points,), in ascending distance.
-        gap: The suffix of its columns.
+    The table is curve.csv, of shape (points,), in ascending distance. A curve from rest has no slopes of its own.
     """
     if not {f"slope{gap}", f"dU_half{gap}"} & table.keys() or len(table[f"dU{gap}"]) < 2:
         return None
@@ -74,11 +70,7 @@ class Motion:
 
     @staticmethod
     def of(table: Mapping[str, Array]) -> Motion | None:
-        """That of a pair, None unless there are two points.
-
-        Args:
-            table: Columns of curve.csv, in ascending distance.
-        """
+        """That of a pair, by its curve.csv in ascending distance; None unless there are two points."""
         curve = curve_of(table) if table.keys() >= {"U_L", "U_T", "stretch"} else None
         if curve is None:
             return None
@@ -98,13 +90,10 @@ class Motion:
         return np.log(d), self.curve.values(d) / self.stretch(d) / d
 
     def path(self, start: float, times: Array) -> Array:
-        """Distances of the pair [D_c], up to the ends of the curve, shape (times,).
+        """Distances of the pair [D_c] at times [D_c/U_av], up to the ends of the curve, shape (times,).
 
-        Between two nodes, where rates are linear, the motion is an exponential function of time.
-
-        Args:
-            start: The distance at the time 0 [D_c].
-            times: Times [D_c/U_av], shape (times,).
+        It is at `start` [D_c] at the time 0. Between two nodes, where rates are linear, the motion is an exponential
+        function of time.
         """
         (x, rate), begin = self.rates, np.log(start)
         first = np.interp(begin, x, rate)
@@ -134,9 +123,7 @@ def peak_of(table: Mapping[str, Array], gap: str = "") -> Peak:
 def regions_of(table: Mapping[str, Array], zeros: Sequence[float]) -> list[Region]:
     """Where a pair separates, comes closer, or may do either; none if dU vanishes at every distance.
 
-    Args:
-        table: Columns of curve.csv of a pair.
-        zeros: Known zeros of dU.
+    The table is its curve.csv; zeros of dU are known ones.
     """
     peak, curve = peak_of(table), curve_of(table)
     if abs(peak.dU) < ROUNDING:
@@ -175,12 +162,7 @@ class Memory:
 
     @classmethod
     def after(cls, motion: Motion, start: float) -> Memory | None:
-        """That after a start on the curve of a pair, None if the decay times are not known.
-
-        Args:
-            motion: How it moves.
-            start: Distance at the start [D_c].
-        """
+        """That after a start at a distance [D_c], of a pair that moves so; None if decay times are not known."""
         if motion.t_relax is None:
             return None
         curve = motion.curve

@@ -94,11 +94,9 @@ def naming(path: Path) -> Iterator[None]:
 
 
 def plain(value: Any, where: str = "") -> Any:
-    """Convert numpy numbers and arrays, paths and tuples to types that YAML and JSON have.
+    """Convert numpy numbers and arrays, paths and tuples, also in nested values, to types that YAML and JSON have.
 
-    Args:
-        value: Nested mappings, sequences and scalars.
-        where: Dotted key of `value`, for error messages.
+    Error messages name the dotted key of the value, which is `where`.
 
     Raises:
         ValueError: A number is nan; the message names its key.
@@ -124,12 +122,7 @@ def plain(value: Any, where: str = "") -> Any:
 
 
 def prepare_folder(folder: Path, overwrite: bool = False, files: Iterable[str] = OWN_FILES) -> None:
-    """Make a folder for results, or remove the files of earlier results from it.
-
-    Args:
-        folder: The folder; created with its parents if needed.
-        overwrite: Whether existing results (`files`, `frame_files`) are removed; other files are kept.
-        files: Names of the files that pairsim writes into folders.
+    """Make a folder for results, and its parents, or remove the files of earlier results from it; others are kept.
 
     Raises:
         InputError: It cannot be used as a folder, or it is not empty and `overwrite` is not set.

@@ -28,13 +28,7 @@ def quantity_for(case: Mapping[str, Any], name: str, scales: Scales) -> tuple[st
 def change_by(table: Mapping[str, Array], scales: Scales, one: Input) -> Array | None:
     """Derivative of dU by the logarithm of an input, at constant distance in units [um/s], shape (points,).
 
-    Args:
-        table: Columns of the curve of a pair, with sensitivities.
-        scales: Its units.
-        one: The input.
-
-    Returns:
-        None where it changes numbers that dU is not differentiated by.
+    The curve is that of a pair with sensitivities; None where the input changes numbers by which there are none.
     """
     numbers = {name: change for name, change in one.changes.items() if change and name not in ("length", "velocity")}
     if any(f"by_{name}" not in table for name in numbers):

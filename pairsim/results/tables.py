@@ -51,9 +51,7 @@ def whole_numbers(table: pd.DataFrame) -> pd.DataFrame:
 def with_units(table: pd.DataFrame, converted: Collection[str] = ()) -> pd.DataFrame:
     """The table with `attrs["units"]`: the unit of each column by its name, "" for pure numbers.
 
-    Args:
-        table: The table.
-        converted: The columns that are in physical units.
+    Columns that are converted have physical units.
     """
     units = {name: _unit_of(name) for name in map(str, table.columns)}
     table.attrs["units"] = {name: unit.physical if name in converted else unit.name for name, unit in units.items()}
@@ -66,12 +64,9 @@ def _unit_of(name: str) -> Unit:
 
 
 def in_units(table: pd.DataFrame, scales: Sequence[Scales], keys: Collection[str] = ()) -> pd.DataFrame:
-    """The table in micrometres, seconds, pascals and nanonewtons.
+    """The table in um, s, um/s, Pa and nN, by the scales of the experiment of each row; some columns stay as they are.
 
-    Args:
-        table: The table, whose cells may be lists.
-        scales: Of the experiment of each row.
-        keys: Columns that stay as they are.
+    Cells may be lists.
 
     Raises:
         TypeError: A column that has a unit has something else than numbers.
@@ -116,13 +111,9 @@ def table_of(directory: Path, name: str, physical: bool | None, at: Sequence[flo
 def values_at(
     table: Mapping[str, Array], places: Sequence[float | str], record: Mapping[str, Any], source: str
 ) -> dict[str, Array]:
-    """The columns d, dU and dU_error of a curve at any distances.
+    """The columns d, dU and dU_error of a curve at any distances: numbers [D_c], or lengths with their units.
 
-    Args:
-        table: Columns of curve.csv.
-        places: The distances: numbers [D_c], or lengths with their units.
-        record: run.json, for the units of the case.
-        source: Name of the folder for messages.
+    Units of the case are those in run.json; messages name `source`.
 
     Raises:
         InputError: It is no curve over a single distance, or a distance is outside of it.

@@ -77,11 +77,8 @@ def travel(
 ) -> Travel:
     """Integrate a master curve from one distance to another, see `pairsim.CurveResult.travel`.
 
-    Args:
-        table: Columns of curve.csv in ascending d, each of shape (points,).
-        start, stop: The distances [D_c], or lengths with a unit.
-        source: Name of the folder for messages.
-        record: run.json, for the units of the case.
+    The table is curve.csv in ascending d, each column of shape (points,); the record, run.json, has the units of the
+    case. Messages name `source`.
 
     Raises:
         InputError: The curve is not that of a pair, a distance is outside the curve, there is a zero of dU between the
@@ -120,12 +117,7 @@ def travel(
 def distance_on(curve: CurveInterpolant, given: float | str, option: str, scales: Scales | None, source: str) -> float:
     """A distance on a curve [D_c], which is an end of the curve where it differs from it by rounding.
 
-    Args:
-        curve: The curve.
-        given: The distance: a number [D_c], or a length with its unit.
-        option: What it is called in messages.
-        scales: The units of the case, if it has any.
-        source: Name of the folder for messages.
+    It is given as a number [D_c], or as a length with its unit. Messages name `source` and the option.
 
     Raises:
         InputError: It is neither a number nor a length, the case has no units, or it is outside the curve.

@@ -63,9 +63,7 @@ def no_units(source: str) -> InputError:
 def scales_for(folders: Sequence[Path], physical: bool | None) -> list[Scales]:
     """The units of the cases of folders; none where numbers are to be dimensionless.
 
-    Args:
-        folders: Folders of results.
-        physical: Whether numbers are to be in um, s, um/s and Pa; None if all cases have a `physical` block.
+    They are to be in um, s, um/s and Pa if `physical` is True, or None and all cases have a `physical` block.
 
     Raises:
         InputError: `physical` is set, and a case has no such block.

@@ -152,13 +152,7 @@ def _hdf5_content(arrays: dict[str, NDArray[Any]]) -> bytes:
 
 
 def _described(t: float, file: str, arrays: dict[str, NDArray[Any]]) -> str:
-    """A frame in XDMF.
-
-    Args:
-        t: Its time.
-        file: Its HDF5 file, relative to the folder.
-        arrays: Its cells, region, position and fields.
-    """
+    """A frame in XDMF: its time, HDF5 file relative to the folder, and cells, region, position and fields."""
 
     def item(name: str) -> str:
         kind = "Int" if arrays[name].dtype.kind == "i" else "Float"
@@ -205,13 +199,7 @@ def _time(grid: ElementTree.Element) -> float:
 
 
 def read_times(folder: Path | str) -> NDArray[np.float64]:
-    """Read the times of the frames in a folder.
-
-    Args:
-        folder: Folder of the results.
-
-    Returns:
-        Times [D_c/U_av] (of a curve: distances [D_c]), shape (frames,); empty without fields.xdmf.
+    """Times [D_c/U_av] (of a curve: distances [D_c]) of the frames in a folder, (frames,); empty without fields.xdmf.
 
     Raises:
         InputError: fields.xdmf is damaged.
@@ -220,11 +208,9 @@ def read_times(folder: Path | str) -> NDArray[np.float64]:
 
 
 def read_frame(folder: Path | str, index: int = -1) -> FieldFrame:
-    """Read one frame, as it was passed to `FieldsWriter.write`.
+    """Read a frame of a folder, as it was passed to `FieldsWriter.write`, by its index in the order of times.
 
-    Args:
-        folder: Folder of the results.
-        index: Index of the frame in the order of times; negative indices count from the end.
+    Negative indices count from the end.
 
     Raises:
         InputError: There is no such frame, or its files cannot be read.

@@ -12,14 +12,10 @@ _PR_SET_PDEATHSIG = 1
 
 
 def module_command(module: str, *words: str) -> list[str]:
-    """Command line that runs a module with this Python interpreter, from any folder.
+    """Command line that runs a module with these words and this Python interpreter, from any folder.
 
     The option `-P` keeps the current folder off the import path: otherwise a file yaml.py there would be imported
     instead of the library, and a folder named pairsim would hide an editable installation. PYTHONPATH is respected.
-
-    Args:
-        module: Name of the module.
-        words: Arguments passed to it.
     """
     return [sys.executable, "-P", "-m", module, *words]
 

@@ -190,14 +190,9 @@ class BranchEnd(NoSteadyState):
 
 
 def failure_of(reason: str, message: str) -> RunFailure:
-    """The exception that corresponds to a failure recorded in run.json.
+    """The exception for a failure recorded in run.json, whose message has time, step and advice.
 
-    Args:
-        reason: Value of `reason` in the record.
-        message: Full message in the record, with time, step and advice.
-
-    Returns:
-        An exception of the class with this `reason`, or a `RunFailure` if there is no such class.
+    It is of the class with this `reason`, or a `RunFailure` if there is no such class.
     """
     failure = next((kind for kind in RunFailure.__subclasses__() if kind.reason == reason), RunFailure)(message)
     failure.sentence = message  # which contains reason, time and step

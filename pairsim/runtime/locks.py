@@ -36,9 +36,7 @@ def command_line() -> str:
 def sole_writer(directory: Path, command: str) -> Iterator[None]:
     """Context in which no other command may write into a folder, which is made if needed, and not left empty then.
 
-    Args:
-        directory: The folder.
-        command: Command line of the owner, shown to other commands.
+    Other commands are shown the command line of the owner.
 
     Raises:
         InputError: Another command is at work in the folder, or no folder can be created there.

@@ -36,12 +36,7 @@ class Monitor:
         self._patience = [_limit(patience, "nothing was found within {}")] if patience is not None else []
 
     def within(self, seconds: float, message: str) -> Monitor:
-        """The monitor of a part of the computation, with a limit of its own.
-
-        Args:
-            seconds: Largest wall time of the part [s].
-            message: What is said once it has passed, with {} for the limit.
-        """
+        """The monitor of a part of the computation, with a limit of its own [s]; the message has {} for it."""
         part = Monitor(self._signals, listener=self._listener)
         part._limits, part._patience = [*self._limits, _limit(seconds, message)], self._patience
         return part

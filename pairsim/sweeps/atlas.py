@@ -36,16 +36,9 @@ LEAST_ENDS = 0.02  # of the largest De and Ca_e: both smaller than this tell not
 
 
 def build(path: Path, folder: Path | None, options: Options, workers: Workers) -> tuple[int, str, Path]:
-    """Compute the curves of an atlas that are not there yet, and make it of them after each round.
+    """Compute the curves of an atlas file that are not there yet, and make the atlas of them after each round.
 
-    Args:
-        path: The file.
-        folder: Folder of the atlas; made, or continued.
-        options: Those of its sweeps.
-        workers: What computes the curves.
-
-    Returns:
-        Exit code and message of the last sweep, and the folder, in which `TABLE` is the atlas.
+    Returns exit code and message of the last sweep, and the folder, made or continued, in which `TABLE` is the atlas.
 
     Raises:
         InputError: The file is invalid, the folder belongs to another one, or the atlas to go on from to another box.
@@ -106,12 +99,9 @@ def curve_folders(sweep: Path) -> list[Path]:
 
 
 def curves_in(folders: Sequence[Path], d: Array, drawn: Array) -> Curves:
-    """The curves of folders, with sensitivities.
+    """The curves of folders, with sensitivities, at distances, shape (distances,).
 
-    Args:
-        folders: The folders.
-        d: Distances at which they are wanted, shape (distances,).
-        drawn: Places that were drawn at random, shape (places, 3).
+    Places that were drawn at random have the shape (places, 3).
 
     Raises:
         InputError: A curve does not reach the ends of the distances.

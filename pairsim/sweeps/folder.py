@@ -50,12 +50,9 @@ class CaseState:
 
 
 def read_state(directory: Path, key: str, values: bool = True) -> CaseState:
-    """How a case stands, by its folder.
+    """How a case stands, by its folder, with its tables if `values` are wanted.
 
-    Args:
-        directory: The folder of the case.
-        key: The case's hash: a folder with that of another case says nothing; one of version 0.2 has none.
-        values: Whether to read its tables.
+    A folder with the hash of another case says nothing; one of version 0.2 has none.
     """
     record = read_record(directory)
     status = record.get("status")
@@ -67,14 +64,7 @@ def read_state(directory: Path, key: str, values: bool = True) -> CaseState:
 
 
 def begin(directory: Path, grid: Grid) -> dict[str, Any]:
-    """Write sweep.json and grid.yaml, unless they are there.
-
-    Args:
-        directory: The folder of the sweep, made if needed.
-        grid: The grid.
-
-    Returns:
-        The content of sweep.json.
+    """Write sweep.json and grid.yaml into a folder, unless they are there; returns the content of sweep.json.
 
     Raises:
         InputError: The folder belongs to another grid, or is not that of a sweep.
@@ -126,9 +116,7 @@ def _read(directory: Path) -> dict[str, Any]:
 def read_sweep(directory: Path, values: bool = True) -> dict[str, Any]:
     """What sweep.json has, and how each case stands: all of `CaseState` in its entry, and `counts` by status.
 
-    Args:
-        directory: The folder of the sweep.
-        values: Whether to read the tables of the cases.
+    The tables of the cases are read if `values` are wanted.
 
     Raises:
         InputError: The folder is not that of a sweep.
@@ -144,11 +132,7 @@ def read_sweep(directory: Path, values: bool = True) -> dict[str, Any]:
 
 
 def rows_of(content: Mapping[str, Any]) -> tuple[list[str], list[list[Any]]]:
-    """Columns and rows of results.csv: a row for each case that has ended, in the order of the grid.
-
-    Args:
-        content: As `read_sweep` returns it.
-    """
+    """Columns and rows of results.csv: a row for each case of `read_sweep` that has ended, in the order of the grid."""
     parameters, columns = content["parameters"], content["columns"]
     rows = [
         [

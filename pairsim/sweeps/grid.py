@@ -83,11 +83,7 @@ class Grid:
 
 
 def read_grid(path: Path, settings: Sequence[str] = ()) -> Grid:
-    """Read a grid file and validate every case.
-
-    Args:
-        path: The file.
-        settings: key=value settings that replace keys in every case.
+    """Read a grid file and validate every case, in which settings key=value replace keys.
 
     Raises:
         InputError: The file or a case has mistakes; lists file, entry, key, value and what is allowed.
@@ -96,13 +92,9 @@ def read_grid(path: Path, settings: Sequence[str] = ()) -> Grid:
 
 
 def grid_from(path: Path, data: dict[str, Any], settings: Sequence[str] = (), listed: str = "cases") -> Grid:
-    """As `read_grid`, from the content of a grid file.
+    """As `read_grid`, from the content of a grid file, to whose folder relative paths in it refer.
 
-    Args:
-        path: The file, to whose folder relative paths in the content refer.
-        data: The content.
-        settings: key=value settings that replace keys in every case.
-        listed: What the key `cases` is called in messages.
+    In messages the key `cases` is called `listed`.
     """
     file = parse_file("sweep", SweepFile, check_sweep, data, str(path))
     question, base = QUESTIONS[file.command], read_base(path, data)
@@ -141,11 +133,7 @@ def grid_from(path: Path, data: dict[str, Any], settings: Sequence[str] = (), li
 
 
 def read_base(path: Path, data: Mapping[str, Any]) -> dict[str, Any]:
-    """The case that is the base of a grid or study file.
-
-    Args:
-        path: The file.
-        data: Its valid content; the base may be the name of a case file.
+    """The case that is the base of the valid content of a grid or study file; it may be the name of a case file.
 
     Raises:
         InputError: That file cannot be read.
@@ -231,10 +219,8 @@ def _with_parameters(
 ) -> tuple[tuple[str, ...], tuple[SweepCase, ...]]:
     """The keys whose values differ between cases, and the cases with these values.
 
-    Args:
-        varied: The dotted keys that the file varies.
-        found: The cases by their hash, each with the keys that it was made from.
-        always: Further keys whose values are wanted.
+    They are among the dotted keys that the file varies; the values of others are `always` wanted, too. Each case is
+    found by its hash, with the keys that it was made from.
     """
     values = []
     for case, merged in found.values():

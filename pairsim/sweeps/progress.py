@@ -32,11 +32,7 @@ def headline(state: CaseState) -> str:
 
 
 def summarised(cases: Sequence[Mapping[str, Any]]) -> list[str]:
-    """The warnings of all cases, each once with the number of its cases, and the first of them where they are several.
-
-    Args:
-        cases: Entries of `read_sweep`.
-    """
+    """The warnings of all cases of `read_sweep`, each once with its first case and the number of the others."""
     kinds: dict[str, list[tuple[str, str]]] = {}
     for case in cases:
         for warning in case["warnings"]:
@@ -47,12 +43,7 @@ def summarised(cases: Sequence[Mapping[str, Any]]) -> list[str]:
 
 
 def status_view(sweep: Mapping[str, Any], working: bool) -> Group:
-    """What `pairsim status` shows of a sweep: counts, warnings, and the cases that failed with their reasons.
-
-    Args:
-        sweep: From `read_sweep`.
-        working: Whether a command is at work in its folder.
-    """
+    """What `pairsim status` shows of a sweep (`read_sweep`), at work or not: counts, warnings, and why cases failed."""
     counts, cases = sweep["counts"], sweep["cases"]
     shown = [Text(f"{count} {status}", style=COLOURS.get(status, "")) for status, count in counts.items() if count]
     title = f"{sweep['name']}: {len(cases)} cases of pairsim {sweep['command']}"

@@ -53,21 +53,13 @@ Workers = Sequence[tuple[Executor, int | None]]
 
 
 def with_workers[T](work: Callable[[Workers], T], executor: Executor | None = None, count: int = 1) -> T:
-    """Call a function with what computes the cases of its sweeps.
+    """Call a function with what computes the cases of its sweeps: an executor, or else `count` threads of this process.
 
-    Under mpirun, where all processes call this, the first one calls it, and the others compute until it has ended.
-
-    Args:
-        work: The function.
-        executor: The executor; None: threads of this process, or the processes of mpirun.
-        count: Number of threads.
-
-    Returns:
-        The result of the function, on all processes.
+    Under mpirun, where all processes call this, the first one calls it, and the others compute until it has ended. It
+    returns the result of the function, and raises what that raises, on all processes.
 
     Raises:
         InputError: There are several workers under mpirun.
-        BaseException: What the function raises, on all processes.
     """
     if executor is not None:
         return work([(executor, None)])
@@ -107,16 +99,10 @@ def _signals_left_to_the_first(rank: int) -> Iterator[None]:
 
 
 def run_sweep(grid: Grid, directory: Path, options: Options, workers: Workers) -> tuple[int, str]:
-    """Compute the cases of a grid that are not finished.
+    """Compute the cases of a grid that are not finished, into a folder that is made, or continued if it exists.
 
-    Args:
-        grid: The grid.
-        directory: Folder of the sweep; made, or continued if it exists.
-        options: The options.
-        workers: What computes the cases, from `with_workers`.
-
-    Returns:
-        Exit code (0: no case has failed; 3: some have; 4: the environment is at fault; 130: interrupted) and a message.
+    Returns exit code (0: no case has failed; 3: some have; 4: the environment is at fault; 130: interrupted) and
+    message.
 
     Raises:
         InputError: The folder belongs to another grid, or another sweep is writing to it.

@@ -27,18 +27,11 @@ from pairsim.sweeps.folder import read_sweep
 def plot_sweep(
     directory: Path, out: Path | None = None, group: str | None = None, page: Page | None = None
 ) -> list[Path]:
-    """Draw a sweep, finished or not.
+    """Draw a sweep, finished or not; the varying key `group` chooses colours.
 
-    Args:
-        directory: Folder of the sweep.
-        out: Folder of the pictures, made if needed; the sweep's own by default.
-        group: Varying key that chooses the colours; the first one by default.
-        page: What they are drawn for.
-
-    Returns:
-        The files written: of runs `sweep_series` (every case against t and d), of curves `sweep_curves` (all of them);
-        where a parameter is a number, `sweep_parameters` of runs (the last dU) or `sweep_zeros` of curves and critical
-        distances (the zeros of dU) over the one with the most values.
+    Returns the files written: of runs `sweep_series` (every case against t and d), of curves `sweep_curves` (all of
+    them); where a parameter is a number, `sweep_parameters` of runs (the last dU) or `sweep_zeros` of curves and
+    critical distances (the zeros of dU) over the one with the most values.
 
     Raises:
         InputError: The folder is not that of a sweep, has nothing to draw, or `group` does not vary.

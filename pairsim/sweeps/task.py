@@ -116,15 +116,10 @@ class Child:
         self.ready = False
 
     def wait(self, stop: Path, timeout: float | None = None) -> tuple[Any, str]:
-        """Wait for its word, and end it when the sweep is to stop or a time is over.
+        """Wait for its word, and end it when the file `stop` is there, for the sweep to stop, or a time is over [s].
 
-        Args:
-            stop: File whose presence stops the sweep.
-            timeout: The time [s]; None for no limit.
-
-        Returns:
-            The word, None if it has ended without one; and why it was stopped: "interrupted" or "case_timeout", empty
-            if it was not.
+        Returns the word, None if it has ended without one; and why it was stopped: "interrupted" or "case_timeout",
+        empty if it was not.
         """
         why, deadline = "", time.monotonic() + (timeout or math.inf)
         while not self.connection.poll(POLL):

@@ -188,13 +188,7 @@ def estimate(case: CurveCase) -> Estimate:
 
 
 def solve(case: CurveCase, *, monitor: Monitor, sensitivities: bool = False) -> Events:
-    """Compute a master curve and, for a pair, its zeros.
-
-    Args:
-        case: The validated case.
-        monitor: Ends the computation.
-        sensitivities: Compute the derivatives of dU with respect to Ca_e, De, xi and beta, too.
-    """
+    """Compute a master curve and, for a pair, its zeros; on request derivatives of dU by Ca_e, De, xi and beta."""
     if case.after is not None:
         from pairsim.questions.curve.from_rest import from_rest
 
@@ -237,13 +231,7 @@ class CurveResult(Result):
 
     @classmethod
     def of_tables(cls, tables: Tables, record: Mapping[str, Any], source: str) -> CurveResult:
-        """A curve that has no folder.
-
-        Args:
-            tables: Those of its folder, see `QUESTION`.
-            record: What run.json would have: status, scales, inputs.
-            source: What is named in messages in place of the folder.
-        """
+        """A curve without a folder, of the tables and the run.json that it would have; messages name `source`."""
         found = cls(QUESTION, Path(source), record)
         found.folder = None
         vars(found).update(tables=tables, record=record)

@@ -26,13 +26,7 @@ FAR = 1.2  # ratio of distances from which on it is told where a start is forgot
 def answer_of_curve(
     table: Mapping[str, Array], zeros: Sequence[in_tables.Zero], record: Mapping[str, Any]
 ) -> list[str]:
-    """The answer of a master curve.
-
-    Args:
-        table: Columns of curve.csv.
-        zeros: Zeros of dU, in ascending distance.
-        record: run.json.
-    """
+    """The answer of a master curve: of curve.csv, zeros of dU in ascending distance, and run.json."""
     gaps, scales = suffixes_in(table, "dU"), scales_in(record)
     if not gaps:
         found = []

@@ -145,10 +145,7 @@ def _end(case: CurveCase, found: Solutions) -> Iterator[events.Event]:
 def _far_apart(case: CurveCase, curves: Sequence[CurveInterpolant], size: float) -> list[str]:
     """Warn of points so far apart that the interpolation error of dU exceeds `accuracy` and the errors at the points.
 
-    Args:
-        case: The case.
-        curves: dU of every gap.
-        size: The largest |dU| [U_av].
+    There is a curve for every gap; `size` is the largest |dU| [U_av].
     """
     if not curves:
         return []

@@ -18,12 +18,7 @@ MOST_GAPS = 3  # that have a sentence each
 
 
 def answer_of_run(series: Mapping[str, Array], record: Mapping[str, Any]) -> list[str]:
-    """The answer of a run in time.
-
-    Args:
-        series: Columns of series.csv.
-        record: run.json.
-    """
+    """The answer of a run in time: of series.csv and run.json."""
     gaps = suffixes_in(series, "d")
     lines, scales = _train(series, gaps, record) if len(gaps) > MOST_GAPS else [], scales_in(record)
     least = int(np.argmin([series[f"d{gap}"][-1] for gap in gaps])) if gaps else 0

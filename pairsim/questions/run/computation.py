@@ -182,15 +182,10 @@ def milestones(case: Case) -> list[float]:
 
 
 def frames_until(case: Case, t: float, gaps: Sequence[float]) -> int:
-    """How many of the `output.frames` are due at a time and distances.
+    """How many of the `output.frames` are due at a time [D_c/U_av] and distances [D_c], N-1 values.
 
     They are spread evenly over the way to what ends the run: its end time, contact or `max_gap`, of which the nearest
     one counts. Unlike `milestones` they cost no steps. Where a run was stopped makes no difference to them.
-
-    Args:
-        case: The case.
-        t: Time [D_c/U_av].
-        gaps: Distances [D_c], N-1 values.
     """
     output, limits = case.output, case.limits
     if output.times or output.every is not None:
@@ -231,18 +226,11 @@ def end_of(case: Case, problem: Problem, t: float, gaps: Sequence[float]) -> eve
 
 
 def settled_entry(case: Case, problem: Problem, gaps: tuple[float, ...], ended: events.Outcome) -> dict[str, Any]:
-    """The quasi-steady solution at the last distances of a run.
+    """The quasi-steady solution at the last distances of a run [D_c], N-1 values, on the cells of its problem.
 
-    Args:
-        case: The case.
-        problem: Its problem, with the cells of the run.
-        gaps: The last distances [D_c], N-1 values.
-        ended: How the run ended.
-
-    Returns:
-        The entry of run.json: dU with its error at every gap [U_av], the decay time of a disturbance [D_c/U_av], how
-        the run started and which part of dU `accuracy` allows as error; a message, if there is no such solution. Empty
-        for a single particle, held distances, a run that ended early, and a polymer with a yield stress.
+    Returns the entry of run.json: dU with its error at every gap [U_av], the decay time of a disturbance [D_c/U_av],
+    how the run started and which part of dU `accuracy` allows as error; a message, if there is no such solution. Empty
+    for a single particle, held distances, a run that ended early, and a polymer with a yield stress.
     """
     if case.n < 2 or ended.reason not in ("end", "max_gap") or case.hold or case.liquid_model.yielding is not None:
         return {}

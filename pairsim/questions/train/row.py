@@ -43,13 +43,9 @@ def first_gaps(case: TrainCase, d: float) -> Array:
 def follow(
     case: TrainCase, problem: SteadyProblem, alone: Parameters, gaps: Array, train: Train
 ) -> Generator[events.Event, None, list[str]]:
-    """Follow a row from its first distances along the tube; returns what it says.
+    """Follow a row from its first distances [D_c], (N-1,), along the tube; returns what it says.
 
-    Args:
-        case: The case.
-        problem, alone: Those of a bead in the train.
-        gaps: The first distances [D_c], shape (N-1,).
-        train: The train.
+    Problem and parameters are those of a bead alone in the train.
     """
     problem, n, rows = replace(problem, length=LONG * problem.betas[0], closed=False), len(gaps) + 1, list[Row]()
     least = min(LEAST, gaps.min() if case.listed else gaps.mean() / 2)
