@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from io import StringIO
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -49,6 +50,7 @@ class FilmFit:
         distances: Distances of these frames [um], of the same shape.
         fitted: Those of the model [um], of the same shape.
         alike: Correlation of the residuals of neighbouring frames, less what the atlas may be off by.
+        cut: The quantities whose interval ends because the atlas does.
     """
 
     values: Mapping[str, tuple[float, float, float, str]]
@@ -56,6 +58,7 @@ class FilmFit:
     distances: Array
     fitted: Array
     alike: float
+    cut: frozenset[str] = frozenset()
 
     @property
     def residuals(self) -> Array:
@@ -73,8 +76,12 @@ class FilmFit:
     def __str__(self) -> str:
         lines = []
         for name, (value, least, most, unit) in self.values.items():
-            unknown = ": these data do not determine it" if max(most / value, value / least) > WIDE else ""
-            lines.append(f"{name} = {value:.4g} {unit}, 95 %: {least:.4g} to {most:.4g}{unknown}")
+            wide = most > WIDE * value or value > WIDE * least
+            unknown = ": these data do not determine it" if wide else ""
+            cut = (
+                "; the interval ends where the atlas does, values beyond were not looked at" if name in self.cut else ""
+            )
+            lines.append(f"{name} = {value:.4g} {unit}, 95 %: {least:.4g} to {most:.4g}{unknown}{cut}")
         lines.append(f"{len(self.times)} frames, off by {self.residuals.std():.2g} um")
         if self.alike > CHANCE / np.sqrt(len(self.times)):
             lines.append("A bad fit: neighbouring frames are off in the same direction, so this model is not theirs.")
@@ -100,19 +107,26 @@ def fit(
     Raises:
         InputError: A file or key is wrong, or the atlas has no answer for the first guess.
     """
+    if wrong := [name for name in unknown if name not in GIVES]:
+        raise InputError("pairsim fit", "unknown", wrong[0], f"allowed: {', '.join(GIVES)}")
     book, asked, reasons = asked_of(case, {}, atlas)
     scales, block = asked.scales, dict(asked.physical or {})
-    if scales is None or not all(name in GIVES and block.get(name) for name in unknown):
-        reasons = [f"there must be a first guess of {' and '.join(unknown)} in the physical block"]
-    if scales is None or reasons:
+    missing = [name for name in unknown if not block.get(name)]
+    if scales is None or missing:
+        raise InputError("pairsim fit", f"physical.{[*missing, *unknown][0]}", None, "must be given, as a first guess")
+    if reasons:
         raise InputError("pairsim fit", "", None, f"the atlas has no answer: {' and '.join(reasons)}")
     seconds, metres = film_of(Path(film))
     t, d = seconds / scales.time, metres / scales.length
     numbers = {"beta": asked.betas[0], "De": asked.De, "Ca_e": asked.Ca_es[0]}
-    used = t >= t[0] + SETTLED * np.interp(d[0], book.d, book.table(**numbers)["t_relax"])
+    start = SETTLED * float(np.interp(d[0], book.d, book.table(**numbers)["t_relax"]))
+    used = t >= t[0] + start
     seconds, d, follow = seconds[used], d[used], [GIVES[name] for name in unknown]
     if len(d) < len(unknown) + 3:
-        raise InputError(str(film), "", None, "must have more frames")
+        after = (
+            f"frames later than {scales.time * start:.3g} s after the first one, when the pair has forgotten its start"
+        )
+        raise InputError(str(film), "", None, f"must have at least {len(unknown) + 3} {after}; has {len(d)}")
     t = t[used] - t[used][0]
 
     @cache
@@ -181,7 +195,7 @@ def fit(
     def above(value: float, k: int, x: Array, limit: float) -> float:
         return best(x, {k: value})[0] - limit
 
-    values = {}
+    values, cut = {}, set[str]()
     one, two = (n * scipy.stats.f.ppf(0.95, n, freedom) for n in (1, 2))
     for k, (name, (_, power), (costs, points)) in enumerate(zip(unknown, follow, profiles, strict=True)):
         order = np.argsort([*points[:, k], x[k]])  # another profile may have found the least sum
@@ -194,11 +208,16 @@ def fit(
             args = k, points[i], limit
             crossed = above(beyond, *args) > 0
             reach.append(scipy.optimize.brentq(above, end, beyond, args, rtol=1e-3) if crossed else beyond)
-        guess, unit = as_given(block[name])
-        values[name] = guess * x[k] ** power, *sorted(guess * float(each) ** power for each in reach), unit
+        if reach[0] <= LEAST:  # as good as 0: the interval holds rigid beads, or a Newtonian liquid
+            reach[0] = 0.0
+        if reach[1] >= ends[k][1]:
+            cut.add(name)
+        guess, unit = as_given(block[name][0] if isinstance(block[name], list) else block[name])
+        interval = sorted(guess * each if power > 0 else guess / each if each else inf for each in map(float, reach))
+        values[name] = guess * x[k] ** power, *interval, unit
     um = 1e6 * scales.length
     alike = float(white[1:] @ white[:-1]) / max(float(white @ white), len(t))
-    return FilmFit(values, seconds, um * d, um * fitted, alike)
+    return FilmFit(values, seconds, um * d, um * fitted, alike, frozenset(cut))
 
 
 def minima_of(costs: Array) -> Indices:
@@ -234,7 +253,7 @@ def overlay_film(film: Path, folders: Sequence[Path], out: Path, page: Page) -> 
 
 def film_of(film: Path) -> tuple[Array, ...]:
     """Times [s] and distances [m] of a film, in ascending time; spreadsheets write semicolons and decimal commas."""
-    if not film.is_file():
+    if not film.exists():
         raise InputError(str(film), "", None, "no such file")
     try:
         text = text_of(film)
@@ -248,8 +267,10 @@ def film_of(film: Path) -> tuple[Array, ...]:
         if not heading:
             raise InputError(str(film), name, None, f"must be a column with its unit, such as {name} [{unit}]")
         values = pd.to_numeric(table[heading], errors="coerce")
-        if values.isna().any():
-            wrong = int(np.flatnonzero(values.isna())[0])
+        if values.empty:
+            raise InputError(str(film), heading.strip(), None, "must have numbers below it")
+        if not np.isfinite(values).all():
+            wrong = int(np.flatnonzero(~np.isfinite(values))[0])
             raise InputError(f"{film}:{wrong + 2}", heading.strip(), table[heading].iloc[wrong], "must be a number")
         try:
             size = unit_in(unit, heading.partition("[")[2].strip(" ]"))

@@ -145,7 +145,7 @@ def text_of(file: Path) -> str:
     guesses = from_bytes(content, cp_isolation=ENCODINGS)
     texts += map(str, sorted(guesses, key=lambda each: each.encoding != "utf_8"))  # which is seldom anything else
     if not texts:
-        raise ValueError("must be text: export the table as CSV or text from the software of the rheometer")
+        raise ValueError("must be text: export the table as CSV or text")
     text = texts[0].removeprefix("\ufeff").translate(ONE_SIGN)
     text = unicodedata.normalize("NFKC", text).translate(ONE_SIGN).replace("\r\n", "\n").replace("\r", "\n")
     text = re.sub(r"(?m)^#+[ \t]*(?=[^\W\d])", "", text)  # headings that begin with the sign of a comment

@@ -102,6 +102,16 @@ def test_what_data_do_not_determine_and_what_does_not_fit_is_said(atlas: Path, t
 
 
 @pytest.mark.slow
+def test_an_interval_that_the_atlas_cuts_off_is_said_to_be(atlas: Path, tmp_path: Path) -> None:
+    soft = api.fit(film(tmp_path / "a.csv", 0.0, 0.2, 4e-3), case(modulus=["5 kPa", "5 kPa"]), atlas=atlas)
+    assert "the interval ends where the atlas does" in str(soft)
+    (tmp_path / "b.csv").write_text("t [ms],d [um]\n" + "".join(f"{10 * i},25\n" for i in range(40)))
+    rigid = api.fit(tmp_path / "b.csv", case(modulus="5 kPa"), atlas=atlas)
+    assert "to inf: these data do not determine it" in str(rigid)
+    assert not rigid.cut
+
+
+@pytest.mark.slow
 def test_the_command_says_the_same(atlas: Path, tmp_path: Path, pairsim: Pairsim) -> None:
     film(tmp_path / "film.csv", 0.0, 0.06, 4e-3)
     (tmp_path / "case.yaml").write_text(yaml.safe_dump(case(modulus="5 kPa")))
@@ -141,8 +151,10 @@ def test_a_film_a_run_and_a_curve_are_in_one_picture(
 
 
 def test_what_is_unknown_needs_a_first_guess(atlas: Path, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="first guess of relaxation"):
+    with pytest.raises(InputError, match="physical.relaxation: must be given, as a first guess"):
         api.fit(film(tmp_path / "f.csv", 0.0, 0.06, 0.0), case(modulus="5 kPa"), unknown=["relaxation"], atlas=atlas)
+    with pytest.raises(InputError, match="unknown: got 'viscosity'; allowed: modulus, relaxation"):
+        api.fit(tmp_path / "f.csv", case(modulus="5 kPa"), unknown=["viscosity"], atlas=atlas)
 
 
 @pytest.mark.parametrize(
@@ -163,6 +175,9 @@ def test_films_of_spreadsheets(text: str, encoding: str, tmp_path: Path) -> None
         ("t [s],d [um]\n0,5\n1,far\n", "film.csv:3: d [um]: got 'far'; must be a number"),
         ("t [s],d [ms]\n0,5\n", "d [ms]: is no unit as m is"),
         ("", "must be a table such as one of t [s], d [um]"),
+        ("t [s],d [um]\n", "t [s]: must have numbers below it"),
+        ("t [s],d [um]\n0,5\n1,inf\n", "film.csv:3: d [um]: got inf; must be a number"),
+        ("t [s],d [um]\n0,5\n", "must have at least 4 frames later than"),
     ],
 )
 def test_what_is_wrong_in_a_film_is_named(atlas: Path, tmp_path: Path, text: str | None, wrong: str) -> None:
