@@ -137,6 +137,11 @@ def draw_overlay(
     motion = [each for each in lines if each.panel[0] == over and each.panel[1] != "d" and not each.mark]
     gaps = ["gap"] if any("gap" in each.parameters for each in motion) else []
     encoding = Encoding.of([each.parameters for each in motion], [*keys, *gaps], group)
+    drawn = {key: {hashable(each.parameters.get(key)) for each in motion} for key in keys}
+    parts = [
+        *parts,
+        *(equation(key, *values) for key, values in drawn.items() if len(values) == 1),
+    ]  # the others failed
     if encoding.panel:
         lines = [each for each in lines if each.panel[0] == over]
     chart = panels_of(lines, units, wide="x" * (over == "d"))

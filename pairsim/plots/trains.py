@@ -7,20 +7,24 @@ from pathlib import Path
 import numpy as np
 
 from pairsim.plots.chart import POINT, Panel, Series, draw_chart
-from pairsim.plots.labels import case_parts, read_case
+from pairsim.plots.labels import case_parts, read_case, tex_number
 from pairsim.plots.lines import told_apart
 from pairsim.plots.style import COLOURS, LINES, Page, printing
 from pairsim.plots.units import Units
 from pairsim.results.columns import suffixes_in
 from pairsim.results.table_files import read_table
+from pairsim.results.units import LENGTH
 
 
 @printing()
 def draw_train(directory: Path, out: Path, page: Page) -> list[Path]:
     """Draw `train`: growth rates and frequencies over k; and `row`: distances over position, and at both ends."""
     units = Units.of(directory, page.physical)
-    waves, row = (units.table(read_table(directory / f"{n}.csv", missing_ok=True)) for n in ("spectrum", "row"))
+    train, waves, row = (
+        units.table(read_table(directory / f"{name}.csv", missing_ok=True)) for name in ("train", "spectrum", "row")
+    )
     parts = case_parts(read_case(directory / "case.yaml"), {"particles"}, units.scales is not None)
+    parts.append(f"$d = {tex_number(train['d'][0])}$ {units.name(LENGTH)}")
     panels = {n: Panel(units.axis_label(["k"]), units.axis_label([n])) for n in ("growth", "frequency")}
     charts = {"train": (panels, [Series(n, waves["k"], waves[n], waves[f"{n}_error"], mark=POINT) for n in panels])}
     if row:
@@ -31,6 +35,6 @@ def draw_train(directory: Path, out: Path, page: Page) -> list[Path]:
         for name, d, colour, dashes in zip(("inlet", "outlet"), ends, COLOURS, LINES, strict=False):
             look = {"drawstyle": "steps-post", "color": colour, "linestyle": dashes}
             lines.append(Series("at the ends", bins, np.append(np.histogram(d, bins)[0], 0), label=name, look=look))
-        shown = {"on the way": Panel(units.axis_label([z]), label), "at the ends": Panel(label, "distances")}
+        shown = {"on the way": Panel(units.axis_label([z]), label), "at the ends": Panel(label, "number of distances")}
         charts["row"] = shown, lines
     return [path for n, chart in charts.items() for path in page.save(draw_chart(page, *chart, parts)[0], out, n)]

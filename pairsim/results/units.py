@@ -111,6 +111,6 @@ def in_unit(
     return text if scales is None else f"{text} {unit.physical}"
 
 
-def with_name(scales: Scales | None, unit: Unit, value: float) -> str:
+def with_name(scales: Scales | None, unit: Unit, value: float, error: float | None = None) -> str:
     """A number as `in_unit`, with the name of its unit where there are no scales, too."""
-    return in_unit(scales, unit, value) + (f" {unit.name}" if scales is None else "")
+    return in_unit(scales, unit, value, error) + (f" {unit.name}" if scales is None else "")

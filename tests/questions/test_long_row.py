@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.pictures import drawn_figures
 
 import pairsim
 from pairsim.computing.problems import steady_problem
@@ -45,7 +46,9 @@ def follow(pairs: list[Row], monkeypatch: pytest.MonkeyPatch) -> Any:
 
 
 @pytest.mark.slow
-def test_a_row_with_distances_at_random_is_followed_along_the_tube(follow: Any, tmp_path: Path) -> None:
+def test_a_row_with_distances_at_random_is_followed_along_the_tube(
+    follow: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     row = {"beads": 60, "spread": 0.4, "seed": 3, "tube": 10}
     train = follow(d=0.3, row=row)
     (spread,) = [line for line in train.findings() if line.startswith("Spread of 59 distances within 10 D_c of tube")]
@@ -59,7 +62,9 @@ def test_a_row_with_distances_at_random_is_followed_along_the_tube(follow: Any, 
     assert spreads == pytest.approx([100 * each.std() / each.mean() for each in (d[0], d[-1])], rel=0.01)
     assert spreads[0] == pytest.approx(40, rel=0.3)
     assert table["position"].iloc[-1] == pytest.approx(10.0, rel=0.02)
-    assert [path.name for path in train.plot(tmp_path)] == ["train.png", "row.png"]
+    with drawn_figures(monkeypatch) as figures:
+        assert [path.name for path in train.plot(tmp_path)] == ["train.png", "row.png"]
+    assert all("$d = 0.3$ $D_c$" in figure.get_supxlabel() for figure in figures)
 
 
 @pytest.mark.slow
@@ -105,7 +110,16 @@ def test_a_pair_is_followed_too(follow: Any) -> None:
     assert list(train.frame("row")) == ["position", "t", "d", "dU", "dU_error"]
 
 
-@pytest.mark.parametrize("keys", [{"d": [0.001, 0.2]}, {"d": [0.2], "row": {"beads": 5}}])
-def test_what_no_row_can_do_is_refused(keys: dict[str, Any]) -> None:
-    with pytest.raises(pairsim.InputError, match=r"min_gap|beads"):
+@pytest.mark.parametrize(
+    ("keys", "wrong"),
+    [
+        ({"d": [0.001, 0.2]}, "row.min_gap"),
+        ({"d": [0.2], "row": {"beads": 5}}, "row.beads"),
+        ({"d": 0.2, "row": {"tube": 10}}, "row.beads: is missing"),
+        ({"d": []}, "d: got"),
+        ({"d": None, "train": {"transition": [0.8, 0.3]}}, "train.transition: .* ascending order"),
+    ],
+)
+def test_what_no_row_can_do_is_refused(keys: dict[str, Any], wrong: str) -> None:
+    with pytest.raises(pairsim.InputError, match=wrong):
         pairsim.load(TRAIN | keys, kind="train")

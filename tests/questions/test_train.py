@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -192,7 +193,7 @@ def test_the_answer_says_within_which_length_of_tube_beads_order(tmp_path: Path)
     case = pairsim.load(ROOT / "configs" / "train.yaml", kind="train", train={"cell": 4}, mesh={"Np": 10})
     found = pairsim.train(case, folder=tmp_path / "train")
     assert "6 um from surface to surface" in found.answer
-    assert "The train orders" in found.answer
+    assert re.search(r"The train orders: .*, by a factor e within [.\d]+ \+- [.\d]+ mm\.", found.answer)
     assert "A spread of 20 % becomes one of 2 % within" in found.answer
     assert found.plot(tmp_path)
     path = tmp_path / "train" / "run.json"

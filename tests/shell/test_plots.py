@@ -186,6 +186,19 @@ def test_last_values_of_a_sweep_have_their_errors(tmp_path: Path, monkeypatch: p
     assert np.array(bars) == pytest.approx(np.array([[0.0, 1.0]] * 2))
 
 
+def test_small_print_has_what_varies_where_all_other_cases_failed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    make_curve(tmp_path / "soft", 0.1)
+    (tmp_path / "softest").mkdir()
+    (tmp_path / "softest" / "case.yaml").write_text(json.dumps({"beta": 0.4, "De": 0.5, "Ca_e": 0.8}))
+    for name, reason in (("soft", "end"), ("softest", "no_steady_state")):
+        (tmp_path / name / "run.json").write_text(json.dumps({"status": "finished", "reason": reason}))
+    with drawn_figures(monkeypatch) as figures:
+        plot(make_sweep(tmp_path, "curve", {"soft": {"Ca_e": 0.1}, "softest": {"Ca_e": 0.8}}, ["Ca_e"]))
+    assert r"$\mathrm{Ca}_e = 0.1$" in figures[0].get_supxlabel()
+
+
 def test_more_values_than_styles_get_panels_or_are_named_as_unseen() -> None:
     cases = [{"a": a, "b": b, "c": c, "e": e} for a in range(9) for b in range(5) for c in range(2) for e in range(2)]
     encoding = Encoding.of(cases, ["a", "b", "c", "e"])

@@ -104,7 +104,7 @@ class TrainCase(SceneCase):
     usual_distances: ClassVar[dict[str, Any]] = {"d": 0.1}
 
     particles: values.Whole = Field(1, ge=1, le=1, description="1: all beads of the train are equal")
-    d: values.Distance | tuple[values.Distance, ...] | None = Field(
+    d: values.OneOrEach[values.Distance] | None = Field(
         None,
         description="distance between the facing surfaces of neighbours [D_c]; a list: the first distances of a row "
         "from upstream, whose mean is that of the train",
@@ -148,7 +148,10 @@ def check(case: TrainCase) -> Iterator[Mistake]:
     first, *others = given
     only_one = f"must be left out if {first} is given: beads deform, and one follows from the other"
     yield from (Mistake(key, given[key], only_one) for key in others)
+    if case.row != RowOptions() and not (case.listed or case.row.beads):
+        yield missing("row.beads", "must be given to follow a row, or row be left out")
     beta, spacing = max(case.betas, default=0.0), case.train.spacing
+    ascending = case.train.transition is None or case.train.transition[0] < case.train.transition[1]
     why = "must be left out: a period of the train is as long as its spacing"
     of_centres = f"must be above beta = {beta:g}: it is that of the centres"
     yield from broken(
@@ -159,6 +162,7 @@ def check(case: TrainCase) -> Iterator[Mistake]:
         ("train.cell", case.train.cell % 2 == 1, "must be even"),
         ("row.min_gap", case.row.min_gap >= min(case.listed or (case.mean_d or inf,)), "must be below d"),
         ("row.beads", bool(case.listed and case.row.beads), "must be left out: d has the distances of the row"),
+        ("train.transition", first == "train.transition" and not ascending, "must be two distances in ascending order"),
     )
     yield from check_scene(case)
 

@@ -84,7 +84,9 @@ def _said(case: TrainCase, row: Mapping[str, Any], slope: float) -> Iterator[str
     spacing, d = (with_name(scales, LENGTH, row[name]) for name in ("spacing", "d"))
     yield f"Beads {spacing} apart from centre to centre, {d} from surface to surface, move at U = {U}."
     wave = f"a wave of {2 * pi / row['k']:.3g} beads"
-    at = f"at {growth}, by a factor e within {with_name(scales, POSITION, row['U_1'] / abs(row['growth'] or nan))}"
+    length = row["U_1"] / abs(row["growth"] or nan)
+    error = length * (row["growth_error"] / abs(row["growth"] or nan) + row["U_error_1"] / row["U_1"])
+    at = f"at {growth}, by a factor e within {with_name(scales, POSITION, length, error)}"
     yield {
         "orders": f"The train orders: every wave decays, {wave} fastest: {at}.",
         "clusters": f"The train clusters: {wave} grows fastest: {at}.",
