@@ -209,7 +209,6 @@ class SceneCase(Keys):
 
     @property
     def liquid_model(self) -> Liquid:
-        """The liquid."""
         return liquid_of(dict(self))
 
     @property

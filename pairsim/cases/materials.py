@@ -91,13 +91,7 @@ def slowest_of(case: Mapping[str, Any]) -> float:
 
 
 class Declared(NamedTuple):
-    """A parameter of a law that a case names.
-
-    Attributes:
-        key: Its dotted key in the case.
-        parameter: Its declaration.
-        value: Its value, None if it is not given.
-    """
+    """A parameter of a law that a case names: its dotted key, declaration, and value, None if it is not given."""
 
     key: str
     parameter: Parameter

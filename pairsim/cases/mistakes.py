@@ -13,13 +13,7 @@ from pairsim.runtime.errors import InputError
 
 
 class Mistake(NamedTuple):
-    """A mistake in one key.
-
-    Attributes:
-        key: Dotted key, empty for a mistake of the whole file.
-        value: Its value, None if it is not given.
-        allowed: The message: what is allowed.
-    """
+    """A mistake in one dotted key, "" for the whole file: its value, None if it is not given, and what is allowed."""
 
     key: str
     value: Any

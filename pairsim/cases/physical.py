@@ -51,7 +51,6 @@ class Quantity(NamedTuple):
 
     @property
     def key(self) -> str:
-        """Its name."""
         return self.dimension.key
 
     @property
@@ -255,12 +254,9 @@ def _each(value: Any, function: Callable[..., Any], *more: Any) -> Any:
 
 
 class InNumbers(NamedTuple):
-    """A case whose quantities have become numbers.
+    """A case whose quantities have become numbers, and the mistakes of its `physical` block.
 
-    Attributes:
-        data: The case with the numbers.
-        origins: The key of the quantity that is given in place of each dotted key, right or wrong.
-        mistakes: Those of the `physical` block.
+    The origin of each dotted key is that of the quantity which is given in its place, right or wrong.
     """
 
     data: dict[str, Any]

@@ -29,12 +29,7 @@ WRINKLED = 2.0  # roughness of a surface from which it has waves as long as cell
 
 @dataclass(frozen=True)
 class Found:
-    """A steady state, of which the `value` of a column of one question is taken.
-
-    Attributes:
-        estimate: The estimate of its errors.
-        solver: The solver with the solution.
-    """
+    """A steady state: its solver, and the estimate of its errors; columns of a question take their `value` of it."""
 
     estimate: ErrorEstimate
     solver: SteadySolver
@@ -52,7 +47,6 @@ class AlongCase(SceneCase):
 
     @property
     def gaps(self) -> tuple[float, ...]:
-        """None."""
         return ()
 
     def _slug_parts(self) -> list[str]:

@@ -35,9 +35,7 @@ class Outcome:
 class Begin:
     """The computation begins; the first event. One that returns without it had nothing to do.
 
-    Attributes:
-        goal: What it is to reach, such as "to t = 2".
-        total: The same as a number; `Progress.done` says how much of it is done.
+    The goal is in words, such as "to t = 2", and as a number; `Progress.done` says how much of this is done.
     """
 
     goal: str
@@ -73,12 +71,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Row:
-    """A row of a table.
-
-    Attributes:
-        table: Name of the table.
-        values: Values by column; those of other columns are left out.
-    """
+    """A row of the table of this name: values by column; those of other columns are left out."""
 
     table: str
     values: Mapping[str, Any]
@@ -108,13 +101,10 @@ class Resumable:
 
 @dataclass(frozen=True)
 class Progress:
-    """A step or point was computed, and what it gives has been written.
+    """A step or point was computed, the count-th one, and what it gives has been written.
 
-    Attributes:
-        done: How much of `Begin.total` is done; of a run the time [D_c/U_av].
-        text: The state of the solution.
-        count: Number of steps or points so far.
-        state: Where a run can go on from; the last one is always kept.
+    So much of `Begin.total` is done, of a run the time [D_c/U_av]. The text is the state of the solution. A run can go
+    on from the state; the last one is always kept.
     """
 
     done: float
@@ -125,13 +115,7 @@ class Progress:
 
 @dataclass(frozen=True)
 class Summary:
-    """What run.json says at the end.
-
-    Attributes:
-        entries: Entries of its own.
-        warnings: Warnings about the results.
-        phases: Wall time of each phase [s].
-    """
+    """What run.json says at the end: entries of its own, warnings about the results, wall time of each phase [s]."""
 
     entries: Mapping[str, Any]
     warnings: Sequence[str] = ()
@@ -144,12 +128,7 @@ Events = Generator[Event, None, Outcome]
 
 @dataclass(frozen=True)
 class Earlier:
-    """What an earlier computation left behind, which this one resumes.
-
-    Attributes:
-        checkpoint: Its last checkpoint.
-        finished: Whether its run.json says that it has finished.
-    """
+    """The last checkpoint of an earlier computation, which this one resumes, and whether that one had finished."""
 
     checkpoint: Checkpoint
     finished: bool

@@ -26,9 +26,6 @@ MOST_NAMED = 5  # distances that a warning names
 class Solutions:
     """The quasi-steady solutions of a case, on a branch that is closed at the end of the context.
 
-    Args:
-        case: The case.
-
     Attributes:
         points: The solutions that are results.
         branch: The branch; None until `begin`.
@@ -170,14 +167,8 @@ def slope_rows(point: Point) -> Iterator[dict[str, float]]:
 def way_row(passed: Passed) -> dict[str, float]:
     """The values of a solution on the way to others; velocities are those at held distances."""
     place, U = passed.parameters, passed.U
-    values: dict[str, Any] = {
-        "De": place.De,
-        "Ca_e": max(place.Ca_es, default=0.0),
-        "d": place.gaps,
-        "U": U,
-        "dU": np.diff(U),
-    }
-    return table_row(len(U), **values, D=passed.D)
+    parameters = {"De": place.De, "Ca_e": max(place.Ca_es, default=0.0), "d": place.gaps}
+    return table_row(len(U), **parameters, U=U, dU=np.diff(U), D=passed.D)
 
 
 def error_at(point: Point, gap: int, size: float) -> ErrorAt:

@@ -59,7 +59,6 @@ class View:
     unit: str
 
     def label(self, coordinate: str) -> str:
-        """The label of an axis."""
         return f"${coordinate}$  [{self.unit}]"
 
     @property

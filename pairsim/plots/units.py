@@ -18,11 +18,7 @@ from pairsim.runtime.arrays import Array
 
 @dataclass(frozen=True)
 class Units:
-    """The units of a picture.
-
-    Attributes:
-        scales: Those of the experiment; None for the dimensionless units of the tables.
-    """
+    """The units of a picture: those of an experiment; without scales the dimensionless ones of the tables."""
 
     scales: Scales | None = None
 

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from pairsim.results.curve_table import Zero
     from pairsim.runtime.monitor import Monitor
     from pairsim.solvers.curves.branch import Point
-    from pairsim.solvers.curves.zero_lines import Critical, Followed, Region
+    from pairsim.solvers.curves.zero_lines import Critical, Followed
 
 SHOWN = {"zeros": "d_cr", "stable": "stable"}
 
@@ -114,11 +114,14 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
     from pairsim.computing.warnings import large_errors
     from pairsim.solvers.curves.branch import Point
     from pairsim.solvers.curves.critical import find_all, follow_all
-    from pairsim.solvers.curves.zero_lines import Critical, End, Missed, value_of, with_value
+    from pairsim.solvers.curves.zero_lines import Critical, End, Missed, Region, value_of, with_value
     from pairsim.solvers.parameters import Parameters
 
     least, most = case.d
-    region = _region(case)
+    region: Region | None = None  # of parameters and distances in which zeros are followed
+    if case.along is not None:
+        name, values = next(iter(case.along.items()))
+        region = Region(cast("Followed", name), tuple(sorted(values)), least, most)
     start = Parameters((most,), case.solid_models, case.liquid_model)
     if region is not None:
         start = with_value(region.name, start, region.values[0])
@@ -182,16 +185,6 @@ def critical_row(critical: Critical) -> dict[str, Any]:
     row["d_error"] = point.zero_error if change is None else None
     row["parameter_error"] = row["dU_error"] / abs(change) if change is not None else None
     return row
-
-
-def _region(case: CriticalCase) -> Region | None:
-    """Parameter values and distances within which zeros are followed, None to find zeros of this case only."""
-    from pairsim.solvers.curves.zero_lines import Region
-
-    if case.along is None:
-        return None
-    name, values = next(iter(case.along.items()))
-    return Region(cast("Followed", name), tuple(sorted(values)), *case.d)
 
 
 def answer_of_critical(zeros: Sequence[Zero], record: Mapping[str, Any]) -> list[str]:

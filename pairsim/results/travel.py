@@ -11,7 +11,7 @@ import numpy as np
 from pairsim.physics.scales import Scales
 from pairsim.results.columns import text_in_units
 from pairsim.results.curve_table import Memory, Motion
-from pairsim.results.units import LENGTH, POSITION, TIME, in_unit, no_units, scales_in
+from pairsim.results.units import LENGTH, POSITION, TIME, in_unit, no_units, scales_in, with_name
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 from pairsim.solvers.curves.interpolant import CurveInterpolant
@@ -51,19 +51,16 @@ class Travel:
         """The answer of `pairsim travel`."""
         scales, velocity = self.scales, self.length / self.time
         start, stop = (in_unit(scales, LENGTH, d, digits=6) for d in (self.start, self.stop))
-        time = in_unit(scales, TIME, self.time, self.time_error)
-        tube = in_unit(scales, POSITION, self.length, self.length_error)
-        if scales is None:
-            time, tube, mean = f"{time} D_c/U_av", f"{tube} D_c", f"{velocity:.4g} U_av"
-        else:
-            mean = f"{1e3 * scales.velocity * velocity:.4g} mm/s"
+        time = with_name(scales, TIME, self.time, self.time_error)
+        tube = with_name(scales, POSITION, self.length, self.length_error)
+        mean = f"{velocity:.4g} U_av" if scales is None else f"{1e3 * scales.velocity * velocity:.4g} mm/s"
         lines = [f"from d = {start} to {stop}: {time} and {tube} of tube (mean velocity {mean})"]
         if self.forgotten is not None:
             there = in_unit(scales, LENGTH, self.forgotten, digits=3)
             known = f"from d = {there} on" if self.forgotten < np.inf else "nowhere on this curve"
             lines.append(f"the start at d = {start} is forgotten {known}")
             if self.start_error is not None:
-                changed = f"{in_unit(scales, TIME, self.start_error, digits=2)}{'' if scales else ' D_c/U_av'}"
+                changed = with_name(scales, TIME, self.start_error, digits=2)
                 lines[-1] += f"; a start from rest there changes the time by up to about {changed} more"
         return "\n".join(lines)
 

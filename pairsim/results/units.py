@@ -14,13 +14,7 @@ from pairsim.runtime.errors import InputError
 
 @dataclass(frozen=True)
 class Unit:
-    """A unit of columns.
-
-    Attributes:
-        name: Its name; empty for pure numbers.
-        physical: The name of the physical unit in its place; empty for pure numbers.
-        size: Its size in the physical unit, from the scales of an experiment.
-    """
+    """A unit of columns: its name, that of the physical unit in its place ("" of pure numbers), and its size there."""
 
     name: str = ""
     physical: str = ""
@@ -28,7 +22,6 @@ class Unit:
 
     @property
     def tex(self) -> str:
-        """Its name in TeX."""
         return self.name.replace("eta_0", r"\eta_0").replace("U_av", "U_{av}")
 
     def factor(self, scales: Scales | None) -> float:
@@ -111,6 +104,6 @@ def in_unit(
     return text if scales is None else f"{text} {unit.physical}"
 
 
-def with_name(scales: Scales | None, unit: Unit, value: float, error: float | None = None) -> str:
+def with_name(scales: Scales | None, unit: Unit, value: float, error: float | None = None, digits: int = 4) -> str:
     """A number as `in_unit`, with the name of its unit where there are no scales, too."""
-    return in_unit(scales, unit, value, error) + (f" {unit.name}" if scales is None else "")
+    return in_unit(scales, unit, value, error, digits=digits) + (f" {unit.name}" if scales is None else "")

@@ -109,7 +109,6 @@ class FieldsWriter:
 
     @property
     def frames(self) -> int:
-        """Number of frames."""
         return len(self._grids)
 
     def write(self, frame: FieldFrame) -> None:

@@ -11,11 +11,7 @@ from dataclasses import dataclass, field
 
 @dataclass
 class Clock:
-    """Stopwatch with one total for each phase: `with clock("assembly"): ...`.
-
-    Attributes:
-        seconds: Wall time [s] by name of the phase.
-    """
+    """Stopwatch with the total wall time [s] of each phase by its name: `with clock("assembly"): ...`."""
 
     seconds: defaultdict[str, float] = field(default_factory=lambda: defaultdict(float))
 

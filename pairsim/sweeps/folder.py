@@ -17,7 +17,7 @@ from typing import Any
 from pairsim.cases.yaml_file import yaml_text
 from pairsim.computing import QUESTIONS
 from pairsim.computing.question import Value
-from pairsim.results.folder import plain, read_record, write_text
+from pairsim.results.folder import plain, read_record, write_json, write_text
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import command_line, is_locked
 from pairsim.runtime.version import __version__
@@ -96,7 +96,7 @@ def begin(directory: Path, grid: Grid) -> dict[str, Any]:
         }
     )
     text = "".join(f"# --set {each}\n" for each in grid.settings) + yaml_text(plain(grid.content))
-    write_text(directory / "sweep.json", json.dumps(content, indent=1, ensure_ascii=False) + "\n")
+    write_json(directory / "sweep.json", content)
     write_text(directory / "grid.yaml", text)
     return content
 

@@ -31,13 +31,10 @@ NUMBERS = ("beta", "De", "Ca_e", "xi", "d0")
 
 @dataclass(frozen=True)
 class SweepCase:
-    """A validated case of a sweep.
+    """A validated case of a sweep, and the hash of all that makes two cases the same.
 
-    Attributes:
-        case: The case.
-        key: Hash of all that makes two cases the same.
-        folder: Name of its folder, `<slug>-<beginning of key>`.
-        parameters: Values of the varying keys of its grid, and of those that results.csv always has.
+    Its folder is `<slug>-<beginning of key>`. Parameters are the varying keys of its grid, and those that results.csv
+    always has.
     """
 
     case: SceneCase

@@ -6,7 +6,6 @@ crashes, hangs or is killed therefore costs itself alone, whichever executor it 
 
 from __future__ import annotations
 
-import json
 import math
 import multiprocessing
 import signal
@@ -20,7 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from pairsim.results.folder import read_record, write_text
+from pairsim.results.folder import read_record, write_json
 from pairsim.runtime.child_process import clean_environment, module_command
 from pairsim.runtime.errors import EnvironmentFailure
 from pairsim.sweeps.folder import STOP, CaseState, read_state
@@ -71,12 +70,7 @@ class Task:
 
 
 class Said(NamedTuple):
-    """What a child process says of a case.
-
-    Attributes:
-        reason, message: Why it has failed, where run.json does not say so; else empty.
-        memory: Memory of the process [bytes].
-    """
+    """What a child says of a case: why it failed, "" where run.json says so or it did not; its memory [bytes]."""
 
     reason: str
     message: str
@@ -175,10 +169,9 @@ def _compute(task: Task) -> CaseState | None:
         record = read_record(folder)
         about = {"kind": task.command, "command": task.line, "key": key}
         record = {**(record if record.get("key") == key else about), "wall_time": time.monotonic() - begin}
-        text = json.dumps({**record, "status": "failed", "reason": reason, "message": message}, indent=2)
         try:
             folder.mkdir(exist_ok=True)
-            write_text(folder / "run.json", text + "\n")
+            write_json(folder / "run.json", {**record, "status": "failed", "reason": reason, "message": message})
         except OSError as error:
             return CaseState(folder.name, "failed", "write_failed", str(error))
     return None

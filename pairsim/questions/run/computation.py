@@ -42,13 +42,7 @@ SETTLES = 10.0  # time for the settled state at the end of a run [s], at least: 
 
 
 class Run:
-    """A run as it advances.
-
-    Args:
-        case: The case.
-        monitor: Ends the computation.
-        earlier: What it resumes, None to start at t = 0.
-    """
+    """A run as it advances, from t = 0 or from where an earlier one has stopped."""
 
     def __init__(self, case: Case, monitor: Monitor, earlier: events.Earlier | None) -> None:
         self.case, self.problem, self.earlier = case, problem_of(case, monitor), earlier
@@ -68,7 +62,6 @@ class Run:
             self.problem = adaptation.adapted(self.problem)
 
     def computation(self) -> events.Events:
-        """The computation."""
         case, old = self.case, self.old
         ended = end_of(case, self.problem, old.state.history.t[0], old.state.gaps) if old is not None else None
         if self.earlier is not None and self.earlier.finished and ended is not None:
