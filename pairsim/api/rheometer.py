@@ -25,23 +25,14 @@ ALL = {of.key: of for law in LAWS.values() for of in dimensions_of(law).values()
 
 @dataclass(frozen=True)
 class MeasuredLiquid:
-    """The best fit to files of a rheometer.
-
-    Attributes:
-        fit: The fit.
-        data: What was measured.
-        quantities: What goes into `physical` of a case.
-        block: The value of its key `liquid`.
-        intervals: The interval of each fitted number by its key in either.
-        sentences: What was read, the fit in words, and warnings.
-    """
+    """The best fit to files of a rheometer."""
 
     fit: Fit
-    data: Measured
-    quantities: dict[str, str]
-    block: Any
-    intervals: dict[str, str]
-    sentences: list[str]
+    data: Measured  # what was measured
+    quantities: dict[str, str]  # what goes into `physical` of a case
+    block: Any  # value of its key `liquid`
+    intervals: dict[str, str]  # of each fitted number, by its key in either
+    sentences: list[str]  # what was read, the fit in words, and warnings
 
 
 def fit_liquid(

@@ -41,21 +41,13 @@ def places(option: str, row: Sequence[str]) -> dict[str, dict[int, str]]:
 
 @dataclass(frozen=True)
 class Column:
-    """A column of a file.
+    """A column of a file."""
 
-    Attributes:
-        place: Its place, from 0.
-        heading: Its heading.
-        unit: Its unit as written, "" if none is.
-        factor: The unit in SI units.
-        assumed: The SI unit, for a column without one.
-    """
-
-    place: int
+    place: int  # from 0
     heading: str
     unit: str
-    factor: float
-    assumed: str
+    factor: float  # the unit in SI units
+    assumed: str  # the SI unit, for a column without one
 
     def __str__(self) -> str:
         return f'column {self.place + 1} "{self.heading}"'

@@ -55,23 +55,14 @@ MOST_NAMED = 3  # other sections, or headings, that a sentence names
 
 @dataclass(frozen=True)
 class Section:
-    """A table of a file, or those rows of it that belong to one step.
+    """A table of a file, or those rows of it that belong to one step."""
 
-    Attributes:
-        name: Its name, or where it is.
-        heading: The cells of its line of headings.
-        places: Place of the column of each quantity, and what its heading says after the name.
-        near: Rows above and below the headings, which may have units.
-        cells: The rows by the number of their line.
-        numbers: The columns by quantity, rates first, in their units; NaN where there is no number.
-    """
-
-    name: str
-    heading: list[str]
-    places: dict[str, tuple[int, str]]
-    near: pd.DataFrame
-    cells: pd.DataFrame
-    numbers: pd.DataFrame
+    name: str  # its name, or where it is
+    heading: list[str]  # the cells of its line of headings
+    places: dict[str, tuple[int, str]]  # place of the column of each quantity, and what its heading says after the name
+    near: pd.DataFrame  # rows above and below the headings, which may have units
+    cells: pd.DataFrame  # the rows by the number of their line
+    numbers: pd.DataFrame  # the columns by quantity, rates first, in their units; NaN where there is no number
 
     @property
     def usable(self) -> pd.Series[bool]:

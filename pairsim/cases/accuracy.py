@@ -50,21 +50,13 @@ PIPE_CELL = 0.05  # largest cell in a tube without particles, where only the pro
 
 @dataclass(frozen=True)
 class Cells:
-    """Sizes of cells.
+    """Sizes of cells."""
 
-    Attributes:
-        Np: Number of cells on the half-circle of a particle.
-        max_size: Upper bound on the cell size [D_c].
-        per_beta: Upper bound on the cell size, relative to the smallest particle diameter; the stricter bound holds.
-        rows: Distance from the particles beyond which cells lie in rows along the tube [D_c]; 0: no rows.
-        grading: Length of arcs at the poles over that at the equator.
-    """
-
-    Np: int
-    max_size: float
-    per_beta: float = math.inf
-    rows: float = 0.0
-    grading: float = 1.0
+    Np: int  # number of cells on the half-circle of a particle
+    max_size: float  # upper bound on the cell size [D_c]
+    per_beta: float = math.inf  # the same over the smallest particle diameter; the stricter bound holds
+    rows: float = 0.0  # distance from the particles beyond which cells lie in rows along the tube [D_c]; 0: no rows
+    grading: float = 1.0  # length of arcs at the poles over that at the equator
 
     def largest(self, beta: float) -> float:
         """Largest cell size [D_c] when `beta` is the smallest particle diameter [D_c]."""
@@ -73,19 +65,12 @@ class Cells:
 
 @dataclass(frozen=True)
 class Settings:
-    """Discretisation settings for one value of `accuracy`.
+    """Discretisation settings for one value of `accuracy`."""
 
-    Attributes:
-        steady: Cells of quasi-steady solutions, whose dU contains the estimate of its error.
-        in_time: Cells of runs.
-        s_jump: Change of log c within a cell above which larger errors of dU were measured.
-        time_tol: Tolerance of a run: local error of the velocities [U_av] that a BDF2 step of the same size would have.
-    """
-
-    steady: Mapping[Liquid, Cells]
-    in_time: Mapping[Liquid, Cells]
-    s_jump: float
-    time_tol: float
+    steady: Mapping[Liquid, Cells]  # cells of quasi-steady solutions, whose dU contains the estimate of its error
+    in_time: Mapping[Liquid, Cells]  # cells of runs
+    s_jump: float  # change of log c within a cell above which larger errors of dU were measured
+    time_tol: float  # of a run: local error of the velocities [U_av] that a BDF2 step of the same size would have
 
     def mesh(self, liquid: Liquid, betas: Iterable[float], in_time: bool = False) -> dict[str, Any]:
         """The keys of `mesh` for particles with these diameters [D_c], of runs in time or of quasi-steady solutions."""

@@ -27,17 +27,11 @@ Duration = Literal["seconds", "minutes", "hours"]
 
 @dataclass(frozen=True)
 class Estimate:
-    """Estimated size and duration of a case.
+    """Estimated size and duration of a case."""
 
-    Attributes:
-        unknowns: Unknowns of one Newton solve.
-        duration: Order of the wall time on one core; longer where particles hardly have a steady shape.
-        adaptation: What adapting the mesh may make of it, empty without adaptation.
-    """
-
-    unknowns: int
-    duration: Duration
-    adaptation: str = ""
+    unknowns: int  # of one Newton solve
+    duration: Duration  # on one core; longer where particles hardly have a steady shape
+    adaptation: str = ""  # what adapting the mesh may make of it
 
     @classmethod
     def of(cls, case: SceneCase, solves: float, adaptation: str = "") -> Estimate:

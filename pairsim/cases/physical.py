@@ -35,19 +35,12 @@ RANGE_OF_LENGTHS = "{start: 5 um, stop: 40 um, num: 9}"
 
 
 class Quantity(NamedTuple):
-    """A key of the block.
+    """A key of the block."""
 
-    Attributes:
-        dimension: Its dimension, which has the name of the key.
-        gives: Dotted key of the case that it stands for (`d` for `d` and `d0`), "" if there is none.
-        many: Whether it takes one value for each particle.
-        uncertain: Whether it may have a half-width, as there are derivatives of dU by it.
-    """
-
-    dimension: Dimension
-    gives: str = ""
-    many: bool = False
-    uncertain: bool = False
+    dimension: Dimension  # has the name of the key
+    gives: str = ""  # dotted key of the case that it stands for (`d` for `d` and `d0`), "" if there is none
+    many: bool = False  # whether it takes one value for each particle
+    uncertain: bool = False  # whether it may have a half-width, as there are derivatives of dU by it
 
     @property
     def key(self) -> str:

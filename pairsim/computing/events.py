@@ -51,22 +51,13 @@ class Note:
 
 @dataclass(frozen=True)
 class Table:
-    """A CSV table, with the rows that it has at first.
+    """A CSV table, with the rows that it has at first."""
 
-    Attributes:
-        name: Its name without .csv.
-        columns: Names of its columns.
-        rows: Values by column.
-        ascending: Whether rows are kept in ascending order of the first column, in whichever order they come. The file
-            is then replaced at each row, otherwise rows are appended.
-        resumed: Whether a resumed computation goes on after those rows that its checkpoint counts.
-    """
-
-    name: str
+    name: str  # without .csv
     columns: Sequence[str]
-    rows: Sequence[Mapping[str, Any]] = ()
-    ascending: bool = False
-    resumed: bool = False
+    rows: Sequence[Mapping[str, Any]] = ()  # values by column
+    ascending: bool = False  # whether rows are kept in order of the first column; the file is then replaced at each row
+    resumed: bool = False  # whether a resumed computation goes on after those rows that its checkpoint counts
 
 
 @dataclass(frozen=True)
@@ -86,17 +77,11 @@ class Frame:
 
 @dataclass(frozen=True)
 class Resumable:
-    """A state from which a computation can go on.
+    """A state from which a computation can go on."""
 
-    Attributes:
-        checkpoint: Makes it a `Checkpoint`, from the numbers of rows and frames written and the wall time.
-        every: Wall time after which a checkpoint is due [s].
-        convenient: Whether this is a good moment for one, if it costs little.
-    """
-
-    checkpoint: Callable[[int, int, float], Checkpoint]
-    every: float
-    convenient: bool
+    checkpoint: Callable[[int, int, float], Checkpoint]  # from the numbers of rows and frames, and the wall time
+    every: float  # wall time after which a checkpoint is due [s]
+    convenient: bool  # whether this is a good moment for one, if it costs little
 
 
 @dataclass(frozen=True)

@@ -49,18 +49,11 @@ def drawn_by(function: str) -> Callable[[Path, Path, Page], list[Path]]:
 
 @dataclass(frozen=True)
 class InSweeps[C: SceneCase]:
-    """What a sweep shows of a question, in results.csv.
+    """What a sweep shows of a question, in results.csv."""
 
-    Attributes:
-        columns: Columns of the results of a case, before `LAST`.
-        read: Takes their values from the tables of a folder, whose main table is there; those that are missing are left
-            out.
-        parameters: Keys that results.csv always has, also if they do not vary.
-    """
-
-    columns: Callable[[C], Sequence[str]]
-    read: Callable[[Tables], dict[str, Value]] = last_row
-    parameters: tuple[str, ...] = ("beta", "De", "Ca_e")
+    columns: Callable[[C], Sequence[str]]  # of the results of a case, before `LAST`
+    read: Callable[[Tables], dict[str, Value]] = last_row  # takes those that are there from the tables of a folder
+    parameters: tuple[str, ...] = ("beta", "De", "Ca_e")  # keys that results.csv always has, also if they do not vary
 
 
 @dataclass(frozen=True)

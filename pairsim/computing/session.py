@@ -37,25 +37,15 @@ CHEAP = 50.0  # least time between checkpoints at convenient moments, over the w
 
 @dataclass(frozen=True)
 class Options:
-    """How a case is computed, whatever the command.
+    """How a case is computed, whatever the command."""
 
-    Attributes:
-        overwrite: Whether existing results may be replaced.
-        reporter: Shows progress.
-        command: The command line, for run.json and for the lock.
-        signals: The signals that end the computation in order, caught by the caller.
-        budget: Largest wall time of the computation [s]; None for no limit.
-        patience: Largest wall time up to the first row [s], if there is no budget; None for no limit.
-        title: What progress is headed with; the name or the parameters of the case by default.
-    """
-
-    overwrite: bool
+    overwrite: bool  # whether existing results may be replaced
     reporter: Reporter
-    command: str
-    signals: Signals | None = None
-    budget: float | None = None
-    patience: float | None = None
-    title: str = ""
+    command: str  # command line, for run.json and for the lock
+    signals: Signals | None = None  # signals that end the computation in order, caught by the caller
+    budget: float | None = None  # largest wall time of the computation [s]; None for no limit
+    patience: float | None = None  # largest wall time up to the first row [s], if there is no budget; None for no limit
+    title: str = ""  # what progress is headed with; the name or the parameters of the case by default
 
 
 def carry_out[C: SceneCase](

@@ -78,19 +78,12 @@ def unresolved_stress(case: SceneCase, s_jump: float) -> list[str]:
 
 @dataclass(frozen=True)
 class ErrorAt:
-    """The estimated error of a result.
+    """The estimated error of a result."""
 
-    Attributes:
-        relative: The error, relative to the size of what is asked for.
-        where: The place, such as "d = 0.1"; empty for a particle of its own.
-        ends: The part of it that is due to the ends of the tube, relative as well.
-        regularisation: That due to the regularisation of the liquid.
-    """
-
-    relative: float
-    where: str
-    ends: float
-    regularisation: float
+    relative: float  # the error, relative to the size of what is asked for
+    where: str  # the place, such as "d = 0.1"; empty for a particle of its own
+    ends: float  # the part of it that is due to the ends of the tube, relative as well
+    regularisation: float  # that due to the regularisation of the liquid
 
     def no_mesh_helps(self, case: SceneCase) -> str:
         """What reduces most of the error if that is no finer mesh, as an option of the command line; else ""."""

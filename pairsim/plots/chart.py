@@ -49,33 +49,20 @@ ZEROS = UNSTABLE, STABLE
 
 @dataclass(frozen=True)
 class Series:
-    """A line or points in a panel.
+    """A line or points in a panel."""
 
-    Attributes:
-        panel: Key of the panel.
-        x, y: The values, (n,).
-        error, x_error: Half-widths of the intervals of y and x, (n,): a band around a line, bars at points.
-        columns: The columns that x and y are of.
-        parameters: Of the case, which choose colour, line style, marker and panel.
-        look: What is otherwise, by the names of matplotlib.
-        mark: One of `MARKS`, or `POINT` for points without an entry in the legend; "" for a line.
-        label: Its entry in the legend of the panel, or above a single one; "" for none.
-        marked: Rows of a line that have a marker.
-        t: Times of the rows, (n,), where a brief start-up may reach out of the panel.
-    """
-
-    panel: Any
-    x: Array
-    y: Array
-    error: Array | None = None
-    x_error: Array | None = None
-    columns: tuple[str, str] = ("", "")
-    parameters: Mapping[str, Any] = field(default_factory=dict)
-    look: Mapping[str, Any] = field(default_factory=dict)
-    mark: str = ""
-    label: str = ""
-    marked: Sequence[int] = ()
-    t: Array | None = None
+    panel: Any  # key of the panel
+    x: Array  # (n,)
+    y: Array  # (n,)
+    error: Array | None = None  # half-widths of y, (n,): a band around a line, bars at points
+    x_error: Array | None = None  # the same of x
+    columns: tuple[str, str] = ("", "")  # the columns that x and y are of
+    parameters: Mapping[str, Any] = field(default_factory=dict)  # of its case; they choose how it looks, and its panel
+    look: Mapping[str, Any] = field(default_factory=dict)  # what is otherwise, by the names of matplotlib
+    mark: str = ""  # one of `MARKS`, or `POINT` for points without an entry in the legend; "" for a line
+    label: str = ""  # its entry in the legend of the panel, or above a single one; "" for none
+    marked: Sequence[int] = ()  # rows of a line that have a marker
+    t: Array | None = None  # times of the rows, (n,), where a brief start-up may reach out of the panel
 
     def range(self, *, bars: bool) -> Array:
         """The values of y and, with `bars`, the known ends of their intervals."""
@@ -99,26 +86,16 @@ def point(
 
 @dataclass(frozen=True)
 class Panel:
-    """The axes of a panel.
+    """The axes of a panel."""
 
-    Attributes:
-        x, y: Their labels, with units.
-        wide: The axes, of "x" and "y", that are logarithmic where values span a wide range.
-        shared: Whether the panels of all values of a parameter have the same ranges.
-        margins: Part of the range around what is drawn, along x and y.
-        shade: From and to where it is grey, along x.
-        bars: Whether bars set the range, and not points alone.
-        above: A second scale along x: its label with unit, places along x and what it shows there, ascending, (n,).
-    """
-
-    x: str
-    y: str
-    wide: str = ""
-    shared: bool = True
-    margins: tuple[float, float] = (0.05, 0.05)
-    shade: tuple[float, float] | None = None
-    bars: bool = True
-    above: tuple[str, Array, Array] | None = None
+    x: str  # label, with its unit
+    y: str  # the same
+    wide: str = ""  # the axes, of "x" and "y", that are logarithmic where values span a wide range
+    shared: bool = True  # whether the panels of all values of a parameter have the same ranges
+    margins: tuple[float, float] = (0.05, 0.05)  # part of the range around what is drawn, along x and y
+    shade: tuple[float, float] | None = None  # from and to where it is grey, along x
+    bars: bool = True  # whether bars set the range, and not points alone
+    above: tuple[str, Array, Array] | None = None  # second scale along x: label, places, values there, ascending, (n,)
 
 
 def draw_chart(

@@ -24,19 +24,13 @@ MOST_LINES = 12  # in one panel, where another key may have panels
 
 @dataclass(frozen=True)
 class Encoding:
-    """How the values of parameters are distinguished; a key of "" stands for nothing.
+    """How the values of parameters are distinguished; a key of "" stands for nothing."""
 
-    Attributes:
-        colour, line, panel: The keys.
-        values: Values of each key, in ascending or the given order.
-        untold: Keys that vary and are not distinguished, as there are too many.
-    """
-
-    colour: str = ""
-    line: str = ""
-    panel: str = ""
-    values: Mapping[str, tuple[Hashable, ...]] = field(default_factory=dict)
-    untold: tuple[str, ...] = ()
+    colour: str = ""  # key that the colour shows
+    line: str = ""  # key that line style and marker show
+    panel: str = ""  # key whose values have panels of their own
+    values: Mapping[str, tuple[Hashable, ...]] = field(default_factory=dict)  # of each key, ascending or in order
+    untold: tuple[str, ...] = ()  # keys that vary and are not distinguished, as there are too many
 
     @staticmethod
     def of(cases: Sequence[Mapping[str, Any]], keys: Sequence[str], group: str | None = None) -> Encoding:

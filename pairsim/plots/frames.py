@@ -56,23 +56,14 @@ def outlines(frame: FieldFrame, pieces: int = 6) -> list[Array]:
 
 @dataclass(frozen=True)
 class Field:
-    """A field that can be drawn.
+    """A field that can be drawn."""
 
-    Attributes:
-        symbol: Its symbol (TeX).
-        unit: Its unit in fields.xdmf.
-        values: At the nodes (n,), from a frame.
-        liquid: The field of fields.xdmf without which the liquid stays blank.
-        solid: The same of the particles; "": they have no such field.
-        diverging: Whether colours are centred on zero.
-    """
-
-    symbol: str
-    unit: Unit
-    values: Callable[[FieldFrame], Array]
-    liquid: str
-    solid: str = ""
-    diverging: bool = True
+    symbol: str  # its symbol (TeX)
+    unit: Unit  # its unit in fields.xdmf
+    values: Callable[[FieldFrame], Array]  # at the nodes (n,), from a frame
+    liquid: str  # the field of fields.xdmf without which the liquid stays blank
+    solid: str = ""  # the same of the particles; "": they have no such field
+    diverging: bool = True  # whether colours are centred on zero
 
     def there(self, frame: FieldFrame) -> bool:
         """Whether a frame has what it is made of, in the liquid or in the particles."""

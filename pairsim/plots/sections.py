@@ -42,21 +42,13 @@ BAR, LABELS, TITLE, PRINT = 2.5, 9.5, 10.0, 5.0
 
 @dataclass(frozen=True)
 class View:
-    """What is seen of one frame.
+    """What is seen of one frame."""
 
-    Attributes:
-        frame: The frame, with coordinates in the unit that is drawn.
-        window: z from and to, r from and to.
-        particles: Their closed outlines.
-        title: The time of a frame of a run, or the distance of one of a curve.
-        unit: Of the coordinates.
-    """
-
-    frame: FieldFrame
-    window: tuple[float, float, float, float]
-    particles: tuple[Array, ...]
-    title: str
-    unit: str
+    frame: FieldFrame  # the frame, with coordinates in the unit that is drawn
+    window: tuple[float, float, float, float]  # z from and to, r from and to
+    particles: tuple[Array, ...]  # their closed outlines
+    title: str  # the time of a frame of a run, or the distance of one of a curve
+    unit: str  # of the coordinates
 
     def label(self, coordinate: str) -> str:
         return f"${coordinate}$  [{self.unit}]"
@@ -69,24 +61,15 @@ class View:
 
 @dataclass(frozen=True)
 class Layer:
-    """Values in the liquid or in the particles of each view, with their colours.
+    """Values in the liquid or in the particles of each view, with their colours."""
 
-    Attributes:
-        values: At the nodes of each view's frame.
-        label: Of the colour bar.
-        liquid, solid: Where it is drawn.
-        diverging: Whether colours are centred on zero.
-        lines: Whether streamlines are drawn over it.
-        sides: Whether it is drawn above the axis (1), below it (-1), or on both sides.
-    """
-
-    values: Sequence[Array]
-    label: str
-    liquid: bool
-    solid: bool
-    diverging: bool
-    lines: bool = False
-    sides: tuple[int, ...] = (1, -1)
+    values: Sequence[Array]  # at the nodes of each view's frame
+    label: str  # of the colour bar
+    liquid: bool  # whether it is drawn in the liquid
+    solid: bool  # whether it is drawn in the particles
+    diverging: bool  # whether colours are centred on zero
+    lines: bool = False  # whether streamlines are drawn over it
+    sides: tuple[int, ...] = (1, -1)  # whether it is drawn above the axis (1), below it (-1), or on both sides
 
     def cells(self, view: View) -> Iterator[tuple[bool, Indices]]:
         """The cells of a view where it is drawn, those of particles apart, each with whether they are these."""

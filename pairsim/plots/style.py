@@ -61,21 +61,13 @@ def printing() -> Iterator[None]:
 
 @dataclass(frozen=True)
 class Page:
-    """What pictures are drawn for.
+    """What pictures are drawn for."""
 
-    Attributes:
-        formats: Kinds of files.
-        width: Width in mm.
-        dpi: Pixels by inch, of PNG and of what is made of pixels in PDF and SVG.
-        physical: Whether pictures are in units of the experiment; None where the case has a `physical` block.
-        legend: Whether there are a legend and the small print.
-    """
-
-    formats: tuple[str, ...] = ("png",)
-    width: float = 170.0
-    dpi: float = 300.0
-    physical: bool | None = None
-    legend: bool = True
+    formats: tuple[str, ...] = ("png",)  # kinds of files
+    width: float = 170.0  # mm
+    dpi: float = 300.0  # of PNG, and of what is made of pixels in PDF and SVG
+    physical: bool | None = None  # whether in units of the experiment; None where the case has a `physical` block
+    legend: bool = True  # whether there are a legend and the small print
 
     @staticmethod
     def parse(

@@ -30,23 +30,14 @@ FREE = ("name", "time.end", "physical.end", "limits", "output")
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """A run after an accepted step.
-
-    Attributes:
-        state: The state of the time stepping.
-        case: The case with all defaults, as plain data.
-        adaptation: What its cells follow from, None if they are those of the case.
-        rows: Number of rows in series.csv at this step.
-        frames: Number of frames in fields.xdmf at this step.
-        wall: Wall time of the run so far [s].
-    """
+    """A run after an accepted step."""
 
     state: State
-    case: dict[str, Any]
-    adaptation: RunAdaptation | None
-    rows: int
-    frames: int
-    wall: float
+    case: dict[str, Any]  # with all defaults, as plain data
+    adaptation: RunAdaptation | None  # what its cells follow from, None if they are those of the case
+    rows: int  # number of rows in series.csv at this step
+    frames: int  # number of frames in fields.xdmf at this step
+    wall: float  # wall time of the run so far [s]
 
     def save(self, folder: Path) -> None:
         """Write checkpoint.npz into a folder.

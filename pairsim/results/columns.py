@@ -32,30 +32,17 @@ COORDINATES = {"z": LENGTH, "r": LENGTH}
 
 @dataclass(frozen=True)
 class Column:
-    """A quantity in tables, with a column of its own or one for each gap or particle.
-
-    Attributes:
-        name: Its name in the header, but for the suffix of a gap or particle.
-        symbol: Symbol of the paper (TeX); `{_}`, in a subscript `{,}`, stands for the suffix.
-        meaning: Its description; `{_}` stands for the suffix, `{of}` for the gap or particle.
-        unit: Its unit.
-        of: What it has a column for each of, `GAP` or `PARTICLE`; empty where it has one.
-        whole: Whether its values are whole numbers.
-        unknown: Whether a value may be unknown, nan in the file.
-        value: Its value, where it is read off the `Observation` of a solution: such a column is in every table of
-            solutions.
-        polymer: Whether it is there in viscoelastic liquids alone.
-    """
+    """A quantity in tables, with a column of its own or one for each gap or particle."""
 
     name: str
-    symbol: str
-    meaning: str
+    symbol: str  # symbol of the paper (TeX); `{_}`, in a subscript `{,}`, stands for the suffix
+    meaning: str  # `{_}` stands for the suffix, `{of}` for the gap or particle
     unit: Unit = PURE
-    of: str = ""
-    whole: bool = False
-    unknown: bool = False
-    value: Callable[[Any], Any] | None = None
-    polymer: bool = False
+    of: str = ""  # what it has a column for each of, `GAP` or `PARTICLE`
+    whole: bool = False  # whether its values are whole numbers
+    unknown: bool = False  # whether a value may be unknown, nan in the file
+    value: Callable[[Any], Any] | None = None  # takes it off an `Observation`: then all tables of solutions have it
+    polymer: bool = False  # whether it is there in viscoelastic liquids alone
 
     def with_suffix(self, suffix: str) -> Column:
         """Its column for a gap or particle.

@@ -148,17 +148,11 @@ def held_regions(table: Mapping[str, Array], regions: Sequence[Region]) -> list[
 
 @dataclass(frozen=True)
 class Memory:
-    """How a pair forgets its start while it moves along a curve.
+    """How a pair forgets its start while it moves along a curve."""
 
-    Attributes:
-        d: Distances that it passes, from the start on [D_c], shape (n,).
-        decays: Decay times that have passed when it gets there, shape (n,).
-        ends: Whether it leaves the curve; else it comes to rest beyond the last distance.
-    """
-
-    d: Array
-    decays: Array
-    ends: bool
+    d: Array  # distances that it passes, from the start on [D_c], shape (n,)
+    decays: Array  # decay times that have passed when it gets there, shape (n,)
+    ends: bool  # whether it leaves the curve; else it comes to rest beyond the last distance
 
     @classmethod
     def after(cls, motion: Motion, start: float) -> Memory | None:

@@ -16,25 +16,15 @@ NOTHING = 1e-9  # |dU| of particles that keep their distance [U_av]; chosen
 
 @dataclass(frozen=True)
 class Settled:
-    """What quasi-steady solutions at the last distances of a run say of one gap.
+    """What quasi-steady solutions at the last distances of a run say of one gap."""
 
-    Attributes:
-        dU: Relative velocity once the start-up has decayed [U_av].
-        error: Half-width of its interval.
-        t_relax: Slowest decay time of a disturbance [D_c/U_av].
-        from_rest: Whether the run started from rest.
-        accuracy: Error wanted, as a part of |dU|.
-        creeps: Whether disturbances decay by creep of unyielded liquid alone, in a time that its regularisation sets.
-        held_together: Whether unyielded liquid holds the particles together.
-    """
-
-    dU: float
-    error: float
-    t_relax: float
-    from_rest: bool
-    accuracy: float
-    creeps: bool = False
-    held_together: bool = False
+    dU: float  # relative velocity once the start-up has decayed [U_av]
+    error: float  # half-width of its interval
+    t_relax: float  # slowest decay time of a disturbance [D_c/U_av]
+    from_rest: bool  # whether the run started from rest
+    accuracy: float  # error wanted, as a part of |dU|
+    creeps: bool = False  # whether disturbances decay by creep of unyielded liquid alone, which its regularisation sets
+    held_together: bool = False  # whether unyielded liquid holds the particles together
 
     @staticmethod
     def of(record: Mapping[str, Any], gap: int) -> Settled | None:

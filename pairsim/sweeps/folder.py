@@ -31,22 +31,14 @@ ENDED = ("finished", "failed")
 
 @dataclass(frozen=True)
 class CaseState:
-    """How a case stands.
+    """How a case stands."""
 
-    Attributes:
-        folder: Name of its folder.
-        status: "pending", "running", "finished" or "failed".
-        reason, message: As in run.json.
-        warnings: What its run.json warns of.
-        values: What it gives to results.csv.
-    """
-
-    folder: str
-    status: str = "pending"
-    reason: str = ""
-    message: str = ""
-    warnings: Sequence[str] = ()
-    values: Mapping[str, Value] = field(default_factory=dict)
+    folder: str  # its name
+    status: str = "pending"  # "pending", "running", "finished" or "failed"
+    reason: str = ""  # as in run.json
+    message: str = ""  # as in run.json
+    warnings: Sequence[str] = ()  # what its run.json warns of
+    values: Mapping[str, Value] = field(default_factory=dict)  # what it gives to results.csv
 
 
 def read_state(directory: Path, key: str, values: bool = True) -> CaseState:

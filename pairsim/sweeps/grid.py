@@ -45,27 +45,16 @@ class SweepCase:
 
 @dataclass(frozen=True)
 class Grid:
-    """A validated grid file.
+    """A validated grid file."""
 
-    Attributes:
-        name: Name of the sweep.
-        question: The command that computes each case.
-        cases: The cases without duplicates, in the order of the file.
-        varying: Dotted keys that take more than one value, in the order of the file.
-        duplicates: Number of duplicates left out.
-        excluded: Number of entries excluded.
-        content: Content of the file, with the base case included.
-        settings: key=value settings that replace keys in every case.
-    """
-
-    name: str
-    question: Question[Any]
-    cases: tuple[SweepCase, ...]
-    varying: tuple[str, ...]
-    duplicates: int
-    excluded: int
-    content: dict[str, Any]
-    settings: tuple[str, ...] = ()
+    name: str  # of the sweep
+    question: Question[Any]  # that computes each case
+    cases: tuple[SweepCase, ...]  # without duplicates, in the order of the file
+    varying: tuple[str, ...]  # dotted keys that take more than one value, in the order of the file
+    duplicates: int  # number of cases left out as duplicates
+    excluded: int  # number of entries that `exclude` matches
+    content: dict[str, Any]  # of the file, with the base case included
+    settings: tuple[str, ...] = ()  # key=value, which replace keys in every case
 
     @property
     def key(self) -> str:

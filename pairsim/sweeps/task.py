@@ -36,27 +36,16 @@ _own = threading.local()
 
 @dataclass(frozen=True)
 class Task:
-    """A case of a sweep.
+    """A case of a sweep."""
 
-    Attributes:
-        folder: Its folder, in that of the sweep.
-        command: The command that computes it.
-        key: Its hash.
-        case: The case, pickled; only the child, which knows the same laws of one's own as the sweep, unpickles it.
-        line: Command line of the sweep, for run.json.
-        timeout: Largest wall time [s]; None for no limit.
-        environment: Environment variables of the child.
-        flags: Options of the command.
-    """
-
-    folder: Path
-    command: str
-    key: str
-    case: bytes
-    line: str
-    timeout: float | None
-    environment: Mapping[str, str]
-    flags: Mapping[str, bool]
+    folder: Path  # its folder, in that of the sweep
+    command: str  # that computes it
+    key: str  # its hash
+    case: bytes  # pickled; only the child, which knows the same laws of one's own as the sweep, unpickles it
+    line: str  # command line of the sweep, for run.json
+    timeout: float | None  # largest wall time [s]; None for no limit
+    environment: Mapping[str, str]  # variables of the child
+    flags: Mapping[str, bool]  # options of the command
 
     @property
     def stop(self) -> Path:
