@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -86,7 +87,10 @@ def asked_of(
     if case is None:
         found = units(kind="curve", **{**ends, **given, **more}).case
     else:
-        keys = load(case, **given).model_dump(mode="json", exclude_unset=True)
+        loaded = _loaded(case, given)
+        if loaded.n != 2:
+            raise InputError(SOURCE, "", None, f"must have a pair: this is a case of pairsim {loaded.kind}")
+        keys = loaded.model_dump(mode="json", exclude_unset=True)
         block = {key: value for key, value in keys.pop("physical", {}).items() if key not in ("distance", "end")}
         known = {key: value for key, value in keys.items() if key in QUESTIONS["curve"].model.model_fields}
         found = load({**ends, **known, **more, **({"physical": block} if block else {})}, kind="curve")
@@ -103,6 +107,16 @@ def asked_of(
 
     atlas, reasons = min(answers, key=rank)
     return atlas, found, reasons
+
+
+def _loaded(case: AnyCase, given: Mapping[str, Any]) -> SceneCase:
+    """A case; with quantities alone it may be of a run or, where it has several distances, of a curve."""
+    try:
+        return load(case, **given)
+    except InputError as error:
+        with suppress(InputError):
+            return load(case, kind="curve", **given)
+        raise error
 
 
 def _beyond(case: SceneCase, atlas: Atlas) -> Iterator[str]:

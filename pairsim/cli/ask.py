@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from pairsim.cli.options import Settings
-from pairsim.cli.units import Text, quantity
+from pairsim.cli.units import Text, of_option, quantity
 from pairsim.runtime.errors import InputError
 
 app = typer.Typer()
@@ -63,23 +63,32 @@ def ask(
     given = {name: options[name] for name in names if options[name]}
     if case is None and tube is None:
         raise InputError("pairsim ask", "--tube", None, "must be given, or a case file")
+    if case is not None and given:
+        name, value = next(iter(given.items()))
+        option, key = "--flow" if name == "flow_rate" else f"--{name}", name if name == "liquid" else f"physical.{name}"
+        allowed = f"must be left out if a case file is given; --set {key}=... replaces its key"
+        raise InputError("pairsim ask", option, value, allowed)
     if relaxation and not (liquid or case):
         raise InputError("pairsim ask", "--liquid", None, "must be given with --relaxation, as for pairsim units")
     if (start is None) != (stop is None):
         raise InputError("pairsim ask", "--from" if start is None else "--to", None, "must be given, too, for a travel")
     apply_settings(given, tuple(set_ or ()))
-    answer = answer_of(case, atlas=atlas, compute=compute, folder=output, progress=compute, **given)
+    try:
+        answer = answer_of(case, atlas=atlas, compute=compute, folder=output, progress=compute, **given)
+    except InputError as error:
+        of_options = (of_option("pairsim ask", each) if each.file == "case" else each for each in error.mistakes)
+        raise InputError.of_all(of_options) from None
     scales, inputs = scales_in(answer.record), answer.record.get("dU_inputs")
-    for line in answer.findings():
-        typer.echo(line)
+    lines = [*answer.findings()]
     for place in at or ():
         d = distance_on(answer.curve.of(), place, "--at", scales, "pairsim ask")
         dU, half_width = answer.curve(d)
         value = in_unit(scales, VELOCITY, dU, half_width, "+")
         part = f", +- {np.interp(d, answer.columns['d'], inputs):.2g} um/s by the inputs" if inputs is not None else ""
-        typer.echo(f"At d = {in_unit(scales, LENGTH, d)}: dU = {value}{part}.")
+        lines.append(f"At d = {in_unit(scales, LENGTH, d)}: dU = {value}{part}.")
     if start is not None and stop is not None:
-        typer.echo(str(answer.travel(start, stop)))
+        lines.append(str(answer.travel(start, stop)))
+    typer.echo("\n".join(lines))
 
 
 @app.command(epilog="Example: pairsim fit film.csv case.yaml")

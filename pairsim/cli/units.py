@@ -136,7 +136,7 @@ def units(
             kind=kind, rheology=rheology, spectrum=spectrum, section=section, **more, **case.pop("physical"), **case
         )
     except InputError as error:
-        raise InputError.of_all(map(_of_option, error.mistakes)) from None
+        raise InputError.of_all(of_option("pairsim units", each) for each in error.mistakes) from None
     for sentence in found.fit.sentences if found.fit else ():
         typer.echo(sentence)
     if found.fit and picture:
@@ -152,8 +152,8 @@ def units(
         typer.echo(f"next: pairsim {kind} {output} --dry-run", err=True)
 
 
-def _of_option(error: InputError) -> InputError:
-    """The same error with options in place of the keys of a case that they stand for."""
+def of_option(command: str, error: InputError) -> InputError:
+    """The same error of a command with options in place of the keys of a case that they stand for."""
     from pairsim.physics.declared import PARAMETERS
 
     def option(key: re.Match[str]) -> str:
@@ -164,4 +164,4 @@ def _of_option(error: InputError) -> InputError:
 
     key, allowed = (re.sub(r"\b(?:physical|liquid|solid)\.(\w+)", option, text) for text in (error.key, error.allowed))
     key = f"--{key}" if key in ("liquid", "solid", "carrier") else key
-    return InputError("pairsim units", key, error.value, allowed.removesuffix(" in physical"))
+    return InputError(command, key, error.value, allowed.removesuffix(" in physical"))

@@ -61,7 +61,7 @@ class Travel:
             lines.append(f"the start at d = {start} is forgotten {known}")
             if self.start_error is not None:
                 changed = with_name(scales, TIME, self.start_error, digits=2)
-                lines[-1] += f"; a start from rest there changes the time by up to about {changed} more"
+                lines[-1] += f"; a start from rest there changes the time by up to about {changed}"
         return "\n".join(lines)
 
 

@@ -90,7 +90,12 @@ def test_the_command_loads_nothing_that_takes_long() -> None:
 def test_a_case_file_is_asked_about_too(atlas: Path, tmp_path: Path) -> None:
     file = tmp_path / "case.yaml"
     file.write_text(api.units(**ELASTIC, distance="8um").case_file("bench"))
-    assert api.ask(file, atlas=atlas).dU("8um") == pytest.approx(api.ask(**ELASTIC, atlas=atlas).dU("8um"))
+    known = pytest.approx(api.ask(**ELASTIC, atlas=atlas).dU("8um"))
+    assert api.ask(file, atlas=atlas).dU("8um") == known
+    of_curve = {key: value for key, value in ELASTIC.items() if key != "liquid"} | {"distance": ["5um", "8um", "12um"]}
+    assert api.ask({"physical": of_curve, "liquid": "giesekus"}, atlas=atlas).dU("8um") == known
+    with pytest.raises(InputError, match="must have a pair: this is a case of pairsim train"):
+        api.ask({"beta": 0.4, "De": 0, "Ca_e": 0.1, "d": 0.3, "row": {"beads": 30}}, atlas=atlas)
 
 
 def test_the_command_answers_in_words(atlas: Path, pairsim: Pairsim) -> None:
@@ -111,6 +116,25 @@ def test_the_command_answers_in_words(atlas: Path, pairsim: Pairsim) -> None:
     assert "--to: must be given, too, for a travel" in refused.stderr
     refused = pairsim("ask", *options.split(), "--relaxation", "2ms", "--atlas", str(atlas))
     assert "--liquid: must be given with --relaxation" in refused.stderr
+
+
+def test_what_is_not_known_or_does_not_move_is_not_in_the_answer(atlas: Path) -> None:
+    start = next(line for line in api.ask(**BENCH | {"modulus": "1.8kPa"}).findings() if "that starts at" in line)
+    assert "dU_held" not in start, "the atlas does not have it"
+    rigid = {key: value for key, value in BENCH.items() if key != "modulus"}
+    assert api.ask(**rigid, atlas=atlas).findings() == ["The pair keeps its distance: dU vanishes at every d."]
+
+
+def test_the_command_names_options_and_answers_all_or_nothing(atlas: Path, tmp_path: Path, pairsim: Pairsim) -> None:
+    bench = ["ask", "--tube", "50um", "--particle", "20um", "--flow", "1ul/min", "--modulus", "5kPa"]
+    refused = pairsim(*bench, "--atlas", str(atlas))
+    assert "pairsim ask: --viscosity: is missing" in refused.stderr
+    refused = pairsim(*bench, "--viscosity", "1Pa.s", "--at", "8ms", "--atlas", str(atlas))
+    assert "--at: got '8ms'" in refused.stderr
+    assert not refused.stdout
+    (tmp_path / "case.yaml").write_text(api.units(**BENCH).case_file("bench"))
+    refused = pairsim("ask", "case.yaml", "--flow", "2ul/min", "--atlas", str(atlas))
+    assert "--flow: got '2ul/min'; must be left out" in refused.stderr
 
 
 @pytest.mark.slow

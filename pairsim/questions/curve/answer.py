@@ -49,6 +49,8 @@ def answer_of_curve(
         lines += [_settling(table, gap, 4 * record["after"], scales) for gap in gaps]
     for gap in gaps:
         name, peak = f"dU{gap}", peak_of(table, gap)
+        if not (peak.dU or peak.error):  # exactly zero everywhere, as of rigid particles in an atlas
+            continue
         value = in_unit(scales, VELOCITY, peak.dU, peak.error, "+")
         d, place = in_tables.over(table, gap), in_unit(scales, LENGTH, peak.d, peak.d_error)
         ends, d = table.get(d, np.zeros(1))[[0, -1]], "d" if d == f"d{gap}" else d
@@ -104,7 +106,7 @@ def _motion_over_d(
 def _with_inputs(table: Mapping[str, Array], zeros: Sequence[in_tables.Zero], record: Mapping[str, Any]) -> list[str]:
     """What the half-widths of the inputs add to the intervals, and the sensitivities at the largest |dU|."""
     scales, inputs = scales_in(record), [Input(**each) for each in record.get("inputs", ())]
-    if scales is None or "by_beta" not in table:
+    if scales is None or "by_beta" not in table or not table["dU"].any():
         return []
     parts, x, peak = half_widths_by(table, scales, inputs), np.log(table["d"]), peak_of(table)
 
@@ -154,8 +156,9 @@ def _starts(table: Mapping[str, Array], scales: Scales | None) -> list[str]:
         far = in_unit(scales, LENGTH, there, digits=3)
         known = f"follows this curve from d = {far} on" if math.isfinite(there) else "does not follow this curve"
         change = f"{100 * abs(held / dU - 1):.2g} % {'more' if held / dU > 1 else 'less'}"
+        shapes = f" (with the shapes of a held distance: dU_held, {change})" if held != dU else ""  # as of an atlas
         lines.append(
             f"A pair that starts at d = {in_unit(scales, LENGTH, d)} {known}, when it has forgotten its start; at "
-            f"first, dU depends on that (with the shapes of a held distance: dU_held, {change})."
+            f"first, dU depends on that{shapes}."
         )
     return lines
