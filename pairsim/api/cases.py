@@ -66,11 +66,7 @@ def load(path_or_dict: AnyCase, *, kind: str | None = None, **overrides: Any) ->
 
 
 def _content_of(given: AnyCase) -> dict[str, Any]:
-    """The keys and values of a file, of a dict or of a case.
-
-    Raises:
-        InputError: The file cannot be read, or `given` is of another type.
-    """
+    """The keys and values of a file, of a dict or of a case; InputError for any other type."""
     if isinstance(given, SceneCase):
         return given.model_dump(mode="json", exclude_unset=True)
     if isinstance(given, Mapping):
@@ -81,11 +77,7 @@ def _content_of(given: AnyCase) -> dict[str, Any]:
 
 
 def _written(keys: Mapping[str, Any], source: str) -> dict[str, Any]:
-    """Keys and values as a file has them.
-
-    Raises:
-        InputError: A law cannot be used, or a value cannot be written to a file.
-    """
+    """Keys and values as a file has them; InputError where one cannot be written to a file."""
     try:
         return dict(plain(_with_blocks(keys)))
     except (TypeError, ValueError) as error:
@@ -113,11 +105,7 @@ def use_laws(*laws: str | PathLike[str] | type[Material]) -> None:
 
 
 def _with_blocks(keys: Mapping[str, Any]) -> dict[str, Any]:
-    """Keys of a case with blocks in place of laws; the Ca_e of a solid is that of the case if this has none.
-
-    Raises:
-        InputError: A law cannot be used.
-    """
+    """Keys of a case with blocks in place of laws; the Ca_e of a solid is that of the case if this has none."""
     found = dict(keys)
     for key in ("liquid", "solid"):
         value = found.get(key)

@@ -67,7 +67,7 @@ class FilmFit:
 
     def plot(self, out: Path | str) -> list[Path]:
         """Draw film and fitted motion over time, and the residuals: film.png in a folder."""
-        from pairsim.plots.films import draw_film
+        from pairsim.plots.measured import draw_film
         from pairsim.plots.style import Page
 
         film, fitted = (self.times, self.distances), (self.times, self.fitted)
@@ -232,7 +232,7 @@ def overlay_film(film: Path, folders: Sequence[Path], out: Path, page: Page) -> 
     Raises:
         InputError: The film is wrong, or a folder has no units, or is neither a run nor a curve that has its distance.
     """
-    from pairsim.plots.films import draw_film
+    from pairsim.plots.measured import draw_film
 
     t, d = film_of(film)
     t, lines = t - t[0], {}

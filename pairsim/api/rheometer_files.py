@@ -253,11 +253,7 @@ def _title(above: str) -> str:
 
 
 def _decimal(cells: Sequence[str], separator: str) -> str:
-    """The decimal mark of a table.
-
-    Raises:
-        ValueError: Its commas may be decimal marks or thousands.
-    """
+    """The decimal mark of a table; ValueError where its commas may be decimal marks or thousands."""
     numbers = [cell for cell in cells if re.fullmatch(NUMBER, cell)]
     commas = [cell for cell in numbers if "," in cell]
     if len(commas) <= sum("." in cell for cell in numbers):

@@ -37,8 +37,7 @@ INERTIA = "inertia may change the distance as much as the softness of the partic
 COLUMN = 24  # of the comments in a case file
 FURTHER = re.compile(r"[;:]| \(|, ")  # from here on the description of a key is for the reference
 
-Row = tuple[str, str, str]
-"""Name, value with unit, and meaning."""
+Row = tuple[str, str, str]  # name, value with unit, and meaning
 
 
 @dataclass(frozen=True, repr=False)

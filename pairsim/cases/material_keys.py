@@ -85,8 +85,7 @@ _ELASTIC = _models(ELASTIC, **_OF_LIQUID)
 _SEVERAL = _model("ModesBlock", MODES, MODES_WORDS, {"modes": (tuple[_ONE_MODE, ...], _MODES), **_OF_LIQUID}, [])
 LIQUIDS: dict[str, type[BaseModel]] = {**_SOLVENTS, **_ELASTIC, MODES: _SEVERAL}
 """The model of the block of each liquid."""
-SOLIDS = _models(solids.LAWS)
-"""The model of the block of each solid."""
+SOLIDS = _models(solids.LAWS)  # the model of the block of each solid
 BLOCKS = {"liquid": LIQUIDS, "solid": SOLIDS, "solvent": _SOLVENTS, "yielding": _YIELDING, "modes": _OF_MODES}
 """The models of blocks by the key that they are a value of, and by law."""
 

@@ -18,8 +18,7 @@ from pairsim.physics.liquids import NEWTONIAN, ConformationLaw, Liquid, Newtonia
 from pairsim.physics.material import Material, Parameter
 from pairsim.physics.solids import Solid
 
-MODES = "modes"
-"""The law of a liquid of several modes in case files."""
+MODES = "modes"  # the law of a liquid of several modes in case files
 VISCOUS = {name: law for name, law in liquids.LAWS.items() if issubclass(law, ViscousLaw)}
 ELASTIC = {name: law for name, law in liquids.LAWS.items() if issubclass(law, ConformationLaw)}
 

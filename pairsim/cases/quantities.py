@@ -48,11 +48,7 @@ def _registry() -> pint.UnitRegistry:
 
 
 def _parsed(text: Any) -> tuple[float, pint.Unit]:
-    """Split a text into number and unit. Products of units may be written with a point, as in Pa.s.
-
-    Raises:
-        ValueError: The text is not a number with a known unit; says why.
-    """
+    """Number and unit of a text, a product of which may be written with a point, as in Pa.s; ValueError for others."""
     match = QUANTITY.fullmatch(text.strip()) if isinstance(text, str) else None
     if match is None:
         raise ValueError("is not a number with a unit")

@@ -181,11 +181,7 @@ _Constructor.add_constructor("tag:yaml.org,2002:timestamp", _Constructor.constru
 
 
 def _load(stream: TextIO | str, file: str) -> Any:
-    """The value of a YAML text.
-
-    Raises:
-        InputError: It is not valid YAML, or has tags.
-    """
+    """The value of a YAML text; InputError where it is not valid YAML, or has tags."""
     reader = YAML(typ="safe", pure=True)
     reader.Constructor = _Constructor
     reader.composer.warn_double_anchors = False

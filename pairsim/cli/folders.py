@@ -247,7 +247,7 @@ def moduli(
     outside of the table are empty.
     """
     from pairsim.api.moduli import moduli as moduli_of
-    from pairsim.plots.moduli import draw_moduli
+    from pairsim.plots.measured import draw_moduli
     from pairsim.results.folder import write_file
 
     output = output or Path(f"{file.stem}-moduli.csv")

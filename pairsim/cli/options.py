@@ -59,11 +59,7 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress and
 
 
 def check_free(path: Path | None, overwrite: bool, option: str = "-o") -> None:
-    """Refuse a file that exists.
-
-    Raises:
-        InputError: It does, and is not to be overwritten.
-    """
+    """Refuse a file that exists and is not to be overwritten, by an InputError."""
     if path is not None and path.exists() and not overwrite:
         raise InputError(str(path), option, None, "the file exists; use --overwrite or another name")
 

@@ -15,8 +15,7 @@ if TYPE_CHECKING:
     from pairsim.physics.material import Material
 
 app = typer.Typer()
-WRONG = 3
-"""Exit code of `check-law` where a statement does not hold."""
+WRONG = 3  # exit code of `check-law` where a statement does not hold
 
 
 @app.command(epilog="Examples: pairsim init | pairsim init beads --kind curve")
@@ -85,11 +84,7 @@ def check_law(
 
 
 def _law_in(place: str, numbers: Sequence[str]) -> Material:
-    """A law in a file, with given parameters.
-
-    Raises:
-        InputError: There is no such law, or a parameter is not in its range.
-    """
+    """A law in a file, with given parameters; InputError where it is not there, or one is not in its range."""
     from pairsim.physics.own_laws import load_file, name_file
     from pairsim.solvers.check_law import sample
 

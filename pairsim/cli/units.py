@@ -140,7 +140,7 @@ def units(
     for sentence in found.fit.sentences if found.fit else ():
         typer.echo(sentence)
     if found.fit and picture:
-        from pairsim.plots.rheometry import draw_fit
+        from pairsim.plots.measured import draw_fit
 
         draw_fit(found.fit.fit, found.fit.data, picture)
         typer.echo(f"fit: {picture}")

@@ -31,8 +31,7 @@ class _Questions(Mapping[str, Question[Any]]):
         return len(NAMES)
 
 
-QUESTIONS = _Questions()
-"""The questions by name, which is that of their command, too."""
+QUESTIONS = _Questions()  # the questions by name, which is that of their command, too
 
 
 def own_files() -> tuple[str, ...]:

@@ -21,8 +21,7 @@ from pairsim.computing.many_cases import AtlasFile, StudyFile, SweepFile
 OF_MANY: dict[str, type[BaseModel]] = {"sweep": SweepFile, "study": StudyFile, "atlas": AtlasFile}
 SAME_END = {"physical.end": "time.end", "time.end": "physical.end"}
 """A key that a setting replaces, and the other one for the same: a run is prolonged by either."""
-FILES = (*QUESTIONS, *OF_MANY)
-"""The kinds of files, by the command that reads them."""
+FILES = (*QUESTIONS, *OF_MANY)  # the kinds of files, by the command that reads them
 
 
 def model_of(command: str) -> type[BaseModel]:
@@ -97,11 +96,7 @@ def fitting(data: Mapping[str, Any], commands: Iterable[str]) -> list[str]:
 
 
 def _refuse_file_of_another_command(data: Mapping[str, Any], command: str, source: str, entry: str = "") -> None:
-    """Refuse a file, or a case of a grid, whose keys fit another command better.
-
-    Raises:
-        InputError: They do.
-    """
+    """Refuse a file, or a case of a grid, whose keys fit another command better, by an InputError."""
     if all(key in model_of(command).model_fields for key in data):
         return
     others = fitting(data, FILES)

@@ -20,14 +20,11 @@ if TYPE_CHECKING:
     from pairsim.computing.events import Events
     from pairsim.plots.style import Page
 
-Value = float | int | str | list[float] | list[bool] | None
-"""A value in results.csv."""
+Value = float | int | str | list[float] | list[bool] | None  # a value in results.csv
 Tables = Mapping[str, Mapping[str, Any]]
 """Tables of a folder by name, each its columns as arrays by name; one that is not there has none."""
-LAST = ("unknowns", "wall_time")
-"""The last columns of results.csv."""
-RECORDED = ("steps", *LAST)
-"""Columns of results.csv that are entries of run.json."""
+LAST = ("unknowns", "wall_time")  # the last columns of results.csv
+RECORDED = ("steps", *LAST)  # columns of results.csv that are entries of run.json
 
 
 def last_row(tables: Tables) -> dict[str, Value]:

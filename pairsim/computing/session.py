@@ -198,11 +198,7 @@ class _Session:
             raise
 
     def take(self, event: events.Event) -> None:
-        """Carry out an event.
-
-        Raises:
-            WriteFailure: A file cannot be written.
-        """
+        """Carry out an event; WriteFailure where a file cannot be written."""
         match event:
             case events.Begin():
                 self._begin(event)
@@ -289,11 +285,7 @@ class _Session:
 
     @contextmanager
     def _writing(self) -> Iterator[None]:
-        """Context that writes files.
-
-        Raises:
-            WriteFailure: An OSError was raised in it.
-        """
+        """Context that writes files, in which an OSError becomes a WriteFailure."""
         try:
             yield
         except OSError as error:

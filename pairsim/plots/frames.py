@@ -18,8 +18,7 @@ from pairsim.runtime.arrays import Array, Indices
 from pairsim.runtime.errors import InputError
 
 SAME_END = 1e-9  # z of nodes at an end of the tube [D_c]
-EDGES = [(0, 1, 3), (1, 2, 4), (2, 0, 5)]
-"""Corners and mid-node of the edges of a cell (VTK's order)."""
+EDGES = [(0, 1, 3), (1, 2, 4), (2, 0, 5)]  # corners and mid-node of the edges of a cell (VTK's order)
 ON_AXIS = 1e-8
 
 

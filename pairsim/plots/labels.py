@@ -21,8 +21,7 @@ SYMBOLS[f"{BLOCK}.distance"] = "d_0"
 FIRST = ("beta", "De", "Ca_e", "d0", "particles", "liquid", "xi", "solid")
 """The keys of the problem: where cases differ in them is looked for first, and never passed over in silence."""
 NOT_COMPARED = ("name", "output", "fields", "physical", "time.end", "limits")
-NOT_SHOWN = ("density", "end")
-"""Quantities of an experiment that change no picture."""
+NOT_SHOWN = ("density", "end")  # quantities of an experiment that change no picture
 
 
 def read_case(file: Path) -> dict[str, Any]:

@@ -28,8 +28,7 @@ NARROW = 120.0  # mm; panels of narrower pictures lie below each other
 LEAST_WIDTH, MOST_WIDTH = 50.0, 400.0  # mm
 SMALL = 6.0  # points
 WIDE = 8.0  # ratio of values from which a scale of them is logarithmic
-DATE = {"pdf": "CreationDate", "svg": "Date"}
-"""The metadata by which equal pictures would differ."""
+DATE = {"pdf": "CreationDate", "svg": "Date"}  # the metadata by which equal pictures would differ
 
 PRINT: Any = mpl.rc_params_from_file(Path(__file__).with_name("print.mplstyle"), use_default_template=False)
 """The style; everything that draws does so under `printing`."""

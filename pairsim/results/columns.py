@@ -221,8 +221,7 @@ COLUMNS: tuple[Column, ...] = (
 """All columns, but for those of one command alone. Plots take their labels from symbol and unit."""
 OBSERVED = tuple(entry.name for entry in COLUMNS if entry.value is not None and not entry.polymer)
 """Quantities that are read off the observation of a solution."""
-MOTION = ("d", "U", "dU", "D", "dp", "dp_plus")
-"""What tables of runs and curves have of every solution."""
+MOTION = ("d", "U", "dU", "D", "dp", "dp_plus")  # what tables of runs and curves have of every solution
 HEALTH = ("dt", "newton", "mesh", *OBSERVED, "distortion")
 """Diagnostics in series.csv, after `series_columns`."""
 POLYMER_HEALTH = tuple(entry.name for entry in COLUMNS if entry.polymer)

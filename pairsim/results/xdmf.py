@@ -175,11 +175,7 @@ def _described(t: float, file: str, arrays: dict[str, NDArray[Any]]) -> str:
 
 
 def _grids(folder: Path | str) -> list[ElementTree.Element]:
-    """The descriptions of the frames in fields.xdmf, none without the file.
-
-    Raises:
-        InputError: It is damaged.
-    """
+    """The descriptions of the frames in fields.xdmf, none without the file; InputError where it is damaged."""
     path = Path(folder) / FIELDS_XDMF
     try:
         grids = ElementTree.parse(path).findall("Domain/Grid/Grid")

@@ -46,11 +46,7 @@ def rank() -> int:
 
 
 def check_single() -> None:
-    """Refuse several processes for one case: on two it took .8 to 1.0 times as long as on one.
-
-    Raises:
-        InputError: There are several.
-    """
+    """Refuse several processes for one case, by an InputError: on two it took .8 to 1.0 times as long as on one."""
     if (comm := communicator()) is not None:
         cure = "leave mpirun or srun out, or compute several cases at once with mpirun -n N pairsim sweep"
         raise InputError("mpirun", "", None, f"one process computes a case, but {comm.size} were started; {cure}")

@@ -20,8 +20,7 @@ from pairsim.runtime.errors import InputError
 LOCK = ".pairsim.lock"
 OWNER = ".pairsim.owner"
 LOCK_FILES = (LOCK, OWNER)
-PATIENCE = 1.0
-"""Seconds to wait for the system to remove an owner that has just been killed."""
+PATIENCE = 1.0  # seconds to wait for the system to remove an owner that has just been killed
 
 
 def command_line() -> str:

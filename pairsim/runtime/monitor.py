@@ -42,11 +42,7 @@ class Monitor:
         return part
 
     def check_signals(self) -> None:
-        """Raise `Stopped` if the process has received a signal; to be called before long operations.
-
-        Raises:
-            Stopped: It has.
-        """
+        """Raise `Stopped` if the process has received a signal; to be called before long operations."""
         if self._signals is not None:
             self._signals.check()
 

@@ -6,8 +6,7 @@ from pathlib import Path
 
 FOLDER = Path(__file__).parents[1] / "questions"
 """Where the questions are, each in the file or, if it is a long one, in the folder of its name."""
-ORDER = ("run", "curve", "critical")
-"""The questions that come first in lists; others follow by name."""
+ORDER = ("run", "curve", "critical")  # the questions that come first in lists; others follow by name
 NAMES = (*ORDER, *sorted({entry.stem for entry in FOLDER.glob("[a-z]*")} - {*ORDER}))
 
 

@@ -9,8 +9,7 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import Any
 
-ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-"""What ends a command in order."""
+ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)  # what ends a command in order
 
 
 class Stopped(KeyboardInterrupt):
@@ -61,11 +60,7 @@ class Signals:
             signal.signal(number, signal.SIG_IGN if ignored else old)
 
     def check(self) -> None:
-        """Raise `Stopped` if a signal was caught.
-
-        Raises:
-            Stopped: One was.
-        """
+        """Raise `Stopped` if a signal was caught."""
         if self.number:
             raise Stopped(signal.Signals(self.number).name)
 

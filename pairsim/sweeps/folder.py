@@ -23,8 +23,7 @@ from pairsim.runtime.locks import command_line, is_locked
 from pairsim.runtime.version import __version__
 from pairsim.sweeps.grid import Grid
 
-STOP = ".stop"
-"""File in the folder of a sweep whose presence stops it."""
+STOP = ".stop"  # file in the folder of a sweep whose presence stops it
 STATUSES = ("pending", "running", "finished", "failed")
 ENDED = ("finished", "failed")
 

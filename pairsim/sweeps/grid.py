@@ -25,8 +25,7 @@ from pairsim.computing.question import LAST
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.text import as_typed
 
-NUMBERS = ("beta", "De", "Ca_e", "xi", "d0")
-"""Keys whose values a `physical` block can give."""
+NUMBERS = ("beta", "De", "Ca_e", "xi", "d0")  # keys whose values a `physical` block can give
 
 
 @dataclass(frozen=True)
@@ -131,11 +130,7 @@ def read_base(path: Path, data: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def merged_case(base: dict[str, Any], changes: Mapping[str, Any], settings: Sequence[str] = ()) -> dict[str, Any]:
-    """A copy of a case with changes, of which settings are the last.
-
-    Raises:
-        InputError: A dotted key goes through a value that is no group.
-    """
+    """A copy of a case with changes, of which settings are the last; errors are those of `merge`."""
     merged = copy.deepcopy(base)
     merge(merged, changes)
     apply_settings(merged, tuple(settings))
@@ -145,11 +140,7 @@ def merged_case(base: dict[str, Any], changes: Mapping[str, Any], settings: Sequ
 def _entries(
     path: Path, data: Mapping[str, Any], file: SweepFile, listed: str
 ) -> Iterator[tuple[str, dict[str, Any], bool]]:
-    """Yield the entries of a file: the name in messages, what changes, and whether it is one of `grid` and `zip`.
-
-    Raises:
-        InputError: A case file cannot be read.
-    """
+    """Yield the entries of a file: the name in messages, what changes, and whether it is one of `grid` and `zip`."""
     # The keys of the data know their places, those of the validated file do not.
     axes = [[{key: each} for each in file.grid[key]] for key in data.get("grid", {})]
     groups = data.get("zip", {})

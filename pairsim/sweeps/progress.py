@@ -13,8 +13,7 @@ from rich.text import Text
 from pairsim.sweeps.folder import CaseState
 from pairsim.sweeps.grid import Grid
 
-NUMBER = re.compile(r"[-+]?\d[\d.]*(e[-+]?\d+)?")
-"""By which the warnings of one kind differ."""
+NUMBER = re.compile(r"[-+]?\d[\d.]*(e[-+]?\d+)?")  # by which the warnings of one kind differ
 COLOURS = {"finished": "green", "failed": "red", "interrupted": "yellow", "running": "cyan"}
 """Of cases, by status."""
 

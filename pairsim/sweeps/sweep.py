@@ -28,14 +28,11 @@ from pairsim.sweeps.grid import Grid, SweepCase
 from pairsim.sweeps.progress import headline, summarised
 from pairsim.sweeps.task import Task, compute
 
-POLL = 0.1
-"""Interval at which signals are heeded [s]."""
-EVERY = 10.0
-"""Time between two writings of results.csv [s]; that of 10,000 cases takes half a second."""
+POLL = 0.1  # interval at which signals are heeded [s]
+EVERY = 10.0  # time between two writings of results.csv [s]; that of 10,000 cases takes half a second
 MACHINE = ("write_failed", "out_of_memory", "refused", EnvironmentFailure.reason)
 """Reasons of failures of the machine, not of the case, which the next command repeats."""
-INTERRUPTED = 130
-"""Exit code of a sweep that was interrupted."""
+INTERRUPTED = 130  # exit code of a sweep that was interrupted
 
 
 @dataclass(frozen=True)

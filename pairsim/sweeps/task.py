@@ -24,10 +24,8 @@ from pairsim.runtime.child_process import clean_environment, module_command
 from pairsim.runtime.errors import EnvironmentFailure
 from pairsim.sweeps.folder import STOP, CaseState, read_state
 
-POLL = 1.0
-"""Interval at which a task that waits for its child looks whether the sweep is to stop [s]."""
-GRACE = 20.0
-"""Seconds from SIGTERM to SIGKILL; chosen, long enough for a step and its checkpoint."""
+POLL = 1.0  # interval at which a task that waits for its child looks whether the sweep is to stop [s]
+GRACE = 20.0  # seconds from SIGTERM to SIGKILL; chosen, long enough for a step and its checkpoint
 MOST_MEMORY = 1e9
 """Memory of a child above which it computes no further case [bytes]; a run of the default mesh at De 1 takes half."""
 STOPPING = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)

@@ -13,8 +13,7 @@ from pairsim.results.columns import names_of
 from pairsim.results.curve_table import zeros_of
 from pairsim.runtime.monitor import Monitor
 
-EARLIER = {"dU_quarter": 0.25, "dU_half": 0.5}
-"""The columns of dU at parts of the time."""
+EARLIER = {"dU_quarter": 0.25, "dU_half": 0.5}  # the columns of dU at parts of the time
 
 
 def run_at(case: CurveCase, place: tuple[float, ...]) -> Case:
