@@ -7,15 +7,5 @@ from pairsim.physics.liquids.yielding import YieldLaw
 from pairsim.physics.material import Dimension, a_time, a_viscosity, parameter
 from pairsim.physics.solids.solid import Solid
 
-__all__ = [
-    "ConformationLaw",
-    "Dimension",
-    "Invariants",
-    "Solid",
-    "ViscousLaw",
-    "YieldLaw",
-    "a_time",
-    "a_viscosity",
-    "operations",
-    "parameter",
-]
+__all__ = ["ConformationLaw", "Dimension", "Invariants", "Solid", "ViscousLaw", "YieldLaw"]
+__all__ += ["a_time", "a_viscosity", "operations", "parameter"]

@@ -31,23 +31,14 @@ ROUNDING = 1e-4  # error of it, relative; chosen
 
 @dataclass(frozen=True)
 class Curves:
-    """Master curves at the same distances.
+    """Master curves at the same distances."""
 
-    Attributes:
-        places: beta, De and Ca_e, shape (curves, 3).
-        random: Whether its place was drawn at random in the box, shape (curves,).
-        dU: dU on the slow manifold [U_av], shape (curves, distances).
-        errors: Half-widths of its intervals, of the same shape.
-        gradients: Its derivatives by beta, De and Ca_e, nan where not known, shape (curves, 3, distances).
-        others: Mean velocity of the pair, motion of its centres over that of d, decay time, of the same shape.
-    """
-
-    places: Array
-    random: Array
-    dU: Array
-    errors: Array
-    gradients: Array
-    others: Array
+    places: Array  # beta, De and Ca_e, shape (curves, 3)
+    random: Array  # whether its place was drawn at random in the box, shape (curves,)
+    dU: Array  # dU on the slow manifold [U_av], shape (curves, distances)
+    errors: Array  # half-widths of its intervals, of the same shape
+    gradients: Array  # its derivatives by beta, De and Ca_e, nan where not known, shape (curves, 3, distances)
+    others: Array  # mean velocity of the pair, motion of its centres over that of d, decay time, of the same shape
 
     def __add__(self, other: Curves) -> Curves:
         return Curves(*map(np.concatenate, zip(vars(self).values(), vars(other).values(), strict=True)))
@@ -74,23 +65,14 @@ class Curves:
 
 @dataclass(frozen=True)
 class Atlas:
-    """Master curves over a box of parameters.
+    """Master curves over a box of parameters."""
 
-    Attributes:
-        box: Least and largest beta, De, Ca_e and d.
-        provenance: Keys that its cases share, number of curves, version.
-        d: Distances of the curves, ascending [D_c], shape (distances,).
-        settings: As of `Curves.kriging`.
-        widths: What a standard deviation of dU is multiplied by for the half-width of its interval, (distances,).
-        curves: The curves that it is made of.
-    """
-
-    box: Mapping[str, Sequence[float]]
-    provenance: Mapping[str, Any]
-    d: Array
-    settings: Array
-    widths: Array
-    curves: Curves
+    box: Mapping[str, Sequence[float]]  # least and largest beta, De, Ca_e and d
+    provenance: Mapping[str, Any]  # keys that its cases share, number of curves, version
+    d: Array  # distances of the curves, ascending [D_c], shape (distances,)
+    settings: Array  # as of `Curves.kriging`
+    widths: Array  # what a standard deviation of dU is multiplied by for the half-width of its interval, (distances,)
+    curves: Curves  # those that it is made of
 
     @classmethod
     def load(cls, path: Path) -> Self:

@@ -46,23 +46,14 @@ def _by_place(X: Array, Z: Array, lengths: Array, vanishing: bool) -> Array:
 
 @dataclass(frozen=True)
 class Kriging:
-    """Functions of the same parameters that are known at the same places.
+    """Functions of the same parameters that are known at the same places."""
 
-    Attributes:
-        places: Places, shape (n, p).
-        lengths: As of `covariance`, shape (p,).
-        known: Indices of the data among function and derivatives (1 + p) at all places (n), flattened, shape (data,).
-        weights: Of the data in each function, shape (data, functions).
-        inverse: Inverse of the covariance of the data, shape (data, data).
-        vanishing: As of `covariance`.
-    """
-
-    places: Array
-    lengths: Array
-    known: Indices
-    weights: Array
-    inverse: Array
-    vanishing: bool
+    places: Array  # places, shape (n, p)
+    lengths: Array  # as of `covariance`, shape (p,)
+    known: Indices  # indices of the data among function and derivatives (1 + p) at all places (n), flattened, (data,)
+    weights: Array  # of the data in each function, shape (data, functions)
+    inverse: Array  # inverse of the covariance of the data, shape (data, data)
+    vanishing: bool  # as of `covariance`
 
     @classmethod
     def of(cls, places: Array, data: Array, errors: Array, lengths: Array, vanishing: bool) -> Kriging:

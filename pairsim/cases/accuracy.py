@@ -32,9 +32,7 @@ def percentage(value: Any) -> str:
 
 
 Accuracy = Annotated[
-    str,
-    Field(pattern=r"^\s*(\d+\.?\d*|\.\d+)\s*%\s*$", examples=["0.5%"]),
-    BeforeValidator(percentage),
+    str, Field(pattern=r"^\s*(\d+\.?\d*|\.\d+)\s*%\s*$", examples=["0.5%"]), BeforeValidator(percentage)
 ]
 Liquid = Literal["newtonian", "viscous", "thinning", "hardening"]
 """Kinds of liquids by the cells that they need: Newtonian, whose profile in the tube any cells carry; without a memory,

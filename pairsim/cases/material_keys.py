@@ -37,8 +37,7 @@ def _model(name: str, law: str, words: str, fields: Mapping[str, Any], measured:
     config = ConfigDict(extra="forbid", frozen=True, defer_build=True, json_schema_extra=without_measured)
     fields = {"law": (_names([law]), Field(description=words)), **fields}
     globals()[name] = create_model(name, __config__=config, __doc__=words, __module__=__name__, **fields)
-    model: type[BaseModel] = globals()[name]
-    return model
+    return globals()[name]
 
 
 def _models(laws: Mapping[str, type[Material]], of: str = "", **more: Any) -> dict[str, type[BaseModel]]:

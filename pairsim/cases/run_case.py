@@ -36,8 +36,7 @@ class TimeOptions(Keys):
         description=f"end time [D_c/U_av] (default: {DEFAULT_END}, by when a start from rest is forgotten)",
     )
     tol: values.Tolerance = Field(
-        USUAL.time_tol,
-        description="allowed local error of the particles' velocities [U_av] (default: by accuracy)",
+        USUAL.time_tol, description="allowed local error of the particles' velocities [U_av] (default: by accuracy)"
     )
     first_step: values.Time = Field(5e-4, description="size of the first step [D_c/U_av]")
     max_step: values.Time = Field(2.0, description="largest step [D_c/U_av]")

@@ -22,8 +22,7 @@ EXPLORE = "explore"
 )
 def atlas(
     file: Annotated[
-        Path,
-        typer.Argument(help=f"Atlas file (YAML): beta, De, Ca_e, d, curves, base; or {EXPLORE}: an HTML page."),
+        Path, typer.Argument(help=f"Atlas file (YAML): beta, De, Ca_e, d, curves, base; or {EXPLORE}: an HTML page.")
     ],
     output: Output = None,
     of: Annotated[

@@ -47,13 +47,11 @@ def status(directory: Folder) -> None:
 def table(
     directory: Annotated[Path, typer.Argument(help="Folder of a case or of a sweep.")],
     name: Annotated[
-        str | None,
-        typer.Argument(help="A table of the folder, such as equilibria (default: its main one)."),
+        str | None, typer.Argument(help="A table of the folder, such as equilibria (default: its main one).")
     ] = None,
     physical: Physical = None,
     cytometry: Annotated[
-        bool,
-        typer.Option("--cytometry", help="Of a sweep of shape: a table of moduli for pairsim moduli and dclab."),
+        bool, typer.Option("--cytometry", help="Of a sweep of shape: a table of moduli for pairsim moduli and dclab.")
     ] = False,
     channel: Annotated[
         Literal["equivalent", "square", "round"],
@@ -161,8 +159,7 @@ def plot(
         Path | None, typer.Option("-o", "--output", help="Where the pictures go (default: the folder itself).")
     ] = None,
     formats: Annotated[
-        str | None,
-        typer.Option("--format", metavar="png,pdf,svg", help="Kinds of files, one or more (default: png)."),
+        str | None, typer.Option("--format", metavar="png,pdf,svg", help="Kinds of files, one or more (default: png).")
     ] = None,
     width: Annotated[
         str, typer.Option(metavar="MM", help="Width: 85mm for a column of a journal, 170mm for a page.")

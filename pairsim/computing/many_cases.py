@@ -51,8 +51,7 @@ def _as_list(value: Any) -> list[Any]:
 
 Changes = dict[str, Any] | Annotated[str, Field(examples=["case.yaml"])]
 Exclusion = Annotated[
-    dict[str, Annotated[Any, BeforeValidator(_bounds)]],
-    Field(min_length=1, examples=["{Ca_e: 0, De: {min: 1}}"]),
+    dict[str, Annotated[Any, BeforeValidator(_bounds)]], Field(min_length=1, examples=["{Ca_e: 0, De: {min: 1}}"])
 ]
 FolderName = Annotated[str, AfterValidator(_folder)]
 if TYPE_CHECKING:  # mypy cannot know them
@@ -92,10 +91,7 @@ class SweepFile(_Keys):
         list[Annotated[Values, Field(min_length=1)]],
         BeforeValidator(lambda value: [] if value == {} else _as_list(value)),
         WithJsonSchema({"anyOf": [{"type": "object"}, {"type": "array", "items": {"type": "object"}}]}),
-    ] = Field(
-        [],
-        description="keys whose values are combined one by one; several such groups (a list) are multiplied",
-    )
+    ] = Field([], description="keys whose values are combined one by one; several such groups (a list) are multiplied")
     cases: list[Changes] = Field([], description="further cases: keys and values, or paths of case files")
     exclude: list[Exclusion] = Field(
         [], description="combinations of grid and zip to leave out, by values or {min, max}"

@@ -85,12 +85,7 @@ class Solutions:
             self.ended = scene
             raise scene.failure
         self.branch = AdaptiveBranch(
-            scene,
-            places=places,
-            wanted=wanted,
-            held=self.case.held,
-            sensitivities=sensitivities,
-            zeros_only=zeros_only,
+            scene, places=places, wanted=wanted, held=self.case.held, sensitivities=sensitivities, zeros_only=zeros_only
         )
         return self.branch
 

@@ -71,13 +71,7 @@ class Series:
 
 
 def point(
-    panel: Any,
-    x: float,
-    y: float,
-    mark: str,
-    error: float | None = None,
-    x_error: float | None = None,
-    **more: Any,
+    panel: Any, x: float, y: float, mark: str, error: float | None = None, x_error: float | None = None, **more: Any
 ) -> Series:
     """A series of one point, with `more` of its attributes; errors that are None or not finite have no bars."""
     y_bar, x_bar = (np.array([each]) if each is not None and np.isfinite(each) else None for each in (error, x_error))

@@ -90,8 +90,7 @@ def load(folder: Path) -> Checkpoint | None:
             entries = json.loads(str(stored["entries"]))
             if entries["format"] != FORMAT:
                 raise ValueError(f"its format is {entries['format']}, not {FORMAT}")
-            checkpoint: Checkpoint = _unpacked(Checkpoint, entries["checkpoint"], dict(stored))
-            return checkpoint
+            return _unpacked(Checkpoint, entries["checkpoint"], dict(stored))
     except Exception as error:  # a damaged or foreign file can raise almost anything
         allowed = f"must be a complete checkpoint of this version ({error}); run the case again with --overwrite"
         raise InputError(str(path), "", None, allowed) from error

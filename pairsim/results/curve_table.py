@@ -51,22 +51,13 @@ OfDistance = Callable[[Array | float], Array]
 
 @dataclass(frozen=True)
 class Motion:
-    """How a pair moves at each distance.
+    """How a pair moves at each distance."""
 
-    Attributes:
-        curve: dU with its interval [U_av].
-        velocity: Mean velocity of both particles [U_av].
-        stretch: Derivative of the distance between the centres by that between the surfaces.
-        t_relax: Decay time of the slowest disturbance [D_c/U_av], None where it is not known.
-        from_rest: Bound on how far the centres of a pair that starts from rest there come ahead of, or fall behind, one
-            that passes [D_c]; None where it is not known, as of a curve of an earlier version.
-    """
-
-    curve: CurveInterpolant
-    velocity: OfDistance
-    stretch: OfDistance
-    t_relax: OfDistance | None = None
-    from_rest: OfDistance | None = None
+    curve: CurveInterpolant  # dU with its interval [U_av]
+    velocity: OfDistance  # mean velocity of both particles [U_av]
+    stretch: OfDistance  # derivative of the distance between the centres by that between the surfaces
+    t_relax: OfDistance | None = None  # decay time of the slowest disturbance [D_c/U_av], None where it is not known
+    from_rest: OfDistance | None = None  # bound on what a start from rest there shifts the centres by [D_c], if known
 
     @staticmethod
     def of(table: Mapping[str, Array]) -> Motion | None:

@@ -72,14 +72,10 @@ def cell(value: Any) -> str:
     return repr(float(value)) if isinstance(value, float) else str(value)
 
 
-def table_text(columns: Sequence[str], rows: Iterable[Iterable[Any]] = ()) -> str:
-    """A table as CSV: the names of its columns, and rows of values as `cell` writes them."""
-    return "".join(map(_line, [columns, *rows]))
-
-
-def _line(values: Iterable[Any]) -> str:
+def table_text(first: Iterable[Any], rows: Iterable[Iterable[Any]] = ()) -> str:
+    """A table as CSV: its first line, such as the names of its columns, and rows of values as `cell` writes them."""
     text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerow(map(cell, values))
+    csv.writer(text, lineterminator="\n").writerows(map(cell, row) for row in (first, *rows))
     return text.getvalue()
 
 
@@ -127,7 +123,7 @@ class TableWriter:
             write_text(self._path, table_text(self._columns, self._sorted))
         else:
             with naming(self._path), self._path.open("a", encoding="utf-8") as file:
-                file.write(_line(row))
+                file.write(table_text(row))
         self.count += 1
 
     def _values(self, row: Mapping[str, Any]) -> list[Any]:

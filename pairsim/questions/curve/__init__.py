@@ -321,8 +321,7 @@ def _command(
     output: Output = None,
     overwrite: Overwrite = False,
     sensitivities: Annotated[
-        bool,
-        typer.Option("--sensitivities", help="Add the derivatives of dU with respect to Ca_e, De, xi and beta."),
+        bool, typer.Option("--sensitivities", help="Add the derivatives of dU with respect to Ca_e, De, xi and beta.")
     ] = False,
     budget: Budget = None,
     dry_run: DryRun = False,
