@@ -170,3 +170,7 @@ def check_atlas(file: AtlasFile) -> Iterator[Mistake]:
         low, high = getattr(file, key)
         if not low < high and (key in ("beta", "d") or low > high):
             yield Mistake(key, [low, high], "must be the least and the largest value")
+    if file.De[1] == file.Ca_e[1] == 0:
+        yield Mistake(
+            "Ca_e", list(file.Ca_e), "must end above 0, or De: dU of rigid pairs vanishes in Newtonian liquids"
+        )

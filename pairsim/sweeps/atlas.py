@@ -66,6 +66,8 @@ def build(path: Path, folder: Path | None, options: Options, workers: Workers) -
         cases = [dict(zip(PARAMETERS, map(float, place), strict=True)) for place in (*drawn, *chosen)]
         round_ = directory / f"round-{number:02d}"
         grid = grid_from(path, {"name": round_.name, "command": "curve", "base": base, "cases": cases})
+        if (pair := grid.cases[0].case).n != 2:
+            raise InputError(str(path), "base.particles", pair.n, "must be 2: an atlas has curves of pairs")
         first, *rest = (plain(each.case.resolved()) for each in grid.cases)
         common = {key: value for key, value in first.items() if all(case.get(key) == value for case in rest)}
         if atlas is not None and (atlas.box != box or not atlas.provenance["case"].items() <= common.items()):
@@ -81,7 +83,9 @@ def build(path: Path, folder: Path | None, options: Options, workers: Workers) -
         atlas.save(directory / TABLE)
     assert atlas is not None
     size = 100 * np.sqrt(np.median(np.mean(fit.left_out(atlas) ** 2, axis=1)))
-    known = f"{len(atlas.curves.places)} curves, each off by {size:.2g} % of its peak without itself"
+    known = (
+        f"{len(atlas.curves.places)} curves, half of them off by up to {size:.2g} % of their peak without themselves"
+    )
     return code, f"{message}; {known}", directory
 
 
@@ -108,10 +112,12 @@ def curves_in(folders: Sequence[Path], d: Array, drawn: Array) -> Curves:
     """
     places, rows = [], []
     for folder in folders:
-        table, case = read_table(folder / "curve.csv"), read_yaml(folder / "case.yaml")
+        table, case = read_table(folder / "curve.csv", missing_ok=True), read_yaml(folder / "case.yaml")
         curve = curve_of(table)
         if curve is None or curve.d[0] > d[0] * (1 + 1e-9) or curve.d[-1] < d[-1] * (1 - 1e-9):
-            raise InputError(str(folder), "", None, "must be a curve over all distances of the atlas")
+            message = read_record(folder).get("message")
+            allowed = f"must be a curve over all distances of the atlas ({message}): make the box smaller"
+            raise InputError(str(folder), "", None, allowed)
         inside, unknown = np.clip(d, *curve.ends), np.full_like(table["d"], np.nan)
         columns = [table.get(f"by_{name}", unknown) for name in PARAMETERS]
         columns += [(table["U_L"] + table["U_T"]) / 2, table["stretch"], table["t_relax"]]

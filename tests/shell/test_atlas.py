@@ -12,6 +12,7 @@ import pytest
 from support.atlases import BOX, CASE, D, curves_at, make_atlas, random_places, values_at
 from support.commands import Pairsim
 from support.judge_atlas import judge
+from typer.testing import CliRunner
 
 import pairsim as api
 from pairsim.atlas import atlas as shipped
@@ -19,10 +20,11 @@ from pairsim.atlas import fit
 from pairsim.atlas.atlas import PARAMETERS, Atlas, Curves
 from pairsim.atlas.kriging import covariance
 from pairsim.cases.yaml_file import read_yaml
+from pairsim.cli.app import app
 from pairsim.results.curve_table import curve_of
 from pairsim.results.table_files import read_table
 from pairsim.runtime.errors import InputError
-from pairsim.sweeps.atlas import curve_folders
+from pairsim.sweeps.atlas import curve_folders, curves_in
 
 LOADED = """import sys
 from pathlib import Path
@@ -110,6 +112,24 @@ def test_what_is_outside_or_no_atlas_is_refused(made: Atlas, tmp_path: Path) -> 
         Atlas.load(tmp_path / "a.npz")
 
 
+@pytest.mark.parametrize(
+    ("Ca_e", "base", "wrong"),
+    [("[0, 0]", "{}", "Ca_e: got [0, 0]; must end above 0, or De"), ("[0, 0.1]", "{particles: 3}", "must be 2")],
+)
+def test_what_is_no_atlas_is_refused_before_it_is_computed(Ca_e: str, base: str, wrong: str, tmp_path: Path) -> None:
+    (tmp_path / "a.yaml").write_text(f"beta: [0.3, 0.4]\nDe: [0, 0]\nCa_e: {Ca_e}\ncurves: 6\nbase: {base}\n")
+    done = CliRunner().invoke(app, ["atlas", str(tmp_path / "a.yaml"), "-o", str(tmp_path / "out")])
+    assert wrong in str(done.exception)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_curve_that_has_not_all_distances_says_why(tmp_path: Path) -> None:
+    (tmp_path / "run.json").write_text('{"message": "steady states end at Ca_e = 0.2"}')
+    (tmp_path / "case.yaml").write_text("beta: 0.4\n")
+    with pytest.raises(InputError, match=r"steady states end at Ca_e = 0\.2\): make the box smaller"):
+        curves_in([tmp_path], D, np.zeros((0, 3)))
+
+
 def test_an_atlas_is_read_with_numpy_alone(made: Atlas, tmp_path: Path) -> None:
     made.save(tmp_path / "a.npz")
     command = [sys.executable, "-c", LOADED, str(tmp_path / "a.npz")]
@@ -124,7 +144,7 @@ def test_curves_are_computed_and_made_into_an_atlas(pairsim: Pairsim, tmp_path: 
     spec.write_text(f"{box}curves: 6\nbase: {base}\n")
     done = pairsim("atlas", "small.yaml", "-o", "out")
     assert done.returncode == 0, done.stderr
-    assert "5 of 5 cases finished; 5 curves, each off by " in done.stdout + done.stderr
+    assert "5 of 5 cases finished; 5 curves, half of them off by up to " in done.stdout + done.stderr
     atlas = Atlas.load(tmp_path / "out" / "atlas.npz")
     assert atlas.provenance["case"]["mesh"]["Np"] == 8
     assert atlas.curves.random.sum() == 3
