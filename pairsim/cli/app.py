@@ -14,7 +14,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from pairsim.cli import ask, atlas, folders, preparation, sweeps, units
+from pairsim.cli import ask, folders, preparation, sweeps, units
 from pairsim.runtime.errors import EnvironmentFailure, InputError, PairsimError
 from pairsim.runtime.launcher import rank
 from pairsim.runtime.questions import NAMES, first_line
@@ -64,7 +64,7 @@ app = typer.Typer(
     help="Soft and rigid spheres on the axis of a tube: do they separate or collide, and how fast?",
     epilog="Example: pairsim run configs/quickstart.yaml",
 )
-for _part in (preparation, units, ask, sweeps, atlas, folders):
+for _part in (preparation, units, ask, sweeps, folders):
     app.add_typer(_part.app)
 
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from operator import getitem
 from pathlib import Path
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
-from pairsim.results.columns import Column
+from pairsim.results.columns import Column, suffixes_in
 from pairsim.results.folder import read_record
 from pairsim.runtime.errors import InputError
 
@@ -25,6 +26,7 @@ Tables = Mapping[str, Mapping[str, Any]]
 """Tables of a folder by name, each its columns as arrays by name; one that is not there has none."""
 LAST = ("unknowns", "wall_time")  # the last columns of results.csv
 RECORDED = ("steps", *LAST)  # columns of results.csv that are entries of run.json
+MOST_SHAPES = 4  # that an answer tells each
 
 
 def last_row(tables: Tables) -> dict[str, Value]:
@@ -37,6 +39,18 @@ def last_row(tables: Tables) -> dict[str, Value]:
 def rows_in(columns: Mapping[str, Any]) -> int:
     """The number of rows of a table."""
     return len(next(iter(columns.values()), ()))
+
+
+def shapes_in(table: Mapping[str, Any], row: int, when: str) -> list[str]:
+    """The Taylor parameters in a row."""
+    values = {f"D{each}": float(table[f"D{each}"][row]) for each in suffixes_in(table, "D")}
+    said = [f"{name} = {values[name]:.3g}" for name in sorted(values, key=lambda name: values[name])]
+    shapes = (
+        f"from {said[0]} to {said[-1]}"
+        if len(said) > MOST_SHAPES
+        else ", ".join(f"{name} = {value:.3g}" for name, value in values.items())
+    )
+    return [f"Taylor parameters{f' {when}' if when else ''}: {shapes}."] if shapes else []
 
 
 def drawn_by(function: str) -> Callable[[Path, Path, Page], list[Path]]:
@@ -93,7 +107,9 @@ class Question[C: SceneCase]:
 
     def __reduce__(self) -> Any:
         """Pickled by its name."""
-        return _question_named, (self.name,)
+        from pairsim.computing import QUESTIONS
+
+        return getitem, (QUESTIONS, self.name)
 
     @property
     def name(self) -> str:
@@ -139,9 +155,3 @@ class Question[C: SceneCase]:
             if tables[self.table]:
                 values = self.in_sweeps.read(tables)
         return values | {key: record[key] for key in RECORDED if key in record}
-
-
-def _question_named(name: str) -> Question[Any]:
-    from pairsim.computing import QUESTIONS
-
-    return QUESTIONS[name]

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from pairsim.cases.inputs import Input
-from pairsim.computing.answer import shapes_in
+from pairsim.computing.question import shapes_in
 from pairsim.physics.scales import Scales
 from pairsim.results import curve_table as in_tables
 from pairsim.results.columns import suffixes_in

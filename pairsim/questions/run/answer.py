@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pairsim.computing.answer import shapes_in
+from pairsim.computing.question import shapes_in
 from pairsim.physics.scales import Scales
 from pairsim.results.columns import column, error_of, suffixes_in
 from pairsim.results.settled import NOTHING, SETTLED, Settled

@@ -158,8 +158,10 @@ class Run:
             entries = _summary(state.counts, state.history.t[0], state.history.y[0].size)
             seconds, errors, extremes = state.seconds, state.run_errors, state.extremes
         entries |= {"start": self.case.start, "hold": self.case.hold, **self._entries}
-        if self.adaptation is not None:
-            entries |= {"adaptation": _coarse_run(self.adaptation) | accuracy_of(self.case, errors)[0]}
+        if (first := self.adaptation) is not None:
+            coarse = {"t": first.t, "unknowns": first.unknowns, "dU": first.dU, "dU_error": first.error}
+            entry = {"wanted": first.wanted, "cells": first.factor, "coarse_run": coarse}
+            entries["adaptation"] = entry | accuracy_of(self.case, errors)[0]
         yield events.Summary(entries, warnings_of_run(self.case, errors, extremes), seconds)
         if transient is not None:
             yield from self._fields(transient)
@@ -277,9 +279,3 @@ def _summary(counts: Counts, t: float, unknowns: int) -> dict[str, Any]:
         "factorisations": counts.factorisations,
         "remeshings": counts.remeshings,
     }
-
-
-def _coarse_run(adaptation: RunAdaptation) -> dict[str, Any]:
-    """The part of the entry of run.json that is known before an adapted run."""
-    coarse = {"t": adaptation.t, "unknowns": adaptation.unknowns, "dU": adaptation.dU, "dU_error": adaptation.error}
-    return {"wanted": adaptation.wanted, "cells": adaptation.factor, "coarse_run": coarse}
