@@ -31,12 +31,7 @@ ONE_AT_A_TIME = RLock()
 
 
 class Computation[R: Result]:
-    """The Python function of a question, such as `pairsim.run`.
-
-    Args:
-        question: What it computes of a case.
-        about: The same in words, by a sentence on the first line.
-    """
+    """The Python function of a question, such as `pairsim.run`, about which a line says what it computes of a case."""
 
     def __init__(self, question: Question[Any], about: str | None) -> None:
         self.question = question

@@ -20,18 +20,13 @@ DISTANCES = {each.key for each in EXPERIMENT if not each.uncertain}  # and times
 class Input(NamedTuple):
     """A quantity that a case is given by, the same for all particles.
 
-    Attributes:
-        key: Its key in the `physical` block.
-        value: Its value in the unit in which it was given.
-        half_width: Half-width of its interval of 95 % in this unit, 0 if none was given.
-        unit: This unit.
-        changes: Derivatives by its logarithm: of the numbers of the case (of Ca_e and beta of the largest value), and
-            of the logarithms of the scales, "length" and "velocity".
+    Changes are derivatives by its logarithm: of the numbers of the case (of Ca_e and beta of the largest value), and of
+    the logarithms of the scales, "length" and "velocity".
     """
 
-    key: str
-    value: float
-    half_width: float
+    key: str  # in the `physical` block
+    value: float  # in the unit in which it was given
+    half_width: float  # of its interval of 95 % in this unit, 0 if none was given
     unit: str
     changes: Mapping[str, float]
 

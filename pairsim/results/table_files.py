@@ -80,17 +80,10 @@ def table_text(first: Iterable[Any], rows: Iterable[Iterable[Any]] = ()) -> str:
 
 
 class TableWriter:
-    """Writes a table row by row; after each row the file holds them all.
+    """Writes a table row by row; after each row the file, which is replaced at first, holds them all: `count` rows.
 
-    Args:
-        path: The file, replaced if it exists.
-        columns: Names of the columns.
-        rows: The first rows, values by column.
-        ascending: Whether rows are kept in ascending order of the first columns: the file is then replaced at each row,
-            otherwise rows are appended.
-
-    Attributes:
-        count: Number of rows.
+    If `ascending`, rows are kept in order of the first columns, and the file is replaced at each row, to which rows are
+    otherwise appended.
 
     Raises:
         ValueError: As for `row`.

@@ -86,11 +86,7 @@ class FieldFrame:
 
 
 class FieldsWriter:
-    """Writes frames as they are computed.
-
-    Args:
-        folder: Existing folder.
-        keep: Number of frames of the folder to keep, in the order of times; the others are removed.
+    """Writes frames as they are computed into a folder, of whose frames it keeps some first ones alone.
 
     Raises:
         InputError: fields.xdmf is damaged.

@@ -14,13 +14,9 @@ __all__ += ["NoSteadyState", "PairsimError", "RunFailure", "StepTooSmall", "TooM
 
 
 class PairsimError(Exception):
-    """Base class of the exceptions that pairsim raises deliberately.
+    """Base class of the exceptions that pairsim raises deliberately."""
 
-    Attributes:
-        exit_code: That of a command which it ends.
-    """
-
-    exit_code = 1
+    exit_code = 1  # of a command which it ends
 
 
 class InputError(PairsimError, ValueError):

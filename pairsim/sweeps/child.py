@@ -41,8 +41,7 @@ def serve(connection: Connection) -> None:
 def compute(task: Task) -> tuple[str, str]:
     """Compute a case of a task and write it to its folder, from its checkpoint if it has one.
 
-    Returns:
-        Reason and message of its failure, where run.json does not have them; else empty.
+    Returns reason and message of its failure, where run.json does not have them; else empty.
     """
     folder, question = task.folder, QUESTIONS[task.command]
     try:

@@ -65,11 +65,7 @@ class Said(NamedTuple):
 
 
 def compute(task: Task) -> CaseState:
-    """Compute a task; called by a worker of any executor.
-
-    Returns:
-        How its case stands; "pending" if the sweep did not let it end.
-    """
+    """Compute a task, for a worker of any executor; returns how its case stands, "pending" if it was stopped."""
     refusal = None if task.finished or task.stop.exists() else _compute(task)
     return refusal or read_state(task.folder, task.key)
 
@@ -120,8 +116,7 @@ class Child:
     def last_line(self) -> str:
         """The last line that it has written to stdout or stderr."""
         self._output.seek(0)
-        lines = self._output.read().decode(errors="replace").split("\n")
-        return next((line.strip() for line in reversed(lines) if line.strip()), "")
+        return self._output.read().decode(errors="replace").strip().rpartition("\n")[2].strip()
 
     def close(self) -> None:
         """Let it end, if it has not."""
