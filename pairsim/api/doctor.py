@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from importlib import metadata
 from pathlib import Path
 
+import pairsim
 from pairsim.fem.compilation import jit
 from pairsim.runtime.errors import EnvironmentFailure
 from pairsim.runtime.version import __version__
@@ -45,8 +46,6 @@ def findings() -> Iterator[tuple[str, str]]:
     yield "MPI", MPI.Get_library_version().splitlines()[0].strip("\0 ")
     for package in ("gmsh", "numpy", "scipy", "matplotlib"):
         yield package, metadata.version(package)
-
-    import pairsim
 
     result = pairsim.run(SMALL).check()
     drop, exact = result.columns["dp"][-1], 32 * LENGTH

@@ -14,6 +14,7 @@ from pairsim.api.cases import load
 from pairsim.computing import Question
 from pairsim.computing.question import Tables, rows_in
 from pairsim.results.folder import WAY, read_record
+from pairsim.results.units import no_units, scales_in
 from pairsim.runtime.errors import BranchEnd, InputError, failure_of
 from pairsim.runtime.locks import is_locked
 from pairsim.runtime.text import duration
@@ -102,8 +103,6 @@ class Result:
         Raises:
             InputError: The case has no `physical` block.
         """
-        from pairsim.results.units import no_units, scales_in
-
         if (found := scales_in(self.record)) is None:
             raise no_units(str(self._place))
         return found

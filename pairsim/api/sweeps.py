@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import nullcontext
 from functools import cached_property
+from importlib.util import find_spec
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from pairsim.api.results import Result
 from pairsim.cases.identity import RUNS
 from pairsim.computing import QUESTIONS
+from pairsim.results.columns import column, known
 from pairsim.results.folder import plain
 from pairsim.results.units import scales_for
 from pairsim.runtime.errors import EnvironmentFailure, InputError
@@ -93,10 +95,6 @@ class SweepResult:
         Arguments and errors are those of `frame`; there is an error, too, if the cases have no place in common, or
         xarray is not installed.
         """
-        from importlib.util import find_spec
-
-        from pairsim.results.columns import column, known
-
         if find_spec("xarray") is None:
             raise EnvironmentFailure("there is no xarray", advice="pip install 'pairsim[netcdf]'")
         frame = self.frame(name, physical=physical)

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 
 import typer
 
+import pairsim
 from pairsim.cli.options import Folder, OverwriteFile, Physical, check_free, print_table
 from pairsim.runtime.errors import InputError
 
@@ -23,7 +24,6 @@ def status(directory: Folder) -> None:
     failures; of a case whether it is running or how it ended, wall time in s,
     and warnings.
     """
-    import pairsim
     from pairsim.results.folder import kind_of
     from pairsim.runtime.locks import is_locked
     from pairsim.sweeps.folder import read_sweep
@@ -91,7 +91,6 @@ def table(
             typer.echo(f"note: {note}", err=True)
         _print(text, output)
         return
-    import pairsim
     from pairsim.results.folder import write_file
     from pairsim.results.tables import csv_text, readable, screen_text
 
@@ -140,7 +139,6 @@ def travel(
     block, both are in s and mm. Also prints by how much the time changes for a
     pair that starts from rest at the first distance, and where that is forgotten.
     """
-    import pairsim
     from pairsim.results.folder import kind_of
 
     if (kind := kind_of(directory)) != "curve":

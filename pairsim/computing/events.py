@@ -18,17 +18,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a command ended.
+    """How a command ended."""
 
-    Attributes:
-        status: "finished", "failed" or "interrupted".
-        reason: "end", "contact", "max_gap", "no_steady_state", "interrupted", or the `reason` of a `RunFailure`.
-        message: One line of text for the user.
-    """
-
-    status: str
-    reason: str
-    message: str
+    status: str  # "finished", "failed" or "interrupted"
+    reason: str  # "end", "contact", "max_gap", "no_steady_state", "interrupted", or the `reason` of a `RunFailure`
+    message: str  # one line of text for the user
 
 
 @dataclass(frozen=True)

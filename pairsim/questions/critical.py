@@ -26,8 +26,8 @@ from pairsim.cases.values import FOLLOWED, Distance, Values
 from pairsim.cli.compute import app_of
 from pairsim.computing import events
 from pairsim.computing.question import InSweeps, Question, Tables, Value, drawn_by, rows_in
-from pairsim.results.columns import CRITICAL_COLUMNS
-from pairsim.results.units import LENGTH
+from pairsim.results.columns import CRITICAL_COLUMNS, text_in_units
+from pairsim.results.units import LENGTH, in_unit, scales_in
 
 if TYPE_CHECKING:
     from pairsim.computing.warnings import ErrorAt
@@ -189,9 +189,6 @@ def critical_row(critical: Critical) -> dict[str, Any]:
 
 def answer_of_critical(zeros: Sequence[Zero], record: Mapping[str, Any]) -> list[str]:
     """The answer of a search that has found critical distances."""
-    from pairsim.results.columns import text_in_units
-    from pairsim.results.units import in_unit, scales_in
-
     lines = []
     scales = scales_in(record)
     for stable, meaning in ((False, "closer pairs come together, wider ones separate"), (True, "pairs come to rest")):

@@ -18,7 +18,7 @@ from pairsim.api.results import Result
 from pairsim.cli.compute import app_of
 from pairsim.computing.along import AlongCase, check_along, draw_along, estimate_along, solve_along
 from pairsim.computing.question import InSweeps, Question, rows_in
-from pairsim.results.units import STRESS
+from pairsim.results.units import STRESS, in_unit, scales_in, softness
 
 COLUMNS = ("Ca_e", "dp_plus", "dp_plus_error", "dp_plus_correction", "corrected", "U_1", "U_error_1", "D_1", "newton")
 
@@ -34,8 +34,6 @@ class PressureResult(Result):
 
     def findings(self) -> list[str]:
         """How much the particle adds to the pressure drop, and how much its deformation changes of that."""
-        from pairsim.results.units import in_unit, scales_in, softness
-
         if not rows_in(self.columns):
             return ["No pressure drop was found."]
         Ca_e, dp, error = (self.columns[name] for name in ("Ca_e", "dp_plus", "dp_plus_error"))

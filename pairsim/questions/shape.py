@@ -18,7 +18,7 @@ from pairsim.cli.compute import app_of
 from pairsim.computing.along import AlongCase, check_along, draw_along, estimate_along, solve_along
 from pairsim.computing.question import InSweeps, Question, rows_in
 from pairsim.results.columns import Column
-from pairsim.results.units import AREA, PURE, VOLUME, Unit
+from pairsim.results.units import AREA, PURE, VELOCITY, VOLUME, Unit, in_unit, scales_in, softness, with_error
 
 if TYPE_CHECKING:
     from pairsim.fem.diagnostics import Contour
@@ -67,8 +67,6 @@ class ShapeResult(Result):
 
     def findings(self) -> list[str]:
         """How far the particle deforms, and how fast it moves."""
-        from pairsim.results.units import VELOCITY, in_unit, scales_in, softness, with_error
-
         if not rows_in(self.columns):
             return ["No shape was found."]
         D, error, Ca_e = (self.columns[name] for name in ("D_1", "D_error", "Ca_e"))
