@@ -9,8 +9,9 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag, WithJsonSchema
+from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, WithJsonSchema
 
+from pairsim.cases.case import Keys
 from pairsim.cases.mistakes import Mistake, missing
 from pairsim.cases.quantities import quantity_range
 from pairsim.cases.values import Number, Positive, Range, Whole, is_finite, spelled_out
@@ -72,11 +73,7 @@ else:
 Ends = tuple[Annotated[float, Field(ge=0)], Annotated[float, Field(ge=0)]]
 
 
-class _Keys(BaseModel):
-    model_config = ConfigDict(extra="forbid", defer_build=True)
-
-
-class SweepFile(_Keys):
+class SweepFile(Keys):
     """A grid file: many cases for one command. Ranges become lists of values, a single group of `zip` a list of one."""
 
     name: FolderName | None = Field(None, description="name of the sweep and of its folder; default: that of the file")
@@ -118,7 +115,7 @@ def check_sweep(file: SweepFile) -> Iterator[Mistake]:
         yield missing("grid", "must be given, or else zip or cases")
 
 
-class StudyFile(_Keys):
+class StudyFile(Keys):
     """A study file: one case in many discretisations."""
 
     discretisations: list[dict[str, Any]] = Field(
@@ -150,7 +147,7 @@ def check_study(file: StudyFile) -> Iterator[Mistake]:
         yield Mistake("reference", file.reference, f"must be finest, or the index of a discretisation from 0 to {last}")
 
 
-class AtlasFile(_Keys):
+class AtlasFile(Keys):
     """An atlas file: a box of parameters, in which master curves are computed where they tell most."""
 
     name: FolderName | None = Field(None, description="name of the folder of the atlas; default: that of the file")

@@ -249,7 +249,7 @@ def test_a_sweep_is_a_data_set(tmp_path: Path, pairsim: Pairsim, monkeypatch: py
     done = pairsim("table", "sweep", "--netcdf", "a.nc")
     assert done.returncode == 0, done.stderr
     assert xarray.load_dataset(tmp_path / "a.nc").equals(found)
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    monkeypatch.setattr("pairsim.api.sweeps.find_spec", lambda name: None)
     with pytest.raises(EnvironmentFailure, match=r"there is no xarray.*pairsim\[netcdf\]"):
         sweep.to_xarray()
 
