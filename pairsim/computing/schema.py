@@ -15,7 +15,7 @@ from pairsim.cases.messages import groups_of
 from pairsim.computing.case_files import model_of
 
 
-def schema_rows(command: str = "run") -> list[tuple[str, str, str, str]]:
+def schema_rows(command: str) -> list[tuple[str, str, str, str]]:
     """Key, allowed values, default and description of every key in the file of a command."""
     rows = []
     groups = groups_of(model_of(command))

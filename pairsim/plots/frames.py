@@ -20,6 +20,7 @@ from pairsim.runtime.errors import InputError
 SAME_END = 1e-9  # z of nodes at an end of the tube [D_c]
 EDGES = [(0, 1, 3), (1, 2, 4), (2, 0, 5)]  # corners and mid-node of the edges of a cell (VTK's order)
 ON_AXIS = 1e-8
+PIECES = 6  # straight ones that an edge of a cell is drawn as
 
 
 def surface_nodes(frame: FieldFrame) -> list[Indices]:
@@ -42,9 +43,9 @@ def surface_nodes(frame: FieldFrame) -> list[Indices]:
     return sorted((path.astype(np.int64) for path in inner), key=lambda path: float(z[path].mean()))
 
 
-def outlines(frame: FieldFrame, pieces: int = 6) -> list[Array]:
-    """Surface of each particle from pole to pole, from upstream: polylines (k, 2), `pieces` on an edge of a cell."""
-    s = np.linspace(0, 1, pieces + 1)[:-1]
+def outlines(frame: FieldFrame) -> list[Array]:
+    """The surface of each particle from one pole to the other, from upstream: polylines (k, 2)."""
+    s = np.linspace(0, 1, PIECES + 1)[:-1]
     shapes = np.stack([(1 - s) * (1 - 2 * s), s * (2 * s - 1), 4 * s * (1 - s)], axis=-1)  # of both ends, middle
     found = []
     for path in surface_nodes(frame):

@@ -95,13 +95,6 @@ def _frame(d: float, solver: SteadySolver) -> FieldFrame:
     return frame(moment, solver.h_star(solver.parameters), flow)
 
 
-def _last_shapes(solver: SteadySolver) -> FieldFrame:
-    """The fields of the last solution on the way to parameters that were not reached."""
-    solver.reopen()
-    with closing(solver):
-        return _frame(min(solver.parameters.gaps), solver)
-
-
 def _zeros(branch: Branch, points: list[Point]) -> Generator[events.Event, None, Sequence[Equilibrium]]:
     """Find the zeros of the curve of a pair; those found before a failure are written, too."""
     zeros: list[Zero] = []
@@ -138,8 +131,11 @@ def _end(case: CurveCase, found: Solutions) -> Iterator[events.Event]:
         moved = moving_errors(case, points, size) if size > ROUNDING else []
         warnings = [*missed, *moved, *(_far_apart(case, curves, size) if size > ROUNDING else [])]
     yield from found.last_events(entries, warnings)
-    if found.ended is not None and found.ended.last is not None and case.n > 1:
-        yield events.Frame(_last_shapes(found.ended.last))
+    if found.ended is not None and (last := found.ended.last) is not None and case.n > 1:
+        last.reopen()
+        with closing(last):
+            shapes = _frame(min(last.parameters.gaps), last)
+        yield events.Frame(shapes)
 
 
 def _far_apart(case: CurveCase, curves: Sequence[CurveInterpolant], size: float) -> list[str]:
