@@ -89,7 +89,7 @@ class FilmFit:
 
 
 def fit(
-    film: Path | str, case: AnyCase, *, unknown: Sequence[str] = ("modulus",), atlas: Path | str | None = None
+    film: Path | str, case: AnyCase, *, unknown: str | Sequence[str] = "modulus", atlas: Path | str | None = None
 ) -> FilmFit:
     """Fit quantities of an experiment to a film of two equal beads, from when they have forgotten their start.
 
@@ -107,13 +107,14 @@ def fit(
     Raises:
         InputError: A file or key is wrong, or the atlas has no answer for the first guess.
     """
-    if wrong := [name for name in unknown if name not in GIVES]:
-        raise InputError("pairsim fit", "unknown", wrong[0], f"allowed: {', '.join(GIVES)}")
+    unknown = list(dict.fromkeys([unknown] if isinstance(unknown, str) else unknown))
+    if not unknown or not {*unknown} <= GIVES.keys():
+        raise InputError("pairsim fit", "unknown", ", ".join(unknown), f"allowed: {', '.join(GIVES)}, or both")
     book, asked, reasons = asked_of(case, {}, atlas)
     scales, block = asked.scales, dict(asked.physical or {})
     missing = [name for name in unknown if not block.get(name)]
     if scales is None or missing:
-        raise InputError("pairsim fit", f"physical.{[*missing, *unknown][0]}", None, "must be given, as a first guess")
+        raise InputError("pairsim fit", f"physical.{(missing or unknown)[0]}", None, "must be given, as a first guess")
     if reasons:
         raise InputError("pairsim fit", "", None, f"the atlas has no answer: {' and '.join(reasons)}")
     seconds, metres = film_of(Path(film))

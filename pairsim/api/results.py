@@ -192,7 +192,8 @@ class Result:
         ended = [] if self.status == "finished" else [f"{self.status.capitalize()}: {self.message}".removesuffix(": ")]
         if proven := self.reason == BranchEnd.reason:
             ended = [f"There is no steady state: {self.message}."]
-        found = self.findings() if self._place.is_dir() and (rows_in(self.columns) or not proven) else []
+        known = "tables" in vars(self) or self._place.is_dir()
+        found = self.findings() if known and (rows_in(self.columns) or not proven) else []
         return "\n".join([*ended, *found, *warnings, *self._cost()])
 
     def findings(self) -> list[str]:
@@ -201,12 +202,12 @@ class Result:
 
     def _cost(self) -> list[str]:
         """Wall time and work."""
-        if not (record := self.record):
+        if "wall_time" not in (record := self.record):
             return []
         parts = [f"{record[key]} {key}" for key in ("steps", "points") if key in record]
         parts += [f"{record['unknowns']:,} unknowns"] if "unknowns" in record else []
         work = f" ({', '.join(parts)})" if parts else ""
-        return [f"Took {duration(float(record.get('wall_time', 0.0)))}{work}."]
+        return [f"Took {duration(float(record['wall_time']))}{work}."]
 
     def afterwards(self) -> str:
         """What may come next where it has finished."""

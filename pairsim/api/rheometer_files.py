@@ -340,4 +340,4 @@ def _no_table(option: str, lines: Sequence[str]) -> str:
     rows = [_cells(line, separator) for separator in SEPARATORS[:-1] for line in lines]
     named = max(rows, key=lambda row: (len(places(option, row)), sum(cell[:1].isalpha() for cell in row)))
     has = ", ".join(filter(None, named[:8]))
-    return f"must have a line of headings of {wanted}, such as {example}, and has {has}"
+    return f"must have a line of headings of {wanted}, such as {example}, and has {has or 'nothing'}"

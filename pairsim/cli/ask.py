@@ -102,7 +102,7 @@ def fit(
     """Fit the modulus of two equal beads, or the relaxation time of their liquid, to a film of their distance."""
     from pairsim.api.fit import fit as fit_of
 
-    found = fit_of(film, case, unknown=unknown or ("modulus",), atlas=atlas)
+    found = fit_of(film, case, unknown=unknown or "modulus", atlas=atlas)
     typer.echo(str(found))
     if output is not None:
         typer.echo(str(*found.plot(output)))

@@ -30,6 +30,7 @@ def test_an_answer_is_that_of_the_atlas_in_units(atlas: Path) -> None:
     assert abs(answer.dU(zero.d)) < 1e-3 * np.abs(table["dU"]).max()
     assert not zero.stable
     assert answer.findings()[0].startswith("The pair comes closer between d = ")
+    assert answer.answer == "\n".join(answer.findings())
     assert answer.travel("15um", "30um").time > 0
 
 

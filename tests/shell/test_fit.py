@@ -153,8 +153,10 @@ def test_a_film_a_run_and_a_curve_are_in_one_picture(
 def test_what_is_unknown_needs_a_first_guess(atlas: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"physical\.relaxation: must be given, as a first guess"):
         api.fit(film(tmp_path / "f.csv", 0.0, 0.06, 0.0), case(modulus="5 kPa"), unknown=["relaxation"], atlas=atlas)
-    with pytest.raises(InputError, match="unknown: got 'viscosity'; allowed: modulus, relaxation"):
-        api.fit(tmp_path / "f.csv", case(modulus="5 kPa"), unknown=["viscosity"], atlas=atlas)
+    with pytest.raises(InputError, match="unknown: got 'viscosity'; allowed: modulus, relaxation, or both"):
+        api.fit(tmp_path / "f.csv", case(modulus="5 kPa"), unknown="viscosity", atlas=atlas)
+    with pytest.raises(InputError, match="unknown: got ''; allowed: modulus"):
+        api.fit(tmp_path / "f.csv", case(modulus="5 kPa"), unknown=[], atlas=atlas)
 
 
 @pytest.mark.parametrize(

@@ -208,7 +208,7 @@ QUESTION = Question(
     in_sweeps=InSweeps(
         lambda case: (
             *(("d", "d_error") if case.train.transition else ()),
-            *("verdict", "growth", "growth_error", "diffusion", "diffusion_error", "tube"),
+            *("verdict", "growth", "growth_error", "diffusion", "diffusion_error", "tube", "tube_least", "tube_most"),
         )
     ),
 )
