@@ -42,17 +42,11 @@ class Result:
     """The result of a computation; returned by the functions of questions such as `curve`, and by `open`.
 
     Files are read when first accessed, and only once. To see the progress of a running computation, `open` its folder
-    again.
-
-    Args:
-        question: What was computed.
-        folder: The folder of results.
-        ending: Status, reason and message, if they are not to be taken from run.json: a sweep also records crashes and
-            timeouts. None: those of run.json.
-        temporary: Whether the folder goes with the result.
+    again. Where an `ending` is given, status, reason and message are not those of run.json: a sweep also records
+    crashes and timeouts.
 
     Attributes:
-        folder: The folder; None for one that is temporary.
+        folder: The folder; None for one that is temporary, and goes with the result.
         question: What was computed.
     """
 

@@ -19,10 +19,7 @@ from pairsim.solvers.curves.interpolant import CurveInterpolant, Peak, Region
 class Curve:
     """dU as a function of the distance: a cubic Hermite interpolant over log d, with an interval.
 
-    Args:
-        columns: The columns of curve.csv.
-        zeros: Known zeros of a pair, from equilibria.csv.
-        record: run.json, for the units of the case.
+    It is that of curve.csv, with the known zeros of a pair, and the units in run.json.
     """
 
     def __init__(
