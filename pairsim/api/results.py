@@ -17,7 +17,7 @@ from pairsim.results.folder import WAY, read_record
 from pairsim.results.units import no_units, scales_in
 from pairsim.runtime.errors import BranchEnd, InputError, failure_of
 from pairsim.runtime.locks import is_locked
-from pairsim.runtime.text import duration
+from pairsim.runtime.text import counted, duration
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -198,7 +198,7 @@ class Result:
         """Wall time and work."""
         if "wall_time" not in (record := self.record):
             return []
-        parts = [f"{record[key]} {key}" for key in ("steps", "points") if key in record]
+        parts = [counted(record[f"{noun}s"], noun) for noun in ("step", "point") if f"{noun}s" in record]
         parts += [f"{record['unknowns']:,} unknowns"] if "unknowns" in record else []
         work = f" ({', '.join(parts)})" if parts else ""
         return [f"Took {duration(float(record['wall_time']))}{work}."]

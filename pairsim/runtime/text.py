@@ -35,6 +35,11 @@ def shortened(text: str) -> str:
     return text if len(text) <= LONGEST else f"{text[:half]}…{text[-half:]}"
 
 
+def counted(number: int, noun: str) -> str:
+    """A number of things as text: 1 point, 2 points."""
+    return f"{number:,} {noun}{'' if number == 1 else 's'}"
+
+
 def duration(seconds: float) -> str:
     """Format a duration in seconds as text: 42 s, 3 min 20 s, 2 h 05 min."""
     whole = round(seconds)

@@ -105,6 +105,19 @@ def test_a_curve_separates_comes_closer_or_is_not_decided(curve: Any, signs: str
     assert answer_of_curve(*curve, {}) == [signs, largest]
 
 
+@pytest.mark.parametrize(("count", "next_command"), [(3, "pairsim travel"), (2, "pairsim plot")])
+def test_what_comes_next_is_a_travel_where_there_is_one(count: int, next_command: str) -> None:
+    """Between two points alone nothing is known."""
+    tables = {"curve": logarithmic(0.05, 1e-3, 1e-5, count), "equilibria": dict[str, Any]()}
+    curve = QUESTIONS["curve"].result.of_tables(tables, {"status": "finished", "points": 1}, "out")
+    assert curve.advice.startswith(f"Next: {next_command} out")
+
+
+def test_shapes_of_one_point_are_no_range() -> None:
+    table = curve_table(np.array([0.1]), np.array([1e-3]), np.zeros(1), dU_error=np.full(1, 1e-5), D_L=np.array([0.02]))
+    assert answer_of_curve(table, [], {})[-1] == "Taylor parameters: D_L = 0.02."
+
+
 def test_a_sign_that_is_lost_far_away_is_not_told() -> None:
     """As of dU that decays with the distance: from where it is smaller than its error on nothing is said."""
     d = np.geomspace(0.1, 1.6, 9)

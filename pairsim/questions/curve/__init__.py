@@ -284,8 +284,11 @@ class CurveResult(Result):
         return answer_of_curve(self.tables["curve"], zeros_in(self.tables["equilibria"]), self.record)
 
     def afterwards(self) -> str:
-        moving = "dU" in self.columns and bool((abs(self.columns["dU"]) > self.columns["dU_error"]).any())
-        if rows_in(self.columns) > 1 and moving and "dU_held" in self.columns:
+        from pairsim.results.curve_table import regions_of
+
+        steady = rows_in(self.columns) > 1 and {"dU", "dU_held"} <= self.columns.keys()
+        regions = regions_of(self.columns, self.tables["equilibria"].get("d", ())) if steady else []
+        if any(each.sign and each.start < each.stop for each in regions):
             return f"pairsim travel {self._place} --from D --to D gives the time and tube that a pair needs"
         return f"pairsim plot {self._place} draws it"
 

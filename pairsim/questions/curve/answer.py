@@ -61,8 +61,9 @@ def answer_of_curve(
         beyond = f", the end of this curve; beyond it |{name}| may be larger" if at_end else ""
         lines.append(f"Largest |{name}|: {value} at {d} = {place}{beyond}.")
     shapes = {f"D{each}": table[f"D{each}"] for each in suffixes_in(table, "D")}
-    ranges = ", ".join(f"{name} from {values.min():.3g} to {values.max():.3g}" for name, values in shapes.items())
-    return [*lines, f"Taylor parameters: {ranges}."] if ranges else lines
+    both = {name: (f"{values.min():.3g}", f"{values.max():.3g}") for name, values in shapes.items()}
+    ranges = [f"{name} {f'from {a} to {b}' if a != b else f'= {a}'}" for name, (a, b) in both.items()]
+    return [*lines, f"Taylor parameters: {', '.join(ranges)}."] if ranges else lines
 
 
 def _settling(table: Mapping[str, Array], gap: str, end: float, scales: Scales | None) -> str:

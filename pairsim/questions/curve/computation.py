@@ -21,6 +21,7 @@ from pairsim.results.units import LENGTH, in_unit
 from pairsim.results.xdmf import FieldFrame
 from pairsim.runtime.errors import RunFailure
 from pairsim.runtime.monitor import Monitor
+from pairsim.runtime.text import counted
 from pairsim.solvers.curves.adaptation import ENOUGH
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.curve import ROUNDING, Equilibrium, Zero, equilibria, find_zeros, interpolants, trace
@@ -59,7 +60,7 @@ def computation(case: CurveCase, monitor: Monitor, sensitivities: bool) -> event
                 if any(abs(point.d - d) < 1e-9 * d for d in case.fields):
                     yield events.Frame(_frame(point.d, branch.solver))
                 yield events.Progress(min(count, expected), _shown(point, count), count)
-            message = f"{len(points)} points"
+            message = counted(len(points), "point")
             if case.n == 2 and case.velocity is None:
                 zeros = yield from _zeros(branch, points)
                 found_zeros = ", ".join(_said(case, zero) for zero in zeros)

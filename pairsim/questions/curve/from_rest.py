@@ -12,6 +12,7 @@ from pairsim.questions.curve import CurveCase
 from pairsim.results.columns import names_of
 from pairsim.results.curve_table import zeros_of
 from pairsim.runtime.monitor import Monitor
+from pairsim.runtime.text import counted
 
 EARLIER = {"dU_quarter": 0.25, "dU_half": 0.5}  # the columns of dU at parts of the time
 
@@ -31,7 +32,9 @@ def from_rest(case: CurveCase, monitor: Monitor) -> events.Events:
     from pairsim.questions.run.computation import Run
 
     places, rows, summaries = case.in_order, list[dict[str, float]](), list[events.Summary]()
-    yield events.Begin(f"{len(places)} distances, at each from rest to t = {4 * (case.after or 0):g}", len(places))
+    yield events.Begin(
+        f"{counted(len(places), 'distance')}, at each from rest to t = {4 * (case.after or 0):g}", len(places)
+    )
     yield events.Table("curve", names_of(case.n, "d", "dU", "dU_error", *EARLIER, "U", "D"), ascending=True)
     try:
         for count, place in enumerate(places):
@@ -47,7 +50,7 @@ def from_rest(case: CurveCase, monitor: Monitor) -> events.Events:
                         summaries.append(event)
             rows.append(_row(series, case.n) | dict(zip(names_of(case.n, "d"), place, strict=True)))
             yield events.Row("curve", rows[-1])
-        return events.Outcome("finished", "end", f"{len(rows)} points")
+        return events.Outcome("finished", "end", counted(len(rows), "point"))
     finally:
         if case.n == 2 and len(rows) > 1:
             table = {name: np.array([row[name] for row in reversed(rows)]) for name in rows[0]}
