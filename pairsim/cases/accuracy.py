@@ -76,8 +76,7 @@ class Settings:
         beta = min(betas, default=0.0)
         if not beta:
             return {"Np": chosen.Np, "max_size": chosen.max_size if liquid == "newtonian" else PIPE_CELL, "rows": 0.0}
-        cells = {"Np": chosen.Np, "max_size": chosen.largest(beta), "rows": chosen.rows}
-        cells |= {"grading": chosen.grading}
+        cells = {"Np": chosen.Np, "max_size": chosen.largest(beta), "rows": chosen.rows, "grading": chosen.grading}
         return cells | {"row_grading": ROW_GRADING} if in_time and liquid in ("thinning", "hardening") else cells
 
 

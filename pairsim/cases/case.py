@@ -189,8 +189,8 @@ class SceneCase(Keys):
 
     @property
     def gaps(self) -> tuple[float, ...]:
-        """Distances [D_c] that the geometry is made for, one for each gap from upstream."""
-        raise NotImplementedError
+        """Distances [D_c] that the geometry is made for, one for each gap from upstream; here there are none."""
+        return ()
 
     @property
     def range_of_d(self) -> tuple[float, float]:
@@ -275,8 +275,9 @@ class SceneCase(Keys):
 
     @property
     def slug(self) -> str:
-        """Beginning of the folder name: the name of the case or its main parameters."""
-        return self.name or "-".join(self._slug_parts())
+        """Beginning of the folder name: the name of the case, or question (unless it is a run) and main parameters."""
+        question = [] if self.kind == "run" else [self.kind]
+        return self.name or "-".join([*question, *self._slug_parts()])
 
     def _slug_parts(self) -> list[str]:
         """The main parameters, for the name of the folder."""
@@ -301,16 +302,12 @@ class SceneCase(Keys):
         data = self.model_dump(mode="json")
         if self.length is None and not self.closed:  # of a period it follows from other keys
             data["length"] = self.tube_length
-        data |= {"liquid": self._resolved_liquid(), "solid": self._resolved_solid()}
+        name = liquids.DEFAULT.name
+        by_default = LIQUIDS[name](law=name) if self.liquid_model.modes else None
+        data |= {"liquid": written(self.liquid or by_default), "solid": self._resolved_solid()}
         if self.physical is not None:
             data["physical"] = self.physical.model_dump(mode="json", exclude_none=True)
         return {k: v for k, v in data.items() if v is not None}
-
-    def _resolved_liquid(self) -> Any:
-        """The liquid with its defaults, also if it is the one that a case with De > 0 has by default."""
-        name = liquids.DEFAULT.name
-        by_default = LIQUIDS[name](law=name) if self.liquid_model.modes else None
-        return written(self.liquid or by_default)
 
     def _resolved_solid(self) -> Any:
         """The solid with its defaults, a list only if particles differ; None for the default one."""

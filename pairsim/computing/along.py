@@ -45,13 +45,6 @@ class AlongCase(SceneCase):
         """The elastic capillary numbers, ascending."""
         return tuple(sorted(set(self.along or ())))
 
-    @property
-    def gaps(self) -> tuple[float, ...]:
-        return ()
-
-    def _slug_parts(self) -> list[str]:
-        return [self.kind, *super()._slug_parts()]
-
 
 def check_along(case: AlongCase) -> Iterator[Mistake]:
     """Check the keys against each other; yields mistakes."""

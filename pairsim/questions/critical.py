@@ -68,9 +68,6 @@ class CriticalCase(SceneCase):
     def values_of_De(self) -> tuple[float, ...]:
         return (self.De, *(self.along or {}).get("De", ()))
 
-    def _slug_parts(self) -> list[str]:
-        return ["critical", *super()._slug_parts()]
-
 
 def check(case: CriticalCase) -> Iterator[Mistake]:
     """Check the keys of critical distances against each other; yields mistakes as `check_scene` does."""

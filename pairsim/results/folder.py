@@ -110,12 +110,12 @@ def plain(value: Any, where: str = "") -> Any:
         return {str(key): plain(item, f"{where}.{key}" if where else str(key)) for key, item in value.items()}
     if isinstance(value, list | tuple):
         return [plain(item, f"{where}[{i}]") for i, item in enumerate(value)]
-    if isinstance(value, float) and math.isnan(value):
-        raise ValueError(f"{where or 'value'} is nan and would be written to a file")
+    if isinstance(value, float):
+        if math.isnan(value):
+            raise ValueError(f"{where or 'value'} is nan and would be written to a file")
+        return value + 0.0  # no -0.0, which would make another case
     if isinstance(value, Path):
         return str(value)
-    if isinstance(value, float):
-        return value + 0.0  # no -0.0, which would make another case
     if value is None or isinstance(value, bool | int | str):
         return value
     raise TypeError(f"{where or 'value'}: cannot write a {type(value).__name__}")

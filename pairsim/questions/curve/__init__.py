@@ -130,7 +130,7 @@ class CurveCase(SceneCase):
         return self.places
 
     def _slug_parts(self) -> list[str]:
-        parts = ["curve", *super()._slug_parts()]
+        parts = super()._slug_parts()
         parts += [] if self.velocity is None else [f"velocity{self.velocity:g}"]
         parts += [] if self.after is None else [f"after{self.after:g}"]
         return parts if self.flow else [*parts, "at-rest"]

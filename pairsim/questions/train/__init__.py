@@ -135,7 +135,7 @@ class TrainCase(SceneCase):
 
     def _slug_parts(self) -> list[str]:
         distance = f"d{self.mean_d:g}" if self.mean_d is not None else f"spacing{self.tube_length:g}"
-        return ["train", *(part for part in super()._slug_parts() if part != "n1"), distance]
+        return [*(part for part in super()._slug_parts() if part != "n1"), distance]
 
 
 def check(case: TrainCase) -> Iterator[Mistake]:
