@@ -18,7 +18,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, WithJsonSche
 
 from pairsim.cases.materials import declared_in, liquid_block
 from pairsim.cases.mistakes import Mistake, missing
-from pairsim.cases.quantities import LENGTH, a_length, known_unit, measured, quantity_range, rounded, si
+from pairsim.cases.quantities import LENGTH, a_length, known_unit, measured, quantity_range, rounded
 from pairsim.cases.values import Range, is_finite
 from pairsim.cases.yaml_file import within
 from pairsim.physics import liquids
@@ -139,11 +139,6 @@ class Physical(_Keys):
     def scales(self, case: Mapping[str, Any]) -> Scales:
         """The units of length, velocity and stress in SI units, in a valid case."""
         return _scales(values_in(dict(self), case, []), viscosity_law(case))
-
-    def reynolds(self, scales: Scales) -> float | None:
-        """Reynolds number rho U_av D_c/eta_0, None if no density is given."""
-        given = dict(self).get(DENSITY.key)
-        return None if given is None else scales.reynolds(si(given, DENSITY.dimension))
 
 
 def viscosity_law(case: Mapping[str, Any]) -> ViscousLaw:
