@@ -23,6 +23,7 @@ from pairsim.results.units import scales_in
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.text import duration
 from pairsim.runtime.version import __version__
+from pairsim.sweeps.folder import without_result
 
 CAPTIONS = {
     "fields": "What the particles change in the liquid, and the axial elastic stress in soft ones",
@@ -85,7 +86,7 @@ def _of_result(result: Result | SweepResult) -> dict[str, Any]:
         record = {name: value for name, value in first.items() if name not in OF_A_CASE}
         table = result.frame("results", physical=None)
         answer = [", ".join(f"{count} {status}" for status, count in result.record["counts"].items() if count)]
-        failed = [case for case in result.record["cases"] if case["status"] == "failed"]
+        failed = without_result(result.record["cases"])
         warnings = [f"{case['folder']}: {case['message'] or case['reason']}" for case in failed] + result.warnings
     else:
         record, file = result.record, f"{result.question.table}.csv"

@@ -164,7 +164,12 @@ def brief(table: pd.DataFrame) -> pd.DataFrame:
     def words(values: list[Any]) -> str:
         return " ".join(DIGITS(each) if isinstance(each, float) else cell(each) for each in values)
 
-    joined = table.map(lambda value: words(value) if isinstance(value, list) else value)
+    def shown(value: Any) -> Any:
+        if isinstance(value, list):
+            return words(value)
+        return "" if value is None or value is pd.NA else value
+
+    joined = table.map(shown)
     return joined.set_axis([name.removeprefix("physical.") for name in headings(table)], axis="columns")
 
 

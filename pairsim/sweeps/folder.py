@@ -18,7 +18,7 @@ from pairsim.cases.yaml_file import yaml_text
 from pairsim.computing import QUESTIONS
 from pairsim.computing.question import Value
 from pairsim.results.folder import plain, read_record, write_json, write_text
-from pairsim.runtime.errors import InputError
+from pairsim.runtime.errors import BranchEnd, InputError
 from pairsim.runtime.locks import command_line, is_locked
 from pairsim.runtime.version import __version__
 from pairsim.sweeps.grid import Grid
@@ -136,3 +136,8 @@ def rows_of(content: Mapping[str, Any]) -> tuple[list[str], list[list[Any]]]:
         if case["status"] in ENDED
     ]
     return ["folder", "status", "reason", *parameters, *columns, "warnings"], rows
+
+
+def without_result(cases: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """Those of the cases of `read_sweep` that failed, or in which there is no steady state."""
+    return [case for case in cases if case["status"] == "failed" or case["reason"] == BranchEnd.reason]

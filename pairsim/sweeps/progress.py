@@ -10,7 +10,7 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from pairsim.sweeps.folder import CaseState
+from pairsim.sweeps.folder import CaseState, without_result
 from pairsim.sweeps.grid import Grid
 
 NUMBER = re.compile(r"[-+]?\d[\d.]*(e[-+]?\d+)?")  # by which the warnings of one kind differ
@@ -42,7 +42,7 @@ def summarised(cases: Sequence[Mapping[str, Any]]) -> list[str]:
 
 
 def status_view(sweep: Mapping[str, Any], working: bool) -> Group:
-    """What `pairsim status` shows of a sweep (`read_sweep`), at work or not: counts, warnings, and why cases failed."""
+    """What `pairsim status` shows of a sweep (`read_sweep`), at work or not: counts, warnings, cases without a result."""
     counts, cases = sweep["counts"], sweep["cases"]
     shown = [Text(f"{count} {status}", style=COLOURS.get(status, "")) for status, count in counts.items() if count]
     title = f"{sweep['name']}: {len(cases)} cases of pairsim {sweep['command']}"
@@ -51,7 +51,7 @@ def status_view(sweep: Mapping[str, Any], working: bool) -> Group:
         rest = "at work" if working else "no sweep is at work here; the same command goes on with the rest"
         parts.append(Text(rest))
     parts += [Text(f"warning: {text}") for text in summarised(cases)]
-    if failures := [case for case in cases if case["status"] == "failed"]:
+    if failures := without_result(cases):
         table = Table("case", "reason", "what happened", box=None, pad_edge=False)
         for case in failures:
             table.add_row(*(Text(case[key]) for key in ("folder", "reason", "message")))

@@ -124,6 +124,10 @@ def test_report_of_a_sweep_counts_and_names_failures_and_warnings(tmp_path: Path
     assert "c0: no <steady> state" in words
     assert "c2: coarse" in words
     assert len(rows_of(page)) == 3
+    assert not {"None", "<NA>", "nan"} & {cell for row in rows_of(page) for cell in row}
+    ended = {"status": "finished", "reason": "no_steady_state", "message": "the branch ends"}
+    (tmp_path / "sweep" / "c2" / "run.json").write_text(json.dumps(ended | {"kind": "curve", "key": "c2"}))
+    assert "c2: the branch ends" in text_of(report(tmp_path / "sweep").read_text(encoding="utf-8"))
 
 
 def test_command_says_where_the_file_is_and_what_a_wrong_folder_is(tmp_path: Path, pairsim: Pairsim) -> None:

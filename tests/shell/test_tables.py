@@ -178,6 +178,7 @@ def test_lists_are_shown_as_numbers_with_five_digits() -> None:
     table = brief(with_units(pd.DataFrame({"zeros": [[17.066208, 0.5], None], "stable": [[False, True], None]})))
     assert list(table) == ["zeros [D_c]", "stable"]
     assert table.iloc[0].tolist() == ["17.066 0.5", "false true"]
+    assert table.iloc[1].tolist() == ["", ""]
 
 
 def test_forces_have_a_unit_of_the_laboratory(tmp_path: Path) -> None:
