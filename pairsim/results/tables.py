@@ -27,7 +27,7 @@ INNER = re.compile(
     r"\w*_correction.*"
 )
 """Columns of interest to whoever judges the numerics; they come last, if at all."""
-MAIN = re.compile(r"(De|Ca_e|t|d|dU|dU_error|U|F|F_error)(_\d+|_[LT])?")
+MAIN = re.compile(r"(De|Ca_e|position|t|d|dU|dU_error|U|F|F_error)(_\d+|_[LT])?")
 """What is shown of a table of relative velocities, unless all is asked for."""
 DIGITS = "{:.5g}".format
 IN_SWEEPS = {each.name: each.unit for each in SWEEP_COLUMNS}

@@ -42,7 +42,7 @@ def summarised(cases: Sequence[Mapping[str, Any]]) -> list[str]:
 
 
 def status_view(sweep: Mapping[str, Any], working: bool) -> Group:
-    """What `pairsim status` shows of a sweep (`read_sweep`), at work or not: counts, warnings and what has no result."""
+    """What `pairsim status` shows of a sweep (`read_sweep`), at work or not: counts, warnings, and what failed."""
     counts, cases = sweep["counts"], sweep["cases"]
     shown = [Text(f"{count} {status}", style=COLOURS.get(status, "")) for status, count in counts.items() if count]
     title = f"{sweep['name']}: {len(cases)} cases of pairsim {sweep['command']}"

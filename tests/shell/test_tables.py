@@ -174,6 +174,11 @@ def test_a_screen_has_five_digits_and_no_numerics_unless_asked(train: Path) -> N
     assert max(map(len, screen_text(table, 60).splitlines())) <= 60
 
 
+def test_a_row_has_its_positions_along_the_tube() -> None:
+    row = pd.DataFrame([[0.0, 0.0, 0.1, 1e-3, 1e-5]], columns=["position", "t", "d", "dU", "dU_error"])
+    assert list(readable(row)) == list(row)
+
+
 def test_lists_are_shown_as_numbers_with_five_digits() -> None:
     table = brief(with_units(pd.DataFrame({"zeros": [[17.066208, 0.5], None], "stable": [[False, True], None]})))
     assert list(table) == ["zeros [D_c]", "stable"]
