@@ -78,7 +78,10 @@ def _version(wanted: bool) -> None:
 @app.callback()
 def _common(
     version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and its commit.")
+        bool,
+        typer.Option(
+            "--version", callback=_version, is_eager=True, help="Print the version; of a release, its commit, too."
+        ),
     ] = False,
     laws: Annotated[
         list[Path] | None,

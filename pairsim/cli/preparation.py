@@ -64,9 +64,9 @@ def check_law(
 ) -> None:
     """Check a law of your own as those that ship are checked.
 
-    At rest, in shear and extension, in turned frames; a liquid in the tube, a
-    solid as a sphere in extension; and its Jacobian. The first time, forms are
-    compiled (half a minute).
+    At rest, in shear and extension, and in turned frames; its Jacobian; and a
+    liquid in the tube, for which forms are compiled the first time (half a
+    minute).
 
     Exit codes: 0 all statements hold, 3 some do not.
     """

@@ -122,11 +122,12 @@ def atlas(
 ) -> None:
     """Build an atlas: dU at any beta, De, Ca_e and d of a box, with intervals, from master curves.
 
-    Curves are computed in rounds, the first spread evenly, the later ones where
-    the interpolant errs most. After each round atlas.npz is written. The same
-    command continues an interrupted one; with more curves in the file it adds
-    rounds. With explore in place of a file it writes an HTML page with sliders,
-    which needs no server (-o, default: explore.html), from an atlas.
+    Curves are computed in rounds: at the corners of the box, then where the
+    interval is widest, and in each round as many at random places. After each
+    round atlas.npz is written. The same command continues an interrupted one;
+    with more curves in the file it adds rounds. With explore in place of a file
+    it writes an HTML page with sliders, which needs no server (-o, default:
+    explore.html), from an atlas.
 
     Exit codes: 0 no curve failed, 2 wrong input, 3 some curves failed, 4
     installation or system at fault (pairsim doctor), 130 interrupted.
