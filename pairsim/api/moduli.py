@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from pairsim.physics.carriers import methyl_cellulose, wall_rate
+from pairsim.physics.carriers import extrapolated, methyl_cellulose, wall_rate
 from pairsim.results.cytometry import CONSISTENCY, INDEX, LAW, UNCORRECTED, modulus_at, read_look_up_table
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
@@ -126,7 +126,8 @@ def _stress(
         if not np.isfinite(celsius):
             raise InputError("pairsim moduli", "--celsius", None, "must be given: the file does not have it")
         K, n = methyl_cellulose(name, celsius)
-        name += f" at {celsius:.3g} degC, n = {n:.4g}"
+        beyond = extrapolated(celsius)
+        name += f" at {celsius:.3g} degC, n = {n:.4g}{beyond and f' ({beyond})'}"
     stress = K * wall_rate(flow_rate, width, n) ** n / (own_K * wall_rate(own_flow_rate, own_width, own_n) ** own_n)
     words = f"carrier: {name} (table: n = {own_n:.4g}); stress at the walls {stress:.4g} times that of the table"
     return stress, OF_INDEX * abs(n - own_n), words

@@ -17,7 +17,7 @@ from pairsim.cases.run_case import Case
 from pairsim.cases.yaml_file import yaml_text
 from pairsim.computing import QUESTIONS
 from pairsim.computing.warnings import beyond_checked
-from pairsim.physics.carriers import methyl_cellulose
+from pairsim.physics.carriers import extrapolated, methyl_cellulose
 from pairsim.physics.homogeneous import falling_stress
 from pairsim.physics.liquids import LAWS, Liquid
 from pairsim.physics.pipe import Pipe
@@ -164,6 +164,8 @@ def units(
     numbers, notes = _numbers(case, Re), [*_notes(case, {**given, **quantities}, Re)]
     rows, warnings = _of_flow(case.liquid_model, scales, fit)
     written = {BLOCK: quantities, **given}
+    if carrier is not None and (beyond := extrapolated(celsius)):
+        warnings.append(f"warning: {beyond}")
     notes += [*warnings, *(f"note: {note}" for note in case.notes)]
     return Units(case, written, [*numbers], [*_scales(scales), *rows], notes, fit)
 

@@ -14,6 +14,7 @@ from pairsim.runtime.errors import InputError
 ACTIVATION, SLOPE = 3379.7, 0.00223  # lambda [K], alpha [1/K]
 METHYL_CELLULOSE = {0.49: (2.30e-6, -0.0056), 0.59: (5.70e-6, -0.0744), 0.83: (16.52e-6, -0.1455)}
 """A [Pa s^n] and beta by concentration."""
+MEASURED = 22.0, 37.0  # [degC]
 TRADE_NAMES = {"cellcarrier": 0.49, "cellcarrierb": 0.59}
 # The mean stress at the walls of a tube of hydraulic diameter D is that at the shear rate 8 U/D (b + a/n), with (a, b)
 # of a square and of a circle (Kozicki, Chou and Tiu, Chem. Eng. Sci. 21, 665, 1966).
@@ -36,6 +37,13 @@ def methyl_cellulose(name: str, celsius: float) -> tuple[float, float]:
     A, beta = METHYL_CELLULOSE[nearest]
     T = celsius + 273.15
     return A * float(np.exp(ACTIVATION / T)), SLOPE * T + beta
+
+
+def extrapolated(celsius: float) -> str:
+    """What is to be said of the law of a carrier at this temperature; empty where it was measured."""
+    low, high = MEASURED
+    known = f"the viscosity of the carrier was measured from {low:g} to {high:g} degC"
+    return "" if low <= celsius <= high else f"{known}: it is extrapolated to {celsius:g} degC"
 
 
 def wall_rate(flow_rate: float, width: float, n: float) -> float:

@@ -177,6 +177,9 @@ def test_units_takes_a_carrier_by_name(tmp_path: Path, pairsim: Pairsim) -> None
     K, n = methyl_cellulose("0.59% MC-PBS", 24)
     assert case.liquid_model.solvent.numbers == {"n": pytest.approx(n, abs=1e-6)}
     assert case.scales.viscosity == pytest.approx(K * (case.scales.velocity / case.scales.length) ** (n - 1), rel=1e-4)
+    assert "extrapolated" not in done.stdout
+    hot = pairsim(*flow, "--carrier", "CellCarrier", "--celsius", "50", "--set", "particles=1")
+    assert "measured from 22 to 37 degC: it is extrapolated to 50 degC" in hot.stdout
     assert "honey" in pairsim(*flow, "--carrier", "honey").stderr
 
 
