@@ -14,11 +14,13 @@ from pairsim.cases.yaml_file import flat, read_yaml
 from pairsim.physics import declared
 from pairsim.physics.declared import LAWS
 
-SYMBOLS = {"beta": r"\beta", "d0": "d_0", "mesh.Np": "N_p", **declared.SYMBOLS}
+SYMBOLS = {"beta": r"\beta", "d0": "d_0", "mesh.Np": "N_p", "after": "T", **declared.SYMBOLS}
 SYMBOLS |= {f"{BLOCK}.{name}": each.dimension.symbol for name, each in QUANTITIES.items()}
 SYMBOLS[f"{BLOCK}.distance"] = "d_0"
 
-FIRST = ("beta", "De", "Ca_e", "d0", "particles", "liquid", "xi", "solid")
+UNITS = {"d0": r"\ D_c", "after": r"\ D_c/U_{av}"}
+"""Units of parameters that have one, with a blank before (TeX)."""
+FIRST = ("beta", "De", "Ca_e", "d0", "particles", "liquid", "xi", "solid", "after")
 """The keys of the problem: where cases differ in them is looked for first, and never passed over in silence."""
 NOT_COMPARED = ("name", "output", "fields", "physical", "time.end", "limits")
 NOT_SHOWN = ("density", "end")  # quantities of an experiment that change no picture
@@ -91,7 +93,7 @@ def equation(key: str, value: Any) -> str:
     if key.startswith(BLOCK) and (known := measured(value if isinstance(value, list) else [value])) is not None:
         return f"{symbol(key)} = {shown(list(map(float, known[0])))} {known[1]}"
     if (name := _symbol(key)) and not isinstance(value, str):  # such as 5 kPa +- 20 %
-        return f"${name} = {shown(value)}{'\\ D_c' if key == 'd0' else ''}$"
+        return f"${name} = {shown(value)}{UNITS.get(key, '')}$"
     return f"{symbol(key)} = {shown(value)}"
 
 
@@ -124,7 +126,7 @@ def case_parts(case: Mapping[str, Any], leave_out: Collection[str] = (), physica
     words = {0: "no particles", 1: "1 particle"}.get(count, f"{count} particles")
     parts = [*([] if count == 2 or "particles" in leave_out else [words]), *quantities]
     parts += of("beta", "Ca_e") if count else []
-    parts += of("d0") if count > 1 else []
+    parts += of("d0", "after") if count > 1 else []
     parts += [] if thinning else of("De")
     if thinning or (elastic and "liquid" in case):
         block = liquid_block(case)

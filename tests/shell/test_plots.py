@@ -132,6 +132,9 @@ def test_small_print_states_what_all_cases_share_alone() -> None:
         r"$d_0 = 0.1\ D_c$", r"$\mathrm{De} = 1$", r"$\xi = 0.09$", r"not the same: $\mathrm{Ca}_e$, liquid",
     ]  # fmt: skip
     assert common_parts([giesekus, {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}], ["De"])[-1] == r"$\alpha = 0.2$"
+    from_rest = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d": [0.1, 0.2], "after": 0.25}
+    assert r"$T = 0.25\ D_c/U_{av}$" in common_parts([from_rest], [])
+    assert common_parts([from_rest, from_rest | {"after": 1}], [])[-1] == "not the same: $T$"
 
 
 def test_small_print_has_the_quantities_of_an_experiment_and_none_that_varies() -> None:
