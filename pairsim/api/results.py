@@ -15,7 +15,7 @@ from pairsim.computing import Question
 from pairsim.computing.question import Tables, rows_in
 from pairsim.results.folder import WAY, read_record
 from pairsim.results.units import no_units, scales_in
-from pairsim.runtime.errors import BranchEnd, InputError, failure_of
+from pairsim.runtime.errors import BranchEnd, BudgetSpent, InputError, failure_of
 from pairsim.runtime.locks import is_locked
 from pairsim.runtime.text import counted, duration
 
@@ -222,6 +222,10 @@ class Result:
             return (
                 f"Next: pairsim run --resume {directory} --set limits.{reason}=... continues from the last checkpoint."
             )
+        if reason == BudgetSpent.reason and self.question.resumable:
+            return f"Next: pairsim run --resume {directory} with a larger --budget continues from the last checkpoint."
+        if reason == BudgetSpent.reason:
+            return "Next: the same command with a larger --budget and --overwrite; what was written stands until then."
         if reason not in CASE_NOT_AT_FAULT:
             _, found, remedy = self.message.rpartition("; try ")
             change = f"try {remedy}; " if found else ""

@@ -22,6 +22,7 @@ from pairsim.results.settled import SETTLED, start_up
 from pairsim.results.units import with_error
 from pairsim.runtime.errors import (
     BranchEnd,
+    BudgetSpent,
     InputError,
     MeshFailure,
     NewtonFailure,
@@ -205,6 +206,9 @@ def test_nobody_is_told_to_repeat_what_fails_in_the_same_way(kind: str, again: s
     assert again in advice(kind, "failed", full.reason, str(full))
     assert again in advice(kind, "failed", "environment", "no C compiler")
     assert again in advice(kind, "interrupted", "interrupted", "SIGINT")
+    spent = advice(kind, "failed", BudgetSpent.reason, "the budget of 1 s is spent; try a larger --budget")
+    assert again in spent
+    assert "fails in the same way" not in spent
 
 
 def test_what_comes_next_works_for_the_run_that_it_is_printed_for(tmp_path: Path) -> None:

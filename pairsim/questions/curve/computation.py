@@ -17,7 +17,7 @@ from pairsim.computing.warnings import ErrorAt, finer, large_errors
 from pairsim.questions.curve import CurveCase
 from pairsim.results.columns import EQUILIBRIA_COLUMNS, curve_columns, slope_columns
 from pairsim.results.fields import SteadyMoment, frame
-from pairsim.results.units import LENGTH, in_unit
+from pairsim.results.units import LENGTH, VELOCITY, in_unit
 from pairsim.results.xdmf import FieldFrame
 from pairsim.runtime.errors import RunFailure
 from pairsim.runtime.monitor import Monitor
@@ -126,7 +126,8 @@ def _end(case: CurveCase, found: Solutions) -> Iterator[events.Event]:
     elif found.branch is not None and case.n > 1 and points:
         curves = interpolants(points) if case.common and len(points) > 1 else []
         size = max(abs(curve.peak.dU) for curve in curves) if len(points) >= ENOUGH and curves else found.branch.dU
-        reported = adaptation_report(case, found.branch, points, [size] * len(points), f"the largest |dU| ({size:.3g})")
+        largest = f"the largest |dU| ({in_unit(case.scales, VELOCITY, size, digits=3)})"
+        reported = adaptation_report(case, found.branch, points, [size] * len(points), largest)
         entries["adaptation"], missed = reported
         entries["adaptation"]["reference_dU"] = size
         moved = moving_errors(case, points, size) if size > ROUNDING else []
