@@ -5,11 +5,16 @@ from __future__ import annotations
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
+import numpy as np
+
+from pairsim.runtime.clock import Clock
 from pairsim.runtime.errors import RunFailure
+from pairsim.solvers.curves.adaptation import ELASTIC_ORDER
 from pairsim.solvers.errors.run_errors import RunErrors
 from pairsim.solvers.errors.time_error import LEAST
 from pairsim.solvers.problems import Problem
 from pairsim.solvers.transient.end import reason_to_end
+from pairsim.solvers.transient.start import settled_error, settles
 from pairsim.solvers.transient.transient import Transient
 
 # All but the order were chosen.
@@ -19,6 +24,7 @@ FEWEST = 14  # cells on a half-circle, at least
 ORDER = 3.0  # of dU_error in the cell size; measured (docs/explanation/decisions.md)
 AIM = 0.8  # part of the error allowed that cells are made for
 FACTORS = (0.4, COARSE)  # least and largest factor of the cells over those of the problem
+ROUNDS = 3  # in which cells become smaller for the quasi-steady state
 LEAST_PART = 0.1  # of dU_error that is due to the cells, even where the coarse run's time steps seem to cause all of it
 
 
@@ -60,7 +66,7 @@ class RunAdaptation:
         try:
             with suppress(RunFailure):  # finer cells may go on where coarse ones fail
                 transient = Transient(coarse)
-                if not problem.from_steady:  # what a larger s_jump adds to this falls faster with the cells than ORDER
+                if settles(problem):  # on such cells this is far too large; see `_settled`
                     transient.run_errors.interval.start = 0.0
                 errors, unknowns = transient.run_errors, transient.constraints.size
                 for step in transient.steps(iter([problem.t_end])):
@@ -77,8 +83,21 @@ class RunAdaptation:
         by_cells = max(errors.largest - errors.steps.largest, LEAST_PART * errors.largest)
         factor = COARSE * (AIM * wanted * peak / by_cells) ** (1 / ORDER)
         factor = min(max(factor, FACTORS[0]), FACTORS[1])
+        if settles(problem):
+            factor = _settled(problem, AIM * wanted * peak, factor)
         return cls(wanted, peak, errors.largest, t, unknowns, float(f"{factor:.3g}"))
 
     def adapted(self, problem: Problem) -> Problem:
         """The problem with the cells of the run."""
         return replace(problem, mesh=problem.mesh.scaled(self.factor, FEWEST))
+
+
+def _settled(problem: Problem, most: float, factor: float) -> float:
+    """A factor of the cells, at most this one, with which the state that the run goes to has an error of `most` [U_av]."""
+    part = -np.expm1(-problem.t_end / problem.liquid.longest)  # to which it sets in
+    for _ in range(ROUNDS):
+        error = part * np.max(settled_error(replace(problem, mesh=problem.mesh.scaled(factor, FEWEST)), Clock()))
+        if error <= most or factor <= FACTORS[0]:
+            break
+        factor = max(factor * float(most / error) ** (1 / ELASTIC_ORDER), FACTORS[0])
+    return factor

@@ -146,6 +146,12 @@ def quasi_steady(problem: Problem, clock: Clock) -> Start:
         steady.close()
 
 
+def settles(problem: Problem) -> bool:
+    """Whether a run goes from rest to a quasi-steady state whose error is part of its own."""
+    liquid, wanted = problem.liquid, problem.dU_error and not problem.from_steady
+    return wanted and bool(problem.gaps and liquid.modes) and liquid.yielding is None
+
+
 def settled_error(problem: Problem, clock: Clock) -> Array | float:
     """Errors of dU in the quasi-steady state of the first distances [U_av], shape (N-1,); 0 if it was not found."""
     try:

@@ -19,7 +19,7 @@ from pairsim.solvers.stepping.history import ErrorHistory, History
 from pairsim.solvers.stepping.step import Step
 from pairsim.solvers.stepping.step_size import Scheme, extrapolation_weights, land, reached, velocity_error
 from pairsim.solvers.transient.scene import StepSolver
-from pairsim.solvers.transient.start import at_rest, quasi_steady, settled_error
+from pairsim.solvers.transient.start import at_rest, quasi_steady, settled_error, settles
 from pairsim.solvers.transient.state import Counts, Extremes, State
 
 # Weight of errors of the distances between particles relative to errors of the shapes. Measured: dU to 0.15 % in 75
@@ -82,7 +82,7 @@ class Transient(StepSolver):
             self.history = History([0.0], [start.h], [x], [y], [0.0], frame)
             self._U_m = float(start.flow.U.mean()) if start.flow.U.size else 0.0
             self.run_errors.interval.start = start.flow.dU_error
-        elif problem.dU_error and problem.gaps and problem.liquid.modes and problem.liquid.yielding is None:
+        elif settles(problem):
             interval = self.run_errors.interval
             interval.start, interval.setting_in = settled_error(problem, self.clock), problem.liquid.longest
         self.counts.newton, self.counts.factorisations = start.newton, start.factorisations
