@@ -93,7 +93,7 @@ class RunAdaptation:
 
 
 def _settled(problem: Problem, most: float, factor: float) -> float:
-    """A factor of the cells, at most this one, with which the state that the run goes to has an error of `most` [U_av]."""
+    """A factor of the cells, at most this one, with which the state that the run goes to is off by `most` [U_av]."""
     part = -np.expm1(-problem.t_end / problem.liquid.longest)  # to which it sets in
     for _ in range(ROUNDS):
         error = part * np.max(settled_error(replace(problem, mesh=problem.mesh.scaled(factor, FEWEST)), Clock()))
