@@ -84,7 +84,7 @@ class RunAdaptation:
         factor = COARSE * (AIM * wanted * peak / by_cells) ** (1 / ORDER)
         factor = min(max(factor, FACTORS[0]), FACTORS[1])
         if settles(problem):
-            factor = _settled(problem, AIM * wanted * peak, factor)
+            factor = _settled(problem, AIM * wanted * peak / 2, factor)  # one of the two terms of the cells
         return cls(wanted, peak, errors.largest, t, unknowns, float(f"{factor:.3g}"))
 
     def adapted(self, problem: Problem) -> Problem:
