@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from importlib.resources import files
 
-__version__ = "0.2.0"
+__version__ = "0.3.0"
 
 
 def commit() -> str:
