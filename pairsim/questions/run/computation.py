@@ -81,7 +81,8 @@ class Run:
             elif case.adapts:
                 yield events.Note(f"a coarse run first: it tells which cells accuracy: {case.accuracy} needs")
                 self._adapt(RunAdaptation.begin(self.problem, case.error_wanted))
-            self.transient = Transient(self.problem, old.state if old is not None else None)
+            settled = self.adaptation.settled if self.adaptation is not None else None
+            self.transient = Transient(self.problem, old.state if old is not None else None, settled)
             with closing(self.transient):
                 return (yield from self._integrate(self.transient))
         except KeyboardInterrupt as interrupt:

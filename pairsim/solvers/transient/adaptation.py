@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
 from pairsim.runtime.errors import RunFailure
 from pairsim.solvers.curves.adaptation import ELASTIC_ORDER
@@ -39,6 +40,8 @@ class RunAdaptation:
         t: Time that it reached [D_c/U_av].
         unknowns: Its unknowns.
         factor: Factor of the run's cells over those of the problem.
+        settled: Error of dU in the quasi-steady state that a run from rest goes to, on these cells [U_av], shape
+            (N-1,); 0 where it is no part of the run's own.
     """
 
     wanted: float
@@ -47,6 +50,7 @@ class RunAdaptation:
     t: float
     unknowns: int
     factor: float
+    settled: Array | float = 0.0
 
     @classmethod
     def begin(cls, problem: Problem, wanted: float) -> RunAdaptation | None:
@@ -65,9 +69,7 @@ class RunAdaptation:
         transient: Transient | None = None
         try:
             with suppress(RunFailure):  # finer cells may go on where coarse ones fail
-                transient = Transient(coarse)
-                if settles(problem):  # on such cells this is far too large; see `_settled`
-                    transient.run_errors.interval.start = 0.0
+                transient = Transient(coarse, settled=0.0)  # which is far too large on such cells
                 errors, unknowns = transient.run_errors, transient.constraints.size
                 for step in transient.steps(iter([problem.t_end])):
                     problem.monitor.check_signals()
@@ -83,21 +85,23 @@ class RunAdaptation:
         by_cells = max(errors.largest - errors.steps.largest, LEAST_PART * errors.largest)
         factor = COARSE * (AIM * wanted * peak / by_cells) ** (1 / ORDER)
         factor = min(max(factor, FACTORS[0]), FACTORS[1])
-        if settles(problem):
-            factor = _settled(problem, AIM * wanted * peak / 2, factor)  # one of the two terms of the cells
-        return cls(wanted, peak, errors.largest, t, unknowns, float(f"{factor:.3g}"))
+        found = cls(wanted, peak, errors.largest, t, unknowns, float(f"{factor:.3g}"))
+        return found._settling(problem) if settles(problem) else found
 
     def adapted(self, problem: Problem) -> Problem:
         """The problem with the cells of the run."""
         return replace(problem, mesh=problem.mesh.scaled(self.factor, FEWEST))
 
-
-def _settled(problem: Problem, most: float, factor: float) -> float:
-    """A factor of the cells, at most this one, with which the state that the run goes to is off by `most` [U_av]."""
-    part = -np.expm1(-problem.t_end / problem.liquid.longest)  # to which it sets in
-    for _ in range(ROUNDS):
-        error = part * np.max(settled_error(replace(problem, mesh=problem.mesh.scaled(factor, FEWEST)), Clock()))
-        if error <= most or factor <= FACTORS[0]:
-            break
-        factor = max(factor * float(most / error) ** (1 / ELASTIC_ORDER), FACTORS[0])
-    return factor
+    def _settling(self, problem: Problem) -> RunAdaptation:
+        """The same with cells on which the quasi-steady state that a run from rest goes to is exact enough."""
+        most = AIM * self.wanted * self.dU / 2  # the error has two terms of the cells, of which this is one
+        part = -np.expm1(-problem.t_end / problem.liquid.longest)  # to which it sets in
+        found = self
+        for rounds in range(ROUNDS + 1):
+            found = replace(found, settled=settled_error(found.adapted(problem), Clock()))
+            error = part * np.max(found.settled)
+            if error <= most or found.factor <= FACTORS[0] or rounds == ROUNDS:
+                break
+            factor = max(found.factor * float(most / error) ** (1 / ELASTIC_ORDER), FACTORS[0])
+            found = replace(found, factor=float(f"{factor:.3g}"))
+        return found

@@ -37,6 +37,8 @@ class Transient(StepSolver):
     Args:
         problem: The problem.
         state: State of an earlier run to continue, None to start as the problem says.
+        settled: Error of dU in the quasi-steady state that a run from rest goes to [U_av], shape (N-1,); None: it is
+            determined.
 
     Attributes:
         counts: Work since the start of the run.
@@ -51,18 +53,18 @@ class Transient(StepSolver):
             from.
     """
 
-    def __init__(self, problem: Problem, state: State | None = None) -> None:
+    def __init__(self, problem: Problem, state: State | None = None, settled: Array | float | None = None) -> None:
         super().__init__(problem)
         self.counts, self.run_errors, self.extremes = Counts(), RunErrors.of(problem.liquid), Extremes()
         self.gaps = problem.gaps
         self._U_m, self._dt, self._due = problem.U_m, problem.control.fixed or problem.first_step, False
         self._error: ErrorEquation | None = None
         if state is None:
-            self._begin()
+            self._begin(settled)
         else:
             self._restore(state)
 
-    def _begin(self) -> None:
+    def _begin(self, settled: Array | float | None) -> None:
         """Start from unstressed particles and an unstressed liquid, or from the quasi-steady state."""
         problem = self.problem
         start = (quasi_steady if problem.from_steady else at_rest)(problem, self.clock)
@@ -84,7 +86,8 @@ class Transient(StepSolver):
             self.run_errors.interval.start = start.flow.dU_error
         elif settles(problem):
             interval = self.run_errors.interval
-            interval.start, interval.setting_in = settled_error(problem, self.clock), problem.liquid.longest
+            interval.start = settled_error(problem, self.clock) if settled is None else settled
+            interval.setting_in = problem.liquid.longest
         self.counts.newton, self.counts.factorisations = start.newton, start.factorisations
         if problem.dU_error:
             self._error = ErrorEquation(errors)
