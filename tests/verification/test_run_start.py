@@ -13,6 +13,7 @@ from pairsim.computing.problems import problem_of
 from pairsim.physics.pipe import Pipe
 from pairsim.solvers.curves.branch import Point
 from pairsim.solvers.stepping.step import Step
+from pairsim.solvers.transient.adaptation import AIM, RunAdaptation
 from pairsim.solvers.transient.end import settled
 from pairsim.solvers.transient.transient import Transient
 
@@ -112,3 +113,18 @@ def test_error_of_the_settled_state_is_part_of_the_errors(start: str) -> None:
         assert not errors.h[0].any()
     finally:
         transient.close()
+
+
+@pytest.mark.slow
+def test_cells_of_a_run_from_rest_are_made_for_the_state_that_it_goes_to() -> None:
+    """A coarse run does not see the scatter of this state, which on its cells is twice as large as it may be."""
+    case = {**SHORT, **ELASTIC, "dU_error": True, "time": {"end": 0.05}}
+    problem = problem_of(parse_case(QUESTIONS["run"], case, "test"))
+    exact = RunAdaptation.begin(problem, 1.0)
+    assert exact is not None
+    wanted = float(np.max(exact.settled)) * -np.expm1(-0.05 / 0.25) / (AIM * exact.dU)
+    finer = RunAdaptation.begin(problem, wanted)
+    assert finer is not None
+    assert finer.factor < exact.factor
+    assert (finer.settled < exact.settled).all()
+    assert (finer.settled * -np.expm1(-0.05 / 0.25) <= AIM * wanted * finer.dU / 2).all()
