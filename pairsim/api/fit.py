@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from io import StringIO
-from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -214,7 +213,8 @@ def fit(
         if reach[1] >= ends[k][1]:
             cut.add(name)
         guess, unit = as_given(block[name][0] if isinstance(block[name], list) else block[name])
-        interval = sorted(guess * each if power > 0 else guess / each if each else inf for each in map(float, reach))
+        with np.errstate(divide="ignore"):  # no softness at all is an infinite modulus
+            interval = np.sort(guess * np.array(reach, dtype=float) ** power).tolist()
         values[name] = guess * x[k] ** power, *interval, unit
     um = 1e6 * scales.length
     alike = float(white[1:] @ white[:-1]) / max(float(white @ white), len(t))
