@@ -101,10 +101,10 @@ def _error(of: str, name: str, unit: Unit, by: str) -> Column:
     return Column(f"{name}_error", r"\epsilon{_}", meaning, unit, of, unknown=True)
 
 
-def _by(name: str, symbol: str) -> Column:
+def _by(name: str, symbol: str, words: str = "") -> Column:
     """The derivative of dU by a parameter."""
     symbol = rf"\partial\Delta U{{_}}/\partial {symbol}"
-    return Column(f"by_{name}", symbol, f"derivative of dU{{_}} by {name}", VELOCITY, GAP)
+    return Column(f"by_{name}", symbol, f"derivative of dU{{_}} by {words or name}", VELOCITY, GAP)
 
 
 def _observed(name: str, symbol: str, meaning: str, unit: Unit = PURE) -> Column:
@@ -175,6 +175,7 @@ COLUMNS: tuple[Column, ...] = (
     _by("De", r"\mathrm{De}"),
     _by("xi", r"\xi"),
     _by("beta", r"\beta"),
+    _by("difference", r"\delta", "the difference of the diameters, the leading less the trailing one, over their mean"),
     Column("Ca_e", r"\mathrm{Ca}_e", "elastic capillary number of the soft particles"),
     Column("De", r"\mathrm{De}", "Deborah number"),
     Column("d_cr", r"d_{cr}", "critical distance, at which dU = 0", LENGTH),

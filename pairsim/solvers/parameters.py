@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from pairsim.physics.liquids import NEWTONIAN, Liquid
@@ -17,14 +18,15 @@ class Parameters:
         gaps: Distances between facing surfaces on the axis from upstream [D_c], N-1 values.
         solids: The particles' materials, None for rigid particles, N entries.
         liquid: The liquid.
-        size: Factor of all particle diameters; differs from 1 only for derivatives with respect to beta.
+        sizes: Factors of the particles' diameters, N values; empty where all are 1. They differ from 1 for derivatives
+            with respect to diameters alone.
         varied: The only distance that varies along a curve, from upstream; None where all do, which are equal.
     """
 
     gaps: tuple[float, ...]
     solids: tuple[Solid | None, ...]
     liquid: Liquid = NEWTONIAN
-    size: float = 1.0
+    sizes: tuple[float, ...] = ()
     varied: int | None = None
 
     @property
@@ -44,6 +46,16 @@ class Parameters:
     def with_longer_gap(self, i: int, change: float) -> Parameters:
         """The same with gap i, from upstream, longer by a change [D_c]."""
         return replace(self, gaps=(*self.gaps[:i], self.gaps[i] + change, *self.gaps[i + 1 :]))
+
+    def diameters(self, betas: Sequence[float]) -> tuple[float, ...]:
+        """The particles' diameters [D_c] from those with factors of 1."""
+        if not self.sizes:
+            return tuple(betas)
+        return tuple(beta * size for beta, size in zip(betas, self.sizes, strict=True))
+
+    def resized(self, factors: Sequence[float]) -> Parameters:
+        """The same with the particles' diameters multiplied by factors, N values."""
+        return replace(self, sizes=self.diameters(factors))
 
     def with_De(self, De: float) -> Parameters:
         """The same at another Deborah number."""
@@ -76,6 +88,6 @@ class Parameters:
             tuple(a + (b - a) * tau for a, b in zip(self.gaps, end.gaps, strict=True)),
             tuple(a and b and a.with_numbers(between(a.numbers, b.numbers, tau, ())) for a, b in solids),
             self.liquid.towards(end.liquid, tau),
-            self.size,
+            self.sizes,
             self.varied,
         )

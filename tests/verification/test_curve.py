@@ -136,9 +136,11 @@ def test_sensitivities_are_differences_of_neighbouring_solutions(viscoelastic: B
     e, xi = 1e-2, float(here.liquid.xi)
     softer = [here.softer(1 + s * e) for s in (1, -1)]
     faster = [here.with_De(here.De * (1 + s * e)) for s in (1, -1)]
-    larger = [replace(here, size=1 + s * e) for s in (1, -1)]
+    larger = [here.resized([1 + s * e] * 2) for s in (1, -1)]
+    unequal = [here.resized([1 - s * e / 2, 1 + s * e / 2]) for s in (1, -1)]
     thicker = [replace(here, liquid=replace(here.liquid, xi=xi * (1 + s * e))) for s in (1, -1)]
-    lines = ("Ca_e", softer, 0.1), ("De", faster, 0.5), ("beta", larger, 0.4), ("xi", thicker, xi)
+    lines = [("Ca_e", softer, 0.1), ("De", faster, 0.5), ("beta", larger, 0.4), ("xi", thicker, xi)]
+    lines += [("difference", unequal, 1.0)]
     for name, places, value in lines:
         high, low = (_moving(viscoelastic, place) for place in places)
         assert exact[name][0] == pytest.approx((high - low) / (2 * e * value), rel=2e-3), name
@@ -151,6 +153,17 @@ def test_sensitivity_to_beta_is_the_difference_of_other_spheres() -> None:
     found = pairsim.curve(case(mesh={"Np": 20}), sensitivities=True).check().table["by_beta"].item()
     low, high = (curve(beta=beta, mesh={"Np": 20})["dU"].item() for beta in (0.396, 0.404))
     assert found == pytest.approx((high - low) / 0.008, rel=0.02)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("De", "Ca_e"), [(0, 0), (0, 0.1), (0.5, 0.05)])
+def test_sensitivity_to_the_difference_of_diameters_is_that_of_unequal_pairs(De: float, Ca_e: float) -> None:
+    """The leading particle is larger by .4 % or smaller by as much, on meshes of their own."""
+    keys = {"De": De, "Ca_e": Ca_e, "mesh": {"Np": 20}}
+    found = pairsim.curve(case(**keys), sensitivities=True).check().table["by_difference"].item()
+    pairs = ([0.4 * (1 - s * 0.002), 0.4 * (1 + s * 0.002)] for s in (-1, 1))
+    low, high = (curve(beta=betas, **keys)["dU"].item() for betas in pairs)
+    assert found == pytest.approx((high - low) / 0.008, rel=0.01)
 
 
 def _solved(branch: Branch, place: Parameters) -> float:

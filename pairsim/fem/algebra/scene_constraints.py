@@ -5,6 +5,7 @@ The notation is that of `pairsim.fem.algebra.constraints`.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -340,10 +341,13 @@ def steady_constraints(scene: Scene) -> Constraints:
     return made.finished()
 
 
-def steady_base(scene: Scene, size: float) -> Array:
-    """Constant part of the constraints of a quasi-steady scene with all diameters multiplied by `size`, shape (n,)."""
+def steady_base(scene: Scene, sizes: Sequence[float]) -> Array:
+    """Constant part of the constraints of a quasi-steady scene with diameters multiplied by factors, shape (n,)."""
     bodies = scene.bodies
-    scene.bodies = [replace(body, outline=Outline(body.outline.radius * size, body.outline.angles)) for body in bodies]
+    scene.bodies = [
+        replace(body, outline=Outline(body.outline.radius * size, body.outline.angles))
+        for body, size in zip(bodies, sizes, strict=True)
+    ]
     try:
         return steady_constraints(scene).base
     finally:

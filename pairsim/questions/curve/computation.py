@@ -74,7 +74,7 @@ def computation(case: CurveCase, monitor: Monitor, sensitivities: bool) -> event
 def _columns(case: CurveCase, sensitivities: bool) -> list[str]:
     """The columns of curve.csv."""
     values = ("Ca_e", max(case.Ca_es)), ("De", case.De), ("xi", case.De and case.xi), ("beta", 1.0)
-    parameters = [name for name, value in values if value]
+    parameters = [name for name, value in values if value] + ["difference"] * (case.n == 2)
     parameters = parameters if sensitivities else []
     columns = curve_columns(case.n, case.common, parameters, case.velocity is not None)
     return [*columns, *health_columns(case)]

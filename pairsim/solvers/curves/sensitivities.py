@@ -27,7 +27,7 @@ Line = Callable[[float], Parameters]
 
 
 def sensitivities(steady: SteadySolver, adjoints: Adjoints, dU: Array, motion: SlowMotion) -> dict[str, Array]:
-    """Derivatives of dU on the slow manifold with respect to Ca_e, De, xi and beta.
+    """Derivatives of dU on the slow manifold with respect to Ca_e, De, xi, beta and the difference of two diameters.
 
     If the values of the particles differ, their ratios are fixed and the derivative is with respect to the largest
     value. One adjoint for each velocity gives the derivatives at held distances with respect to all parameters (Giles
@@ -40,7 +40,8 @@ def sensitivities(steady: SteadySolver, adjoints: Adjoints, dU: Array, motion: S
         motion: What moving adds to them.
 
     Returns:
-        Derivatives by name of the parameter, shape (N-1,) each: "beta", and "Ca_e", "De" and "xi" if they are not zero.
+        Derivatives by name of the parameter, shape (N-1,) each: "beta"; "Ca_e", "De" and "xi" if they are not zero; and
+        of a pair "difference", the leading particle's diameter minus the trailing one's over their mean.
     """
     now = steady.parameters
     lines: dict[str, tuple[float, Line]] = {}
@@ -50,7 +51,10 @@ def sensitivities(steady: SteadySolver, adjoints: Adjoints, dU: Array, motion: S
         lines["De"] = now.De, lambda tau: now.with_De(now.De * (1 + tau))
         xi = float(now.liquid.xi)
         lines["xi"] = xi, lambda tau: replace(now, liquid=replace(now.liquid, xi=xi * (1 + tau)))
-    lines["beta"] = max(steady.problem.betas), lambda tau: replace(now, size=now.size * (1 + tau))
+    n = len(now.solids)
+    lines["beta"] = max(steady.problem.betas), lambda tau: now.resized([1 + tau] * n)
+    if n == 2:
+        lines["difference"] = 1.0, lambda tau: now.resized([1 - tau / 2, 1 + tau / 2])
     found = {}
     for name, (value, line) in lines.items():
         change = residual_change(steady, line)

@@ -41,7 +41,7 @@ class InnerDrop:
         mesh, positions = scene.liquid.six_node_mesh, scene.positions(x)
         quadrature, length = CellQuadrature(mesh), scene.reference.geometry.length
         betas, parameters = steady.problem.betas, steady.parameters
-        free = (length - sum(betas) * parameters.size - sum(parameters.gaps)) / 2
+        free = (length - sum(parameters.diameters(betas)) - sum(parameters.gaps)) / 2
         over = min(AVERAGED, MOST_AVERAGED * free)
         z = np.einsum("qa,ma->mq", quadrature.shapes, positions[mesh.cells, 0], optimize=True)
         weights, total, apart = quadrature.weights(positions), np.zeros(len(mesh.vertices)), 0.0

@@ -128,7 +128,7 @@ class SteadySolver(MeshedSolver):
 
     def h_star(self, parameters: Parameters) -> Array:
         """Material positions h* of undeformed spheres at the distances of the parameters, shape (n_h,)."""
-        betas = tuple(beta * parameters.size for beta in self.problem.betas)
+        betas = parameters.diameters(self.problem.betas)
         centres = Geometry(betas, parameters.gaps, self.problem.length).centres
         if self.problem.closed:  # the first particle stays where its cells are
             centres = centres - centres[0] + self.scene.reference.geometry.centres[0]
@@ -144,11 +144,12 @@ class SteadySolver(MeshedSolver):
             Material positions h* of undeformed spheres, shape (n_h,).
         """
         scene, base = self.scene, self.constraints.base
-        base[:] = self._untouched if parameters.size == 1.0 else steady_base(scene, parameters.size)
-        for body, points, solid in zip(self.bodies, self._sphere_points, parameters.solids, strict=True):
+        sizes = parameters.sizes or (1.0,) * len(self.bodies)
+        base[:] = steady_base(scene, sizes) if parameters.sizes else self._untouched
+        for body, points, solid, size in zip(self.bodies, self._sphere_points, parameters.solids, sizes, strict=True):
             if body.phase is not None and points is not None and solid is not None:
                 body.phase.become(solid)
-                body.phase.mesh.geometry.x[:] = points * parameters.size
+                body.phase.mesh.geometry.x[:] = points * size
         scene.liquid.become(parameters.liquid)
         for phase in scene.phases:
             if "rate" in phase.constants:
