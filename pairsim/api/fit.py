@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 import scipy
 
 from pairsim.api.ask import asked_of
 from pairsim.api.cases import AnyCase
-from pairsim.api.rheometer_files import text_of
-from pairsim.cases.quantities import as_given, unit_in
+from pairsim.api.film import film_of
+from pairsim.cases.quantities import as_given
 from pairsim.results.curve_table import Motion
 from pairsim.results.folder import kind_of, read_record
 from pairsim.results.table_files import read_table
@@ -88,7 +85,14 @@ class FilmFit:
 
 
 def fit(
-    film: Path | str, case: AnyCase, *, unknown: str | Sequence[str] = "modulus", atlas: Path | str | None = None
+    film: Path | str,
+    case: AnyCase,
+    *,
+    unknown: str | Sequence[str] = "modulus",
+    atlas: Path | str | None = None,
+    fps: float | None = None,
+    pixel: str | None = None,
+    particles: Sequence[int | str] | None = None,
 ) -> FilmFit:
     """Fit quantities of an experiment to a film of two equal beads, from when they have forgotten their start.
 
@@ -98,10 +102,14 @@ def fit(
     the same film, its deviation from the best one is that of two numbers.
 
     Args:
-        film: CSV file with times and distances between the surfaces: columns such as "t [s]" and "d [um]".
+        film: Table with times and distances between the surfaces, columns such as "t [s]" and "d [um]", or of a
+            tracker: frames, particles and their positions.
         case: The experiment, with a first guess of what is unknown in its `physical` block.
         unknown: "modulus", "relaxation" or both.
         atlas: File of an atlas; None: those that ship.
+        fps: Frames per second, for a film with frame numbers in place of times.
+        pixel: Size of a pixel, such as ".65 +- .01 um", for lengths in pixels.
+        particles: Names of the two beads in a table with more than two.
 
     Raises:
         InputError: A file or key is wrong, or the atlas has no answer for the first guess.
@@ -116,7 +124,8 @@ def fit(
         raise InputError("pairsim fit", f"physical.{(missing or unknown)[0]}", None, "must be given, as a first guess")
     if reasons:
         raise InputError("pairsim fit", "", None, f"the atlas has no answer: {' and '.join(reasons)}")
-    seconds, metres = film_of(Path(film))
+    read = film_of(film, fps=fps, pixel=pixel, particles=particles)
+    seconds, metres = read.seconds, read.gaps(asked.betas[0] * scales.length)
     t, d = seconds / scales.time, metres / scales.length
     numbers = {"beta": asked.betas[0], "De": asked.De, "Ca_e": asked.Ca_es[0]}
     start = SETTLED * float(np.interp(d[0], book.d, book.table(**numbers)["t_relax"]))
@@ -235,8 +244,8 @@ def overlay_film(film: Path, folders: Sequence[Path], out: Path, page: Page) -> 
     """
     from pairsim.plots.measured import draw_film
 
-    t, d = film_of(film)
-    t, lines = t - t[0], {}
+    seen, lines = film_of(film), {}
+    t, d = seen.seconds - seen.seconds[0], seen.metres
     for folder in folders:
         kind, scales = kind_of(folder), scales_in(read_record(folder))
         if kind not in ("run", "curve") or scales is None:
@@ -250,32 +259,3 @@ def overlay_film(film: Path, folders: Sequence[Path], out: Path, page: Page) -> 
             table = {"t": t / scales.time, "d": motion.path(d[0] / scales.length, t / scales.time)}
         lines[f"{kind} {folder.name}"] = scales.time * table["t"], 1e6 * scales.length * table["d"]
     return draw_film((t, 1e6 * d), lines, out, page)
-
-
-def film_of(film: Path) -> tuple[Array, ...]:
-    """Times [s] and distances [m] of a film, in ascending time; spreadsheets write semicolons and decimal commas."""
-    if not film.exists():
-        raise InputError(str(film), "", None, "no such file")
-    try:
-        text = text_of(film)
-        separator = next((each for each in "\t;" if each in text.partition("\n")[0]), ",")
-        table = pd.read_csv(StringIO(text), sep=separator, decimal="." if separator == "," else ",")
-    except ValueError as error:
-        raise InputError(str(film), "", None, f"must be a table such as one of t [s], d [um] ({error})") from None
-    found = []
-    for name, unit in (("t", "s"), ("d", "m")):
-        heading = next((each for each in map(str, table) if re.fullmatch(rf"\s*{name}\s*\[.+\]\s*", each)), "")
-        if not heading:
-            raise InputError(str(film), name, None, f"must be a column with its unit, such as {name} [{unit}]")
-        values = pd.to_numeric(table[heading], errors="coerce")
-        if values.empty:
-            raise InputError(str(film), heading.strip(), None, "must have numbers below it")
-        if not np.isfinite(values).all():
-            wrong = int(np.flatnonzero(~np.isfinite(values))[0])
-            raise InputError(f"{film}:{wrong + 2}", heading.strip(), table[heading].iloc[wrong], "must be a number")
-        try:
-            size = unit_in(unit, heading.partition("[")[2].strip(" ]"))
-        except ValueError as error:
-            raise InputError(str(film), heading.strip(), None, str(error)) from None
-        found.append(values.to_numpy(dtype=float) * size)
-    return tuple(each[np.argsort(found[0])] for each in found)

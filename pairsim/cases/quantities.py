@@ -30,6 +30,17 @@ COMMON = {
     "kg/m^3": {"kg/m^3": 1.0},
 }
 """Units in SI units, as pint has them, for which it is not loaded: this takes longer than an atlas to answer."""
+MEASURING = {
+    "[length]": {"meter", "micron", "angstrom", "inch", "thou", "foot", "yard", "mile"},
+    "[time]": {"second", "minute", "hour", "day", "week"},
+    "[length] ** 3": {"liter", "cubic_centimeter", "gallon", "fluid_ounce"},
+    "[length] / [time]": {"meter_per_second", "kilometer_per_hour", "mile_per_hour"},
+    "[length] ** 3 / [time]": set(),
+}
+"""Units with names of their own that are used at a bench. Pint has more, some by words that mean something else there:
+pc is a parsec, pt a pint, cp a cup, fps a foot per second, pa a picoyear."""
+METRIC = {"meter", "second", "liter"}
+LARGE = "mega", "giga", "tera", "peta", "exa", "zetta", "yotta", "ronna", "quetta"
 
 
 def a_length(key: str, words: str, example: str = "50 um", symbol: str = "") -> Dimension:
@@ -55,10 +66,26 @@ def _parsed(text: Any) -> tuple[float, pint.Unit]:
     number, unit = match.groups()
     if unit.endswith("Pas"):  # of which pint makes several Pa
         raise ValueError(f"has the unit {unit}, which is written {unit[:-1]}.s")
+    return float(number), _unit(re.sub(r"(?<=[^\W\d_])[.·](?=[^\W\d_])", "*", unit), unit)
+
+
+def _unit(text: str, given: str) -> pint.Unit:
+    """A unit that is used at a bench; ValueError for others, and for those that pint does not know."""
+    registry = _registry()
     try:
-        return float(number), _registry().parse_units(re.sub(r"(?<=[^\W\d_])[.·](?=[^\W\d_])", "*", unit))
+        unit = registry.parse_units(text)
+        parts = {name: registry.parse_unit_name(name)[0] for name in dict(unit._units)}
     except Exception:  # pint does not document which exceptions its parser raises
-        raise ValueError(f"has the unknown unit {unit}") from None
+        raise ValueError(f"has the unknown unit {given}") from None
+    printed = registry.get_group("Printer").members
+    for name, (prefix, root, _) in parts.items():
+        if root in printed:
+            raise ValueError(f"has the unit {given}, which is one of screens and print, not of what a camera sees")
+        known = MEASURING.get(str(registry.get_dimensionality(root)))
+        prefixed = prefix and not (root in METRIC and prefix not in LARGE)
+        if known is not None and (root not in known or prefixed):
+            raise ValueError(f"has the unit {given}, which stands for {name.replace('_', ' ')} and is not taken")
+    return unit
 
 
 def _in_common(text: Any, unit: str) -> float | None:
@@ -171,7 +198,7 @@ def unit_in(other: str, unit: str) -> float:
         ValueError: It is no unit, or is of another kind.
     """
     try:
-        return float(_registry().Quantity(1.0, unit).to(other).magnitude)
+        return float(_registry().Quantity(1.0, _unit(unit, unit)).to(other).magnitude)
     except Exception:  # pint does not document which exceptions its parser raises
         raise ValueError(f"is no unit as {other} is") from None
 

@@ -17,7 +17,7 @@ from support.commands import Pairsim
 from support.pictures import drawn_figures
 
 import pairsim as api
-from pairsim.api.fit import film_of
+from pairsim.api.film import film_of
 from pairsim.atlas.atlas import SHIPPED, Atlas
 from pairsim.results.curve_table import Motion
 from pairsim.results.table_files import table_text
@@ -165,8 +165,8 @@ def test_what_is_unknown_needs_a_first_guess(atlas: Path, tmp_path: Path) -> Non
 )
 def test_films_of_spreadsheets(text: str, encoding: str, tmp_path: Path) -> None:
     (tmp_path / "film.csv").write_bytes(text.encode(encoding))
-    t, d = film_of(tmp_path / "film.csv")
-    np.testing.assert_allclose((t, 1e6 * d), ([0.5, 1.0], [7.25, 6.0]))
+    film = film_of(tmp_path / "film.csv")
+    np.testing.assert_allclose((film.seconds, 1e6 * film.metres), ([0.5, 1.0], [7.25, 6.0]))
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ from typer.testing import CliRunner
 
 import pairsim as api
 from pairsim.cases.inputs import inputs_of
-from pairsim.cases.physical import forget_numbers
+from pairsim.cases.physical import QUANTITIES, forget_numbers
 from pairsim.cases.quantities import COMMON, LENGTH, measured, quantity_range, si
 from pairsim.cases.run_case import Case
 from pairsim.cases.values import Range
@@ -31,6 +31,7 @@ from pairsim.computing.case_files import parse_case, read_case
 from pairsim.physics import liquids, solids
 from pairsim.physics.liquids.power_law import PowerLaw
 from pairsim.physics.liquids.viscous import ZERO_SHEAR, ViscousLaw
+from pairsim.physics.material import Dimension, a_time
 from pairsim.physics.scales import Scales, mean_velocity
 from pairsim.physics.solids.kelvin_voigt import KelvinVoigt
 from pairsim.physics.solids.solid import MODULUS
@@ -202,6 +203,41 @@ def test_common_units_are_those_of_pint() -> None:
     for of, units in COMMON.items():
         for unit, size in units.items():
             assert size == registry.Quantity(1.0, unit.replace(".", "*")).to(of).magnitude, unit
+
+
+A_TIME, A_VELOCITY, A_FLOW = a_time("t", "time"), QUANTITIES["velocity"].dimension, QUANTITIES["flow_rate"].dimension
+PRINT = "is one of screens and print, not of what a camera sees"
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "wrong"),
+    [(f"250 {unit}", LENGTH, PRINT) for unit in ("px", "pixel", "dot", "point", "pp", "bp", "pica", "kpx")]
+    + [
+        ("5 pc", LENGTH, "stands for parsec"),
+        ("5 li", LENGTH, "stands for link"),
+        ("5 Mm", LENGTH, "stands for megameter"),
+        ("5 Min", LENGTH, "stands for megainch"),
+        ("5 Ms", A_TIME, "stands for megasecond"),
+        ("5 ma", A_TIME, "stands for milliyear"),
+        ("5 fps", A_VELOCITY, "stands for foot per second"),
+        ("5 px/s", A_VELOCITY, PRINT),
+        ("5 pt/min", A_FLOW, "stands for pint"),
+        ("5 sv", A_FLOW, "stands for sverdrup"),
+    ],
+)
+def test_words_that_mean_something_else_at_a_bench_are_no_units(text: str, kind: Dimension, wrong: str) -> None:
+    """Pint takes px for 1/96 inch, pp for a printer's point, fps for feet per second, ma for thousandths of years."""
+    with pytest.raises(ValueError, match=wrong):
+        si(text, kind)
+
+
+def test_units_that_a_bench_uses_stay() -> None:
+    for text, length in (("1 micron", 1e-6), ("1 mil_length", 2.54e-5), ("1 Å", 1e-10), ("2 thou", 5.08e-5)):
+        assert si(text, LENGTH) == pytest.approx(length)
+    for text, time in (("1 us", 1e-6), ("2 ks", 2e3), ("1 h", 3600.0), ("1 week", 604800.0)):
+        assert si(text, A_TIME) == pytest.approx(time)
+    for text, flow in (("60 cc/min", 1e-6), ("1 mm^3/s", 1e-9), ("1 uL/hr", 1e-9 / 3600)):
+        assert si(text, A_FLOW) == pytest.approx(flow)
 
 
 @pytest.mark.parametrize(
