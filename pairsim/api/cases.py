@@ -59,13 +59,13 @@ def load(path_or_dict: AnyCase, *, kind: str | None = None, **overrides: Any) ->
         if path_or_dict.kind == kind and not overrides:
             return path_or_dict  # valid already
     source = str(path_or_dict) if isinstance(path_or_dict, str | PathLike) else "case"
-    data = _content_of(path_or_dict)
+    data = content_of(path_or_dict)
     forget_numbers(data)
     merge(data, _written(overrides, source), source)
     return parse_case(QUESTIONS[kind or fitting(data, QUESTIONS)[0]], data, source)
 
 
-def _content_of(given: AnyCase) -> dict[str, Any]:
+def content_of(given: AnyCase) -> dict[str, Any]:
     """The keys and values of a file, of a dict or of a case; InputError for any other type."""
     if isinstance(given, SceneCase):
         return given.model_dump(mode="json", exclude_unset=True)

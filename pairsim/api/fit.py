@@ -1,25 +1,32 @@
-"""The modulus of two beads, or the relaxation time of their liquid, from a film of their distance: `fit`."""
+"""The modulus of two beads, or the relaxation time of their liquid, from films of their distance: `fit`."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from functools import cache
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import scipy
 
 from pairsim.api.ask import asked_of
-from pairsim.api.cases import AnyCase
-from pairsim.api.film import film_of
-from pairsim.cases.quantities import as_given
+from pairsim.api.cases import AnyCase, content_of
+from pairsim.api.film import Film, film_of
+from pairsim.api.film_model import FilmModel, Seen, Uncertain
+from pairsim.api.film_search import LEAST, Search
+from pairsim.atlas.atlas import Atlas
+from pairsim.cases.case import SceneCase
+from pairsim.cases.inputs import inputs_of
+from pairsim.cases.physical import DIFFERENCE, QUANTITIES
+from pairsim.cases.quantities import as_given, percentage, si, unit_in
+from pairsim.physics.material import Dimension
+from pairsim.physics.scales import Scales
 from pairsim.results.curve_table import Motion
 from pairsim.results.folder import kind_of, read_record
 from pairsim.results.table_files import read_table
 from pairsim.results.units import scales_in
-from pairsim.runtime.arrays import Array, Indices
+from pairsim.runtime.arrays import Array, Flags
 from pairsim.runtime.errors import InputError
 
 if TYPE_CHECKING:
@@ -27,34 +34,51 @@ if TYPE_CHECKING:
 
 GIVES = {"modulus": ("Ca_e", -1), "relaxation": ("De", 1)}
 """What may be unknown, the number that follows from it, and the power of it."""
-LEAST = 1e-3  # such a number over its first guess, at least; chosen
+MIDDLE = 0.5  # the same in the case that is checked, whose answer does not depend on it
 WIDE = 2.0  # ratio to its value at which an interval ends of which it is said that the data do not determine it; chosen
-SETTLED = 6.0  # decay times after which dU from rest is that of the curve: to 0.2 % in Giesekus liquids, 7 % after 3
-PLACES = 40  # values of what is unknown at which the sum of squares is looked at, for all its minima; chosen
-EXACT = 1e-4  # least noise of distances that is assumed [D_c]; chosen
-STEP = 1e-4  # of differences, relative; chosen
 CHANCE = 3.0  # standard errors that the correlation of neighbouring residuals may have by chance; chosen
+UNKNOWN_DIFFERENCE = 0.1  # half-width of the difference of two diameters where nothing is known of it, over their mean
+
+
+class Value(NamedTuple):
+    """A quantity, the least and the largest one of its interval of 95 %, and their unit."""
+
+    value: float
+    least: float
+    most: float
+    unit: str
 
 
 @dataclass(frozen=True)
 class FilmFit:
-    """A fit to a film.
+    """A fit to films.
 
     Attributes:
         values: By quantity, its value, the least and the largest one of its interval of 95 %, and their unit.
-        times: Times of the frames that were used [s], shape (frames,).
-        distances: Distances of these frames [um], of the same shape.
+        times: Times of the frames that were used [s], shape (frames,); of several films, one after the other.
+        distances: Distances between the surfaces in these frames [um], of the same shape.
         fitted: Those of the model [um], of the same shape.
         alike: Correlation of the residuals of neighbouring frames, less what the atlas may be off by.
         cut: The quantities whose interval ends because the atlas does.
+        parts: By quantity and by what is not known, half-widths over the value, to first order: the root of the
+            difference of squares, with the thing and if it were known; "noise" is what would remain.
+        equal: As `values`, of beads whose diameters are equal; empty where their difference is given.
+        difference: Difference of the diameters, leading less trailing over their mean, and its half-width, as fitted.
+        left_out: Number of frames that were left out as outliers.
+        notes: What was read, and what the intervals do not contain, in sentences.
     """
 
-    values: Mapping[str, tuple[float, float, float, str]]
+    values: Mapping[str, Value]
     times: Array
     distances: Array
     fitted: Array
     alike: float
     cut: frozenset[str] = frozenset()
+    parts: Mapping[str, Mapping[str, float]] | None = None
+    equal: Mapping[str, Value] | None = None
+    difference: tuple[float, float] = (0.0, 0.0)
+    left_out: int = 0
+    notes: tuple[str, ...] = ()
 
     @property
     def residuals(self) -> Array:
@@ -70,18 +94,39 @@ class FilmFit:
         return draw_film(film, {"fit": fitted}, Path(out), Page())
 
     def __str__(self) -> str:
-        lines = []
-        for name, (value, least, most, unit) in self.values.items():
-            wide = most > WIDE * value or value > WIDE * least
-            unknown = ": these data do not determine it" if wide else ""
-            cut = (
-                "; the interval ends where the atlas does, values beyond were not looked at" if name in self.cut else ""
+        return "\n".join(self._sentences())
+
+    def _sentences(self) -> Iterator[str]:
+        for name, found in self.values.items():
+            cut = "; the interval ends where the atlas does, values beyond were not looked at" * (name in self.cut)
+            yield f"{name} = {_interval(found)}{cut}"
+            largest = sorted((self.parts or {}).get(name, {}).items(), key=lambda item: -item[1])
+            said = [f"{part} +- {100 * half:.2g} %" for part, half in largest if half > 0.1 * largest[0][1]]
+            if np.isfinite(found.most) and said:
+                yield f"  by {', '.join(said)}"
+        size, half_width = (100 * each for each in self.difference)
+        if half_width:
+            yield (
+                f"The leading bead is {abs(size):.2g} +- {half_width:.2g} % {'larger' if size > 0 else 'smaller'} than "
+                "the trailing one, as fitted."
             )
-            lines.append(f"{name} = {value:.4g} {unit}, 95 %: {least:.4g} to {most:.4g}{unknown}{cut}")
-        lines.append(f"{len(self.times)} frames, off by {self.residuals.std():.2g} um")
+        for name, found in (self.equal or {}).items():
+            yield (
+                f"If the diameters are equal (particle_difference: 0 % in the physical block), {name} = "
+                f"{_interval(found)}."
+            )
+        frames = f"{len(self.times)} frames, off by {self.residuals.std():.2g} um"
+        yield frames + (f"; {self.left_out} more are outliers and were left out" if self.left_out else "")
         if self.alike > CHANCE / np.sqrt(len(self.times)):
-            lines.append("A bad fit: neighbouring frames are off in the same direction, so this model is not theirs.")
-        return "\n".join(lines)
+            yield "A bad fit: neighbouring frames are off in the same direction, so this model is not theirs."
+        yield from self.notes
+
+
+def _interval(found: Value) -> str:
+    """A value and its interval in words."""
+    wide = found.most > WIDE * found.value or found.value > WIDE * found.least
+    unknown = ": these data do not determine it" if wide else ""
+    return f"{found.value:.4g} {found.unit}, 95 %: {found.least:.4g} to {found.most:.4g}{unknown}"
 
 
 def fit(
@@ -89,151 +134,199 @@ def fit(
     case: AnyCase,
     *,
     unknown: str | Sequence[str] = "modulus",
+    exchanged: Path | str | None = None,
     atlas: Path | str | None = None,
     fps: float | None = None,
     pixel: str | None = None,
     particles: Sequence[int | str] | None = None,
 ) -> FilmFit:
-    """Fit quantities of an experiment to a film of two equal beads, from when they have forgotten their start.
+    """Fit quantities of an experiment to a film of two beads that are taken to be alike.
 
-    Intervals reach to the last values at which the film is as probable as its scatter, and the half-widths of the
-    atlas, allow (the profile of its likelihood, as in Bates and Watts 1988, chapter 6). Errors of the atlas change with
-    the distance as those of curves that are left out of it. Where values on both sides of a turning point give nearly
-    the same film, its deviation from the best one is that of two numbers.
+    The model is the motion along the curve of an atlas, from an unknown distance on, with what is left of the start: a
+    sum of exponentials in time, of the slowest decay time at the values that are tried and faster ones. What is not
+    known exactly has its part in the intervals: noise, which follows from the scatter of the film; quantities of the
+    case with half-widths; the size of a pixel; the atlas; and the difference of the two diameters, which is unknown
+    unless the case has `particle_difference`. Intervals are those of the profile of the likelihood (Bates and Watts
+    1988, chapter 6). Where values on both sides of a turning point give nearly the same film, its deviation from the
+    best one is that of two numbers.
 
     Args:
         film: Table with times and distances between the surfaces, columns such as "t [s]" and "d [um]", or of a
             tracker: frames, particles and their positions.
-        case: The experiment, with a first guess of what is unknown in its `physical` block.
+        case: The experiment. What is unknown may be left out of its `physical` block; a value that is there gives
+            the unit of the answer, and nothing else.
         unknown: "modulus", "relaxation" or both.
+        exchanged: A second film of the same beads, in which the other one leads, or after the flow was turned.
         atlas: File of an atlas; None: those that ship.
         fps: Frames per second, for a film with frame numbers in place of times.
         pixel: Size of a pixel, such as ".65 +- .01 um", for lengths in pixels.
         particles: Names of the two beads in a table with more than two.
 
     Raises:
-        InputError: A file or key is wrong, or the atlas has no answer for the first guess.
+        InputError: A file or key is wrong, or the atlas has no answer for the case.
     """
     unknown = list(dict.fromkeys([unknown] if isinstance(unknown, str) else unknown))
     if not unknown or not {*unknown} <= GIVES.keys():
         raise InputError("pairsim fit", "unknown", ", ".join(unknown), f"allowed: {', '.join(GIVES)}, or both")
-    book, asked, reasons = asked_of(case, {}, atlas)
-    scales, block = asked.scales, dict(asked.physical or {})
-    missing = [name for name in unknown if not block.get(name)]
-    if scales is None or missing:
-        raise InputError("pairsim fit", f"physical.{(missing or unknown)[0]}", None, "must be given, as a first guess")
-    if reasons:
-        raise InputError("pairsim fit", "", None, f"the atlas has no answer: {' and '.join(reasons)}")
-    read = film_of(film, fps=fps, pixel=pixel, particles=particles)
-    seconds, metres = read.seconds, read.gaps(asked.betas[0] * scales.length)
-    t, d = seconds / scales.time, metres / scales.length
-    numbers = {"beta": asked.betas[0], "De": asked.De, "Ca_e": asked.Ca_es[0]}
-    start = SETTLED * float(np.interp(d[0], book.d, book.table(**numbers)["t_relax"]))
-    used = t >= t[0] + start
-    seconds, d, follow = seconds[used], d[used], [GIVES[name] for name in unknown]
-    if len(d) < len(unknown) + 3:
-        after = (
-            f"frames later than {scales.time * start:.3g} s after the first one, when the pair has forgotten its start"
-        )
-        raise InputError(str(film), "", None, f"must have at least {len(unknown) + 3} {after}; has {len(d)}")
-    t = t[used] - t[used][0]
-
-    @cache
-    def curve_at(*ratios: float) -> tuple[Mapping[str, Array], Motion]:
-        there = {name: numbers[name] * ratio for (name, _), ratio in zip(follow, ratios, strict=True)}
-        table = book.table(**numbers | there)
-        motion = Motion.of(table)
-        assert motion is not None
-        return table, motion
-
-    def residuals(x: Array) -> Array:
-        """Those of the unknown numbers over their first guess, and the first distance."""
-        return curve_at(*x[:-1])[1].path(x[-1], t) - d
-
-    ends = [(LEAST, book.box[name][1] / numbers[name]) for name, _ in follow]
-    bounds = np.array([*ends, book.d[[0, -1]]]).T
-    freedom = len(t) - len(bounds.T)
-    noise, shapes, sizes = EXACT, np.zeros((len(t), 1)), np.zeros(1)
-
-    def whitened(off: Array) -> Array:
-        """Combinations of residuals that are independent, with variance 1: less what the atlas may be off by."""
-        return np.asarray((off - shapes @ ((1 - noise / np.hypot(noise, sizes)) * (shapes.T @ off))) / noise)
-
-    def best(x: Array, held: Mapping[int, float]) -> tuple[float, Array]:
-        """The least sum of squares, from values on, some of which are held at others; and where it is."""
-        free = np.setdiff1d(np.arange(len(x)), list(held))
-        x = x.copy()
-        x[list(held)] = list(held.values())
-
-        def filled(y: Array) -> Array:
-            x[free] = y
-            return x
-
-        found = scipy.optimize.least_squares(
-            lambda y: whitened(residuals(filled(y))), x[free], bounds=bounds[:, free], diff_step=STEP
-        )
-        return 2 * found.cost, filled(found.x)
-
-    def profile(k: int, x: Array) -> tuple[Array, Array]:
-        """The least sums of squares over the range of an unknown number and at their minima, and where they are."""
-        found = []
-        for value in np.geomspace(*ends[k], PLACES):
-            found.append(best(x, {k: value}))
-            x = found[-1][1]
-        found += [best(found[i][1], {}) for i in minima_of(np.array([cost for cost, _ in found]))]
-        costs, points = (np.array(each) for each in zip(*sorted(found, key=lambda each: each[1][k]), strict=True))
-        return costs, points
-
-    first = np.array([*np.ones(len(unknown)), np.clip(d[0], 1.01 * book.d[0], 0.99 * book.d[-1])])
-    costs, points = profile(0, first)
-    x = points[costs.argmin()]
-    noise = max(noise, float(np.linalg.norm(residuals(x))) / np.sqrt(freedom))
-    table, path = curve_at(*x[:-1])[0], residuals(x) + d
-    where = np.log(path), np.log(book.d)
-    errors = np.array([np.interp(*where, each * table["dU_error"]) for each in book.patterns])
-    relative = errors / np.interp(*where, table["dU"]) / scipy.stats.norm.ppf(0.975)
-    ahead = scipy.integrate.cumulative_trapezoid(relative, t, initial=0)  # in time
-    shapes, sizes, _ = np.linalg.svd((ahead * np.gradient(path, t)).T, full_matrices=False)
-    profiles = [profile(k, x) for k in range(len(unknown))]
-    costs, points = (np.concatenate(each) for each in zip(*profiles, strict=True))
-    least, x = float(costs.min()), points[costs.argmin()]
-    fitted, white = residuals(x) + d, whitened(residuals(x))
+    book, asked, units, difference = _case_of(case, unknown, atlas)
+    paths = [Path(each) for each in (film, exchanged) if each is not None]
+    films = [film_of(path, fps=fps, pixel=pixel, particles=particles) for path in paths]
+    model, notes = _model_of(films, paths, book, asked, unknown, difference)
+    numbers = [GIVES[name][0] for name in unknown]
+    search = Search.of(model, numbers)
+    seen = np.concatenate([each.distances for each in model.films])
+    fitted = search.found.residuals + seen
     if not (book.d[0] < fitted.min() and fitted.max() < book.d[-1]):
         raise InputError(str(film), "", None, "the motion that fits best leaves the distances of the atlas")
-
-    def above(value: float, k: int, x: Array, limit: float) -> float:
-        return best(x, {k: value})[0] - limit
-
-    values, cut = {}, set[str]()
-    one, two = (n * scipy.stats.f.ppf(0.95, n, freedom) for n in (1, 2))
-    for k, (name, (_, power), (costs, points)) in enumerate(zip(unknown, follow, profiles, strict=True)):
-        order = np.argsort([*points[:, k], x[k]])  # another profile may have found the least sum
-        costs, points = np.append(costs, least)[order], np.vstack([points, x])[order]
-        several = (costs[minima_of(costs)] <= least + two).sum() > 1
-        limit = least + (two if several else one)
-        inside, reach = np.flatnonzero(costs <= limit), []
-        for i, out in ((inside[0], inside[0] - 1), (inside[-1], inside[-1] + 1)):
-            end, beyond = points[i, k], points[np.clip(out, 0, len(costs) - 1), k]
-            args = k, points[i], limit
-            crossed = above(beyond, *args) > 0
-            reach.append(scipy.optimize.brentq(above, end, beyond, args, rtol=1e-3) if crossed else beyond)
-        if reach[0] <= LEAST:  # as good as 0: the interval holds rigid beads, or a Newtonian liquid
-            reach[0] = 0.0
-        if reach[1] >= ends[k][1]:
-            cut.add(name)
-        guess, unit = as_given(block[name][0] if isinstance(block[name], list) else block[name])
-        with np.errstate(divide="ignore"):  # no softness at all is an infinite modulus
-            interval = np.sort(guess * np.array(reach, dtype=float) ** power).tolist()
-        values[name] = guess * x[k] ** power, *interval, unit
-    um = 1e6 * scales.length
-    alike = float(white[1:] @ white[:-1]) / max(float(white @ white), len(t))
-    return FilmFit(values, seconds, um * d, um * fitted, alike, frozenset(cut))
+    equal = {}
+    if model.difference == (0.0, UNKNOWN_DIFFERENCE):
+        equal = _values(
+            Search.of(replace(model, difference=(0.0, 0.0)), numbers, search.likelihood.noise), unknown, units, asked
+        )
+    used: Flags = search.likelihood.used
+    um = 1e6 * _scales(asked).length
+    return FilmFit(
+        values=_values(search, unknown, units, asked),
+        times=np.concatenate([each.seconds for each in films])[used],
+        distances=um * seen[used],
+        fitted=um * fitted[used],
+        alike=search.alike,
+        cut=frozenset(
+            name for name, (_, log), (_, end) in zip(unknown, search.reach, search.ends, strict=True) if log >= end
+        ),
+        parts=dict(zip(unknown, search.parts, strict=True)),
+        equal=equal,
+        difference=search.difference,
+        left_out=int(np.count_nonzero(~used)),
+        notes=(*dict.fromkeys(note for each in films for note in each.notes), *notes),
+    )
 
 
-def minima_of(costs: Array) -> Indices:
-    """Places of the minima of costs, ends included, shape (minima,)."""
-    padded = np.pad(costs, 1, constant_values=np.inf)
-    return np.flatnonzero((costs < padded[:-2]) & (costs <= padded[2:]))
+def _values(search: Search, unknown: Sequence[str], units: Sequence[str], case: SceneCase) -> dict[str, Value]:
+    """What is unknown, in units."""
+    found = {}
+    for name, unit, log, reach in zip(unknown, units, search.values, search.reach, strict=True):
+        number, power = GIVES[name]
+        dimension = QUANTITIES[name].dimension
+        size = unit_in(dimension.unit, unit)
+
+        def quantity(value: float, dimension: Dimension = dimension, size: float = size, power: int = power) -> float:
+            return (value / dimension.number(size, _scales(case))) ** power
+
+        ends = [quantity(float(np.exp(each))) for each in reach]
+        if reach[0] <= np.log(LEAST * search.model.atlas.box[number][1]):  # it holds rigid beads, or a Newtonian liquid
+            ends[0] = np.inf if power < 0 else 0.0
+        least, most = sorted(ends)
+        found[name] = Value(quantity(float(np.exp(log))), least, most, unit)
+    return found
+
+
+def _model_of(
+    films: Sequence[Film],
+    paths: Sequence[Path],
+    book: Atlas,
+    case: SceneCase,
+    unknown: Sequence[str],
+    difference: tuple[float, float],
+) -> tuple[FilmModel, list[str]]:
+    """What the films show in the units of the case, and what intervals do not contain, in sentences.
+
+    Raises:
+        InputError: A film has too few frames, or centres that are closer than a diameter.
+    """
+    scales, beta, notes = _scales(case), case.betas[0], []
+    numbers = {"beta": beta, "De": case.De, "Ca_e": case.Ca_es[0]}
+    seen: list[Seen] = []
+    for film, path in zip(films, paths, strict=True):
+        least = len(unknown) + 3
+        if len(film.seconds) < least:
+            raise InputError(str(path), "", None, f"must have at least {least} frames; has {len(film.seconds)}")
+        whole = film.metres / scales.length
+        gaps = film.gaps(beta * scales.length) / scales.length
+        if gaps.min() <= 0:
+            closest = 1e6 * float(film.metres.min())
+            allowed = f"must be above the diameter of the particles: the centres are {closest:.4g} um apart in a frame"
+            raise InputError(str(path), "", None, allowed)
+        times = (film.seconds - film.seconds[0]) / scales.time
+        pixel = film.pixel[1] / film.pixel[0] if film.pixel else 0.0
+        seen.append(Seen(times, gaps, whole if film.from_centres else None, pixel, len(seen) > 0))
+    uncertain = []
+    for each in inputs_of(case):
+        if not each.half_width or each.key in unknown:
+            continue
+        if more := [
+            name for name, change in each.changes.items() if change and name not in (*numbers, "length", "velocity")
+        ]:
+            notes.append(f"What the half-width of {each.key} changes by {', '.join(more)} is not in the intervals.")
+        powers = {
+            name: change / numbers.get(name, 1.0) for name, change in each.changes.items() if numbers.get(name, 1.0)
+        }
+        uncertain.append(Uncertain(each.key, each.half_width / each.value, powers))
+    if "by_difference" not in book.table(**numbers):
+        difference = (0.0, 0.0)
+        notes.append("This atlas does not know what a difference of the diameters does: they are taken to be equal.")
+    return FilmModel(book, numbers, seen, uncertain, difference), notes
+
+
+def _case_of(
+    case: AnyCase, unknown: Sequence[str], file: Path | str | None
+) -> tuple[Atlas, SceneCase, list[str], tuple[float, float]]:
+    """The atlas, the case of two equal beads with unknown quantities in the middle of it, and what is left out of it.
+
+    This are the units of the answers, and the difference of the diameters over their mean, with its half-width.
+
+    Raises:
+        InputError: The case has no units, or the atlas has no answer.
+    """
+    block = content_of(case).get("physical")
+    if not isinstance(block, Mapping):
+        raise InputError("pairsim fit", "physical", None, "must be given: the quantities of the experiment")
+    others, difference = _difference_of(block)
+    values, units = {}, []
+    for name in unknown:
+        dimension = QUANTITIES[name].dimension
+        given = block.get(name) or dimension.example
+        units.append(as_given(given[0] if isinstance(given, list) else given)[1])
+        values[name] = si(dimension.example, dimension)
+    for _ in range(2):  # the second time with numbers in the middle of the atlas
+        replaced = others | {name: f"{value:.15g} {QUANTITIES[name].dimension.unit}" for name, value in values.items()}
+        if "modulus" in replaced and "young" in block:
+            replaced["young"] = None
+        book, asked, reasons = asked_of(case, {"physical": replaced}, file)
+        for name in unknown:
+            number, power = GIVES[name]
+            now = QUANTITIES[name].dimension.number(values[name], _scales(asked))
+            values[name] *= (MIDDLE * book.box[number][1] / now) ** power if book.box[number][1] else 1.0
+    if reasons:
+        raise InputError("pairsim fit", "", None, f"the atlas has no answer: {' and '.join(reasons)}")
+    return book, asked, units, difference
+
+
+def _difference_of(block: Mapping[str, Any]) -> tuple[dict[str, str | None], tuple[float, float]]:
+    """Keys of a `physical` block that make the diameters equal, and their difference with its half-width.
+
+    Raises:
+        InputError: It is no percentage.
+    """
+    particle, given = block.get("particle"), block.get(DIFFERENCE.key)
+    if given is not None:
+        try:
+            return {DIFFERENCE.key: None}, percentage(given)
+        except ValueError as error:
+            raise InputError("case", f"physical.{DIFFERENCE.key}", given, str(error)) from None
+    if isinstance(particle, list | tuple) and len(particle) == 2:
+        with suppress(ValueError):  # wrong ones are named where the case is checked
+            trailing, leading = (si(each, QUANTITIES["particle"].dimension) for each in particle)
+            mean = (trailing + leading) / 2
+            if leading != trailing:
+                return {"particle": f"{mean:.15g} m"}, ((leading - trailing) / mean, 0.0)
+    return {}, (0.0, UNKNOWN_DIFFERENCE)
+
+
+def _scales(case: SceneCase) -> Scales:
+    """The units of a case with a `physical` block."""
+    assert case.scales is not None
+    return case.scales
 
 
 def overlay_film(film: Path, folders: Sequence[Path], out: Path, page: Page) -> list[Path]:

@@ -27,6 +27,7 @@ SLACK = 1e-9  # part of a range by which a value may be outside by rounding
 UNSURE = 0.1  # half-width of a curve over its peak, from which on somewhere its derivatives are not used; chosen
 SMOOTH = np.array([1.5, 1.0, 1.5])  # lengths of what a curve has beside dU; chosen
 ROUNDING = 1e-4  # error of it, relative; chosen
+ENOUGH = 8  # curves with a derivative by the difference of diameters, from which on it is interpolated; chosen
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,7 @@ class Curves:
     errors: Array  # half-widths of its intervals, of the same shape
     gradients: Array  # its derivatives by beta, De and Ca_e, nan where not known, shape (curves, 3, distances)
     others: Array  # mean velocity of the pair, motion of its centres over that of d, decay time, of the same shape
+    differences: Array  # derivative of dU by the difference of the diameters over their mean, nan where not known
 
     def __add__(self, other: Curves) -> Curves:
         return Curves(*map(np.concatenate, zip(vars(self).values(), vars(other).values(), strict=True)))
@@ -85,6 +87,7 @@ class Atlas:
             with np.load(path, allow_pickle=False) as stored:
                 arrays = dict(stored)
             head = json.loads(str(arrays.pop("head")))
+            arrays.setdefault("differences", np.full_like(arrays["dU"], np.nan))  # files of 0.3.0 have none
             curves = Curves(*(arrays.pop(each.name) for each in fields(Curves)))
             return cls(**head, **arrays, curves=curves)
         except (OSError, ValueError, KeyError, TypeError) as error:
@@ -109,6 +112,20 @@ class Atlas:
         data = np.full((4, *values.shape), np.nan)
         data[0] = values - means
         return Kriging.of(self.dU.places, data, np.full(data.shape[:2], ROUNDING * size), SMOOTH, False), means
+
+    @cached_property
+    def by_difference(self) -> tuple[Kriging, Array] | None:
+        """`Curves.differences` over beta ** 2 less their means, and these; None where too few are known."""
+        values = self.curves.differences / self.curves.places[:, :1] ** 2
+        known = np.isfinite(values).all(axis=1)
+        if known.sum() < ENOUGH:
+            return None
+        means = values[known].mean(axis=0)
+        size = values[known].std(axis=0).max()
+        data = np.full((4, *values.shape), np.nan)
+        data[0] = values - means
+        errors = np.full(data.shape[:2], ROUNDING * size)
+        return Kriging.of(self.dU.places, data, errors, SMOOTH, False), means
 
     @cached_property
     def own(self) -> Array:
@@ -169,6 +186,9 @@ class Atlas:
         slope = np.gradient(dU, np.log(self.d), edge_order=2) / self.d
         columns = {"d": self.d, "dU": dU, "dU_held": dU, "dU_discrete": dU, "dU_error": half_width, "slope": slope}
         columns |= {"U_L": U + dU / 2, "U_T": U - dU / 2, "stretch": stretch, "t_relax": np.maximum(t_relax, De)}
+        if self.by_difference is not None:
+            smooth, means = self.by_difference
+            columns["by_difference"] = beta**2 * (smooth(x)[0][0, 0] + means)
         return columns | {f"by_{name}": each for name, each in zip(PARAMETERS, by, strict=True)}
 
 

@@ -80,5 +80,5 @@ def least_sure(atlas: Atlas, candidates: Array, count: int) -> Array:
         place = candidates[[np.argmax(half_width.mean(axis=1) / np.abs(dU).max(axis=1))]]
         table = atlas.table(*place[0])
         by = np.array([[table[f"by_{name}"] for name in PARAMETERS]])
-        curves += Curves(place, np.array([False]), table["dU"][None], 0 * table["dU"][None], by, 0 * by)
+        curves += Curves(place, np.array([False]), table["dU"][None], 0 * table["dU"][None], by, 0 * by, by[:, 0])
     return curves.places[-count:]

@@ -18,7 +18,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, WithJsonSche
 
 from pairsim.cases.materials import declared_in, liquid_block
 from pairsim.cases.mistakes import Mistake, missing
-from pairsim.cases.quantities import LENGTH, a_length, known_unit, measured, quantity_range, rounded
+from pairsim.cases.quantities import LENGTH, a_length, known_unit, measured, percentage, quantity_range, rounded
 from pairsim.cases.values import Range, is_finite
 from pairsim.cases.yaml_file import within
 from pairsim.physics import liquids
@@ -78,6 +78,18 @@ class Quantity(NamedTuple):
         return tuple(one.in_si(each, f"{place}[{i}]", of, mistakes) for i, each in enumerate(entries))
 
 
+class Difference(Quantity):
+    """A key with a percentage, of either sign and with or without a half-width: 0 +- 1 %."""
+
+    def in_si(self, value: Any, place: str, of: Dimension, mistakes: list[Mistake]) -> Any:
+        """The part, .01 for 1 %; mistakes are added to a list."""
+        try:
+            return percentage(value)[0]
+        except ValueError as error:
+            mistakes.append(Mistake(place, value, f"{error}, such as {of.example}"))
+            return None
+
+
 def _measured(key: str, kind: str, words: str, unit: str, example: str, symbol: str) -> Quantity:
     """A quantity that sets a scale, and is no number of the case."""
     dimension = Dimension(key, kind, words, unit, example, lambda value, _: value, symbol)
@@ -104,11 +116,21 @@ VELOCITY = "mean velocity of the liquid U_av, in place of flow_rate"
 DENSITY = _measured(
     "density", "a density", "density of the liquid, only used for the Reynolds number", "kg/m^3", "1000 kg/m^3", r"\rho"
 )
+DIFFERENCE = Dimension(
+    "particle_difference",
+    "a percentage",
+    "difference of the diameters of two particles, leading less trailing over their mean, which is `particle`",
+    "%",
+    "0 +- 1 %",
+    lambda value, _: value,
+    r"\delta",
+)
 EXPERIMENT = (
     Quantity(a_length("tube", "inner diameter of the tube D_c", symbol="D_c"), uncertain=True),
     _measured("flow_rate", "a flow rate", FLOW_RATE, "m^3/s", "1 ul/min", "Q"),
     _measured("velocity", "a velocity", VELOCITY, "m/s", "5 mm/s", "U_{av}"),
     Quantity(a_length("particle", "diameter D_p; gives beta = D_p/D_c", "20 um", "D_p"), "beta", True, True),
+    Difference(DIFFERENCE, uncertain=True),
     Quantity(MODULUS, "Ca_e", True, True),
     Quantity(YOUNG, "Ca_e", True, True),
     DENSITY,
@@ -189,6 +211,11 @@ def _check_together(values: Mapping[str, Any], block: Mapping[str, Any], case: M
             yield wrong(other, f"must be left out if {BLOCK}.{one} is given")
     if "flow_rate" not in values and "velocity" not in values:
         yield missing(f"{BLOCK}.flow_rate", f"must be given, or else {BLOCK}.velocity")
+    if DIFFERENCE.key in values:
+        if not isinstance(values.get("particle"), float):
+            yield wrong(DIFFERENCE.key, f"must go with {BLOCK}.particle, one diameter: the mean of both")
+        if case.get("particles", 2) != 2:
+            yield wrong(DIFFERENCE.key, "must be left out: it is that of two particles")
     measured = viscosity_law(case).measured
     if unknown := [name for name in measured.of_unit if not is_finite(liquid_block(case).get(name))]:
         yield from (missing(f"liquid.{name}", "must be a number, with liquid: {law: ...}") for name in unknown)
@@ -233,6 +260,8 @@ def numbers_from(values: Mapping[str, Any], case: Mapping[str, Any]) -> tuple[Sc
             of_solvent = key.startswith("liquid.solvent.") and "xi" in found
             own = replace(scales, viscosity=found["xi"] * scales.viscosity) if of_solvent else scales
             found[key] = _each(values[of.key], of.number, own)
+    if "beta" in found and values.get(DIFFERENCE.key):
+        found["beta"] = tuple(found["beta"] * (1 + side * values[DIFFERENCE.key] / 2) for side in (-1, 1))
     return scales, found
 
 

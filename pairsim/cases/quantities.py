@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 LEAST, MOST = 1e-30, 1e30  # limits of a quantity in its SI unit, whose products and ratios double precision can hold
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 QUANTITY = re.compile(rf"({NUMBER})\s*([^\W\d_].*)")  # number and unit
+PERCENTAGE = re.compile(rf"({NUMBER})?\s*%?\s*(?:(?:\+-|\+/-|±)\s*({NUMBER})\s*)?%?")
 PLUS_MINUS = re.compile(r"\+-|\+/-|±")
 COMMON = {
     "m": {"nm": 1e-9, "um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0},
@@ -157,6 +158,20 @@ def measured(text: Any, of: Dimension) -> tuple[float, float]:
     if not 0 < half_width < number:
         raise ValueError(f"must have a half-width below its value, such as {of.example} +- 10 %")
     return number, half_width
+
+
+def percentage(text: Any) -> tuple[float, float]:
+    """A percentage of either sign as a part, and the half-width of its interval of 95 %, 0 where none is given.
+
+    Raises:
+        ValueError: It is none.
+    """
+    match = PERCENTAGE.fullmatch(text.strip()) if isinstance(text, str) and "%" in text else None
+    if match is not None and any(match.groups()):
+        value, half_width = (float(each or 0) / 100 for each in match.groups())
+        if abs(value) < 1 and 0 <= half_width < 1:
+            return value, half_width
+    raise ValueError("must be a percentage between -100 % and 100 %")
 
 
 def as_given(text: str) -> tuple[float, str]:

@@ -26,7 +26,7 @@ def quantity_for(case: Mapping[str, Any], name: str, scales: Scales) -> tuple[st
 
 
 def change_by(table: Mapping[str, Array], scales: Scales, one: Input) -> Array | None:
-    """Derivative of dU by the logarithm of an input, at constant distance in units [um/s], shape (points,).
+    """Derivative of dU at constant distance in units by an input's logarithm, or by a percentage [um/s], (points,).
 
     The curve is that of a pair with sensitivities; None where the input changes numbers by which there are none.
     """
@@ -47,5 +47,5 @@ def half_widths_by(table: Mapping[str, Array], scales: Scales, inputs: list[Inpu
         if one.half_width:
             change = change_by(table, scales, one)
             unknown = np.full_like(table["dU"], np.inf)
-            found[one.key] = unknown if change is None else np.abs(change) * one.half_width / one.value
+            found[one.key] = unknown if change is None else np.abs(change) * one.half_width / one.size
     return found

@@ -121,10 +121,11 @@ def curves_in(folders: Sequence[Path], d: Array, drawn: Array) -> Curves:
         inside, unknown = np.clip(d, *curve.ends), np.full_like(table["d"], np.nan)
         columns = [table.get(f"by_{name}", unknown) for name in PARAMETERS]
         columns += [(table["U_L"] + table["U_T"]) / 2, table["stretch"], table["t_relax"]]
+        columns += [table.get("by_difference", unknown)]
         x, at = np.log(table["d"]), np.log(inside)
         smooth = [CubicSpline(x, each)(at) if np.isfinite(each).all() else np.full_like(d, np.nan) for each in columns]
         places.append([float(case[name]) for name in PARAMETERS])
         rows.append([curve.values(inside), curve.half_widths(inside), *smooth])
     by_curve, where = np.array(rows), np.array(places)
     random = (where[:, None] == drawn).all(axis=2).any(axis=1)
-    return Curves(where, random, by_curve[:, 0], by_curve[:, 1], by_curve[:, 2:5], by_curve[:, 5:])
+    return Curves(where, random, by_curve[:, 0], by_curve[:, 1], by_curve[:, 2:5], by_curve[:, 5:8], by_curve[:, 8])

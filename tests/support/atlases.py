@@ -31,7 +31,8 @@ def curves_at(places: np.ndarray) -> Curves:
     values, random = values_at(places), np.ones(len(places), dtype=bool)
     others = np.stack([2 - places[:, :1] + 0 * D, 1 + places[:, 2:] * np.exp(-D), places[:, 1:2] + 0 * D], axis=1)
     errors = 1e-3 * np.abs(values).max(axis=1, keepdims=True) + 0 * values
-    return Curves(places, random, values, errors, gradients, others)
+    differences = -2 * places[:, :1] ** 2 * (1 - 0.3 * np.exp(-D / 0.3)) / (1 + places[:, 1:2])
+    return Curves(places, random, values, errors, gradients, others, differences)
 
 
 def random_places(count: int, seed: int) -> np.ndarray:

@@ -126,7 +126,7 @@ def _with_inputs(table: Mapping[str, Array], zeros: Sequence[in_tables.Zero], re
             said.append(f"{at_zero} to the zero at d = {in_unit(scales, LENGTH, zero.d)}")
         lines.append(f"The half-widths of the inputs add {', '.join(said)}.")
     changes = [(one, change_by(table, scales, one)) for one in inputs]
-    known = [(one, float(np.interp(np.log(peak.d), x, each)) / one.value) for one, each in changes if each is not None]
+    known = [(one, float(np.interp(np.log(peak.d), x, each)) / one.size) for one, each in changes if each is not None]
     each = ", ".join(f"{by:+.3g} per {one.unit} of {one.key}" for one, by in known)
     return [*lines, f"At the largest |dU|, dU [{VELOCITY.physical}] changes by {each}."]
 
