@@ -192,7 +192,9 @@ def fit(
         fitted=um * fitted[used],
         alike=search.alike,
         cut=frozenset(
-            name for name, (_, log), (_, end) in zip(unknown, search.reach, search.ends, strict=True) if log >= end
+            name
+            for name, (_, log), (_, end) in zip(unknown, search.reach, search.likelihood.bounds, strict=True)
+            if log >= end
         ),
         parts=dict(zip(unknown, search.parts, strict=True)),
         equal=equal,
@@ -205,7 +207,7 @@ def fit(
 def _values(search: Search, unknown: Sequence[str], units: Sequence[str], case: SceneCase) -> dict[str, Value]:
     """What is unknown, in units."""
     found = {}
-    for name, unit, log, reach in zip(unknown, units, search.values, search.reach, strict=True):
+    for name, unit, log, reach in zip(unknown, units, search.found.logs, search.reach, strict=True):
         number, power = GIVES[name]
         dimension = QUANTITIES[name].dimension
         size = unit_in(dimension.unit, unit)

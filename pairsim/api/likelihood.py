@@ -12,7 +12,10 @@ import scipy
 from pairsim.api.film_model import Changes
 from pairsim.runtime.arrays import Array, Flags, Indices
 
-ROUNDS = 30  # Gauss-Newton steps for the first distances, at most
+ROUNDS = 30  # Gauss-Newton steps, at most
+REFRESHED = 3  # times that the parts are computed anew on the way to a minimum, at most
+STEP = 1e-3  # of a logarithm, for derivatives; chosen
+CLOSE = 5e-4  # of ends of intervals, and of the other number at them, in logarithms; chosen
 SETTLED = 1e-6  # change of the sum of squares at which these steps end, relative
 
 
@@ -21,12 +24,14 @@ class Fitted(NamedTuple):
 
     Attributes:
         cost: Sum of squares of residuals over their noise and of the parts over their standard deviations.
+        logs: Logarithms of the unknown numbers, shape (numbers,).
         starts: First distances [D_c], shape (films,).
         changes: At these.
         parts: By how many standard deviations each thing that is not known is off, shape (things,).
     """
 
     cost: float
+    logs: Array
     starts: Array
     changes: Changes
     parts: Array
@@ -42,37 +47,61 @@ class Likelihood:
     """Of films with independent noise, and of things with normal distributions that act linearly.
 
     Attributes:
-        changes: Residuals and their changes at values of what is unknown and at first distances.
+        changes: Residuals and their changes at logarithms of the unknown numbers and at first distances.
         residuals: Residuals and their changes by these alone.
+        bounds: Least and largest logarithm of each unknown number, shape (numbers, 2).
         noise: Standard deviation of distances [D_c].
         ends: Least and largest first distance [D_c].
         used: Whether a frame counts, shape (frames,).
     """
 
-    changes: Callable[[Sequence[float] | Array, Array], Changes]
-    residuals: Callable[[Sequence[float] | Array, Array], tuple[Array, Array]]
+    changes: Callable[[Array, Array], Changes]
+    residuals: Callable[[Array, Array], tuple[Array, Array]]
+    bounds: Array
     noise: float
     ends: tuple[float, float]
     used: Flags
 
-    def best(self, values: Sequence[float] | Array, starts: Array) -> Fitted:
-        """The best motion at values, from first distances on: Gauss-Newton steps, with the parts as they are there."""
-        starts = np.clip(starts, *self.ends)
-        parts = self.changes(values, starts).parts[self.used]
-        best, cost, step = starts, np.inf, np.zeros_like(starts)
-        for _ in range(ROUNDS):
-            tried = np.clip(best + step, *self.ends)
-            residuals, by_start = (each[self.used] for each in self.residuals(values, tried))
-            white = self.weighted(parts, np.column_stack([residuals, by_start]))
-            now = float(residuals @ white[:, 0])
-            if now > cost:
-                step = step / 2
-                continue
-            settled, best, cost = cost - now <= SETTLED * now, tried, now
-            if settled:
+    def best(self, logs: Array, starts: Array, free: Sequence[int] = ()) -> Fitted:
+        """The best motion from first distances on, and from logarithms on that are free; others are held.
+
+        Gauss-Newton steps, in each round with the parts as they are where it begins.
+        """
+        bounds = np.array([*self.bounds[list(free)], *[self.ends] * len(starts)])
+        found, count = self._at(logs, np.clip(starts, *self.ends)), len(free)
+        for _ in range(REFRESHED if count else 1):
+            parts = found.changes.parts[self.used]
+            x, cost, step = np.array([*found.logs[list(free)], *found.starts]), np.inf, np.zeros(len(bounds))
+            for _ in range(ROUNDS):
+                tried = np.clip(x + step, *bounds.T)
+                at = found.logs.copy()
+                at[list(free)] = tried[:count]
+                residuals, by_start = self.residuals(at, tried[count:])
+                white = self.weighted(parts, residuals[self.used, None])[:, 0]
+                now = float(residuals[self.used] @ white)
+                if now > cost:
+                    step = step / 2
+                    continue
+                settled, x, cost = cost - now <= SETTLED * now, tried, now
+                if settled:
+                    break
+                by_logs = [self.by_log(k, at, tried[count:], residuals) for k in free]
+                columns = np.column_stack([*by_logs, by_start])[self.used]
+                step = -np.linalg.lstsq(columns.T @ self.weighted(parts, columns), columns.T @ white)[0]
+            at = found.logs.copy()
+            at[list(free)] = x[:count]
+            again = self._at(at, x[count:])
+            if count and again.cost > found.cost:
                 break
-            step = -np.linalg.lstsq(by_start.T @ white[:, 1:], by_start.T @ white[:, 0])[0]
-        return self._at(values, best)
+            found = again
+        return found
+
+    def by_log(self, k: int, logs: Array, starts: Array, residuals: Array) -> Array:
+        """Derivative of residuals by a logarithm, shape (frames,)."""
+        step = -STEP if logs[k] + STEP > self.bounds[k, 1] else STEP
+        ahead = logs.copy()
+        ahead[k] += step
+        return np.asarray((self.residuals(ahead, starts)[0] - residuals) / step)
 
     def weighted(self, parts: Array, columns: Array) -> Array:
         """The inverse of the covariance of the frames times columns, shape (frames, columns)."""
@@ -83,11 +112,11 @@ class Likelihood:
         """Those of the frames that count."""
         return Changes(changes.residuals[self.used], changes.by_start[self.used], changes.parts[self.used])
 
-    def _at(self, values: Sequence[float] | Array, starts: Array) -> Fitted:
-        changes = self.changes(values, starts)
+    def _at(self, logs: Array, starts: Array) -> Fitted:
+        changes = self.changes(logs, starts)
         seen = self.counted(changes)
         white = self.weighted(seen.parts, seen.residuals[:, None])[:, 0]
-        return Fitted(float(seen.residuals @ white), starts, changes, -seen.parts.T @ white)
+        return Fitted(float(seen.residuals @ white), logs, starts, changes, -seen.parts.T @ white)
 
 
 def minima_of(costs: Array) -> Indices:
@@ -126,4 +155,4 @@ def crossing(function: Callable[[float], float], inside: float, outside: float, 
     """Where a function exceeds a limit between two values, the second of them if it does nowhere."""
     if function(outside) <= limit:
         return outside
-    return float(scipy.optimize.brentq(lambda value: function(value) - limit, inside, outside, rtol=1e-4))
+    return float(scipy.optimize.brentq(lambda value: function(value) - limit, inside, outside, xtol=CLOSE))

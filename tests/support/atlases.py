@@ -19,6 +19,11 @@ def exact(beta: np.ndarray, De: np.ndarray, Ca_e: np.ndarray, d: np.ndarray) -> 
     return beta**4 * (Ca_e * np.exp(-3 * d) * (1 + beta) + De / (1 + De) * (d - 0.2) * np.exp(-d / 0.3) * (1 - Ca_e))
 
 
+def exact_by_difference(beta: np.ndarray, De: np.ndarray, d: np.ndarray) -> np.ndarray:
+    """The derivative of their dU by the difference of the diameters over their mean."""
+    return -2 * beta**2 * (1 - 0.3 * np.exp(-d / 0.3)) / (1 + De)
+
+
 def values_at(places: np.ndarray) -> np.ndarray:
     """`exact` at the distances D of many curves, shape (places, distances)."""
     return exact(*places.T[:, :, None], D)
@@ -31,7 +36,7 @@ def curves_at(places: np.ndarray) -> Curves:
     values, random = values_at(places), np.ones(len(places), dtype=bool)
     others = np.stack([2 - places[:, :1] + 0 * D, 1 + places[:, 2:] * np.exp(-D), places[:, 1:2] + 0 * D], axis=1)
     errors = 1e-3 * np.abs(values).max(axis=1, keepdims=True) + 0 * values
-    differences = -2 * places[:, :1] ** 2 * (1 - 0.3 * np.exp(-D / 0.3)) / (1 + places[:, 1:2])
+    differences = exact_by_difference(places[:, :1], places[:, 1:2], D)
     return Curves(places, random, values, errors, gradients, others, differences)
 
 
