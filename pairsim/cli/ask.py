@@ -91,18 +91,34 @@ def ask(
     typer.echo("\n".join(lines))
 
 
-@app.command(epilog="Example: pairsim fit film.csv case.yaml")
+@app.command(
+    epilog="Examples: pairsim fit film.csv case.yaml | "
+    "pairsim fit tracks.csv case.yaml --fps 500 --pixel '.65 +- .01 um' --particles 3,5"
+)
 def fit(
-    film: Annotated[Path, typer.Argument(help=r"CSV file with columns such as t \[s] and d \[um].")],
+    film: Annotated[Path, typer.Argument(help=r"Table with columns such as t \[s] and d \[um], or of a tracker.")],
     case: Annotated[Path, typer.Argument(help="Case file with a physical block; what is unknown is a first guess.")],
     unknown: Annotated[list[str] | None, typer.Option(help="modulus (default) or relaxation; repeat for both.")] = None,
+    fps: Annotated[
+        Text, typer.Option(metavar="NUMBER", help="Frames per second, for a film with numbers of frames, not times.")
+    ] = None,
+    pixel: Annotated[
+        Text, quantity("Size of a pixel, for lengths in px, such as '.65 +- .01 um' or 1.54px/um.")
+    ] = None,
+    particles: Annotated[
+        Text, typer.Option(metavar="NAMES", help="The two beads of a film with more, such as 3,5; 3+7 joins two parts.")
+    ] = None,
     atlas: Annotated[Path | None, typer.Option(help="File of an atlas (default: those that ship).")] = None,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Folder of a picture, film.png.")] = None,
 ) -> None:
-    """Fit the modulus of two equal beads, or the relaxation time of their liquid, to a film of their distance."""
+    """Fit the modulus of two equal beads, or the relaxation time of their liquid, to a film of their distance.
+
+    Tables of TrackPy, TrackMate, ImageJ and others are read as they are: their
+    positions are those of centres, and the case has the diameter.
+    """
     from pairsim.api.fit import fit as fit_of
 
-    found = fit_of(film, case, unknown=unknown or "modulus", atlas=atlas)
-    typer.echo(str(found))
+    found = fit_of(film, case, unknown=unknown or "modulus", atlas=atlas, fps=fps, pixel=pixel, particles=particles)
+    typer.echo("\n".join([str(found), *found.notes]))
     if output is not None:
         typer.echo(str(*found.plot(output)))
