@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -84,27 +85,33 @@ def film_of(
     """
     rate, size = _rate(fps), _pixel(pixel)
     table = read_film_table(Path(path))
-    columns = table.columns
-    seconds, notes = _seconds(table, rate)
-    if table.tracked:
-        keys = columns["frame"].numbers if "frame" in columns else seconds
-        of_pair = distances_of(table, keys, particles)
-        several = [*table.particles.values()] or [columns]
-        lengths = [each[axis] for each in several for axis in ("x", "y") if axis in each]
-        rows = of_pair.rows.assign(t=seconds[of_pair.rows.index]).dropna()
-        what, *more = of_pair.notes
+    columns, frame = table.columns, table.columns.get("frame")
+    several = [*table.particles.values()] or [columns]
+    lengths = [each[axis] for each in several for axis in ("x", "y", "d", "c") if axis in each]
+    missing: list[InputError] = []  # options, all of which are asked for at once
+    seconds, said, metre, found = None, "", np.nan, None
+    with _collected(missing):
+        seconds, said = _seconds(table, rate)
+    with _collected(missing):
+        metre = _metre(table, lengths, size)
+    keys = frame.numbers if frame is not None else seconds
+    if table.tracked and keys is not None:
+        with _collected(missing, only="--particles" if missing else None):
+            found = distances_of(table, keys, particles)
+    elif particles is not None:
+        missing.append(table.error("--particles", str(particles), "must be left out: the film has distances"))
+    if missing or seconds is None:
+        raise InputError.of_all(missing)
+    if found is not None:
+        rows, (what, *notes) = found.rows.assign(t=seconds[found.rows.index]).dropna(), found.notes
     else:
-        if particles is not None:
-            raise table.error("--particles", particles, "must be left out: the film has distances, not particles")
-        lengths = [columns.get("d") or columns["c"]]
         rows = pd.DataFrame({"t": seconds, "d": lengths[0].numbers})
         gaps = rows[rows.isna().any(axis=1)].index
-        what, more = lengths[0].heading, []
+        what, notes = lengths[0].heading, []
         if len(gaps):
-            more = [f"left out: {counted(len(gaps), 'row')} without a number, of {len(rows)}: line {named(gaps)}"]
+            notes = [f"left out: {counted(len(gaps), 'row')} without a number, of {len(rows)}: line {named(gaps)}"]
         rows = rows.dropna()
-    metre = _metre(table, lengths, size)
-    rows = _in_order(table, rows, lengths[0].heading, "frame" in columns and table.tracked, more)
+    rows = _in_order(table, rows, lengths[0].heading, frame is not None and table.tracked, notes)
     metres = rows["d"].to_numpy(dtype=float) * metre
     ends = f"{1e6 * metres.min():.4g} to {1e6 * metres.max():.4g} um"
     times = f"t {rows['t'].iloc[0]:.4g} to {rows['t'].iloc[-1]:.4g} s"
@@ -112,11 +119,26 @@ def film_of(
     if size is not None:
         um, half_width = (1e6 * each for each in size)
         in_px = f" (1 px = {um:.4g}{f' +- {half_width:.2g}' if half_width else ''} um)"
-    read = f"read: {table.path.name}: {counted(len(rows), 'frame')}, {times}{notes}, {what} {ends}{in_px}"
-    from_centres = table.tracked or "d" not in columns
+    read = f"read: {table.path.name}: {counted(len(rows), 'frame')}, {times}{said}, {what} {ends}{in_px}"
     return Film(
-        rows["t"].to_numpy(dtype=float), metres, from_centres, size, (read, *more), table.path, rows.index.to_numpy()
+        seconds=rows["t"].to_numpy(dtype=float),
+        metres=metres,
+        from_centres="d" not in columns,
+        pixel=size,
+        notes=(read, *notes),
+        path=table.path,
+        lines=rows.index.to_numpy(),
     )
+
+
+@contextmanager
+def _collected(errors: list[InputError], only: str | None = None) -> Iterator[None]:
+    """Add an error of input to a list, or drop it if it is not that of the option wanted."""
+    try:
+        yield
+    except InputError as error:
+        if only in (None, error.key):
+            errors.append(error)
 
 
 def _rate(fps: float | str | None) -> float | None:
@@ -182,7 +204,7 @@ def _seconds(table: FilmTable, rate: float | None) -> tuple[pd.Series[float], st
 
 def _metre(table: FilmTable, lengths: Sequence[Column], size: tuple[float, float] | None) -> float:
     """The unit of lengths [m], which is one for all of them."""
-    units = {each.unit: each for each in lengths}
+    units = {each.unit: each for each in reversed(lengths)}
     first = lengths[0]
     if len(units) > 1 and "" in units:  # y without a unit has that of x
         units.pop("")

@@ -68,7 +68,7 @@ def counted(number: int, what: str) -> str:
 
 def named(values: Iterable[object], most: int = NAMED) -> str:
     """Values in a sentence, the first ones if there are many."""
-    texts = [f"{each:g}" if isinstance(each, float) else str(each) for each in values]
+    texts = [f"{each:.10g}" if isinstance(each, float) else str(each) for each in values]
     return ", ".join(texts[:most]) + (f" and {len(texts) - most} more" if len(texts) > most else "")
 
 
@@ -83,7 +83,7 @@ def _positions(table: FilmTable, keys: pd.Series[float], notes: list[str]) -> pd
     if names is None:
         found["name"] = ""
     else:
-        cells = names.cells.where(names.numbers.isna(), names.numbers.map("{:g}".format))
+        cells = names.cells.where(names.numbers.isna(), names.numbers.map("{:.15g}".format))
         found["name"] = cells.where(~cells.str.lower().isin(UNTRACKED), "")
     whole = found.dropna()
     if len(whole) < len(found):
@@ -142,7 +142,7 @@ def _tracks(table: FilmTable, positions: pd.DataFrame, notes: list[str]) -> dict
 def _pair(table: FilmTable, tracks: dict[str, pd.DataFrame], wanted: str | Sequence[object] | None) -> tuple[str, str]:
     """The names of the two particles that are wanted, or that there are; tracks that are joined get a name."""
     one, *others = tracks
-    order = sorted(tracks, key=lambda name: -len(tracks[name]))
+    order = sorted(tracks, key=lambda name: -len(tracks[name])) if len(tracks) > NAMED else [*tracks]
     has = named(f"{name} ({counted(len(tracks[name]), 'frame')}, {_ends(tracks[name])})" for name in order)
     if wanted is None:
         if len(tracks) != 2:
@@ -159,7 +159,7 @@ def _pair(table: FilmTable, tracks: dict[str, pd.DataFrame], wanted: str | Seque
         whole = pd.concat([tracks[part] for part in parts]).sort_index()
         if (twice := whole.index[whole.index.duplicated()]).size:
             raise table.error(
-                "--particles", _text(wanted), f"{name} must be parts of one track: all are in {twice[0]:g}"
+                "--particles", _text(wanted), f"{name} must be parts of one track: all are in {twice[0]:.10g}"
             )
         tracks[name] = whole
         for part in parts[: len(parts) if len(parts) > 1 else 0]:
@@ -232,7 +232,7 @@ def _plain(name: object) -> str:
     """A name as a table has it, in which 3.0 is 3."""
     text = str(name).strip().replace("_", " ")
     try:
-        return f"{float(text):g}"
+        return f"{float(text):.15g}"
     except ValueError:
         return text
 
@@ -242,4 +242,4 @@ def _text(wanted: str | Sequence[object]) -> str:
 
 
 def _ends(track: pd.DataFrame) -> str:
-    return f"{track.index[0]:g} to {track.index[-1]:g}"
+    return f"{track.index[0]:.10g} to {track.index[-1]:.10g}"

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from pairsim.cli.options import Settings
+from pairsim.cli.options import Fps, Particles, Pixel, Settings
 from pairsim.cli.units import Text, of_option, quantity
 from pairsim.runtime.errors import InputError
 
@@ -99,15 +99,9 @@ def fit(
     film: Annotated[Path, typer.Argument(help=r"Table with columns such as t \[s] and d \[um], or of a tracker.")],
     case: Annotated[Path, typer.Argument(help="Case file with a physical block; what is unknown is a first guess.")],
     unknown: Annotated[list[str] | None, typer.Option(help="modulus (default) or relaxation; repeat for both.")] = None,
-    fps: Annotated[
-        Text, typer.Option(metavar="NUMBER", help="Frames per second, for a film with numbers of frames, not times.")
-    ] = None,
-    pixel: Annotated[
-        Text, quantity("Size of a pixel, for lengths in px, such as '.65 +- .01 um' or 1.54px/um.")
-    ] = None,
-    particles: Annotated[
-        Text, typer.Option(metavar="NAMES", help="The two beads of a film with more, such as 3,5; 3+7 joins two parts.")
-    ] = None,
+    fps: Fps = None,
+    pixel: Pixel = None,
+    particles: Particles = None,
     atlas: Annotated[Path | None, typer.Option(help="File of an atlas (default: those that ship).")] = None,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Folder of a picture, film.png.")] = None,
 ) -> None:
@@ -119,6 +113,6 @@ def fit(
     from pairsim.api.fit import fit as fit_of
 
     found = fit_of(film, case, unknown=unknown or "modulus", atlas=atlas, fps=fps, pixel=pixel, particles=particles)
-    typer.echo("\n".join([str(found), *found.notes]))
+    typer.echo(str(found))
     if output is not None:
         typer.echo(str(*found.plot(output)))
