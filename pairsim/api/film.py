@@ -20,6 +20,7 @@ from pairsim.runtime.errors import InputError
 
 PIXEL = a_length("pixel", "size of a pixel", ".65 um")
 AGREE = 0.01  # relative difference of two frame rates that are the same; chosen
+FAR = 100.0  # diameters between two centres that no atlas has, and hardly a picture; chosen
 
 
 @dataclass(frozen=True)
@@ -49,8 +50,12 @@ class Film:
         """Distances between the surfaces of two beads of one diameter [m] in metres, shape (frames,).
 
         Raises:
-            InputError: Centres are nearer than that.
+            InputError: Centres are nearer than that, or so far apart that their unit is another one.
         """
+        if self.metres.min() > FAR * diameter:
+            far = f"has distances from {1e6 * self.metres.min():.4g} um on, of beads of {1e6 * diameter:.4g} um"
+            wrong = "the unit, or the scale in the tracker, is another one, such as inch or cm of a print"
+            raise InputError(str(self.path), "", None, f"{far}: {wrong}")
         if not self.from_centres:
             return self.metres
         gaps = self.metres - diameter
@@ -180,10 +185,13 @@ def _seconds(table: FilmTable, rate: float | None) -> tuple[pd.Series[float], st
             t.heading, None, "must be a column with its unit, such as t [s], or have frame numbers: --fps"
         )
     if t is not None and rate is None:
-        if frame is not None and t.size == 1 and t.numbers.equals(frame.numbers) and len(frame.numbers.unique()) > 1:
-            counted = f"{t.heading} counts frames, one a second, as if no frame interval had been set"
-            raise table.error("--fps", None, f"must be given: {counted}")
-        return t.numbers * t.size, ""
+        if frame is not None and frame.numbers.nunique() > 1:
+            same = t.numbers.nunique() == 1
+            if same or (t.size == 1 and t.numbers.equals(frame.numbers)):
+                unset = "is the same in all rows" if same else "counts frames, one a second"
+                raise table.error("--fps", None, f"must be given: {t.heading} {unset}, as where no interval is set")
+        said = "" if frame is None else f' (column "{t.heading}": {_rate_of(t, frame):.4g} frames per second)'
+        return t.numbers * t.size, said
     if frame is None:
         of = "" if t is None else f', column "{t.heading}"'
         raise table.error("--fps", f"{rate:g}", f"must be left out: the film has times{of}")
@@ -195,11 +203,17 @@ def _seconds(table: FilmTable, rate: float | None) -> tuple[pd.Series[float], st
         raise table.error(frame.heading, wrong.iloc[0], "must be whole, as numbers of frames are, with --fps", line)
     said = f" ({rate:g} frames per second)"
     if t is not None:
-        steps = (t.numbers * t.size).diff() / frame.numbers.diff()
-        own = 1 / float(np.nanmedian(steps.where(frame.numbers.diff() > 0)))
+        own = _rate_of(t, frame)
         if abs(own / rate - 1) > AGREE:
             said = f' ({rate:g} frames per second; column "{t.heading}", which says {own:.4g}, is not read)'
     return frame.numbers / rate, said
+
+
+def _rate_of(t: Column, frame: Column) -> float:
+    """Frames per second by a column of times and one of frames."""
+    steps = pd.DataFrame({"frame": frame.numbers, "t": t.numbers * t.size}).drop_duplicates("frame").diff()
+    rates = (steps["frame"] / steps["t"])[steps["t"] != 0]
+    return float(rates.median())
 
 
 def _metre(table: FilmTable, lengths: Sequence[Column], size: tuple[float, float] | None) -> float:
@@ -252,10 +266,13 @@ def _in_order(table: FilmTable, rows: pd.DataFrame, heading: str, numbered: bool
         raise table.error(clock.heading, t, f"must not step back: it is {before} before", int(rows.index[i + 1]))
     if (steps > 0).all():
         return rows
-    usual = float(np.abs(np.diff(rows["d"]))[steps > 0].max(initial=0.0))
+    if not steps.any():
+        raise table.error(clock.heading, f"{rows['t'].iloc[0]:g} s", "must not be the same in all rows")
     frames = rows.assign(line=rows.index).groupby("t")
     merged = frames.agg(d=("d", "mean"), line=("line", "first"), spread=("d", np.ptp), size=("d", "size"))
-    if len(far := merged[merged["spread"] > max(usual, 0.0)]) and usual:
+    alone = merged["d"][merged["size"] == 1]
+    usual = float(np.abs(np.diff(alone if len(alone) > 1 else merged["d"])).max(initial=0.0))
+    if len(far := merged[merged["spread"] > usual]):
         t, line = far.index[0], int(far["line"].iloc[0])
         both = named(f"{each:g}" for each in rows["d"][rows["t"] == t])
         allowed = f"must have one distance at a time, and has {both}, which differ by more than those of neighbours"

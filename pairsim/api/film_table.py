@@ -21,13 +21,15 @@ from pairsim.cases.quantities import unit_in
 from pairsim.runtime.errors import InputError
 
 _OF = r"( ?(id|ids|n\W?|nr|no|num|number|index|idx|#))?"
+_TRACK = r"(particle|track(ing|let)?|traj(ectory)?|bead|sphere|drop(let)?|cell)"
+_PLACE = r"(pos(ition)?|coord(inate)?|(location )?cent(er|re|roid))"
 _CENTRE = r"cent(er|re|roid)s?"
 NAMES: Mapping[str, Sequence[str]] = {
     "t": [r"t|time|zeit|temps|tiempo|tempo|(pos|position) t|t position", r"elapsed( time)?|time ?stamps?"],
     "frame": [rf"(frame|slice|image|img|bild|time ?point){_OF}|time index|stack position"],
-    "particle": [rf"(particle|track|tracking|trajectory|traj|tracklet|bead){_OF}|id of track", rf"object{_OF}|id"],
-    "x": [r"x|(pos|position|centroid|center|centre) x|x (pos|position|centroid|center|centre)|cx", r"x ?m"],
-    "y": [r"y|(pos|position|centroid|center|centre) y|y (pos|position|centroid|center|centre)|cy", r"y ?m"],
+    "particle": [rf"{_TRACK}{_OF}|id of track|trackobjects label( \d+)?", rf"(object|individual|animal){_OF}|id"],
+    "x": [rf"x|{_PLACE} x|x {_PLACE}|cx", r"x ?m"],
+    "y": [rf"y|{_PLACE} y|y {_PLACE}|cy", r"y ?m"],
     "d": [r"d|gap|surface( to surface)? (distance|separation|gap)|(distance|gap) (of|between)( the)? surfaces"],
     "c": [rf"c|{_CENTRE}( to {_CENTRE})? (distance|separation)|(distance|separation) (of|between)( the)? {_CENTRE}"],
 }

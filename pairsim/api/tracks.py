@@ -15,6 +15,7 @@ from pairsim.runtime.arrays import Array
 NAMED = 12  # particles, or frames, that a sentence names
 USUAL = 5.0  # ratio to its median up to which a change of the distance in a frame is none to ask about; chosen
 NEAREST = 0.1  # quantile of the distances that counts as the least one, of a few that may be wrong; chosen
+LOST = 0.0, -1.0  # both coordinates of a particle that is lost, as some trackers write
 UNTRACKED = {"", "nan", "none", "-1"}
 
 
@@ -43,6 +44,14 @@ def distances_of(table: FilmTable, keys: pd.Series[float], wanted: str | Sequenc
     """
     notes: list[str] = []
     positions = _positions(table, keys, notes)
+    planar = all("y" in each for each in table.particles.values() or [table.columns])
+    lost = (positions["x"] == positions["y"]) & positions["x"].isin(LOST) & planar
+    if lost.any():
+        notes.append(f"left out: {counted(int(lost.sum()), 'position')} 0, 0 or -1, -1, of particles that were lost")
+        positions = positions[~lost]
+    if len(positions) > 2 and positions["key"].nunique() == 1:
+        allowed = "must be several: slices of a stack may have been taken for depths"
+        raise table.error("frame", f"{positions['key'].iloc[0]:g}", allowed, int(positions["line"].iloc[0]))
     if (positions["name"] == "").all():
         if wanted is not None:
             raise table.error("--particles", _text(wanted), "must be left out: no column says which particle is which")

@@ -121,6 +121,13 @@ def imaris(table: pd.DataFrame) -> str:
     return "\n".join(["Position", "====================", " ", heading, *rows, ""])
 
 
+def cellprofiler(table: pd.DataFrame) -> str:
+    """Objects of CellProfiler."""
+    columns = {"frame": "ImageNumber", "x": "Location_Center_X", "y": "Location_Center_Y"}
+    table = table.assign(TrackObjects_Label_30=table["particle"] + 1, ObjectNumber=table["particle"] + 1)
+    return table.rename(columns=columns).drop(columns="particle").to_csv(index=False)
+
+
 def napari(table: pd.DataFrame) -> str:
     """Tracks as of napari and SPOT-On: t is the number of the frame."""
     columns = {"particle": "track_id", "frame": "t"}
@@ -146,7 +153,7 @@ def assert_read(film: Film, frames: Array = FRAMES, tolerance: float = 1e-6) -> 
     assert film.from_centres
 
 
-@pytest.mark.parametrize("table", [trackpy, trackmate, manual_tracking, mtrack2, mosaic, imagej, napari])
+@pytest.mark.parametrize("table", [trackpy, trackmate, manual_tracking, mtrack2, mosaic, imagej, cellprofiler, napari])
 def test_tables_of_trackers_are_read_as_they_are(table: Any, tmp_path: Path) -> None:
     film = read(tmp_path, table(positions()), **OPTIONS)
     assert_read(film, tolerance=1e-3)
@@ -235,6 +242,33 @@ def test_a_frame_interval_that_nobody_has_set_is_none(tmp_path: Path) -> None:
     assert read(tmp_path, text, fps=1).seconds[1] == 1.0
 
 
+def test_frames_that_have_one_time_or_one_number(tmp_path: Path) -> None:
+    """A stack whose slices are depths, and a clock that stands still."""
+    text = trackmate(positions().assign(frame=0), "micron", "sec", 1.0)
+    assert "frame: got '0'; must be several: slices of a stack may have been taken for depths" in refused(
+        tmp_path, text, fps=500
+    )
+    text = trackmate(positions(), "micron", "sec", 0.0)
+    assert "--fps: must be given: POSITION T is the same in all rows" in refused(tmp_path, text)
+
+
+def test_positions_that_stand_for_lost_particles_are_none(tmp_path: Path) -> None:
+    """Some trackers write 0, 0 or -1, -1, and give the name -1 to what is in no track."""
+    table, whole = positions(), np.delete(FRAMES, [5, 30])
+    for nowhere in (0, -1):
+        lost = table["frame"].isin([5, 30]) & (table["particle"] == 1)
+        film = read(
+            tmp_path,
+            trackpy(table.assign(x=table["x"].mask(lost, nowhere), y=table["y"].mask(lost, nowhere))),
+            **OPTIONS,
+        )
+        assert_read(film, whole)
+        assert film.notes[1] == "left out: 2 positions 0, 0 or -1, -1, of particles that were lost"
+    untracked = pd.concat([table, pd.DataFrame({"frame": [3, 3], "particle": -1, "x": [1.0, 2.0], "y": 5.0})])
+    assert_read(read(tmp_path, trackpy(untracked), **OPTIONS))
+    np.testing.assert_allclose(1e6 * read(tmp_path, "t [s],x1 [um],x2 [um]\n0,0,30\n0.1,0,32\n").metres, [30, 32])
+
+
 def test_two_of_several_particles(tmp_path: Path) -> None:
     table = positions(third=True)
     assert_read(read(tmp_path, trackpy(table), particles="0,1", **OPTIONS))
@@ -313,6 +347,9 @@ def test_centres_need_a_smaller_diameter(tmp_path: Path) -> None:
     np.testing.assert_allclose(1e6 * film.gaps(20e-6), [6, 4.5, 5])
     with pytest.raises(InputError, match=r"film.csv:3: has centres 24.5 um apart, less than the diameter .* 25 um"):
         film.gaps(25e-6)
+    in_print = read(tmp_path, trackmate(positions().assign(x=lambda table: table["x"] / 72), "inch", "sec", 0.04))
+    with pytest.raises(InputError, match="the unit, or the scale in the tracker, is another one, such as inch or cm"):
+        in_print.gaps(20e-6)
     of_surfaces = read(tmp_path, D + "0,4\n1,5\n")
     np.testing.assert_allclose(of_surfaces.gaps(25e-6), of_surfaces.metres)
 
@@ -364,7 +401,7 @@ def test_times_that_step_back_are_refused_with_the_line(tmp_path: Path) -> None:
     assert said == "film.csv:4: t [s]: got '0.005 s'; must not step back: it is 0.01 s before"
     frames = refused(tmp_path, "frame,d [um]\n0,4\n1,4.1\n0,4.2\n1,4.3\n", fps=100)
     assert frames.startswith("film.csv:4: frame: got '0 s'; must not step back")
-    tracks = "t [s],particle,x [um],y [um]\n0,1,0,0\n0,2,30,0\n.02,1,2,0\n.02,2,33,0\n.01,1,1,0\n.01,2,32,0\n"
+    tracks = "t [s],particle,x [um],y [um]\n0,1,0,9\n0,2,30,0\n.02,1,2,0\n.02,2,33,0\n.01,1,1,0\n.01,2,32,0\n"
     assert refused(tmp_path, tracks) == "film.csv:6: t [s]: must not step back, of particle 1"
     clock = trackmate(positions(), "micron", "sec", 0.01).replace(",0.3,30,", ",0.1,30,")
     assert "POSITION T" not in read(tmp_path, clock, fps=100).notes[0]
@@ -375,8 +412,12 @@ def test_equal_times_are_one_frame_if_their_distances_are(tmp_path: Path) -> Non
     film = read(tmp_path, D + "0,4\n0.01,4.1\n0.01,4.2\n0.02,4.3\n0.03,4.5\n")
     np.testing.assert_allclose((film.seconds, 1e6 * film.metres), ([0, 0.01, 0.02, 0.03], [4, 4.15, 4.3, 4.5]))
     assert film.notes[1] == "merged: 1 row with the time of another one, into their mean"
-    said = refused(tmp_path, D + "0,4\n0.01,4.1\n0.01,7.2\n0.02,4.3\n0.03,4.5\n")
-    assert "film.csv:3: t [s]: got '0.01 s'; must have one distance at a time, and has 4.1, 7.2" in said
+    twice = read(tmp_path, D + "0,4\n0,4.01\n0.01,4.1\n0.01,4.11\n0.02,4.3\n0.02,4.31\n")  # in each frame
+    assert len(twice.seconds) == 3
+    for after in (4.3, 4.0):
+        said = refused(tmp_path, f"{D}0,4\n0.01,4.1\n0.01,7.2\n0.02,{after}\n0.03,4.5\n")
+        assert "film.csv:3: t [s]: got '0.01 s'; must have one distance at a time, and has 4.1, 7.2" in said
+    assert "must not be the same in all rows" in refused(tmp_path, D + "0,4\n0,4.1\n0,4.2\n")
 
 
 @pytest.mark.parametrize("distance", ["-4.1", "0", "-1e-9"])
