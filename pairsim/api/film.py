@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 
 from pairsim.api.film_table import Column, FilmTable, read_film_table
-from pairsim.api.tracks import counted, distances_of, named
+from pairsim.api.tracks import Distances, counted, distances_of, named
 from pairsim.cases.quantities import a_length, measured, si
 from pairsim.runtime.arrays import Array, Indices
 from pairsim.runtime.errors import InputError
@@ -89,34 +89,22 @@ def film_of(
         InputError: It is no such table, or an option is missing.
     """
     rate, size = _rate(fps), _pixel(pixel)
+    if particles is not None and not isinstance(particles, str | Sequence):
+        raise InputError("--particles", "", particles, "must be two names, such as 3,5")
     table = read_film_table(Path(path))
-    columns, frame = table.columns, table.columns.get("frame")
-    several = [*table.particles.values()] or [columns]
+    several = [*table.particles.values()] or [table.columns]
     lengths = [each[axis] for each in several for axis in ("x", "y", "d", "c") if axis in each]
     missing: list[InputError] = []  # options, all of which are asked for at once
-    seconds, said, metre, found = None, "", np.nan, None
     with _collected(missing):
         seconds, said = _seconds(table, rate)
     with _collected(missing):
         metre = _metre(table, lengths, size)
-    keys = frame.numbers if frame is not None else seconds
-    if table.tracked and keys is not None:
-        with _collected(missing, only="--particles" if missing else None):
-            found = distances_of(table, keys, particles)
-    elif particles is not None:
-        missing.append(table.error("--particles", str(particles), "must be left out: the film has distances"))
-    if missing or seconds is None:
+    with _collected(missing, only="--particles" if missing else None):
+        found, (what, *notes) = (distances_of if table.tracked else _distances)(table, particles)
+    if missing:
         raise InputError.of_all(missing)
-    if found is not None:
-        rows, (what, *notes) = found.rows.assign(t=seconds[found.rows.index]).dropna(), found.notes
-    else:
-        rows = pd.DataFrame({"t": seconds, "d": lengths[0].numbers})
-        gaps = rows[rows.isna().any(axis=1)].index
-        what, notes = lengths[0].heading, []
-        if len(gaps):
-            notes = [f"left out: {counted(len(gaps), 'row')} without a number, of {len(rows)}: line {named(gaps)}"]
-        rows = rows.dropna()
-    rows = _in_order(table, rows, lengths[0].heading, frame is not None and table.tracked, notes)
+    rows = found.assign(t=seconds[found.index])
+    rows = _in_order(table, rows, lengths[0].heading, notes)
     metres = rows["d"].to_numpy(dtype=float) * metre
     ends = f"{1e6 * metres.min():.4g} to {1e6 * metres.max():.4g} um"
     times = f"t {rows['t'].iloc[0]:.4g} to {rows['t'].iloc[-1]:.4g} s"
@@ -128,7 +116,7 @@ def film_of(
     return Film(
         seconds=rows["t"].to_numpy(dtype=float),
         metres=metres,
-        from_centres="d" not in columns,
+        from_centres="d" not in table.columns,
         pixel=size,
         notes=(read, *notes),
         path=table.path,
@@ -146,16 +134,27 @@ def _collected(errors: list[InputError], only: str | None = None) -> Iterator[No
             errors.append(error)
 
 
+def _distances(table: FilmTable, particles: str | Sequence[object] | None) -> Distances:
+    """Those of a column, in its unit."""
+    if particles is not None:
+        raise table.error("--particles", str(particles), "must be left out: the film has distances")
+    column = table.columns.get("d") or table.columns["c"]
+    rows = pd.DataFrame({"key": table.clock.numbers, "d": column.numbers})
+    gaps = rows[rows.isna().any(axis=1)].index
+    left_out = [f"left out: {counted(len(gaps), 'row')} without a number, of {len(rows)}: line {named(gaps)}"]
+    return Distances(rows.dropna(), [column.heading, *(left_out if len(gaps) else [])])
+
+
 def _rate(fps: float | str | None) -> float | None:
     """Frames per second, which may be a fraction such as 30000/1001."""
     if fps is None:
         return None
     try:
         rate = float(Fraction(re.sub(r"\s*(fps|Hz|/s|1/s)$", "", fps.strip()))) if isinstance(fps, str) else float(fps)
-    except (ValueError, ZeroDivisionError):
+    except (TypeError, ValueError, ZeroDivisionError):
         rate = np.nan
     if not 0 < rate < np.inf:
-        raise InputError("pairsim fit", "--fps", fps, "must be frames per second above 0, such as 500")
+        raise InputError("--fps", "", fps, "must be frames per second above 0, such as 500")
     return rate
 
 
@@ -172,7 +171,7 @@ def _pixel(pixel: str | None) -> tuple[float, float] | None:
             return length, length * half_width / number
         return measured(re.sub(r"\s*(?:/|per)\s*(?:px|pix|pixels?)\b", "", pixel), PIXEL)
     except ValueError as error:
-        raise InputError("pairsim fit", "--pixel", pixel, str(error)) from None
+        raise InputError("--pixel", "", pixel, str(error)) from None
 
 
 def _seconds(table: FilmTable, rate: float | None) -> tuple[pd.Series[float], str]:
@@ -239,35 +238,37 @@ def _metre(table: FilmTable, lengths: Sequence[Column], size: tuple[float, float
     return size[0]
 
 
-def _in_order(table: FilmTable, rows: pd.DataFrame, heading: str, numbered: bool, notes: list[str]) -> pd.DataFrame:
+def _in_order(table: FilmTable, rows: pd.DataFrame, heading: str, notes: list[str]) -> pd.DataFrame:
     """Distances "d" over times "t" that ascend, those of one time as their mean.
 
     Args:
         table: Their table.
         rows: Them, by line.
         heading: That of the distances.
-        numbered: Whether frames have numbers, in whose order the rows are.
         notes: What was done is added to them.
     """
+    clock = table.clock.heading
+    if untimed := int(rows["t"].isna().sum()):
+        notes.append(f"left out: {counted(untimed, 'frame')} without a time")
+        rows = rows.dropna()
     if rows.empty:
         raise table.error(heading, None, "must have numbers below it, beside times")
     if (rows["d"] <= 0).any():
         line = int(rows.index[rows["d"] <= 0][0])
         why = "must be above 0: particles are swapped, or surfaces overlap"
         raise table.error(heading, f"{rows['d'][line]:g}", why, line)
-    clock = table.columns.get("t" if "frame" not in table.columns else "frame") or table.columns["t"]
     steps = np.diff(rows["t"])
-    if len(rows) > 1 and (steps < 0).all() and not numbered:
+    if len(rows) > 1 and (steps < 0).all() and not table.tracked:
         notes.append("turned round: rows are in descending order of time")
         rows, steps = rows[::-1], -steps[::-1]
     if (steps < 0).any():
         i = int(np.flatnonzero(steps < 0)[0])
         t, before = (f"{rows['t'].iloc[k]:.6g} s" for k in (i + 1, i))
-        raise table.error(clock.heading, t, f"must not step back: it is {before} before", int(rows.index[i + 1]))
+        raise table.error(clock, t, f"must not step back: it is {before} before", int(rows.index[i + 1]))
     if (steps > 0).all():
         return rows
     if not steps.any():
-        raise table.error(clock.heading, f"{rows['t'].iloc[0]:g} s", "must not be the same in all rows")
+        raise table.error(clock, f"{rows['t'].iloc[0]:g} s", "must not be the same in all rows")
     frames = rows.assign(line=rows.index).groupby("t")
     merged = frames.agg(d=("d", "mean"), line=("line", "first"), spread=("d", np.ptp), size=("d", "size"))
     alone = merged["d"][merged["size"] == 1]
@@ -276,6 +277,6 @@ def _in_order(table: FilmTable, rows: pd.DataFrame, heading: str, numbered: bool
         t, line = far.index[0], int(far["line"].iloc[0])
         both = named(f"{each:g}" for each in rows["d"][rows["t"] == t])
         allowed = f"must have one distance at a time, and has {both}, which differ by more than those of neighbours"
-        raise table.error(clock.heading, f"{t:.6g} s", allowed, line)
+        raise table.error(clock, f"{t:.6g} s", allowed, line)
     notes.append(f"merged: {counted(len(rows) - len(merged), 'row')} with the time of another one, into their mean")
     return merged.reset_index().set_index("line")[["t", "d"]]

@@ -83,6 +83,11 @@ class FilmTable:
         """Whether it has positions of particles, in place of distances."""
         return bool(self.particles) or "x" in self.columns
 
+    @property
+    def clock(self) -> Column:
+        """What tells frames apart: their numbers, or else times."""
+        return self.columns.get("frame") or self.columns["t"]
+
     def error(self, key: str, value: object, allowed: str, line: int | None = None) -> InputError:
         """An error in the file."""
         return InputError(str(self.path), key, value, allowed, line=line)

@@ -9,14 +9,14 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from pairsim.api.film_table import Column, FilmTable
+from pairsim.api.film_table import GAPS, Column, FilmTable
 from pairsim.runtime.arrays import Array
 
 NAMED = 12  # particles, or frames, that a sentence names
 USUAL = 5.0  # ratio to its median up to which a change of the distance in a frame is none to ask about; chosen
 NEAREST = 0.1  # quantile of the distances that counts as the least one, of a few that may be wrong; chosen
 LOST = 0.0, -1.0  # both coordinates of a particle that is lost, as some trackers write
-UNTRACKED = {"", "nan", "none", "-1"}
+UNTRACKED = GAPS | {"-1"}
 
 
 class Distances(NamedTuple):
@@ -31,19 +31,18 @@ class Distances(NamedTuple):
     notes: list[str]
 
 
-def distances_of(table: FilmTable, keys: pd.Series[float], wanted: str | Sequence[object] | None) -> Distances:
+def distances_of(table: FilmTable, wanted: str | Sequence[object] | None) -> Distances:
     """Distances of two particles in the plane of the film, in the frames in which both are seen.
 
     Args:
         table: A table with positions.
-        keys: What tells frames apart, their numbers or times, by line.
         wanted: Names of the two particles; those that are parts of one track are joined by a plus sign.
 
     Raises:
         InputError: It is not clear which particles are meant, or one becomes another one.
     """
     notes: list[str] = []
-    positions = _positions(table, keys, notes)
+    positions = _positions(table, notes)
     planar = all("y" in each for each in table.particles.values() or [table.columns])
     lost = (positions["x"] == positions["y"]) & positions["x"].isin(LOST) & planar
     if lost.any():
@@ -81,8 +80,9 @@ def named(values: Iterable[object], most: int = NAMED) -> str:
     return ", ".join(texts[:most]) + (f" and {len(texts) - most} more" if len(texts) > most else "")
 
 
-def _positions(table: FilmTable, keys: pd.Series[float], notes: list[str]) -> pd.DataFrame:
+def _positions(table: FilmTable, notes: list[str]) -> pd.DataFrame:
     """Columns "key", "name" ("" without one), "x", "y" and "line" of all particles."""
+    keys = table.clock.numbers
     if table.particles:
         several = table.particles.items()
         parts = [_of_columns(each, keys.index.to_series()).assign(name=name) for name, each in several]
@@ -158,7 +158,7 @@ def _pair(table: FilmTable, tracks: dict[str, pd.DataFrame], wanted: str | Seque
             must = "must be given, such as 3,5" if len(order) > 2 else "must be two"
             raise table.error("--particles", None, f"{must}: the film has {has}")
         return one, others[0]
-    names = [*map(_plain, re.split(r"[\s,;]+", wanted.strip()) if isinstance(wanted, str) else wanted)]
+    names = [_plain(each) for each in (re.split(r"[\s,;]+", wanted.strip()) if isinstance(wanted, str) else wanted)]
     for name in names:
         parts = [_plain(part) for part in name.split("+")]
         if unknown := [part for part in parts if part not in tracks]:

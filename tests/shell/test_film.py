@@ -383,6 +383,9 @@ def test_columns_of_times_and_distances(text: str, tmp_path: Path) -> None:
 def test_what_is_left_out_or_turned_round_is_said(tmp_path: Path) -> None:
     film = read(tmp_path, D + "0,4\n,4.05\n0.01,4.1\n0.015,\n0.02,4.3\n")
     assert film.notes[1] == "left out: 2 rows without a number, of 5: line 3, 5"
+    untimed = read(tmp_path, "frame,t [s],d [um]\n0,0,4\n1,,4.1\n2,0.02,4.3\n")
+    assert untimed.notes[1] == "left out: 1 frame without a time"
+    np.testing.assert_allclose(untimed.seconds, [0, 0.02])
     turned = read(tmp_path, D + "0.02,4.3\n0.01,4.1\n0,4\n")
     assert turned.notes[1] == "turned round: rows are in descending order of time"
 
