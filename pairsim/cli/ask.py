@@ -97,7 +97,7 @@ def ask(
 )
 def fit(
     film: Annotated[Path, typer.Argument(help=r"Table with columns such as t \[s] and d \[um], or of a tracker.")],
-    case: Annotated[Path, typer.Argument(help="Case file with a physical block; what is unknown is a first guess.")],
+    case: Annotated[Path, typer.Argument(help="Case file with a physical block; what is unknown may be left out.")],
     unknown: Annotated[list[str] | None, typer.Option(help="modulus (default) or relaxation; repeat for both.")] = None,
     fps: Fps = None,
     pixel: Pixel = None,
