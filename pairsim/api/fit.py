@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pairsim.api.ask import asked_of
-from pairsim.api.cases import AnyCase, content_of
+from pairsim.api.cases import AnyCase, content_of, load
 from pairsim.api.film import Film, film_of
 from pairsim.api.film_model import FilmModel, Seen, Uncertain
 from pairsim.api.film_search import LEAST, Search
@@ -136,9 +136,9 @@ def fit(
     unknown: str | Sequence[str] = "modulus",
     exchanged: Path | str | None = None,
     atlas: Path | str | None = None,
-    fps: float | None = None,
+    fps: float | str | None = None,
     pixel: str | None = None,
-    particles: Sequence[int | str] | None = None,
+    particles: str | Sequence[object] | None = None,
 ) -> FilmFit:
     """Fit quantities of an experiment to a film of two beads that are taken to be alike.
 
@@ -151,8 +151,7 @@ def fit(
     best one is that of two numbers.
 
     Args:
-        film: Table with times and distances between the surfaces, columns such as "t [s]" and "d [um]", or of a
-            tracker: frames, particles and their positions.
+        film: Table with times and distances, columns such as "t [s]" and "d [um]", or of a tracker; see `film_of`.
         case: The experiment. What is unknown may be left out of its `physical` block; a value that is there gives
             the unit of the answer, and nothing else.
         unknown: "modulus", "relaxation" or both.
@@ -160,7 +159,7 @@ def fit(
         atlas: File of an atlas; None: those that ship.
         fps: Frames per second, for a film with frame numbers in place of times.
         pixel: Size of a pixel, such as ".65 +- .01 um", for lengths in pixels.
-        particles: Names of the two beads in a table with more than two.
+        particles: Names of the two beads in a film with more, such as "3,5".
 
     Raises:
         InputError: A file or key is wrong, or the atlas has no answer for the case.
@@ -331,20 +330,22 @@ def _scales(case: SceneCase) -> Scales:
     return case.scales
 
 
-def overlay_film(film: Path, folders: Sequence[Path], out: Path, page: Page) -> list[Path]:
+def overlay_film(film: Film, folders: Sequence[Path], out: Path, page: Page) -> list[Path]:
     """Draw a film, runs from their start on, and motions by curves from its first distance on: `film`.
 
     Raises:
-        InputError: The film is wrong, or a folder has no units, or is neither a run nor a curve that has its distance.
+        InputError: A folder has no units, or is neither a run nor a curve that has the first distance of the film.
     """
     from pairsim.plots.measured import draw_film
 
-    seen, lines = film_of(film), {}
-    t, d = seen.seconds - seen.seconds[0], seen.metres
+    t, d = film.seconds - film.seconds[0], film.metres
+    lines: dict[str, tuple[Array, Array]] = {}
     for folder in folders:
         kind, scales = kind_of(folder), scales_in(read_record(folder))
         if kind not in ("run", "curve") or scales is None:
             raise InputError(str(folder), "", None, "must be a run or a curve with a physical block, to go with a film")
+        if film.from_centres and not lines:
+            d = film.gaps(float(np.mean(load(folder / "case.yaml", kind=kind).betas)) * scales.length)
         table = read_table(folder / f"{'series' if kind == 'run' else kind}.csv")
         if kind == "curve":
             if not table["d"][0] <= d[0] / scales.length <= table["d"][-1]:

@@ -48,12 +48,15 @@ def plot(
     animate: bool = False,
     physical: bool | None = None,
     legend: bool = True,
+    fps: float | str | None = None,
+    pixel: str | None = None,
+    particles: str | Sequence[object] | None = None,
 ) -> list[Path]:
     """Draw what a folder holds, or lay several runs or several curves over each other.
 
     Args:
-        folders: One folder of any command, or several of runs or of curves; runs and curves with a film, a CSV file as
-            for `fit`.
+        folders: One folder of any command, or several of runs or of curves; runs and curves with a film, a file as for
+            `fit`.
         out: Where the pictures go: the folder itself by default; several folders need it.
         formats: "png" (the default), "pdf", "svg", or several of them; an animation is a GIF.
         width: Of the pictures, such as "85mm"; a number is in mm.
@@ -62,6 +65,9 @@ def plot(
         animate: Make a run's fields, or a curve's, an animation; nothing else is drawn then.
         physical: Whether to draw in um, s, um/s and Pa; by default where all cases have a `physical` block.
         legend: Whether there are a legend and the small print with the parameters.
+        fps: Of the film, as are the next two; see `fit`.
+        pixel: Size of its pixels.
+        particles: Names of its two beads.
 
     Returns:
         The files written.
@@ -74,6 +80,10 @@ def plot(
     if not folders:
         raise InputError("pairsim plot", "", None, "must name a folder of results")
     places = [Path(folder) for folder in folders]
+    films = [each for each in places if each.is_file() or each.suffix == ".csv"]
+    for option, value in {"--fps": fps, "--pixel": pixel, "--particles": particles}.items():
+        if value is not None and not films:
+            raise InputError("pairsim plot", option, value, "must be left out: it goes with a film")
     if animate and formats not in (None, "gif"):
         raise InputError("--format", "", formats, "must be left out with --animate, which makes a GIF")
     page = Page.parse("png" if animate or formats is None else formats, width, physical, legend)
@@ -83,10 +93,14 @@ def plot(
             raise InputError("pairsim plot", "-o", None, "must name a folder for the picture of several folders")
         if field is not None or animate:
             raise InputError("pairsim plot", "--field, --animate", None, "must be left out with several folders")
-        if films := [each for each in places if each.suffix == ".csv"]:
+        if films:
+            from pairsim.api.film import film_of
             from pairsim.api.fit import overlay_film
 
-            return overlay_film(films[0], [each for each in places if each not in films], target, page)
+            if len(films) > 1 or len(films) == len(places):
+                raise InputError("pairsim plot", "", str(films[-1]), "must be one film, with runs or curves")
+            film = film_of(films[0], fps=fps, pixel=pixel, particles=particles)
+            return overlay_film(film, [each for each in places if each not in films], target, page)
         from pairsim.plots.runs_and_curves import overlay
 
         return overlay(places, target, page, group)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from pairsim.cli.options import Settings
+from pairsim.cli.options import Fps, Particles, Pixel, Settings
 from pairsim.cli.units import Text, of_option, quantity
 from pairsim.runtime.errors import InputError
 
@@ -91,18 +91,28 @@ def ask(
     typer.echo("\n".join(lines))
 
 
-@app.command(epilog="Example: pairsim fit film.csv case.yaml")
+@app.command(
+    epilog="Examples: pairsim fit film.csv case.yaml | "
+    "pairsim fit tracks.csv case.yaml --fps 500 --pixel '.65 +- .01 um' --particles 3,5"
+)
 def fit(
-    film: Annotated[Path, typer.Argument(help=r"CSV file with columns such as t \[s] and d \[um].")],
-    case: Annotated[Path, typer.Argument(help="Case file with a physical block; what is unknown is a first guess.")],
+    film: Annotated[Path, typer.Argument(help=r"Table with columns such as t \[s] and d \[um], or of a tracker.")],
+    case: Annotated[Path, typer.Argument(help="Case file with a physical block; what is unknown may be left out.")],
     unknown: Annotated[list[str] | None, typer.Option(help="modulus (default) or relaxation; repeat for both.")] = None,
+    fps: Fps = None,
+    pixel: Pixel = None,
+    particles: Particles = None,
     atlas: Annotated[Path | None, typer.Option(help="File of an atlas (default: those that ship).")] = None,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Folder of a picture, film.png.")] = None,
 ) -> None:
-    """Fit the modulus of two equal beads, or the relaxation time of their liquid, to a film of their distance."""
+    """Fit the modulus of two equal beads, or the relaxation time of their liquid, to a film of their distance.
+
+    Tables of TrackPy, TrackMate, ImageJ and others are read as they are: their
+    positions are those of centres, and the case has the diameter.
+    """
     from pairsim.api.fit import fit as fit_of
 
-    found = fit_of(film, case, unknown=unknown or "modulus", atlas=atlas)
+    found = fit_of(film, case, unknown=unknown or "modulus", atlas=atlas, fps=fps, pixel=pixel, particles=particles)
     typer.echo(str(found))
     if output is not None:
         typer.echo(str(*found.plot(output)))

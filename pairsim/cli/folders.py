@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 import pairsim
-from pairsim.cli.options import Folder, OverwriteFile, Physical, check_free, print_table
+from pairsim.cli.options import Folder, Fps, OverwriteFile, Particles, Physical, Pixel, check_free, print_table
 from pairsim.runtime.errors import InputError
 
 app = typer.Typer()
@@ -181,6 +181,9 @@ def plot(
     legend: Annotated[
         bool, typer.Option(" /--no-legend", show_default=False, help="Leave out the legend and the small print.")
     ] = True,
+    fps: Fps = None,
+    pixel: Pixel = None,
+    particles: Particles = None,
 ) -> None:
     """Draw the results of a case, a sweep or a study, or several runs or curves in one picture.
 
@@ -195,7 +198,8 @@ def plot(
     from pairsim.api.folders import plot
 
     look: dict[str, Any] = {"out": output, "formats": formats, "width": width, "physical": physical, "legend": legend}
-    paths = plot(*folders, **look, group=group, field=field, animate=animate)
+    of_film: dict[str, Any] = {"fps": fps, "pixel": pixel, "particles": particles}
+    paths = plot(*folders, **look, **of_film, group=group, field=field, animate=animate)
     for path in paths:
         typer.echo(str(path))
     if not paths:

@@ -55,6 +55,19 @@ Physical = Annotated[
         help="In um, s, um/s and Pa, or in D_c and U_av (default: the former where the case has a physical block).",
     ),
 ]
+Fps = Annotated[
+    str | None, typer.Option(metavar="NUMBER", help="Frames per second, for a film with numbers of frames, not times.")
+]
+Pixel = Annotated[
+    str | None,
+    typer.Option(
+        metavar="QUANTITY", help="Size of a pixel, for a film with lengths in px, such as '.65 +- .01 um' or 1.54px/um."
+    ),
+]
+Particles = Annotated[
+    str | None,
+    typer.Option(metavar="NAMES", help="The two beads of a film with more, such as 3,5; 3+7,5 joins parts of a track."),
+]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress and no answer, only the folder.")]
 
 

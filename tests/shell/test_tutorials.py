@@ -1,4 +1,4 @@
-"""The tutorials and the page about Python, executed: files are written, commands and programs run in an empty folder.
+"""Tutorials and pages about films and Python, executed: files are written, commands and programs run in a new folder.
 
 A block of `text` is what the commands before it print: each of its lines must follow, in this order, numbers to 2 %;
 `...` stands for anything. Commands of pairsim are run in this process, but for those that bring laws, which would stay.
@@ -12,6 +12,7 @@ import math
 import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -22,7 +23,8 @@ import pytest
 from support.commands import Done, in_process
 from support.inputs import ROOT
 
-TUTORIALS = [*sorted((ROOT / "docs" / "tutorials").glob("*.md")), ROOT / "docs" / "how-to" / "python.md"]
+TUTORIALS = [*sorted((ROOT / "docs" / "tutorials").glob("*.md"))]
+TUTORIALS += [ROOT / "docs" / "how-to" / name for name in ("films.md", "python.md")]
 BLOCK = re.compile(
     r"(?:<!-- (?P<note>[^>]*) -->\n\n)?^```(?P<language>\w+)(?: title=\"(?P<title>[^\"]+)\")?\n(?P<text>.*?)^```$",
     re.DOTALL | re.MULTILINE,
@@ -109,6 +111,8 @@ def test_tutorial(
     page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    for file in page.with_suffix("").glob("*"):  # which the page offers
+        shutil.copy(file, tmp_path)
     names: dict[str, Any] = {"__name__": "tutorial"}
     output, executed = "", 0
     for block in blocks(page):
