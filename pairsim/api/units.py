@@ -162,10 +162,8 @@ def units(
     scales = case.physical.scales(dict(case))
     Re = scales.reynolds(si(quantities.get(DENSITY.key, WATER), DENSITY.dimension))
     numbers, notes = _numbers(case, Re), [*_notes(case, {**given, **quantities}, Re)]
-    rows, warnings = _of_flow(case.liquid_model, scales, fit)
+    rows, warnings = _of_flow(case.liquid_model, scales, fit, None if carrier is None else celsius)
     written = {BLOCK: quantities, **given}
-    if carrier is not None and (beyond := extrapolated(celsius)):
-        warnings.append(f"warning: {beyond}")
     notes += [*warnings, *(f"note: {note}" for note in case.notes)]
     return Units(case, written, [*numbers], [*_scales(scales), *rows], notes, fit)
 
@@ -195,8 +193,13 @@ def _scales(scales: Scales) -> Iterator[Row]:
     yield "stress", f"{scales.stress:.4g} Pa", "eta_0 U_av/D_c"
 
 
-def _of_flow(liquid: Liquid, scales: Scales, fit: MeasuredLiquid | None) -> tuple[list[Row], list[str]]:
-    """What the liquid without particles does at the wall, and warnings of shear bands and of rates beyond the data."""
+def _of_flow(
+    liquid: Liquid, scales: Scales, fit: MeasuredLiquid | None, celsius: float | None
+) -> tuple[list[Row], list[str]]:
+    """What the liquid without particles does at the wall, and warnings of shear bands and of rates beyond the data.
+
+    The temperature is that of a named carrier.
+    """
     try:
         flow = Pipe(liquid).steady()
     except NoSteadyState as error:
@@ -209,6 +212,8 @@ def _of_flow(liquid: Liquid, scales: Scales, fit: MeasuredLiquid | None) -> tupl
     if fit and rate > 1.001 * (most := max(x.max() for _, x, _ in fit.data.curves)):
         beyond = f"beyond the data, which end at {most:.4g} 1/s: the law is extrapolated"
         warnings.append(f"warning: the shear rate at the wall, {rate:.4g} 1/s, and those at the particles are {beyond}")
+    if celsius is not None:
+        warnings += [f"warning: {beyond}" for beyond in extrapolated(celsius, rate)]
     rows = [("wall shear rate", f"{rate:.4g} 1/s", "of the flow without particles")]
     if liquid.modes:
         Wi = f"{liquid.longest * flow.wall_rate:.4g}"
