@@ -14,6 +14,7 @@ from pairsim.cases.materials import declared_in, is_viscous
 from pairsim.cases.physical import BLOCK, DENSITY, QUANTITIES, Physical
 from pairsim.cases.quantities import si
 from pairsim.cases.run_case import Case
+from pairsim.cases.values import is_name
 from pairsim.cases.yaml_file import yaml_text
 from pairsim.computing import QUESTIONS
 from pairsim.computing.warnings import beyond_checked
@@ -65,14 +66,14 @@ class Units:
         return "\n".join([*rows, *self.notes])
 
     def case_file(self, name: str) -> str:
-        """The text of a case file of this name with what was given, and a comment a line."""
+        """The text of a case file of this name, if it can be one, with what was given, and a comment a line."""
         numbers = ", ".join(f"{name} {value}" for name, value, _ in self.numbers)
         said = [*(self.fit.sentences if self.fit else ()), *self.notes]
         warnings = [note.removeprefix("warning: ") for note in said if note.startswith("warning: ")]
         intervals = self.fit.intervals if self.fit else {}
         head = [f"Written by pairsim units; pairsim schema {self.case.kind} lists all keys.", numbers, *warnings]
         lines = [f"# {line}" for line in head]
-        for key, value in {"name": name, **self.written}.items():
+        for key, value in {**({"name": name} if is_name(name) else {}), **self.written}.items():
             words = {key: type(self.case).model_fields[key].description or ""}
             if key == BLOCK:
                 words |= {each: QUANTITIES[each].dimension.words for each in value}
