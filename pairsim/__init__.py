@@ -11,24 +11,19 @@ into one HTML file; `moduli` reads a cytometer's file; `use_laws` makes laws of 
 first used: `import pairsim` alone loads nothing.
 """
 
+# The command line imports this first, and can answer Ctrl-C only afterwards: it takes a millisecond, without typing.
 import os as _os
-from importlib import import_module as _import_module
-from typing import TYPE_CHECKING as _TYPE_CHECKING
-from typing import Any as _Any
-
-from pairsim import errors as errors
-from pairsim.runtime.errors import InputError as InputError
-from pairsim.runtime.errors import PairsimError as PairsimError
-from pairsim.runtime.errors import RunFailure as RunFailure
-from pairsim.runtime.questions import NAMES as _QUESTIONS
-from pairsim.runtime.version import __version__ as __version__
 
 # One thread a process: MPI is how pairsim uses more cores, and BLAS threads under it only fight each other.
 # This must come before anything numerical is imported.
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     _os.environ.setdefault(_name, "1")
 
-if _TYPE_CHECKING:
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any as _Any
+
+    from pairsim import errors as errors
     from pairsim.api.ask import ask as ask
     from pairsim.api.cases import load as load
     from pairsim.api.cases import use_laws as use_laws
@@ -53,6 +48,10 @@ if _TYPE_CHECKING:
     from pairsim.questions.shape import shape as shape
     from pairsim.questions.train import TrainResult as TrainResult
     from pairsim.questions.train import train as train
+    from pairsim.runtime.errors import InputError as InputError
+    from pairsim.runtime.errors import PairsimError as PairsimError
+    from pairsim.runtime.errors import RunFailure as RunFailure
+    from pairsim.runtime.version import __version__ as __version__
 
 _MODULES = {
     "api.ask": ("ask",),
@@ -64,22 +63,33 @@ _MODULES = {
     "api.results": ("Result",),
     "api.sweeps": ("sweep", "SweepResult"),
     "api.units": ("units",),
-    **{f"questions.{_name}": (_name, f"{_name.capitalize()}Result") for _name in _QUESTIONS},
+    "runtime.errors": ("InputError", "PairsimError", "RunFailure"),
+    "runtime.version": ("__version__",),
 }
-"""Modules, and what they are imported for: each file of a question has its function and the class of its results."""
-_HERE = ("InputError", "PairsimError", "RunFailure", "__version__", "errors")
-
-__all__ = sorted((*_HERE, *(_name for _names in _MODULES.values() for _name in _names)))
+"""Modules, and what they are imported for."""
 
 
-def __getattr__(name: str) -> _Any:
+def _all_modules() -> dict[str, tuple[str, ...]]:
+    """Those, and the file of each question, which has its function and the class of its results."""
+    from pairsim.runtime.questions import NAMES
+
+    return {**_MODULES, **{f"questions.{name}": (name, f"{name.capitalize()}Result") for name in NAMES}}
+
+
+def __getattr__(name: str) -> "_Any":
     """Import a name of the interface when it is first used."""
-    module = next((module for module, names in _MODULES.items() if name in names), None)
+    from importlib import import_module
+
+    if name == "errors":
+        return import_module("pairsim.errors")
+    if name == "__all__":
+        return sorted(("errors", *(each for names in _all_modules().values() for each in names)))
+    module = next((module for module, names in _all_modules().items() if name in names), None)
     if module is None:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = globals()[name] = getattr(_import_module(f"pairsim.{module}"), name)
+    value = globals()[name] = getattr(import_module(f"pairsim.{module}"), name)
     return value
 
 
 def __dir__() -> list[str]:
-    return __all__
+    return __getattr__("__all__")

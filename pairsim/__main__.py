@@ -1,5 +1,25 @@
-"""`python -m pairsim`."""
+"""The entry point of the command line: `pairsim`, and `python -m pairsim`."""
 
-from pairsim.cli.app import main
+import io
+import sys
 
-main()
+from pairsim.runtime.interrupts import EXIT_CODE, interrupted, remember_interrupts
+
+
+def main() -> None:
+    """Run the command line; Ctrl-C ends it with the exit code 130, also while libraries are loaded for it."""
+    remember_interrupts()
+    try:
+        from pairsim.cli.app import main as run
+
+        if isinstance(sys.stdout, io.TextIOWrapper):  # names of files that are not in UTF-8 are printed as they are
+            sys.stdout.reconfigure(errors="surrogateescape")
+        run()
+    except (Exception, KeyboardInterrupt):
+        if not interrupted():
+            raise
+        sys.exit(EXIT_CODE)
+
+
+if __name__ == "__main__":
+    main()

@@ -14,6 +14,7 @@ from pairsim.cases.materials import declared_in, is_viscous
 from pairsim.cases.physical import BLOCK, DENSITY, QUANTITIES, Physical
 from pairsim.cases.quantities import si
 from pairsim.cases.run_case import Case
+from pairsim.cases.values import is_name
 from pairsim.cases.yaml_file import yaml_text
 from pairsim.computing import QUESTIONS
 from pairsim.computing.warnings import beyond_checked
@@ -65,14 +66,14 @@ class Units:
         return "\n".join([*rows, *self.notes])
 
     def case_file(self, name: str) -> str:
-        """The text of a case file of this name with what was given, and a comment a line."""
+        """The text of a case file of this name, if it can be one, with what was given, and a comment a line."""
         numbers = ", ".join(f"{name} {value}" for name, value, _ in self.numbers)
         said = [*(self.fit.sentences if self.fit else ()), *self.notes]
         warnings = [note.removeprefix("warning: ") for note in said if note.startswith("warning: ")]
         intervals = self.fit.intervals if self.fit else {}
         head = [f"Written by pairsim units; pairsim schema {self.case.kind} lists all keys.", numbers, *warnings]
         lines = [f"# {line}" for line in head]
-        for key, value in {"name": name, **self.written}.items():
+        for key, value in {**({"name": name} if is_name(name) else {}), **self.written}.items():
             words = {key: type(self.case).model_fields[key].description or ""}
             if key == BLOCK:
                 words |= {each: QUANTITIES[each].dimension.words for each in value}
@@ -162,10 +163,8 @@ def units(
     scales = case.physical.scales(dict(case))
     Re = scales.reynolds(si(quantities.get(DENSITY.key, WATER), DENSITY.dimension))
     numbers, notes = _numbers(case, Re), [*_notes(case, {**given, **quantities}, Re)]
-    rows, warnings = _of_flow(case.liquid_model, scales, fit)
+    rows, warnings = _of_flow(case.liquid_model, scales, fit, None if carrier is None else celsius)
     written = {BLOCK: quantities, **given}
-    if carrier is not None and (beyond := extrapolated(celsius)):
-        warnings.append(f"warning: {beyond}")
     notes += [*warnings, *(f"note: {note}" for note in case.notes)]
     return Units(case, written, [*numbers], [*_scales(scales), *rows], notes, fit)
 
@@ -195,8 +194,13 @@ def _scales(scales: Scales) -> Iterator[Row]:
     yield "stress", f"{scales.stress:.4g} Pa", "eta_0 U_av/D_c"
 
 
-def _of_flow(liquid: Liquid, scales: Scales, fit: MeasuredLiquid | None) -> tuple[list[Row], list[str]]:
-    """What the liquid without particles does at the wall, and warnings of shear bands and of rates beyond the data."""
+def _of_flow(
+    liquid: Liquid, scales: Scales, fit: MeasuredLiquid | None, celsius: float | None
+) -> tuple[list[Row], list[str]]:
+    """What the liquid without particles does at the wall, and warnings of shear bands and of rates beyond the data.
+
+    The temperature is that of a named carrier.
+    """
     try:
         flow = Pipe(liquid).steady()
     except NoSteadyState as error:
@@ -209,6 +213,8 @@ def _of_flow(liquid: Liquid, scales: Scales, fit: MeasuredLiquid | None) -> tupl
     if fit and rate > 1.001 * (most := max(x.max() for _, x, _ in fit.data.curves)):
         beyond = f"beyond the data, which end at {most:.4g} 1/s: the law is extrapolated"
         warnings.append(f"warning: the shear rate at the wall, {rate:.4g} 1/s, and those at the particles are {beyond}")
+    if celsius is not None:
+        warnings += [f"warning: {beyond}" for beyond in extrapolated(celsius, rate)]
     rows = [("wall shear rate", f"{rate:.4g} 1/s", "of the flow without particles")]
     if liquid.modes:
         Wi = f"{liquid.longest * flow.wall_rate:.4g}"

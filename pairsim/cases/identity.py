@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from pairsim.cases.case import SceneCase
+from pairsim.cases.physical import BLOCK, DENSITY, QUANTITIES
+from pairsim.cases.quantities import measured
 from pairsim.physics.own_laws import digest_of, file_of
 
 RUNS = Path("runs")
@@ -34,6 +36,33 @@ def identity_of(case: SceneCase) -> dict[str, Any]:
         if isinstance(value, list) and value and all(entry == value[0] for entry in value):
             identity[key] = value[0]
     return identity | sources_of(case)
+
+
+def alike(case: SceneCase) -> str:
+    """A text that is the same for cases that compute the same, however their quantities are written.
+
+    5 kPa, 5000 Pa and a Young's modulus of 15 kPa are one, as are numbers with the same twelve digits. Hashes do not
+    follow from it: the folder of a case that was computed is found by how it was written.
+    """
+    identity = {"kind": case.kind, **identity_of(case)}
+    block = identity.pop(BLOCK, None)
+    if case.physical is not None and block is not None:
+        scales = case.physical.scales(dict(case))
+        given = {key: QUANTITIES[key] for key, value in block.items() if isinstance(value, str)}
+        pairs = {key: measured(block[key], each.dimension) for key, each in given.items() if each.uncertain}
+        density = measured(block[DENSITY.key], DENSITY.dimension)[0] if DENSITY.key in given else None
+        identity["scales"] = [scales.length, scales.velocity, scales.viscosity, density]
+        identity["half-widths"] = {key: half / value for key, (value, half) in pairs.items() if half}
+    return json.dumps(_twelve_digits(identity), sort_keys=True)
+
+
+def _twelve_digits(value: Any) -> Any:
+    """Numbers in nested values without what conversions leave in their last digits."""
+    if isinstance(value, Mapping):
+        return {key: _twelve_digits(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_twelve_digits(each) for each in value]
+    return float(f"{value:.12g}") if isinstance(value, float) else value
 
 
 def sources_of(case: SceneCase) -> dict[str, dict[str, str]]:

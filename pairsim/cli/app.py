@@ -16,6 +16,7 @@ from typer.core import TyperCommand, TyperGroup
 
 from pairsim.cli import ask, folders, preparation, sweeps, units
 from pairsim.runtime.errors import EnvironmentFailure, InputError, PairsimError
+from pairsim.runtime.interrupts import EXIT_CODE, interrupted
 from pairsim.runtime.launcher import rank
 from pairsim.runtime.questions import NAMES, first_line
 from pairsim.runtime.version import __version__, commit
@@ -96,24 +97,31 @@ def _common(
 
 
 def main() -> NoReturn:
-    """Entry point: every `PairsimError` is printed as one message, without a traceback, and sets the exit code."""
+    """Run a command: every `PairsimError` is printed as one message, without a traceback, and sets the exit code."""
     gc.set_threshold(ALLOCATIONS)
     atexit.register(gc.freeze)  # or else Python searches all that it holds when it ends
     try:
         app(standalone_mode=True)
-    except PairsimError as error:
+    except KeyboardInterrupt:
+        sys.exit(EXIT_CODE)
+    except Exception as error:
+        if interrupted():
+            sys.exit(EXIT_CODE)
+        _fail(error)
+    sys.exit(0)
+
+
+def _fail(error: Exception) -> NoReturn:
+    """Say what is wrong, and end the process with the exit code that belongs to it."""
+    if isinstance(error, PairsimError):
         _complain(error)
         sys.exit(error.exit_code)
-    except KeyboardInterrupt:
-        sys.exit(130)
-    except OSError as error:
+    if isinstance(error, OSError):
         named = error.filename or "standard output"
         _complain(EnvironmentFailure(f"{named} cannot be used ({error.strerror or error})"))
         _abort(EnvironmentFailure.exit_code)
-    except Exception:
-        traceback.print_exc()
-        _abort(1)
-    sys.exit(0)
+    traceback.print_exception(error)
+    _abort(1)
 
 
 def _abort(code: int) -> NoReturn:

@@ -250,7 +250,8 @@ def moduli(
     from pairsim.results.folder import write_file
 
     output = output or Path(f"{file.stem}-moduli.csv")
-    picture = output.with_suffix(".png")
+    if (picture := output.with_suffix(".png")) == output:
+        raise InputError("pairsim moduli", "-o", str(output), f"must be a CSV file: the picture is {picture}")
     for path in (output, picture):
         check_free(path, overwrite)
     found = moduli_of(file, table, carrier=carrier, celsius=celsius)

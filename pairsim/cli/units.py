@@ -163,5 +163,5 @@ def of_option(command: str, error: InputError) -> InputError:
         return "--flow" if name == "flow_rate" else f"--{name.replace('_', '-')}"
 
     key, allowed = (re.sub(r"\b(?:physical|liquid|solid)\.(\w+)", option, text) for text in (error.key, error.allowed))
-    key = f"--{key}" if key in ("liquid", "solid", "carrier") else key
+    key = f"--{key}" if key in ("liquid", "solid", "carrier", "celsius") else key
     return InputError(command, key, error.value, allowed.removesuffix(" in physical"))

@@ -90,7 +90,7 @@ def load_file(file: Path) -> list[type[Material]]:
 
 def _imported(file: Path) -> ModuleType:
     """The module of a file; found in `sys.modules`, so that its classes can be sent to other processes."""
-    name = f"pairsim_laws_{hashlib.sha256(str(file).encode()).hexdigest()[:8]}_{file.stem}"
+    name = f"pairsim_laws_{hashlib.sha256(os.fsencode(file)).hexdigest()[:8]}_{file.stem}"
     if name not in sys.modules:
         loader = SourceFileLoader(name, str(file))
         spec = spec_from_loader(name, loader)

@@ -13,6 +13,7 @@ from pairsim.cases.quantities import in_one_unit
 from pairsim.cases.yaml_file import flat, read_yaml
 from pairsim.physics import declared
 from pairsim.physics.declared import LAWS
+from pairsim.runtime.text import printable
 
 SYMBOLS = {"beta": r"\beta", "d0": "d_0", "mesh.Np": "N_p", "after": "T", **declared.SYMBOLS}
 SYMBOLS |= {f"{BLOCK}.{name}": each.dimension.symbol for name, each in QUANTITIES.items()}
@@ -32,8 +33,8 @@ def read_case(file: Path) -> dict[str, Any]:
 
 
 def plain_text(text: str) -> str:
-    """Text that matplotlib shall not read as TeX."""
-    return text.replace("$", r"\$")
+    """Text that matplotlib can draw and shall not read as TeX."""
+    return printable(text).replace("$", r"\$")
 
 
 def shown(value: Any) -> str:

@@ -24,6 +24,7 @@ CURVES = {
     "loss": ("angular frequency  [rad/s]", r"$G''$  [Pa]", "v"),
 }
 """Abscissa, words and marker of each curve."""
+LEAST_SPAN = 1.05  # between the limits of the colours of moduli
 
 
 @printing()
@@ -62,6 +63,8 @@ def draw_moduli(events: Array, look_up: Array, out: Path) -> None:
     area, deformation, modulus, _ = events.T
     inside, outside = np.isfinite(modulus), np.isnan(modulus)
     low, high = map(float, np.nanpercentile(modulus, (1, 99)))
+    if high < LEAST_SPAN * low:  # of one event, or of events that are alike
+        low, high = low / LEAST_SPAN, high * LEAST_SPAN
     look: dict[str, Any] = {"s": 3.0, "linewidths": 0, "rasterized": True}
     figure = (page := Page(width=120.0)).figure(80.0)
     axes = figure.add_subplot(xlabel=r"area  [$\mathrm{\mu m^2}$]", ylabel="deformation")

@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from pairsim.cases.attributes import Attribute
 from pairsim.cases.materials import liquid_of
 from pairsim.cases.yaml_file import read_yaml
 from pairsim.physics.carriers import gradient_in_square, wall_rate
@@ -38,6 +39,14 @@ LAW, INDEX, CONSISTENCY = "fluid_law", "fluid_flow_behaviour_index", "fluid_cons
 """Keys in the head of a table, the last two of power laws alone."""
 TABLE, SHAPE = "shape.csv", ("area_hull", "deformation_hull", "Ca_e", "deformation_error")
 ENDED = "finished", "failed"  # shapes that were found are right, whether or not others were
+NEEDED = "channel_width", "flow_rate", "fluid_viscosity"
+HEAD_NUMBERS = (
+    Attribute("channel_width", "um", 1, 1000),
+    Attribute("flow_rate", "uL/s", 1e-4, 100),
+    Attribute("fluid_viscosity", "mPa s", 0.01, 1e6),
+    Attribute(INDEX, "", 0.05, 2),
+    Attribute(CONSISTENCY, "", 1e-6, 1e6),
+)
 HEAD = "area_um [um^2]\tdeform\temodulus [kPa]"
 UNCORRECTED = (
     f"a square channel is taken for a tube {RATIO} times as wide, which in methyl cellulose reads moduli 3 to 14 % too "
@@ -158,20 +167,38 @@ def read_look_up_table(path: Path) -> tuple[dict[str, Any], Array]:
     """Read a look-up table in the format of dclab.
 
     Returns:
-        What its head says; area [um^2], deformation, modulus [kPa] and relative half-width, 0 where the table does not
-        know it, shape (m, 4).
+        What its head says, with the numbers of `HEAD_NUMBERS`; area [um^2], deformation, modulus [kPa] and relative
+        half-width, 0 where the table does not know it, shape (m, 4).
 
     Raises:
-        InputError: It is none.
+        InputError: It is none, or a number is not physical or in another unit.
     """
     try:
         head = [line[1:].strip() for line in path.read_text(encoding="utf-8").splitlines() if line.startswith("#")]
         meta = json.loads("\n".join(head[head.index("BEGIN METADATA") + 1 : head.index("END METADATA")]))
-        names = [name.split()[0] for name in head[-1].split("\t")]
-        values = np.loadtxt(path, ndmin=2)[:, [names.index(each) for each in ("area_um", "deform", "emodulus")]]
-        errors = np.broadcast_to(meta.get("emodulus_error", 0.0), len(values))
-        [meta[key] for key in ("channel_width", "flow_rate", "fluid_viscosity")]
-    except (OSError, ValueError, IndexError, KeyError) as error:
+        names, columns = [name.strip() for name in head[-1].split("\t")], HEAD.split("\t")
+        if missing := [each for each in columns if each not in names]:
+            raise ValueError(f"no column {missing[0]}")
+        values = np.loadtxt(path, ndmin=2)[:, [names.index(each) for each in columns]]
+        errors = np.broadcast_to(np.asarray(meta.get("emodulus_error", 0.0), dtype=float), len(values))
+        for number in HEAD_NUMBERS:
+            if number.key in meta or number.key in NEEDED:
+                meta[number.key] = _in_unit(number, meta[number.key], meta.get(f"{number.key}_unit"))
+    except (OSError, ValueError, TypeError, AttributeError, IndexError, KeyError) as error:
         allowed = f"must be a table of pairsim table --cytometry, or one over area_um in dclab's format ({error})"
         raise InputError(str(path), "--table", None, allowed) from None
-    return meta, np.column_stack([values, errors])
+    table = np.column_stack([values, errors])
+    if not np.isfinite(table).all() or (table[:, :3] <= 0).any() or (errors < 0).any():
+        allowed = "must have areas, deformations and moduli above 0 in all rows, and errors that are not negative"
+        raise InputError(str(path), "--table", None, allowed)
+    return meta, table
+
+
+def _in_unit(number: Attribute, value: Any, unit: Any) -> float:
+    """A number of a head; ValueError if it is not physical, or is in another unit than that of the format."""
+    if unit is not None and number.unit and str(unit).casefold() != number.unit.casefold():
+        raise ValueError(f"{number.key} must be in {number.unit}, not {unit}")
+    try:
+        return number.number(value)
+    except ValueError as error:
+        raise ValueError(f"{number.key} {error}, not {value}") from None

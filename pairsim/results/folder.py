@@ -13,6 +13,7 @@ from typing import Any
 from pairsim.cases.yaml_file import yaml_text
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import LOCK_FILES
+from pairsim.runtime.text import printable
 
 SERIES, WAY, CHECKPOINT, REPORT = "series.csv", "way.csv", "checkpoint.npz", "report.html"
 FIELDS_XDMF, FRAMES = "fields.xdmf", "fields"
@@ -47,7 +48,7 @@ def frame_files(folder: Path) -> list[tuple[int, Path]]:
 
 def write_text(path: Path, text: str) -> None:
     """Write a text file as `write_bytes` does."""
-    write_bytes(path, text.encode())
+    write_bytes(path, printable(text).encode())
 
 
 def write_file(path: Path, content: str | bytes, option: str = "-o") -> None:
@@ -58,7 +59,7 @@ def write_file(path: Path, content: str | bytes, option: str = "-o") -> None:
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_bytes(path, content.encode() if isinstance(content, str) else content)
+        write_bytes(path, printable(content).encode() if isinstance(content, str) else content)
     except OSError as error:
         raise InputError(str(path), option, None, f"must be a writable file ({error.strerror or error})") from None
 
@@ -114,9 +115,9 @@ def plain(value: Any, where: str = "") -> Any:
         if math.isnan(value):
             raise ValueError(f"{where or 'value'} is nan and would be written to a file")
         return value + 0.0  # no -0.0, which would make another case
-    if isinstance(value, Path):
-        return str(value)
-    if value is None or isinstance(value, bool | int | str):
+    if isinstance(value, Path | str):
+        return printable(str(value))
+    if value is None or isinstance(value, bool | int):
         return value
     raise TypeError(f"{where or 'value'}: cannot write a {type(value).__name__}")
 

@@ -5,6 +5,7 @@ installed packages.
 """
 
 import os
+import sys
 from typing import Any
 
 from pairsim.runtime.errors import EnvironmentFailure
@@ -37,9 +38,14 @@ try:
 
     # A case is computed on one process: others of an MPI job need not take part, which PETSc asks for by default.
     petsc4py.init(comm=MPI.COMM_SELF)
-    import dolfinx.fem
-    import dolfinx.mesh
-    import petsc4py.PETSc
+    # DOLFINx reads options of its own from the command line, and fails where a name in it is not in UTF-8.
+    arguments, sys.argv = sys.argv, ["pairsim"]
+    try:
+        import dolfinx.fem
+        import dolfinx.mesh
+        import petsc4py.PETSc
+    finally:
+        sys.argv = arguments
 except ImportError as error:
     raise EnvironmentFailure(f"FEniCSx cannot be imported ({error}); {INSTALL}") from error
 

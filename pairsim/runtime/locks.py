@@ -16,6 +16,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from pairsim.runtime.errors import InputError
+from pairsim.runtime.text import printable
 
 LOCK = ".pairsim.lock"
 OWNER = ".pairsim.owner"
@@ -27,8 +28,8 @@ def command_line() -> str:
     """The command line of this process: `pairsim ...`, or `python ...` for a program that uses the Python interface."""
     program = Path(sys.argv[0])
     if program.name == "pairsim" or Path(__file__).parents[1] in program.resolve().parents:  # the script, or a module
-        return shlex.join(["pairsim", *sys.argv[1:]])
-    return shlex.join(["python", *sys.argv])
+        return printable(shlex.join(["pairsim", *sys.argv[1:]]))
+    return printable(shlex.join(["python", *sys.argv]))
 
 
 @contextmanager

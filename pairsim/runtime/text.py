@@ -35,6 +35,11 @@ def shortened(text: str) -> str:
     return text if len(text) <= LONGEST else f"{text[:half]}…{text[-half:]}"
 
 
+def printable(text: str) -> str:
+    r"""A text in UTF-8 whatever names of files are in it: bytes that are not UTF-8 are written as \xe9."""
+    return text.encode(errors="surrogateescape").decode(errors="backslashreplace")
+
+
 def counted(number: int, noun: str) -> str:
     """A number of things as text: 1 point, 2 points."""
     return f"{number:,} {noun}{'' if number == 1 else 's'}"

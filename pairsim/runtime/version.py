@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from importlib.resources import files
-
 __version__ = "0.3.0"
 
 
 def commit() -> str:
     """Commit of a release, abbreviated, which `git archive` writes into commit.txt; empty in a checkout."""
+    from importlib.resources import files  # takes as long as all that `import pairsim` loads otherwise
+
     written = files("pairsim").joinpath("commit.txt").read_text(encoding="utf-8").strip()
     return "" if written.startswith("$") else written

@@ -7,15 +7,17 @@ import hashlib
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 from typing import Any
 
 from pairsim.cases.case import SceneCase
-from pairsim.cases.identity import folder_name, identity_of, key_of
+from pairsim.cases.identity import alike, folder_name, identity_of, key_of
 from pairsim.cases.mistakes import Mistake, input_error
 from pairsim.cases.physical import BLOCK, forget_numbers
+from pairsim.cases.quantities import in_one_unit
 from pairsim.cases.values import is_finite, is_name
 from pairsim.cases.yaml_file import DEFAULT_LAWS, apply_settings, flat, merge, read_yaml
 from pairsim.computing import QUESTIONS, Question
@@ -100,7 +102,7 @@ def grid_from(path: Path, data: dict[str, Any], settings: Sequence[str] = (), li
             errors.append(error)
             continue
         varied |= dict.fromkeys(changes if combined else flat(changes))
-        found.setdefault(key_of(question.name, identity_of(case)), (case, merged))
+        found.setdefault(alike(case), (case, merged))
     if errors:
         raise _all_of(errors, entries)
     wrong = [
@@ -112,7 +114,7 @@ def grid_from(path: Path, data: dict[str, Any], settings: Sequence[str] = (), li
         wrong.append(Mistake("exclude", None, "must leave at least one case"))
     if wrong:
         raise input_error(wrong, data, str(path))
-    varying, cases = _with_parameters(varied, found, question.in_sweeps.parameters)
+    varying, cases = _with_parameters(varied, [*found.values()], question.in_sweeps.parameters)
     name, content = file.name or path.stem, {**data, "base": base}
     return Grid(name, question, cases, varying, entries - len(found), excluded, content, tuple(settings))
 
@@ -171,6 +173,10 @@ def _matches(merged: Mapping[str, Any], rule: Mapping[str, Any]) -> bool:
             return is_finite(value) and wanted.get("min", -math.inf) <= value <= wanted.get("max", math.inf)
         if is_finite(value) and is_finite(wanted):
             return math.isclose(value, wanted, rel_tol=1e-9)
+        if isinstance(value, str) and isinstance(wanted, str):
+            with suppress(ValueError):  # they are no quantities, or of different kinds
+                (one, other), _ = in_one_unit([value, wanted])
+                return math.isclose(one, other, rel_tol=1e-9)
         return bool(value == wanted)
 
     values = {**merged, **flat(merged)}
@@ -192,15 +198,15 @@ def _all_of(errors: Sequence[InputError], cases: int) -> InputError:
 
 
 def _with_parameters(
-    varied: Iterable[str], found: Mapping[str, tuple[SceneCase, dict[str, Any]]], always: Sequence[str]
+    varied: Iterable[str], found: Sequence[tuple[SceneCase, dict[str, Any]]], always: Sequence[str]
 ) -> tuple[tuple[str, ...], tuple[SweepCase, ...]]:
     """The keys whose values differ between cases, and the cases with these values.
 
-    They are among the dotted keys that the file varies; the values of others are `always` wanted, too. Each case is
-    found by its hash, with the keys that it was made from.
+    They are among the dotted keys that the file varies; the values of others are `always` wanted, too. Each case comes
+    with the keys that it was made from.
     """
     values = []
-    for case, merged in found.values():
+    for case, merged in found:
         resolved = case.resolved()
         values.append({**resolved, **flat(merged), **flat(resolved)})
     keys = dict.fromkeys(varied)
@@ -212,8 +218,9 @@ def _with_parameters(
         keys |= dict.fromkeys(key for each in values for key in each if key.startswith(f"{law}."))
     varying = tuple(key for key in keys if any(each.get(key) != values[0].get(key) for each in values))
     wanted = dict.fromkeys((*varying, *always))
+    keys_of = [key_of(case.kind, identity_of(case)) for case, _ in found]
     cases = (
         SweepCase(case, key, folder_name(case.slug, key), {name: each.get(name) for name in wanted})
-        for (key, (case, _)), each in zip(found.items(), values, strict=True)
+        for key, (case, _), each in zip(keys_of, found, values, strict=True)
     )
     return varying, tuple(cases)

@@ -10,6 +10,7 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
+from pairsim.runtime.text import counted
 from pairsim.sweeps.folder import CaseState, without_result
 from pairsim.sweeps.grid import Grid
 
@@ -61,8 +62,8 @@ def status_view(sweep: Mapping[str, Any], working: bool) -> Group:
 
 def dry_run_view(grid: Grid) -> Group:
     """The output of `--dry-run`: number of cases, and the unknowns and the duration of each."""
-    counts = ((grid.duplicates, "duplicates left out"), (grid.excluded, "excluded"))
-    notes = ", ".join(f"{count} {what}" for count, what in counts if count)
+    left_out = [f"{counted(grid.duplicates, 'duplicate')} left out"] if grid.duplicates else []
+    notes = ", ".join([*left_out, *([f"{grid.excluded} excluded"] if grid.excluded else [])])
     table = Table("folder", *grid.varying, "unknowns", "takes", box=None, pad_edge=False)
     for case in grid.cases:
         values = (case.parameters[key] for key in grid.varying)

@@ -23,6 +23,7 @@ from pairsim.runtime.errors import EnvironmentFailure, InputError
 from pairsim.runtime.launcher import communicator
 from pairsim.runtime.locks import command_line, sole_writer
 from pairsim.runtime.signals import ENDING, Signals
+from pairsim.runtime.text import counted
 from pairsim.sweeps.folder import ENDED, STOP, CaseState, begin, read_state, rows_of
 from pairsim.sweeps.grid import Grid, SweepCase
 from pairsim.sweeps.progress import headline, summarised
@@ -128,6 +129,7 @@ class _Sweep:
         self.running: dict[Future[CaseState], tuple[Executor, str]] = {}
         self.ended: SimpleQueue[Future[CaseState]] = SimpleQueue()
         self.reporter, self.count = Reporter(options.progress), len(self.cases) - len(left)
+        self.duplicates = grid.duplicates
         self.code, self.why = 0, ""
         self._written = 0.0
 
@@ -208,6 +210,7 @@ class _Sweep:
         parts = [f"{count['finished']} of {len(self.cases)} cases finished"]
         parts += [f"{failed} failed"] if failed else []
         parts += [f"{pending} to do"] if pending else []
+        parts += [f"{counted(self.duplicates, 'duplicate')} left out"] if self.duplicates else []
         text = ", ".join(parts)
         for warning in summarised(list(self.cases.values())):
             self.reporter.say(f"warning: {warning}")

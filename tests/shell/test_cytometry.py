@@ -5,7 +5,9 @@ The shapes are those of a law that has an exact inverse: the deformation is C ar
 
 from __future__ import annotations
 
+import fcntl
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -151,6 +153,14 @@ def test_a_square_channel_raises_moduli_as_tables_in_three_dimensions_do(table: 
         ({"setup:temperature": None}, {}, "--celsius: must be given"),
         ({}, {"deform": None}, "deform"),
         ({}, {"deform": np.full(4, 0.9)}, "must have events in the table"),
+        ({"setup:medium": "0.52% MC-PBS"}, {}, "0.83% MC-PBS"),
+        ({"setup:medium": None}, {}, "setup:medium: must be"),
+        ({}, {"area_um": AREA[:3]}, "same number of values each"),
+        ({}, {"area_um": AREA[:0], "deform": AREA[:0]}, "at least one event"),
+        ({}, {"area_um": np.ones((4, 2))}, "events/area_um: must have one number for each event"),
+        ({}, {"deform": np.full(4, b"0.02")}, "events/deform: must have one number for each event"),
+        ({}, {"area_um": np.full(4, np.nan)}, "those of the file are not numbers"),
+        ({"setup:temperature": None}, {"temp": np.full(4, 296.15)}, "temp: got 296.15; must be above 0 and below 100"),
     ],
 )
 def test_files_that_say_too_little_are_refused(
@@ -159,6 +169,164 @@ def test_files_that_say_too_little_are_refused(
     given = {key: each for key, each in {**seen(AREA, DEFORMATION), **events}.items() if each is not None}
     with pytest.raises(InputError, match=said):
         api.moduli(cytometer_file(tmp_path / "c.rtdc", given, **setup), table)
+
+
+FLOW, WIDTH, PIXEL, CELSIUS = "setup:flow rate", "setup:channel width", "imaging:pixel size", "setup:temperature"
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "allowed"),
+    [
+        *((FLOW, value, "from 0.0001 to 100 uL/s") for value in (0.0, -0.04, np.nan, 4e-11, "0.04 um", "fast", True)),
+        *((WIDTH, value, "from 1 to 1000 um") for value in (0.0, np.inf, 2e-5, "20 Pa", "", h5py.Empty("f"))),
+        (WIDTH, np.array([20.0, 20.0]), "must be one number from 1 to 1000 um"),
+        *((PIXEL, value, "from 0.01 to 5 um") for value in (0.0, -0.34, 3.4e-7, 340.0)),
+        *((CELSIUS, value, "above 0 and below 100 degC; give --celsius") for value in (0.0, 296.15, np.nan, -5.0)),
+    ],
+)
+def test_attributes_that_are_not_physical_are_refused(
+    key: str, value: Any, allowed: str, table: Path, tmp_path: Path
+) -> None:
+    file = cytometer_file(tmp_path / "n.rtdc", seen(AREA, DEFORMATION), **{key: value})
+    with pytest.raises(InputError) as caught:
+        api.moduli(file, table)
+    assert (caught.value.key, caught.value.file) == (key, str(file))
+    assert allowed in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "setup",
+    [
+        {FLOW: "0.04 uL/s"},
+        {FLOW: np.bytes_(b"2.4 ul/min")},
+        {WIDTH: np.array([20.0]), PIXEL: "340 nm"},
+        {WIDTH: "20 \N{MICRO SIGN}m", CELSIUS: "296.15 K"},
+        {"imaging:frame rate": 0.0, "setup:medium": np.array([b"0.6% MC-PBS"])},
+    ],
+)
+def test_attributes_are_read_as_numbers_and_as_texts_with_units(
+    setup: dict[str, Any], table: Path, tmp_path: Path
+) -> None:
+    events = seen(AREA, DEFORMATION)
+    expected = api.moduli(cytometer_file(tmp_path / "a.rtdc", events), table).table
+    pd.testing.assert_frame_equal(
+        api.moduli(cytometer_file(tmp_path / "b.rtdc", events, **setup), table).table, expected
+    )
+
+
+def test_area_and_deformation_follow_from_pixels_and_circularity(table: Path, tmp_path: Path) -> None:
+    events = seen(AREA, DEFORMATION)
+    others = {"area_cvx": events["area_um"] / 0.34**2, "circ": 1 - events["deform"]}
+    expected = api.moduli(cytometer_file(tmp_path / "a.rtdc", events), table).table
+    pd.testing.assert_frame_equal(api.moduli(cytometer_file(tmp_path / "b.rtdc", others), table).table, expected)
+
+
+@pytest.mark.parametrize(
+    ("temperatures", "said"),
+    [
+        (np.zeros(4), "temp of 4 of 4 events is no temperature of a liquid in degC (0): setup:temperature was taken"),
+        (np.full(4, 296.15), "(296.1): setup:temperature was taken"),
+        (
+            [0.0, 23.0, 23.0, np.nan],
+            "temp of 1 of 4 events is no temperature of a liquid in degC (0): that of",
+        ),
+    ],
+)
+def test_temperatures_of_a_sensor_that_is_off_or_in_kelvin_are_not_taken(
+    temperatures: Any, said: str, table: Path, tmp_path: Path
+) -> None:
+    events = seen(AREA, DEFORMATION)
+    expected = api.moduli(cytometer_file(tmp_path / "a.rtdc", events), table).table
+    found = api.moduli(cytometer_file(tmp_path / "b.rtdc", {**events, "temp": temperatures}), table)
+    pd.testing.assert_frame_equal(found.table, expected)
+    assert said in "\n".join(found.sentences)
+
+
+@pytest.mark.parametrize(
+    ("setup", "events", "said"),
+    [
+        ({}, {"temp": np.full(4, 37.0)}, "setup:temperature is 14 K from the median of the events"),
+        ({FLOW: 2.4}, {}, "measured from 5,000 to 150,000 1/s: it is extrapolated to"),
+        ({"setup:flow rate sample": 0.01, "setup:flow rate sheath": 0.05}, {}, "is not the sum of its parts"),
+        ({PIXEL: 0.68}, {"area_cvx": AREA / 0.34**2}, "area_um over area_cvx is that of 0.34 um"),
+        ({"calculation:emodulus viscosity": 5.0}, {}, "calculation:emodulus viscosity, 5.0, was not used"),
+    ],
+)
+def test_contradictions_in_a_file_are_said(
+    setup: dict[str, Any], events: dict[str, Any], said: str, table: Path, tmp_path: Path
+) -> None:
+    plain = api.moduli(cytometer_file(tmp_path / "a.rtdc", seen(AREA, DEFORMATION)), table)
+    assert "warning" not in "\n".join(plain.sentences)
+    file = cytometer_file(tmp_path / "b.rtdc", {**seen(AREA, DEFORMATION), **events}, **setup)
+    assert any(said in each and each.startswith("warning: ") for each in api.moduli(file, table).sentences)
+
+
+def test_one_event_is_drawn(table: Path, tmp_path: Path, pairsim: Pairsim) -> None:
+    cytometer_file(tmp_path / "a.rtdc", seen(AREA[:1], DEFORMATION[:1]))
+    done = pairsim("moduli", "a.rtdc", "--table", str(table))
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "a-moduli.png").is_file()
+    refused = pairsim("moduli", "a.rtdc", "--table", str(table), "-o", "moduli.png")
+    assert "must be a CSV file: the picture is moduli.png" in refused.stderr
+
+
+@pytest.mark.parametrize("celsius", [0, -5, 296.15, float("nan")])
+def test_carriers_are_liquids(celsius: float, table: Path, tmp_path: Path, pairsim: Pairsim) -> None:
+    file = cytometer_file(tmp_path / "a.rtdc", seen(AREA, DEFORMATION))
+    with pytest.raises(InputError, match=r"celsius: got .*; must be above 0 and below 100, in degrees Celsius"):
+        api.moduli(file, table, celsius=celsius)
+    flow = ("--tube", "21.88um", "--particle", "12um", "--flow", "0.04ul/s", "--young", "2kPa", "--carrier", "0.5%")
+    done = pairsim("units", *flow, "--celsius", str(celsius), "--set", "particles=1")
+    assert (done.returncode, "--celsius: got" in done.stderr) == (2, True)
+
+
+def test_carriers_are_those_whose_viscosity_is_known(table: Path, tmp_path: Path) -> None:
+    """A concentration beside those of the law has another viscosity; no name of the nearest one is taken for it."""
+    file = cytometer_file(tmp_path / "a.rtdc", seen(AREA, DEFORMATION))
+    for name in ("0.52% MC-PBS", "0.61%", "water", "", "mc"):
+        with pytest.raises(InputError, match=r"--carrier: got .*; must be 0\.49% MC-PBS"):
+            api.moduli(file, table, carrier=name)
+    assert "carrier: 0.5% (0.49% MC-PBS) at 23 degC" in api.moduli(file, table, carrier="0.5%").sentences[1]
+    with pytest.raises(InputError, match="--celsius: got 30; must be left out"):
+        api.moduli(file, table, carrier="table", celsius=30)
+
+
+def test_files_that_are_in_use_or_refer_to_others_are_told_apart(table: Path, tmp_path: Path) -> None:
+    file = cytometer_file(tmp_path / "a.rtdc", seen(AREA, DEFORMATION))
+    with file.open("rb") as other:
+        fcntl.flock(other, fcntl.LOCK_EX)
+        with pytest.raises(InputError, match="another program has the file open for writing"):
+            api.moduli(file, table)
+    basin = json.dumps({"type": "file", "features": ["area_um"], "paths": ["M001_raw.rtdc"]}, indent=1).splitlines()
+    file = cytometer_file(tmp_path / "b.rtdc", {"deform": DEFORMATION})
+    with h5py.File(file, "a") as opened:
+        opened.create_dataset("basins/0", data=[line.encode() for line in basin])
+    with pytest.raises(InputError, match=r"area_um: is missing in the file, which refers to others .*M001_raw.rtdc"):
+        api.moduli(file, table)
+    with h5py.File(tmp_path / "c.rtdc", "w") as opened:
+        opened["other"] = 1
+    with pytest.raises(InputError, match="events: must be a group"):
+        api.moduli(tmp_path / "c.rtdc", table)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('"channel_width": 20.0', '"channel_width": 0.0', "channel_width must be from 1 to 1000 um, not 0.0"),
+        ('"channel_width_unit": "um"', '"channel_width_unit": "m"', "channel_width must be in um, not m"),
+        ('"fluid_viscosity_unit": "mPa s"', '"fluid_viscosity_unit": "Pa s"', "fluid_viscosity must be in mPa s"),
+        ("emodulus [kPa]", "emodulus [Pa]", "no column emodulus [kPa]"),
+        ("\n1", "\n-1", "must have areas, deformations and moduli above 0 in all rows"),
+    ],
+)
+def test_tables_with_numbers_that_are_not_physical_are_refused(
+    old: str, new: str, said: str, table: Path, tmp_path: Path
+) -> None:
+    text = table.read_text()
+    assert old in text
+    (wrong := tmp_path / "lut.txt").write_text(text.replace(old, new))
+    with pytest.raises(InputError, match=re.escape(said)):
+        api.moduli(cytometer_file(tmp_path / "a.rtdc", seen(AREA, DEFORMATION)), wrong)
 
 
 def test_compressed_files_are_read(table: Path, tmp_path: Path) -> None:
@@ -184,7 +352,7 @@ def test_units_takes_a_carrier_by_name(tmp_path: Path, pairsim: Pairsim) -> None
 
 
 def test_other_files_are_refused(table: Path, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="must be a file of a cytometer"):
+    with pytest.raises(InputError, match="No such file"):
         api.moduli(tmp_path / "none.rtdc", table)
     (other := tmp_path / "d.rtdc").write_text("text")
     with pytest.raises(InputError, match="must be a file of a cytometer"):

@@ -175,3 +175,33 @@ def test_examples_of_the_docs_are_grids(tmp_path: Path) -> None:
     (tmp_path / "other.yaml").write_text("{beta: 0.3, De: 0, Ca_e: 0, d0: 0.5}")
     (tmp_path / "grid.yaml").write_text(text)
     assert len(read_grid(tmp_path / "grid.yaml").cases) == 2 * 6 * 2 - 2 + 2
+
+
+EXPERIMENT = "tube: 50um, viscosity: 1Pa.s, flow_rate: 1ul/min, particle: 20um, modulus: 5kPa, distance: 5um"
+
+
+@pytest.mark.parametrize(
+    ("entries", "count"),
+    [
+        ("grid: {physical.modulus: [5kPa, 5000 Pa, 5e3 Pa, 0.005 MPa, 5.0 kPa]}", 1),
+        ("grid: {physical.modulus: {start: 5kPa, stop: 0.01 MPa, num: 3}}\ncases: [{physical.modulus: 7500 Pa}]", 3),
+        ("zip: {physical.modulus: [5kPa, 5000 Pa], physical.particle: [20um, 0.02mm]}", 1),
+        ("grid: {physical.particle: [20um, 0.02 mm, [20um, 20000nm]]}", 1),
+        ("grid: {physical.flow_rate: [1ul/min, 60 ul/h, 1e-3 ml/min, 16.6666666666666666 nl/s]}", 1),
+        ("grid: {physical.modulus: [5 +- 1 kPa, 5kPa +- 1000Pa, 5000 Pa +- 20 %]}", 1),
+        ("grid: {physical.modulus: [5 kPa, 5 +- 1 kPa, 5 +- 2 kPa]}", 3),
+        ("grid: {physical.modulus: [5 kPa, 5.0001 kPa]}", 2),
+        ("cases: [{}, {physical.modulus: null, physical.young: 15 kPa}]", 1),
+        ("grid: {physical.density: [1000 kg/m^3, 1 g/cm^3, 1.1 g/cm^3]}", 2),
+        ("grid: {De: [0]}\ncases: [{mesh.growth: 0.1}, {mesh.growth: 0.1000000000000001}]", 2),
+    ],
+)
+def test_a_quantity_in_another_unit_makes_no_other_case(entries: str, count: int, tmp_path: Path) -> None:
+    (tmp_path / "grid.yaml").write_text(f"base: {{physical: {{{EXPERIMENT}}}}}\n{entries}\n")
+    assert len(read_grid(tmp_path / "grid.yaml").cases) == count
+
+
+def test_exclusions_match_quantities_in_other_units(tmp_path: Path) -> None:
+    text = f"base: {{physical: {{{EXPERIMENT}}}}}\ngrid: {{physical.modulus: [5kPa, 10kPa]}}\n"
+    (tmp_path / "grid.yaml").write_text(text + "exclude: [{physical.modulus: 5000 Pa}]\n")
+    assert column(read_grid(tmp_path / "grid.yaml"), "Ca_e") == [pytest.approx(0.0169765, rel=1e-5)]

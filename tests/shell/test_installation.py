@@ -115,7 +115,7 @@ def test_conda_pixi_and_pip_install_the_same_packages() -> None:
 def test_version_names_the_commit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     said = CliRunner().invoke(app, ["--version"]).output
     assert re.fullmatch(rf"pairsim {version.__version__}( \(commit [0-9a-f]+\))?\n", said)
-    monkeypatch.setattr(version, "files", lambda _: tmp_path)
+    monkeypatch.setattr("importlib.resources.files", lambda _: tmp_path)
     for written, commit in (("1234abc\n", "1234abc"), ("$Format:%h$\n", "")):
         (tmp_path / "commit.txt").write_text(written)
         assert version.commit() == commit

@@ -164,3 +164,51 @@ def test_no_other_thread_takes_sigterm() -> None:
     masks = [int(mask, 16) for mask in done.stdout.split()]
     assert masks
     assert all(mask >> (signal.SIGTERM - 1) & 1 for mask in masks)
+
+
+INTERRUPTED = """
+import os, signal, sys
+
+def interrupt():
+    signal.raise_signal(signal.SIGINT)
+
+class Lost:
+    def __del__(self):
+        interrupt()
+
+class Finder:
+    def find_spec(self, name, *_):
+        if name == module:
+            sys.meta_path.remove(self)
+            if how == "lost":  # in a destructor, as in a callback
+                Lost()
+            elif how == "raised":
+                interrupt()
+            else:
+                try:
+                    interrupt()
+                except KeyboardInterrupt:
+                    raise ImportError(name)  # as compiled modules do
+
+module, how, *sys.argv[1:] = sys.argv[1:]
+sys.meta_path.insert(0, Finder())
+from pairsim.__main__ import main
+main()
+"""
+"""Runs a command that is interrupted when a module is loaded."""
+
+
+@pytest.mark.parametrize("how", ["raised", "turned into another exception", "lost"])
+@pytest.mark.parametrize("module", ["typer", "pairsim.cli.folders", "numpy", "pandas"])
+def test_an_interrupt_while_libraries_are_loaded_ends_the_command_without_a_traceback(module: str, how: str) -> None:
+    command = [sys.executable, "-c", INTERRUPTED, module, how, "moduli", "none.rtdc", "--table", "none.txt"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
+
+
+def test_nothing_slow_is_loaded_before_an_interrupt_can_be_answered() -> None:
+    program = "import sys; before = {*sys.modules}; import pairsim.runtime.interrupts; print(*{*sys.modules} - before)"
+    done = subprocess.run([sys.executable, "-S", "-c", program], capture_output=True, text=True, check=False)
+    loaded = {*done.stdout.split()}
+    assert "pairsim.runtime.interrupts" in loaded
+    assert not {"typing", "pathlib", "re", "numpy"} & loaded

@@ -412,6 +412,13 @@ def test_dry_run_lists_all_cases_and_computes_none(tmp_path: Path) -> None:
     result = CliRunner().invoke(app, ["sweep", str(tmp_path / "grid.yaml"), "-o", str(tmp_path / "out"), "--dry-run"])
     assert result.exit_code == 0
     assert "2 cases of pairsim run" in result.output
-    assert "1 duplicates left out" in result.output
+    assert "1 duplicate left out" in result.output
     assert all(case.folder in result.output for case in read_grid(tmp_path / "grid.yaml").cases)
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.slow
+def test_duplicates_are_computed_once_and_said(tmp_path: Path, pairsim: Pairsim) -> None:
+    (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: [0.1, 0.1000000000000001]}\n")
+    done = pairsim("sweep", "grid.yaml", "-o", "out", "-q")
+    assert "1 of 1 cases finished, 1 duplicate left out" in done.stderr

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import math
 import pickle
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -105,9 +106,54 @@ def test_written_files_are_read_alike_by_yaml_1_1_and_1_2(tmp_path: Path) -> Non
         ("a: 1\n---\nb: 2\n", 2),
         ("a:\n  <<: 3\n", 2),
         ("a: 1\nb: !<tag:x> 2\n", 2),
+        *((f"a: 1\nb: {value}\n", 2) for value in ("!!bool maybe", "!!int x", "!!int ''", "!!float ''", "!!null x")),
+        *((f"a: 1\nb: !!{tag}\n", 2) for tag in ("binary aGk=", "set {x, y}", "omap [x: 1]", "pairs [x: 1]", "map 3")),
+        ("a: 1\nb: !!python/object/apply:os.getcwd []\n", 2),
+        ("a: 1\n!!int b: 1\n", 2),
+        ("a: 1\nb: " + "9" * 5000 + "\n", 2),
+        ("a: 1\nb: 0x" + "f" * 5000 + "\n", 2),
+        ('a: 1\nb: "\\0"\n', 2),
+        ('a: 1\nb: "\\ud800"\n', 2),
+        ("a: 1\nb: &b [*b]\n", 2),
+        ("a: 1\nb: &b {c: {d: *b}}\n", 2),
+        ("a: 1\nb: &b {<<: *b}\n", 2),
+        ("a: 1\nb: *c\n", 2),
     ],
 )
 def test_broken_files_name_the_line(text: str, line: int, tmp_path: Path) -> None:
     with pytest.raises(InputError) as caught:
         read_yaml(write(tmp_path, text))
     assert caught.value.line == line
+
+
+LIST, GROUP = "a: &a [1, 1, 1]", "a: &a {x: 1, y: 1, z: 1}"
+REPEATED = "[*{0}, *{0}, *{0}]", "{{x: *{0}, y: *{0}, z: *{0}}}", "{{<<: [*{0}, *{0}, *{0}]}}"
+
+
+@pytest.mark.parametrize(("first", "repeated"), [(LIST, REPEATED[0]), (GROUP, REPEATED[1]), (GROUP, REPEATED[2])])
+def test_aliases_that_multiply_are_counted_and_not_written_out(first: str, repeated: str, tmp_path: Path) -> None:
+    letters = "abcdefghijklmnopqrstuvwxyz"
+    lines = [f"{new}: &{new} {repeated.format(old)}" for old, new in pairwise(letters)]
+    with pytest.raises(InputError, match=r"it has [\d,]+ values and keys with those that aliases repeat, of at most"):
+        read_yaml(write(tmp_path, "\n".join([first, *lines, ""])))
+    assert len(read_yaml(write(tmp_path, "\n".join([first, *lines[:5], ""])))) == 6
+
+
+def test_files_that_are_nested_without_end_are_refused(tmp_path: Path) -> None:
+    for text in ("a: " + "[" * 5000, "a: " + "{x: " * 5000, "".join(" " * i + "a:\n" for i in range(2000))):
+        with pytest.raises(InputError, match="nested too deeply"):
+            read_yaml(write(tmp_path, text))
+
+
+def test_settings_are_read_alike() -> None:
+    with pytest.raises(InputError, match="--set: beta: got '!!bool maybe'; must be valid YAML: 'maybe' cannot be read"):
+        apply_settings({}, ("beta=!!bool maybe",))
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-32", "latin-1"])
+def test_other_encodings_than_utf_8_are_refused(encoding: str, tmp_path: Path) -> None:
+    (path := tmp_path / "case.yaml").write_bytes("name: é\n".encode(encoding))
+    with pytest.raises(InputError, match="must be valid YAML in UTF-8"):
+        read_yaml(path)
+    path.write_bytes("name: é\n".encode("utf-8-sig"))
+    assert read_yaml(path) == {"name": "é"}

@@ -90,8 +90,8 @@ def in_cache(name: str, build: Callable[[Path], None]) -> Path:
                 unfinished.mkdir()
                 build(unfinished)
                 unfinished.rename(entry)
-    except OSError as error:
-        message = f"the cache of compiled forms, {cache()}, cannot be written ({error.strerror or error})"
+    except (OSError, UnicodeError) as error:  # FFCx writes the path into a file in UTF-8
+        message = f"the cache of compiled forms, {cache()}, cannot be written ({getattr(error, 'strerror', error)})"
         advice = "another folder in the environment variable XDG_CACHE_HOME"
         raise EnvironmentFailure(message, advice=advice) from error
     return entry
