@@ -39,7 +39,7 @@ def fit_liquid(
     rheology: Path | str | None,
     spectrum: Path | str | None,
     liquid: Any = None,
-    section: str | None = None,
+    section: str | Sequence[str] = (),
     quantities: Mapping[str, Any] | None = None,
 ) -> MeasuredLiquid:
     """Fit a law to files as of `pairsim.units`, whose other arguments are these, too.

@@ -94,7 +94,7 @@ def units(
     over: str | None = None,
     rheology: Path | str | None = None,
     spectrum: Path | str | None = None,
-    section: str | None = None,
+    section: str | Sequence[str] = (),
     carrier: str | None = None,
     celsius: float = 23.0,
     **given: Any,
@@ -107,7 +107,7 @@ def units(
         over: Length of tube over which it falls, such as "5cm".
         rheology: File of a flow curve, to which the liquid is fitted: shear rate, viscosity or stress, N1.
         spectrum: File of moduli, alike: frequency, G', G''.
-        section: A part of the name of the section that is read in a file of several.
+        section: A part of the name of the section that is read in a file of several; several names for two files.
         carrier: Methyl cellulose of deformability cytometry in place of a liquid, such as "0.59% MC-PBS".
         celsius: Its temperature.
         given: The keys of a `physical` block, each a text with its unit such as `tube="50um"`, and other keys of a

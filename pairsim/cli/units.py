@@ -93,7 +93,10 @@ def units(
     spectrum: Annotated[
         File, typer.Option(help="File of a rheometer with moduli (frequency, G', G''), to be fitted.")
     ] = None,
-    section: Annotated[Text, typer.Option(help="Section of these files to be read, by a part of its name.")] = None,
+    section: Annotated[
+        list[str] | None,
+        typer.Option(help="Section of these files to be read, by a part of its name; repeat it for two files."),
+    ] = None,
     kind: Annotated[OfQuestion, typer.Option("--kind", help="The command that the case file is for.")] = "run",
     output: Annotated[File, typer.Option("-o", "--output", help="Write a case file to this path.")] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing case file.")] = False,
@@ -133,7 +136,13 @@ def units(
     more: dict[str, Any] = {"pressure": pressure, "over": over, "carrier": carrier, "celsius": celsius}
     try:
         found = units_of(
-            kind=kind, rheology=rheology, spectrum=spectrum, section=section, **more, **case.pop("physical"), **case
+            kind=kind,
+            rheology=rheology,
+            spectrum=spectrum,
+            section=section or (),
+            **more,
+            **case.pop("physical"),
+            **case,
         )
     except InputError as error:
         raise InputError.of_all(of_option("pairsim units", each) for each in error.mistakes) from None
