@@ -15,7 +15,19 @@ from pairsim.cases.quantities import known_unit, si, suited
 from pairsim.physics.liquids import LAWS
 from pairsim.physics.liquids.viscous import ViscousLaw
 from pairsim.physics.material import Material
-from pairsim.physics.rheometry import Fit, Measured, Number, described, dimensions_of, fits, scatter
+from pairsim.physics.rheometry import (
+    Fit,
+    Measured,
+    Number,
+    as_good,
+    described,
+    dimensions_of,
+    each_fit,
+    fits,
+    ranked,
+    scatter,
+    tried,
+)
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
@@ -35,12 +47,23 @@ class MeasuredLiquid:
     sentences: list[str]  # what was read, the fit in words, and warnings
 
 
+class Listener:
+    """What is told while files are read and fitted; this one does not listen."""
+
+    def answer(self, sentence: str) -> None:
+        """A sentence of the answer."""
+
+    def progress(self, sentence: str) -> None:
+        """What is being done."""
+
+
 def fit_liquid(
     rheology: Path | str | None,
     spectrum: Path | str | None,
     liquid: Any = None,
-    section: str | None = None,
+    section: str | Sequence[str] = (),
     quantities: Mapping[str, Any] | None = None,
+    listener: Listener | None = None,
 ) -> MeasuredLiquid:
     """Fit a law to files as of `pairsim.units`, whose other arguments are these, too.
 
@@ -49,7 +72,9 @@ def fit_liquid(
 
     Raises:
         InputError: A file cannot be used, or has too few points for the law.
+        KeyboardInterrupt: It was interrupted; the listener has been told of the best law so far.
     """
+    listener = listener or Listener()
     block = dict(liquid) if isinstance(liquid, Mapping) else {"law": liquid}
     law, numbers = block.pop("law", None), block
     if law is not None and law not in LAWS:
@@ -68,43 +93,118 @@ def fit_liquid(
         if file is not None:
             of_file, read = read_columns(option, Path(file), section)
             columns, said = columns | of_file, said + read
+            for sentence in read:
+                listener.answer(sentence)
     data = Measured(**columns)
-    found = fits(data, [law] if law else None, given)
+    found = _fitted(data, [law] if law else None, given, listener)
     if not found:
         known = f" besides {', '.join(given)}" if given else ""
         allowed = f"must be a law with unknown numbers{known}, fewer of them than there are points"
         raise InputError("pairsim units", "--liquid", law, allowed)
     fitted, value, intervals = keys_of(found[0])
-    said += sentences(found, data, chosen=law is not None)
-    return MeasuredLiquid(found[0], data, {**fitted, **held}, value, intervals, said)
+    of_fit = sentences(found, data, chosen=law is not None)
+    for sentence in of_fit:
+        listener.answer(sentence)
+    return MeasuredLiquid(found[0], data, {**fitted, **held}, value, intervals, said + of_fit)
 
 
-def keys_of(fit: Fit) -> tuple[dict[str, str], Any, dict[str, str]]:
-    """The quantities of a `physical` block that a fitted liquid gives, the value of `liquid`, and intervals by key."""
-    liquid = fit.liquid
-    own = liquid.modes[0] if liquid.modes else liquid.solvent
-    pure = {
-        name: float(f"{getattr(own, name):.4g}")
-        for name, p in own.parameters().items()
-        if p.dimension is None and name != own.regularisation
-    }
+def _fitted(data: Measured, laws: list[str] | None, given: Mapping[str, float], listener: Listener) -> list[Fit]:
+    """The fits, the best first, with their intervals."""
+    names, found = tried(data, laws, given), list[Fit]()
+    try:
+        if len(names) > 1:
+            listener.progress(f"fit: trying {', '.join(names)}")
+        for fit in each_fit(data, laws, given):
+            found.append(fit)
+            listener.progress(f"fit: {_label(fit)}: off by {_percent(fit.deviation)}")
+        found = ranked(found)
+        if found:
+            listener.progress(f"fit: intervals of {_label(found[0])}")
+            _ = found[0].numbers
+    except KeyboardInterrupt:
+        listener.answer(
+            _stopped(ranked(found), [name for name in names if name not in {fit.law.name for fit in found}])
+        )
+        raise
+    return found
+
+
+def _stopped(found: Sequence[Fit], left: Sequence[str]) -> str:
+    """What is known of the best law when fits are interrupted."""
+    if not found:
+        return "fit: stopped before the first law was fitted"
+    best = found[0]
+    numbers = ", ".join(f"{key} = {value}" for key, value in _values(best).items())
+    rest = f"; not tried: {', '.join(left)}" if left else ""
+    known = f"{_label(best)}: {numbers}; off by {_percent(best.deviation)}, intervals are not known"
+    return f"fit: stopped; the best so far is {known}{rest}; --liquid {best.law.name} fits this law alone"
+
+
+def _label(fit: Fit) -> str:
+    return fit.law.label + (f", {len(fit.liquid.modes)} modes" if len(fit.liquid.modes) > 1 else "")
+
+
+def _percent(deviation: float) -> str:
+    return f"{100 * deviation:.2g} %"
+
+
+@dataclass(frozen=True)
+class _Key:
+    """A number of a fitted liquid as a quantity of a case."""
+
+    key: str  # in the `physical` block
+    value: str  # with its unit
+    factor: float  # of the number in this unit
+
+
+def _keys(fit: Fit) -> dict[str, _Key]:
+    """The quantities of a `physical` block that a fitted liquid gives, by the name of its number."""
+    own, liquid, found = _own(fit), fit.liquid, dict[str, _Key]()
     values = {"eta_0": fit.eta_0, "De": liquid.De, "xi": liquid.xi} | own.numbers
-    quantities, intervals = {}, {name: _interval(number) for name, number in fit.numbers.items() if not number.given}
     for name, of in dimensions_of(fit.law).items():
         default = own.parameters()[name].default if name in own.parameters() else None
         if of is not None and values[name] != default:
             factor = of.size(fit.eta_0) if name != "eta_0" else 1.0
-            unit, size = suited(factor * values[name], known_unit(of, pure).unit)
-            quantities[of.key] = f"{factor * values[name] / size:.4g} {unit}"
-            if intervals.pop(name, ""):
-                intervals[of.key] = _interval(fit.numbers[name], factor / size)
-    if len(liquid.modes) < 2:
-        return quantities, {"law": own.name, **pure} if pure else own.name, intervals
-    each = [
-        {key: fit.values.get(f"{key}_{i + 1}", 1.0) for key in ("time", "weight")} for i in range(len(liquid.modes))
-    ]
-    modes = [{"law": own.name, **{key: float(f"{v:.4g}") for key, v in mode.items()}, **pure} for mode in each]
-    return quantities, {"law": "modes", "modes": modes}, intervals
+            unit, size = suited(factor * values[name], known_unit(of, _pure(fit)).unit)
+            found[name] = _Key(of.key, f"{factor * values[name] / size:.4g} {unit}", factor / size)
+    return found
+
+
+def _own(fit: Fit) -> Any:
+    """The law of a fitted liquid with its numbers."""
+    return fit.liquid.modes[0] if fit.liquid.modes else fit.liquid.solvent
+
+
+def _pure(fit: Fit) -> dict[str, float]:
+    """The numbers of a law that have no unit."""
+    own = _own(fit)
+    return {
+        name: float(f"{getattr(own, name):.4g}")
+        for name, p in own.parameters().items()
+        if p.dimension is None and name != own.regularisation
+    }
+
+
+def _values(fit: Fit) -> dict[str, str]:
+    """The numbers of a fitted liquid, quantities with their units first."""
+    keys = _keys(fit)
+    others = {name: f"{value:.4g}" for name, value in fit.values.items() if name not in keys}
+    return {each.key: each.value for each in keys.values()} | others
+
+
+def keys_of(fit: Fit) -> tuple[dict[str, str], Any, dict[str, str]]:
+    """The quantities of a `physical` block that a fitted liquid gives, the value of `liquid`, and intervals by key."""
+    keys, pure, modes, law = _keys(fit), _pure(fit), fit.liquid.modes, fit.law.name
+    quantities, intervals = {each.key: each.value for each in keys.values()}, dict[str, str]()
+    for name, number in fit.numbers.items():
+        if not number.given:
+            key = keys.get(name)
+            intervals[key.key if key else name] = _interval(number, key.factor if key else 1.0)
+    if len(modes) < 2:
+        return quantities, {"law": law, **pure} if pure else law, intervals
+    each = [{key: fit.values.get(f"{key}_{i + 1}", 1.0) for key in ("time", "weight")} for i in range(len(modes))]
+    block = [{"law": law, **{key: float(f"{v:.4g}") for key, v in mode.items()}, **pure} for mode in each]
+    return quantities, {"law": "modes", "modes": block}, intervals
 
 
 def _interval(number: Number, factor: float = 1.0) -> str:
@@ -120,18 +220,15 @@ def _interval(number: Number, factor: float = 1.0) -> str:
 def sentences(fits: Sequence[Fit], data: Measured, chosen: bool = False) -> list[str]:
     """The best fit in words, with the intervals of its numbers, and what the data do not tell."""
     best, *others = fits
-    quantities, _, intervals = keys_of(best)
-    keys = {name: of.key for name, of in dimensions_of(best.law).items() if of is not None and of.key in quantities}
-    values = quantities | {name: f"{n.value:.4g}" for name, n in best.numbers.items() if name not in keys}
-    numbers = ", ".join(f"{key} = {value} ({intervals.get(key, 'given')})" for key, value in values.items())
-    modes = f", {len(best.liquid.modes)} modes" if len(best.liquid.modes) > 1 else ""
-    noise = f"{100 * best.deviation:.2g} % where neighbouring points scatter by {100 * scatter(data):.2g} %"
-    rest = f"; next best: {others[0].law.label}, {100 * others[0].deviation:.2g} %" if others else ""
-    said = [f"fit: {best.law.label}{modes}: {numbers}; intervals of 95 %", f"fit: off by {noise}{rest}"]
+    _, _, intervals = keys_of(best)
+    numbers = ", ".join(f"{key} = {value} ({intervals.get(key, 'given')})" for key, value in _values(best).items())
+    noise = f"{_percent(best.deviation)} where neighbouring points scatter by {_percent(scatter(data))}"
+    rest = f"; next best: {_label(others[0])}, {_percent(others[0].deviation)}" if others else ""
+    said = [f"fit: {_label(best)}: {numbers}; intervals of 95 %", f"fit: off by {noise}{rest}"]
     tau_y = _yield_of(best.law)
     if tau_y in best.numbers and np.isfinite(best.numbers[tau_y].least):
-        said.append(f"this liquid yields: below a stress of {values[keys[tau_y]]} it is solid")
-    return said + [f"warning: {text}" for text in _doubts(best, data, noise, chosen)]
+        said.append(f"this liquid yields: below a stress of {_keys(best)[tau_y].value} it is solid")
+    return said + [f"warning: {text}" for text in _doubts(best, others, data, noise, chosen)]
 
 
 def _yield_of(law: type[Material]) -> str:
@@ -140,21 +237,34 @@ def _yield_of(law: type[Material]) -> str:
     return next(found, "")
 
 
-def _doubts(best: Fit, data: Measured, noise: str, chosen: bool) -> Iterator[str]:
-    viscous = issubclass(best.law, ViscousLaw)
+def _doubts(best: Fit, others: Sequence[Fit], data: Measured, noise: str, chosen: bool) -> Iterator[str]:
+    viscous, label = issubclass(best.law, ViscousLaw), best.law.label
     if not described(best, data):
-        yield f"no law tried describes these data: the best, {best.law.label}, is off by {noise}"
+        if chosen:
+            yield f"{label}, the only law tried, does not describe these data: it is off by {noise}"
+        else:
+            yield f"no law tried describes these data: the best, {label}, is off by {noise}"
         yielding = [name for name, law in LAWS.items() if _yield_of(law)]
         better = fits(data, yielding) if chosen and data.kinds == {"viscosity"} and not _yield_of(best.law) else []
         if better and described(better[0], data):
             yield f"these data yield: --liquid {better[0].law.name} describes them"
     if (xi := best.numbers.get("xi")) and np.isinf(xi.least):
         yield "these data do not show the viscosity of the solvent: --solvent holds a known one"
+    alike = [fit.law for fit in as_good(best, others)] if described(best, data) and not viscous else []
+    taken = f"{label} is taken, and {_and([law.label for law in alike])} {'fit' if alike[1:] else 'fits'} as well"
+    choose = f"{taken}: --liquid {' or '.join(law.name for law in alike)} chooses one" if alike else ""
     if viscous:
         more = "N1 or moduli tell, and a time that is known is held by --relaxation"
         yield f"a viscosity alone does not tell whether the liquid is elastic: De = 0 is assumed; {more}"
     elif data.kinds == {"viscosity"} and not best.numbers["De"].given:
         yield "no elasticity was measured: relaxation time and N1 follow from the thinning by the law alone"
     elif not data.kinds & {"viscosity", "N1"}:
-        laws = "" if chosen else f"; {best.law.label} is taken, and other laws fit as well: choose one by --liquid"
-        yield f"moduli do not tell how the viscosity falls with the rate, which a flow curve (--rheology) does{laws}"
+        more = f"; {choose}" if choose else ""
+        yield f"moduli do not tell how the viscosity falls with the rate, which a flow curve (--rheology) does{more}"
+    elif choose:
+        yield choose
+
+
+def _and(names: Sequence[str]) -> str:
+    *first, last = [*names] or [""]
+    return f"{', '.join(first)} and {last}" if first else last

@@ -69,7 +69,7 @@ def column(quantity: str, place: int, heading: str, rest: str, around: Sequence[
     words_in = [*re.split(r"\bin\b|,", after)[1:], *re.findall(r"^\S{2,}", after)]
     pieces = [bare[1] if bare else after, *reversed(in_brackets), *words_in, *around]
     for text in [each.strip("[]() ") if each in around else each.strip() for each in pieces]:
-        if text and (factor := _factor(text, of)) is not None:
+        if text and (factor := factor_of(text, of)) is not None:
             return Column(place, heading, text.replace("*", "."), factor, si)
     of_words = [each for each in in_brackets if re.search(r"[^\W\d_].*[^\W\d_]", each)]
     named = [each for each in of_words if not any(places(option, [each]) for option in ("--rheology", "--spectrum"))]
@@ -81,7 +81,7 @@ def column(quantity: str, place: int, heading: str, rest: str, around: Sequence[
     return Column(place, heading, "", 1.0, si)
 
 
-def _factor(text: str, of: str) -> float | None:
+def factor_of(text: str, of: str) -> float | None:
     """A unit in another one, None if it is no such unit."""
     turns = re.search("(?i)hz|hertz|rpm|rev|u/min|cycle", text)
     if re.fullmatch(r"[\d\s.]*", text) or re.search(r"\bMPA\b|\bMPAS", text) or (turns and of == UNITS["rate"]):

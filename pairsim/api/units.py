@@ -28,7 +28,7 @@ from pairsim.results.units import LENGTH, TIME, in_unit
 from pairsim.runtime.errors import InputError, NoSteadyState
 
 if TYPE_CHECKING:
-    from pairsim.api.rheometer import MeasuredLiquid
+    from pairsim.api.rheometer import Listener, MeasuredLiquid
 
 WATER = "1000 kg/m^3"
 SMALL_RE = 1.0
@@ -62,7 +62,9 @@ class Units:
     fit: MeasuredLiquid | None = None
 
     def __repr__(self) -> str:
-        rows = [f"{name:<20}{value:<15} {meaning}" for name, value, meaning in (*self.numbers, *self.scales)]
+        all_ = [*self.numbers, *self.scales]
+        wide = max(19, *(len(name) for name, _, _ in all_))
+        rows = [f"{name:<{wide}} {value:<15} {meaning}" for name, value, meaning in all_]
         return "\n".join([*rows, *self.notes])
 
     def case_file(self, name: str) -> str:
@@ -95,7 +97,8 @@ def units(
     over: str | None = None,
     rheology: Path | str | None = None,
     spectrum: Path | str | None = None,
-    section: str | None = None,
+    section: str | Sequence[str] = (),
+    listener: Listener | None = None,
     carrier: str | None = None,
     celsius: float = 23.0,
     **given: Any,
@@ -108,7 +111,8 @@ def units(
         over: Length of tube over which it falls, such as "5cm".
         rheology: File of a flow curve, to which the liquid is fitted: shear rate, viscosity or stress, N1.
         spectrum: File of moduli, alike: frequency, G', G''.
-        section: A part of the name of the section that is read in a file of several.
+        section: A part of the name of the section that is read in a file of several; several names for two files.
+        listener: What is told while the files are read and fitted.
         carrier: Methyl cellulose of deformability cytometry in place of a liquid, such as "0.59% MC-PBS".
         celsius: Its temperature.
         given: The keys of a `physical` block, each a text with its unit such as `tube="50um"`, and other keys of a
@@ -135,7 +139,7 @@ def units(
     if rheology is not None or spectrum is not None:
         from pairsim.api.rheometer import fit_liquid
 
-        fit = fit_liquid(rheology, spectrum, given.get("liquid"), section, quantities)
+        fit = fit_liquid(rheology, spectrum, given.get("liquid"), section, quantities, listener)
         given["liquid"] = fit.block
         quantities |= fit.quantities
     if isinstance(sizes := quantities.get("particle"), list):

@@ -93,7 +93,10 @@ def units(
     spectrum: Annotated[
         File, typer.Option(help="File of a rheometer with moduli (frequency, G', G''), to be fitted.")
     ] = None,
-    section: Annotated[Text, typer.Option(help="Section of these files to be read, by a part of its name.")] = None,
+    section: Annotated[
+        list[str] | None,
+        typer.Option(help="Section of these files to be read, by a part of its name; repeat it for two files."),
+    ] = None,
     kind: Annotated[OfQuestion, typer.Option("--kind", help="The command that the case file is for.")] = "run",
     output: Annotated[File, typer.Option("-o", "--output", help="Write a case file to this path.")] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing case file.")] = False,
@@ -128,28 +131,52 @@ def units(
         raise InputError("pairsim units", "--liquid", None, allowed)
     case = {"physical": quantities, **laws, **ENDS}
     apply_settings(case, tuple(set_ or ()))
-    if spectrum:
-        typer.echo("fit: laws of up to four modes, some half a minute", err=True)
     more: dict[str, Any] = {"pressure": pressure, "over": over, "carrier": carrier, "celsius": celsius}
     try:
         found = units_of(
-            kind=kind, rheology=rheology, spectrum=spectrum, section=section, **more, **case.pop("physical"), **case
+            kind=kind,
+            rheology=rheology,
+            spectrum=spectrum,
+            section=section or (),
+            listener=_listener(),
+            **more,
+            **case.pop("physical"),
+            **case,
         )
     except InputError as error:
         raise InputError.of_all(of_option("pairsim units", each) for each in error.mistakes) from None
-    for sentence in found.fit.sentences if found.fit else ():
-        typer.echo(sentence)
-    if found.fit and picture:
-        from pairsim.plots.measured import draw_fit
+    unwritten = None
+    if output is not None:  # before the answer, which a closed pipe may cut short; the case before its picture
+        try:
+            write_file(output, found.case_file(output.stem))
+            if found.fit and picture:
+                from pairsim.plots.measured import draw_fit
 
-        draw_fit(found.fit.fit, found.fit.data, picture)
-        typer.echo(f"fit: {picture}")
-    if output is not None:  # before the output, which a closed pipe may cut short
-        write_file(output, found.case_file(output.stem))
+                draw_fit(found.fit.fit, found.fit.data, picture)
+                typer.echo(f"fit: {picture}")
+        except InputError as error:
+            unwritten = error
     typer.echo(str(found))
-    if output is not None:
+    if output is not None and output.exists():
         typer.echo(str(output))
+    if unwritten is not None:
+        raise unwritten
+    if output is not None:
         typer.echo(f"next: pairsim {kind} {output} --dry-run", err=True)
+
+
+def _listener() -> Any:
+    """What prints sentences as they become known: what was read and fitted, and on stderr what is being done."""
+    from pairsim.api.rheometer import Listener
+
+    class Printer(Listener):
+        def answer(self, sentence: str) -> None:
+            typer.echo(sentence)
+
+        def progress(self, sentence: str) -> None:
+            typer.echo(sentence, err=True)
+
+    return Printer()
 
 
 def of_option(command: str, error: InputError) -> InputError:

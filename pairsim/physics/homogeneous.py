@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -17,6 +16,7 @@ from pairsim.runtime.arrays import Array
 FIRST_WEISSENBERG = 0.1
 MOST_APART = 0.8  # largest step of the logarithm of the Weissenberg number
 MOST_ITERATIONS = 20
+NEAR = 0.1  # relative change of a number or a rate up to which the solution before is the first guess
 STRAINS, TIMES = 20.0, 20.0  # of shear from rest with a yield stress; the second in relaxation times
 
 
@@ -67,20 +67,21 @@ def stress_after(liquid: Liquid, L: Array, end: float) -> Array:
     return np.asarray(polymer_stress(liquid, conformation_after(liquid, L, end)[None])[0])
 
 
-def steady_shear(liquid: Liquid, rates: Array) -> tuple[Array, Array]:
+def steady_shear(liquid: Liquid, rates: Array, memory: ShearMemory | None = None) -> tuple[Array, Array]:
     """Viscosity and first normal stress difference over eta_0 in steady shear.
 
     Args:
         liquid: The liquid.
         rates: Shear rates [U_av/D_c], (n,).
+        memory: What remembers the solution, for a similar liquid at the same rates.
 
     Returns:
         Viscosity over eta_0, and N1 over eta_0 U_av/D_c, (n,) each.
     """
     viscosity = np.asarray(liquid.xi * liquid.solvent.viscosity(rates**2) * np.ones_like(rates), dtype=float)
     N1 = np.zeros_like(rates)
-    for law in liquid.modes:
-        tau = mode_stress(liquid, law, _sheared(liquid, law, rates))
+    for law, c in zip(liquid.modes, _sheared(liquid, rates, memory), strict=True):
+        tau = mode_stress(liquid, law, c)
         viscosity = viscosity + np.real(tau[1]) / rates
         N1 = N1 + np.real(tau[0] - tau[2])
     return viscosity, N1
@@ -96,40 +97,107 @@ def falling_stress(liquid: Liquid, most: float) -> tuple[float, float] | None:
     return (float(rates[falls[0]]), float(rates[falls[-1] + 1])) if len(falls) else None
 
 
-def _sheared(liquid: Liquid, law: ConformationLaw, rates: Array) -> Array:
-    """The conformation of a mode in steady shear, shape (4, n)."""
+def _sheared(liquid: Liquid, rates: Array, memory: ShearMemory | None) -> list[Array]:
+    """The conformations of all modes in steady shear, shape (4, n) each."""
     if liquid.yielding is not None:  # Newton's method from slow rates would begin where nothing relaxes
         ends = STRAINS / rates + TIMES * liquid.longest
-        return np.array([conformation_after(liquid, shear(r), t) for r, t in zip(rates, ends, strict=True)]).T
-    alone = replace(law, time=1.0, weight=1.0)
-    found = _alone_in_shear(alone, float(liquid.relaxation_time(law)), tuple(np.sort(rates).tolist()))
-    return found[:, np.argsort(np.argsort(rates))]
+        after = [conformation_after(liquid, shear(r), t) for r, t in zip(rates, ends, strict=True)]
+        return np.split(np.array(after).T, len(liquid.modes))
+    found: dict[int, Array] = {}
+    alone = [replace(law, time=1.0, weight=1.0) for law in liquid.modes]
+    for law in dict.fromkeys(alone):
+        modes = [i for i, each in enumerate(alone) if each == law]  # which differ in their times alone
+        Wi = np.concatenate([float(liquid.relaxation_time(liquid.modes[i])) * rates for i in modes])
+        points = _Points(law, Wi, np.tile(rates**2, len(modes)))
+        c = points.from_slow_rates() if memory is None else memory.solution(points, modes[0])
+        found |= zip(modes, np.split(c, len(modes), axis=1), strict=True)
+    return [found[i] for i in range(len(alone))]
 
 
-@lru_cache(maxsize=64)
-def _alone_in_shear(law: ConformationLaw, time: float, rates: tuple[float, ...]) -> Array:
-    """The conformation of a lone mode at ascending shear rates, (4, n), by Newton's method along them."""
-    liquid, last = single(law, time), np.log(FIRST_WEISSENBERG / time)
-    c, before, found = IDENTITY.copy(), IDENTITY.copy(), []
-    for rate in np.log(rates):
-        steps = max(int(np.ceil((rate - last) / MOST_APART)), 1)
-        for log_rate in np.linspace(last, rate, steps + 1)[1:]:
-            c, before = _steady(liquid, law, 2 * c - before, float(np.exp(log_rate))), c
-        last = max(rate, last)
-        found.append(c)
-    return np.array(found).T
+class _Points:
+    """Steady shear of a lone mode at points with Weissenberg numbers and squares of shear rates, (n,) each.
+
+    Its time unit is the relaxation time, so that a law has the shear rate as it is, and the rate of change that of c.
+    """
+
+    def __init__(self, law: ConformationLaw, Wi: Array, gamma2: Array) -> None:
+        self.law, self.Wi, self.gamma2 = law, Wi, gamma2
+        self._liquid = single(law, 1.0)
+
+    def from_slow_rates(self) -> Array:
+        """The conformations, shape (4, n), followed from Weissenberg numbers at which they are near equilibrium."""
+        steps = np.log(np.maximum(self.Wi / FIRST_WEISSENBERG, 1.0)) / MOST_APART
+        c = np.tile(IDENTITY[:, None], len(self.Wi))
+        before = c
+        for i in range(int(np.ceil(steps.max(initial=0.0))) + 1):
+            active = steps > i - 1
+            along, last = np.minimum(steps[active], i), np.minimum(steps[active], i - 1)
+            ahead = (along - last) * (c - before)[:, active]  # the step before was a whole one
+            before = c.copy()
+            back = np.exp(MOST_APART * (along - steps[active])) if i else np.minimum(1, FIRST_WEISSENBERG / self.Wi)
+            c[:, active] = self._newton(c[:, active] + ahead, active, back)[0]
+        return c
+
+    def near(self, c: Array) -> Array | None:
+        """The conformations from those of points that are near to these; None if Newton's method does not settle."""
+        found, settled = self._newton(c, np.full(len(self.Wi), True), np.ones(len(self.Wi)))
+        return found if settled and np.isfinite(found).all() else None
+
+    def _newton(self, c: Array, active: Any, back: Array) -> tuple[Array, bool]:
+        """The conformations of some points at a part of their rates, shape (4, m), and whether all have converged."""
+        Wi, gamma2 = back * self.Wi[active], back**2 * self.gamma2[active]
+        c, left = c.copy(), np.arange(len(Wi))
+        with np.errstate(all="ignore"):
+            for _ in range(MOST_ITERATIONS):
+                at = c[:, left]
+                value, slope = self._change(at, Wi[left], gamma2[left])
+                step = np.linalg.solve(slope, -value.T[:, :, None])[:, :, 0].T
+                c[:, left] = at + step
+                left = left[~(np.abs(step).max(axis=0) <= 1e-9 * np.abs(c[:, left]).max(axis=0))]
+                left = left[np.isfinite(c[:, left]).all(axis=0)]
+                if not len(left):
+                    break
+        return c, not len(left)
+
+    def _change(self, c: Array, Wi: Array, gamma2: Array) -> tuple[Array, Array]:
+        """The rate of change of conformations, (4, m), and its derivatives by them by complex steps, (m, 4, 4)."""
+        h, m = 1e-30, len(Wi)
+        columns = np.concatenate([c, *(c + 1j * h * unit[:, None] for unit in np.eye(4))], axis=1)
+        _, zr, rr, _ = columns
+        fast = np.tile(Wi, 5)
+        turned = np.array([2 * fast * zr, fast * rr, np.zeros_like(zr), np.zeros_like(zr)])
+        change = turned + relaxation(self._liquid, self.law, columns, np.tile(gamma2, 5))
+        return np.real(change[:, :m]), np.imag(change[:, m:]).reshape(4, 4, m).transpose(2, 0, 1) / h
 
 
-def _steady(liquid: Liquid, law: ConformationLaw, c: Array, rate: float) -> Array:
-    """The steady conformation at a shear rate, shape (4,), from a guess; derivatives by complex steps."""
-    h, unit = 1e-30, np.concatenate([np.zeros((4, 1)), np.eye(4)], axis=1)
-    for _ in range(MOST_ITERATIONS):
-        change = rate_of_change(liquid, law, c[:, None] + 1j * h * unit, shear(rate))
-        step = np.linalg.solve(np.imag(change[:, 1:]) / h, -np.real(change[:, 0]))
-        c = c + step
-        if np.abs(step).max() <= 1e-9 * np.abs(c).max():
-            break
-    return c
+class ShearMemory:
+    """The last steady shear of liquids of which each differs little from the one before, as in a fit.
+
+    Where Weissenberg numbers and numbers of the laws have changed by less than a tenth, Newton's method begins there.
+    """
+
+    def __init__(self) -> None:
+        self._last: dict[int, tuple[_Points, Array]] = {}
+
+    def solution(self, points: _Points, mode: int) -> Array:
+        """The conformations of points of a mode, shape (4, n)."""
+        c = None
+        if mode in self._last:
+            last, found = self._last[mode]
+            if self._is_near(last, points):
+                c = points.near(found)
+        if c is None:
+            c = points.from_slow_rates()
+        self._last[mode] = points, c
+        return c
+
+    @staticmethod
+    def _is_near(last: _Points, points: _Points) -> bool:
+        if last.Wi.shape != points.Wi.shape or type(last.law) is not type(points.law):
+            return False
+        pairs = [(last.Wi, points.Wi), (last.gamma2, points.gamma2)]
+        pairs += [(np.array(each), np.array(points.law.numbers[name])) for name, each in last.law.numbers.items()]
+        return all(bool(np.all(np.abs(new - old) <= NEAR * np.abs(old))) for old, new in pairs)
 
 
 def moduli(liquid: Liquid, frequency: Array) -> tuple[Array, Array]:

@@ -6,7 +6,7 @@ times what it says is its stress in Pa. Deviations are those of logarithms, whic
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -16,7 +16,7 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import t as student
 
-from pairsim.physics.homogeneous import moduli, steady_shear
+from pairsim.physics.homogeneous import ShearMemory, moduli, steady_shear
 from pairsim.physics.liquids import LAWS, ConformationLaw, Liquid, Newtonian, ViscousLaw
 from pairsim.physics.liquids.viscous import ZERO_SHEAR
 from pairsim.physics.material import Dimension, Material
@@ -29,6 +29,11 @@ MOST_MODES = 4
 LOGARITHMIC = 100.0  # ratio of the bounds of a parameter from which its logarithm is fitted; chosen
 FARTHEST = 1e-3, 1e3  # bounds of relaxation times over the inverse of the slowest and fastest rate; chosen
 NOT_DESCRIBED = 3.0  # deviation over the scatter of the data above which no law is said to describe them; chosen
+CLOSE = 0.02  # deviation below which a law describes any data: rheometers are not better than this; chosen
+SMALLEST = 1e-12  # bound of viscosities of solvents and modes over those of others; chosen
+FURTHER_MODE = 0.1  # time and weight of one more mode over those of the last one, as a first guess; chosen
+AT_BOUND = 0.01  # of a logarithm; chosen
+EVIDENCE, STRONG = 2.0, 10.0  # of the Bayesian information criterion: positive and very strong (Kass and Raftery 1995)
 LEAST_SCATTER = 0.005  # of the logarithms: what no rheometer does better than; chosen
 SPARSE, OF_SPARSE = 12, 0.05  # points of a curve below which its scatter is at most this, and curvature above; chosen
 
@@ -85,8 +90,8 @@ class Number:
         return self.least == self.most
 
 
-def _quantity(liquid: Liquid, eta_0: float, quantity: str, x: Array) -> Array:
-    both = moduli(liquid, x) if quantity in ("storage", "loss") else steady_shear(liquid, x)
+def _quantity(liquid: Liquid, eta_0: float, quantity: str, x: Array, memory: ShearMemory | None = None) -> Array:
+    both = moduli(liquid, x) if quantity in ("storage", "loss") else steady_shear(liquid, x, memory)
     return eta_0 * both[quantity in ("N1", "loss")]
 
 
@@ -106,7 +111,26 @@ def scatter(data: Measured) -> float:
 
 
 def fits(data: Measured, laws: Sequence[str] | None = None, given: Mapping[str, float] | None = None) -> list[Fit]:
-    """All laws that the data can tell, fitted to them, the best first.
+    """All laws that the data can tell, fitted to them, the best first; arguments are those of `each_fit`."""
+    return ranked(each_fit(data, laws, given))
+
+
+def ranked(fits: Iterable[Fit]) -> list[Fit]:
+    """Fits in the order of their criterion, the best first; equally good ones stay in their order."""
+    return sorted(fits, key=lambda fit: round(fit.criterion, 1))
+
+
+def tried(data: Measured, laws: Sequence[str] | None = None, given: Mapping[str, float] | None = None) -> list[str]:
+    """The names of the laws that `each_fit` tries; arguments are the same."""
+    elastic = data.kinds & {"N1", "storage"} or (given or {}).keys() & {"relaxation", "solvent"}
+    kind = ConformationLaw if elastic else ViscousLaw
+    return list(laws or [name for name, law in LAWS.items() if issubclass(law, kind)])
+
+
+def each_fit(
+    data: Measured, laws: Sequence[str] | None = None, given: Mapping[str, float] | None = None
+) -> Iterator[Fit]:
+    """Fit one law after the other to data; laws that these cannot tell are left out.
 
     Args:
         data: What was measured.
@@ -114,12 +138,9 @@ def fits(data: Measured, laws: Sequence[str] | None = None, given: Mapping[str, 
         given: Numbers that are known, in SI units by the key of their dimension (viscosity, solvent, relaxation), or
             by name.
     """
-    given = given or {}
-    elastic = data.kinds & {"N1", "storage"} or given.keys() & {"relaxation", "solvent"}
-    kind = ConformationLaw if elastic else ViscousLaw
-    tried = [LAWS[name] for name in laws] if laws else [law for law in LAWS.values() if issubclass(law, kind)]
-    found = [fit for law in tried if (fit := _of_law(law, data, given))]
-    return sorted(found, key=lambda fit: fit.criterion)
+    for name in tried(data, laws, given):
+        if fit := _of_law(LAWS[name], data, given or {}):
+            yield fit
 
 
 def _of_law(law: type[ViscousLaw | ConformationLaw], data: Measured, given: Mapping[str, float]) -> Fit | None:
@@ -127,7 +148,7 @@ def _of_law(law: type[ViscousLaw | ConformationLaw], data: Measured, given: Mapp
     best = None
     for modes in [0] if issubclass(law, ViscousLaw) else range(1, MOST_MODES + 1 if len(data.frequency) else 2):
         with suppress(np.linalg.LinAlgError, ValueError):
-            better = Fit(law, modes, data, given)
+            better = Fit(law, modes, data, given, best)
             if best is None or better.criterion < best.criterion:
                 best = better
                 continue
@@ -148,15 +169,17 @@ def _unknowns(law: type[Material], modes: int, data: Measured) -> dict[str, tupl
     slow, fast, middle = rates.min(), rates.max(), float(np.exp(np.log(rates).mean()))
     viscosities = data.viscosity if len(data.viscosity) else data.loss / data.frequency
     least, eta = float(viscosities.min()), float(viscosities.max())
+    largest = max([eta, *(np.hypot(data.storage, data.loss) / data.frequency)])  # of a gel, whose loss is small
     times = FARTHEST[0] / fast, FARTHEST[1] / slow
     # That of a liquid that yields is the viscosity where it flows fast.
     yields = any(p.dimension is not None and p.dimension.unit == "Pa" for p in law.parameters().values())
-    found = {"eta_0": (1e-3 * least, 1e3 * eta, least if yields else eta)}
+    found = {"eta_0": (1e-3 * least, 1e3 * largest, least if yields else eta)}
     if modes:
-        found |= {"De": (*times, 1 / slow if modes > 1 else 1 / middle), "xi": (1e-4, 1.0, 0.1)}
+        usual = Liquid.OF_POLYMER["xi"].least
+        found |= {"De": (*times, 1 / slow if modes > 1 else 1 / middle), "xi": (usual, 1.0, 0.1)}
     for i in range(2, modes + 1):  # over the time and weight of the first mode
         ratio = (slow / fast) ** ((i - 1) / modes)
-        found |= {f"time_{i}": (1e-6, 0.9, ratio), f"weight_{i}": (1e-4, 1e3, 0.5 ** (i - 1))}
+        found |= {f"time_{i}": (times[0] / times[1], 0.9, ratio), f"weight_{i}": (SMALLEST, 1e3, 0.5 ** (i - 1))}
     for name, p in law.parameters().items():
         if p.dimension is not None and p.dimension.unit == "s":
             found[name] = (*times, 1 / middle)
@@ -197,7 +220,12 @@ class Fit:
     """
 
     def __init__(
-        self, law: type[ViscousLaw | ConformationLaw], modes: int, data: Measured, given: Mapping[str, float]
+        self,
+        law: type[ViscousLaw | ConformationLaw],
+        modes: int,
+        data: Measured,
+        given: Mapping[str, float],
+        before: Fit | None = None,
     ) -> None:
         self.law, self._modes, self._curves = law, modes, data.curves
         keys = {name: of.key if of else name for name, of in dimensions_of(law).items()}
@@ -210,12 +238,51 @@ class Fit:
         self._logarithmic = (table[0] > 0) & (table[1] > LOGARITHMIC * table[0])
         with np.errstate(all="ignore"):
             self._least, self._most, guess = np.where(self._logarithmic, np.log(table), table)
-        self._best = self._solved(guess)
+            starts = [guess]
+            if before is not None:
+                known = before.with_a_mode()
+                found = np.array([known[name] for name in self._names])
+                starts.append(np.where(self._logarithmic, np.log(found), found))
+        self._memory = {name: ShearMemory() for name, _, _ in self._curves}
+        self._best = self._solved_from(starts)
+        if "xi" in self._names:
+            self._widen(self._names.index("xi"), starts, count)
+        self._sort_modes()
         self.values = self._numbers(self._best.x)
         self.liquid, self.eta_0 = _liquid(law, modes, self.values), self.values["eta_0"]
         mean = float(2 * self._best.cost / count)
         self.deviation = float(np.sqrt(mean))
         self.criterion = float(count * np.log(max(mean, 1e-12)) + len(unknowns) * np.log(count))
+
+    def with_a_mode(self) -> dict[str, float]:
+        """Its numbers with those of one mode more, which is faster and weaker than the last one: a first guess."""
+        last = {name: self.values.get(f"{name}_{self._modes}", 1.0) for name in ("time", "weight")}
+        return self.values | {f"{name}_{self._modes + 1}": FURTHER_MODE * value for name, value in last.items()}
+
+    def _sort_modes(self) -> None:
+        """Put the further modes into the order of their times, the longest first."""
+        further = range(2, self._modes + 1)
+        times = [self._best.x[self._names.index(f"time_{i}")] for i in further]
+        order = np.arange(len(self._names))
+        for i, k in zip(further, np.argsort(times)[::-1] + 2, strict=True):
+            for name in ("time", "weight"):
+                order[self._names.index(f"{name}_{i}")] = self._names.index(f"{name}_{k}")
+        self._best.x, self._best.jac = self._best.x[order], self._best.jac[:, order]
+
+    def _widen(self, i: int, starts: Sequence[Array], count: int) -> None:
+        """Free a number from the least value that a case may have, where the data say so: that of a gel is far below.
+
+        Without this evidence it stays where a case may have it.
+        """
+        least, usual = self._least[i], self._best
+        if usual.x[i] - least > AT_BOUND:
+            return
+        self._least[i] = np.log(SMALLEST)
+        wide = self._solved_from([*starts, usual.x])
+        if count * np.log(usual.cost / wide.cost) > EVIDENCE:
+            self._best = wide
+        else:
+            self._least[i] = least
 
     @cached_property
     def numbers(self) -> dict[str, Number]:
@@ -241,8 +308,15 @@ class Fit:
         known = self._numbers(x)
         liquid = _liquid(self.law, self._modes, known)
         with np.errstate(all="ignore"):
-            parts = [np.log(_quantity(liquid, known["eta_0"], name, x) / y) for name, x, y in self._curves]
+            parts = [
+                np.log(_quantity(liquid, known["eta_0"], name, x, self._memory[name]) / y)
+                for name, x, y in self._curves
+            ]
         return np.nan_to_num(np.concatenate(parts), nan=20.0, posinf=20.0, neginf=-20.0).clip(-20, 20)
+
+    def _solved_from(self, starts: Sequence[Array]) -> Any:
+        """The least squares of those from several first guesses."""
+        return min((self._solved(start) for start in starts), key=lambda found: float(found.cost))
 
     def _solved(self, start: Array, held: int | None = None) -> Any:
         """The least squares from a first guess, in which one number may be held."""
@@ -291,5 +365,10 @@ class Fit:
 
 
 def described(fit: Fit, data: Measured) -> bool:
-    """Whether a law describes the data: what it leaves is of the size of their scatter."""
-    return fit.deviation <= NOT_DESCRIBED * scatter(data)
+    """Whether a law describes the data: what it leaves is of the size of their scatter, or small."""
+    return fit.deviation <= max(NOT_DESCRIBED * scatter(data), CLOSE)
+
+
+def as_good(best: Fit, others: Iterable[Fit]) -> list[Fit]:
+    """Those of other fits against which the data have no strong evidence."""
+    return [fit for fit in others if fit.criterion - best.criterion < STRONG]

@@ -29,6 +29,9 @@ def scaled(values: list[float], factor: float) -> list[float]:
 
 MILLI = scaled(VISCOSITIES, 1e3)
 STRESS = [rate * eta for rate, eta in zip(RATES, VISCOSITIES, strict=True)]
+COMPLEX = np.hypot(STORAGE, LOSS).tolist()
+PHASE = np.degrees(np.arctan2(LOSS, STORAGE)).tolist()
+TANGENT = np.divide(LOSS, STORAGE).tolist()
 POINTS = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
 TRIOS = """Filename\tPEO_1wt\nrundate\t27/07/2022\n[File Parameters]\nName\tPEO\nRun date\t27/07/2022 16:38:21
 [step]\nPeak hold - 1\nTime\tStress\tShear rate\tViscosity\ns\tPa\t1/s\tPa.s\n{hold}
@@ -40,7 +43,7 @@ TRIOS = TRIOS.format(
     hold=table(POINTS, POINTS, [10.0, 10.1, 9.9, 10.0, 10.2, 9.8], POINTS, by="\t"),
     flow=table(STRESS, RATES, VISCOSITIES, POINTS, POINTS, scaled(POINTS, 3.0), by="\t"),
     again=table(STRESS, RATES, VISCOSITIES, by="\t"),
-    moduli=table(scaled(STORAGE, 1e-3), LOSS, POINTS, RATES, POINTS, by="\t"),
+    moduli=table(scaled(STORAGE, 1e-3), LOSS, TANGENT, RATES, POINTS, by="\t"),
 )
 GERMAN = "Projekt:;PEO\nTest:;Fließkurve 1\nErgebnis:;Fließkurve 1\nIntervall und Messpunkte:;2;6\n\nIntervalldaten:;"
 GERMAN += "Messpunkt;Scherrate;Schubspannung;Viskosität;Drehmoment;Status\n;;[1/s];[Pa];[mPa·s];[mN·m];[]\n"
@@ -120,9 +123,6 @@ FLOW_CURVES = {
     + "1|1; ;0,06661; ; ;\n1|2; ;0,0977; ; ;\n"
     + table(RATES, STRESS, VISCOSITIES, by=";", comma=True, before="2|1;", after="; ;"),
 }
-COMPLEX = np.hypot(STORAGE, LOSS).tolist()
-PHASE = np.degrees(np.arctan2(LOSS, STORAGE)).tolist()
-TANGENT = np.divide(LOSS, STORAGE).tolist()
 SPECTRA = {
     "a complex modulus and a loss factor": "ω [rad/s],|G*| [Pa],tan(δ)\n" + table(RATES, COMPLEX, TANGENT),
     "a complex modulus and a phase": "Kreisfrequenz;Komplexer Schubmodul;Phasenwinkel\nrad/s;kPa;°\n"
@@ -133,9 +133,9 @@ SPECTRA = {
     "a complex viscosity and a phase": "Frequency [Hz],|η*| [mPa.s],Phase angle [°]\n"
     + table(scaled(RATES, 1 / TURN), np.divide(scaled(COMPLEX, 1e3), RATES).tolist(), PHASE),
     "Spanish": "Frecuencia angular [rad/s];Módulo de almacenamiento [Pa];Módulo de pérdida [Pa];Factor de pérdida [1]\n"
-    + table(RATES, STORAGE, LOSS, POINTS, by=";", comma=True),
+    + table(RATES, STORAGE, LOSS, TANGENT, by=";", comma=True),
     "Italian": "Frequenza [Hz];Modulo conservativo [Pa];Modulo dissipativo [Pa];Viscosità complessa [Pa·s]\n"
-    + table(scaled(RATES, 1 / TURN), STORAGE, LOSS, POINTS, by=";", comma=True),
+    + table(scaled(RATES, 1 / TURN), STORAGE, LOSS, np.divide(COMPLEX, RATES).tolist(), by=";", comma=True),
     "Portuguese": "Frequência angular [rad/s];Módulo complexo [Pa];Ângulo de fase [°]\n"
     + table(RATES, COMPLEX, PHASE, by=";", comma=True),
     "Hz": "Frequency [Hz],G' [Pa],G'' [Pa]\n" + table(scaled(RATES, 1 / TURN), STORAGE, LOSS),
@@ -144,13 +144,13 @@ SPECTRA = {
     "name of hertz": "frequency_hz,g_prime_pa,g_double_prime_pa\n" + table(scaled(RATES, 1 / TURN), STORAGE, LOSS),
     "turns": "Frequency [rpm],G' [Pa],G\" [Pa]\n" + table(scaled(RATES, 60 / TURN), STORAGE, LOSS),
     "loss factor first": "ω [rad/s];tan δ;Loss Factor;G\u2032 [Pa];G\u2033 [Pa]\n"
-    + table(RATES, POINTS, POINTS, STORAGE, LOSS, by=";"),
+    + table(RATES, TANGENT, TANGENT, STORAGE, LOSS, by=";"),
     "both frequencies": "Frequency [Hz],Angular Frequency [rad/s],Storage Modulus [Pa],Loss Modulus [Pa],|G*| [Pa]\n"
-    + table(scaled(RATES, 1 / TURN), RATES, STORAGE, LOSS, POINTS),
+    + table(scaled(RATES, 1 / TURN), RATES, STORAGE, LOSS, COMPLEX),
     "words": "omega_rad_per_s,G_storage_Pa,G_loss_Pa\n" + table(RATES, STORAGE, LOSS),
     "functions": "Frequency [rad/s],G'(ω) [Pa],G''(ω) [Pa]\n" + table(RATES, STORAGE, LOSS),
     "German": "Kreisfrequenz [1/s];Speichermodul [Pa];Verlustmodul [Pa];Verlustfaktor [1]\n"
-    + table(RATES, STORAGE, LOSS, POINTS, by=";", comma=True),
+    + table(RATES, STORAGE, LOSS, TANGENT, by=";", comma=True),
     "TRIOS": TRIOS,
     "TRIOS for LIMS": LIMS
     + table(POINTS, RATES, scaled(STORAGE, 1e-6), scaled(LOSS, 1e-3), by="\t", before="Data point\t"),
