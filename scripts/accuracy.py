@@ -23,8 +23,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-import yaml
-from book import pages
+from book import pages, yaml_files
 from book.cases import Cases
 from book.computing import CONFIGS, DOCS, made, pairsim, parser_of
 from matplotlib import pyplot
@@ -33,7 +32,7 @@ import pairsim as api
 from pairsim.cases.accuracy import SETTINGS, Cells
 from pairsim.results.folder import write_text
 
-STUDIES = {path.stem: yaml.safe_load(path.read_text()) for path in sorted((CONFIGS / "accuracy").glob("*.yaml"))}
+STUDIES = {path.stem: yaml_files.read(path) for path in sorted((CONFIGS / "accuracy").glob("*.yaml"))}
 PAGE, PICTURE = DOCS / "explanation" / "accuracy.md", DOCS / "images" / "accuracy.png"
 SCENES = {
     "newtonian": "Newtonian, soft",

@@ -1,12 +1,21 @@
-"""Hook of mkdocs that fills in docs/reference, whose pages are Jinja templates, from the code."""
+"""Writes the pages of docs/reference that are made of the code, from the templates in scripts/reference.
+
+usage: .venv/bin/python scripts/docs_reference.py
+
+A test fails where a page is not what this writes. As a hook of mkdocs it lets mkdocstrings make the page on Python.
+docs/reference/files.md is written by hand.
+"""
 
 from __future__ import annotations
 
+import inspect
 import re
-from collections.abc import Iterable, Sequence
+import textwrap
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache
 from itertools import chain
 from pathlib import Path
+from pkgutil import resolve_name
 from tempfile import TemporaryDirectory
 from typing import Any
 
@@ -15,6 +24,7 @@ from jinja2 import Environment, StrictUndefined
 from typer.cli import get_docs_for_click
 
 import pairsim
+from pairsim.api.compute import Computation
 from pairsim.cases.example import write_example
 from pairsim.cli.app import app, command_of
 from pairsim.computing import QUESTIONS
@@ -23,11 +33,15 @@ from pairsim.computing.question import LAST
 from pairsim.computing.schema import schema_rows
 from pairsim.results import columns as tables
 from pairsim.results.columns import Column, column
+from pairsim.results.folder import write_text
 from pairsim.results.units import PURE, SECONDS
 from pairsim.runtime import errors
 from pairsim.runtime.errors import RunFailure
 
-CONFIGS = Path(__file__).resolve().parent.parent / "configs"
+ROOT = Path(__file__).resolve().parent.parent
+TEMPLATES, PAGES, CONFIGS = ROOT / "scripts" / "reference", ROOT / "docs" / "reference", ROOT / "configs"
+WIDTH = 100  # of lines of prose
+MADE = "<!-- Made by scripts/docs_reference.py of scripts/reference/{} and the code. -->\n\n"
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -36,8 +50,8 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 
 def escaped(text: str) -> str:
-    """Text with the special characters of Markdown and HTML escaped."""
-    return re.sub(r"([\\<>|*_\[`])", r"\\\1", text)
+    """Text with the special characters of Markdown and HTML escaped; within words an underscore is none."""
+    return re.sub(r"([\\<>|*\[`]|(?<!\w)_|_(?!\w))", r"\\\1", text)
 
 
 def code(text: str) -> str:
@@ -73,7 +87,15 @@ def command_line() -> str:
     command: Any = typer.main.get_command(app)
     command.commands |= {name: command_of(name) for name in QUESTIONS}
     text = get_docs_for_click(obj=command, ctx=typer.Context(command), name="pairsim", title="Command line")
+    told = {name: str(each.help).splitlines()[0] for name, each in command.commands.items()}  # whole in the list, too
+    text = re.sub(r"^\* `(\w[\w-]*)`: .*$", lambda found: f"* `{found[1]}`: {told[found[1]]}", text, flags=re.MULTILINE)
+    text = re.sub(r"^Examples?: (.*)$", _examples, text, flags=re.MULTILINE)
     return re.sub(r"`[^`]*`|<", lambda found: "&lt;" if found[0] == "<" else found[0], text)  # code is left as it is
+
+
+def _examples(found: re.Match[str]) -> str:
+    """The examples at the end of a help text as code, one a line."""
+    return "\n".join(["```sh", *found[1].split(" | "), "```"])
 
 
 def failures() -> str:
@@ -90,10 +112,65 @@ def public_names() -> list[str]:
     return sorted(names, key=lambda name: (name.startswith("pairsim.errors"), name.rpartition(".")[2][0].isupper()))
 
 
+def stub(name: str) -> str:
+    """Signature and docstring of a public name, and of what a class has itself, without code."""
+    return "\n".join(_stub(name.rpartition(".")[2], resolve_name(name), ""))
+
+
+def _stub(name: str, what: Any, indent: str) -> Iterator[str]:
+    inside = f"{indent}    "
+    text = inspect.getdoc(what) or ""
+    if isinstance(what, Computation):
+        text = text.splitlines()[0] + " Arguments are those of Computation."
+    if inspect.isclass(what):
+        bases = ", ".join(base.__name__ for base in what.__bases__ if base is not object)
+        yield f"{indent}class {name}{f'({bases})' if bases else ''}:"
+    else:
+        yield f"{indent}def {name}{_arguments(what, indent)}:"
+    if text:
+        end = f"\n{inside}" if "\n" in text else ""
+        yield textwrap.indent(f'"""{text}', inside) + f'{end}"""'
+    for member, value in vars(what).items() if inspect.isclass(what) else ():
+        of_instance = getattr(value, "func", None) or getattr(value, "fget", None)  # a property, cached or not
+        function = of_instance or getattr(value, "__func__", value)
+        if inspect.isfunction(function) and (not member.startswith("_") or member == "__call__"):
+            yield from ["", f"{inside}@property"] if of_instance else [""]
+            yield from _stub(member, function, inside)
+
+
+def _arguments(what: Callable[..., Any], indent: str) -> str:
+    """The arguments of a function and what it returns; arguments have a line each where they are long."""
+    signature, given = inspect.signature(what), list[str]()
+    for each in signature.parameters.values():
+        if each.kind is each.KEYWORD_ONLY and not any(one.startswith("*") for one in given):
+            given.append("*")
+        stars = "*" if each.kind is each.VAR_POSITIONAL else "**" if each.kind is each.VAR_KEYWORD else ""
+        annotation = "" if each.annotation is each.empty else f": {each.annotation}"
+        default = "" if each.default is each.empty else f" = {each.default!r}".replace("'", '"')
+        given.append(f"{stars}{each.name}{annotation}{default}")
+    kind = what.question.result.__name__ if isinstance(what, Computation) else signature.return_annotation
+    returned = "" if kind is signature.empty else f" -> {kind}"
+    if len(text := f"({', '.join(given)}){returned}") < WIDTH - len(indent):
+        return text
+    return "(\n" + "".join(f"{indent}    {each},\n" for each in given) + f"{indent}){returned}"
+
+
+def wrapped(text: str) -> str:
+    """The text with long lines of prose and of lists wrapped; tables and code are left as they are."""
+    lines, in_code = [], False
+    for line in text.splitlines():
+        in_code ^= line.startswith("```")
+        if len(line) > WIDTH and not in_code and not line.startswith("|"):
+            inside = " " * (2 if line.startswith(("* ", "- ")) else 0)
+            line = textwrap.fill(line, WIDTH, subsequent_indent=inside, break_long_words=False, break_on_hyphens=False)
+        lines.append(line)
+    return "\n".join(lines).rstrip() + "\n"
+
+
 @cache
 def environment() -> Environment:
     """Jinja with all names that the pages use."""
-    functions = (table_of_keys, table_of_columns, in_sweeps, command_line, failures, public_names)
+    functions = (table_of_keys, table_of_columns, in_sweeps, command_line, failures, public_names, stub)
     keys = {command: schema_rows(command) for command in FILES}
     jinja = Environment(undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     jinja.globals |= {function.__name__: function for function in functions} | {
@@ -108,6 +185,24 @@ def environment() -> Environment:
     return jinja
 
 
+def pages() -> dict[str, str]:
+    """The text of every page by its file."""
+    found = {}
+    for path in sorted(TEMPLATES.glob("*.md")):
+        text = re.sub(r"\n{3,}", "\n\n", environment().from_string(path.read_text()).render())
+        found[path.name] = MADE.format(path.name) + wrapped(text)
+    return found
+
+
 def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
-    """Fill in a page of docs/reference; called by mkdocs."""
-    return environment().from_string(markdown).render() if page.file.src_uri.startswith("reference/") else markdown
+    """Let mkdocstrings fill in the page on Python; called by mkdocs."""
+    if page.file.src_uri != "reference/api.md":
+        return markdown
+    head = markdown.partition("\n## ")[0]
+    return "\n\n".join([head, *(f"::: {name}" for name in public_names())])
+
+
+if __name__ == "__main__":
+    for file, written in pages().items():
+        write_text(PAGES / file, written)
+        print(PAGES / file)

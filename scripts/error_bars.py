@@ -30,11 +30,11 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-import yaml
-from book import draws, pages
+from book import draws, pages, yaml_files
 from book.cases import Case, Cases
 from book.computing import CONFIGS, pairsim, parser_of
 
+from pairsim.cases.yaml_file import yaml_text
 from pairsim.results.folder import write_text
 
 FINE = ("fine.1", "fine.2")
@@ -49,7 +49,7 @@ DE_CLASSES = {"0": 0.0, "to .5": 0.5, "to 1": 1.0, "to 2": 2.0, "to 3": 3.0}
 
 def read(kind: str) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
     """What all scenes of a file of configs/error_bars have, the scenes, and the meshes of each."""
-    content = yaml.safe_load((CONFIGS / "error_bars" / f"{kind}.yaml").read_text())
+    content = yaml_files.read(CONFIGS / "error_bars" / f"{kind}.yaml")
     meshes = content.pop("meshes")
     scenes = content.pop("scenes", {})
     for draw in content.pop("draws", ()):
@@ -236,7 +236,7 @@ def main() -> int:
         chosen = {name: scene for name, scene in scenes.items() if arguments.only in name}
         grid = content | {"cases": [case for name, scene in chosen.items() for case in cases(name, scene, meshes)]}
         output.parent.mkdir(parents=True, exist_ok=True)
-        write_text(file, yaml.safe_dump(grid, sort_keys=False))
+        write_text(file, yaml_text(grid))
         alone_each = ("--case-timeout", LIMIT)
         code = pairsim("sweep", file, "-o", output, *alone_each, "--workers", arguments.workers)
     if kind in ("random", "curves"):

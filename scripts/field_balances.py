@@ -1,4 +1,4 @@
-"""Balances of mass, force and energy on written fields, without pairsim: numpy, scipy and meshio alone.
+"""Balances of mass, force and energy on written fields, without pairsim: numpy, scipy, meshio and ruamel.yaml alone.
 
 usage: field_balances.py FOLDER
 
@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 
 import meshio
 import numpy as np
-import yaml
+from ruamel.yaml import YAML
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.stats import beta
@@ -146,7 +146,7 @@ def balances(cells: Array, region: Array, data: dict[str, Array], solvent: float
 
 def main(folder: Path) -> None:
     """Print the balances of every frame."""
-    case, frames = yaml.safe_load((folder / "case.yaml").read_text()), []
+    case, frames = YAML(typ="safe", pure=True).load(folder / "case.yaml"), []
     solvent = case["xi"] if case["De"] else 1.0
     with meshio.xdmf.TimeSeriesReader(folder / "fields.xdmf") as file:
         _, (cells,) = file.read_points_cells()

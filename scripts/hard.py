@@ -19,11 +19,11 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-import yaml
-from book import pages
+from book import pages, yaml_files
 from book.computing import CONFIGS, pairsim, parser_of
 
 import pairsim as api
+from pairsim.cases.yaml_file import yaml_text
 from pairsim.results.columns import suffixes_in
 from pairsim.results.folder import write_text
 
@@ -72,15 +72,18 @@ def main() -> int:
     output: Path = arguments.output
     rows = []
     for name in ("run", "curve", "random", "yielding"):
-        grid = yaml.safe_load((CONFIGS / "hard" / f"{name}.yaml").read_text())
+        grid = yaml_files.read(CONFIGS / "hard" / f"{name}.yaml")
         grid["cases"] = [case for case in grid["cases"] if arguments.only in case["name"]]
         if grid["cases"] and not arguments.table:
             output.mkdir(parents=True, exist_ok=True)
-            write_text(output / f"{name}.yaml", yaml.safe_dump(grid, sort_keys=False))
+            write_text(output / f"{name}.yaml", yaml_text(grid))
             limits = ("--case-timeout", arguments.case_timeout, "--workers", arguments.workers)
             pairsim("sweep", output / f"{name}.yaml", "-o", output / name, *limits)
         if (output / name / "sweep.json").is_file():
             rows += [row_of(case) for case in api.open(output / name).cases]
+    if not rows:
+        print(f"{output} has no results of configs/hard yet")
+        return 0
     found = pd.DataFrame(rows)
     text = found.map(lambda cell: f"{cell:.3g}" if isinstance(cell, float) else str(cell)).replace(["nan", "None"], "")
     write_text(output / "hard.csv", text.to_csv(index=False))

@@ -27,8 +27,7 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
-import yaml
-from book import pages
+from book import pages, yaml_files
 from book.cases import Cases, NotComputed
 from book.computing import CONFIGS, DOCS, FAILED, made, pairsim, parser_of
 from book.meshes import write_mesh
@@ -40,14 +39,12 @@ from pairsim.results.folder import write_text
 
 FOLDER = CONFIGS / "paper"
 FIGURES: dict[str, dict[str, Any]] = {
-    path.parent.name: yaml.safe_load(path.read_text()) for path in sorted(FOLDER.glob("*/figure.yaml"))
+    path.parent.name: yaml_files.read(path) for path in sorted(FOLDER.glob("*/figure.yaml"))
 }
 """Descriptions by name, such as fig07: caption, panels, `also` (what statements look at besides), `quick`."""
 PANELS = {name: [Panel(**each) for each in figure["panels"]] for name, figure in FIGURES.items()}
 STATEMENTS: list[tuple[str, dict[str, str]]] = [
-    (path.parent.name, each)
-    for path in sorted(FOLDER.glob("*/statements.yaml"))
-    for each in yaml.safe_load(path.read_text())
+    (path.parent.name, each) for path in sorted(FOLDER.glob("*/statements.yaml")) for each in yaml_files.read(path)
 ]
 """Figures and what the paper says of them, with the expressions that judge it; see paper_statements.py."""
 CHECKS = {"finer": "finer meshes", "periodic": "periodic ends", "transients": "in time"}
@@ -78,10 +75,10 @@ def needed(names: Iterable[str]) -> list[str]:
 def words(name: str, quick: bool) -> list[str]:
     """The command of a computation, and what `--quick` replaces in its cases."""
     path = FOLDER / f"{name}.yaml"
-    content = yaml.safe_load(path.read_text())
+    content = yaml_files.read(path)
     if "beta" in content:
         return ["mesh", str(path)]
-    usual = yaml.safe_load((FOLDER / "quick.yaml").read_text())[content.get("command", "run")]
+    usual = yaml_files.read(FOLDER / "quick.yaml")[content.get("command", "run")]
     settings = FIGURES.get(path.parent.name, {}).get("quick", {}).get(name, usual) if quick else {}
     pairs = [word for key, value in settings.items() for word in ("--set", f"{key}={json.dumps(value)}")]
     return ["sweep", str(path), *pairs]

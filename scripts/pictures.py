@@ -24,7 +24,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import yaml
+from book import yaml_files
 from book.computing import DOCS, ROOT
 
 from pairsim.results.folder import write_text
@@ -42,7 +42,7 @@ def state(paths: Sequence[str], commit: str = "HEAD") -> str:
 
 def pictures() -> Iterator[tuple[str, str, str]]:
     """Every picture with its command and the state of its files; of several rules the first counts."""
-    for pattern, rule in yaml.safe_load(RULES.read_text()).items():
+    for pattern, rule in yaml_files.read(RULES).items():
         for path in sorted(ROOT.glob(pattern)):
             shows = [each.format(stem=path.stem) for each in rule["shows"]]
             yield str(path.relative_to(ROOT)), rule["make"].replace("{stem}", path.stem), state(shows)

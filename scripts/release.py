@@ -28,7 +28,7 @@ from collections.abc import Iterator
 from itertools import chain
 from pathlib import Path
 
-import yaml
+from book import yaml_files
 
 from pairsim.runtime.child_process import clean_environment
 from pairsim.runtime.version import __version__
@@ -73,7 +73,7 @@ def tree() -> Points:
     yield "CHANGELOG.md describes it", fault
     fault = "entries are left" if sections.get("Unreleased", "").strip() else ""
     yield "CHANGELOG.md has an empty [Unreleased]", fault if "Unreleased" in sections else "the section is missing"
-    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    citation = yaml_files.read(ROOT / "CITATION.cff")
     cited = f"{citation['version']} of {citation['date-released']}"
     expected = f"{__version__} of {described[1]}" if described else __version__
     yield "CITATION.cff has version and date", "" if cited == expected else f"has {cited}, not {expected}"

@@ -5,7 +5,26 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 venv="$root/.venv"
 uv_python=3.13 # where no interpreter is new enough
 
+# Help needs no installation: that of a module is its docstring, that of a script alone the comment at its head.
+show_help() {
+    local script=$1
+    if [ -f "$script.py" ]; then
+        sed -n '/^"""/,/"""$/p' "$script.py" | sed '1s/^"""//; /^"""$/q' | sed '/^"""$/d'
+    else
+        sed -n '2,/^[^#]/s/^# \{0,1\}//p' "$script"
+    fi
+}
+
 say() { echo "pairsim set-up: $*" >&2; }
+
+# Where all is installed the modules themselves say more; that of pairsim is the program's own.
+for argument in "$@"; do
+    case "$argument" in -h | --help) ;; *) continue ;; esac
+    if [ "$(basename "$0")" != pairsim ] && { [ ! -f "$0.py" ] || [ ! -f "$venv/.pairsim-ready" ]; }; then
+        show_help "$0"
+        exit 0
+    fi
+done
 
 # Names on PATH may be shims that fail, so every candidate is run.
 is_new_enough() { "$1" -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 12))' >/dev/null 2>&1; }

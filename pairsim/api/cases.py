@@ -49,8 +49,8 @@ def load(path_or_dict: AnyCase, *, kind: str | None = None, **overrides: Any) ->
         InputError: The file cannot be read, or a key or value is not allowed; the message says what is.
 
     Example:
-        >>> pairsim.load({"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}, mesh={"Np": 20}).tube_length
-        20.0
+        >>> pairsim.load({"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}, mesh={"Np": 20}).mesh.Np
+        20
     """
     if kind is not None and kind not in QUESTIONS:
         raise InputError("pairsim.load", "kind", kind, f"must be {' or '.join(QUESTIONS)}")

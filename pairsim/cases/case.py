@@ -35,6 +35,10 @@ def _defaults(name: str) -> str:
     return f"default: by accuracy; at {DEFAULT}, in {kinds}: {values[0]} in runs, else {values[1]}"
 
 
+Ends = Literal["developed", "periodic"]
+ENDS = "ends of the tube: with the developed flow profile, or periodic with imposed flow rate"
+
+
 class Keys(BaseModel):
     """A group of keys; others than those of its model are refused."""
 
@@ -126,12 +130,10 @@ class SceneCase(Keys):
     )
     length: values.TubeLength | Literal["auto"] | None = Field(
         None,
-        description="tube length [D_c]; default: 50 times the largest beta, 10 without particles; auto (with developed "
-        "ends): long enough that the ends hardly affect dU",
+        description="tube length [D_c]; default: auto, just long enough that developed ends hardly affect dU; with "
+        "periodic ends 50 times the largest beta, 10 without particles",
     )
-    ends: Literal["periodic", "developed"] = Field(
-        "periodic", description="ends of the tube: periodic with imposed flow rate, or with the developed flow profile"
-    )
+    ends: Ends = Field("developed", description=ENDS)
     accuracy: Accuracy = Field(
         DEFAULT,
         description="target error of dU, relative to the largest |dU| of the curve; sets mesh and time steps. Where "
@@ -254,11 +256,11 @@ class SceneCase(Keys):
     @property
     def tube_length(self) -> float:
         """Length of the tube [D_c]."""
-        if self.length == "auto":
+        if isinstance(self.length, float):
+            return self.length
+        if self.ends == "developed":  # `length: auto`, which is the default
             return self.cluster + 2 * self.margin
-        if self.length is None:
-            return 50 * max(self.betas) if self.n else 10.0
-        return self.length
+        return 50 * max(self.betas) if self.n else 10.0
 
     @property
     def margin(self) -> float:
@@ -301,7 +303,7 @@ class SceneCase(Keys):
         """The case with every default filled in, as dicts, lists, numbers and strings."""
         data = self.model_dump(mode="json")
         if self.length is None and not self.closed:  # of a period it follows from other keys
-            data["length"] = self.tube_length
+            data["length"] = "auto" if self.ends == "developed" else self.tube_length
         name = liquids.DEFAULT.name
         by_default = LIQUIDS[name](law=name) if self.liquid_model.modes else None
         data |= {"liquid": written(self.liquid or by_default), "solid": self._resolved_solid()}

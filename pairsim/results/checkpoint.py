@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
 from types import UnionType
@@ -96,22 +96,28 @@ def load(folder: Path) -> Checkpoint | None:
         raise InputError(str(path), "", None, allowed) from error
 
 
-def check_same(old: Mapping[str, Any], new: Mapping[str, Any], source: str, group: str = "") -> None:
+def check_same(old: Mapping[str, Any], new: Mapping[str, Any], source: str) -> None:
     """Check that a resumed run solves the problem of its checkpoint, by both resolved cases as plain data.
 
-    Messages name the file `source`, and keys with the prefix `group`, such as "mesh.".
+    Messages name the file `source`.
 
     Raises:
-        InputError: A key that is not in `FREE` differs; gives both values.
+        InputError: Keys that are not in `FREE` differ; gives both values of each.
     """
+    if mistakes := list(_differences(old, new, source)):
+        mistakes[-1].allowed += f"; a resumed run may change only {', '.join(FREE)}"
+        raise InputError.of_all(mistakes)
+
+
+def _differences(old: Mapping[str, Any], new: Mapping[str, Any], source: str, group: str = "") -> Iterator[InputError]:
+    """Yield an error for each key, with the prefix `group`, such as "mesh.", that differs and may not."""
     for key in dict.fromkeys((*old, *new)):
         name = group + key
         if name in FREE:
             continue
         before, after = old.get(key), new.get(key)
         if isinstance(before, Mapping) and isinstance(after, Mapping):
-            check_same(before, after, source, f"{name}.")
+            yield from _differences(before, after, source, f"{name}.")
         elif before != after:
-            allowed = "left out" if before is None else repr(before)
-            allowed = f"must be {allowed}, as when the run began; a resumed run may change only {', '.join(FREE)}"
-            raise InputError(source, name, "nothing" if after is None else after, allowed)
+            allowed = f"must be {'left out' if before is None else repr(before)}, as when the run began"
+            yield InputError(source, name, "nothing" if after is None else after, allowed)

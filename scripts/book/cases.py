@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-import yaml
 from scipy.interpolate import PchipInterpolator
 
 import pairsim
+from book import yaml_files
 from book.statements import Value
 from pairsim.results.xdmf import FieldFrame, read_frame
 from pairsim.runtime.arrays import Array
@@ -30,7 +30,7 @@ class Case:
 
     def __init__(self, result: Any) -> None:
         self.result, self.kind, self.folder = result, result.kind, Path(result.folder)
-        content = yaml.safe_load((self.folder / "case.yaml").read_text())
+        content = yaml_files.read(self.folder / "case.yaml")
         self.parameters: dict[Any, Any] = pd.json_normalize(content).to_dict("records")[0]
         for key, value in self.parameters.items():
             if isinstance(value, list) and len(value) > 1 and value[1:] == value[:-1]:

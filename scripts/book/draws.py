@@ -94,9 +94,7 @@ class Draw:
         if count > 1:
             d = self.each(count - 1, 0.5, lambda: self.evenly_in_log(*self.d))
             scene["d"] = [d]
-        if self.happens(0.8):
-            scene |= {"ends": "developed", "length": "auto"}
-        return scene
+        return scene | ({"ends": "developed", "length": "auto"} if self.happens(0.8) else {"ends": "periodic"})
 
 
 def scenes(

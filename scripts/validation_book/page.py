@@ -15,7 +15,7 @@ from typing import Any
 
 import matplotlib as mpl
 import pandas as pd
-import yaml
+from book import yaml_files
 from book.cases import Case
 from book.computing import CONFIGS, DOCS, ROOT
 
@@ -23,8 +23,8 @@ import pairsim
 
 mpl.use("Agg")
 BOOK, FOLDER = DOCS / "validation", CONFIGS / "validation"
-PAGES: dict[str, dict[str, Any]] = yaml.safe_load((FOLDER / "book.yaml").read_text())
-REFERENCES: dict[str, Any] = yaml.safe_load((BOOK / "references.yaml").read_text())
+PAGES: dict[str, dict[str, Any]] = yaml_files.read(FOLDER / "book.yaml")
+REFERENCES: dict[str, Any] = yaml_files.read(BOOK / "references.yaml")
 
 
 @dataclass

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -126,6 +127,8 @@ def test_particles_near_the_ends_are_told_and_at_last_refused() -> None:
     ended = end_of(pair, problem, 1.0, [pair.tube_length - 0.8 - 0.9])
     assert ended is not None
     assert (ended.status, ended.reason) == ("failed", "tube_too_short")
+    far = 0.1 + (pair.tube_length - 0.8 - 0.9 - 0.1) * pair.time.end  # at this pace
+    assert f"--set length={math.ceil(far + 0.8 + 4)}," in ended.message
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from support.inputs import CONFIGS, ROOT
 
 import pairsim
 from pairsim.cases.accuracy import SETTINGS
-from pairsim.cases.identity import default_folder
+from pairsim.cases.identity import default_folder, identity_of
 from pairsim.cases.run_case import Case
 from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case, read_case
@@ -41,7 +41,7 @@ def curve(**keys: Any) -> CurveCase:
 def test_four_numbers_are_a_case() -> None:
     plain = case(De=0)
     assert (plain.betas, plain.Ca_es, plain.gaps) == ((0.4, 0.4), (0.1, 0.1), (0.1,))
-    assert (plain.tube_length, plain.xi, plain.ends, plain.mesh.Np) == (20.0, 0.09, "periodic", 40)
+    assert (plain.tube_length, plain.xi, plain.ends, plain.mesh.Np) == (pytest.approx(4.9), 0.09, "developed", 40)
     assert plain.liquid_model.newtonian
     elastic = case(De=1).liquid_model
     assert (elastic.structure, elastic.xi, elastic.modes[0].numbers) == ("giesekus", 0.09, {"alpha": 0.2})
@@ -50,7 +50,7 @@ def test_four_numbers_are_a_case() -> None:
 
 def test_lists_count_from_upstream() -> None:
     three = case(particles=3, beta=[0.2, 0.3, 0.4], Ca_e=[0, 0.1, 0], d0=[1, 2])
-    assert (three.betas, three.gaps, three.tube_length) == ((0.2, 0.3, 0.4), (1.0, 2.0), 20.0)
+    assert (three.betas, three.gaps, three.cluster) == ((0.2, 0.3, 0.4), (1.0, 2.0), pytest.approx(3.9))
 
 
 def test_fewer_particles_need_fewer_keys() -> None:
@@ -63,8 +63,22 @@ def test_fewer_particles_need_fewer_keys() -> None:
     [(0, 0.2, 2), (0, 0.4, 2), (1, 0.2, 5), (1, 0.4, 3), (5, 0.4, 3), (2, 0.6, 3), (2, 0.1, 6)],
 )
 def test_auto_leaves_small_particles_in_elastic_liquids_more_tube(De: float, beta: float, margin: float) -> None:
-    found = case(De=De, beta=beta, ends="developed", length="auto")
+    found = case(De=De, beta=beta)
     assert found.tube_length == pytest.approx(2 * beta + 0.1 + 2 * margin)
+
+
+def test_what_is_usual_may_be_said_and_is_the_same_case() -> None:
+    plain = identity_of(case())
+    for same in ({"ends": "developed"}, {"length": "auto"}, {"ends": "developed", "length": "auto"}, {"length": None}):
+        assert identity_of(case(**same)) == plain
+    assert (plain["ends"], plain["length"]) == ("developed", "auto")
+
+
+def test_a_periodic_tube_is_as_long_as_that_of_the_study() -> None:
+    assert case(ends="periodic").tube_length == 20.0
+    assert case(particles=3, beta=[0.2, 0.3, 0.4], d0=1, ends="periodic").tube_length == 20.0
+    assert parse_case(QUESTIONS["run"], {"particles": 0, "ends": "periodic"}, "test").tube_length == 10.0
+    assert case(length=12).tube_length == case(length=12, ends="periodic").tube_length == 12.0
 
 
 @pytest.mark.parametrize(

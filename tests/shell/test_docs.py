@@ -23,11 +23,14 @@ from pairsim.results.columns import STUDY_COLUMNS, SWEEP_COLUMNS, column
 from pairsim.results.folder import PICTURE_ENDINGS
 from pairsim.sweeps.study import COUNTS
 
+sys.path.append(str(ROOT / "scripts"))
+
+import docs_reference
+
 WIDTH = 100
 PAGES = sorted(
     [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("configs/*.md"), *ROOT.glob("scripts/**/*.md")]
 )
-CASE = {"beta": 0.4, "De": 1, "Ca_e": 0.1}
 
 
 def prose(text: str) -> str:
@@ -41,6 +44,21 @@ def prose(text: str) -> str:
 def test_prose_wraps(page: Path) -> None:
     long = [n for n, line in enumerate(prose(page.read_text()).splitlines(), 1) if len(line) > WIDTH and " " in line]
     assert not long, f"lines {long} are longer than {WIDTH} characters"
+
+
+def test_reference_pages_are_those_of_the_code() -> None:
+    stored = {path.name: path.read_text() for path in docs_reference.PAGES.glob("*.md")}
+    made = docs_reference.pages()
+    stale = [name for name, text in made.items() if stored.get(name) != text]
+    assert not stale, "python scripts/docs_reference.py writes them"
+    assert stored.keys() - made.keys() == {"files.md"}
+
+
+def test_pages_are_read_as_they_are() -> None:
+    """Nothing in the copy of the project is left to be filled in."""
+    left = re.compile(r"\{\{|\{%|^::: ", re.MULTILINE)
+    filled_in = {path.name for path in ROOT.glob("docs/**/*.md") if left.search(prose(path.read_text()))}
+    assert filled_in == {"add-command.md"}  # whose braces are those of a format
 
 
 def test_every_file_is_described() -> None:

@@ -127,7 +127,7 @@ def test_default_folders_of_different_cases_differ(tmp_path: Path) -> None:
     """Beta, De, Ca_e and d0 are in the slug; mesh, steps and units are not."""
     text = "beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.1\n"
     (tmp_path / "case.yaml").write_text(text)
-    settings = [(), ("mesh.Np=20",), ("time.end=3",), ("ends=developed",), ("particles=3",)]
+    settings = [(), ("mesh.Np=20",), ("time.end=3",), ("ends=periodic",), ("particles=3",)]
     cases = [read_case(QUESTIONS["run"], tmp_path / "case.yaml", each) for each in settings]
     folders = [default_folder("run", case) for case in cases]
     assert len(set(folders)) == len(folders)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import subprocess
 import tomllib
 from collections.abc import Callable
@@ -94,6 +95,23 @@ def test_without_python_and_uv_one_sentence_says_what_to_do(tmp_path: Path, set_
     assert done.returncode == 1
     assert "no Python 3.12 or newer with venv was found, and uv could not bring one" in done.stderr
     assert len(done.stderr.splitlines()) == 1
+
+
+COMMANDS = sorted(path.name for path in (ROOT / "scripts").iterdir() if path.is_file() and not path.suffix)
+
+
+@pytest.mark.parametrize("name", [name for name in COMMANDS if name != "pairsim"])
+def test_help_of_a_script_installs_nothing(name: str, tmp_path: Path) -> None:
+    for path in (ROOT / "scripts" / name, ROOT / "scripts" / f"{name}.py", ROOT / "scripts" / "setup.sh"):
+        (tmp_path / "scripts").mkdir(exist_ok=True)
+        if path.is_file():
+            shutil.copy(path, tmp_path / "scripts")
+    words = [tmp_path / "scripts" / name, "--quick", "--help"]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=10, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert len(done.stdout) > 80
+    assert not (tmp_path / ".venv").exists()
+    assert not (tmp_path / ".venv.lock").exists()
 
 
 def test_conda_pixi_and_pip_install_the_same_packages() -> None:

@@ -210,9 +210,11 @@ def end_of(case: Case, problem: Problem, t: float, gaps: Sequence[float]) -> eve
             widest = in_unit(scales, LENGTH, problem.max_gap or 0.0)
             return events.Outcome("finished", "max_gap", f"the gap exceeded {widest} at {at}")
         case "tube_too_short":
+            pace = (sum(gaps) - sum(case.gaps)) / t
+            least = math.ceil(case.cluster + max(pace, 0.0) * case.time.end + 2 * case.margin)
             message = (
-                f"the particles are only {problem.room(gaps):.3g} D_c from the ends of the tube at {at}; try a "
-                "larger length, or limits.max_gap"
+                f"the particles are only {problem.room(gaps):.3g} D_c from the ends of the tube at {at}; try a longer "
+                f"one (--set length={least}, enough until the end at the present pace), or limits.max_gap"
             )
             return events.Outcome("failed", "tube_too_short", message)
         case "end":

@@ -22,7 +22,7 @@ from pydantic import Field
 from pairsim.api.compute import Computation
 from pairsim.api.results import Result
 from pairsim.cases import values
-from pairsim.cases.case import Keys, SceneCase
+from pairsim.cases.case import ENDS, Ends, Keys, SceneCase
 from pairsim.cases.checks import check_scene
 from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.mistakes import Mistake, broken, missing
@@ -109,6 +109,7 @@ class TrainCase(SceneCase):
         description="distance between the facing surfaces of neighbours [D_c]; a list: the first distances of a row "
         "from upstream, whose mean is that of the train",
     )
+    ends: Ends = Field("periodic", description=ENDS)
     train: TrainOptions = TrainOptions()
     row: RowOptions = RowOptions()
 

@@ -1,0 +1,67 @@
+"""Folders of results that version 0.3.0 wrote mean what they meant then: `support/folders-0.3.0.zip`, on few cells.
+
+Their case files left out `ends` and `length`, which were periodic and 50 times the diameter; trains still are periodic.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from zipfile import ZipFile
+
+import pytest
+import yaml
+from support.commands import Pairsim
+from support.inputs import ROOT
+
+import pairsim as api
+from pairsim.results.table_files import read_table
+
+KINDS = "run", "curve", "critical", "train"
+LENGTH = 20.0
+
+
+@pytest.fixture
+def old(tmp_path: Path) -> Path:
+    with ZipFile(ROOT / "tests" / "support" / "folders-0.3.0.zip") as archive:
+        archive.extractall(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_case_of_an_old_folder_is_that_which_was_computed(kind: str, old: Path) -> None:
+    written = yaml.safe_load((old / kind / "case.yaml").read_text())
+    case = api.load(old / kind / "case.yaml", kind=kind)
+    assert (case.ends, written["ends"]) == ("periodic", "periodic")
+    assert case.tube_length == (0.7 if kind == "train" else LENGTH)
+    assert {key: case.resolved()[key] for key in written} == written
+
+
+@pytest.mark.parametrize("kind", [*KINDS, "sweep"])
+def test_old_folders_are_read(kind: str, old: Path, pairsim: Pairsim) -> None:
+    for command in ("status", "table", "plot"):
+        done = pairsim(command, kind)
+        assert done.returncode == 0, done.stderr
+    assert api.open(old / kind).status == "finished"
+
+
+def test_an_old_run_goes_on_in_its_periodic_tube(old: Path, pairsim: Pairsim) -> None:
+    before = read_table(old / "run" / "series.csv")
+    done = pairsim("run", "--resume", "run", "--set", "time.end=0.004")
+    assert done.returncode == 0, done.stderr
+    case, after = yaml.safe_load((old / "run" / "case.yaml").read_text()), read_table(old / "run" / "series.csv")
+    assert (case["ends"], case["length"]) == ("periodic", LENGTH)
+    assert after["t"][-1] == 0.004
+    assert after["dp"][-1] == pytest.approx(before["dp"][-1], rel=1e-3)  # of 20 D_c
+    assert json.loads((old / "run" / "run.json").read_text())["status"] == "finished"
+
+
+def test_a_case_that_leaves_out_the_ends_now_is_not_taken_for_an_old_one(old: Path, pairsim: Pairsim) -> None:
+    (old / "pair.yaml").write_text("beta: 0.4\nCa_e: 0\nd0: 0.1\ntime: {end: 0.004}\noutput: {fields: false}\n")
+    mesh = "mesh={Np: 6, max_size: 0.5, growth: 1, gap_cells: 1, wall_cells: 1}"
+    done = pairsim("run", "pair.yaml", "--resume", "run", "--set", mesh)
+    assert done.returncode == 2
+    assert "length: got 'auto'; must be 20.0" in done.stderr
+    assert "ends: got 'developed'; must be 'periodic'" in done.stderr
+    again = pairsim("run", "pair.yaml", "--resume", "run", "--set", mesh, "--set", "ends=periodic")
+    assert again.returncode == 0, again.stderr
