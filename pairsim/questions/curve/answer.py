@@ -15,7 +15,7 @@ from pairsim.physics.scales import Scales
 from pairsim.results import curve_table as in_tables
 from pairsim.results.columns import suffixes_in
 from pairsim.results.curve_table import forgotten_at, held_regions, peak_of, regions_of
-from pairsim.results.inputs import change_by, half_widths_by
+from pairsim.results.inputs import COVERED, DrawnRange, change_by, half_widths_by
 from pairsim.results.units import FORCE, LENGTH, TIME, VELOCITY, Unit, in_unit, scales_in
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.interpolant import Region
@@ -105,11 +105,14 @@ def _motion_over_d(
 
 
 def _with_inputs(table: Mapping[str, Array], zeros: Sequence[in_tables.Zero], record: Mapping[str, Any]) -> list[str]:
-    """What the half-widths of the inputs add to the intervals, and the sensitivities at the largest |dU|."""
+    """What the half-widths of the inputs do to dU and its zeros, and the sensitivities at the largest |dU|."""
     scales, inputs = scales_in(record), [Input(**each) for each in record.get("inputs", ())]
     if scales is None or "by_beta" not in table or not table["dU"].any():
         return []
     parts, x, peak = half_widths_by(table, scales, inputs), np.log(table["d"]), peak_of(table)
+    unknown = [key for key, part in parts.items() if not np.isfinite(part).all()]
+    drawn = in_draws(table, zeros, record, scales)
+    parts = {key: part for key, part in parts.items() if key not in unknown}
 
     def added(d: float, unit: Unit, steepness: float) -> str:
         """The parts of the inputs at a distance, the largest first, over the steepness of dU."""
@@ -117,18 +120,43 @@ def _with_inputs(table: Mapping[str, Array], zeros: Sequence[in_tables.Zero], re
         each = ", ".join(f"{key} {half:.2g}" for key, half in sorted(here.items(), key=lambda item: -item[1]))
         return f"+- {math.hypot(*here.values()):.2g} {unit.physical} ({each})"
 
-    lines = []
-    if parts:
+    lines = list(drawn)
+    if parts and not drawn:
         said = [f"{added(peak.d, VELOCITY, 1.0)} to the largest |dU|"]
         for zero in zeros:
             slope = abs(float(np.interp(np.log(zero.d), x, table["slope"]))) * VELOCITY.factor(scales)
             at_zero = added(zero.d, LENGTH, slope / LENGTH.factor(scales))
             said.append(f"{at_zero} to the zero at d = {in_unit(scales, LENGTH, zero.d)}")
-        lines.append(f"The half-widths of the inputs add {', '.join(said)}.")
+        lines.append(f"To first order, the half-widths of the inputs add {', '.join(said)}.")
+    elif len(parts) > 1:
+        lines.append(f"To first order, they add {added(peak.d, VELOCITY, 1.0)} there.")
+    if unknown:
+        lines.append(
+            f"What the half-width of {' and '.join(unknown)} adds is not known: there are no derivatives by it."
+        )
     changes = [(one, change_by(table, scales, one)) for one in inputs]
     known = [(one, float(np.interp(np.log(peak.d), x, each)) / one.size) for one, each in changes if each is not None]
     each = ", ".join(f"{by:+.3g} per {one.unit} of {one.key}" for one, by in known)
     return [*lines, f"At the largest |dU|, dU [{VELOCITY.physical}] changes by {each}."]
+
+
+def in_draws(
+    table: Mapping[str, Array], zeros: Sequence[in_tables.Zero], record: Mapping[str, Any], scales: Scales
+) -> list[str]:
+    """Where dU and its zeros are in most draws of the inputs; nothing where there were none."""
+    if (drawn := DrawnRange.of(table, record)) is None:
+        return []
+    peak = peak_of(table)
+    said = [f"dU at d = {in_unit(scales, LENGTH, peak.d)} is {drawn.words(peak.d)}"]
+    for zero in zeros:
+        ends = (in_unit(scales, LENGTH, d) for d in drawn.around(zero.d))
+        said.append(f"the zero at d = {in_unit(scales, LENGTH, zero.d)} is between {' and '.join(ends)}")
+    lines = [f"In {100 * COVERED:g} % of draws of the inputs, {', '.join(said)}."]
+    if outside := drawn.outside_at(peak.d):
+        lines.append(f"{outside}.")
+    if drawn.missing:
+        lines.append(f"This is without the change of {drawn.missing}, of which the atlas has one value.")
+    return lines
 
 
 def _held(table: Mapping[str, Array], scales: Scales | None) -> list[str]:
@@ -141,8 +169,8 @@ def _held(table: Mapping[str, Array], scales: Scales | None) -> list[str]:
     both = [in_unit(scales, VELOCITY, table[name][at], error, "+") for name in ("dU", "dU_held")]
     place = in_unit(scales, LENGTH, table["d"][at])
     return [
-        "dU is that of pairs on their way, dU_held that of held distances, with which start: steady begins: "
-        f"{' and '.join(both)} at d = {place}."
+        f"At d = {place} a pair that moves freely has dU = {both[0]}; while its distance is held, as where a run with "
+        f"start: steady begins, it is dU_held = {both[1]}."
     ]
 
 
