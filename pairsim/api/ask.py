@@ -68,7 +68,7 @@ def ask(
     if reasons:
         if not compute:
             cost = f"pairsim curve computes it ({question.estimate(asked)}), and --compute does that here"
-            raise InputError(SOURCE, "", None, f"the atlas has no answer: {' and '.join(reasons)}; {cost}")
+            raise InputError(SOURCE, "", None, f"the atlas has no answer: {', and '.join(reasons)}; {cost}")
         return Computation[Any](question, "Compute.")(asked, folder=folder, progress=progress)
     table = book.table(asked.betas[0], asked.De, asked.Ca_es[0])
     others = [each for each in atlases if each is not book and not beyond(asked, each)]

@@ -49,7 +49,7 @@ def range_of_draws(case: SceneCase, atlas: Atlas) -> dict[str, Any]:
         "least": least,
         "largest": largest,
         "outside": np.isnan(values).mean(axis=0),
-        "beyond": ", ".join(_beyond(places, atlas)),
+        "beyond": " or ".join(_beyond(places, atlas)),
         "missing": ", ".join(missing),
     }
 

@@ -98,11 +98,11 @@ class DrawnRange:
         if not part:
             return ""
         at_end = "d beyond its ends" if part > self.outside.min() + MANY else ""
-        beyond = ", ".join(filter(None, (self.beyond, at_end)))
+        beyond = " or ".join(filter(None, (self.beyond, at_end)))
         means = (
-            "count as outside of this range" if part < 1 - COVERED else "are not known: this is the range of the others"
+            "count as outside of this range" if part < 1 - COVERED else "are not known: the range is that of the others"
         )
-        return f"{100 * part:.2g} % of the draws, outside of the atlas{beyond and f' ({beyond})'}, {means}"
+        return f"{100 * part:.2g} % of the draws are outside of the atlas{beyond and f', {beyond},'} and {means}"
 
     def around(self, zero: float) -> tuple[float, float]:
         """The distances about a zero of dU between which the range holds both signs, and so zeros of draws [D_c]."""

@@ -109,10 +109,37 @@ def _with_inputs(table: Mapping[str, Array], zeros: Sequence[in_tables.Zero], re
     scales, inputs = scales_in(record), [Input(**each) for each in record.get("inputs", ())]
     if scales is None or "by_beta" not in table or not table["dU"].any():
         return []
+    x, peak, drawn = np.log(table["d"]), peak_of(table), DrawnRange.of(table, record)
+    ranges = _in_draws(drawn, peak.d, zeros, scales) if drawn is not None else []
+    changes = [(one, change_by(table, scales, one)) for one in inputs]
+    known = [(one, float(np.interp(np.log(peak.d), x, each)) / one.size) for one, each in changes if each is not None]
+    each = ", ".join(f"{by:+.3g} per {one.unit} of {one.key}" for one, by in known)
+    added = _to_first_order(table, zeros, scales, inputs, drawn)
+    return [*ranges, *added, f"At the largest |dU|, dU [{VELOCITY.physical}] changes by {each}."]
+
+
+def _in_draws(drawn: DrawnRange, d: float, zeros: Sequence[in_tables.Zero], scales: Scales) -> list[str]:
+    """Where dU at a distance and its zeros are in most draws of the inputs."""
+    said = [f"dU at d = {in_unit(scales, LENGTH, d)} is {drawn.words(d)}"]
+    for zero in zeros:
+        ends = (in_unit(scales, LENGTH, end) for end in drawn.around(zero.d))
+        said.append(f"the zero at d = {in_unit(scales, LENGTH, zero.d)} is between {' and '.join(ends)}")
+    lines = [f"In {100 * COVERED:g} % of draws of the inputs, {', '.join(said)}."]
+    outside = drawn.outside_at(d)
+    return [*lines, f"{outside}."] if outside else lines
+
+
+def _to_first_order(
+    table: Mapping[str, Array],
+    zeros: Sequence[in_tables.Zero],
+    scales: Scales,
+    inputs: list[Input],
+    drawn: DrawnRange | None,
+) -> list[str]:
+    """What each half-width of the inputs adds to first order; with draws, of dU alone, to tell the inputs apart."""
     parts, x, peak = half_widths_by(table, scales, inputs), np.log(table["d"]), peak_of(table)
-    unknown = [key for key, part in parts.items() if not np.isfinite(part).all()]
-    drawn = in_draws(table, zeros, record, scales)
-    parts = {key: part for key, part in parts.items() if key not in unknown}
+    unknown = " and ".join(key for key, part in parts.items() if not np.isfinite(part).all())
+    parts = {key: part for key, part in parts.items() if np.isfinite(part).all()}
 
     def added(d: float, unit: Unit, steepness: float) -> str:
         """The parts of the inputs at a distance, the largest first, over the steepness of dU."""
@@ -120,42 +147,20 @@ def _with_inputs(table: Mapping[str, Array], zeros: Sequence[in_tables.Zero], re
         each = ", ".join(f"{key} {half:.2g}" for key, half in sorted(here.items(), key=lambda item: -item[1]))
         return f"+- {math.hypot(*here.values()):.2g} {unit.physical} ({each})"
 
-    lines = list(drawn)
-    if parts and not drawn:
+    lines = []
+    if parts and drawn is None:
         said = [f"{added(peak.d, VELOCITY, 1.0)} to the largest |dU|"]
         for zero in zeros:
             slope = abs(float(np.interp(np.log(zero.d), x, table["slope"]))) * VELOCITY.factor(scales)
             at_zero = added(zero.d, LENGTH, slope / LENGTH.factor(scales))
             said.append(f"{at_zero} to the zero at d = {in_unit(scales, LENGTH, zero.d)}")
-        lines.append(f"To first order, the half-widths of the inputs add {', '.join(said)}.")
+        lines.append(f"The half-widths of the inputs add, to first order, {', '.join(said)}.")
     elif len(parts) > 1:
         lines.append(f"To first order, they add {added(peak.d, VELOCITY, 1.0)} there.")
-    if unknown:
-        lines.append(
-            f"What the half-width of {' and '.join(unknown)} adds is not known: there are no derivatives by it."
-        )
-    changes = [(one, change_by(table, scales, one)) for one in inputs]
-    known = [(one, float(np.interp(np.log(peak.d), x, each)) / one.size) for one, each in changes if each is not None]
-    each = ", ".join(f"{by:+.3g} per {one.unit} of {one.key}" for one, by in known)
-    return [*lines, f"At the largest |dU|, dU [{VELOCITY.physical}] changes by {each}."]
-
-
-def in_draws(
-    table: Mapping[str, Array], zeros: Sequence[in_tables.Zero], record: Mapping[str, Any], scales: Scales
-) -> list[str]:
-    """Where dU and its zeros are in most draws of the inputs; nothing where there were none."""
-    if (drawn := DrawnRange.of(table, record)) is None:
-        return []
-    peak = peak_of(table)
-    said = [f"dU at d = {in_unit(scales, LENGTH, peak.d)} is {drawn.words(peak.d)}"]
-    for zero in zeros:
-        ends = (in_unit(scales, LENGTH, d) for d in drawn.around(zero.d))
-        said.append(f"the zero at d = {in_unit(scales, LENGTH, zero.d)} is between {' and '.join(ends)}")
-    lines = [f"In {100 * COVERED:g} % of draws of the inputs, {', '.join(said)}."]
-    if outside := drawn.outside_at(peak.d):
-        lines.append(f"{outside}.")
-    if drawn.missing:
-        lines.append(f"This is without the change of {drawn.missing}, of which the atlas has one value.")
+    if unknown and drawn is None:
+        lines.append(f"What the half-width of {unknown} adds is not known: the curve has no derivatives for it.")
+    elif drawn is not None and drawn.missing:
+        lines.append(f"What {unknown} changes by {drawn.missing} is not in it: the atlas has one {drawn.missing}.")
     return lines
 
 
