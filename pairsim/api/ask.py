@@ -15,7 +15,7 @@ from pairsim.api.draws import range_of_draws
 from pairsim.api.units import units
 from pairsim.atlas.atlas import SHIPPED, Atlas
 from pairsim.cases.case import SceneCase
-from pairsim.cases.coverage import beyond, is_of_its_law, liquid_in_words
+from pairsim.cases.coverage import beyond, is_of_its_law, liquid_of_atlas
 from pairsim.cases.inputs import units_of
 from pairsim.computing import QUESTIONS
 from pairsim.results.curve_table import curve_of, zeros_of
@@ -74,7 +74,7 @@ def ask(
     others = [each for each in atlases if each is not book and not beyond(asked, each)]
     record = {"status": "finished", "warnings": _disagreements(asked, table, others), **units_of(asked)}
     if asked.De:
-        record["notes"] = [f"The liquid of the atlas is {liquid_in_words(asked)}."]
+        record["notes"] = [f"The liquid of the atlas is {liquid_of_atlas(book, type(asked))}."]
     if any(each["half_width"] for each in record.get("inputs", ())):
         record["dU_inputs"] = range_of_draws(asked, book)
     tables = {"curve": table, "equilibria": zeros_of(table)}

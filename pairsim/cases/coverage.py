@@ -29,13 +29,12 @@ def beyond(case: SceneCase, atlas: Atlas) -> list[str]:
 
 def is_of_its_law(case: SceneCase, atlas: Atlas) -> bool:
     """Whether the liquids of an atlas are of the law of a case, and not only some of them, as at De = 0."""
-    theirs = case_of(atlas, type(case), {name: atlas.box[name][1] for name in PARAMETERS})
-    return case.liquid_model.structure == theirs.liquid_model.structure
+    return case.liquid_model.structure == _far_corner(atlas, type(case)).liquid_model.structure
 
 
-def liquid_in_words(case: SceneCase) -> str:
-    """The liquid of a case, such as Giesekus with alpha = 0.2 and xi = 0.09."""
-    liquid = case.liquid_model
+def liquid_of_atlas(atlas: Atlas, model: type[SceneCase]) -> str:
+    """The liquid of an atlas, such as Giesekus with xi = 0.09 and alpha = 0.2."""
+    liquid = _far_corner(atlas, model).liquid_model
     names = {name: f"{value:g}" for name, value in liquid.numbers.items() if name.rpartition(".")[2] not in OF_BOX}
     many = len(liquid.modes) > 1
     said = [f"{name if many else name.rpartition('.')[2]} = {value}" for name, value in names.items()]
@@ -46,6 +45,11 @@ def case_of[C: SceneCase](atlas: Atlas, model: type[C], numbers: Mapping[str, fl
     """The case of a curve of an atlas, at the place in its box that is the nearest one to these beta, De and Ca_e."""
     inside = {name: float(min(max(numbers[name], atlas.box[name][0]), atlas.box[name][1])) for name in PARAMETERS}
     return model.model_validate({**atlas.provenance["case"], **inside, "d": list(atlas.box["d"])})
+
+
+def _far_corner[C: SceneCase](atlas: Atlas, model: type[C]) -> C:
+    """The case in the corner of the box of an atlas at which beta, De and Ca_e are the largest."""
+    return case_of(atlas, model, {name: atlas.box[name][1] for name in PARAMETERS})
 
 
 def _other_liquid(case: SceneCase, theirs: SceneCase) -> Iterator[str]:
