@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,8 @@ from pairsim.cases.case import SceneCase
 from pairsim.cases.coverage import beyond, is_of_its_law, liquid_of_atlas
 from pairsim.cases.inputs import units_of
 from pairsim.computing import QUESTIONS
+from pairsim.computing.warnings import MOST_DE, beyond_checked
+from pairsim.physics.softest import beyond_steady_shapes, beyond_tension
 from pairsim.results.curve_table import curve_of, zeros_of
 from pairsim.results.units import LENGTH, VELOCITY, in_unit
 from pairsim.runtime.arrays import Array
@@ -68,7 +70,8 @@ def ask(
     if reasons:
         if not compute:
             cost = f"pairsim curve computes it ({question.estimate(asked)}), and --compute does that here"
-            raise InputError(SOURCE, "", None, f"the atlas has no answer: {', and '.join(reasons)}; {cost}")
+            doubts = "".join(f"; {each}" for each in _doubts(asked))
+            raise InputError(SOURCE, "", None, f"the atlas has no answer: {', and '.join(reasons)}; {cost}{doubts}")
         return Computation[Any](question, "Compute.")(asked, folder=folder, progress=progress)
     table = book.table(asked.betas[0], asked.De, asked.Ca_es[0])
     others = [each for each in atlases if each is not book and not beyond(asked, each)]
@@ -108,6 +111,14 @@ def _of_its_law(case: SceneCase, atlases: Sequence[Atlas]) -> tuple[Atlas, list[
     """
     answers = [(atlas, beyond(case, atlas)) for atlas in atlases]
     return min(answers, key=lambda answer: (bool(answer[1]), not is_of_its_law(case, answer[0]), len(answer[1])))
+
+
+def _doubts(case: SceneCase) -> Iterator[str]:
+    """Why a computation of a case may not find what is asked for."""
+    if beyond_checked(case):
+        yield f"above De = {MOST_DE:g} no dU was compared with finer meshes, and it may find no steady state"
+    yield from beyond_steady_shapes(case.betas, case.Ca_es)
+    yield from beyond_tension(case.liquid_model, case.betas, case.Ca_es)
 
 
 def _disagreements(case: SceneCase, table: Mapping[str, Array], others: Sequence[Atlas]) -> list[str]:
