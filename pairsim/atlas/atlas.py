@@ -155,7 +155,8 @@ class Atlas:
     def velocities(self, places: ArrayLike) -> tuple[Array, Array]:
         """dU and half-widths of its intervals at the distances `d` [U_av], shape (places, distances) each.
 
-        Half-widths have the part of the interpolation, and that of the curves nearby.
+        Half-widths have the part of the interpolation, and that of the curves nearby: the mean of theirs, which differ by
+        factors of a hundred where soft pairs nearly touch, by the inverse fourth powers of how far away they are.
 
         Args:
             places: beta, De and Ca_e, shape (places, 3); those outside of the box are extrapolated.
@@ -164,8 +165,8 @@ class Atlas:
         (x, _), size = scaled(self.box, places), places[:, :1] ** POWER
         values, spread = self.dU(x)
         dU = size * values[0]
-        near = 1 / (((x[:, None] - self.dU.places) ** 2).sum(axis=2) + SLACK)
-        own = np.exp(near / near.sum(axis=1, keepdims=True) @ np.log(self.own))
+        near = 1 / (((x[:, None] - self.dU.places) ** 2).sum(axis=2) + SLACK) ** 2
+        own = near / near.sum(axis=1, keepdims=True) @ self.own
         return dU, np.hypot(size * spread[:, None] * self.widths, np.abs(dU).max(axis=1, keepdims=True) * own)
 
     def table(self, beta: float, De: float, Ca_e: float) -> dict[str, Array]:

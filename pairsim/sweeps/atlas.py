@@ -66,7 +66,7 @@ def build(path: Path, folder: Path | None, options: Options, workers: Workers) -
         atlas, *others = (Atlas.load(path.parent / each) for each in file.starts)
         random.fast_forward(int(atlas.curves.random.sum()))
         for other in others:
-            atlas = _joined(atlas, other, lambda place: grid_of(place, "start").cases[0].case, str(path))
+            atlas = joined(atlas, other, lambda place: grid_of(place, "start").cases[0].case, str(path))
     code, message = 0, ""
     for number in range(ceil(file.curves / EVERY)):
         drawn = _places(inner, random.random(EVERY // 2))
@@ -107,7 +107,7 @@ def _places(box: Mapping[str, Sequence[float]], x: Array) -> Array:
     return np.asarray(found[(found[:, 1:] > LEAST_ENDS * high[1:]).any(axis=1)])
 
 
-def _joined(atlas: Atlas, other: Atlas, case_at: Callable[[Array], SceneCase], source: str) -> Atlas:
+def joined(atlas: Atlas, other: Atlas, case_at: Callable[[Array], SceneCase], source: str) -> Atlas:
     """An atlas with those curves of another one that are in its box, and of its cases, at other places than its own.
 
     None of them counts as one at a random place: they may be in a part of the box alone. Messages name `source`.
