@@ -155,8 +155,8 @@ class Atlas:
     def velocities(self, places: ArrayLike) -> tuple[Array, Array]:
         """dU and half-widths of its intervals at the distances `d` [U_av], shape (places, distances) each.
 
-        Half-widths have the part of the interpolation, and that of the curves nearby: the mean of theirs, which differ by
-        factors of a hundred where soft pairs nearly touch, by the inverse fourth powers of how far away they are.
+        Half-widths have the part of the interpolation, and that of the curves nearby: the mean of theirs by the inverse
+        fourth powers of how far away they are; where soft pairs nearly touch, these differ by factors of a hundred.
 
         Args:
             places: beta, De and Ca_e, shape (places, 3); those outside of the box are extrapolated.

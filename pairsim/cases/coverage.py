@@ -24,6 +24,8 @@ def beyond(case: SceneCase, atlas: Atlas) -> list[str]:
     theirs = case_of(atlas, type(case), numbers)
     found = [] if alike else ["the beads differ"]
     found += [*_other_liquid(case, theirs), *_other_solids(case, theirs), *_other_keys(case, theirs)]
+    if case.liquid_model.structure != theirs.liquid_model.structure:
+        del numbers["De"]  # which is that of another liquid, or of none
     return found + atlas.outside(**numbers)
 
 

@@ -25,7 +25,7 @@ from pairsim.questions.curve import CurveCase
 from pairsim.results.curve_table import curve_of
 from pairsim.results.table_files import read_table
 from pairsim.runtime.errors import InputError
-from pairsim.sweeps.atlas import joined, curve_folders, curves_in
+from pairsim.sweeps.atlas import curve_folders, curves_in, joined
 
 LOADED = """import sys
 from pathlib import Path
