@@ -75,7 +75,7 @@ def ask(
     try:
         answer = answer_of(case, atlas=atlas, compute=compute, folder=output, progress=compute, **given)
     except InputError as error:
-        of_options = (of_option("pairsim ask", each) if each.file == "case" else each for each in error.mistakes)
+        of_options = (of_option("pairsim ask", each, names) if each.file == "case" else each for each in error.mistakes)
         raise InputError.of_all(of_options) from None
     scales, drawn = scales_in(answer.record), DrawnRange.of(answer.columns, answer.record)
     lines = [*answer.findings(), *(f"Warning: {warning}" for warning in answer.warnings)]

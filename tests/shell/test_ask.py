@@ -292,6 +292,8 @@ def test_the_command_names_options_and_answers_all_or_nothing(atlas: Path, tmp_p
     bench = ["ask", "--tube", "50um", "--particle", "20um", "--flow", "1ul/min", "--modulus", "5kPa"]
     refused = pairsim(*bench, "--atlas", str(atlas))
     assert "pairsim ask: --viscosity: is missing" in refused.stderr
+    refused = pairsim(*bench, "--liquid", "power-law", "--set", "liquid.n=0.6", "--atlas", str(atlas))
+    assert "pairsim ask: --set consistency: is missing" in refused.stderr
     refused = pairsim(*bench, "--viscosity", "1Pa.s", "--at", "8ms", "--atlas", str(atlas))
     assert "--at: got '8ms'" in refused.stderr
     assert not refused.stdout
