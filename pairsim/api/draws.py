@@ -16,7 +16,7 @@ from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.interpolant import hermite, slopes_of
 
 DRAWS = 2000  # of the inputs: the part of them in a range is known to 0.5 %
-KNOWN = {*PARAMETERS, "length", "velocity"}  # what may change from draw to draw
+KNOWN = {*PARAMETERS, "length", "velocity"}  # what may change from draw to draw, and the difference where it is known
 
 
 def range_of_draws(case: SceneCase, atlas: Atlas) -> dict[str, Any]:
@@ -36,14 +36,18 @@ def range_of_draws(case: SceneCase, atlas: Atlas) -> dict[str, Any]:
     shift = np.broadcast_to(np.log(LENGTH.factor(case.scales) / LENGTH.factor(scales)), DRAWS)
     velocity = np.broadcast_to(VELOCITY.factor(scales), DRAWS)
     values, x = np.full((DRAWS, len(atlas.d)), np.nan), np.log(atlas.d)
-    for i, curve in zip(np.flatnonzero(inside), atlas.velocities(places[inside])[0], strict=True):
+    dU, known = atlas.velocities(places[inside])[0], set(KNOWN)
+    if "difference" in numbers and (by_difference := atlas.changes_by_difference(places[inside])) is not None:
+        dU = dU + numbers["difference"][inside, None] * by_difference
+        known.add("difference")
+    for i, curve in zip(np.flatnonzero(inside), dU, strict=True):
         at = x + shift[i]
         here = (at >= x[0]) & (at <= x[-1])
         values[i, here] = velocity[i] * hermite(x, curve, slopes_of(curve, x))(at[here])
     least, largest = np.array([_ends(column) for column in values.T]).T
     uncertain = [each for each in inputs_of(case) if each.half_width]
     missing = {
-        name: None for each in uncertain for name, change in each.changes.items() if change and name not in KNOWN
+        name: None for each in uncertain for name, change in each.changes.items() if change and name not in known
     }
     return {
         "least": least,

@@ -40,7 +40,8 @@ def change_by(table: Mapping[str, Array], scales: Scales, one: Input) -> Array |
     numbers = {name: change for name, change in one.changes.items() if change and name not in ("length", "velocity")}
     if any(f"by_{name}" not in table for name in numbers):
         return None
-    dU = table["dU"] * one.changes["velocity"] - table["d"] * table["slope"] * one.changes["length"]
+    velocity, length = (one.changes.get(name, 0.0) for name in ("velocity", "length"))
+    dU = table["dU"] * velocity - table["d"] * table["slope"] * length
     return VELOCITY.factor(scales) * (dU + sum(change * table[f"by_{name}"] for name, change in numbers.items()))
 
 

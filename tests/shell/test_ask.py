@@ -98,6 +98,14 @@ def test_a_zero_of_most_draws_is_where_both_signs_are(atlas: Path) -> None:
     assert f"the zero at d = {50 * zero:.4g} um is between" in " ".join(answer.findings())
 
 
+def test_a_difference_of_the_diameters_has_its_part_in_the_range(atlas: Path) -> None:
+    answer = api.ask(**ELASTIC | {"particle_difference": "0 +- 0.1 %"}, atlas=atlas)
+    drawn = answer.record["dU_inputs"]
+    half = 1e6 * answer.scales.velocity * 1e-3 * np.abs(answer.columns["by_difference"])
+    assert (drawn["largest"] - drawn["least"]) / 2 == pytest.approx(half, rel=0.05)
+    assert not drawn["missing"]
+
+
 def test_what_an_input_changes_that_the_atlas_has_one_value_of_is_said(atlas: Path) -> None:
     answer = api.ask(**ELASTIC | {"solvent": "90 +- 5 mPa.s"}, atlas=atlas)
     assert "What solvent changes by xi is not in it: the atlas has one xi." in answer.findings()
