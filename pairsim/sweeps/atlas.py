@@ -81,8 +81,12 @@ def build(path: Path, folder: Path | None, options: Options, workers: Workers) -
             raise InputError(str(path), "base.particles", pair.n, "must be 2: an atlas has curves of pairs")
         first, *rest = (plain(each.case.resolved()) for each in grid.cases)
         common = {key: value for key, value in first.items() if all(case.get(key) == value for case in rest)}
-        if atlas is not None and (atlas.box != box or not atlas.provenance["case"].items() <= common.items()):
-            raise InputError(str(path), "start", file.start, "must be an atlas of the same box and base")
+        if atlas is not None:
+            why = ["its box is another one"] if atlas.box != box else beyond(pair, atlas)
+            if why:
+                allowed = f"must be an atlas of the same box and base: {' and '.join(why)}"
+                raise InputError(str(path), "start", file.start, allowed)
+            common = {key: value for key, value in common.items() if atlas.provenance["case"].get(key) == value}
         code, message = run_sweep(grid, round_, options, workers)
         if code not in (0, 3):
             return code, message, directory

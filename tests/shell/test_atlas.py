@@ -206,9 +206,13 @@ def test_curves_are_computed_and_made_into_an_atlas(pairsim: Pairsim, tmp_path: 
     more = Atlas.load(tmp_path / "more" / "atlas.npz")
     assert (more.curves.places[5:, 0] >= 0.36).all()
     assert (more.box["beta"], more.curves.random.sum()) == ([0.3, 0.4], 3)
-    spec.write_text(f"{box}curves: 6\nbase: {{mesh: {{Np: 9}}, tol: 0.5}}\nstart: out/atlas.npz\n")
-    refused = pairsim("atlas", "small.yaml", "-o", "other")
-    assert (refused.returncode, "must be an atlas of the same box and base" in refused.stderr) == (2, True)
+    for changed, why in (
+        (f"{box}base: {{mesh: {{Np: 8}}, tol: 0.5, length: 20}}", "length is 20, in the atlas not given"),
+        (f"{box.replace('0.05', '0.06')}base: {base}", "its box is another one"),
+    ):
+        spec.write_text(f"{changed}\ncurves: 6\nstart: out/atlas.npz\n")
+        refused = pairsim("atlas", "small.yaml", "-o", "other")
+        assert f"must be an atlas of the same box and base: {why}" in refused.stderr
 
 
 def test_intervals_of_the_atlas_that_ships_hold_curves_it_was_not_made_of() -> None:
