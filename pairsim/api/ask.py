@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -11,20 +11,24 @@ import numpy as np
 
 from pairsim.api.cases import AnyCase, load
 from pairsim.api.compute import Computation
+from pairsim.api.draws import range_of_draws
 from pairsim.api.units import units
-from pairsim.atlas.atlas import PARAMETERS, SHIPPED, Atlas
+from pairsim.atlas.atlas import SHIPPED, Atlas
 from pairsim.cases.case import SceneCase
-from pairsim.cases.inputs import drawn, units_of
+from pairsim.cases.coverage import beyond, is_of_its_law, liquid_of_atlas
+from pairsim.cases.inputs import units_of
 from pairsim.computing import QUESTIONS
-from pairsim.results.curve_table import zeros_of
-from pairsim.results.units import LENGTH, VELOCITY
+from pairsim.computing.warnings import MOST_DE, beyond_checked
+from pairsim.physics.softest import beyond_steady_shapes, beyond_tension
+from pairsim.results.curve_table import curve_of, zeros_of
+from pairsim.results.units import LENGTH, VELOCITY, in_unit
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
 SOURCE = "pairsim ask"
 POINTS = 9  # asked for of a curve that is computed, which adds others
-DRAWS = 2000  # of the inputs, for the part that they have in intervals: to 2 % of it
-SAME_PHYSICS = "liquid_model", "driven", "length", "ends", "after"
+OF_OTHER_QUESTIONS = {"d0", "start", "time", "limits", "output", "dU_error"}
+"""Keys that a curve does not have, and that change nothing of it: where and when a run begins and ends."""
 
 
 def ask(
@@ -40,7 +44,8 @@ def ask(
 
     Args:
         case: A case, as for `load`; or else the quantities of an experiment are `given`.
-        atlas: File of an atlas, atlas.npz of `pairsim atlas`; None: those that ship.
+        atlas: File of an atlas, atlas.npz of `pairsim atlas`; None: those that ship, of which the one of the law of the
+            liquid answers.
         compute: Compute the curve where the atlas has no answer.
         folder: Folder of this curve; None: a temporary one.
         progress: Whether its progress is shown.
@@ -49,7 +54,8 @@ def ask(
     Returns:
         A curve, as of `pairsim.curve`, with `findings()`, `dU(d)` and `travel(start, stop)`. Half-widths of quantities
         such as `modulus="1.5 +- 0.3 kPa"` have their own part in the answer, by Monte Carlo on the atlas:
-        `record["dU_inputs"]` [um/s], at the distances of its table.
+        `record["dU_inputs"]` has the ends, `least` and `largest` [um/s], of the range that holds 95 % of draws of them,
+        at the distances of its table, and the part of the draws `outside` of the atlas.
 
     Raises:
         InputError: A quantity is wrong; or the atlas has no answer, and the curve is not to be computed.
@@ -58,17 +64,24 @@ def ask(
         >>> beads = dict(tube="50um", particle="20um", flow_rate="1ul/min", viscosity="1Pa.s", modulus="5kPa")
         >>> print(*pairsim.ask(**beads).findings())
     """
-    question, (book, asked, reasons) = QUESTIONS["curve"], asked_of(case, given, atlas)
+    question, atlases = QUESTIONS["curve"], _atlases(atlas)
+    asked = _case_of(case, given, atlases[0])
+    book, reasons = _of_its_law(asked, atlases)
     if reasons:
         if not compute:
             cost = f"pairsim curve computes it ({question.estimate(asked)}), and --compute does that here"
-            raise InputError(SOURCE, "", None, f"the atlas has no answer: {' and '.join(reasons)}; {cost}")
+            doubts = "".join(f"; {each}" for each in _doubts(asked))
+            raise InputError(SOURCE, "", None, f"the atlas has no answer: {', and '.join(reasons)}; {cost}{doubts}")
         return Computation[Any](question, "Compute.")(asked, folder=folder, progress=progress)
     table = book.table(asked.betas[0], asked.De, asked.Ca_es[0])
-    record = {"status": "finished", **units_of(asked)}
+    others = [each for each in atlases if each is not book and not beyond(asked, each)]
+    record = {"status": "finished", "warnings": _disagreements(asked, table, others), **units_of(asked)}
+    if asked.De:
+        record["notes"] = [f"The liquid of the atlas is {liquid_of_atlas(book, type(asked))}."]
     if any(each["half_width"] for each in record.get("inputs", ())):
-        record["dU_inputs"] = _spread(asked, book)
-    return question.result.of_tables({"curve": table, "equilibria": zeros_of(table)}, record, SOURCE)
+        record["dU_inputs"] = range_of_draws(asked, book)
+    tables = {"curve": table, "equilibria": zeros_of(table)}
+    return question.result.of_tables(question, tables, record, asked, SOURCE)
 
 
 def asked_of(
@@ -76,37 +89,88 @@ def asked_of(
 ) -> tuple[Atlas, SceneCase, list[str]]:
     """The atlas that answers, the checked case of a curve of a pair over its distances, and why it has no answer.
 
-    Arguments are those of `ask`. Of the atlases that ship, it is the one whose intervals are the narrowest.
+    Arguments are those of `ask`.
 
     Raises:
         InputError: A quantity or the file is wrong.
     """
-    atlases = [Atlas.load(Path(each)) for each in ([file] if file else SHIPPED)]
+    atlases = _atlases(file)
+    found = _case_of(case, given, atlases[0])
+    atlas, reasons = _of_its_law(found, atlases)
+    return atlas, found, reasons
+
+
+def _atlases(file: Path | str | None) -> list[Atlas]:
+    return [Atlas.load(Path(each)) for each in ([file] if file else SHIPPED)]
+
+
+def _of_its_law(case: SceneCase, atlases: Sequence[Atlas]) -> tuple[Atlas, list[str]]:
+    """The atlas that answers, and why none does: of several the one of the law of the liquid.
+
+    At De = 0 an atlas of viscoelastic liquids has answers, too, but most of its curves are elsewhere.
+    """
+    answers = [(atlas, beyond(case, atlas)) for atlas in atlases]
+    return min(answers, key=lambda answer: (bool(answer[1]), not is_of_its_law(case, answer[0]), len(answer[1])))
+
+
+def _doubts(case: SceneCase) -> Iterator[str]:
+    """Why a computation of a case may not find what is asked for."""
+    if beyond_checked(case):
+        yield f"above De = {MOST_DE:g} no dU was compared with finer meshes, and it may find no steady state"
+    yield from beyond_steady_shapes(case.betas, case.Ca_es)
+    yield from beyond_tension(case.liquid_model, case.betas, case.Ca_es)
+
+
+def _disagreements(case: SceneCase, table: Mapping[str, Array], others: Sequence[Atlas]) -> list[str]:
+    """Where other atlases with an answer are off its table by more than both half-widths, in words."""
+    found, d = [], table["d"]
+    for other in others:
+        theirs = curve_of(other.table(case.betas[0], case.De, case.Ca_es[0]))
+        assert theirs is not None
+        shared = (d >= theirs.d[0]) & (d <= theirs.d[-1])
+        values, half_widths = (
+            np.where(shared, each(np.clip(d, *theirs.ends)), np.nan) for each in (theirs.values, theirs.half_widths)
+        )
+        apart = np.abs(values - table["dU"]) - half_widths - table["dU_error"]
+        if not np.any(apart > 0):
+            continue
+        at = int(np.nanargmax(apart))
+        one, two = (
+            in_unit(case.scales, VELOCITY, float(dU[at]), float(error[at]), "+")
+            for dU, error in ((table["dU"], table["dU_error"]), (values, half_widths))
+        )
+        place = in_unit(case.scales, LENGTH, float(d[at]))
+        found.append(
+            f"two atlases disagree: at d = {place} that of the law of the liquid, which answers, has dU = {one}, "
+            f"another one {two}; pairsim curve tells which is right"
+        )
+    return found
+
+
+def _case_of(case: AnyCase | None, given: Mapping[str, Any], atlas: Atlas) -> SceneCase:
+    """The checked case of a curve of a pair over the distances of an atlas; arguments are those of `ask`.
+
+    Raises:
+        InputError: A quantity is wrong, it is no case of a pair, or has a key that no curve has and that matters.
+    """
     ends = {"ends": "developed", "length": "auto"}
-    more = {"d": dict(zip(("start", "stop"), atlases[0].box["d"], strict=True), num=POINTS)}
+    more = {"d": dict(zip(("start", "stop"), atlas.box["d"], strict=True), num=POINTS)}
     if case is None:
         found = units(kind="curve", **{**ends, **given, **more}).case
     else:
         loaded = _loaded(case, given)
         if loaded.n != 2:
             raise InputError(SOURCE, "", None, f"must have a pair: this is a case of pairsim {loaded.kind}")
-        keys = loaded.model_dump(mode="json", exclude_unset=True)
+        keys, of_curve = loaded.model_dump(mode="json", exclude_unset=True), QUESTIONS["curve"].model.model_fields
         block = {key: value for key, value in keys.pop("physical", {}).items() if key not in ("distance", "end")}
-        known = {key: value for key, value in keys.items() if key in QUESTIONS["curve"].model.model_fields}
+        for key in keys.keys() - of_curve.keys() - OF_OTHER_QUESTIONS:
+            if getattr(loaded, key) != type(loaded).model_fields[key].default:
+                raise InputError(SOURCE, key, keys[key], "must be left out: an atlas does not know it")
+        known = {key: value for key, value in keys.items() if key in of_curve}
         found = load({**ends, **known, **more, **({"physical": block} if block else {})}, kind="curve")
     if found.n != 2:
         raise InputError(SOURCE, "particles", found.n, "must be 2: the answers are those of pairs")
-
-    answers = [(atlas, list(_beyond(found, atlas))) for atlas in atlases]
-
-    def rank(answer: tuple[Atlas, list[str]]) -> tuple[int, float]:
-        atlas, reasons = answer
-        if reasons:  # those of the wider one are named
-            return len(reasons), -float(np.ptp(atlas.box["beta"]))
-        return 0, float(atlas.table(found.betas[0], found.De, found.Ca_es[0])["dU_error"].mean())
-
-    atlas, reasons = min(answers, key=rank)
-    return atlas, found, reasons
+    return found
 
 
 def _loaded(case: AnyCase, given: Mapping[str, Any]) -> SceneCase:
@@ -117,33 +181,3 @@ def _loaded(case: AnyCase, given: Mapping[str, Any]) -> SceneCase:
         with suppress(InputError):
             return load(case, kind="curve", **given)
         raise error
-
-
-def _beyond(case: SceneCase, atlas: Atlas) -> Iterator[str]:
-    """Why an atlas has no answer for a case."""
-    numbers = dict(zip(PARAMETERS, (max(case.betas), case.De, max(case.Ca_es)), strict=True))
-    theirs = load({**atlas.provenance["case"], **numbers, "d": list(atlas.box["d"])}, kind="curve")
-    if len({*case.betas}) > 1 or len({*case.Ca_es}) > 1:
-        yield "the beads differ"
-    yield from atlas.outside(**numbers)
-    if case.solid_models[0] != theirs.solid_models[0]:
-        yield "the beads have another law"
-    for name in SAME_PHYSICS:
-        if getattr(case, name) != getattr(theirs, name):
-            yield f"{name.replace('_model', '')} is another one than in the atlas"
-
-
-def _spread(case: SceneCase, atlas: Atlas) -> Array:
-    """Half-widths of dU at the distances of an atlas, constant in units, by those of the inputs [um/s]."""
-    scales, numbers = drawn(case, DRAWS)
-    assert case.scales is not None
-    given = {"beta": case.betas[0], "De": case.De, "Ca_e": case.Ca_es[0]}
-    places = np.stack([np.broadcast_to(numbers.get(name, each), DRAWS) for name, each in given.items()], axis=1)
-    low, high = np.array([atlas.box[name] for name in PARAMETERS]).T
-    inside = ((places >= low) & (places <= high)).all(axis=1)
-    dU, x = atlas.velocities(np.clip(places, low, high))[0], np.log(atlas.d)
-    shift = np.broadcast_to(np.log(LENGTH.factor(case.scales) / LENGTH.factor(scales)), DRAWS)
-    moved = np.array([np.interp(x + by, x, row) for by, row in zip(shift, dU, strict=True)])
-    values = moved * np.broadcast_to(VELOCITY.factor(scales), DRAWS)[:, None]
-    least, most = np.quantile(values[inside], (0.025, 0.975), axis=0)
-    return np.asarray((most - least) / 2 if inside.mean() > 0.95 else np.full_like(x, np.inf))

@@ -16,7 +16,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pairsim.api.rheometer_files import NUMBER, ONE_SPACE, SEPARATORS, _cells, text_of
+from pairsim.api.rheometer_files import text_of
+from pairsim.api.rheometer_tables import NUMBER, ONE_SPACE, SEPARATORS, cells_of
 from pairsim.cases.quantities import unit_in
 from pairsim.runtime.errors import InputError
 
@@ -173,7 +174,7 @@ def _heading(lines: Sequence[str]) -> tuple[int, str, list[str]]:
 
 def _split(line: str, separator: str) -> list[str]:
     """The cells of a line, without quotation marks."""
-    return [cell.strip("' ") for cell in _cells(line, separator)]
+    return [cell.strip("' ") for cell in cells_of(line, separator)]
 
 
 def _body(lines: Sequence[str], start: int) -> Iterator[int]:

@@ -41,27 +41,58 @@ KILLED = {
 class Result:
     """The result of a computation; returned by the functions of questions such as `curve`, and by `open`.
 
-    Files are read when first accessed, and only once. To see the progress of a running computation, `open` its folder
-    again. Where an `ending` is given, status, reason and message are not those of run.json: a sweep also records
-    crashes and timeouts.
+    It is that of a folder, whose files are read when first accessed, and only once; or it is made of its tables, its
+    record and its case (`of_tables`). To see the progress of a running computation, `open` its folder again. Where an
+    `ending` is given, status, reason and message are not those of run.json: a sweep also records crashes and timeouts.
 
     Attributes:
-        folder: The folder; None for one that is temporary, and goes with the result.
+        folder: The folder; None without one, and for one that is temporary and goes with the result.
         question: What was computed.
+        source: What messages name it.
     """
 
     def __init__(
         self, question: Question[Any], folder: Path, ending: Mapping[str, Any] | None = None, temporary: bool = False
     ) -> None:
         self.folder = None if temporary else folder
-        self.question, self._ending, self._place = question, ending, folder
+        self.question, self._ending, self._place, self.source = question, ending, folder, str(folder)
+        self._of_folder = True
         if temporary:
             weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
 
+    @classmethod
+    def of_tables(
+        cls, question: Question[Any], tables: Tables, record: Mapping[str, Any], case: SceneCase | None, source: str
+    ) -> Self:
+        """A result without a folder, of the tables, the run.json and the case that it would have."""
+        found = cls.__new__(cls)
+        found.folder, found.question, found._ending, found.source = None, question, None, source
+        found._of_folder = False
+        vars(found).update(tables=tables, record=record, case=case)
+        return found
+
+    @cached_property
+    def _place(self) -> Path:
+        """The folder with the files of the result; they are written when a result without one needs them."""
+        from pairsim.results.folder import write_json, write_text, write_yaml
+        from pairsim.results.table_files import table_text
+
+        place = Path(tempfile.mkdtemp(prefix="pairsim-"))
+        weakref.finalize(self, shutil.rmtree, place, ignore_errors=True)
+        for name, columns in self.tables.items():
+            if columns:
+                write_text(place / f"{name}.csv", table_text(columns, zip(*columns.values(), strict=True)))
+        write_json(place / "run.json", {"kind": self.kind, **self.record})
+        if self.case is not None:
+            write_yaml(place / "case.yaml", self.case.resolved())
+        return place
+
     def __reduce__(self) -> Any:
-        """Pickled by its folder, with all files of one that is temporary."""
+        """Pickled by its folder, or with its tables, or with all files of a folder that is temporary."""
         if self.folder is not None:
             return type(self), (self.question, self.folder, self._ending)
+        if not self._of_folder:
+            return type(self).of_tables, (self.question, self.tables, self.record, self.case, self.source)
         files = {path.relative_to(self._place): path.read_bytes() for path in self._place.rglob("*") if path.is_file()}
         return _with_files, (type(self), self.question, self._ending, files)
 
@@ -98,7 +129,7 @@ class Result:
             InputError: The case has no `physical` block.
         """
         if (found := scales_in(self.record)) is None:
-            raise no_units(str(self._place))
+            raise no_units(self.source)
         return found
 
     def frame(
@@ -114,9 +145,12 @@ class Result:
         Raises:
             InputError: There is no such table or distance, or `physical` is set and the case has no `physical` block.
         """
-        from pairsim.results.tables import table_of
+        from pairsim.results.tables import table_from, table_of
 
-        return table_of(self._place, self.question.table_named(name, self._place), physical, at)
+        name = self.question.table_named(name, self.source)
+        if self._of_folder:
+            return table_of(self._place, name, physical, at)
+        return table_from(self.tables[name], self.record, self.source, physical, at)
 
     @property
     def physical(self) -> pd.DataFrame:
@@ -186,7 +220,7 @@ class Result:
         ended = [] if self.status == "finished" else [f"{self.status.capitalize()}: {self.message}".removesuffix(": ")]
         if proven := self.reason == BranchEnd.reason:
             ended = [f"There is no steady state: {self.message}."]
-        known = "tables" in vars(self) or self._place.is_dir()
+        known = not self._of_folder or self._place.is_dir()
         found = self.findings() if known and (rows_in(self.columns) or not proven) else []
         return "\n".join([*ended, *found, *warnings, *self._cost()])
 
@@ -205,15 +239,15 @@ class Result:
 
     def afterwards(self) -> str:
         """What may come next where it has finished."""
-        return f"pairsim plot {self._place} draws it again"
+        return f"pairsim plot {self.source} draws it again"
 
     @property
     def advice(self) -> str:
         """What to do next, in a line."""
-        directory, reason = self._place, self.reason
+        directory, reason = self.source, self.reason
         if reason == BranchEnd.reason:
-            drawn = " and fields.png the last shapes" if (directory / "fields.png").exists() else ""
-            way = directory / WAY
+            drawn = " and fields.png the last shapes" if (self._place / "fields.png").exists() else ""
+            way = self._place / WAY
             known = f"; {way} has the steady states on the way{drawn}" if way.exists() else ""
             return f"Next: a smaller Ca_e or De{known}."
         if self.status == "finished":

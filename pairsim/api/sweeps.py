@@ -71,7 +71,7 @@ class SweepResult:
             scales = scales_for([self.folder / each for each in self.table["folder"]], physical)
             keys = self.record["parameters"]
             return in_units(self.table, scales, keys) if scales else with_units(self.table.copy())
-        name = QUESTIONS[self.record["command"]].table_named(name, self.folder)
+        name = QUESTIONS[self.record["command"]].table_named(name, str(self.folder))
         having = [case for case in self.record["cases"] if (self.folder / case["folder"] / f"{name}.csv").is_file()]
         physical = bool(scales_for([self.folder / case["folder"] for case in having], physical))
         parts = []

@@ -128,7 +128,10 @@ def units(
         >>> beads = pairsim.units(tube="50um", particle="20um", flow_rate="1ul/min", viscosity="1Pa.s", modulus="5kPa")
         >>> pairsim.run(beads.case)
     """
-    quantities = {key: given.pop(key) for key in Physical.model_fields if key in given}
+    quantities = {
+        **(given.pop(BLOCK, None) or {}),
+        **{key: given.pop(key) for key in Physical.model_fields if key in given},
+    }
     fit = None
     if carrier is not None:
         K, n = methyl_cellulose(carrier, celsius)

@@ -155,7 +155,8 @@ class Atlas:
     def velocities(self, places: ArrayLike) -> tuple[Array, Array]:
         """dU and half-widths of its intervals at the distances `d` [U_av], shape (places, distances) each.
 
-        Half-widths have the part of the interpolation, and that of the curves nearby.
+        Half-widths have the part of the interpolation, and that of the curves nearby: the mean of theirs by the inverse
+        fourth powers of how far away they are; where soft pairs nearly touch, these differ by factors of a hundred.
 
         Args:
             places: beta, De and Ca_e, shape (places, 3); those outside of the box are extrapolated.
@@ -164,9 +165,19 @@ class Atlas:
         (x, _), size = scaled(self.box, places), places[:, :1] ** POWER
         values, spread = self.dU(x)
         dU = size * values[0]
-        near = 1 / (((x[:, None] - self.dU.places) ** 2).sum(axis=2) + SLACK)
-        own = np.exp(near / near.sum(axis=1, keepdims=True) @ np.log(self.own))
+        near = 1 / (((x[:, None] - self.dU.places) ** 2).sum(axis=2) + SLACK) ** 2
+        own = near / near.sum(axis=1, keepdims=True) @ self.own
         return dU, np.hypot(size * spread[:, None] * self.widths, np.abs(dU).max(axis=1, keepdims=True) * own)
+
+    def changes_by_difference(self, places: ArrayLike) -> Array | None:
+        """Derivatives of dU by the difference of the diameters over their mean [U_av], shape (places, distances).
+
+        None where it is not known. Places are those of `velocities`.
+        """
+        if self.by_difference is None:
+            return None
+        (smooth, means), places = self.by_difference, np.asarray(places, dtype=float)
+        return np.asarray(places[:, :1] ** 2 * (smooth(scaled(self.box, places)[0])[0][0] + means))
 
     def table(self, beta: float, De: float, Ca_e: float) -> dict[str, Array]:
         """The columns of curve.csv that it has, with derivatives of dU, shape (distances,) each.
@@ -186,9 +197,8 @@ class Atlas:
         slope = np.gradient(dU, np.log(self.d), edge_order=2) / self.d
         columns = {"d": self.d, "dU": dU, "dU_held": dU, "dU_discrete": dU, "dU_error": half_width, "slope": slope}
         columns |= {"U_L": U + dU / 2, "U_T": U - dU / 2, "stretch": stretch, "t_relax": np.maximum(t_relax, De)}
-        if self.by_difference is not None:
-            smooth, means = self.by_difference
-            columns["by_difference"] = beta**2 * (smooth(x)[0][0, 0] + means)
+        if (by_difference := self.changes_by_difference(place)) is not None:
+            columns["by_difference"] = by_difference[0]
         return columns | {f"by_{name}": each for name, each in zip(PARAMETERS, by, strict=True)}
 
 

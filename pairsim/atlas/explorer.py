@@ -12,9 +12,10 @@ from pairsim.runtime.version import __version__
 from pairsim.solvers.curves.distances import WIDEST
 
 
-def page_of(atlases: Iterable[Atlas]) -> str:
-    """The page of atlases."""
-    content = {"atlases": [*map(_content, atlases)], "bend": BEND, "power": POWER, "widest": WIDEST}
+def page_of(atlases: Iterable[tuple[str, Atlas]]) -> str:
+    """The page of atlases, each with its liquid in words."""
+    contents = [{"liquid": liquid, **_content(atlas)} for liquid, atlas in atlases]
+    content = {"atlases": contents, "bend": BEND, "power": POWER, "widest": WIDEST}
     page = Path(__file__).with_suffix(".html").read_text(encoding="utf-8").replace("VERSION", __version__)
     return page.replace("CONTENT", json.dumps(content, default=lambda array: array.tolist()))
 

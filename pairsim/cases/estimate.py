@@ -6,9 +6,8 @@ The unknowns were within 25 % in 20 cases with N_p up to 40, and a third too few
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Literal
 
 from pairsim.cases.case import SceneCase
 from pairsim.cases.mistakes import Mistake
@@ -17,12 +16,13 @@ from pairsim.fem.meshes.columns import LONGEST
 TRIANGLE = 0.433  # area of a triangle with sides of length one
 MOST_UNKNOWNS = 2e7  # a larger mesh takes gmsh days or exhausts the memory
 LARGE = 3e5  # unknowns whose first mesh and factorisation take so long that the user is told beforehand; chosen
-# Unknowns times Newton iterations or time steps, twice where the liquid has modes, up to which a case takes seconds
-# and up to which it takes minutes on one core.
-SECONDS, MINUTES = 3e7, 2e9
+# Processor time of a Newton iteration or a time step for each unknown [s], twice that where the liquid has modes, and
+# the factor within which cases take what follows. Measured on one core of a busy Intel Xeon: CASES.
+PER_UNKNOWN = 3.3e-6
+WITHIN = 2.5
 FIRST_POINT, NEXT_POINT = 20, 14  # Newton iterations of the continuation to the first point, and to each further one
+UNITS = (86400.0, "days"), (3600.0, "h"), (60.0, "min"), (1.0, "s")
 KINKED = 8  # factor of both in liquids with a yield stress: the example of configs took 22 s, a Newtonian curve 3 s
-Duration = Literal["seconds", "minutes", "hours"]
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Estimate:
     """Estimated size and duration of a case."""
 
     unknowns: int  # of one Newton solve
-    duration: Duration  # on one core; longer where particles hardly have a steady shape
+    seconds: float  # on one core, within a factor `WITHIN`; longer where particles hardly have a steady shape
     adaptation: str = ""  # what adapting the mesh may make of it
 
     @classmethod
@@ -39,8 +39,13 @@ class Estimate:
         size = unknowns(case)
         liquid = case.liquid_model
         work = size * solves * (2 if liquid.modes else 1) * (KINKED if liquid.regularisation else 1)
-        duration: Duration = "seconds" if work < SECONDS else "minutes" if work < MINUTES else "hours"
-        return cls(round(size), duration, adaptation)
+        return cls(round(size), PER_UNKNOWN * work, adaptation)
+
+    @property
+    def duration(self) -> str:
+        """How long it takes in words, such as 10 s to 1 min."""
+        least, most = self.seconds / WITHIN, self.seconds * WITHIN
+        return f"{_one_digit(least, math.floor)} to {_one_digit(most, math.ceil)}" if most > 1 else "1 s at most"
 
     def __str__(self) -> str:
         return f"about {self.unknowns:,} unknowns, {self.duration} on one core{self.adaptation}"
@@ -49,6 +54,14 @@ class Estimate:
     def notes(self) -> list[str]:
         """Notes for the user before the computation begins: the estimate, if the case is large."""
         return [str(self)] if self.unknowns >= LARGE else []
+
+
+def _one_digit(seconds: float, rounded: Callable[[float], int]) -> str:
+    """A duration with one digit, such as 20 s, 3 min or 2 h, rounded up or down; at least 1 s."""
+    seconds = max(seconds, 1.0)
+    size, unit = next(each for each in UNITS if seconds >= each[0])
+    power = 10.0 ** math.floor(math.log10(seconds / size))
+    return f"{power * rounded(seconds / size / power):g} {unit}"
 
 
 def liquid_cells(case: SceneCase) -> float:

@@ -52,11 +52,10 @@ def ask(
     with units -o.
     """
     options = locals()
-    import numpy as np
-
     from pairsim.api.ask import ask as answer_of
     from pairsim.cases.yaml_file import apply_settings
-    from pairsim.results.travel import distance_on
+    from pairsim.results.inputs import DrawnRange
+    from pairsim.results.travel import distance_on, travel
     from pairsim.results.units import LENGTH, VELOCITY, in_unit, scales_in
 
     names = "tube", "particle", "flow_rate", "velocity", "modulus", "viscosity", "relaxation", "liquid"
@@ -76,19 +75,24 @@ def ask(
     try:
         answer = answer_of(case, atlas=atlas, compute=compute, folder=output, progress=compute, **given)
     except InputError as error:
-        of_options = (of_option("pairsim ask", each) if each.file == "case" else each for each in error.mistakes)
+        of_options = (of_option("pairsim ask", each, names) if each.file == "case" else each for each in error.mistakes)
         raise InputError.of_all(of_options) from None
-    scales, inputs = scales_in(answer.record), answer.record.get("dU_inputs")
-    lines = [*answer.findings()]
+    scales, drawn = scales_in(answer.record), DrawnRange.of(answer.columns, answer.record)
+    lines = [*answer.findings(), *(f"Warning: {warning}" for warning in answer.warnings)]
     for place in at or ():
         d = distance_on(answer.curve.of(), place, "--at", scales, "pairsim ask")
         dU, half_width = answer.curve(d)
         value = in_unit(scales, VELOCITY, dU, half_width, "+")
-        part = f", +- {np.interp(d, answer.columns['d'], inputs):.2g} um/s by the inputs" if inputs is not None else ""
+        part = "" if drawn is None else f"; by the inputs {drawn.words(d)}"
+        if drawn is not None and (outside := drawn.outside_at(d)):
+            part += f" ({outside})"
         lines.append(f"At d = {in_unit(scales, LENGTH, d)}: dU = {value}{part}.")
+    for option, end in (("--from", start), ("--to", stop)):
+        if end is not None:
+            distance_on(answer.curve.of(), end, option, scales, "pairsim ask")
+    typer.echo("\n".join(lines))  # also where the pair does not make the travel
     if start is not None and stop is not None:
-        lines.append(str(answer.travel(start, stop)))
-    typer.echo("\n".join(lines))
+        typer.echo(str(travel(answer.columns, start, stop, "pairsim ask", answer.record)))
 
 
 @app.command(

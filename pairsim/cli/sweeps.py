@@ -135,11 +135,14 @@ def atlas(
     if str(file) == EXPLORE:
         from pairsim.atlas.atlas import SHIPPED, Atlas
         from pairsim.atlas.explorer import page_of
+        from pairsim.cases.coverage import liquid_of_atlas
+        from pairsim.computing import QUESTIONS
         from pairsim.results.folder import write_file
 
         path = output or Path("explore.html")
         check_free(path, overwrite)
-        write_file(path, page_of(map(Atlas.load, [of] if of else SHIPPED)))
+        model, atlases = QUESTIONS["curve"].model, [*map(Atlas.load, [of] if of else SHIPPED)]
+        write_file(path, page_of((liquid_of_atlas(each, model), each) for each in atlases))
         typer.echo(str(path))
         return
     from pairsim.sweeps.atlas import build

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Collection
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
@@ -179,14 +180,19 @@ def _listener() -> Any:
     return Printer()
 
 
-def of_option(command: str, error: InputError) -> InputError:
-    """The same error of a command with options in place of the keys of a case that they stand for."""
+def of_option(command: str, error: InputError, options: Collection[str] | None = None) -> InputError:
+    """The same error of a command with options in place of the keys of a case that they stand for.
+
+    Keys without an option among these, by default of `units`, are set by --set.
+    """
     from pairsim.physics.declared import PARAMETERS
 
     def option(key: re.Match[str]) -> str:
         declared = PARAMETERS.get(key[1])
         dimension = None if declared is None else declared.parameter.dimension
         name = key[1] if dimension is None else dimension.key
+        if options is not None and name not in options:
+            return f"--set {name}"
         return "--flow" if name == "flow_rate" else f"--{name.replace('_', '-')}"
 
     key, allowed = (re.sub(r"\b(?:physical|liquid|solid)\.(\w+)", option, text) for text in (error.key, error.allowed))

@@ -47,7 +47,7 @@ class Reporter:
         """Show where a computation is that has no step or point to show yet."""
         if (now := time.monotonic()) - self.last >= LINE_EVERY:
             self.last = now
-            self.say(f"on the way: {place}")
+            self.say(f"no result yet, solving easier cases first: {place}")
 
     def case(self, count: int, text: str) -> None:
         """Show that a case of a sweep has ended, the count-th one."""

@@ -121,15 +121,15 @@ class Question[C: SceneCase]:
         """The name of its main table."""
         return next(iter(self.tables))
 
-    def table_named(self, name: str | None, source: Path) -> str:
+    def table_named(self, name: str | None, source: str) -> str:
         """The name of a table, of the main one for None.
 
         Raises:
-            InputError: There is no such table; the message names the folder `source`.
+            InputError: There is no such table; the message names `source`.
         """
         if name is not None and name not in self.tables:
             allowed = f"must be {' or '.join(self.tables)}, a table of `pairsim {self.name}`"
-            raise InputError(str(source), "", name, allowed)
+            raise InputError(source, "", name, allowed)
         return name or self.table
 
     @property

@@ -1,9 +1,11 @@
-"""The quantities that a case is given by: what they change of its curve, to first order, and their values on axes."""
+"""The quantities that a case is given by: what they change of its curve, and their values on axes."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Self
 
 import numpy as np
 
@@ -13,6 +15,11 @@ from pairsim.cases.quantities import as_given, unit_in
 from pairsim.physics.scales import Scales
 from pairsim.results.units import VELOCITY
 from pairsim.runtime.arrays import Array
+from pairsim.solvers.curves.interpolant import hermite, slopes_of
+
+COVERED = 0.95  # part of the draws of the inputs that a range holds
+MANY = 1e-3  # part of the draws beyond an end of the atlas from which on it is told; chosen
+FINE = 2000  # distances at which the ends of a range are looked at for their signs; chosen
 
 
 def quantity_for(case: Mapping[str, Any], name: str, scales: Scales) -> tuple[str, str, Callable[[Any], Any]]:
@@ -33,7 +40,8 @@ def change_by(table: Mapping[str, Array], scales: Scales, one: Input) -> Array |
     numbers = {name: change for name, change in one.changes.items() if change and name not in ("length", "velocity")}
     if any(f"by_{name}" not in table for name in numbers):
         return None
-    dU = table["dU"] * one.changes["velocity"] - table["d"] * table["slope"] * one.changes["length"]
+    velocity, length = (one.changes.get(name, 0.0) for name in ("velocity", "length"))
+    dU = table["dU"] * velocity - table["d"] * table["slope"] * length
     return VELOCITY.factor(scales) * (dU + sum(change * table[f"by_{name}"] for name, change in numbers.items()))
 
 
@@ -49,3 +57,58 @@ def half_widths_by(table: Mapping[str, Array], scales: Scales, inputs: list[Inpu
             unknown = np.full_like(table["dU"], np.inf)
             found[one.key] = unknown if change is None else np.abs(change) * one.half_width / one.size
     return found
+
+
+@dataclass(frozen=True)
+class DrawnRange:
+    """The range of dU in which most draws of the inputs are, at constant distance in units.
+
+    It holds `COVERED` of all draws, those outside of the atlas being counted as outside of it; where there are more of
+    these, of the others.
+    """
+
+    d: Array  # distances [D_c], ascending, shape (n,)
+    least: Array  # where the range begins [um/s], shape (n,)
+    largest: Array  # where it ends
+    outside: Array  # part of the draws that are outside of the atlas
+    beyond: str  # what many of these are beyond, such as "Ca_e above 0.1"
+    missing: str  # numbers that differ from draw to draw, but for which the atlas has one value alone
+
+    @classmethod
+    def of(cls, table: Mapping[str, Array], record: Mapping[str, Any]) -> Self | None:
+        """That of a curve; None if it has none."""
+        if (entry := record.get("dU_inputs")) is None:
+            return None
+        arrays = {name: np.asarray(entry[name], dtype=float) for name in ("least", "largest", "outside")}
+        return cls(np.asarray(table["d"]), **arrays, beyond=entry["beyond"], missing=entry["missing"])
+
+    def _at(self, values: Array, d: Array | float) -> Array:
+        x = np.log(self.d)
+        return hermite(x, values, slopes_of(values, x))(np.log(d))
+
+    def words(self, d: float) -> str:
+        """The range at a distance [D_c], such as -14.0 to -9.1 um/s."""
+        least, largest = (float(self._at(each, d)) for each in (self.least, self.largest))
+        width = largest - least
+        digits = max(1 - math.floor(math.log10(width)), 0) if width > 0 else 3
+        return f"{least:+.{digits}f} to {largest:+.{digits}f} {VELOCITY.physical}"
+
+    def outside_at(self, d: float) -> str:
+        """Which part of the draws is outside of the atlas at a distance [D_c], and what that means; "" if none is."""
+        part = float(np.interp(np.log(d), np.log(self.d), self.outside))
+        if not part:
+            return ""
+        at_end = "d beyond its ends" if part > self.outside.min() + MANY else ""
+        beyond = " or ".join(filter(None, (self.beyond, at_end)))
+        means = (
+            "count as outside of this range" if part < 1 - COVERED else "are not known: the range is that of the others"
+        )
+        return f"{100 * part:.2g} % of the draws are outside of the atlas{beyond and f', {beyond},'} and {means}"
+
+    def around(self, zero: float) -> tuple[float, float]:
+        """The distances about a zero of dU between which the range holds both signs, and so zeros of draws [D_c]."""
+        d = np.geomspace(self.d[0], self.d[-1], FINE)
+        unsure = (self._at(self.least, d) <= 0) & (self._at(self.largest, d) >= 0)
+        at = int(np.abs(np.log(d / zero)).argmin())
+        below, above = np.flatnonzero(~unsure[:at]), np.flatnonzero(~unsure[at + 1 :])
+        return float(d[below[-1] + 1] if len(below) else d[0]), float(d[at + above[0]] if len(above) else d[-1])

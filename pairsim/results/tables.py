@@ -18,7 +18,7 @@ from pairsim.results.folder import read_record
 from pairsim.results.inputs import quantity_for
 from pairsim.results.table_files import cell, read_table, table_text
 from pairsim.results.travel import distance_on
-from pairsim.results.units import PURE, Unit, scales_for, scales_in
+from pairsim.results.units import PURE, Unit, no_units, scales_in
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
@@ -93,19 +93,38 @@ def table_of(directory: Path, name: str, physical: bool | None, at: Sequence[flo
         InputError: The table cannot be read, or `physical` is set and its case has no `physical` block; as of
             `values_at`.
     """
-    path, scales = directory / f"{name}.csv", scales_for([directory], physical)
-    columns = read_table(path)
-    table = frame_of(values_at(columns, at, read_record(directory), str(directory)) if at else columns)
+    path, record = directory / f"{name}.csv", read_record(directory)
     try:
-        table = in_units(table, scales * len(table)) if scales else table
+        table = table_from(read_table(path), record, str(directory), physical, at)
     except TypeError as error:
         raise InputError(str(path), "", None, f"must have numbers in its rows ({error})") from None
-    if scales and (along := (case := read_yaml(directory / "case.yaml")).get("along")):
+    scales = scales_in(record) if physical is not False else None
+    if scales is not None and (along := (case := read_yaml(directory / "case.yaml")).get("along")):
         number = "De" if "De" in along else "Ca_e"
-        key, unit, value_of = quantity_for(case, number, scales[0])
+        key, unit, value_of = quantity_for(case, number, scales)
         table.insert(list(table).index(number), key, value_of(table[number]))
         table.attrs["units"][key] = unit
     return table
+
+
+def table_from(
+    columns: Mapping[str, Array],
+    record: Mapping[str, Any],
+    source: str,
+    physical: bool | None,
+    at: Sequence[float | str] = (),
+) -> pd.DataFrame:
+    """A table of columns, as of `pairsim.Result.frame`; the record, run.json, has the units. Messages name `source`.
+
+    Raises:
+        InputError: `physical` is set and there are no units; as of `values_at`.
+        TypeError: A column that has a unit has something else than numbers.
+    """
+    scales = scales_in(record) if physical is not False else None
+    if physical and scales is None:
+        raise no_units(source)
+    table = frame_of(values_at(columns, at, record, source) if at else columns)
+    return table if scales is None else in_units(table, [scales] * len(table))
 
 
 def values_at(

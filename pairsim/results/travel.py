@@ -10,7 +10,7 @@ import numpy as np
 
 from pairsim.physics.scales import Scales
 from pairsim.results.columns import text_in_units
-from pairsim.results.curve_table import Memory, Motion
+from pairsim.results.curve_table import ROUNDING, Memory, Motion
 from pairsim.results.units import LENGTH, POSITION, TIME, in_unit, no_units, scales_in, with_name
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
@@ -153,6 +153,8 @@ def _obstacle(curve: CurveInterpolant, start: float, stop: float) -> str:
     low, high = sorted((start, stop))
     if start == stop:
         return "must differ from --from"
+    if abs(curve.peak.dU) < ROUNDING:
+        return "must be left out: dU = 0 at every distance, so that the pair keeps its own"
     if zeros := [zero for zero in curve.zeros if low <= zero <= high]:
         listed = ", ".join(f"{zero:.4g}" for zero in zeros)
         return f"must be on the same side of the zeros of dU as d = {start:g}: dU = 0 at d = {listed}"

@@ -79,7 +79,7 @@ def with_error(value: float, error: float | None, sign: str = "", digits: int = 
         digits: Those of a number without an error.
     """
     if error is None or not math.isfinite(error) or error <= 0:
-        return f"{value:{sign}.{digits}g}"
+        return f"{value:{sign if value else ''}.{digits}g}"
     exponent = math.floor(math.log10(max(abs(value), error)))
     scale = 1.0 if -2 <= exponent < 6 else 10.0**exponent
     digits = -math.floor(math.log10(error / scale))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 from math import ceil
@@ -13,7 +13,9 @@ from scipy.interpolate import CubicSpline
 from scipy.stats import qmc
 
 from pairsim.atlas import fit
-from pairsim.atlas.atlas import PARAMETERS, Atlas, Curves
+from pairsim.atlas.atlas import PARAMETERS, Atlas, Curves, scaled
+from pairsim.cases.case import SceneCase
+from pairsim.cases.coverage import beyond
 from pairsim.cases.identity import RUNS
 from pairsim.cases.yaml_file import read_yaml
 from pairsim.computing.case_files import parse_file
@@ -24,7 +26,7 @@ from pairsim.results.table_files import read_table
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.version import __version__
-from pairsim.sweeps.grid import grid_from, read_base
+from pairsim.sweeps.grid import Grid, grid_from, read_base
 from pairsim.sweeps.sweep import Options, Workers, run_sweep
 
 TABLE = "atlas.npz"
@@ -32,6 +34,7 @@ EVERY = 6  # curves of a round, after which the interpolant is made anew: half o
 DISTANCES = 41  # at which curves are interpolated, equally far apart in log d: a ratio of 1.12 from .02 to 2
 CANDIDATES = 512  # for places where the interpolant is least sure
 AT_EDGES = 0.35  # part of their values that are put on the nearer end of their range
+SAME_PLACE = 1e-3  # difference from a place that is known, over the box, below which a curve tells nothing new; chosen
 LEAST_ENDS = 0.02  # of the largest De and Ca_e: both smaller than this tell nothing, since dU vanishes there
 
 
@@ -49,34 +52,46 @@ def build(path: Path, folder: Path | None, options: Options, workers: Workers) -
     base = {**read_base(path, data), "d": {"start": file.d[0], "stop": file.d[1], "num": 2}}
     options = replace(options, flags={"sensitivities": True})
     box = {name: list(getattr(file, name)) for name in (*PARAMETERS, "d")}
+    inner = box | {name: list(each) for name, each in file.within.items()}
     random, spread = (qmc.Halton(dimensions, rng=np.random.default_rng(file.seed)) for dimensions in (3, 6))
     draws = spread.random(CANDIDATES)
-    candidates = _places(box, np.where(draws[:, 3:] < AT_EDGES, np.round(draws[:, :3]), draws[:, :3]))
-    atlas = Atlas.load(path.parent / file.start) if file.start else None
-    if atlas is not None:
+    candidates = _places(inner, np.where(draws[:, 3:] < AT_EDGES, np.round(draws[:, :3]), draws[:, :3]))
+
+    def grid_of(places: Array, name: str) -> Grid:
+        cases = [dict(zip(PARAMETERS, map(float, place), strict=True)) for place in places]
+        return grid_from(path, {"name": name, "command": "curve", "base": base, "cases": cases})
+
+    atlas = None
+    if file.start:
+        atlas, *others = (Atlas.load(path.parent / each) for each in file.starts)
         random.fast_forward(int(atlas.curves.random.sum()))
+        for other in others:
+            atlas = joined(atlas, other, lambda place: grid_of(place, "start").cases[0].case, str(path))
     code, message = 0, ""
     for number in range(ceil(file.curves / EVERY)):
-        drawn = _places(box, random.random(EVERY // 2))
+        drawn = _places(inner, random.random(EVERY // 2))
         if atlas is None:
             chosen = _places(box, np.array([*product((0, 1), repeat=3)]))
         else:
             chosen = fit.least_sure(atlas, candidates, EVERY // 2)
         candidates = candidates[~(candidates[:, None] == chosen).all(axis=2).any(axis=1)]
-        cases = [dict(zip(PARAMETERS, map(float, place), strict=True)) for place in (*drawn, *chosen)]
         round_ = directory / f"round-{number:02d}"
-        grid = grid_from(path, {"name": round_.name, "command": "curve", "base": base, "cases": cases})
+        grid = grid_of(np.concatenate([drawn, chosen]), round_.name)
         if (pair := grid.cases[0].case).n != 2:
             raise InputError(str(path), "base.particles", pair.n, "must be 2: an atlas has curves of pairs")
         first, *rest = (plain(each.case.resolved()) for each in grid.cases)
         common = {key: value for key, value in first.items() if all(case.get(key) == value for case in rest)}
-        if atlas is not None and (atlas.box != box or not atlas.provenance["case"].items() <= common.items()):
-            raise InputError(str(path), "start", file.start, "must be an atlas of the same box and base")
+        if atlas is not None:
+            why = ["its box is another one"] if atlas.box != box else beyond(pair, atlas)
+            if why:
+                allowed = f"must be an atlas of the same box and base: {' and '.join(why)}"
+                raise InputError(str(path), "start", file.start, allowed)
+            common = {key: value for key, value in common.items() if atlas.provenance["case"].get(key) == value}
         code, message = run_sweep(grid, round_, options, workers)
         if code not in (0, 3):
             return code, message, directory
         d = np.geomspace(*file.d, DISTANCES)
-        curves = curves_in(curve_folders(round_), d, drawn)
+        curves = curves_in(curve_folders(round_), d, drawn if inner == box else drawn[:0])
         if atlas is not None:
             curves = atlas.curves + curves
         atlas = fit.fit(curves, d, box, {"pairsim": __version__, "case": common})
@@ -94,6 +109,31 @@ def _places(box: Mapping[str, Sequence[float]], x: Array) -> Array:
     low, high = np.array([box[name] for name in PARAMETERS]).T
     found = np.unique(np.round(low + (high - low) * x, 6), axis=0)
     return np.asarray(found[(found[:, 1:] > LEAST_ENDS * high[1:]).any(axis=1)])
+
+
+def joined(atlas: Atlas, other: Atlas, case_at: Callable[[Array], SceneCase], source: str) -> Atlas:
+    """An atlas with those curves of another one that are in its box, and of its cases, at other places than its own.
+
+    None of them counts as one at a random place: they may be in a part of the box alone. Messages name `source`.
+
+    Raises:
+        InputError: The other one has other distances, or other physics.
+    """
+    places = other.curves.places
+    inside = np.array([not atlas.outside(**dict(zip(PARAMETERS, each, strict=True))) for each in places])
+    theirs, ours = (scaled(atlas.box, each.places)[0] for each in (other.curves, atlas.curves))
+    known = (np.abs(theirs[:, None] - ours) < SAME_PLACE).all(axis=2).any(axis=1)
+    new = inside & ~known
+    if not new.any():
+        return atlas
+    why = beyond(case_at(places[new][:1]), other)
+    if len(other.d) != len(atlas.d) or not np.allclose(other.d, atlas.d):
+        why.append("its curves have other distances")
+    if why:
+        raise InputError(source, "start", None, f"must be atlases of the same curves: {' and '.join(why)}")
+    more = Curves(*(each[new] for each in vars(other.curves).values()))
+    more = replace(more, random=np.zeros(int(new.sum()), dtype=bool))
+    return fit.fit(atlas.curves + more, atlas.d, atlas.box, atlas.provenance)
 
 
 def curve_folders(sweep: Path) -> list[Path]:

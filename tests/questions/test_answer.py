@@ -106,12 +106,13 @@ def test_a_curve_separates_comes_closer_or_is_not_decided(curve: Any, signs: str
     assert answer_of_curve(*curve, {}) == [signs, largest]
 
 
-@pytest.mark.parametrize(("count", "next_command"), [(3, "pairsim travel"), (2, "pairsim plot")])
+@pytest.mark.parametrize(("count", "next_command"), [(3, "travel(start, stop)"), (2, "plot(folder)")])
 def test_what_comes_next_is_a_travel_where_there_is_one(count: int, next_command: str) -> None:
     """Between two points alone nothing is known."""
     tables = {"curve": logarithmic(0.05, 1e-3, 1e-5, count), "equilibria": dict[str, Any]()}
-    curve = QUESTIONS["curve"].result.of_tables(tables, {"status": "finished", "points": 1}, "out")
-    assert curve.advice.startswith(f"Next: {next_command} out")
+    question = QUESTIONS["curve"]
+    curve = question.result.of_tables(question, tables, {"status": "finished", "points": 1}, None, "out")
+    assert curve.advice.startswith(f"Next: {next_command}")
 
 
 def test_shapes_of_one_point_are_no_range() -> None:

@@ -195,7 +195,7 @@ def test_the_answer_says_so_where_it_is_far() -> None:
     assert slow.startswith("A pair that starts at d = 0.05 follows this curve from d = 0.091")
     assert "held distance: dU_held, 10 % more" in slow
     held = answer_of_curve(decaying(0.2, 1.0, dU_held=1.1 * 0.2 * D), [], {})[2]
-    assert held.startswith("dU is that of pairs on their way, dU_held that of held distances, ")
-    both = (f"+{rate * D[-1]:.7f} +- 0.0000010" for rate in (0.2, 0.22))
-    assert held.endswith(f": {' and '.join(both)} at d = {D[-1]:.4g}.")
+    free, fixed = (f"+{rate * D[-1]:.7f} +- 0.0000010" for rate in (0.2, 0.22))
+    assert held.startswith(f"At d = {D[-1]:.4g} a pair that moves freely has dU = {free}; while its distance is held, ")
+    assert held.endswith(f"it is dU_held = {fixed}.")
     assert "forgotten" not in "".join(answer_of_curve(decaying(0.2, 0.02), [], {}))

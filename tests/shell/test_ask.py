@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -10,10 +12,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.atlases import CASE, exact
 from support.commands import Pairsim
 
 import pairsim as api
 from pairsim.atlas.atlas import Atlas
+from pairsim.cases.coverage import beyond
+from pairsim.questions.curve import CurveCase
+from pairsim.results.inputs import DrawnRange
 from pairsim.runtime.errors import InputError
 
 BENCH = {"tube": "50um", "particle": "20um", "flow_rate": "1ul/min", "viscosity": "1Pa.s", "modulus": "10kPa"}
@@ -39,19 +45,84 @@ def test_the_part_of_the_inputs_is_that_of_first_order_where_they_are_small(atla
     of_modulus, of_time = (each["half_width"] / each["value"] for each in answer.record["inputs"] if each["half_width"])
     table, case = answer.columns, api.units(kind="curve", **ELASTIC).case
     by = [of_modulus * case.Ca_es[0] * table["by_Ca_e"], of_time * case.De * table["by_De"]]
-    assert answer.record["dU_inputs"] == pytest.approx(1e6 * answer.scales.velocity * np.hypot(*by), rel=0.1)
+    drawn = answer.record["dU_inputs"]
+    half = (drawn["largest"] - drawn["least"]) / 2
+    assert half == pytest.approx(1e6 * answer.scales.velocity * np.hypot(*by), rel=0.1)
+    assert (drawn["outside"] == 0).all()
+
+
+@pytest.mark.parametrize(
+    ("particle", "modulus", "few"),
+    [("20um", "6 +- 3 kPa", True), ("16.5 +- 1.7 um", "10 +- 1 kPa", True), ("16 +- 3 um", "10 +- 1 kPa", False)],
+)
+def test_a_range_holds_dU_of_most_draws_of_uncertain_inputs(
+    particle: str, modulus: str, few: bool, atlas: Path
+) -> None:
+    """Also where dU is not linear in them, and where some draws are outside of the box, of which dU is invented."""
+    answer, book = api.ask(**ELASTIC | {"particle": particle, "modulus": modulus}, atlas=atlas), Atlas.load(atlas)
+    drawn, draws, d = DrawnRange.of(answer.columns, answer.record), 4000, 8 / 50
+    assert drawn is not None
+    normal = iter(np.random.default_rng(5).standard_normal((2, draws)))
+    sizes = {"particle": 1.0, "modulus": 1.0}
+    for each in answer.record["inputs"]:
+        if each["half_width"]:
+            sizes[each["key"]] = 1 + each["half_width"] / each["value"] / 2 * next(normal)
+    case = answer.case
+    places = np.stack(
+        [np.broadcast_to(x, draws) for x in (case.beta * sizes["particle"], case.De, case.Ca_e / sizes["modulus"])],
+        axis=1,
+    )
+    low, high = np.array([book.box[name] for name in ("beta", "De", "Ca_e")]).T
+    outside = ((places < low) | (places > high)).any(axis=1)
+    dU = 1e6 * answer.scales.velocity * exact(*places.T, d)
+    least, largest = map(float, re.findall(r"[+-][\d.]+", drawn.words(d)))
+    held = (dU >= least) & (dU <= largest)
+    said = drawn.outside_at(d)
+    if few:
+        assert (held & ~outside).mean() == pytest.approx(0.95, abs=0.015)
+        assert not said or "count as outside of this range" in said
+    else:
+        assert held[~outside].mean() == pytest.approx(0.95, abs=0.015)
+        assert float(said.partition(" %")[0]) == pytest.approx(100 * outside.mean(), abs=2)
+        assert "outside of the atlas, beta below 0.3, and are not known: the range is that of the others" in said
+    assert bool(said) == bool(outside.any())
+
+
+def test_a_zero_of_most_draws_is_where_both_signs_are(atlas: Path) -> None:
+    answer = api.ask(**ELASTIC | {"modulus": "10 +- 2 kPa"}, atlas=atlas)
+    drawn, zero = DrawnRange.of(answer.columns, answer.record), answer.zeros["d"][0]
+    assert drawn is not None
+    ends = drawn.around(zero)
+    zeros = [api.ask(**ELASTIC | {"modulus": f"{G} kPa"}, atlas=atlas).zeros["d"][0] for G in (8, 12)]
+    assert sorted(zeros) == pytest.approx(sorted(ends), rel=0.02)
+    assert f"the zero at d = {50 * zero:.4g} um is between" in " ".join(answer.findings())
+
+
+def test_a_difference_of_the_diameters_has_its_part_in_the_range(atlas: Path) -> None:
+    answer = api.ask(**ELASTIC | {"particle_difference": "0 +- 0.1 %"}, atlas=atlas)
+    drawn = answer.record["dU_inputs"]
+    half = 1e6 * answer.scales.velocity * 1e-3 * np.abs(answer.columns["by_difference"])
+    assert (drawn["largest"] - drawn["least"]) / 2 == pytest.approx(half, rel=0.05)
+    assert not drawn["missing"]
+
+
+def test_what_an_input_changes_that_the_atlas_has_one_value_of_is_said(atlas: Path) -> None:
+    answer = api.ask(**ELASTIC | {"solvent": "90 +- 5 mPa.s"}, atlas=atlas)
+    assert "What solvent changes by xi is not in it: the atlas has one xi." in answer.findings()
 
 
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"relaxation": "20ms"}, r"De = 3.395 is not in 0 to 1; pairsim curve computes it \(about .* on one core\)"),
-        ({"liquid": "oldroyd-b"}, "liquid is another one than in the atlas"),
-        ({"solvent": "0.5 Pa.s"}, "liquid is another one"),
+        ({"relaxation": "20ms"}, r"De = 3.395 is not in 0 to 1; pairsim curve computes it \(about .* on one core"),
+        ({"liquid": "oldroyd-b"}, "the liquid is Oldroyd-B, in the atlas Giesekus"),
+        ({"liquid": {"law": "giesekus", "alpha": 0.071}}, r"answer: alpha = 0\.071, in the atlas 0\.2; pairsim curve"),
+        ({"solvent": "0.5 Pa.s"}, r"xi = 0\.5, in the atlas 0\.09; pairsim curve"),
         ({"particle": ["20um", "22um"]}, "the beads differ"),
         ({"particle": ["20um", "20um", "20um"]}, "must be 2: the answers are those of pairs"),
-        ({"solid": {"law": "mooney-rivlin", "c": 0.5}}, "the beads have another law"),
-        ({"length": 20}, "length is another one"),
+        ({"solid": {"law": "mooney-rivlin", "c": 0.5}}, "the beads are Mooney-Rivlin, in the atlas neo-Hookean"),
+        ({"length": 20}, "length is 20, in the atlas auto"),
+        ({"ends": "periodic", "length": 20}, "ends is periodic, in the atlas developed"),
         ({"tube": "50kPa"}, "must be a length"),
     ],
 )
@@ -60,22 +131,119 @@ def test_where_the_atlas_has_no_answer_it_says_why(atlas: Path, change: dict[str
         api.ask(**(ELASTIC | change), atlas=atlas)
 
 
-def test_of_the_atlases_that_ship_the_narrowest_answers(
-    atlas: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    wide = replace(made := Atlas.load(atlas), widths=1000 * made.widths)
-    narrow = replace(made, box={**made.box, "De": (0.0, 0.0)})  # as one of Newtonian liquids
-    for name, each in (("a", wide), ("b", narrow)):
-        each.save(tmp_path / f"{name}.npz")
-    monkeypatch.setattr("pairsim.api.ask.SHIPPED", [tmp_path / "a.npz", tmp_path / "b.npz"])
-    for given, file in ((ELASTIC, "a.npz"), (BENCH, "b.npz")):
-        error = api.ask(**given).columns["dU_error"]
-        assert error == pytest.approx(api.ask(**given, atlas=tmp_path / file).columns["dU_error"])
-    with pytest.raises(InputError, match=r"De = 3\.395 is not in 0 to 1; pairsim curve"):
-        api.ask(**ELASTIC | {"relaxation": "20ms"})
-    replace(narrow, box={**narrow.box, "beta": (0.25, 0.5)}).save(tmp_path / "b.npz")
-    with pytest.raises(InputError, match=r"beta = 0\.24 is not in 0\.25 to 0\.5; pairsim curve"):
-        api.ask(**BENCH | {"particle": "12um"})
+def test_quantities_of_a_block_count_as_those_beside_it(atlas: Path) -> None:
+    with pytest.raises(InputError, match=r"xi = 0\.5, in the atlas 0\.09"):
+        api.ask(**ELASTIC, physical={"solvent": "0.5 Pa.s"}, atlas=atlas)
+
+
+class Heavy(CurveCase):
+    """A curve with a key that no atlas knows."""
+
+    gravity: float = 0.0
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "why"),
+    [
+        ("gravity", 50.0, "gravity is 50, in the atlas 0"),
+        ("after", 1.0, "after is 1, in the atlas not given"),
+        ("velocity", 0.5, "velocity is 0.5, in the atlas not given"),
+        ("flow", 0, "flow is 0, in the atlas 1"),
+        ("max_points", 7, ""),
+        ("name", "bench", ""),
+    ],
+)
+def test_a_key_is_compared_unless_it_is_known_not_to_matter(key: str, value: Any, why: str, atlas: Path) -> None:
+    case = {**CASE, "beta": 0.4, "De": 0.3, "Ca_e": 0.05, "d": [0.1, 0.2]}
+    book = Atlas.load(atlas)
+    assert beyond(Heavy.model_validate(case), book) == []
+    assert beyond(Heavy.model_validate(case | {key: value}), book) == ([why] if why else [])
+
+
+@pytest.mark.parametrize(
+    ("more", "key"),
+    [({"d0": 0.1, "hold": True}, "hold"), ({"d": [0.02, 0.8], "along": {"Ca_e": [0.05, 0.1]}}, "along")],
+)
+def test_a_key_that_no_curve_has_is_refused_where_it_matters(more: dict[str, Any], key: str, atlas: Path) -> None:
+    with pytest.raises(InputError, match=f"{key}: .*must be left out: an atlas does not know it"):
+        api.ask({"beta": 0.4, "De": 0, "Ca_e": 0.05, **more}, atlas=atlas)
+    assert api.ask({"beta": 0.4, "De": 0, "Ca_e": 0.05, "d0": 0.1, "time": {"end": 3}}, atlas=atlas).dU(0.1)
+
+
+@pytest.fixture
+def two_atlases(atlas: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Path, Path]:
+    """One of Newtonian liquids with wide intervals, and one of Giesekus liquids, in place of those that ship."""
+    made = Atlas.load(atlas)
+    newtonian = {key: value for key, value in CASE.items() if key != "liquid"}
+    wide = replace(made, box={**made.box, "De": (0.0, 0.0), "beta": (0.25, 0.5)}, widths=10 * made.widths)
+    wide = replace(wide, provenance={"case": {**newtonian, "De": 0.0}})
+    files = tmp_path / "newtonian.npz", tmp_path / "giesekus.npz"
+    for file, each in zip(files, (wide, made), strict=True):
+        each.save(file)
+    monkeypatch.setattr("pairsim.api.ask.SHIPPED", [files[1], files[0]])
+    return files
+
+
+def test_of_several_atlases_that_of_the_law_of_the_liquid_answers(two_atlases: tuple[Path, Path]) -> None:
+    """Also where intervals of another one are narrower: these may be the ones that are too narrow."""
+    for given, file in ((BENCH, two_atlases[0]), (ELASTIC, two_atlases[1])):
+        expected = api.ask(**given, atlas=file).columns["dU_error"]
+        assert api.ask(**given).columns["dU_error"] == pytest.approx(expected)
+    assert api.ask(**BENCH).warnings == []
+    assert "The liquid of the atlas is Giesekus with xi = 0.09 and alpha = 0.2." in api.ask(**ELASTIC).findings()
+    assert not any("liquid" in each for each in api.ask(**BENCH).findings())
+
+
+def test_the_box_that_a_case_is_outside_of_is_that_of_its_law(two_atlases: tuple[Path, Path]) -> None:
+    for given, why in (
+        (ELASTIC | {"relaxation": "6.19ms"}, r"answer: De = 1\.051 is not in 0 to 1; "),
+        (ELASTIC | {"particle": "14.5um"}, r"answer: beta = 0\.29 is not in 0\.3 to 0\.5; "),
+        (BENCH | {"particle": "12um"}, r"answer: beta = 0\.24 is not in 0\.25 to 0\.5; "),
+    ):
+        with pytest.raises(InputError, match=why):
+            api.ask(**given)
+
+
+def test_atlases_that_disagree_are_told_of(two_atlases: tuple[Path, Path], tmp_path: Path, pairsim: Pairsim) -> None:
+    other = Atlas.load(two_atlases[0])
+    curves = replace(other.curves, dU=1.5 * other.curves.dU, gradients=1.5 * other.curves.gradients)
+    replace(other, curves=curves).save(two_atlases[0])
+    (warning,) = api.ask(**BENCH).warnings
+    assert warning.startswith("two atlases disagree: at d = ")
+    assert api.ask(**BENCH).dU(0.2) == pytest.approx(1.5 * api.ask(**BENCH, atlas=two_atlases[1]).dU(0.2), rel=0.05)
+    words = "ask --tube 50um --particle 20um --flow 1ul/min --viscosity 1Pa.s --modulus 10kPa"
+    assert f"Warning: {warning}" in pairsim(*words.split()).stdout
+
+
+@pytest.fixture
+def answer(atlas: Path) -> Any:
+    return api.ask(**ELASTIC | {"modulus": "10 +- 1 kPa"}, atlas=atlas)
+
+
+def test_an_answer_has_all_that_a_curve_has(answer: Any, tmp_path: Path) -> None:
+    frame = answer.frame()
+    assert list(frame) == list(answer.table)
+    assert len(frame) == 41
+    assert answer.physical["dU"].to_numpy() == pytest.approx(1e6 * answer.scales.velocity * answer.columns["dU"])
+    assert answer.frame("equilibria")["d"].to_numpy() == pytest.approx(answer.zeros["d"].to_numpy())
+    assert answer.frame(at=["8um"])["dU"][0] == pytest.approx(answer.dU("8um"))
+    assert (answer.case.beta, answer.case.kind) == (0.4, "curve")
+    assert [path.name for path in answer.plot(tmp_path)] == ["curve.png"]
+    assert answer.advice == "Next: travel(start, stop) gives the time and tube that a pair needs."
+    assert answer.places.size == 0
+    assert (answer.status, answer.kind, answer.folder) == ("finished", "curve", None)
+    with pytest.raises(InputError, match="pairsim ask: --to"):
+        answer.travel("5um", "30um")
+
+
+def test_an_answer_is_pickled_with_its_data(answer: Any, tmp_path: Path) -> None:
+    again = pickle.loads(pickle.dumps(answer))
+    assert again.frame().equals(answer.frame())
+    assert again.case == answer.case
+    assert again.findings() == answer.findings()
+    assert again.dU("8um") == answer.dU("8um")
+    assert (again.advice, repr(again)) == (answer.advice, repr(answer))
+    assert again.plot(tmp_path)[0].stat().st_size > 10_000
 
 
 def test_the_command_loads_nothing_that_takes_long() -> None:
@@ -107,8 +275,8 @@ def test_the_command_answers_in_words(atlas: Path, pairsim: Pairsim) -> None:
         "ask", *options.split(), "--relaxation", "2 +- 0.4 ms", "--liquid", "giesekus", "--atlas", str(atlas)
     )
     assert done.returncode == 0, done.stderr
-    assert "The half-widths of the inputs add +- " in done.stdout
-    assert " um/s by the inputs." in done.stdout
+    assert re.search(r"In 95 % of draws of the inputs, dU at d = \S+ um is \S+ to \S+ um/s", done.stdout)
+    assert re.search(r"At d = 20 um: dU = \S+ \+- \S+ um/s; by the inputs \S+ to \S+ um/s\.", done.stdout)
     assert " of tube" in done.stdout
     refused = pairsim("ask", "--particle", "20um", "--atlas", str(atlas))
     assert refused.returncode == 2
@@ -122,20 +290,36 @@ def test_the_command_answers_in_words(atlas: Path, pairsim: Pairsim) -> None:
 def test_what_is_not_known_or_does_not_move_is_not_in_the_answer(atlas: Path) -> None:
     start = next(line for line in api.ask(**BENCH | {"modulus": "1.8kPa"}).findings() if "that starts at" in line)
     assert "dU_held" not in start, "the atlas does not have it"
-    rigid = {key: value for key, value in BENCH.items() if key != "modulus"}
-    assert api.ask(**rigid, atlas=atlas).findings() == ["The pair keeps its distance: dU vanishes at every d."]
+    rigid = api.ask(**{key: value for key, value in BENCH.items() if key != "modulus"}, atlas=atlas)
+    assert rigid.findings() == ["The pair keeps its distance: dU vanishes at every d."]
+    with pytest.raises(InputError, match="must be left out: dU = 0 at every distance, so that the pair keeps its own"):
+        rigid.travel("5um", "10um")
 
 
 def test_the_command_names_options_and_answers_all_or_nothing(atlas: Path, tmp_path: Path, pairsim: Pairsim) -> None:
     bench = ["ask", "--tube", "50um", "--particle", "20um", "--flow", "1ul/min", "--modulus", "5kPa"]
     refused = pairsim(*bench, "--atlas", str(atlas))
     assert "pairsim ask: --viscosity: is missing" in refused.stderr
+    refused = pairsim(*bench, "--liquid", "power-law", "--set", "liquid.n=0.6", "--atlas", str(atlas))
+    assert "pairsim ask: --set consistency: is missing" in refused.stderr
     refused = pairsim(*bench, "--viscosity", "1Pa.s", "--at", "8ms", "--atlas", str(atlas))
     assert "--at: got '8ms'" in refused.stderr
     assert not refused.stdout
     (tmp_path / "case.yaml").write_text(api.units(**BENCH).case_file("bench"))
     refused = pairsim("ask", "case.yaml", "--flow", "2ul/min", "--atlas", str(atlas))
     assert "--flow: got '2ul/min'; must be left out" in refused.stderr
+
+
+def test_a_travel_that_the_pair_does_not_make_loses_no_other_answer(atlas: Path, pairsim: Pairsim) -> None:
+    bench = "--tube 50um --particle 20um --flow 1ul/min --viscosity 1Pa.s --modulus 10kPa --relaxation 2ms"
+    words = ["ask", *bench.split(), "--liquid", "giesekus", "--at", "8um", "--atlas", str(atlas)]
+    done = pairsim(*words, "--from", "5um", "--to", "30um")
+    assert done.returncode == 2
+    assert "At d = 8 um: dU = " in done.stdout
+    assert "pairsim ask: --to: got '30um'; must be on the same side of the zeros of dU" in done.stderr
+    refused = pairsim(*words, "--from", "5ms", "--to", "30um")
+    assert "pairsim ask: --from: got '5ms'" in refused.stderr
+    assert not refused.stdout
 
 
 @pytest.mark.slow

@@ -21,10 +21,11 @@ from pairsim.atlas.atlas import PARAMETERS, Atlas, Curves
 from pairsim.atlas.kriging import covariance
 from pairsim.cases.yaml_file import read_yaml
 from pairsim.cli.app import app
+from pairsim.questions.curve import CurveCase
 from pairsim.results.curve_table import curve_of
 from pairsim.results.table_files import read_table
 from pairsim.runtime.errors import InputError
-from pairsim.sweeps.atlas import curve_folders, curves_in
+from pairsim.sweeps.atlas import curve_folders, curves_in, joined
 
 LOADED = """import sys
 from pathlib import Path
@@ -112,6 +113,52 @@ def test_what_is_outside_or_no_atlas_is_refused(made: Atlas, tmp_path: Path) -> 
         Atlas.load(tmp_path / "a.npz")
 
 
+def newtonian_case(place: np.ndarray) -> CurveCase:
+    return CurveCase.model_validate(CASE | dict(zip(PARAMETERS, place[0], strict=True)) | {"d": [0.02, 2.0]})
+
+
+def test_curves_of_a_newtonian_liquid_are_those_of_all_others_at_De_0(made: Atlas) -> None:
+    places = np.array([[0.35, 0.0, 0.06], [0.45, 0.0, 0.1], [0.25, 0.0, 0.1], made.curves.places[0] + 1e-6])
+    theirs = {key: value for key, value in CASE.items() if key != "liquid"} | {"De": 0.0}
+    box = {**BOX, "beta": [0.2, 0.5], "De": [0.0, 0.0]}
+    other = Atlas(box, {"case": theirs}, D, made.settings, made.widths, curves_at(places))
+    found = joined(made, other, newtonian_case, "a.yaml")
+    assert found.curves.places[len(made.curves.places) :].tolist() == places[:2].tolist()
+    assert found.curves.random[-2:].tolist() == [False, False]
+    with pytest.raises(InputError, match=r"a.yaml: start: must be atlases of the same curves: length is auto, in the"):
+        joined(made, replace(other, provenance={"case": theirs | {"length": 20.0}}), newtonian_case, "a.yaml")
+    with pytest.raises(InputError, match="its curves have other distances"):
+        joined(made, replace(other, d=1.1 * D), newtonian_case, "a.yaml")
+
+
+@pytest.mark.parametrize(
+    ("more", "wrong"),
+    [
+        (
+            "within: {beta: [0.2, 0.35]}\nstart: a.npz",
+            "within.beta: got [0.2, 0.35]; must be a part of beta: [0.3, 0.4]",
+        ),
+        ("within: {beta: [0.3, 0.35]}", "within: must be left out without start"),
+    ],
+)
+def test_a_part_of_the_box_is_one(more: str, wrong: str, tmp_path: Path) -> None:
+    (tmp_path / "a.yaml").write_text(f"beta: [0.3, 0.4]\nDe: [0, 0]\nCa_e: [0, 0.1]\ncurves: 6\n{more}\n")
+    done = CliRunner().invoke(app, ["atlas", str(tmp_path / "a.yaml"), "-o", str(tmp_path / "out")])
+    assert wrong in str(done.exception)
+
+
+def test_half_widths_nearby_are_not_lost_among_much_smaller_ones(made: Atlas) -> None:
+    """As where soft pairs nearly touch: a tenth of those of the others are a hundred times as large."""
+    curves = replace(made.curves, errors=made.curves.errors.copy())
+    curves.errors[::10] *= 100
+    ratios = (
+        replace(made, curves=curves).velocities(random_places(300, 9))[1] / made.velocities(random_places(300, 9))[1]
+    )
+    assert ratios.mean() > 4
+    here = replace(made, curves=curves).velocities(curves.places[:1])[1] / made.velocities(curves.places[:1])[1]
+    assert (here > 50).all()
+
+
 @pytest.mark.parametrize(
     ("Ca_e", "base", "wrong"),
     [("[0, 0]", "{}", "Ca_e: got [0, 0]; must end above 0, or De"), ("[0, 0.1]", "{particles: 3}", "must be 2")],
@@ -153,12 +200,19 @@ def test_curves_are_computed_and_made_into_an_atlas(pairsim: Pairsim, tmp_path: 
         found = atlas.table(*(float(case[name]) for name in PARAMETERS))
         at = [0, -1]  # the ends of d
         assert (np.abs(found["dU"][at] - table["dU"][at]) <= found["dU_error"][at] + table["dU_error"][at]).all()
-    spec.write_text(f"{box}curves: 6\nbase: {base}\nstart: out/atlas.npz\n")
+    spec.write_text(f"{box}curves: 6\nbase: {base}\nstart: out/atlas.npz\nwithin: {{beta: [0.36, 0.4]}}\n")
     done = pairsim("atlas", "small.yaml", "-o", "more")
     assert "6 of 6 cases finished; 11 curves" in done.stdout + done.stderr
-    spec.write_text(f"{box}curves: 6\nbase: {{mesh: {{Np: 9}}, tol: 0.5}}\nstart: out/atlas.npz\n")
-    refused = pairsim("atlas", "small.yaml", "-o", "other")
-    assert (refused.returncode, "must be an atlas of the same box and base" in refused.stderr) == (2, True)
+    more = Atlas.load(tmp_path / "more" / "atlas.npz")
+    assert (more.curves.places[5:, 0] >= 0.36).all()
+    assert (more.box["beta"], more.curves.random.sum()) == ([0.3, 0.4], 3)
+    for changed, why in (
+        (f"{box}base: {{mesh: {{Np: 8}}, tol: 0.5, length: 20}}", "length is 20, in the atlas not given"),
+        (f"{box.replace('0.05', '0.06')}base: {base}", "its box is another one"),
+    ):
+        spec.write_text(f"{changed}\ncurves: 6\nstart: out/atlas.npz\n")
+        refused = pairsim("atlas", "small.yaml", "-o", "other")
+        assert f"must be an atlas of the same box and base: {why}" in refused.stderr
 
 
 def test_intervals_of_the_atlas_that_ships_hold_curves_it_was_not_made_of() -> None:

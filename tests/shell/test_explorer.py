@@ -5,8 +5,10 @@ from __future__ import annotations
 import re
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from support.commands import Pairsim
 
@@ -56,6 +58,32 @@ def test_the_page_shows_the_numbers_of_ask(atlas: Path, tmp_path: Path, pairsim:
 @pytest.mark.slow
 @pytest.mark.skipif(not BROWSER, reason="needs a browser: chromium")
 def test_the_page_says_what_is_outside(atlas: Path, tmp_path: Path) -> None:
-    (tmp_path / "page.html").write_text(page_of([Atlas.load(atlas)]))
+    (tmp_path / "page.html").write_text(page_of([("Giesekus", Atlas.load(atlas))]))
     text = shown(tmp_path / "page.html", modulus=1, relaxation=30)
-    assert "The atlas has no answer: De = 5.09 is not in 0 to 1 and Ca_e = 0.17 is not in 0 to 0.1" in text
+    assert "The atlas has no answer: De = 5.09 is not in 0 to 1, and Ca_e = 0.17 is not in 0 to 0.1" in text
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not BROWSER, reason="needs a browser: chromium")
+def test_the_page_takes_the_atlas_of_the_law_and_says_where_another_one_disagrees(atlas: Path, tmp_path: Path) -> None:
+    giesekus = Atlas.load(atlas)
+    newtonian = replace(giesekus, box={**giesekus.box, "De": (0.0, 0.0)}, widths=5 * giesekus.widths)
+    for factor, disagree in ((1.0, False), (1.5, True)):
+        scaled = replace(
+            newtonian.curves, dU=factor * newtonian.curves.dU, gradients=factor * newtonian.curves.gradients
+        )
+        atlases = [("Giesekus with alpha = 0.2", giesekus), ("Newtonian", replace(newtonian, curves=scaled))]
+        (tmp_path / "page.html").write_text(page_of(atlases))
+        still, moving = (shown(tmp_path / "page.html", modulus=10, relaxation=each) for each in (0, 2))
+        assert ("Two atlases disagree: at d = " in still) == disagree
+        assert "The liquid of the atlas is" not in still
+        assert "The liquid of the atlas is Giesekus with alpha = 0.2." in moving
+        assert "disagree" not in moving
+        table = atlases[1][1].table(0.4, 0.0, numbers_of(10.0))
+        expected = np.interp(np.log(8 / 50), np.log(table["d"]), table["dU_error"])
+        assert numbers(still)["half"] == pytest.approx(1e6 * 4 / np.pi * 1e-9 / 60 / (50e-6) ** 2 * expected, rel=0.02)
+
+
+def numbers_of(modulus: float) -> float:
+    """Ca_e of the page with a modulus [kPa], other quantities as it begins with."""
+    return 4 / np.pi * 1e-9 / 60 / (50e-6) ** 3 / (1e3 * modulus)

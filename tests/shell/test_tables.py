@@ -196,7 +196,7 @@ def test_forces_have_a_unit_of_the_laboratory(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("on the way: De = 1.5, Ca_e = 0.005, d = 0.19039", "on the way: De = 1.5, Ca_e = 0.005, d = 9.5195 um"),
+        ("solving easier cases first: De = 1.5, d = 0.19039", "solving easier cases first: De = 1.5, d = 9.5195 um"),
         ("mesh_failed at t = 0.002 (step 5)", "mesh_failed at t = 1e-05 s (step 5)"),
         ("ends at d = 0.05 +- 0.001, in a fold", "ends at d = 2.5 +- 0.05 um, in a fold"),
         ("d = 0.1, 0.2  dU = -1e-3, +2e-3  Newton 3", "d = 5, 10 um  dU = -10, +20 um/s  Newton 3"),

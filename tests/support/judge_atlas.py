@@ -1,4 +1,7 @@
-"""Judge an atlas by curves that it was not made of: python tests/support/judge_atlas.py [ATLAS.npz [POINTS.csv]]."""
+"""Judge an atlas by points that it was not made of: python tests/support/judge_atlas.py [ATLAS.npz [POINTS.csv]].
+
+`fresh_points.py` computes such points; docs/validation has those by which the atlases that ship were judged.
+"""
 
 from __future__ import annotations
 
@@ -17,19 +20,19 @@ ATLAS = Path(shipped.__file__).with_name("equal-pairs.npz")
 
 
 def judge(file: Path = ATLAS, points: Path = POINTS) -> pd.DataFrame:
-    """A row for each point: errors and half-widths in per cent of the largest |dU| of its curve.
+    """A row for each point: errors and half-widths in per cent of the largest |dU| of its curve, by the atlas.
 
     Args:
         file: The atlas.
         points: Points of its box, with columns beta, De, Ca_e, d, dU and dU_error. Those with dU = 0 are zeros, of
-            which error and half-width are in per cent of d.
+            which error and half-width are in per cent of d. `own` is the half-width of the point itself.
     """
     atlas, rows = Atlas.load(file), []
     for place, held in pd.read_csv(points).groupby(list(PARAMETERS)):
         table = atlas.table(*place)
-        curve, zeros, peak = curve_of(table), zeros_of(table), np.abs(held["dU"]).max()
+        curve, zeros, peak = curve_of(table), zeros_of(table), np.abs(table["dU"]).max()
         assert curve is not None
-        for d, dU in zip(held["d"], held["dU"], strict=True):
+        for d, dU, own in zip(held["d"], held["dU"], held["dU_error"], strict=True):
             value, half_width = float(curve.values(d)), float(curve.half_widths(d))
             row = {**dict(zip(PARAMETERS, place, strict=True)), "d": d, "zero": dU == 0}
             row |= {"certain": abs(value) > half_width, "right": value * dU > 0}
@@ -37,7 +40,11 @@ def judge(file: Path = ATLAS, points: Path = POINTS) -> pd.DataFrame:
                 at = np.abs(np.log(zeros["d"] / d)).argmin()
                 row |= {"error": 100 * (zeros["d"][at] / d - 1), "half_width": 100 * zeros["d_error"][at] / d}
             elif dU != 0:
-                row |= {"error": 100 * (value - dU) / peak, "half_width": 100 * half_width / peak}
+                row |= {
+                    "error": 100 * (value - dU) / peak,
+                    "half_width": 100 * half_width / peak,
+                    "own": 100 * own / peak,
+                }
             rows.append(row)
     return pd.DataFrame(rows)
 
@@ -46,8 +53,14 @@ if __name__ == "__main__":
     found = judge(*map(Path, sys.argv[1:]))
     known = found["zero"] & (found["half_width"] < 20)
     for name, part in (("dU", found[~found["zero"]]), ("zeros that are known to 20 %", found[known])):
+        if part.empty:
+            continue
         error, half_width, curves = part["error"].abs(), part["half_width"], len(part.groupby(list(PARAMETERS)))
         print(f"{name}: {len(part)} of {curves} curves, {100 * (error <= half_width).mean():.1f} % inside")
+        if "own" in part and part["own"].notna().all():
+            both = error <= half_width + part["own"]
+            own = part["own"].median()
+            print(f"  by both half-widths {100 * both.mean():.1f} %; those of the points: median {own:.2g}")
         print(
             f"  errors [%]: median {error.median():.2g}, 95 % below {error.quantile(0.95):.2g}, worst {error.max():.2g}"
         )

@@ -11,9 +11,8 @@ system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from functools import cached_property
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import typer
@@ -229,14 +228,6 @@ def read(tables: Tables) -> dict[str, Value]:
 class CurveResult(Result):
     """A master curve. `table` is curve.csv, with a row for each point."""
 
-    @classmethod
-    def of_tables(cls, tables: Tables, record: Mapping[str, Any], source: str) -> CurveResult:
-        """A curve without a folder, of the tables and the run.json that it would have; messages name `source`."""
-        found = cls(QUESTION, Path(source), record)
-        found.folder = None
-        vars(found).update(tables=tables, record=record)
-        return found
-
     @cached_property
     def zeros(self) -> pd.DataFrame:
         """The zeros of dU (equilibria.csv): d, stable, slope, peak, d_error and certain."""
@@ -271,26 +262,28 @@ class CurveResult(Result):
         """
         from pairsim.results.travel import travel
 
-        source = "curve" if self.folder is None else str(self.folder)
-        return travel(self.columns, start, stop, source, self.record)
+        return travel(self.columns, start, stop, self.source, self.record)
 
     def findings(self) -> list[str]:
-        """Where particles separate and come closer, and how fast."""
+        """Where particles separate and come closer, and how fast; of an atlas, also in which liquid."""
         from pairsim.questions.curve.answer import answer_of_curve
         from pairsim.results.curve_table import zeros_in
 
         if not rows_in(self.tables["curve"]):
             return ["No point was solved."]
-        return answer_of_curve(self.tables["curve"], zeros_in(self.tables["equilibria"]), self.record)
+        said = answer_of_curve(self.tables["curve"], zeros_in(self.tables["equilibria"]), self.record)
+        return [*said, *self.record.get("notes", ())]
 
     def afterwards(self) -> str:
         from pairsim.results.curve_table import regions_of
 
         steady = rows_in(self.columns) > 1 and {"dU", "dU_held"} <= self.columns.keys()
         regions = regions_of(self.columns, self.tables["equilibria"].get("d", ())) if steady else []
-        if any(each.sign and each.start < each.stop for each in regions):
-            return f"pairsim travel {self._place} --from D --to D gives the time and tube that a pair needs"
-        return f"pairsim plot {self._place} draws it"
+        moves = any(each.sign and each.start < each.stop for each in regions)
+        command = f"pairsim travel {self.source} --from D --to D" if moves else f"pairsim plot {self.source}"
+        if not self._of_folder:
+            command = "travel(start, stop)" if moves else "plot(folder)"
+        return f"{command} {'gives the time and tube that a pair needs' if moves else 'draws it'}"
 
 
 QUESTION = Question(

@@ -15,7 +15,7 @@ from pairsim.physics.scales import Scales
 from pairsim.results import curve_table as in_tables
 from pairsim.results.columns import suffixes_in
 from pairsim.results.curve_table import forgotten_at, held_regions, peak_of, regions_of
-from pairsim.results.inputs import change_by, half_widths_by
+from pairsim.results.inputs import COVERED, DrawnRange, change_by, half_widths_by
 from pairsim.results.units import FORCE, LENGTH, TIME, VELOCITY, Unit, in_unit, scales_in
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.interpolant import Region
@@ -105,11 +105,41 @@ def _motion_over_d(
 
 
 def _with_inputs(table: Mapping[str, Array], zeros: Sequence[in_tables.Zero], record: Mapping[str, Any]) -> list[str]:
-    """What the half-widths of the inputs add to the intervals, and the sensitivities at the largest |dU|."""
+    """What the half-widths of the inputs do to dU and its zeros, and the sensitivities at the largest |dU|."""
     scales, inputs = scales_in(record), [Input(**each) for each in record.get("inputs", ())]
     if scales is None or "by_beta" not in table or not table["dU"].any():
         return []
+    x, peak, drawn = np.log(table["d"]), peak_of(table), DrawnRange.of(table, record)
+    ranges = _in_draws(drawn, peak.d, zeros, scales) if drawn is not None else []
+    changes = [(one, change_by(table, scales, one)) for one in inputs]
+    known = [(one, float(np.interp(np.log(peak.d), x, each)) / one.size) for one, each in changes if each is not None]
+    each = ", ".join(f"{by:+.3g} per {one.unit} of {one.key}" for one, by in known)
+    added = _to_first_order(table, zeros, scales, inputs, drawn)
+    return [*ranges, *added, f"At the largest |dU|, dU [{VELOCITY.physical}] changes by {each}."]
+
+
+def _in_draws(drawn: DrawnRange, d: float, zeros: Sequence[in_tables.Zero], scales: Scales) -> list[str]:
+    """Where dU at a distance and its zeros are in most draws of the inputs."""
+    said = [f"dU at d = {in_unit(scales, LENGTH, d)} is {drawn.words(d)}"]
+    for zero in zeros:
+        ends = (in_unit(scales, LENGTH, end) for end in drawn.around(zero.d))
+        said.append(f"the zero at d = {in_unit(scales, LENGTH, zero.d)} is between {' and '.join(ends)}")
+    lines = [f"In {100 * COVERED:g} % of draws of the inputs, {', '.join(said)}."]
+    outside = drawn.outside_at(d)
+    return [*lines, f"{outside}."] if outside else lines
+
+
+def _to_first_order(
+    table: Mapping[str, Array],
+    zeros: Sequence[in_tables.Zero],
+    scales: Scales,
+    inputs: list[Input],
+    drawn: DrawnRange | None,
+) -> list[str]:
+    """What each half-width of the inputs adds to first order; with draws, of dU alone, to tell the inputs apart."""
     parts, x, peak = half_widths_by(table, scales, inputs), np.log(table["d"]), peak_of(table)
+    unknown = " and ".join(key for key, part in parts.items() if not np.isfinite(part).all())
+    parts = {key: part for key, part in parts.items() if np.isfinite(part).all()}
 
     def added(d: float, unit: Unit, steepness: float) -> str:
         """The parts of the inputs at a distance, the largest first, over the steepness of dU."""
@@ -118,17 +148,20 @@ def _with_inputs(table: Mapping[str, Array], zeros: Sequence[in_tables.Zero], re
         return f"+- {math.hypot(*here.values()):.2g} {unit.physical} ({each})"
 
     lines = []
-    if parts:
+    if parts and drawn is None:
         said = [f"{added(peak.d, VELOCITY, 1.0)} to the largest |dU|"]
         for zero in zeros:
             slope = abs(float(np.interp(np.log(zero.d), x, table["slope"]))) * VELOCITY.factor(scales)
             at_zero = added(zero.d, LENGTH, slope / LENGTH.factor(scales))
             said.append(f"{at_zero} to the zero at d = {in_unit(scales, LENGTH, zero.d)}")
-        lines.append(f"The half-widths of the inputs add {', '.join(said)}.")
-    changes = [(one, change_by(table, scales, one)) for one in inputs]
-    known = [(one, float(np.interp(np.log(peak.d), x, each)) / one.size) for one, each in changes if each is not None]
-    each = ", ".join(f"{by:+.3g} per {one.unit} of {one.key}" for one, by in known)
-    return [*lines, f"At the largest |dU|, dU [{VELOCITY.physical}] changes by {each}."]
+        lines.append(f"The half-widths of the inputs add, to first order, {', '.join(said)}.")
+    elif len(parts) > 1:
+        lines.append(f"To first order, they add {added(peak.d, VELOCITY, 1.0)} there.")
+    if unknown and drawn is None:
+        lines.append(f"What the half-width of {unknown} adds is not known: the curve has no derivatives for it.")
+    elif drawn is not None and drawn.missing:
+        lines.append(f"What {unknown} changes by {drawn.missing} is not in it: the atlas has one {drawn.missing}.")
+    return lines
 
 
 def _held(table: Mapping[str, Array], scales: Scales | None) -> list[str]:
@@ -141,8 +174,8 @@ def _held(table: Mapping[str, Array], scales: Scales | None) -> list[str]:
     both = [in_unit(scales, VELOCITY, table[name][at], error, "+") for name in ("dU", "dU_held")]
     place = in_unit(scales, LENGTH, table["d"][at])
     return [
-        "dU is that of pairs on their way, dU_held that of held distances, with which start: steady begins: "
-        f"{' and '.join(both)} at d = {place}."
+        f"At d = {place} a pair that moves freely has dU = {both[0]}; while its distance is held, as where a run with "
+        f"start: steady begins, it is dU_held = {both[1]}."
     ]
 
 

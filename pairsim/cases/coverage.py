@@ -1,0 +1,97 @@
+"""Which cases an atlas has answers for: those in its box that have its physics."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from pairsim.atlas.atlas import PARAMETERS, Atlas
+from pairsim.cases.case import SceneCase
+
+VARIED = {*PARAMETERS, "d"}  # keys in which the cases of an atlas differ
+LAWS = {"liquid", "xi", "solid"}  # keys of materials, which are compared themselves
+NO_PHYSICS = {"name", "physical", "accuracy", "mesh", "tol", "max_points", "fields"}
+"""Keys of a curve that change no exact dU. All others are compared, so that a new key is never ignored."""
+OF_BOX = {"De", "time", "weight"}  # numbers of a liquid of one mode that are not told: De is one of the box
+SAME = 1e-9  # relative difference of parameters that is rounding
+
+
+def beyond(case: SceneCase, atlas: Atlas) -> list[str]:
+    """Why an atlas has no answer for a case of a curve of a pair, in words; none if it has one."""
+    numbers = {"beta": max(case.betas), "De": case.De, "Ca_e": max(case.Ca_es)}
+    alike = len({*case.betas}) == len({*case.Ca_es}) == 1
+    theirs = case_of(atlas, type(case), numbers)
+    found = [] if alike else ["the beads differ"]
+    found += [*_other_liquid(case, theirs), *_other_solids(case, theirs), *_other_keys(case, theirs)]
+    if case.liquid_model.structure != theirs.liquid_model.structure:
+        del numbers["De"]  # which is that of another liquid, or of none
+    return found + atlas.outside(**numbers)
+
+
+def is_of_its_law(case: SceneCase, atlas: Atlas) -> bool:
+    """Whether the liquids of an atlas are of the law of a case, and not only some of them, as at De = 0."""
+    return case.liquid_model.structure == _far_corner(atlas, type(case)).liquid_model.structure
+
+
+def liquid_of_atlas(atlas: Atlas, model: type[SceneCase]) -> str:
+    """The liquid of an atlas, such as Giesekus with xi = 0.09 and alpha = 0.2."""
+    liquid = _far_corner(atlas, model).liquid_model
+    names = {name: f"{value:g}" for name, value in liquid.numbers.items() if name.rpartition(".")[2] not in OF_BOX}
+    many = len(liquid.modes) > 1
+    said = [f"{name if many else name.rpartition('.')[2]} = {value}" for name, value in names.items()]
+    return liquid.label + (f" with {' and '.join(said)}" if said else "")
+
+
+def case_of[C: SceneCase](atlas: Atlas, model: type[C], numbers: Mapping[str, float]) -> C:
+    """The case of a curve of an atlas, at the place in its box that is the nearest one to these beta, De and Ca_e."""
+    inside = {name: float(min(max(numbers[name], atlas.box[name][0]), atlas.box[name][1])) for name in PARAMETERS}
+    return model.model_validate({**atlas.provenance["case"], **inside, "d": list(atlas.box["d"])})
+
+
+def _far_corner[C: SceneCase](atlas: Atlas, model: type[C]) -> C:
+    """The case in the corner of the box of an atlas at which beta, De and Ca_e are the largest."""
+    return case_of(atlas, model, {name: atlas.box[name][1] for name in PARAMETERS})
+
+
+def _other_liquid(case: SceneCase, theirs: SceneCase) -> Iterator[str]:
+    """In which law or parameters the liquids differ; De is one of the box."""
+    one, other = case.liquid_model, theirs.liquid_model
+    if one.structure != other.structure:
+        yield f"the liquid is {one.label}, in the atlas {other.label}"
+        return
+    yield from _other_numbers(
+        {name: value for name, value in one.numbers.items() if name != "De"}, other.numbers, many=len(one.modes) > 1
+    )
+
+
+def _other_solids(case: SceneCase, theirs: SceneCase) -> Iterator[str]:
+    """In which law or parameters the beads differ; Ca_e is one of the box."""
+    other, found = theirs.solid_models[0], list[str]()
+    for one in case.solid_models:
+        if one is None or other is None:  # rigid ones have no law
+            continue
+        if one.name != other.name:
+            found.append(f"the beads are {one.label}, in the atlas {other.label}")
+        else:
+            found += _other_numbers({**one.numbers, "Ca_e": other.Ca_e}, other.numbers)
+    yield from dict.fromkeys(found)
+
+
+def _other_numbers(one: Mapping[str, Any], other: Mapping[str, Any], many: bool = False) -> Iterator[str]:
+    """Parameters that differ; their names have the place of the law, which is left out unless there are many."""
+    for name, value in one.items():
+        if not math.isclose(value, other[name], rel_tol=SAME):
+            yield f"{name if many else name.rpartition('.')[2]} = {value:g}, in the atlas {other[name]:g}"
+
+
+def _other_keys(case: SceneCase, theirs: SceneCase) -> Iterator[str]:
+    """Which other keys have other values."""
+    for key in type(case).model_fields.keys() - VARIED - LAWS - NO_PHYSICS:
+        one, other = getattr(case, key), getattr(theirs, key)
+        if one != other:
+            yield f"{key} is {_shown(one)}, in the atlas {_shown(other)}"
+
+
+def _shown(value: Any) -> str:
+    return "not given" if value is None else f"{value:g}" if isinstance(value, float) else str(value)
