@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
 
 from pairsim.atlas.atlas import Atlas
-from pairsim.cases.physical import DIFFERENCE
-from pairsim.results.curve_table import Motion
+from pairsim.results.curve_table import Motion, path_by
 from pairsim.runtime.arrays import Array
 
 NORMAL = float(scipy.stats.norm.ppf(0.975))  # half-width of an interval of 95 % over the standard deviation
@@ -21,9 +20,9 @@ MODES = (1.0, 2.0, 4.0, 8.0)  # rates of what is left of the start, in units of 
 NEARLY_ALL = 0.99  # of the variance of errors of the atlas that are not alike at all distances; chosen
 START = 0.02  # standard deviation of each such part [D_c]; runs from rest have up to 0.008
 SHORTEST = 1e-3  # decay time that is distinguished from 0 [D_c/U_av]
-SHAPE = (
-    0.01  # by how much deformed beads change the gap between surfaces at given centres, over a diameter: runs, 0.009
-)
+OF_DERIVATIVE = 0.03  # half-width of the derivative by the difference of diameters, over it; curves left out
+MOST_DEVIATIONS = 8.0  # of the difference of the diameters from what is known of it; chosen
+SHAPE = 0.01  # part of a diameter by which deformed beads change the gap at given centres; runs have up to 0.0095
 
 
 @dataclass(frozen=True)
@@ -66,13 +65,31 @@ class Changes:
 
     Attributes:
         residuals: Distances of the model less those that were seen [D_c], shape (frames,).
-        by_start: Their derivatives by the distance at the first frame of each film, shape (frames, films).
+        by_state: Their derivatives by the state, shape (frames, states).
         parts: Changes by one standard deviation of each thing that is not known [D_c], shape (frames, things).
     """
 
     residuals: Array
-    by_start: Array
+    by_state: Array
     parts: Array
+
+
+class Table(NamedTuple):
+    """The atlas at one place.
+
+    Attributes:
+        here: beta, De and Ca_e.
+        columns: Those of a curve, shape (distances,) each.
+        x: Logarithms of distances, shape (nodes,).
+        rates: Their rates of change in time at these distances [U_av/D_c], shape (nodes,).
+        by_difference: Derivatives of these by the difference of the diameters over their mean, shape (nodes,).
+    """
+
+    here: Mapping[str, float]
+    columns: Mapping[str, Array]
+    x: Array
+    rates: Array
+    by_difference: Array
 
 
 @dataclass(frozen=True)
@@ -92,54 +109,75 @@ class FilmModel:
     films: Sequence[Seen]
     uncertain: Sequence[Uncertain] = ()
     difference: tuple[float, float] = (0.0, 0.0)
-    _tables: dict[Any, tuple[Mapping[str, Array], Motion]] = field(default_factory=dict, repr=False)
+    _tables: dict[Any, Table] = field(default_factory=dict, repr=False)
 
     @property
     def names(self) -> list[str]:
         """What the columns of `Changes.parts` are: the name of the thing, several columns may have the same one."""
-        atlas = ["atlas"] * len(self.errors)
+        atlas = ["atlas"] * len(self.errors) * (2 if any(self.difference) else 1)
         films = [name for seen in self.films for name in ("start",) * len(MODES)]
         centres = ["shape of the beads"] * any(seen.centres is not None for seen in self.films)
         pixel = ["pixel"] * any(seen.pixel for seen in self.films)
-        difference = [DIFFERENCE.key] * bool(self.difference[1])
-        return [*(each.name for each in self.uncertain), *difference, *pixel, *centres, *films, *atlas]
+        return [*(each.name for each in self.uncertain), *pixel, *centres, *films, *atlas]
 
-    def motion(self, numbers: Mapping[str, float]) -> tuple[Mapping[str, Array], Motion]:
-        """Table and motion of the pair at numbers that replace those of the case; kept for further calls."""
+    @property
+    def states(self) -> Array:
+        """Least and largest values of the state, shape (states, 2).
+
+        The state is the distance at the first frame of each film [D_c], of the motion without what is left of its
+        start; and, unless it is known, by how many standard deviations the difference of the diameters is off.
+        """
+        d = self.atlas.d
+        return np.array([[d[0], d[-1]]] * len(self.films) + [[-MOST_DEVIATIONS, MOST_DEVIATIONS]] * self.differs)
+
+    @property
+    def differs(self) -> bool:
+        """Whether the difference of the diameters is not known."""
+        return self.difference[1] > 0
+
+    def difference_at(self, state: Array) -> float:
+        """The difference of the diameters over their mean."""
+        return float(self.difference[0] + self.difference[1] / NORMAL * (state[-1] if self.differs else 0.0))
+
+    def table(self, numbers: Mapping[str, float]) -> Table:
+        """The atlas at numbers that replace those of the case; kept for further calls."""
         key = tuple(numbers.items())
         if key not in self._tables:
-            table = self.atlas.table(**{**self.numbers, **numbers})
-            motion = Motion.of(table)
+            columns = self.atlas.table(**{**self.numbers, **numbers})
+            motion = Motion.of(columns)
             assert motion is not None, "an atlas has many distances"
-            self._tables[key] = table, motion
+            x, rates = motion.rates
+            by_difference = np.zeros_like(rates)
+            if any(self.difference):
+                by_difference = np.interp(
+                    x, np.log(columns["d"]), columns["by_difference"] / columns["stretch"]
+                ) / np.exp(x)
+            self._tables[key] = Table({**self.numbers, **numbers}, columns, x, rates, by_difference)
         return self._tables[key]
 
-    def changes(self, numbers: Mapping[str, float], starts: Sequence[float]) -> Changes:
-        """What the films would show, less what they do.
-
-        Args:
-            numbers: Those of De and Ca_e that are unknown.
-            starts: The distance at the first frame of each film [D_c], of the motion without what is left of its start.
-        """
-        paths = self._paths(numbers, starts)
-        residuals, by_start = self._residuals(paths)
+    def changes(self, numbers: Mapping[str, float], state: Array) -> Changes:
+        """What the films would show, less what they do, with unknown numbers and a state as of `states`."""
+        paths = self._paths(numbers, state)
         common = [np.concatenate(each) for each in zip(*(path.parts() for path in paths), strict=True)]
         own = scipy.linalg.block_diag(*(path.left_of_start() for path in paths))
-        return Changes(residuals, by_start, np.concatenate([*common[:-1], own, common[-1]], axis=1))
+        residuals, by_state = self._residuals(paths)
+        return Changes(residuals, by_state, np.concatenate([*common[:-1], own, common[-1]], axis=1))
 
-    def residuals(self, numbers: Mapping[str, float], starts: Sequence[float]) -> tuple[Array, Array]:
+    def residuals(self, numbers: Mapping[str, float], state: Array) -> tuple[Array, Array]:
         """The first two of `Changes` alone."""
-        return self._residuals(self._paths(numbers, starts))
+        return self._residuals(self._paths(numbers, state))
 
-    def _paths(self, numbers: Mapping[str, float], starts: Sequence[float]) -> list[Path]:
-        table, motion = self.motion(numbers)
-        here = {**self.numbers, **numbers}
-        return [Path(self, seen, here, table, motion, start) for seen, start in zip(self.films, starts, strict=True)]
+    def _paths(self, numbers: Mapping[str, float], state: Array) -> list[Path]:
+        table, difference = self.table(numbers), self.difference_at(state)
+        starts = state[: len(self.films)].tolist()
+        return [Path(self, seen, table, difference, start) for seen, start in zip(self.films, starts, strict=True)]
 
-    @staticmethod
-    def _residuals(paths: Sequence[Path]) -> tuple[Array, Array]:
-        by_start = scipy.linalg.block_diag(*(path.by_start[:, None] for path in paths))
-        return np.concatenate([path.residuals for path in paths]), by_start
+    def _residuals(self, paths: Sequence[Path]) -> tuple[Array, Array]:
+        by_state = scipy.linalg.block_diag(*(path.by_start[:, None] for path in paths))
+        if self.differs:
+            deviation = self.difference[1] / NORMAL
+            by_state = np.column_stack([by_state, np.concatenate([deviation * path.by_difference for path in paths])])
+        return np.concatenate([path.residuals for path in paths]), by_state
 
     @cached_property
     def errors(self) -> Array:
@@ -160,9 +198,8 @@ class Path:
 
     model: FilmModel
     seen: Seen
-    here: Mapping[str, float]  # beta, De and Ca_e
-    table: Mapping[str, Array]  # of the atlas there
-    motion: Motion
+    table: Table
+    difference: float  # of the diameters over their mean
     start: float  # distance at the first frame [D_c]
 
     @cached_property
@@ -171,41 +208,45 @@ class Path:
         return np.linspace(0.0, max(float(self.seen.times[-1]), SHORTEST), FINE + 1)
 
     @cached_property
+    def rates(self) -> Array:
+        """Rates of the logarithm of the distance, shape (nodes,)."""
+        side = -1.0 if self.seen.exchanged else 1.0
+        return np.asarray(self.table.rates + side * self.difference * self.table.by_difference)
+
+    @cached_property
     def distances(self) -> Array:
         """Distances at these times, of the same shape."""
-        return self.motion.path(self.start, self.times)
+        return path_by(self.table.x, self.rates, self.start, self.times)
 
     @cached_property
     def grown(self) -> Array:
         """What a change of the first distance has become at these times, of the same shape."""
-        by_log, rates = self.motion.rates
-        growth = rates + np.gradient(rates, by_log)  # derivative of the rate of d by d
-        return np.exp(_integral(np.interp(np.log(self.distances), by_log, growth), self.times))
+        growth = self.rates + np.gradient(self.rates, self.table.x)  # derivative of the rate of d by d
+        return np.exp(_integral(np.interp(np.log(self.distances), self.table.x, growth), self.times))
 
     @cached_property
     def by_start(self) -> Array:
         """The same at the frames, shape (frames,)."""
         return np.interp(self.seen.times, self.times, self.grown)
 
-    @cached_property
+    @property
+    def by_difference(self) -> Array:
+        """The change at the frames by the difference of the diameters, shape (frames,)."""
+        side = -1.0 if self.seen.exchanged else 1.0
+        return side * self.shifts(self.table.columns["by_difference"])[:, 0]
+
+    @property
     def residuals(self) -> Array:
         """Distances less those that were seen [D_c], shape (frames,)."""
-        fitted = np.interp(self.seen.times, self.times, self.distances)
-        if self.model.difference[0]:
-            fitted = fitted + self.model.difference[0] * self._by_difference[:, 0]
-        return np.asarray(fitted - self.seen.distances)
+        return np.interp(self.seen.times, self.times, self.distances) - self.seen.distances
 
     def shifts(self, velocities: Array) -> Array:
         """What changes of dU, shape (columns, distances), change at the frames, shape (frames, columns)."""
-        x, nodes = np.log(self.distances), np.log(self.table["d"])
-        stretch = np.interp(x, nodes, self.table["stretch"])
+        x, nodes = np.log(self.distances), np.log(self.table.columns["d"])
+        stretch = np.interp(x, nodes, self.table.columns["stretch"])
         along = np.array([np.interp(x, nodes, each) for each in np.atleast_2d(velocities)])
         moved = self.grown * _integral(along / (stretch * self.grown), self.times)
         return np.array([np.interp(self.seen.times, self.times, each) for each in moved]).T
-
-    @cached_property
-    def _by_difference(self) -> Array:
-        return (-1.0 if self.seen.exchanged else 1.0) * self.shifts(self.table["by_difference"])
 
     def parts(self) -> list[Array]:
         """Changes by what films have in common, in the order of `FilmModel.names`, those of the atlas last."""
@@ -214,29 +255,34 @@ class Path:
         if model.uncertain:
             of_inputs = self.shifts(np.array([self._velocity_change(each) for each in model.uncertain]))
             if seen.centres is not None:  # distances are those of the centres less a diameter
-                of_inputs += self.here["beta"] * np.array([each.powers.get("beta", 0.0) for each in model.uncertain])
+                of_inputs += self.table.here["beta"] * np.array(
+                    [each.powers.get("beta", 0.0) for each in model.uncertain]
+                )
             columns.append(of_inputs * [each.half_width / NORMAL for each in model.uncertain])
-        if model.difference[1]:
-            columns.append(self._by_difference * model.difference[1] / NORMAL)
         if any(each.pixel for each in model.films):
             whole = seen.distances if seen.centres is None else seen.centres
             columns.append(-whole[:, None] * seen.pixel / NORMAL)
         if any(each.centres is not None for each in model.films):
-            shape = SHAPE * self.here["beta"] if seen.centres is not None else 0.0
+            shape = SHAPE * self.table.here["beta"] if seen.centres is not None else 0.0
             columns.append(np.full((frames, 1), shape / NORMAL))
-        return [*columns, self.shifts(self.table["dU_error"] / NORMAL * model.errors)]
+        errors = self.table.columns["dU_error"] * model.errors
+        if any(model.difference):
+            off = OF_DERIVATIVE * self.difference * self.table.columns["by_difference"]
+            errors = np.concatenate([errors, off * model.errors])
+        return [*columns, self.shifts(errors / NORMAL)]
 
     def left_of_start(self) -> Array:
         """What may be left of the start: exponentials of the slowest decay time and of faster ones, (frames, MODES)."""
-        slowest = float(np.interp(np.log(self.start), np.log(self.table["d"]), self.table["t_relax"]))
+        columns = self.table.columns
+        slowest = float(np.interp(np.log(self.start), np.log(columns["d"]), columns["t_relax"]))
         return np.asarray(START * np.exp(-np.outer(self.seen.times / max(slowest, SHORTEST), MODES)))
 
     def _velocity_change(self, one: Uncertain) -> Array:
         """Derivative of dU by the logarithm of a quantity at a distance that is constant in units, (distances,)."""
-        table, powers = self.table, one.powers
+        table, powers = self.table.columns, one.powers
         change = table["dU"] * powers.get("velocity", 0.0) - table["d"] * table["slope"] * powers.get("length", 0.0)
         numbers = ((name, powers[name]) for name in ("beta", "De", "Ca_e") if powers.get(name))
-        return np.asarray(change + sum(self.here[name] * power * table[f"by_{name}"] for name, power in numbers))
+        return np.asarray(change + sum(self.table.here[name] * power * table[f"by_{name}"] for name, power in numbers))
 
 
 def _integral(values: Array, times: Array) -> Array:

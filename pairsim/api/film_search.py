@@ -48,11 +48,12 @@ class Search:
 
         largest = np.array([model.atlas.box[name][1] for name in numbers])
         likelihood = Likelihood(
-            changes=lambda logs, starts: model.changes(at(logs), starts.tolist()),
-            residuals=lambda logs, starts: model.residuals(at(logs), starts.tolist()),
+            changes=lambda logs, state: model.changes(at(logs), state),
+            residuals=lambda logs, state: model.residuals(at(logs), state),
             bounds=np.log([LEAST * largest, largest]).T,
             noise=noise or max(EXACT, *(_scatter(seen.times, seen.distances) for seen in model.films)),
-            ends=(float(model.atlas.d[0]), float(model.atlas.d[-1])),
+            states=model.states,
+            normal=np.arange(len(model.states)) >= len(model.films),
             used=np.ones(sum(len(seen.times) for seen in model.films), dtype=bool),
         )
         search = cls(model, numbers, likelihood)
@@ -74,9 +75,10 @@ class Search:
     @cached_property
     def _grid(self) -> list[Fitted]:
         """The best motions at all places of the grid, each from the one before, the last number changing first."""
-        starts, found = np.array([np.median(seen.distances[:3]) for seen in self.model.films]), list[Fitted]()
+        first, found = [np.median(seen.distances[:3]) for seen in self.model.films], list[Fitted]()
+        state = np.array([*first, *[0.0] * self.model.differs])
         for logs in product(*self._axes):
-            near = found[-1].starts if found and logs[-1] > self._axes[-1][0] else starts
+            near = found[-1].state if found and logs[-1] > self._axes[-1][0] else state
             found.append(self.likelihood.best(np.array(logs), near))
         return found
 
@@ -87,7 +89,7 @@ class Search:
         lower = (costs == scipy.ndimage.minimum_filter(costs, 3, mode="nearest")).ravel()
         free = range(len(self.numbers))
         found = [
-            self.likelihood.best(each.logs, each.starts, free)
+            self.likelihood.best(each.logs, each.state, free)
             for each, low in zip(self._grid, lower, strict=True)
             if low
         ]
@@ -103,7 +105,7 @@ class Search:
         """Frames that count, less what is fitted to them: parts count as far as the films determine them."""
         seen = self.likelihood.counted(self.found.changes)
         parts = float(np.sum(seen.parts * self.likelihood.weighted(seen.parts, seen.parts)))
-        return max(len(seen.residuals) - len(self.numbers) - seen.by_start.shape[1] - parts, 1.0)
+        return max(len(seen.residuals) - len(self.numbers) - seen.by_state.shape[1] - parts, 1.0)
 
     def profile(self, k: int, log: float) -> float:
         """The least sum of squares with unknown number k given."""
@@ -114,7 +116,7 @@ class Search:
         for i in minima_of(costs):
             logs = near[i].logs.copy()
             logs[k] = log
-            found = min(found, self.likelihood.best(logs, near[i].starts, free).cost)
+            found = min(found, self.likelihood.best(logs, near[i].state, free).cost)
         return found
 
     @cached_property
@@ -143,30 +145,28 @@ class Search:
         """Derivatives of the residuals by the logarithms of the unknown numbers, shape (frames, numbers)."""
         best = self.found
         derivatives = (
-            self.likelihood.by_log(k, best.logs, best.starts, best.changes.residuals) for k in range(len(self.numbers))
+            self.likelihood.by_log(k, best.logs, best.state, best.changes.residuals) for k in range(len(self.numbers))
         )
         return np.column_stack(list(derivatives))
 
     @cached_property
     def parts(self) -> list[dict[str, float]]:
         """Half-widths that each thing has in the interval of each unknown number, over its value, to first order."""
-        found = shares(self.likelihood, self.found.changes, self._by_logs, self.model.names)
+        found = shares(self.likelihood, self.found.changes, self._by_logs, self.model.names, DIFFERENCE.key)
         return [{name: NORMAL * size for name, size in each.items() if size > 0} for each in found]
 
     @property
     def difference(self) -> tuple[float, float]:
-        """The difference of the diameters and its half-width, as the films have it; 0 where it is not fitted."""
-        names = self.model.names
-        mean, half_width = self.model.difference
-        if DIFFERENCE.key not in names:
-            return mean, half_width
-        k = names.index(DIFFERENCE.key)
-        seen = self.likelihood.counted(self.found.changes)
-        columns = np.concatenate([seen.parts, seen.by_start, self._by_logs[self.likelihood.used]], axis=1)
-        prior = np.diag([float(i < seen.parts.shape[1]) for i in range(columns.shape[1])])
-        spread = np.linalg.pinv(columns.T @ columns / self.likelihood.noise**2 + prior)[k, k]
-        size = half_width / NORMAL
-        return mean + size * float(self.found.parts[k]), size * NORMAL * float(np.sqrt(spread))
+        """The difference of the diameters and its half-width, as the films have it, or as it is known."""
+        if not self.model.differs:
+            return self.model.difference
+        best = self.found
+        seen = self.likelihood.counted(best.changes)
+        columns = np.concatenate([seen.by_state, self._by_logs[self.likelihood.used]], axis=1)
+        prior = np.diag(np.append(self.likelihood.normal.astype(float), np.zeros(len(self.numbers))))
+        spread = np.linalg.pinv(columns.T @ self.likelihood.weighted(seen.parts, columns) + prior)
+        k = seen.by_state.shape[1] - 1
+        return self.model.difference_at(best.state), self.model.difference[1] * float(np.sqrt(spread[k, k]))
 
     @property
     def alike(self) -> float:

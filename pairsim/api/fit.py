@@ -180,7 +180,10 @@ def fit(
     equal = {}
     if model.difference == (0.0, UNKNOWN_DIFFERENCE):
         equal = _values(
-            Search.of(replace(model, difference=(0.0, 0.0)), numbers, search.likelihood.noise), unknown, units, asked
+            Search.of(replace(model, difference=(0.0, 0.0)), numbers, search.likelihood.noise),
+            unknown,
+            units,
+            asked,
         )
     used: Flags = search.likelihood.used
     um = 1e6 * _scales(asked).length
@@ -233,7 +236,7 @@ def _model_of(
     """What the films show in the units of the case, and what intervals do not contain, in sentences.
 
     Raises:
-        InputError: A film has too few frames, or centres that are closer than a diameter.
+        InputError: A film has too few frames, or its distances are none of such beads.
     """
     scales, beta, notes = _scales(case), case.betas[0], []
     numbers = {"beta": beta, "De": case.De, "Ca_e": case.Ca_es[0]}
@@ -244,10 +247,6 @@ def _model_of(
             raise InputError(str(path), "", None, f"must have at least {least} frames; has {len(film.seconds)}")
         whole = film.metres / scales.length
         gaps = film.gaps(beta * scales.length) / scales.length
-        if gaps.min() <= 0:
-            closest = 1e6 * float(film.metres.min())
-            allowed = f"must be above the diameter of the particles: the centres are {closest:.4g} um apart in a frame"
-            raise InputError(str(path), "", None, allowed)
         times = (film.seconds - film.seconds[0]) / scales.time
         pixel = film.pixel[1] / film.pixel[0] if film.pixel else 0.0
         seen.append(Seen(times, gaps, whole if film.from_centres else None, pixel, len(seen) > 0))

@@ -106,17 +106,33 @@ def fit(
     fps: Fps = None,
     pixel: Pixel = None,
     particles: Particles = None,
+    exchanged: Annotated[
+        Path | None,
+        typer.Option(metavar="FILM", help="Second film of the same beads, the other one leading or the flow turned."),
+    ] = None,
     atlas: Annotated[Path | None, typer.Option(help="File of an atlas (default: those that ship).")] = None,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Folder of a picture, film.png.")] = None,
 ) -> None:
-    """Fit the modulus of two equal beads, or the relaxation time of their liquid, to a film of their distance.
+    """Fit the modulus of two beads, or the relaxation time of their liquid, to a film of their distance.
 
+    The interval has what the case does not know exactly: half-widths such as
+    particle: 20 +- 0.4 um, and particle_difference: 0 +- 0.5 %, by which the
+    leading bead is larger than the trailing one; without it this is unknown.
     Tables of TrackPy, TrackMate, ImageJ and others are read as they are: their
     positions are those of centres, and the case has the diameter.
     """
     from pairsim.api.fit import fit as fit_of
 
-    found = fit_of(film, case, unknown=unknown or "modulus", atlas=atlas, fps=fps, pixel=pixel, particles=particles)
+    found = fit_of(
+        film,
+        case,
+        unknown=unknown or "modulus",
+        exchanged=exchanged,
+        atlas=atlas,
+        fps=fps,
+        pixel=pixel,
+        particles=particles,
+    )
     typer.echo(str(found))
     if output is not None:
         typer.echo(str(*found.plot(output)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any, Self
 
 import numpy as np
@@ -66,7 +66,7 @@ class Solutions:
         first: Parameters,
         *,
         places: Sequence[tuple[float, ...]] = (),
-        sensitivities: bool = False,
+        sensitivities: Collection[str] = (),
         zeros_only: bool = False,
     ) -> AdaptiveBranch:
         """Solve at the first parameters, with cells that follow from `accuracy` where there is a dU.

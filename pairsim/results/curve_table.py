@@ -83,23 +83,30 @@ class Motion:
     def path(self, start: float, times: Array) -> Array:
         """Distances of the pair [D_c] at times [D_c/U_av], up to the ends of the curve, shape (times,).
 
-        It is at `start` [D_c] at the time 0. Between two nodes, where rates are linear, the motion is an exponential
-        function of time.
+        It is at `start` [D_c] at the time 0.
         """
-        (x, rate), begin = self.rates, np.log(start)
-        first = np.interp(begin, x, rate)
-        order = slice(None, None, 1 if first > 0 else -1)
-        ahead = (x[order] - begin) * first > 0
-        if not ahead.any():
-            return np.full(times.shape, start)
-        x, rate = np.append(begin, x[order][ahead]), np.append(first, rate[order][ahead])
-        slope = np.diff(rate) / np.diff(x)
-        slope[slope == 0] = TINY
-        with np.errstate(all="ignore"):  # not a number beyond a zero, which it never reaches
-            passed = np.append(0.0, np.cumsum(np.log1p(np.diff(rate) / rate[:-1]) / slope))
-            left = np.minimum(np.searchsorted(passed[1:], times, side="right"), len(slope) - 1)
-            way = rate[left] * np.expm1(slope[left] * (times - passed[left])) / slope[left]
-        return np.asarray(np.exp(np.clip(x[left] + way, *sorted(x[[0, -1]]))))
+        return path_by(*self.rates, start, times)
+
+
+def path_by(x: Array, rate: Array, start: float, times: Array) -> Array:
+    """Distances [D_c] at times [D_c/U_av] by the rates of their logarithms x, shape (times,); see `Motion.path`.
+
+    Between two nodes, where rates are linear, the motion is an exponential function of time.
+    """
+    begin = np.log(start)
+    first = np.interp(begin, x, rate)
+    order = slice(None, None, 1 if first > 0 else -1)
+    ahead = (x[order] - begin) * first > 0
+    if not ahead.any():
+        return np.full(times.shape, start)
+    x, rate = np.append(begin, x[order][ahead]), np.append(first, rate[order][ahead])
+    slope = np.diff(rate) / np.diff(x)
+    slope[slope == 0] = TINY
+    with np.errstate(all="ignore"):  # not a number beyond a zero, which it never reaches
+        passed = np.append(0.0, np.cumsum(np.log1p(np.diff(rate) / rate[:-1]) / slope))
+        left = np.minimum(np.searchsorted(passed[1:], times, side="right"), len(slope) - 1)
+        way = rate[left] * np.expm1(slope[left] * (times - passed[left])) / slope[left]
+    return np.asarray(np.exp(np.clip(x[left] + way, *sorted(x[[0, -1]]))))
 
 
 def peak_of(table: Mapping[str, Array], gap: str = "") -> Peak:

@@ -50,19 +50,21 @@ def film(
     beta: float = 0.4,
     difference: float = 0.0,
     start: float = 0.0,
+    begin: float = 0.5,
 ) -> Path:
-    """A film from d = .5 on of the invented curves, by an integral of dt = (stretch/dU) dd.
+    """A film of the invented curves, by an integral of dt = (stretch/dU) dd.
 
     Args:
         path: File to write.
         De, Ca_e, beta: Numbers of the pair.
         noise: Standard deviation of distances [D_c].
         drift: Amplitude of a deviation that no pair has [D_c].
+        begin: First distance [D_c].
         stop: Last distance [D_c].
         difference: Of the diameters, leading less trailing over their mean.
         start: How far the first frame is off the motion, which decays with the time 0.4 D_c/U_av [D_c].
     """
-    d = np.linspace(0.5, stop, 2000)
+    d = np.linspace(begin, stop, 2000)
     dU = exact(beta, De, Ca_e, d) + difference * exact_by_difference(beta, De, d)  # type: ignore[arg-type]
     t = cumulative_trapezoid((1 + Ca_e * np.exp(-d)) / dU, d, initial=0)
     times = np.linspace(0, t[-1], 80)
@@ -214,10 +216,10 @@ def test_half_widths_of_the_case_are_in_the_interval(atlas: Path, tmp_path: Path
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("difference", [1e-3, -5e-3])
+@pytest.mark.parametrize("difference", [1e-3, -2e-3])
 def test_beads_that_are_not_quite_equal(difference: float, atlas: Path, tmp_path: Path) -> None:
     """A tenth of a per cent is not seen in a picture, and worth several half-widths of the modulus of equal beads."""
-    path = film(tmp_path / "a.csv", 0.0, 0.06, 1e-3, difference=difference)
+    path = film(tmp_path / "a.csv", 0.0, 0.06, 1e-3, difference=difference, begin=0.1, stop=0.4)
     unknown = api.fit(path, case(), atlas=atlas)
     assert holds(unknown, MODULUS)
     assert abs(unknown.difference[0] - difference) < unknown.difference[1]
@@ -229,7 +231,7 @@ def test_beads_that_are_not_quite_equal(difference: float, atlas: Path, tmp_path
     assert holds(known, MODULUS)
     assert known.values["modulus"].value == pytest.approx(listed.values["modulus"].value, rel=1e-4)
     assert width(known) < width(unknown) / 3
-    other = film(tmp_path / "b.csv", 0.0, 0.06, 1e-3, difference=-difference, stop=0.6)
+    other = film(tmp_path / "b.csv", 0.0, 0.06, 1e-3, difference=-difference, begin=0.1, stop=0.3)
     both = api.fit(path, case(), exchanged=other, atlas=atlas)
     assert holds(both, MODULUS)
     assert width(both) < width(unknown) / 2
@@ -248,15 +250,6 @@ def test_outliers_are_left_out(atlas: Path, tmp_path: Path) -> None:
     assert "2 more are outliers" in str(found)
 
 
-def test_centres_are_further_apart_than_a_diameter(atlas: Path, tmp_path: Path) -> None:
-    path = film(tmp_path / "film.csv", 0.0, 0.06, 1e-3)
-    wrong = "must be above the diameter of the particles: the centres are"
-    table = "frame,particle,x,y\n" + "".join(f"{k},{i},{i * (15 + k)},3\n" for k in range(20) for i in (0, 1))
-    path.write_text(table)
-    with pytest.raises(InputError, match=wrong):
-        api.fit(path, case(), atlas=atlas, fps=500, pixel="1 um")
-
-
 def test_what_may_be_unknown_is_named(atlas: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="unknown: got 'viscosity'; allowed: modulus, relaxation, or both"):
         api.fit(tmp_path / "f.csv", case(modulus="5 kPa"), unknown="viscosity", atlas=atlas)
@@ -266,5 +259,5 @@ def test_what_may_be_unknown_is_named(atlas: Path, tmp_path: Path) -> None:
 
 def test_films_that_are_too_short_are_refused(atlas: Path, tmp_path: Path) -> None:
     (tmp_path / "film.csv").write_text("t [s],d [um]\n0,5\n")
-    with pytest.raises(InputError, match="must have at least 4 frames later than"):
+    with pytest.raises(InputError, match="must have at least 4 frames; has 1"):
         api.fit(tmp_path / "film.csv", case(modulus="5 kPa"), atlas=atlas)

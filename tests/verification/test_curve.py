@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -20,6 +20,7 @@ from pairsim.questions.curve import CurveCase
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.curve import Zero, find_zeros
+from pairsim.solvers.curves.sensitivities import ALL
 from pairsim.solvers.nonlinear.newton import STEADY
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.bordered import solve_with
@@ -40,7 +41,7 @@ def case(**keys: object) -> CurveCase:
     return parse_case(QUESTIONS["curve"], {**PAIR, "d": (0.1,), **keys}, "test")
 
 
-def branch_of(made: CurveCase, *, sensitivities: bool = False) -> Branch:
+def branch_of(made: CurveCase, *, sensitivities: Collection[str] = ()) -> Branch:
     places = made.places
     start = Parameters(places[0], made.solid_models, made.liquid_model)
     narrowest = min((d for place in places for d in place), default=np.inf)
@@ -60,7 +61,7 @@ def points(**keys: object) -> list[Point]:
 def viscoelastic() -> Iterator[Branch]:
     """A soft behind a softer, smaller sphere in a Giesekus liquid."""
     mesh = {"Np": 8, "max_size": 0.12}
-    made = branch_of(case(De=0.5, Ca_e=(0.05, 0.1), beta=(0.4, 0.35), mesh=mesh), sensitivities=True)
+    made = branch_of(case(De=0.5, Ca_e=(0.05, 0.1), beta=(0.4, 0.35), mesh=mesh), sensitivities=ALL)
     yield made
     made.close()
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from pairsim.cases.inputs import Input
+from pairsim.cases.physical import DIFFERENCE
 from pairsim.computing.question import shapes_in
 from pairsim.physics.scales import Scales
 from pairsim.results import curve_table as in_tables
@@ -45,6 +46,7 @@ def answer_of_curve(
         lines.append(_motion_over_d([each for each in regions if each not in held], zeros, scales, held))
         if "dU_held" in table:
             lines += [*_starts(table, scales), *_held(table, scales), *_with_inputs(table, zeros, record)]
+            lines += _of_unequal(table, record)
     if "after" in record:
         lines += [_settling(table, gap, 4 * record["after"], scales) for gap in gaps]
     for gap in gaps:
@@ -116,6 +118,19 @@ def _with_inputs(table: Mapping[str, Array], zeros: Sequence[in_tables.Zero], re
     each = ", ".join(f"{by:+.3g} per {one.unit} of {one.key}" for one, by in known)
     added = _to_first_order(table, zeros, scales, inputs, drawn)
     return [*ranges, *added, f"At the largest |dU|, dU [{VELOCITY.physical}] changes by {each}."]
+
+
+def _of_unequal(table: Mapping[str, Array], record: Mapping[str, Any]) -> list[str]:
+    """What a difference of the diameters does to dU, where the case says nothing of it."""
+    if "by_difference" not in table or any(each["key"] == DIFFERENCE.key for each in record.get("inputs", ())):
+        return []
+    d, scales = peak_of(table).d, scales_in(record)
+    change = 0.01 * float(np.interp(np.log(d), np.log(table["d"]), table["by_difference"]))
+    key = f" ({DIFFERENCE.key}: 0 +- 1 % puts what is not known of it into the answer)" if scales is not None else ""
+    return [
+        f"The beads are taken to be equally large: for each per cent by which the leading one is larger, dU at d = "
+        f"{in_unit(scales, LENGTH, d)} changes by {in_unit(scales, VELOCITY, change, sign='+', digits=3)}{key}."
+    ]
 
 
 def _in_draws(drawn: DrawnRange, d: float, zeros: Sequence[in_tables.Zero], scales: Scales) -> list[str]:

@@ -34,7 +34,7 @@ from pairsim.solvers.steady.scene import SteadySolver
 
 def computation(case: CurveCase, monitor: Monitor, sensitivities: bool) -> events.Events:
     """Compute a master curve and, for a pair, its zeros; arguments as for `solve`."""
-    places, sensitivities = case.in_order, sensitivities or any(each.half_width for each in inputs_of(case))
+    places, by = case.in_order, _parameters(case, sensitivities)
     expected = len(between(places, case.max_points)) if case.common else len(places)
     yield events.Begin(f"{expected} point{'s' * (expected > 1)}, more as needed", expected)
     found = Solutions(case)
@@ -44,8 +44,8 @@ def computation(case: CurveCase, monitor: Monitor, sensitivities: bool) -> event
             start = Parameters(places[0], case.solid_models, case.liquid_model, varied=case.varied)
             narrowest = min((d for place in places for d in place), default=math.inf)
             problem = steady_problem(case, narrowest, monitor)
-            branch = found.begin(problem, start, places=places, sensitivities=sensitivities)
-            yield events.Table("curve", _columns(case, sensitivities), ascending=case.common)
+            branch = found.begin(problem, start, places=places, sensitivities=by)
+            yield events.Table("curve", _columns(case, by), ascending=case.common)
             sloping = case.n > 2 and case.velocity is None
             if sloping:
                 yield events.Table("slopes", slope_columns(case.n), ascending=case.common)
@@ -71,11 +71,17 @@ def computation(case: CurveCase, monitor: Monitor, sensitivities: bool) -> event
         yield from _end(case, found)
 
 
-def _columns(case: CurveCase, sensitivities: bool) -> list[str]:
-    """The columns of curve.csv."""
+def _parameters(case: CurveCase, sensitivities: bool) -> list[str]:
+    """The parameters by which dU is differentiated: all, or in an experiment the difference of the diameters alone."""
+    of_pair = case.n == 2 and case.velocity is None
+    if not sensitivities and not any(each.half_width for each in inputs_of(case)):
+        return ["difference"] if of_pair and case.physical is not None else []
     values = ("Ca_e", max(case.Ca_es)), ("De", case.De), ("xi", case.De and case.xi), ("beta", 1.0)
-    parameters = [name for name, value in values if value] + ["difference"] * (case.n == 2)
-    parameters = parameters if sensitivities else []
+    return [name for name, value in values if value] + ["difference"] * of_pair
+
+
+def _columns(case: CurveCase, parameters: Sequence[str]) -> list[str]:
+    """The columns of curve.csv."""
     columns = curve_columns(case.n, case.common, parameters, case.velocity is not None)
     return [*columns, *health_columns(case)]
 

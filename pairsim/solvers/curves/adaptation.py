@@ -9,7 +9,7 @@ which meshes are made (`SteadyProblem.nominal`): neighbouring points share them.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from contextlib import suppress
 from dataclasses import replace
 
@@ -160,7 +160,7 @@ class AdaptiveBranch(Branch):
     def __init__(
         self,
         solver: SteadySolver,
-        sensitivities: bool = False,
+        sensitivities: Collection[str] = (),
         *,
         wanted: float,
         places: Sequence[tuple[float, ...]] = (),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -51,7 +51,7 @@ class Point:
         t_relax: Slowest decay time of a disturbance at held distances [D_c/U_av].
         slopes: Derivative of every dU at held distances when all, or the only one that varies, change equally, (N-1,).
         held_slopes: Derivatives of the velocities (rows) at held distances by each distance (columns), (N, N-1).
-        sensitivities: Derivatives of dU on the slow manifold with respect to Ca_e, De, xi and beta; empty unless
+        sensitivities: Derivatives of dU on the slow manifold with respect to parameters, by name; empty unless
             requested.
         estimate: Estimate of the discretisation errors.
         hold: What unyielded liquid does to neighbours.
@@ -142,14 +142,14 @@ class Branch:
 
     Args:
         solver: The solver at its first solution; `close` closes it.
-        sensitivities: Whether to compute derivatives with respect to Ca_e, De and beta.
+        sensitivities: Parameters with respect to which dU is differentiated, as of `sensitivities`.
 
     Attributes:
         solver: The solver at the present solution.
         ended: What the last continuation has come to; None where it arrived.
     """
 
-    def __init__(self, solver: SteadySolver, sensitivities: bool = False) -> None:
+    def __init__(self, solver: SteadySolver, sensitivities: Collection[str] = ()) -> None:
         self._sensitivities, self._estimator = sensitivities, ErrorEstimator()
         self._at_zero = 0.0  # what is added to dU at the last zero, or expected to be at the next one
         self.solver = solver
@@ -314,7 +314,7 @@ class Branch:
             t_relax,
             np.diff(held_slopes.sum(axis=1) if varied is None else held_slopes[:, varied]),
             held_slopes,
-            sensitivities(solver, adjoints, held.dU, motion) if self._sensitivities else {},
+            sensitivities(solver, adjoints, held.dU, motion, self._sensitivities) if self._sensitivities else {},
             estimate,
             Hold.of(solver, undecided),
             solver.iterations - iterations_before,

@@ -5,7 +5,7 @@ See "Sensitivities" in docs/explanation/numerics.md.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import replace
 from functools import partial
 
@@ -22,11 +22,14 @@ from pairsim.solvers.steady.tangents import gap_tangents, residual_change
 
 CHANGE = 1e-3  # of a parameter, relative, in mixed differences; chosen
 PART = 0.1  # of the correction for motion, in differences along it; chosen
+ALL = ("Ca_e", "De", "xi", "beta", "difference")
 Line = Callable[[float], Parameters]
 """Parameters as a function of tau, the present ones at tau = 0."""
 
 
-def sensitivities(steady: SteadySolver, adjoints: Adjoints, dU: Array, motion: SlowMotion) -> dict[str, Array]:
+def sensitivities(
+    steady: SteadySolver, adjoints: Adjoints, dU: Array, motion: SlowMotion, names: Collection[str] = ALL
+) -> dict[str, Array]:
     """Derivatives of dU on the slow manifold with respect to Ca_e, De, xi, beta and the difference of two diameters.
 
     If the values of the particles differ, their ratios are fixed and the derivative is with respect to the largest
@@ -38,6 +41,7 @@ def sensitivities(steady: SteadySolver, adjoints: Adjoints, dU: Array, motion: S
         adjoints: The adjoints of the solution.
         dU: Relative velocities at held distances [U_av], shape (N-1,).
         motion: What moving adds to them.
+        names: Parameters that are asked for.
 
     Returns:
         Derivatives by name of the parameter, shape (N-1,) each: "beta"; "Ca_e", "De" and "xi" if they are not zero; and
@@ -57,6 +61,8 @@ def sensitivities(steady: SteadySolver, adjoints: Adjoints, dU: Array, motion: S
         lines["difference"] = 1.0, lambda tau: now.resized([1 - tau / 2, 1 + tau / 2])
     found = {}
     for name, (value, line) in lines.items():
+        if name not in names:
+            continue
         change = residual_change(steady, line)
         held = np.diff(-adjoints.velocities @ change)
         moving = _change_by_moving(steady, adjoints, line, change, dU, held, motion) if motion.U.any() else 0.0
