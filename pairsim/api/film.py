@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 
 from pairsim.api.film_table import Column, FilmTable, read_film_table
-from pairsim.api.tracks import Distances, counted, distances_of, named
+from pairsim.api.tracks import Distances, counted, deviations, distances_of, named, usual_limits
 from pairsim.cases.quantities import a_length, measured, si
 from pairsim.runtime.arrays import Array, Indices
 from pairsim.runtime.errors import InputError
@@ -50,7 +50,7 @@ class Film:
         """Distances between the surfaces of two beads of one diameter [m] in metres, shape (frames,).
 
         Raises:
-            InputError: Centres are nearer than that, or so far apart that their unit is another one.
+            InputError: Centres are nearer than that, or so far apart that their unit is another one, or jump.
         """
         if self.metres.min() > FAR * diameter:
             far = f"has distances from {1e6 * self.metres.min():.4g} um on, of beads of {1e6 * diameter:.4g} um"
@@ -65,6 +65,11 @@ class Film:
             wrong = f"{near}, less than the diameter of the case, {1e6 * diameter:.4g} um"
             hint = "; --pixel or particle is wrong, or they are centres of something else"
             raise InputError(str(self.path), "", None, wrong + hint, line=int(self.lines[i]))
+        if len(gaps) > 2:
+            off, between = deviations(gaps[:, None], np.diff(self.seconds)), np.diff(self.seconds)
+            if (jumps := np.flatnonzero(off > usual_limits(diameter / 2, off, between))).size:
+                wrong = "must not jump by more than half a diameter: one of the centres is that of another bead here"
+                raise InputError(str(self.path), "", None, wrong, line=int(self.lines[jumps[0] + 1]))
         return gaps
 
 
