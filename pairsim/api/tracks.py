@@ -11,6 +11,7 @@ import pandas as pd
 
 from pairsim.api.film_table import GAPS, Column, FilmTable
 from pairsim.runtime.arrays import Array
+from pairsim.runtime.text import counted
 
 NAMED = 12  # particles, or frames, that a sentence names
 USUAL = 5.0  # ratio to their median up to which deviations from a steady change of the distance are usual; chosen
@@ -67,11 +68,6 @@ def distances_of(table: FilmTable, wanted: str | Sequence[object] | None) -> Dis
     steps = two[["x", "y"]].to_numpy() - one[["x", "y"]].to_numpy()
     rows = pd.DataFrame({"key": one.index, "d": np.hypot(*steps.T)}, index=one["line"].to_numpy())
     return Distances(rows, [f"centres of {pair[0]} and {pair[1]}", *notes])
-
-
-def counted(number: int, what: str) -> str:
-    """A number of things."""
-    return f"{number} {what}" + ("s" if number != 1 else "")
 
 
 def named(values: Iterable[object], most: int = NAMED) -> str:
