@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
@@ -95,7 +95,7 @@ def film_of(
         InputError: It is no such table, or an option is missing.
     """
     rate, size = _rate(fps), _pixel(pixel)
-    if particles is not None and not isinstance(particles, str | Sequence):
+    if particles is not None and not isinstance(particles, Iterable):
         raise InputError("--particles", "", particles, "must be two names, such as 3,5")
     table = read_film_table(Path(path))
     several = [*table.particles.values()] or [table.columns]

@@ -154,23 +154,22 @@ def _pair(table: FilmTable, tracks: dict[str, pd.DataFrame], wanted: str | Seque
             must = "must be given, such as 3,5" if len(order) > 2 else "must be two"
             raise table.error("--particles", None, f"{must}: the film has {has}")
         return one, others[0]
-    names = [_plain(each) for each in (re.split(r"[\s,;]+", wanted.strip()) if isinstance(wanted, str) else wanted)]
+    given = re.split(r"[\s,;]+", wanted.strip()) if isinstance(wanted, str) else wanted
+    names = ["+".join(map(_plain, str(each).split("+"))) for each in given]
+    if len(names) != 2 or len({*names}) != 2:
+        raise table.error("--particles", _text(wanted), f"must be two, such as 3,5: the film has {has}")
     for name in names:
-        parts = [_plain(part) for part in name.split("+")]
+        parts = name.split("+")
         if unknown := [part for part in parts if part not in tracks]:
-            raise table.error(
-                "--particles", _text(wanted), f"must be of the film, which has no {unknown[0]}, and {has}"
-            )
+            wrong = f"must be of the film, which has no {unknown[0]}, and {has}"
+            raise table.error("--particles", _text(wanted), wrong)
         whole = pd.concat([tracks[part] for part in parts]).sort_index()
         if (twice := whole.index[whole.index.duplicated()]).size:
-            raise table.error(
-                "--particles", _text(wanted), f"{name} must be parts of one track: all are in {twice[0]:.10g}"
-            )
+            wrong = f"{name} must be parts of one track: all are in {twice[0]:.10g}"
+            raise table.error("--particles", _text(wanted), wrong)
+        for part in parts:
+            del tracks[part]
         tracks[name] = whole
-        for part in parts[: len(parts) if len(parts) > 1 else 0]:
-            tracks.pop(part, None)
-    if len(set(names)) != 2 or len(names) != 2:
-        raise table.error("--particles", _text(wanted), "must be two, such as 3,5")
     return names[0], names[1]
 
 
