@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
@@ -13,10 +13,11 @@ import numpy as np
 import pandas as pd
 
 from pairsim.api.film_table import Column, FilmTable, read_film_table
-from pairsim.api.tracks import Distances, counted, distances_of, named
+from pairsim.api.tracks import Distances, deviations, distances_of, named, usual_limits
 from pairsim.cases.quantities import a_length, measured, si
 from pairsim.runtime.arrays import Array, Indices
 from pairsim.runtime.errors import InputError
+from pairsim.runtime.text import counted
 
 PIXEL = a_length("pixel", "size of a pixel", ".65 um")
 AGREE = 0.01  # relative difference of two frame rates that are the same; chosen
@@ -50,7 +51,7 @@ class Film:
         """Distances between the surfaces of two beads of one diameter [m] in metres, shape (frames,).
 
         Raises:
-            InputError: Centres are nearer than that, or so far apart that their unit is another one.
+            InputError: Centres are nearer than that, or so far apart that their unit is another one, or jump.
         """
         if self.metres.min() > FAR * diameter:
             far = f"has distances from {1e6 * self.metres.min():.4g} um on, of beads of {1e6 * diameter:.4g} um"
@@ -65,6 +66,11 @@ class Film:
             wrong = f"{near}, less than the diameter of the case, {1e6 * diameter:.4g} um"
             hint = "; --pixel or particle is wrong, or they are centres of something else"
             raise InputError(str(self.path), "", None, wrong + hint, line=int(self.lines[i]))
+        if len(gaps) > 2:
+            off, between = deviations(gaps[:, None], np.diff(self.seconds)), np.diff(self.seconds)
+            if (jumps := np.flatnonzero(off > usual_limits(diameter / 2, off, between))).size:
+                wrong = "must not jump by more than half a diameter: one of the centres is that of another bead here"
+                raise InputError(str(self.path), "", None, wrong, line=int(self.lines[jumps[0] + 1]))
         return gaps
 
 
@@ -89,7 +95,7 @@ def film_of(
         InputError: It is no such table, or an option is missing.
     """
     rate, size = _rate(fps), _pixel(pixel)
-    if particles is not None and not isinstance(particles, str | Sequence):
+    if particles is not None and not isinstance(particles, Iterable):
         raise InputError("--particles", "", particles, "must be two names, such as 3,5")
     table = read_film_table(Path(path))
     several = [*table.particles.values()] or [table.columns]

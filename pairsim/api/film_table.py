@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 
 from pairsim.api.rheometer_files import text_of
-from pairsim.api.rheometer_tables import NUMBER, ONE_SPACE, SEPARATORS, cells_of
+from pairsim.api.rheometer_tables import NUMBER, ONE_SPACE, SEPARATORS, cells_of, marks_of
 from pairsim.cases.quantities import unit_in
 from pairsim.runtime.errors import InputError
 
@@ -38,7 +38,6 @@ NAMES: Mapping[str, Sequence[str]] = {
 SEVERAL = r"(?P<axis>[xy]) ?(?P<name>\d+|[a-z]|lead\w*|trail\w*|left|right|front|rear)|(?P<first>.*\d) ?(?P<last>[xy])"
 UNCLEAR = r"dist(ance)?s?|separation|spacing|abstand"
 GAPS = {"", "nan", "na", "n/a", "#n/a", "none", "null", "-", "--", "#div/0!", "#value!", "#num!"}
-THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}").fullmatch
 PIXELS, FRAMES = r"px|pix|pixels?", r"fr|frames?|slices?"
 KINDS = {"t": "s", "x": "m", "y": "m", "d": "m", "c": "m"}
 """The SI units of what has one."""
@@ -187,14 +186,11 @@ def _body(lines: Sequence[str], start: int) -> Iterator[int]:
 
 
 def _decimal(cells: Sequence[str], separator: str) -> str:
-    """The decimal mark of a table; ValueError where its commas may be decimal marks or thousands."""
-    numbers = [cell for cell in cells if re.fullmatch(NUMBER, cell)]
-    commas = [cell for cell in numbers if "," in cell]
-    if len(commas) <= sum("." in cell for cell in numbers):
-        return "."
-    if separator == ";" or not all(map(THOUSANDS, commas)) or any(re.fullmatch(r"\d{4,}", cell) for cell in numbers):
-        return ","
-    raise ValueError(f"has {commas[0]}, which may be one or a thousand; export it with decimal points")
+    """The decimal mark of a table; ValueError where its commas may be decimal marks or of thousands."""
+    marks, doubt = marks_of(cells, separator)
+    if doubt and not any(re.fullmatch(r"\d{4,}", cell) for cell in cells):  # which would have such a mark, too
+        raise ValueError(doubt)
+    return marks.decimal
 
 
 def _numbers(cells: pd.Series[str], decimal: str) -> pd.Series[float]:

@@ -182,7 +182,7 @@ def _of_table(
     rows = {line: _split_again(lines[line - 1], row, len(heading)) for line, row in rows.items()}
     rows, aside = _without_others(rows, max(len(raw), len(heading)), len(heading))
     cells = pd.DataFrame.from_dict({start + 1: heading} | rows, orient="index").fillna("").drop(index=start + 1)
-    marks, doubt = _marks([cell for row in rows.values() for cell in row], separator)
+    marks, doubt = marks_of([cell for row in rows.values() for cell in row], separator)
     plain = {i: cells[i].str.fullmatch(rf"{NUMBER}|{marks.thousands}") for i, _ in read.values()}
     text = pd.Series([_is_text(row) for row in rows.values()], cells.index, dtype=bool)
     measured = pd.DataFrame(plain, cells.index).any(axis=1) & ~text
@@ -304,7 +304,7 @@ class _Names:
         return []
 
 
-def _marks(cells: Sequence[str], separator: str) -> tuple[Marks, str]:
+def marks_of(cells: Sequence[str], separator: str) -> tuple[Marks, str]:
     """The marks of a table, and what is wrong where its commas may be decimal marks or of thousands."""
     numbers = [cell for cell in cells if re.fullmatch(NUMBER, cell)]
     commas, points = ([cell for cell in numbers if mark in cell] for mark in ",.")

@@ -11,9 +11,10 @@ import pandas as pd
 
 from pairsim.api.film_table import GAPS, Column, FilmTable
 from pairsim.runtime.arrays import Array
+from pairsim.runtime.text import counted
 
 NAMED = 12  # particles, or frames, that a sentence names
-USUAL = 5.0  # ratio to its median up to which a change of the distance in a frame is none to ask about; chosen
+USUAL = 5.0  # ratio to their median up to which deviations from a steady change of the distance are usual; chosen
 NEAREST = 0.1  # quantile of the distances that counts as the least one, of a few that may be wrong; chosen
 LOST = 0.0, -1.0  # both coordinates of a particle that is lost, as some trackers write
 UNTRACKED = GAPS | {"-1"}
@@ -67,11 +68,6 @@ def distances_of(table: FilmTable, wanted: str | Sequence[object] | None) -> Dis
     steps = two[["x", "y"]].to_numpy() - one[["x", "y"]].to_numpy()
     rows = pd.DataFrame({"key": one.index, "d": np.hypot(*steps.T)}, index=one["line"].to_numpy())
     return Distances(rows, [f"centres of {pair[0]} and {pair[1]}", *notes])
-
-
-def counted(number: int, what: str) -> str:
-    """A number of things."""
-    return f"{number} {what}" + ("s" if number != 1 else "")
 
 
 def named(values: Iterable[object], most: int = NAMED) -> str:
@@ -158,23 +154,22 @@ def _pair(table: FilmTable, tracks: dict[str, pd.DataFrame], wanted: str | Seque
             must = "must be given, such as 3,5" if len(order) > 2 else "must be two"
             raise table.error("--particles", None, f"{must}: the film has {has}")
         return one, others[0]
-    names = [_plain(each) for each in (re.split(r"[\s,;]+", wanted.strip()) if isinstance(wanted, str) else wanted)]
+    given = re.split(r"[\s,;]+", wanted.strip()) if isinstance(wanted, str) else wanted
+    names = ["+".join(map(_plain, str(each).split("+"))) for each in given]
+    if len(names) != 2 or len({*names}) != 2:
+        raise table.error("--particles", _text(wanted), f"must be two, such as 3,5: the film has {has}")
     for name in names:
-        parts = [_plain(part) for part in name.split("+")]
+        parts = name.split("+")
         if unknown := [part for part in parts if part not in tracks]:
-            raise table.error(
-                "--particles", _text(wanted), f"must be of the film, which has no {unknown[0]}, and {has}"
-            )
+            wrong = f"must be of the film, which has no {unknown[0]}, and {has}"
+            raise table.error("--particles", _text(wanted), wrong)
         whole = pd.concat([tracks[part] for part in parts]).sort_index()
         if (twice := whole.index[whole.index.duplicated()]).size:
-            raise table.error(
-                "--particles", _text(wanted), f"{name} must be parts of one track: all are in {twice[0]:.10g}"
-            )
+            wrong = f"{name} must be parts of one track: all are in {twice[0]:.10g}"
+            raise table.error("--particles", _text(wanted), wrong)
+        for part in parts:
+            del tracks[part]
         tracks[name] = whole
-        for part in parts[: len(parts) if len(parts) > 1 else 0]:
-            tracks.pop(part, None)
-    if len(set(names)) != 2 or len(names) != 2:
-        raise table.error("--particles", _text(wanted), "must be two, such as 3,5")
     return names[0], names[1]
 
 
@@ -183,8 +178,8 @@ def _untangled(
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """The tracks of a pair in the frames that they share, with particles put back that took the place of another.
 
-    Two particles keep apart, and move alike from frame to frame. Where the change of their distance is more than half
-    of the least distance, and more than usual, one of them is another particle from there on.
+    Two particles keep apart, and move alike from frame to frame. Where their distance jumps by more than half of the
+    least distance, and more than usual, one of them is another particle from there on.
     """
     exchanged: dict[str, list[float]] = {}
     last = -np.inf
@@ -199,12 +194,13 @@ def _untangled(
         i, limit = jump
         key, found = float(keys[i]), []
         for k, name in enumerate(pair):
-            mine, partner = at[k], at[1 - k]
-            expected = mine[i - 1] + partner[i] - partner[i - 1]
-            for other in [each for each, track in tracks.items() if each not in pair and key in track.index]:
-                there = tracks[other].loc[key, ["x", "y"]].to_numpy(dtype=float)
-                if np.hypot(*(there - expected)) <= limit:
-                    found.append((name, other))
+            partner = pd.Series([*at[1 - k]], keys)
+            expected = at[k][i - 1] + partner[key] - partner[keys[i - 1]]
+            found += [
+                (name, other)
+                for other, track in tracks.items()
+                if other not in pair and _takes_over(track, key, expected, partner, limit)
+            ]
         if len(found) != 1 or key <= last:
             line, hint = int(one["line"].iloc[i]), "take other --particles, or the rows before"
             raise table.error("", None, f"must not jump: {pair[0]} or {pair[1]} is another particle here; {hint}", line)
@@ -220,21 +216,52 @@ def _untangled(
     return one, two
 
 
+def _takes_over(track: pd.DataFrame, key: float, expected: Array, partner: pd.Series[float], limit: float) -> bool:
+    """Whether a track is, in a frame, where one is expected, and not nearer to where it would be itself."""
+    if key not in track.index:
+        return False
+    there = track.loc[key, ["x", "y"]].to_numpy(dtype=float)
+    off, before = np.linalg.norm(there - expected), track[track.index < key]
+    if off > limit or before.empty:
+        return bool(off <= limit)
+    seen = before.index[-1]
+    if seen not in partner.index:
+        return False
+    itself = before[["x", "y"]].to_numpy(dtype=float)[-1] + partner[key] - partner[seen]
+    return bool(off < np.linalg.norm(there - itself))
+
+
 def _next_jump(keys: Array, at: Sequence[Array]) -> tuple[int, float] | None:
     """The first frame in which one of two particles is another one, and how far positions may be off there.
 
-    Where both have taken each other's place, nothing is wrong: their distance is the same.
+    Where both have taken each other's place, which their middle shows, nothing is wrong: their distance is the same.
     """
     if len(keys) < 3:
         return None
     apart, middle, gap = at[1] - at[0], (at[0] + at[1]) / 2, np.diff(keys)
-    kept, turned = np.hypot(*np.diff(apart, axis=0).T), np.hypot(*(apart[1:] + apart[:-1]).T)
-    least = np.quantile(np.hypot(*apart.T), NEAREST) / 2
-    limits = np.maximum(least, USUAL * np.median(np.minimum(kept, turned) / gap) * gap)
-    moved = np.diff(middle, axis=0) / gap[:, None]
-    off = np.hypot(*(moved - np.median(moved, axis=0)).T) * gap
-    jumps = np.flatnonzero((kept > limits) & ((turned > limits) | (off > limits)))
+    kept, turned = (np.hypot(*(apart[1:] - sign * apart[:-1]).T) for sign in (1, -1))
+    exchanged = turned < kept
+    apart = apart * np.cumprod([1, *np.where(exchanged, -1, 1)])[:, None]
+    off, off_middle = (deviations(each, gap) for each in (apart, middle))
+    limits = usual_limits(np.quantile(np.hypot(*apart.T), NEAREST) / 2, off, gap)
+    jumps = np.flatnonzero((off > limits) | (exchanged & (off_middle > limits)))
     return (int(jumps[0]) + 1, float(limits[jumps[0]])) if jumps.size else None
+
+
+def deviations(positions: Array, gap: Array) -> Array:
+    """How far positions are from where their usual velocity brings them, shape (frames - 1,).
+
+    Args:
+        positions: Points, shape (frames, coordinates).
+        gap: Times between frames, in any unit.
+    """
+    moved = np.diff(positions, axis=0)
+    return np.asarray(np.linalg.norm(moved - gap[:, None] * np.median(moved / gap[:, None], axis=0), axis=1))
+
+
+def usual_limits(least: float, off: Array, gap: Array) -> Array:
+    """The largest deviations that do not tell that a particle has become another one, shape (frames - 1,)."""
+    return np.maximum(least, USUAL * np.median(off / gap) * gap)
 
 
 def _plain(name: object) -> str:

@@ -312,6 +312,25 @@ def test_a_track_that_goes_on_with_another_particle_is_refused_with_the_line(tmp
     assert "film.csv:52: must not jump: 0 or 1 is another particle here" in refused(tmp_path, trackpy(jumps), **OPTIONS)
 
 
+def test_a_particle_that_stays_itself_does_not_take_over(tmp_path: Path) -> None:
+    """Particle 1 goes on as one far behind, and 2 is near to where 1 would be, but was there before."""
+    table = positions(third=True).assign(x=lambda table: table["x"].mask(table["particle"] == 2, table["x"] - 95))
+    far = table.assign(x=table["x"].mask((table["particle"] == 1) & (table["frame"] >= 25), table["x"] - 170))
+    said = refused(tmp_path, trackpy(far), particles="0,1", **OPTIONS)
+    assert "must not jump: 0 or 1 is another particle here" in said
+
+
+def test_a_jump_that_only_the_diameter_tells_from_motion_is_refused(tmp_path: Path) -> None:
+    """Beads four diameters apart, and one of them is the next bead, 1.5 diameters on, from a frame on."""
+    distances = 80 + 0.1 * FRAMES + 30 * (FRAMES >= 20)
+    table = positions().assign(x=np.concatenate([MIDDLE, MIDDLE + distances]))
+    film = read(tmp_path, trackpy(table), fps=FPS, pixel="1um")
+    with pytest.raises(InputError, match=r"film.csv:42: must not jump by more than half a diameter"):
+        film.gaps(20e-6)
+    smooth = read(tmp_path, trackpy(table.assign(x=np.concatenate([MIDDLE, MIDDLE + 80 + FRAMES]))), **OPTIONS)
+    assert len(smooth.gaps(20e-6)) == N
+
+
 def test_a_stage_that_is_moved_and_a_coarse_film_are_no_jumps(tmp_path: Path) -> None:
     moved = positions().assign(x=lambda table: table["x"] - 200 * (table["frame"] >= 20))
     assert_read(read(tmp_path, trackpy(moved), **OPTIONS))

@@ -250,6 +250,15 @@ def test_outliers_are_left_out(atlas: Path, tmp_path: Path) -> None:
     assert "2 more are outliers" in str(found)
 
 
+def test_centres_are_further_apart_than_a_diameter(atlas: Path, tmp_path: Path) -> None:
+    path = film(tmp_path / "film.csv", 0.0, 0.06, 1e-3)
+    wrong = "has centres 15 um apart, less than the diameter of the case, 20 um"
+    table = "frame,particle,x,y\n" + "".join(f"{k},{i},{i * (15 + k)},3\n" for k in range(20) for i in (0, 1))
+    path.write_text(table)
+    with pytest.raises(InputError, match=wrong):
+        api.fit(path, case(), atlas=atlas, fps=500, pixel="1 um")
+
+
 def test_what_may_be_unknown_is_named(atlas: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="unknown: got 'viscosity'; allowed: modulus, relaxation, or both"):
         api.fit(tmp_path / "f.csv", case(modulus="5 kPa"), unknown="viscosity", atlas=atlas)
