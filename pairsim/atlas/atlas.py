@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pairsim.atlas.kriging import Kriging
-from pairsim.runtime.arrays import Array
+from pairsim.runtime.arrays import Array, Flags
 from pairsim.runtime.errors import InputError
 
 PARAMETERS = ("beta", "De", "Ca_e")
@@ -35,7 +35,7 @@ class Curves:
     """Master curves at the same distances."""
 
     places: Array  # beta, De and Ca_e, shape (curves, 3)
-    random: Array  # whether its place was drawn at random in the box, shape (curves,)
+    random: Flags  # whether its place was drawn at random in the box, shape (curves,)
     dU: Array  # dU on the slow manifold [U_av], shape (curves, distances)
     errors: Array  # half-widths of its intervals, of the same shape
     gradients: Array  # its derivatives by beta, De and Ca_e, nan where not known, shape (curves, 3, distances)

@@ -23,4 +23,5 @@ def page_of(atlases: Iterable[tuple[str, Atlas]]) -> str:
 def _content(atlas: Atlas) -> dict[str, Any]:
     others, means = atlas.others
     same = {name: getattr(atlas, name) for name in ("box", "d", "widths", "own")}
-    return {**same, "dU": vars(atlas.dU), "others": vars(others), "means": means}
+    root = [row[: i + 1] for i, row in enumerate(atlas.dU.root)]  # which is triangular
+    return {**same, "dU": {**vars(atlas.dU), "root": root}, "others": {**vars(others), "root": []}, "means": means}

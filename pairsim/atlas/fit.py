@@ -40,7 +40,10 @@ def fit(curves: Curves, d: Array, box: Mapping[str, Sequence[float]], provenance
         if np.abs(logs - np.log(FIRST)).max() > FURTHEST:
             return float("inf")
         with np.errstate(all="ignore"):
-            residuals, spreads = curves.kriging(box, np.exp(logs)).left_out()
+            try:
+                residuals, spreads = curves.kriging(box, np.exp(logs)).left_out()
+            except np.linalg.LinAlgError:  # lengths so long that all curves are one to rounding
+                return float("inf")
             widths = np.mean(np.abs(residuals) / spreads[:, None], axis=0)
             return float(np.mean(np.log(widths)) + np.mean(np.log(spreads)))
 

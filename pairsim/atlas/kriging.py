@@ -52,7 +52,7 @@ class Kriging:
     lengths: Array  # as of `covariance`, shape (p,)
     known: Indices  # indices of the data among function and derivatives (1 + p) at all places (n), flattened, (data,)
     weights: Array  # of the data in each function, shape (data, functions)
-    inverse: Array  # inverse of the covariance of the data, shape (data, data)
+    root: Array  # inverse of the Cholesky factor of the covariance of the data, lower triangular, (data, data)
     vanishing: bool  # as of `covariance`
 
     @classmethod
@@ -68,18 +68,19 @@ class Kriging:
         n = data.shape[0] * data.shape[1]
         known = np.flatnonzero(np.isfinite(data).all(axis=2))
         whole = covariance(places, places, lengths, vanishing).reshape(n, n)[np.ix_(known, known)]
-        inverse = np.linalg.inv(whole + np.diag(errors.reshape(n)[known] ** 2 + NUGGET))
-        return cls(places, lengths, known, inverse @ data.reshape(n, -1)[known], inverse, vanishing)
+        root = np.linalg.inv(np.linalg.cholesky(whole + np.diag(errors.reshape(n)[known] ** 2 + NUGGET)))
+        return cls(places, lengths, known, root.T @ (root @ data.reshape(n, -1)[known]), root, vanishing)
 
     def __call__(self, X: Array) -> tuple[Array, Array]:
         """Functions and their derivatives at places, shape (1 + p, m, functions), and standard deviations, (m,).
 
-        These are those of the functions over that of g.
+        These are those of the functions over that of g. A variance is what the data leave of that of the function,
+        often 1e-9 of it: by the inverse of the covariance, in place of its root, it would be rounding.
         """
         cross = covariance(X, self.places, self.lengths, self.vanishing)
         rows = cross.reshape(cross.shape[0], len(X), -1)[:, :, self.known]
         here = (X[:, 1:3] ** 2).sum(axis=1) if self.vanishing else np.ones(len(X))
-        spread = here - ((rows[0] @ self.inverse) * rows[0]).sum(axis=1)
+        spread = here - ((rows[0] @ self.root.T) ** 2).sum(axis=1)
         return rows @ self.weights, np.sqrt(np.maximum(spread, 0.0))
 
     def left_out(self) -> tuple[Array, Array]:
@@ -87,7 +88,7 @@ class Kriging:
         n, residuals, spreads = len(self.places), [], []
         for i in range(n):
             own = np.flatnonzero(self.known % n == i)
-            block = np.linalg.inv(self.inverse[np.ix_(own, own)])
+            block = np.linalg.inv(self.root[:, own].T @ self.root[:, own])
             residuals.append(-(block @ self.weights[own])[0])
             spreads.append(np.sqrt(block[0, 0]))
         return np.array(residuals), np.array(spreads)

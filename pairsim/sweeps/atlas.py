@@ -23,7 +23,7 @@ from pairsim.computing.many_cases import AtlasFile, check_atlas
 from pairsim.results.curve_table import curve_of
 from pairsim.results.folder import plain, read_record
 from pairsim.results.table_files import read_table
-from pairsim.runtime.arrays import Array
+from pairsim.runtime.arrays import Array, Flags
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.version import __version__
 from pairsim.sweeps.grid import Grid, grid_from, read_base
@@ -74,7 +74,9 @@ def build(path: Path, folder: Path | None, options: Options, workers: Workers) -
             chosen = _places(box, np.array([*product((0, 1), repeat=3)]))
         else:
             chosen = fit.least_sure(atlas, candidates, EVERY // 2)
-        candidates = candidates[~(candidates[:, None] == chosen).all(axis=2).any(axis=1)]
+        if atlas is not None:
+            drawn = drawn[~_among(drawn, atlas.curves.places)]
+        candidates = candidates[~_among(candidates, np.concatenate([drawn, chosen]))]
         round_ = directory / f"round-{number:02d}"
         grid = grid_of(np.concatenate([drawn, chosen]), round_.name)
         if (pair := grid.cases[0].case).n != 2:
@@ -102,6 +104,11 @@ def build(path: Path, folder: Path | None, options: Options, workers: Workers) -
         f"{len(atlas.curves.places)} curves, half of them off by up to {size:.2g} % of their peak without themselves"
     )
     return code, f"{message}; {known}", directory
+
+
+def _among(places: Array, known: Array) -> Flags:
+    """Which places, shape (places, 3), are among known ones."""
+    return np.asarray((places[:, None] == known).all(axis=2).any(axis=1))
 
 
 def _places(box: Mapping[str, Sequence[float]], x: Array) -> Array:
@@ -167,5 +174,5 @@ def curves_in(folders: Sequence[Path], d: Array, drawn: Array) -> Curves:
         places.append([float(case[name]) for name in PARAMETERS])
         rows.append([curve.values(inside), curve.half_widths(inside), *smooth])
     by_curve, where = np.array(rows), np.array(places)
-    random = (where[:, None] == drawn).all(axis=2).any(axis=1)
+    random = _among(where, drawn)
     return Curves(where, random, by_curve[:, 0], by_curve[:, 1], by_curve[:, 2:5], by_curve[:, 5:8], by_curve[:, 8])

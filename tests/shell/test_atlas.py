@@ -18,7 +18,7 @@ import pairsim as api
 from pairsim.atlas import atlas as shipped
 from pairsim.atlas import fit
 from pairsim.atlas.atlas import PARAMETERS, Atlas, Curves
-from pairsim.atlas.kriging import covariance
+from pairsim.atlas.kriging import Kriging, covariance
 from pairsim.cases.yaml_file import read_yaml
 from pairsim.cli.app import app
 from pairsim.questions.curve import CurveCase
@@ -59,6 +59,19 @@ def test_covariances_of_derivatives_are_their_derivatives() -> None:
         for i, step in enumerate(e * np.eye(3)):
             ends = [covariance(X + s * step, Z, lengths, vanishing)[0] for s in (1, -1)]
             assert whole[1 + i] == pytest.approx((ends[0] - ends[1]) / (2 * e), abs=1e-8)
+
+
+def test_deviations_between_dense_curves_are_no_rounding() -> None:
+    """They are those of the same data in another order, also where the data leave 1e-10 of the variance."""
+    X, at = (np.random.default_rng(seed).random((count, 3)) * [1, 0, 1] for seed, count in ((1, 45), (2, 50)))
+    data, lengths = np.sin(X @ [1.0, 0.0, 2.0])[None, :, None] * np.ones((4, 1, 1)), np.array([0.75, 50.0, 0.4])
+    data[1:] = np.nan
+    deviations = [
+        Kriging.of(X[order], data[:, order], np.full((4, 45), 2e-5), lengths, True)(at)[1]
+        for order in (np.arange(45), np.arange(45)[::-1])
+    ]
+    assert (deviations[0] < 1e-3 * np.hypot(*at.T[1:])).mean() > 0.8
+    assert deviations[1] == pytest.approx(deviations[0], rel=1e-3)
 
 
 def test_slopes_are_differences(made: Atlas) -> None:
