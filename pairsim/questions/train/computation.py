@@ -88,18 +88,18 @@ def _said(case: TrainCase, row: Mapping[str, Any], slope: float) -> Iterator[str
     error = length * (row["growth_error"] / abs(row["growth"] or nan) + row["U_error_1"] / row["U_1"])
     at = f"at {growth}, by a factor e within {with_name(scales, POSITION, length, error)}"
     yield {
-        "orders": f"The train orders: every wave decays, {wave} fastest: {at}.",
+        "orders": f"The train orders: disturbances of all wave lengths decay, {wave} fastest: {at}.",
         "clusters": f"The train clusters: {wave} grows fastest: {at}.",
         "neither": "The train neither orders nor clusters: waves travel along it and keep their size.",
         "undecided": f"Whether the train orders is not certain: {wave} has the largest growth rate, {growth}.",
     }[verdict]
     sign = np.sign(row["diffusion"]) if abs(row["diffusion"]) > row["diffusion_error"] else 0
     long = {1: "decay", -1: "grow", 0: "may decay or grow"}[sign]
-    yield f"Long waves {long}: at -C k^2 with C = {C}, k the phase between beads."
+    yield f"Waves of many beads {long}: at -C k^2 with C = {C}, where k is 2 pi over their number of beads."
     if "tube" in row:
         tube, least, most = (with_name(scales, POSITION, row[name]) for name in TUBES)
-        small = "where distances are independent at first and disturbances small"
-        yield f"A spread {CHANGES[verdict][1]} within {tube} of tube ({least} to {most}), {small}."
+        small = "where distances differ little at first, independently of each other"
+        yield f"A spread of the distances {CHANGES[verdict][1]} within {tube} of tube ({least} to {most}), {small}."
     if "d_error" in row:
         nearer, farther = ("cluster", "order") if slope < 0 else ("order", "cluster")
         at = in_unit(scales, LENGTH, row["d"], row["d_error"])
