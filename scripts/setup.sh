@@ -73,7 +73,7 @@ includes() { # whether the list $1 has all entries of the list $2
 }
 
 setup_venv() {
-    local extras=$1 python options=() wanted state installed
+    local extras=$1 python options=() wanted state installed size
     exec 9>"$root/.venv.lock"
     if ! flock -n 9; then
         say "another set-up is running; waiting for it"
@@ -113,7 +113,8 @@ setup_venv() {
         extras=$(echo "$extras" | sed 's/\(^\|,\)fenicsx//; s/^,//')
     fi
     rm -f "$venv/.pairsim-ready"
-    say "installing (once; some minutes, about 1 GB)"
+    if includes "$extras" dev; then size="2 GB"; else size="1.4 GB"; fi
+    say "installing (once; some minutes, $size)"
     "$venv/bin/python" -m pip install --quiet --disable-pip-version-check -e "$root${extras:+[$extras]}" || {
         say "the installation failed; run the command again"
         exit 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import tempfile
 import weakref
@@ -13,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Self
 from pairsim.api.cases import load
 from pairsim.computing import Question
 from pairsim.computing.question import Tables, rows_in
-from pairsim.results.folder import WAY, read_record
+from pairsim.results.folder import CHECKPOINT, WAY, read_record
 from pairsim.results.units import no_units, scales_in
 from pairsim.runtime.errors import BranchEnd, BudgetSpent, InputError, failure_of
 from pairsim.runtime.locks import is_locked
@@ -28,12 +29,22 @@ if TYPE_CHECKING:
     from pairsim.results.xdmf import FieldFrame
     from pairsim.runtime.arrays import Array
 
+SYMBOLS = {
+    r"\bdU": "dU is the velocity of the leading particle minus that of the trailing one",
+    r"\bD(_[LT\d]+)? ": "D, the Taylor parameter, is (length - height)/(length + height) of a particle, 0 of a sphere",
+}
+"""What symbols in answers mean, by the patterns that find them."""
+UNITS = {
+    "": "lengths are in tube diameters D_c, velocities in the mean velocity U_av, times in D_c/U_av",
+    "pressure": "pressures in eta_0 U_av/D_c",
+}
+"""Units of numbers without one, likewise."""
 CASE_NOT_AT_FAULT = ("interrupted", "write_failed", "environment")
 """Reasons for which the same command may succeed."""
 KILLED = {
     "status": "interrupted",
     "reason": "interrupted",
-    "message": "the command was killed; a run can be continued with pairsim run --resume",
+    "message": "the command was killed",
 }
 """How a command ended whose run.json says that it is running, although no process is at work."""
 
@@ -215,18 +226,35 @@ class Result:
 
     @property
     def answer(self) -> str:
-        """The answer in words, a line or more: what the particles do, how fast, the warnings and the cost."""
+        """The answer in words, a line or more: what the particles do, how fast, the warnings and the cost.
+
+        Where it has not finished, why not, and what to do next.
+        """
         warnings = [f"Warning: {warning}" for warning in self.warnings]
-        ended = [] if self.status == "finished" else [f"{self.status.capitalize()}: {self.message}".removesuffix(": ")]
+        ended = [] if self.status == "finished" else [f"{self.status.capitalize()}: {self.happened}".removesuffix(": ")]
+        after = [self.advice] if ended and self.folder is not None and self.status != "running" else []
         if proven := self.reason == BranchEnd.reason:
             ended = [f"There is no steady state: {self.message}."]
         known = not self._of_folder or self._place.is_dir()
         found = self.findings() if known and (rows_in(self.columns) or not proven) else []
-        return "\n".join([*ended, *found, *warnings, *self._cost()])
+        symbols = self._symbols("\n".join(found)) if self.folder is not None and rows_in(self.columns) else []
+        return "\n".join([*ended, *found, *symbols, *warnings, *self._cost(), *after])
+
+    @property
+    def happened(self) -> str:
+        """How it ended, without what to try, which `advice` says of a folder."""
+        return self.message if self.folder is None else self.message.rpartition("; try ")[0] or self.message
 
     def findings(self) -> list[str]:
         """What the tables say in words, a line each; each question says its own."""
         return []
+
+    def _symbols(self, text: str) -> list[str]:
+        """What symbols in a text mean, and in which units its numbers are without a `physical` block."""
+        said = [words for pattern, words in SYMBOLS.items() if re.search(pattern, text)]
+        if scales_in(self.record) is None:
+            said.append(", ".join(words for pattern, words in UNITS.items() if pattern in text))
+        return [f"Here {'; '.join(said)}."] if said else []
 
     def _cost(self) -> list[str]:
         """Wall time and work."""
@@ -252,11 +280,12 @@ class Result:
             return f"Next: a smaller Ca_e or De{known}."
         if self.status == "finished":
             return f"Next: {self.afterwards()}."
+        resumes = self.question.resumable and (directory / CHECKPOINT).is_file()
         if reason in ("wall_time", "max_steps"):  # keys of `limits` as well
             return (
                 f"Next: pairsim run --resume {directory} --set limits.{reason}=... continues from the last checkpoint."
             )
-        if reason == BudgetSpent.reason and self.question.resumable:
+        if reason == BudgetSpent.reason and resumes:
             return f"Next: pairsim run --resume {directory} with a larger --budget continues from the last checkpoint."
         if reason == BudgetSpent.reason:
             return "Next: the same command with a larger --budget and --overwrite; what was written stands until then."
@@ -264,7 +293,7 @@ class Result:
             _, found, remedy = self.message.rpartition("; try ")
             change = f"try {remedy}; " if found else ""
             return f"Next: {change}unchanged, the case fails in the same way. What was written stands."
-        if self.question.resumable:
+        if resumes:
             return f"Next: pairsim run --resume {directory} continues from the last checkpoint."
         return "Next: the same command with --overwrite computes it again; what was written stands until then."
 

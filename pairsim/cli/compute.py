@@ -89,6 +89,6 @@ def _end(result: Result, directory: Path, quiet: bool) -> NoReturn:
     with suppress(OSError):  # a terminal that is gone changes no exit code
         if quiet and code:
             typer.echo(result.message, err=True)
-        elif not quiet and directory.is_dir():
+        elif not quiet and directory.is_dir() and result.status == "finished":  # else the answer has it
             typer.echo(result.advice, err=True)
     raise typer.Exit(code)

@@ -36,7 +36,8 @@ def status(directory: Folder) -> None:
         reason = f" ({result.reason})" if result.reason not in ("", result.status) else ""
         cost = f"{result.record.get('wall_time', 0.0):.3g} s of wall time, by: {result.record.get('command', '')}"
         warnings = (f"warning: {warning}" for warning in result.warnings)
-        lines = (f"{directory}: {result.status}{reason}", result.message, cost, *warnings)
+        after = result.advice if result.status not in ("finished", "running") else ""
+        lines = (f"{directory}: {result.status}{reason}", result.happened, cost, *warnings, after)
         typer.echo("\n".join(filter(None, lines)))
 
 

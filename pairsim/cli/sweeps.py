@@ -64,14 +64,18 @@ def sweep(
             signals=signals,
             settings=settings,
         )
-    end(result.exit_code, result.message, result.folder)
+    folder = result.folder
+    after = f"pairsim table {folder} results has what was found in each case; pairsim plot {folder} draws it"
+    end(result.exit_code, result.message, folder, "" if quiet else after)
 
 
-def end(code: int, message: str, directory: Path) -> NoReturn:
-    """Say how a sweep or study has ended, and give its folder if no case has failed."""
+def end(code: int, message: str, directory: Path, after: str = "") -> NoReturn:
+    """Say how a sweep or study has ended and, if no case has failed, what comes next, and give its folder."""
     if rank() == 0:
         with suppress(OSError):  # a terminal that is gone changes no exit code
             typer.echo(message, err=True)
+            if code == 0 and after:
+                typer.echo(f"Next: {after}.", err=True)
         if code == 0:
             typer.echo(str(directory))
     raise typer.Exit(code)
@@ -101,7 +105,8 @@ def study(
     with Signals(final=True) as signals:
         options = Options(case_timeout, not quiet, signals)
         code, message, folder = compute_study(file, output, options, set_ or ())
-    end(code, message, folder)
+    after = f"{folder}/study.csv has errors and times, {folder}/study.png draws them"
+    end(code, message, folder, "" if quiet else after)
 
 
 @app.command(

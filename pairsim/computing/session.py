@@ -24,7 +24,7 @@ from pairsim.results.columns import text_in_units
 from pairsim.results.folder import CHECKPOINT, kind_of, plain, prepare_folder, read_record, write_json, write_yaml
 from pairsim.results.table_files import TableWriter, read_table
 from pairsim.results.xdmf import FieldsWriter
-from pairsim.runtime.errors import EnvironmentFailure, InputError, RunFailure, WriteFailure
+from pairsim.runtime.errors import BranchEnd, EnvironmentFailure, InputError, RunFailure, WriteFailure
 from pairsim.runtime.locks import sole_writer
 from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.signals import Signals
@@ -143,7 +143,7 @@ class _Session:
         """Show where a computation is that has no result yet, for how long, and how long that may go on."""
         passed = time.monotonic() - self._start
         most = self._options.budget or (self._options.patience if self.monitor.awaits_result else None)
-        limit = f", ends at {duration(most)}" if most and passed > SOON * most else ""
+        limit = f", ends after {duration(most)}" if most and passed > SOON * most else ""
         self.reporter.on_the_way(f"{self._in_units(place)} ({duration(passed)}{limit})")
 
     def _in_units(self, text: str) -> str:
@@ -159,19 +159,19 @@ class _Session:
                 raise
             outcome = Outcome("failed", failure.reason, str(failure))
         except KeyboardInterrupt as interrupt:
-            go_on = f"continue with pairsim {self.case.kind} --resume {self.folder}"
-            how = f" at t = {self._t:.6g}; {go_on}" if self.resumable else KEPT
-            outcome = Outcome("interrupted", "interrupted", f"{str(interrupt) or 'stopped at once'}{how}")
+            by = f"stopped by {interrupt}" if str(interrupt) else "stopped at once"
+            how = f" at t = {self._t:.6g}" if self.resumable else KEPT
+            outcome = Outcome("interrupted", "interrupted", f"{by}{how}")
         finally:
             jit.LOG.removeFilter(self._compiling)
         outcome = replace(outcome, message=self._in_units(outcome.message))
         if not self._begun:
             self.reporter.note(f"nothing to do: {outcome.message}" if outcome.status == "finished" else outcome.message)
             return outcome
-        try:
-            return self._finish(outcome)
-        finally:
+        outcome = self._finish(outcome)
+        if outcome.status == "finished" and outcome.reason != BranchEnd.reason:  # else the answer says it
             self.reporter.finish(outcome.message)
+        return outcome
 
     def _compiling(self, record: logging.LogRecord) -> bool:
         """Show the first message of the compiler."""
@@ -290,5 +290,6 @@ class _Session:
             yield
         except OSError as error:
             message = f"{error.filename or self.folder} cannot be written ({error.strerror or error})"
-            again = "--resume" if self.resumable else "the same command with --overwrite"
+            resumes = self.resumable and (self.folder / CHECKPOINT).is_file()
+            again = "--resume" if resumes else "the same command with --overwrite"
             raise WriteFailure(message, advice=f"{again} once it can be") from error

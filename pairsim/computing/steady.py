@@ -196,6 +196,13 @@ def _costs(branch: Branch | None) -> tuple[dict[str, Any], dict[str, float]]:
     return counts, dict(branch.solver.clock.seconds)
 
 
+def listed(places: Sequence[str]) -> str:
+    """Places as text, such as "De = 1, d = 0.1; d = 0.2": with what is the same everywhere at the first one alone."""
+    parts = [place.split(", ") for place in places]
+    same = sum(1 for _ in takewhile(lambda each: len(set(each)) == 1, zip(*parts, strict=False)))
+    return "; ".join([*places[:1], *(", ".join(part[same:]) for part in parts[1:])])
+
+
 def adaptation_report(
     case: SceneCase, branch: AdaptiveBranch, points: Sequence[Point], sizes: Sequence[float], what: str
 ) -> tuple[dict[str, Any], list[str]]:
@@ -228,7 +235,7 @@ def adaptation_report(
     other = widest.no_mesh_helps(case)
     advice = f"; use {other}" if other else f"; leave out {held}" if held else ""
     warning = (
-        f"accuracy: {case.accuracy} was not kept at {'; '.join(missed[:MOST_NAMED])}{more}: dU_error is up to "
+        f"accuracy: {case.accuracy} was not kept at {listed(missed[:MOST_NAMED])}{more}: dU_error is up to "
         f"{above(100 * worst, 100 * wanted)} % of {what}{advice}"
     )
     return entry, [warning]

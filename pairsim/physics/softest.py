@@ -69,6 +69,7 @@ def beyond_tension(liquid: Liquid, betas: Sequence[float], Ca_es: Sequence[float
     """A warning for particles that the tension of the polymer should stretch without limit."""
     if (ratio := tension(liquid, betas, Ca_es)) > TENSION:
         yield (
-            f"the tension of the polymer at the wall times beta is {ratio:.2g} times the modulus of the particles: one "
-            f"of nineteen points with more than {TENSION:g} had a steady state (docs/explanation/limits.md)"
+            f"the polymer may stretch the particles without limit: its tension at the wall (the first normal stress "
+            f"difference), times beta, is {ratio:.2g} times their modulus; above {TENSION:g} one of nineteen cases had "
+            "a steady state (docs/explanation/limits.md)"
         )

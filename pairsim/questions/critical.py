@@ -154,7 +154,8 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
                         yield events.Progress(len(wanted), text, solved)
                     case End():
                         ends.append({**vars(each)})
-                        yield events.Note(f"branch {each.branch}: {each.message}")
+                        if each.reason != "range":
+                            yield events.Note(f"the critical distances of branch {each.branch} end: {each.message}")
                     case Missed():
                         warnings.append(each.message)
             text = f"critical distances: {len(found.points)}, branches: {max(branches, default=0)}"
@@ -194,8 +195,9 @@ def answer_of_critical(zeros: Sequence[Zero], record: Mapping[str, Any]) -> list
             kind, ends = found[0].kind, found[:: max(len(found) - 1, 1)]
             where = f"d = {' to '.join(in_unit(scales, LENGTH, zero.d, zero.error) for zero in ends)}"
             lines.append(f"{len(found)} {kind} critical distance{'s' * (len(found) > 1)}, {where}: {meaning}.")
-    messages = [text_in_units(str(end["message"]), scales) for end in record.get("ends", ()) if end.get("message")]
-    return [*lines, *(f"A branch ends: {message}." for message in messages)]
+    early = [end for end in record.get("ends", ()) if end.get("reason") != "range"]  # else it goes on to the last value
+    messages = [text_in_units(str(end["message"]), scales) for end in early]
+    return [*lines, *(f"A line of critical distances ends: {message}." for message in messages)]
 
 
 def read(tables: Tables) -> dict[str, Value]:
@@ -217,9 +219,12 @@ class CriticalResult(Result):
         """Which critical distances there are, and where branches of them end."""
         from pairsim.results.curve_table import zeros_in
 
-        if not rows_in(self.tables["critical"]):
+        table = self.tables["critical"]
+        if not rows_in(table):
             return ["No critical distance was found in the given range: dU keeps its sign."]
-        return answer_of_critical(zeros_in(self.tables["critical"], "d_cr"), self.record)
+        asked = table["kind"] == "wanted"  # at the values of the case, not where a line bends between them
+        shown = {name: values[asked] for name, values in table.items()} if asked.any() else table
+        return answer_of_critical(zeros_in(shown, "d_cr"), self.record)
 
 
 QUESTION = Question(

@@ -57,11 +57,12 @@ class Travel:
         lines = [f"from d = {start} to {stop}: {time} and {tube} of tube (mean velocity {mean})"]
         if self.forgotten is not None:
             there = in_unit(scales, LENGTH, self.forgotten, digits=3)
-            known = f"from d = {there} on" if self.forgotten < np.inf else "nowhere on this curve"
-            lines.append(f"the start at d = {start} is forgotten {known}")
+            known = f"has forgotten its start by d = {there}"
+            known = known if self.forgotten < np.inf else "does not forget its start on this curve"
+            lines.append(f"this is of a pair that passes d = {start}; one that starts there {known}")
             if self.start_error is not None:
                 changed = with_name(scales, TIME, self.start_error, digits=2)
-                lines[-1] += f"; a start from rest there changes the time by up to about {changed}"
+                lines[-1] += f", and takes up to about {changed} more or less if it starts from rest"
         return "\n".join(lines)
 
 

@@ -56,8 +56,8 @@ class Monitor:
         self.check_signals()
         for deadline, message in (*self._limits, *self._patience):
             if time.monotonic() > deadline:
-                on_the_way = f", on the way at {self._place}" if self._place else ""
-                raise BudgetSpent(f"{message}{on_the_way}", advice="a larger --budget")
+                place = f", while solving at {self._place}" if self._place else ""
+                raise BudgetSpent(f"{message}{place}", advice="a larger --budget")
 
     def at(self, place: str) -> None:
         """Tell where the computation is."""

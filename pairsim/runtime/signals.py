@@ -12,6 +12,11 @@ from typing import Any
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)  # what ends a command in order
 
 
+def name_of(number: int) -> str:
+    """A signal in words; that of the keyboard by its key."""
+    return "Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name
+
+
 class Stopped(KeyboardInterrupt):
     """A signal has stopped the computation between two solves.
 
@@ -62,7 +67,7 @@ class Signals:
     def check(self) -> None:
         """Raise `Stopped` if a signal was caught."""
         if self.number:
-            raise Stopped(signal.Signals(self.number).name)
+            raise Stopped(name_of(self.number))
 
 
 @contextmanager

@@ -22,7 +22,7 @@ from pairsim.results.table_files import table_text
 from pairsim.runtime.errors import EnvironmentFailure, InputError
 from pairsim.runtime.launcher import communicator
 from pairsim.runtime.locks import command_line, sole_writer
-from pairsim.runtime.signals import ENDING, Signals
+from pairsim.runtime.signals import ENDING, Signals, name_of
 from pairsim.runtime.text import counted
 from pairsim.sweeps.folder import ENDED, STOP, CaseState, begin, read_state, rows_of
 from pairsim.sweeps.grid import Grid, SweepCase
@@ -141,10 +141,10 @@ class _Sweep:
             self._write_results()
             while self.running or (self.todo and not self.why):
                 if self.options.signals is not None and (number := self.options.signals.number):
-                    self._stop(INTERRUPTED, signal.Signals(number).name)
+                    self._stop(INTERRUPTED, name_of(number))
                 self._step()
         except KeyboardInterrupt as interrupt:  # a second Ctrl-C
-            self._stop(INTERRUPTED, str(interrupt) or signal.SIGINT.name)
+            self._stop(INTERRUPTED, str(interrupt) or name_of(signal.SIGINT))
         except BaseException:
             self._stop(1, "stopped")  # executors wait for their tasks
             raise
@@ -214,6 +214,8 @@ class _Sweep:
         text = ", ".join(parts)
         for warning in summarised(list(self.cases.values())):
             self.reporter.say(f"warning: {warning}")
+        if self.code == INTERRUPTED:
+            return self.code, f"stopped by {self.why}; {text}; the same command goes on with the rest"
         if self.why:
             return self.code, f"{self.why}; {text}"
         if failed:

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 import pairsim
+from pairsim.computing.steady import listed
 
 PAIR: dict[str, Any] = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": "auto", "accuracy": "3%"}
 
@@ -43,6 +44,13 @@ def test_a_given_mesh_is_not_adapted_and_named_where_it_does_not_do() -> None:
     assert result.record["adaptation"]["meshes"][0]["rounds"] == 0
     (warning,) = (w for w in result.warnings if "was not kept" in w)
     assert re.search(r"of the largest \|dU\| \([.\d]+ um/s\); leave out mesh\.Np$", warning)
+
+
+def test_places_have_what_is_the_same_once() -> None:
+    places = [f"De = 0.5, Ca_e = 0.1, d = {d}" for d in (0.1, 0.17)]
+    assert listed(places) == "De = 0.5, Ca_e = 0.1, d = 0.1; d = 0.17"
+    assert listed(places[:1]) == places[0]
+    assert listed(["Ca_e = 0.1, d = 0.2", "Ca_e = 0.2, d = 0.2"]) == "Ca_e = 0.1, d = 0.2; Ca_e = 0.2, d = 0.2"
 
 
 def test_dU_that_is_zero_asks_for_no_mesh() -> None:

@@ -159,8 +159,8 @@ def test_a_case_in_units_has_its_answer_in_units() -> None:
         "The pair separates: from d = 5 um at t = 0 s to d = 6 um at t = 0.005 s, dU = +15.00 +- 0.10 um/s at the end."
     ]
     starting = answer_of_run(series(2.0, [0.1, 0.09], [-1e-2, -1e-2]), record | settled(-4e-3, 5e-5))[0]
-    assert "-40.0 +- 0.5 um/s once the start-up has decayed" in starting
-    assert starting.endswith("(physical.end = 0.034 s would do).")
+    assert "Without any memory of its start it would have dU = -40.0 +- 0.5 um/s there" in starting
+    assert starting.endswith("(physical.end = 0.034 s is enough).")
     curve = logarithmic(0.2, 1e-3 / np.log(2), 1e-6)
     assert answer_of_curve(curve, [Zero(0.2, False, 0.01)], record) == [
         "The pair comes closer between d = 5 um and 10 um, separates between d = 10 um and 15 um. "
@@ -174,11 +174,12 @@ def test_a_case_in_units_has_its_answer_in_units() -> None:
 
 def test_critical_distances_by_kind() -> None:
     zeros = [Zero(0.2, False, 0.02), Zero(0.1, False, 0.003), Zero(0.3, True)]
-    assert answer_of_critical(zeros, {"ends": [{"message": "edge"}]}) == [
+    ends = [{"reason": "range", "message": "the last value is reached"}, {"reason": "edge", "message": "edge"}]
+    assert answer_of_critical(zeros, {"ends": ends}) == [
         "2 unstable critical distances, d = 0.100 +- 0.003 to 0.20 +- 0.02: "
         "closer pairs come together, wider ones separate.",
         "1 stable critical distance, d = 0.3: pairs come to rest.",
-        "A branch ends: edge.",
+        "A line of critical distances ends: edge.",
     ]
 
 
@@ -199,27 +200,40 @@ def test_nobody_is_told_to_repeat_what_fails_in_the_same_way(kind: str, again: s
         told = advice(kind, "failed", failure.reason, str(failure))
         assert "try a larger mesh.Np; unchanged, the case fails in the same way" in told
         assert not re.search("--overwrite|--resume", told)
+        (tmp_path / "run.json").write_text(json.dumps({"kind": kind, "status": "failed", "message": str(failure)}))
+        answer = QUESTIONS[kind].result(QUESTIONS[kind], tmp_path).answer
+        assert answer.count("a larger mesh.Np") == 1, "what to try is said once, in the last line"
+        assert answer.splitlines()[0] == f"Failed: {str(failure).partition('; try')[0]}"
     ended = kind, "finished", BranchEnd.reason, "steady states end at Ca_e = 0.15", tmp_path
     assert advice(*ended) == "Next: a smaller Ca_e or De."
     (tmp_path / "way.csv").touch()
     assert advice(*ended) == f"Next: a smaller Ca_e or De; {tmp_path}/way.csv has the steady states on the way."
+    (tmp_path / "checkpoint.npz").touch()
+    again = again.replace("out", str(tmp_path))
     full = WriteFailure("No space left on device", advice="freeing disk space, then the same command")
-    assert again in advice(kind, "failed", full.reason, str(full))
-    assert again in advice(kind, "failed", "environment", "no C compiler")
-    assert again in advice(kind, "interrupted", "interrupted", "SIGINT")
-    spent = advice(kind, "failed", BudgetSpent.reason, "the budget of 1 s is spent; try a larger --budget")
-    assert again in spent
-    assert "fails in the same way" not in spent
+    for reason, message in (
+        (full.reason, str(full)),
+        ("environment", "no C compiler"),
+        ("interrupted", "stopped by Ctrl-C"),
+        (BudgetSpent.reason, "the budget of 1 s is spent; try a larger --budget"),
+    ):
+        told = advice(kind, "failed", reason, message, tmp_path)
+        assert again in told
+        assert "fails in the same way" not in told
+        assert "--resume" not in advice(kind, "failed", reason, message), "there is no checkpoint"
 
 
 def test_what_comes_next_works_for_the_run_that_it_is_printed_for(tmp_path: Path) -> None:
-    assert advice("run", "finished", "end").endswith("pairsim run --resume out --set time.end=... continues.")
-    assert advice("run", "finished", "contact") == "Next: pairsim plot out draws it."
-    assert "--set limits.max_gap=..." in advice("run", "finished", "max_gap")
+    for reason in ("end", "contact", "max_gap"):  # without a checkpoint nothing goes on
+        assert advice("run", "finished", reason) == "Next: pairsim plot out draws it."
+    (tmp_path / "checkpoint.npz").touch()
+    on = f"pairsim run --resume {tmp_path} --set time.end=... continues."
+    assert advice("run", "finished", "end", folder=tmp_path).endswith(on)
+    assert advice("run", "finished", "contact", folder=tmp_path) == f"Next: pairsim plot {tmp_path} draws it."
+    assert "--set limits.max_gap=..." in advice("run", "finished", "max_gap", folder=tmp_path)
     scales = {"length": 50e-6, "velocity": 10e-3, "time": 5e-3, "stress": 170.0}
     (tmp_path / "run.json").write_text(json.dumps({"scales": scales}))
     assert "--set physical.end=..." in advice("run", "finished", "end", folder=tmp_path)
-    (tmp_path / "checkpoint.npz").touch()
     with pytest.raises(InputError, match=f"pairsim run --resume {tmp_path} continues"):
         prepare_folder(tmp_path)
 
@@ -242,6 +256,7 @@ def settled(dU: float, error: float, **more: Any) -> dict[str, Any]:
     return {"reason": "end", SETTLED: entry | more}
 
 
+WITHOUT_START = "Without any memory of its start it would have dU = {} there (a quasi-steady solution)"
 UNDECIDED = "may separate or come closer (not decided: the interval of dU holds both signs)"
 
 
@@ -251,18 +266,21 @@ UNDECIDED = "may separate or come closer (not decided: the interval of dU holds 
         (
             1.5e-2,
             (1.5e-2, 1e-4),
-            "separates: {}, dU = +0.01500 +- 0.00015 at the end, +0.01500 +- 0.00010 in quasi-steady motion there. "
-            "While it started up it came closer.",
+            "separates: {}, dU = +0.01500 +- 0.00015 at the end. "
+            + WITHOUT_START.format("+0.01500 +- 0.00010")
+            + ". While it started up it came closer.",
         ),
         (
             -1.5e-2,
             (-1.5e-2, 1e-4),
-            "comes closer: {}, dU = -0.01500 +- 0.00015 at the end, -0.01500 +- 0.00010 in quasi-steady motion there.",
+            "comes closer: {}, dU = -0.01500 +- 0.00015 at the end. "
+            + WITHOUT_START.format("-0.01500 +- 0.00010")
+            + ".",
         ),
         (
             -5e-6,  # contradicts the curve within the errors of both
             (2e-5, 1.5e-5),
-            UNDECIDED + ": {}, dU = (-0 +- 2)e-5 at the end, (+2 +- 2)e-5 in quasi-steady motion there.",
+            UNDECIDED + ": {}, dU = (-0 +- 2)e-5 at the end. " + WITHOUT_START.format("(+2 +- 2)e-5") + ".",
         ),
         (1e-12, (2e-12, 1e-14), "keeps its distance: {}, dU = +1e-12 at the end."),
     ],
@@ -275,14 +293,14 @@ def test_a_decayed_start_up_leaves_three_answers(dU: float, steady: tuple[float,
 @pytest.mark.parametrize(
     ("dU", "heading", "end"),
     [
-        (-4e-3, "(-4.00 +- 0.05)e-3 once the start-up has decayed: it then comes closer", 6.8),
-        (2e-5, f"(+2 +- 5)e-5 once the start-up has decayed: it then {UNDECIDED}", 7.4),
+        (-4e-3, f"{WITHOUT_START.format('(-4.00 +- 0.05)e-3')}: it then comes closer", 6.8),
+        (2e-5, f"{WITHOUT_START.format('(+2 +- 5)e-5')}: it then {UNDECIDED}", 7.4),
     ],
 )
 def test_a_run_cut_short_says_where_it_is_heading(dU: float, heading: str, end: float) -> None:
     (line,) = answer_of_run(series(2.0, [0.1, 0.09], [-1e-2, -1e-2]), settled(dU, 5e-5))
-    start = "The pair is still starting up: from d = 0.1 at t = 0 to d = 0.09 at t = 2, dU = -0.01 at the end, "
-    assert line == f"{start}{heading} (time.end = {end} would do)."
+    start = "The pair is still starting up: from d = 0.1 at t = 0 to d = 0.09 at t = 2, dU = -0.01 at the end. "
+    assert line == f"{start}{heading} (time.end = {end} is enough)."
 
 
 def test_three_decay_times_are_waited_for_after_rest() -> None:
@@ -324,7 +342,7 @@ def test_without_a_quasi_steady_solution_the_run_speaks_for_itself(d: list[float
     lines = answer_of_run(series(1.0, d, dU), {"reason": "end", SETTLED: {"message": "there is a fold"}})
     assert lines == [
         f"The pair {words}: from d = {d[0]} at t = 0 to d = {d[1]} at t = 1, dU = {dU[1]:+g} at the end.",
-        "Whether the start-up has decayed is not known: there is a fold.",
+        "Whether the start is forgotten is not known: there is a fold.",
     ]
     assert answer_of_run(series(1.0, d, dU), {"reason": "end"}) == lines[:1]
 
@@ -345,7 +363,7 @@ def test_a_run_that_has_not_come_to_its_end_has_no_sign_that_its_start_up_makes(
     run, record = series(0.1, [0.1, 0.09], [-1e-2, -1e-2]), {"status": status, "start": "rest"}
     assert answer_of_run(run, record) == [
         "The pair moved from d = 0.1 at t = 0 to d = 0.09 at t = 0.1, dU = -0.01 at the end; "
-        "what it does once its start-up has decayed is not known yet."
+        "what it does once its start is forgotten is not known yet."
     ]
     assert answer_of_run(run, record | {"start": "steady"})[0].startswith("The pair comes closer: ")
 
@@ -376,7 +394,7 @@ def test_many_gaps_are_counted_and_their_mean_is_told() -> None:
     assert counted.startswith("Of 5 gaps at t = 10: 3 separating, 1 coming closer, 1 not decided")
     later = settled(1e-2, 1e-4)
     later[SETTLED] |= {"dU": 5 * [1e-2], "dU_error": 5 * [1e-4]}
-    assert "Of 5 gaps at the distances of t = 10, once the start-up has decayed: 5 separating." in answer_of_run(
+    assert "Of 5 gaps at the distances of t = 10, once the start is forgotten: 5 separating." in answer_of_run(
         table, later
     )
     assert spread.startswith(f"Their mean went from 0.2 to 0.2, their standard deviation from 0 to {np.std(d):.5g};")

@@ -28,7 +28,7 @@ def test_a_curve_keeps_the_points_it_has_when_its_budget_is_spent() -> None:
     result = api.curve(PAIR | {"d": {"start": 0.05, "stop": 0.8, "num": 500}}, budget="20 s")
     assert (result.status, result.reason) == ("failed", "budget")
     assert 1 <= len(result.table) < 500
-    assert "the budget of 20 s is spent, on the way at Ca_e = 0.1, d = 0." in result.message
+    assert "the budget of 20 s is spent, while solving at Ca_e = 0.1, d = 0." in result.message
 
 
 def test_what_is_passed_on_the_way_to_the_first_point_is_kept(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -48,7 +48,7 @@ def test_a_limit_says_where_the_computation_is_until_it_has_a_result() -> None:
     monitor = Monitor(patience=3.0, listener=places.append)
     part = monitor.within(9.0, "it was not found within {}")
     part.at("De = 0.5")
-    with pytest.raises(BudgetSpent, match=r"nothing was found within 3 s, on the way at De = 0\.5"):
+    with pytest.raises(BudgetSpent, match=r"nothing was found within 3 s, while solving at De = 0\.5"):
         spend(part)
     monitor.at("De = 1")
     monitor.has_result()
@@ -69,7 +69,7 @@ def test_a_command_that_finds_nothing_ends_by_itself(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr("pairsim.api.compute.PATIENCE", 6.0)
     found = api.curve(PAIR | {"De": 1, "Ca_e": 0.2, "d": [0.1], "mesh": {"Np": 16, "max_size": 0.07}})
     assert (found.status, found.reason) == ("failed", "budget")
-    assert "nothing was found within 6 s, on the way at De = " in found.message
+    assert "nothing was found within 6 s, while solving at De = " in found.message
     monkeypatch.setattr("pairsim.api.compute.PATIENCE", 20.0)
     many = api.curve(PAIR | {"Ca_e": 0.02, "d": {"start": 0.05, "stop": 0.8, "num": 20}})
     assert many.status == "finished", "it ends nothing that has begun to have results"

@@ -135,6 +135,7 @@ def test_the_end_of_steady_states_is_an_answer(tmp_path: Path, pairsim: Pairsim)
     done = pairsim("curve", "case.yaml", "-o", "out", *(word for each in settings for word in ("--set", each)))
     assert done.returncode == 5, done.stderr
     assert "There is no steady state: steady states end at Ca_e = 0.1" in done.stderr
+    assert done.stderr.count("steady states end at") == 1
     record = json.loads((tmp_path / "out" / "run.json").read_text())
     assert (record["status"], record["reason"]) == ("finished", "no_steady_state")
     Ca_e, error = record["end_of_branch"]["Ca_e"]

@@ -12,12 +12,16 @@ import pytest
 from support.pictures import drawn_figures
 
 import pairsim
+from pairsim.computing import QUESTIONS
+from pairsim.computing.events import Begin, Progress
 from pairsim.computing.problems import steady_problem
+from pairsim.questions.train import work
 from pairsim.questions.train.row import first_gaps
+from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.rows.model import Row
-from pairsim.solvers.rows.short_rows import short_rows, solved
+from pairsim.solvers.rows.short_rows import places_of, short_rows, solved
 
 SOFT = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "length": 6, "mesh": {"Np": 8}}
 TRAIN = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "accuracy": "5%", "mesh": {"Np": 8}, "train": {"cell": 4}}
@@ -43,6 +47,22 @@ def follow(pairs: list[Row], monkeypatch: pytest.MonkeyPatch) -> Any:
     monkeypatch.setattr("pairsim.questions.train.row.short_rows", lambda *_: iter(pairs))
     monkeypatch.setattr("pairsim.questions.train.row.trains", lambda *_: iter(()))
     return lambda **keys: pairsim.train(TRAIN | keys).check()
+
+
+@pytest.mark.slow
+def test_progress_is_a_part_of_all_that_a_row_takes(follow: Any) -> None:
+    """Growth rates are a tenth of it, short rows most; here most of these are left out."""
+    case = pairsim.load(TRAIN | {"d": [0.15, 0.2], "row": {"tube": 40}}, kind="train")
+    begin, *found = [*QUESTIONS["train"].solve(case, monitor=Monitor())]
+    assert isinstance(begin, Begin)
+    steps = {each.text: each.done for each in found if isinstance(each, Progress)}
+    parts = np.array([*steps.values()]) / begin.total
+    assert (np.diff(parts) > 0).all()
+    assert parts[0] < 0.1
+    assert steps["short row 2 of 66"] - steps["short row 1 of 66"] == 4, "of two beads"
+    rows = [work.of_short_row(len(place) + 1) for count in range(1, 6) for place in places_of(count, 0.04)]
+    assert 0.7 < sum(rows) / begin.total < 0.9
+    assert begin.total == work.of_case(case) > steps["rows of 3 are solved"]
 
 
 @pytest.mark.slow

@@ -167,6 +167,19 @@ def test_step_that_cannot_be_solved_is_a_failure(tmp_path: Path, pairsim: Pairsi
     record = json.loads((tmp_path / "out" / "run.json").read_text())
     assert record["status"] == "failed"
     assert record["reason"] in ("newton_diverged", "inverted_cell", "mesh_failed", "step_too_small")
+    what, _, remedy = record["message"].partition("; try ")
+    assert (done.stderr.count(what), done.stderr.count(remedy)) == (1, 1), "each is said once"
+    assert done.stderr.splitlines()[-1].startswith(f"Next: try {remedy}")
+
+
+def test_the_answer_says_what_its_symbols_and_units_are(soft_run: Path, tmp_path: Path) -> None:
+    said = pairsim.open(soft_run).answer
+    assert "Without any memory of its start it would have dU = " in said
+    assert "Here dU is the velocity of the leading particle minus that of the trailing one; D, the Taylor" in said
+    assert "lengths are in tube diameters D_c, velocities in the mean velocity U_av, times in D_c/U_av." in said
+    beads = pairsim.run(OF_BEADS, d0=0.1, time={"end": 0.01}, output={"fields": False}, folder=tmp_path / "beads")
+    assert "Here dU is the velocity" in beads.answer
+    assert "tube diameters" not in beads.answer
 
 
 @pytest.mark.slow
@@ -234,7 +247,7 @@ def test_a_run_is_finished_without_its_quasi_steady_solution(stopped: bool, monk
     result = pairsim.run(YOUNG, **FEW, signals=True)
     why = "the quasi-steady solution at the last distances was interrupted" if stopped else "the shapes end"
     assert result.status == "finished"
-    assert f"Whether the start-up has decayed is not known: {why}." in result.answer
+    assert f"Whether the start is forgotten is not known: {why}." in result.answer
 
 
 @pytest.mark.slow

@@ -194,7 +194,7 @@ def test_the_answer_says_within_which_length_of_tube_beads_order(tmp_path: Path)
     found = pairsim.train(case, folder=tmp_path / "train")
     assert "6 um from surface to surface" in found.answer
     assert re.search(r"The train orders: .*, by a factor e within [.\d]+ \+- [.\d]+ mm\.", found.answer)
-    assert "A spread of 20 % becomes one of 2 % within" in found.answer
+    assert "A spread of the distances of 20 % becomes one of 2 % within" in found.answer
     assert found.plot(tmp_path)
     path = tmp_path / "train" / "run.json"
     killed = {key: value for key, value in json.loads(path.read_text()).items() if key != "sentences"}

@@ -182,8 +182,8 @@ def test_a_start_from_rest_changes_the_time_by_how_far_it_is_behind() -> None:
     table = decaying(0.2, 1.0, U_L=1.8 + 0.1 * D, U_T=1.8 - 0.1 * D)
     way = travel(table | {"from_rest": 0.02 * D}, 0.1, 0.9, "test")
     assert way.start_error == pytest.approx(0.1, rel=0.02)
-    assert "is forgotten from d = " in str(way)
-    assert str(way).endswith("; a start from rest there changes the time by up to about 0.1 D_c/U_av")
+    assert "one that starts there has forgotten its start by d = " in str(way)
+    assert str(way).endswith(", and takes up to about 0.1 D_c/U_av more or less if it starts from rest")
     before = travel(table, 0.1, 0.9, "test")
     assert before.start_error is None
     assert "forgotten" in str(before)

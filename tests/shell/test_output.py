@@ -135,8 +135,14 @@ def test_status_of_a_case_has_outcome_and_warnings(kind: str, tmp_path: Path) ->
 
 
 def test_status_of_a_killed_run(tmp_path: Path) -> None:
-    said = status(make(tmp_path / "out", "series.csv", status="running", reason="", message=""))
-    assert said[:2] == ["out: interrupted", "the command was killed; a run can be continued with pairsim run --resume"]
+    folder = make(tmp_path / "out", "series.csv", status="running", reason="", message="")
+    killed = ["out: interrupted", "the command was killed", "5.25 s of wall time, by:"]
+    assert status(folder) == [
+        *killed,
+        "Next: the same command with --overwrite computes it again; what was written stands until then.",
+    ]
+    (folder / "checkpoint.npz").touch()
+    assert status(folder) == [*killed, "Next: pairsim run --resume out continues from the last checkpoint."]
 
 
 def test_case_that_failed_before_its_table_is_found_by_its_record(tmp_path: Path) -> None:

@@ -26,6 +26,7 @@ from pairsim.cli.options import Budget, DryRun, Output, Overwrite, Quiet, Settin
 from pairsim.computing import events
 from pairsim.computing.question import InSweeps, Question, drawn_by, last_row, rows_in
 from pairsim.results.columns import names_of
+from pairsim.results.folder import CHECKPOINT
 from pairsim.results.units import scales_in
 from pairsim.runtime.errors import InputError
 
@@ -71,7 +72,7 @@ class RunResult(Result):
 
     def afterwards(self) -> str:
         drawn = f"pairsim plot {self._place} draws it"
-        if self.reason == "contact":
+        if self.reason == "contact" or not (self._place / CHECKPOINT).is_file():
             return drawn
         end = "time.end" if scales_in(self.record) is None else "physical.end"
         key = "limits.max_gap" if self.reason == "max_gap" else end

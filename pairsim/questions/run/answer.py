@@ -37,7 +37,7 @@ def answer_of_run(series: Mapping[str, Array], record: Mapping[str, Any]) -> lis
         way = _tube(series, i, scales)
         lines.append(f"{who} {_motion(series['t'], d, way, dU, error, settled, record, closed == i)}")
     if gaps and (message := record.get(SETTLED, {}).get("message")):
-        lines.append(f"Whether the start-up has decayed is not known: {message}.")
+        lines.append(f"Whether the start is forgotten is not known: {message}.")
     if not gaps:
         names = [*(f"U{each}" for each in suffixes_in(series, "U"))] or ["dp"]
         values = (f"{name} = {in_unit(scales, column(name).unit, series[name][-1], digits=6)}" for name in names)
@@ -64,9 +64,9 @@ def _train(series: Mapping[str, Array], gaps: Sequence[str], record: Mapping[str
     moment = f"at t = {in_unit(scales, TIME, series['t'][-1])}"
     when = moment + _tube(series, len(gaps) // 2, scales)
     if Settled.of(record, 0) is not None:
-        when = f"at the distances of {when.removeprefix('at ')}, once the start-up has decayed"
+        when = f"at the distances of {when.removeprefix('at ')}, once the start is forgotten"
     elif _starting_up(record):
-        when = f"{when}, before the start-up is known to have decayed"
+        when = f"{when}, before the start is known to be forgotten"
     words = {1: "separating", -1: "coming closer", 0: "not decided (their intervals of dU hold both signs)"}
     counted = ", ".join(f"{signs.count(sign)} {what}" for sign, what in words.items() if sign in signs)
     first, last = (np.array([series[f"d{gap}"][at] for gap in gaps]) for at in (0, -1))
@@ -132,28 +132,29 @@ def _motion(
         return f"collides: {way}, {now}."
     if settled is None:
         if _starting_up(record):
-            return f"moved {way}, {now}; what it does once its start-up has decayed is not known yet."
+            return f"moved {way}, {now}; what it does once its start is forgotten is not known yet."
         sign = _sign(dU, error)
         turned = sign != 0 and np.sign(d[-1] - d[0]) == -sign
         return f"{_moves(sign, dU)}{' in the end, after moving the other way' if turned else ''}: {way}, {now}."
     if settled.held_together:
         return f"comes to be held together by unyielded liquid: {way}, {now}."
     sign, later = _sign(settled.dU, settled.error), velocity(settled.dU, settled.error)
+    without_start = f"Without any memory of its start it would have dU = {later} there (a quasi-steady solution)"
     if settled.decayed(float(t[-1]), dU, error):
         sign = sign if sign * dU >= 0 else 0
         turned = sign != 0 and np.sign(d[-1] - d[0]) == -sign
         other = f" While it started up it {'came closer' if sign > 0 else 'moved apart'}." if turned else ""
-        steady = f", {later} in quasi-steady motion there" if abs(settled.dU) > NOTHING else ""
-        return f"{_moves(sign, settled.dU)}: {way}, {now}{steady}.{other}"
+        steady = f" {without_start}." if abs(settled.dU) > NOTHING else ""
+        return f"{_moves(sign, settled.dU)}: {way}, {now}.{steady}{other}"
     if settled.creeps:
         return (
             f"moved {way}, {now}; unyielded liquid keeps its start: that would decay by creep of the regularisation "
             f"alone (t_relax = {in_unit(scales, TIME, settled.t_relax, digits=2)}, which grows as m)."
         )
     end = settled.end_needed(float(t[-1]), dU, error)
-    would = f"time.end = {end:g}" if scales is None else f"physical.end = {in_unit(scales, TIME, end)}"
-    then = f"{later} once the start-up has decayed: it then {_moves(sign, settled.dU)}"
-    return f"is still starting up: {way}, {now}, {then} ({would} would do)."
+    enough = f"time.end = {end:g}" if scales is None else f"physical.end = {in_unit(scales, TIME, end)}"
+    then = f"it then {_moves(sign, settled.dU)} ({enough} is enough)"
+    return f"is still starting up: {way}, {now}. {without_start}: {then}."
 
 
 def _starting_up(record: Mapping[str, Any]) -> bool:

@@ -34,8 +34,8 @@ from pairsim.solvers.transient.state import Counts, Extremes
 from pairsim.solvers.transient.transient import Transient
 
 ADVICE = {
-    WallTime: "a larger limits.wall_time, with --resume",
-    TooManySteps: "a larger limits.max_steps, with --resume",
+    WallTime: "a larger limits.wall_time",
+    TooManySteps: "a larger limits.max_steps",
 }
 ROUNDING = 1e-9
 SETTLES = 10.0  # time for the settled state at the end of a run [s], at least: else what the run itself took; chosen

@@ -124,6 +124,11 @@ class TrainCase(SceneCase):
         return self.d if isinstance(self.d, tuple) else ()
 
     @property
+    def beads(self) -> int:
+        """Number of beads of the row that is followed; 0 without one."""
+        return self.row.beads or (len(self.listed) + 1 if self.listed else 0)
+
+    @property
     def mean_d(self) -> float | None:
         """Distance of the train [D_c]; None if its spacing is given."""
         return sum(self.d) / len(self.d) if isinstance(self.d, tuple) else self.d

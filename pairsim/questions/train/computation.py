@@ -12,7 +12,7 @@ import numpy as np
 from pairsim.computing import events
 from pairsim.computing.problems import steady_problem
 from pairsim.computing.warnings import beyond_checked, coarse_mesh
-from pairsim.questions.train import SPECTRUM, TRAIN, TrainCase
+from pairsim.questions.train import SPECTRUM, TRAIN, TrainCase, work
 from pairsim.questions.train.row import first_gaps, follow
 from pairsim.results.columns import Column
 from pairsim.results.units import LENGTH, POSITION, RATE, VELOCITY, in_unit, with_name
@@ -22,23 +22,26 @@ from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.trains.train import Train, on_meshes, transition
 
 FAST = 0.3  # rate times t_relax from which on an answer says that beads move while they remember; chosen
-MOST_REFINED = 3  # meshes, each with smaller cells, until the errors are as small as wanted; chosen
 TUBES = "tube", "tube_least", "tube_most"
 CHANGES = {"orders": (1 / 10, "of 20 % becomes one of 2 %"), "clusters": (10.0, "of 2 % becomes one of 20 %")}
 
 
 def computation(case: TrainCase, monitor: Monitor) -> events.Events:
     """Compute the train and its growth rates on two meshes, and on finer ones while errors are larger than wanted."""
-    yield events.Begin(f"the growth rates of {case.train.cell} beads", 1)
+    row_of = f", then a row of {case.beads}" if case.beads else ""
+    yield events.Begin(f"the growth rates of a train of {case.train.cell} beads{row_of}", work.of_case(case))
+    done = 0.0
     problem, start = steady_problem(case, inf, monitor), Parameters((), case.solid_models, case.liquid_model)
     place, d, slope = case.train.transition, case.mean_d, nan
     try:
         if place is not None:
             d, slope = transition(problem, start, case.train.cell, place)
-        meshes = islice(on_meshes(problem, start, case.train.cell, d), MOST_REFINED)
+            done += work.TRANSITION
+            yield events.Progress(done, f"trains change at d = {d:.4g}", 1)
+        meshes = islice(on_meshes(problem, start, case.train.cell, d), len(work.MESHES))
         for refined, found in enumerate(meshes, 1):
             errors = f"errors {100 * found.error:.2g} % of the largest rate"
-            yield events.Progress(refined / MOST_REFINED, errors, refined)
+            yield events.Progress(done + sum(work.MESHES[:refined]), errors, refined)
             verdict = found.spectrum.verdict
             certain = verdict != "undecided" or place is not None
             if verdict == "neither" or case.held or (found.error <= case.error_wanted and certain):
@@ -54,7 +57,7 @@ def computation(case: TrainCase, monitor: Monitor) -> events.Events:
     sentences = list(_said(case, row, slope))  # to which those of a row are added
     yield events.Summary({"unknowns": found.unknowns, "sentences": sentences}, _warnings(case, found))
     if (gaps := first_gaps(case, found.d)).size:
-        sentences += yield from follow(case, problem, start, gaps, found)
+        sentences += yield from follow(case, problem, start, gaps, found, done + sum(work.MESHES))
     return events.Outcome("finished", "end", f"verdict: {verdict}")
 
 
@@ -88,18 +91,18 @@ def _said(case: TrainCase, row: Mapping[str, Any], slope: float) -> Iterator[str
     error = length * (row["growth_error"] / abs(row["growth"] or nan) + row["U_error_1"] / row["U_1"])
     at = f"at {growth}, by a factor e within {with_name(scales, POSITION, length, error)}"
     yield {
-        "orders": f"The train orders: every wave decays, {wave} fastest: {at}.",
+        "orders": f"The train orders: disturbances of all wave lengths decay, {wave} fastest: {at}.",
         "clusters": f"The train clusters: {wave} grows fastest: {at}.",
         "neither": "The train neither orders nor clusters: waves travel along it and keep their size.",
         "undecided": f"Whether the train orders is not certain: {wave} has the largest growth rate, {growth}.",
     }[verdict]
     sign = np.sign(row["diffusion"]) if abs(row["diffusion"]) > row["diffusion_error"] else 0
     long = {1: "decay", -1: "grow", 0: "may decay or grow"}[sign]
-    yield f"Long waves {long}: at -C k^2 with C = {C}, k the phase between beads."
+    yield f"Waves of many beads {long}: at -C k^2 with C = {C}, where k is 2 pi over their number of beads."
     if "tube" in row:
         tube, least, most = (with_name(scales, POSITION, row[name]) for name in TUBES)
-        small = "where distances are independent at first and disturbances small"
-        yield f"A spread {CHANGES[verdict][1]} within {tube} of tube ({least} to {most}), {small}."
+        small = "where distances differ little at first, independently of each other"
+        yield f"A spread of the distances {CHANGES[verdict][1]} within {tube} of tube ({least} to {most}), {small}."
     if "d_error" in row:
         nearer, farther = ("cluster", "order") if slope < 0 else ("order", "cluster")
         at = in_unit(scales, LENGTH, row["d"], row["d_error"])

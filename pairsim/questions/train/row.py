@@ -9,7 +9,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from pairsim.computing import events
-from pairsim.questions.train import POSITION_OF_ROW, TrainCase
+from pairsim.questions.train import POSITION_OF_ROW, TrainCase, work
 from pairsim.results.columns import names_of
 from pairsim.results.units import LENGTH, POSITION, VELOCITY, in_unit, with_name
 from pairsim.runtime.arrays import Array
@@ -17,13 +17,11 @@ from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.rows.model import Row, fitted
 from pairsim.solvers.rows.motion import TOLERANCE, move, propagator
-from pairsim.solvers.rows.short_rows import MOST, places_of, short_rows, solved, trains
+from pairsim.solvers.rows.short_rows import MOST, TRAINS, places_of, short_rows, solved, trains
 from pairsim.solvers.trains.train import Train
 
 LONG = 50.0  # length of the tube of short rows over the diameter of a bead, as of other cases
 LEAST = 0.04  # smallest distance at which short rows are solved [D_c]; chosen
-AUDITED = 6  # beads of the rows on the way that are solved to know the error; chosen
-MOST_PROPAGATED = 50  # beads of a row whose changes are followed; chosen
 PLACES = 101  # rows of row.csv
 
 
@@ -41,24 +39,32 @@ def first_gaps(case: TrainCase, d: float) -> Array:
 
 
 def follow(
-    case: TrainCase, problem: SteadyProblem, alone: Parameters, gaps: Array, train: Train
+    case: TrainCase, problem: SteadyProblem, alone: Parameters, gaps: Array, train: Train, done: float
 ) -> Generator[events.Event, None, list[str]]:
     """Follow a row from its first distances [D_c], (N-1,), along the tube; returns what it says.
 
-    Problem and parameters are those of a bead alone in the train.
+    Problem and parameters are those of a bead alone in the train; so much work is done.
     """
     problem, n, rows = replace(problem, length=LONG * problem.betas[0], closed=False), len(gaps) + 1, list[Row]()
     least = min(LEAST, gaps.min() if case.listed else gaps.mean() / 2)
     total = sum(len(places_of(count, least)) for count in range(1, MOST + 1))
     for row in short_rows(problem, alone, least):
         rows.append(row)
-        yield events.Progress(1.0, f"{len(rows)} of {total} short rows", len(rows))
-    model = fitted(rows, list(trains(problem, alone)))
+        done += work.of_short_row(len(row.values))
+        yield events.Progress(done, f"short row {len(rows)} of {total}", len(rows))
+    waves = []
+    for wave in trains(problem, alone):
+        waves.append(wave)
+        done += work.TRAIN
+        yield events.Progress(done, f"train {len(waves)} of {len(TRAINS)}", len(rows) + len(waves))
+    model = fitted(rows, waves)
     t, places = move(model, gaps, case.row.min_gap, case.row.tube, problem.monitor)
     times = np.linspace(0.0, t[-1], PLACES)
     way, states = places(times) - places(0.0)[:, None], np.diff(places(times), axis=0).T
     touching = case.row.min_gap + TOLERANCE >= np.diff(places(t), axis=0).T
     dU, errors = np.array([model.row(d).dU for d in states]), np.array([model.dU_errors(d) for d in states])
+    done += work.of_motion(n)
+    yield events.Progress(done, f"the row of {n} has moved", len(rows) + len(waves) + 1)
     columns = [POSITION_OF_ROW.name, *names_of(n, "t", "d", "dU", "dU_error")]
     yield _table("row", columns, np.column_stack([way.mean(axis=0), times, states, dU, errors]))
     spreads = " to ".join(f"{100 * d.std() / d.mean():.3g} %" for d in states[[0, -1]])
@@ -78,19 +84,21 @@ def follow(
             f"{touching[-1].sum()} stay closed; beads that touch are assumed to travel on as doublets, held by equal "
             "and opposite forces until these would have to pull."
         )
-    neighbours = sliding_window_view(states, min(n, AUDITED) - 1, axis=1).reshape(-1, min(n, AUDITED) - 1)
+    neighbours = sliding_window_view(states, min(n, work.AUDITED) - 1, axis=1).reshape(-1, min(n, work.AUDITED) - 1)
     if len(neighbours := neighbours[neighbours.min(axis=1) >= least]):
         widest, narrowest = neighbours[neighbours.mean(axis=1).argsort()[[-1, 0]]].tolist()
-        audits = solved(problem, alone, [tuple(widest), tuple(narrowest)])
+        audits = [*solved(problem, alone, [tuple(widest), tuple(narrowest)])]
+        done += work.of_audits(n)
+        yield events.Progress(done, f"rows of {min(n, work.AUDITED)} are solved", len(rows) + len(waves) + 2)
         off = 100 * max(abs(model.row(row.gaps).dU - row.dU).max() / abs(row.dU).max() for row in audits)
         k, rates = train.spectrum.waves
         growth = 100 * abs(model.growth(train.d, k) - rates).max() / abs(rates).max()
         sentences.append(
-            f"Model against the narrowest and the widest row of {min(n, AUDITED)} on the way, solved: dU within "
+            f"Model against the narrowest and the widest row of {min(n, work.AUDITED)} on the way, solved: dU within "
             f"{off:.2g} % of the largest |dU| of each; against the train: growth rates within {growth:.2g} % of the "
             "largest."
         )
-    if n <= MOST_PROPAGATED and not touching.any():
+    if n <= work.MOST_PROPAGATED and not touching.any():
         changes = propagator(model, places, t[-1])
         yield _table("propagator", [f"by_d_{i}" for i in range(1, n)], changes)
         singular = np.linalg.svd(changes, compute_uv=False)
