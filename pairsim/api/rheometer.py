@@ -42,6 +42,7 @@ class MeasuredLiquid:
     fit: Fit
     data: Measured  # what was measured
     quantities: dict[str, str]  # what goes into `physical` of a case
+    fitted: frozenset[str]  # the keys of those that were fitted
     block: Any  # value of its key `liquid`
     intervals: dict[str, str]  # of each fitted number, by its key in either
     sentences: list[str]  # what was read, the fit in words, and warnings
@@ -93,10 +94,11 @@ def fit_liquid(
         if file is not None:
             of_file, read = read_columns(option, Path(file), section)
             columns, said = columns | of_file, said + read
-            for sentence in read:
-                listener.answer(sentence)
-    data = Measured(**columns)
-    found = _fitted(data, [law] if law else None, given, listener)
+    data, found = Measured(**columns), list[Fit]()
+    if names := tried(data, [law] if law else None, given):
+        for sentence in said:
+            listener.answer(sentence)
+        found = _fitted(data, names, given, listener)
     if not found:
         known = f" besides {', '.join(given)}" if given else ""
         allowed = f"must be a law with unknown numbers{known}, fewer of them than there are points"
@@ -105,28 +107,28 @@ def fit_liquid(
     of_fit = sentences(found, data, chosen=law is not None)
     for sentence in of_fit:
         listener.answer(sentence)
-    return MeasuredLiquid(found[0], data, {**fitted, **held}, value, intervals, said + of_fit)
+    of_case = {**fitted, **held}
+    return MeasuredLiquid(
+        found[0], data, of_case, frozenset(fitted.keys() - held.keys()), value, intervals, said + of_fit
+    )
 
 
-def _fitted(data: Measured, laws: list[str] | None, given: Mapping[str, float], listener: Listener) -> list[Fit]:
-    """The fits, the best first, with their intervals."""
-    names, found = tried(data, laws, given), list[Fit]()
+def _fitted(data: Measured, names: list[str], given: Mapping[str, float], listener: Listener) -> list[Fit]:
+    """The fits of laws, the best first, with their intervals."""
+    found = dict[str, Fit]()
     try:
         if len(names) > 1:
             listener.progress(f"fit: trying {', '.join(names)}")
-        for fit in each_fit(data, laws, given):
-            found.append(fit)
+        for fit in each_fit(data, names, given):
+            found[fit.law.name] = fit
             listener.progress(f"fit: {_label(fit)}: off by {_percent(fit.deviation)}")
-        found = ranked(found)
-        if found:
-            listener.progress(f"fit: intervals of {_label(found[0])}")
-            _ = found[0].numbers
+        if fits := ranked(found.values()):
+            listener.progress(f"fit: intervals of {_label(fits[0])}")
+            _ = fits[0].numbers
     except KeyboardInterrupt:
-        listener.answer(
-            _stopped(ranked(found), [name for name in names if name not in {fit.law.name for fit in found}])
-        )
+        listener.answer(_stopped(ranked(found.values()), [name for name in names if name not in found]))
         raise
-    return found
+    return fits
 
 
 def _stopped(found: Sequence[Fit], left: Sequence[str]) -> str:

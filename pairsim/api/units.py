@@ -65,7 +65,7 @@ class Units:
         all_ = [*self.numbers, *self.scales]
         wide = max(19, *(len(name) for name, _, _ in all_))
         rows = [f"{name:<{wide}} {value:<15} {meaning}" for name, value, meaning in all_]
-        return "\n".join([*rows, *self.notes])
+        return "\n".join([*(f"note: {each}" for each in self.case.remarks), *rows, *self.notes])
 
     def case_file(self, name: str) -> str:
         """The text of a case file of this name, if it can be one, with what was given, and a comment a line."""
@@ -73,7 +73,8 @@ class Units:
         said = [*(self.fit.sentences if self.fit else ()), *self.notes]
         warnings = [note.removeprefix("warning: ") for note in said if note.startswith("warning: ")]
         intervals = self.fit.intervals if self.fit else {}
-        head = [f"Written by pairsim units; pairsim schema {self.case.kind} lists all keys.", numbers, *warnings]
+        head = [f"Written by pairsim units; pairsim schema {self.case.kind} lists all keys.", numbers]
+        head += [*self.case.remarks, *warnings]
         lines = [f"# {line}" for line in head]
         for key, value in {**({"name": name} if is_name(name) else {}), **self.written}.items():
             words = {key: type(self.case).model_fields[key].description or ""}
@@ -153,7 +154,14 @@ def units(
         given = {**QUESTIONS[kind].model.usual_distances, **given}
 
     def case_with(**more: str) -> SceneCase:
-        return load({**given, BLOCK: {"density": WATER, **quantities, **more}}, kind=kind)
+        try:
+            return load({**given, BLOCK: {"density": WATER, **quantities, **more}}, kind=kind)
+        except InputError as error:
+            of_fit = {f"{BLOCK}.{key}" for key in fit.fitted} if fit else ()
+            for each in error.mistakes:
+                if each.key in of_fit:
+                    each.allowed += "; it is that of the fit, and no case is made of this liquid here"
+            raise
 
     if pressure is not None or over is not None:
         if pressure is None or over is None:

@@ -15,7 +15,7 @@ from pairsim.cases import values
 from pairsim.cases.accuracy import DEFAULT, PIPE_CELL, ROW_GRADING, SETTINGS, Accuracy, percent, settings_of
 from pairsim.cases.material_keys import LIQUIDS, LiquidKey, SolidKey, written
 from pairsim.cases.materials import is_viscous, liquid_block, liquid_of, solids_of
-from pairsim.cases.physical import Physical
+from pairsim.cases.physical import Physical, far_from_usual
 from pairsim.physics import liquids, solids
 from pairsim.physics.liquids import Liquid, Newtonian
 from pairsim.physics.scales import Scales
@@ -224,8 +224,13 @@ class SceneCase(Keys):
         return self.physical.scales(dict(self)) if self.physical is not None else None
 
     @property
+    def remarks(self) -> list[str]:
+        """Remarks on quantities of the `physical` block that are far from usual."""
+        return far_from_usual(dict(self.physical), dict(self)) if self.physical is not None else []
+
+    @property
     def notes(self) -> list[str]:
-        """Notes for the user: the given keys that have no effect in this case, and particles without steady shapes."""
+        """Notes for the user, apart from `remarks`: given keys without effect, and particles without steady shapes."""
         idle = {key: why for key, why in self._idle().items() if self._is_given(key)}
         if "liquid" in idle:
             idle = {f"liquid: {liquid_block(dict(self))['law']}": idle.pop("liquid"), **idle}

@@ -19,6 +19,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, WithJsonSche
 from pairsim.cases.materials import declared_in, liquid_block
 from pairsim.cases.mistakes import Mistake, missing
 from pairsim.cases.quantities import LENGTH, a_length, known_unit, measured, percentage, quantity_range, rounded
+from pairsim.cases.usual import unusual
 from pairsim.cases.values import Range, is_finite
 from pairsim.cases.yaml_file import within
 from pairsim.physics import liquids
@@ -193,6 +194,12 @@ def values_in(block: Mapping[str, Any], case: Mapping[str, Any], mistakes: list[
     return found
 
 
+def far_from_usual(block: Mapping[str, Any], case: Mapping[str, Any]) -> list[str]:
+    """Sentences on quantities of a block that are far from usual, as if the prefix of a unit was misread."""
+    units = {key: each.dimension.unit.replace("*", ".") for key, each in QUANTITIES.items()}
+    return [*unusual(block, values_in(block, case, []), units)]
+
+
 def _scales(values: Mapping[str, Any], law: ViscousLaw) -> Scales:
     """The scales from quantities in SI units."""
     length = values["tube"]
@@ -288,7 +295,8 @@ class InNumbers(NamedTuple):
         block = self.data[BLOCK]
         where = f"in a tube of {block['tube']} " if QUANTITIES[origin].dimension.unit == LENGTH.unit else ""
         number = f"{where}that is {mistake.key} = {_shown(mistake.value)}"
-        return Mistake(f"{BLOCK}.{origin}", block[origin], f"{number}; {mistake.allowed}")
+        remarks = [f"; {each}" for each in far_from_usual(block, self.data)]
+        return Mistake(f"{BLOCK}.{origin}", block[origin], f"{number}; {mistake.allowed}{''.join(remarks)}")
 
 
 def in_numbers(given: Mapping[str, Any], fields: Collection[str]) -> InNumbers:

@@ -62,7 +62,7 @@ def compute(
     case = read_case(question, file, tuple(settings or ()))
     directory = folder or default_folder(question.name, case, file.stem)
     if dry_run:
-        notes = (f"note: {note}" for note in case.notes)
+        notes = (f"note: {note}" for note in (*case.remarks, *case.notes))
         typer.echo("\n".join([f"{directory}: {question.estimate(case)}", *notes]))
         return
     with Signals(final=True) as signals:

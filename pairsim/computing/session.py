@@ -62,7 +62,7 @@ def carry_out[C: SceneCase](
             another command is writing to it.
         WriteFailure: case.yaml or run.json cannot be written.
     """
-    notes = [*case.notes, *question.estimate(case).notes]
+    notes = [*case.remarks, *case.notes, *question.estimate(case).notes]
     uncertain = [each.key for each in inputs_of(case) if each.half_width and "sensitivities" not in question.flags]
     if uncertain:
         notes.append(f"half-widths of {', '.join(uncertain)} are no part of this answer; pairsim curve has them")

@@ -66,6 +66,11 @@ class Measured:
         return [(name, x[y > 0], y[y > 0]) for name, x, y in all_ if (y > 0).any()]
 
     @property
+    def count(self) -> int:
+        """The number of all values."""
+        return sum(len(x) for _, x, _ in self.curves)
+
+    @property
     def kinds(self) -> set[str]:
         """Which quantities were measured."""
         return {name for name, _, _ in self.curves}
@@ -112,7 +117,7 @@ def scatter(data: Measured) -> float:
 
 def fits(data: Measured, laws: Sequence[str] | None = None, given: Mapping[str, float] | None = None) -> list[Fit]:
     """All laws that the data can tell, fitted to them, the best first; arguments are those of `each_fit`."""
-    return ranked(each_fit(data, laws, given))
+    return ranked({fit.law: fit for fit in each_fit(data, laws, given)}.values())
 
 
 def ranked(fits: Iterable[Fit]) -> list[Fit]:
@@ -121,16 +126,21 @@ def ranked(fits: Iterable[Fit]) -> list[Fit]:
 
 
 def tried(data: Measured, laws: Sequence[str] | None = None, given: Mapping[str, float] | None = None) -> list[str]:
-    """The names of the laws that `each_fit` tries; arguments are the same."""
-    elastic = data.kinds & {"N1", "storage"} or (given or {}).keys() & {"relaxation", "solvent"}
+    """The names of the laws that `each_fit` tries, those that can be fitted; arguments are the same."""
+    given, found = given or {}, []
+    elastic = data.kinds & {"N1", "storage"} or given.keys() & {"relaxation", "solvent"}
     kind = ConformationLaw if elastic else ViscousLaw
-    return list(laws or [name for name, law in LAWS.items() if issubclass(law, kind)])
+    for name in laws or [name for name, law in LAWS.items() if issubclass(law, kind)]:
+        with suppress(ValueError):
+            _given_and_unknown(LAWS[name], int(issubclass(LAWS[name], ConformationLaw)), data, given)
+            found.append(name)
+    return found
 
 
 def each_fit(
     data: Measured, laws: Sequence[str] | None = None, given: Mapping[str, float] | None = None
 ) -> Iterator[Fit]:
-    """Fit one law after the other to data; laws that these cannot tell are left out.
+    """Fit one law after the other to data, and each with ever more modes as long as they improve it.
 
     Args:
         data: What was measured.
@@ -139,21 +149,21 @@ def each_fit(
             by name.
     """
     for name in tried(data, laws, given):
-        if fit := _of_law(LAWS[name], data, given or {}):
-            yield fit
+        yield from _of_law(LAWS[name], data, given or {})
 
 
-def _of_law(law: type[ViscousLaw | ConformationLaw], data: Measured, given: Mapping[str, float]) -> Fit | None:
-    """A law fitted to data, by one mode or, where moduli are known, by as many as improve it."""
+def _of_law(law: type[ViscousLaw | ConformationLaw], data: Measured, given: Mapping[str, float]) -> Iterator[Fit]:
+    """A law fitted to data, by one mode and, where moduli are known, by as many as improve it."""
     best = None
     for modes in [0] if issubclass(law, ViscousLaw) else range(1, MOST_MODES + 1 if len(data.frequency) else 2):
-        with suppress(np.linalg.LinAlgError, ValueError):
-            better = Fit(law, modes, data, given, best)
-            if best is None or better.criterion < best.criterion:
-                best = better
-                continue
-        break
-    return best
+        try:
+            fit = Fit(law, modes, data, given, best)
+        except (np.linalg.LinAlgError, ValueError):
+            return
+        if best is not None and fit.criterion >= best.criterion:
+            return
+        best = fit
+        yield best
 
 
 def dimensions_of(law: type[ViscousLaw | ConformationLaw]) -> dict[str, Dimension | None]:
@@ -192,6 +202,18 @@ def _unknowns(law: type[Material], modes: int, data: Measured) -> dict[str, tupl
     return found
 
 
+def _given_and_unknown(
+    law: type[ViscousLaw | ConformationLaw], modes: int, data: Measured, given: Mapping[str, float]
+) -> tuple[dict[str, float], dict[str, tuple[float, float, float]]]:
+    """The numbers of a law that are given, and the bounds and first guesses of the others; ValueError as of `Fit`."""
+    keys = {name: of.key if of else name for name, of in dimensions_of(law).items()}
+    known = {name: given[key] for name, key in keys.items() if key in given}
+    unknown = {name: each for name, each in _unknowns(law, modes, data).items() if name not in known}
+    if given.keys() - {*keys.values()} or not 0 < len(unknown) < data.count:
+        raise ValueError(f"{law.label} cannot be fitted")
+    return known, unknown
+
+
 def _liquid(law: type[ViscousLaw | ConformationLaw], modes: int, values: Mapping[str, float]) -> Liquid:
     sharp = {name: p.most for name, p in law.parameters().items() if name == law.regularisation}
     own = law(**sharp | {name: values[name] for name in law.parameters() if name in values})
@@ -228,12 +250,8 @@ class Fit:
         before: Fit | None = None,
     ) -> None:
         self.law, self._modes, self._curves = law, modes, data.curves
-        keys = {name: of.key if of else name for name, of in dimensions_of(law).items()}
-        self._given = {name: given[key] for name, key in keys.items() if key in given}
-        unknowns = {name: each for name, each in _unknowns(law, modes, data).items() if name not in self._given}
-        count = sum(len(x) for _, x, _ in data.curves)
-        if given.keys() - {*keys.values()} or not 0 < len(unknowns) < count:
-            raise ValueError(f"{law.label} cannot be fitted")
+        self._given, unknowns = _given_and_unknown(law, modes, data, given)
+        count = data.count
         self._names, table = [*unknowns], np.array([*unknowns.values()]).T
         self._logarithmic = (table[0] > 0) & (table[1] > LOGARITHMIC * table[0])
         with np.errstate(all="ignore"):

@@ -29,6 +29,7 @@ from pairsim.runtime.arrays import Array
 BAND, TOGETHER = 0.22, 6  # opacity of a band; so many bands over each other are still told apart
 START_UP = "0.88"  # grey of the part in which a run starts up
 LEAST = 0.02, 2e-6  # what an axis spans at least: a part of its largest value, and a number
+LEAST_RATIO = 4.0  # the same of a logarithmic axis, its largest over its least value
 BRIEF = 0.01  # part of the time in which values do not set the axis
 BEYOND = 0.35  # part of the range of the others up to which they are seen nevertheless
 LETTER = 0.5  # width of a letter, in sizes of the font
@@ -85,6 +86,7 @@ class Panel:
     x: str  # label, with its unit
     y: str  # the same
     wide: str = ""  # the axes, of "x" and "y", that are logarithmic where values span a wide range
+    logarithmic: bool = False  # whether both are in any case
     shared: bool = True  # whether the panels of all values of a parameter have the same ranges
     margins: tuple[float, float] = (0.05, 0.05)  # part of the range around what is drawn, along x and y
     shade: tuple[float, float] | None = None  # from and to where it is grey, along x
@@ -149,8 +151,8 @@ def _draw_panel(axis: Axes, panel: Panel, inside: Sequence[Series], group: Seque
     if panel.shade is not None:
         axis.axvspan(*panel.shade, color=START_UP, linewidth=0, zorder=0.1)
     band = BAND * min(1.0, TOGETHER / max(sum(each.error is not None for each in inside), 1))
-    for name in panel.wide:
-        _spread(axis, name, [each.x if name == "x" else each.y for each in group])
+    for name in "xy" if panel.logarithmic else panel.wide:
+        _spread(axis, name, [each.x if name == "x" else each.y for each in group], 1.0 if panel.logarithmic else WIDE)
     axis.update_datalim([place for each in inside for place in zip(each.x, each.y, strict=True)])
     axis.autoscale_view()
     seen = axis.axis()
@@ -160,6 +162,10 @@ def _draw_panel(axis: Axes, panel: Panel, inside: Sequence[Series], group: Seque
         axis.axis(seen)
     finish(axis, panel.x, panel.y, [each.range(bars=panel.bars) for each in group])
     _widen(axis, "x", [each.x for each in group])
+    if panel.logarithmic:
+        for limits, set_limits in ((axis.get_xlim(), axis.set_xlim), (axis.get_ylim(), axis.set_ylim)):
+            middle, ratio = np.sqrt(np.prod(limits)), max(limits[1] / limits[0], LEAST_RATIO) ** 0.5
+            set_limits(middle / ratio, middle * ratio)
     if panel.above is not None:
         label, x, values = panel.above
         both = tuple(make_interp_spline(*pair, k=1) for pair in ((x, values), (values, x)))
@@ -196,10 +202,10 @@ def notes(series: Sequence[Series]) -> list[Any]:
     return bands + [Line2D([], [], label=mark, color="0.2", linestyle="", **look) for mark, look in looks]
 
 
-def _spread(axis: Axes, name: str, values: Sequence[Array]) -> None:
-    """Make "x" or "y" logarithmic, with plain numbers, where values span a wide range."""
+def _spread(axis: Axes, name: str, values: Sequence[Array], least: float) -> None:
+    """Make "x" or "y" logarithmic, with plain numbers, where values span at least this ratio."""
     low, high = min(map(np.min, values), default=0.0), max(map(np.max, values), default=0.0)
-    if low > 0 and high / low >= WIDE:
+    if low > 0 and high / low >= least:
         axis.set(**{f"{name}scale": "log"})
         direction: Axis = getattr(axis, f"{name}axis")
         direction.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high / low < 300 else (1.0,)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -45,12 +46,14 @@ def draw_film(film: tuple[Array, Array], lines: Mapping[str, tuple[Array, Array]
 def draw_fit(fit: Fit, data: Measured, out: Path) -> None:
     """Points and lines of the flow curve and of the moduli, a panel each; a PNG file."""
     panels, series = {}, []
+    shared = Counter(CURVES[name][0] for name, _, _ in data.curves)
     for i, (name, x, y) in enumerate(data.curves):
         over, words, marker = CURVES[name]
-        panels[over] = Panel(over, "", wide="xy")
+        label = words if shared[over] > 1 else ""  # else the axis has it
+        panels[over] = Panel(over, "" if label else words, logarithmic=True)
         fine = np.geomspace(x.min(), x.max(), 80)
         hollow: dict[str, Any] = {"color": COLOURS[i], "marker": marker, "markerfacecolor": "none", "markersize": 3.5}
-        series.append(Series(over, x, y, look=hollow, mark=POINT, label=words))
+        series.append(Series(over, x, y, look=hollow, mark=POINT, label=label))
         series.append(Series(over, fine, fit.of(name, fine), look={"color": COLOURS[i], "linestyle": LINES[i]}))
     page = Page()
     figure, _ = draw_chart(page, panels, series, [f"{fit.law.label}: points measured, lines fitted"])
