@@ -280,7 +280,7 @@ class Result:
             return f"Next: a smaller Ca_e or De{known}."
         if self.status == "finished":
             return f"Next: {self.afterwards()}."
-        resumes = self.question.resumable and (directory / CHECKPOINT).is_file()
+        resumes = self.question.resumable and (self._place / CHECKPOINT).is_file()
         if reason in ("wall_time", "max_steps"):  # keys of `limits` as well
             return (
                 f"Next: pairsim run --resume {directory} --set limits.{reason}=... continues from the last checkpoint."
