@@ -101,7 +101,12 @@ class FilmFit:
             cut = "; the interval ends where the atlas does, values beyond were not looked at" * (name in self.cut)
             yield f"{name} = {_interval(found)}{cut}"
             largest = sorted((self.parts or {}).get(name, {}).items(), key=lambda item: -item[1])
-            said = [f"{part} +- {100 * half:.2g} %" for part, half in largest if half > 0.1 * largest[0][1]]
+            sizes = [(part, f"+- {100 * half:.2g} %" if half < 1 else "> 100 %") for part, half in largest]
+            said = [
+                f"{part} {size}"
+                for (part, size), (_, half) in zip(sizes, largest, strict=True)
+                if 10 * half > largest[0][1]
+            ]
             if np.isfinite(found.most) and said:
                 yield f"  by {', '.join(said)}"
         size, half_width = (100 * each for each in self.difference)
