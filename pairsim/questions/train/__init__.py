@@ -36,9 +36,9 @@ if TYPE_CHECKING:
     from pairsim.computing.events import Events
     from pairsim.runtime.monitor import Monitor
 
-# Factor of the time for some meshes and the response of the cell, and that within which it is, as one to three meshes are
-# needed; factor for the search of a transition; beads of a cell whose response takes as long as the short rows. By the
-# processor times in tests/questions/test_train.py.
+# Factor of the time for some meshes and the response of the cell, and that within which it is, as one to three meshes
+# are needed; factor for the search of a transition; beads of a cell whose response takes as long as the short rows. By
+# the processor times in tests/questions/test_train.py.
 MESHES, BY_MESHES = 2.2, 4.0
 SEARCH = 2.0
 SHORT_ROWS = 270

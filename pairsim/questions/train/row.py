@@ -72,8 +72,8 @@ def follow(
     tube = with_name(case.scales, POSITION, way[:, -1].min())
     sentences = [
         f"Spread of {n - 1} distances within {tube} of tube: from {spreads} of their mean, which goes from {means}.",
-        f"Half-widths of dU on the way: {in_unit(case.scales, VELOCITY, np.median(errors))} for half of them, "
-        f"{in_unit(case.scales, VELOCITY, errors.max())} at most; the largest |dU| is "
+        f"Half-widths of dU along the tube: half of them at most {in_unit(case.scales, VELOCITY, np.median(errors))}, "
+        f"all at most {in_unit(case.scales, VELOCITY, errors.max())}; the largest |dU| is "
         f"{in_unit(case.scales, VELOCITY, np.abs(dU).max())}.",
     ]
     if touching.any():
@@ -94,9 +94,9 @@ def follow(
         k, rates = train.spectrum.waves
         growth = 100 * abs(model.growth(train.d, k) - rates).max() / abs(rates).max()
         sentences.append(
-            f"Model against the narrowest and the widest row of {min(n, work.AUDITED)} on the way, solved: dU within "
-            f"{off:.2g} % of the largest |dU| of each; against the train: growth rates within {growth:.2g} % of the "
-            "largest."
+            f"By how much the model of the row is off: dU of the narrowest and the widest {min(n, work.AUDITED)} "
+            f"neighbours along the tube, which were solved in full, by {off:.2g} % of their largest |dU| at most; "
+            f"growth rates of the train by {growth:.2g} % of the largest."
         )
     if n <= work.MOST_PROPAGATED and not touching.any():
         changes = propagator(model, places, t[-1])
