@@ -223,6 +223,7 @@ SPREAD = {"spread": 0.5, "seed": 1, "tube": 300}
         ({"De": 0, "Ca_e": 0.1, "d": 0.3, "row": SPREAD | {"beads": 200}}, 103),
         ({"De": 1, "Ca_e": 0, "d": 0.3, "row": SPREAD | {"beads": 40}}, 178),
         ({"physical": FIVE}, 222),
+        ({"De": 1, "Ca_e": 0.05, "beta": 0.2, "d": 0.3, "row": SPREAD | {"spread": 0.3, "beads": 30}}, 282),
     ],
 )
 def test_duration_is_what_was_measured(keys: dict[str, Any], seconds: float) -> None:
