@@ -30,8 +30,9 @@ class Estimate:
     """Estimated size and duration of a case."""
 
     unknowns: int  # of one Newton solve
-    seconds: float  # on one core, within a factor `WITHIN`; longer where particles hardly have a steady shape
+    seconds: float  # on one core, within a factor; longer where particles hardly have a steady shape
     adaptation: str = ""  # what adapting the mesh may make of it
+    within: float = WITHIN  # this factor
 
     @classmethod
     def of(cls, case: SceneCase, solves: float, adaptation: str = "") -> Estimate:
@@ -44,7 +45,7 @@ class Estimate:
     @property
     def duration(self) -> str:
         """How long it takes in words, such as 10 s to 1 min."""
-        least, most = self.seconds / WITHIN, self.seconds * WITHIN
+        least, most = self.seconds / self.within, self.seconds * self.within
         return f"{_one_digit(least, math.floor)} to {_one_digit(most, math.ceil)}" if most > 1 else "1 s at most"
 
     def __str__(self) -> str:

@@ -34,9 +34,7 @@ Output = Annotated[
 ]
 DryRun = Annotated[
     bool,
-    typer.Option(
-        "--dry-run", help="Check the case; print its unknowns and whether it takes seconds, minutes or hours."
-    ),
+    typer.Option("--dry-run", help="Check the case; print its unknowns, and about how long it takes."),
 ]
 Budget = Annotated[
     str | None,

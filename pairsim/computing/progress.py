@@ -22,7 +22,8 @@ class Reporter:
     def start(self, title: str, goal: str, total: float) -> None:
         """Begin a case of this name; its goal is `total` as a number, of which `update` says how much is done."""
         self.title, self.total, self.begin = title, total, time.monotonic()
-        self.last, self.part = self.begin, 0.0
+        self.last = self.line = self.begin  # when the last step or point was shown, and the last line
+        self.part = 0.0
         self.say(f"{title}: {goal}")
 
     def say(self, text: str) -> None:
@@ -34,20 +35,22 @@ class Reporter:
     def update(self, done: float, text: str, count: int) -> None:
         """Show an accepted step or point, the count-th one."""
         now = time.monotonic()
-        if count > 1 and now - self.last < LINE_EVERY:
+        if count > 1 and now - self.line < LINE_EVERY:
             return
         part = min(done / self.total, 1.0)
         # At the pace since the last line: steps grow, and those of the start would foretell hours.
         pace = (part - self.part) / (now - self.last) if now > self.last else 0.0
         left = f", {duration((1 - part) / pace)} left" if 0.01 < part < 1 and pace > 0 else ""
-        self.last, self.part = now, part
+        self.last = self.line = now
+        self.part = part
         self.say(f"  {part:4.0%}  {text}  ({duration(now - self.begin)}{left})")
 
     def on_the_way(self, place: str) -> None:
-        """Show where a computation is that has no step or point to show yet."""
-        if (now := time.monotonic()) - self.last >= LINE_EVERY:
-            self.last = now
-            self.say(f"no result yet, solving easier cases first: {place}")
+        """Show where a computation is that has no step or point to show, or no further one yet."""
+        if (now := time.monotonic()) - self.line >= LINE_EVERY:
+            self.line = now
+            first = "no result yet, solving easier cases first" if not self.part else f"  {self.part:4.0%}  at work on"
+            self.say(f"{first}: {place}")
 
     def case(self, count: int, text: str) -> None:
         """Show that a case of a sweep has ended, the count-th one."""

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from pairsim.cases.accuracy import SETTINGS, settings_of
-from pairsim.cases.case import SceneCase
+from pairsim.cases.case import FREE_ENDS, SceneCase
 from pairsim.cases.materials import is_viscous, slowest_of
 
 # Least length of tube on each side, relative to that with `length: auto`; with less, errors above about 1 % of the peak
@@ -147,6 +147,8 @@ def near_ends(case: SceneCase, span: float) -> list[str]:
     if case.liquid_model.modes and affected == "dU":
         off = next(error for below, error in ENDS_ERRORS if left < below * case.margin)
         message += f", by up to {off} % of the largest |dU| in the tubes measured"
+    if left < FREE_ENDS:  # a run has ended there, and says which length is enough
+        return [message]
     return [f"{message}; use {_longer(case)}, or limits.max_gap in a run"]
 
 

@@ -123,7 +123,8 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
     if region is not None:
         start = with_value(region.name, start, region.values[0])
     count = len(region.values) if region is not None else 1
-    yield events.Begin(f"zeros of dU from d = {least:g} to d = {most:g}", count)
+    # There may be several zeros at a value, and they are looked for at the last one in the end.
+    yield events.Begin(f"zeros of dU from d = {least:g} to d = {most:g}", count + 1)
     found, branches, solved = Solutions(case), set[int](), 0
     wanted: list[Point] = []  # those at requested values, whose error `accuracy` is kept for
     errors: list[ErrorAt] = []  # of parameters where two zeros meet, relative to them
@@ -140,7 +141,7 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
                     case Point():
                         solved += 1
                         text = f"search: d = {each.d:.5f}  dU = {each.dU:+.4e}"
-                        yield events.Progress(len(wanted), text, solved)
+                        yield events.Progress(min(len(wanted), count), text, solved)
                     case Critical():
                         solved += 1
                         branches.add(each.branch)
@@ -151,7 +152,7 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
                             errors.append(error_at(each.point, 0, size))
                         yield events.Row("critical", row := critical_row(each))
                         text = f"Ca_e = {row['Ca_e']:.5g}  De = {row['De']:.5g}  d_cr = {row['d_cr']:.5f}  {each.kind}"
-                        yield events.Progress(len(wanted), text, solved)
+                        yield events.Progress(min(len(wanted), count), text, solved)
                     case End():
                         ends.append({**vars(each)})
                         if each.reason != "range":

@@ -144,6 +144,7 @@ def test_pair_that_outgrows_its_tube_ends_typed() -> None:
     result = pairsim.run(pair, time={"end": 20}, output={"fields": False})
     assert (result.status, result.reason) == ("failed", "tube_too_short")
     assert any("the ends affect dU" in warning for warning in result.warnings)
+    assert result.answer.count("--set length=") == 1
 
 
 def test_lone_rigid_sphere_takes_ever_larger_steps() -> None:

@@ -44,7 +44,7 @@ def test_computations_are_grids(name: str, quick: bool) -> None:
     checked = grid(name, quick=quick)
     assert checked.cases
     if quick:  # a CI machine computes each in a minute at most
-        assert {checked.question.estimate(each.case).duration for each in checked.cases} == {"seconds"}
+        assert max(checked.question.estimate(each.case).seconds for each in checked.cases) < 60
 
 
 def test_all_figures_have_what_they_show() -> None:

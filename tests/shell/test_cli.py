@@ -93,13 +93,22 @@ def test_time_left_is_that_at_the_latest_pace(
     monkeypatch.setattr(progress.time, "monotonic", lambda: now)
     reporter = progress.Reporter(shown=True)
     reporter.start("beads", "to t = 2", 2.0)
+    now = 1060.0
+    reporter.on_the_way("De = 0.5")
     for seconds, t in ((90.0, 0.2), (92.0, 0.25), (100.0, 0.4)):
         now = 1000.0 + seconds
         reporter.update(t, f"t = {t:g}", 2)
+    now = 1108.0  # a line on the way is no step from which the pace would count
+    reporter.on_the_way("De = 1")
+    now = 1120.0
+    reporter.update(0.8, "t = 0.8", 3)
     assert capsys.readouterr().err.splitlines() == [
         "beads: to t = 2",
+        "no result yet, solving easier cases first: De = 0.5",
         "   10%  t = 0.2  (1 min 30 s, 13 min 30 s left)",
         "   20%  t = 0.4  (1 min 40 s, 1 min 20 s left)",
+        "   20%  at work on: De = 1",
+        "   40%  t = 0.8  (2 min 00 s, 1 min 00 s left)",
     ]
 
 

@@ -214,7 +214,7 @@ def end_of(case: Case, problem: Problem, t: float, gaps: Sequence[float]) -> eve
             least = math.ceil(case.cluster + max(pace, 0.0) * case.time.end + 2 * case.margin)
             message = (
                 f"the particles are only {problem.room(gaps):.3g} D_c from the ends of the tube at {at}; try a longer "
-                f"one (--set length={least}, enough until the end at the present pace), or limits.max_gap"
+                f"tube (--set length={least}, enough until the end at the present pace), or limits.max_gap"
             )
             return events.Outcome("failed", "tube_too_short", message)
         case "end":

@@ -14,6 +14,7 @@ system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from math import inf
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -35,8 +36,12 @@ if TYPE_CHECKING:
     from pairsim.computing.events import Events
     from pairsim.runtime.monitor import Monitor
 
-MESHES = 2.5  # factor of the time for two meshes and the response of the cell; measured
-SHORT_ROWS = 1000  # beads of a cell whose response takes about as long as the short rows; from processor times
+# Factor of the time for some meshes and the response of the cell, and that within which it is, as one to three meshes
+# are needed; factor for the search of a transition; beads of a cell whose response takes as long as the short rows. By
+# the processor times in tests/questions/test_train.py.
+MESHES, BY_MESHES = 2.2, 4.0
+SEARCH = 2.0
+SHORT_ROWS = 270
 
 WAVE = (
     Column("k", "k", "phase between neighbours in a wave of 2 pi/k beads"),
@@ -174,8 +179,11 @@ def check(case: TrainCase) -> Iterator[Mistake]:
 
 
 def estimate(case: TrainCase) -> Estimate:
-    """Size and duration: that of one bead on two meshes, and of the cell; and of the short rows for a long one."""
-    return steady_estimate(case, case.train.cell + SHORT_ROWS * bool(case.row.beads or case.listed), MESHES)
+    """Size and duration: that of one bead on some meshes, and of the cell; and of the short rows for a long one."""
+    if case.beads:
+        return steady_estimate(case, case.train.cell + SHORT_ROWS, MESHES)
+    factor = MESHES * (SEARCH if case.train.transition is not None else 1.0)
+    return replace(steady_estimate(case, case.train.cell, factor), within=BY_MESHES)
 
 
 def solve(case: TrainCase, *, monitor: Monitor) -> Events:

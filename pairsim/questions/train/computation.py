@@ -41,7 +41,8 @@ def computation(case: TrainCase, monitor: Monitor) -> events.Events:
         meshes = islice(on_meshes(problem, start, case.train.cell, d), len(work.MESHES))
         for refined, found in enumerate(meshes, 1):
             errors = f"errors {100 * found.error:.2g} % of the largest rate"
-            yield events.Progress(done + sum(work.MESHES[:refined]), errors, refined)
+            done += work.MESHES[refined - 1]
+            yield events.Progress(done, errors, refined)
             verdict = found.spectrum.verdict
             certain = verdict != "undecided" or place is not None
             if verdict == "neither" or case.held or (found.error <= case.error_wanted and certain):
@@ -57,7 +58,7 @@ def computation(case: TrainCase, monitor: Monitor) -> events.Events:
     sentences = list(_said(case, row, slope))  # to which those of a row are added
     yield events.Summary({"unknowns": found.unknowns, "sentences": sentences}, _warnings(case, found))
     if (gaps := first_gaps(case, found.d)).size:
-        sentences += yield from follow(case, problem, start, gaps, found, done + sum(work.MESHES))
+        sentences += yield from follow(case, problem, start, gaps, found, done, sum(work.MESHES[refined:]))
     return events.Outcome("finished", "end", f"verdict: {verdict}")
 
 

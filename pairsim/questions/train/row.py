@@ -39,24 +39,26 @@ def first_gaps(case: TrainCase, d: float) -> Array:
 
 
 def follow(
-    case: TrainCase, problem: SteadyProblem, alone: Parameters, gaps: Array, train: Train, done: float
+    case: TrainCase, problem: SteadyProblem, alone: Parameters, gaps: Array, train: Train, done: float, unneeded: float
 ) -> Generator[events.Event, None, list[str]]:
     """Follow a row from its first distances [D_c], (N-1,), along the tube; returns what it says.
 
-    Problem and parameters are those of a bead alone in the train; so much work is done.
+    Problem and parameters are those of a bead alone in the train. So much work is done, and of that of the case so much
+    was not needed.
     """
+    of_needed = work.of_case(case) / (work.of_case(case) - unneeded)  # what is left goes on evenly
     problem, n, rows = replace(problem, length=LONG * problem.betas[0], closed=False), len(gaps) + 1, list[Row]()
     least = min(LEAST, gaps.min() if case.listed else gaps.mean() / 2)
     total = sum(len(places_of(count, least)) for count in range(1, MOST + 1))
     for row in short_rows(problem, alone, least):
         rows.append(row)
         done += work.of_short_row(len(row.values))
-        yield events.Progress(done, f"short row {len(rows)} of {total}", len(rows))
+        yield events.Progress(of_needed * done, f"short row {len(rows)} of {total}", len(rows))
     waves = []
     for wave in trains(problem, alone):
         waves.append(wave)
         done += work.TRAIN
-        yield events.Progress(done, f"train {len(waves)} of {len(TRAINS)}", len(rows) + len(waves))
+        yield events.Progress(of_needed * done, f"train {len(waves)} of {len(TRAINS)}", len(rows) + len(waves))
     model = fitted(rows, waves)
     t, places = move(model, gaps, case.row.min_gap, case.row.tube, problem.monitor)
     times = np.linspace(0.0, t[-1], PLACES)
@@ -64,7 +66,7 @@ def follow(
     touching = case.row.min_gap + TOLERANCE >= np.diff(places(t), axis=0).T
     dU, errors = np.array([model.row(d).dU for d in states]), np.array([model.dU_errors(d) for d in states])
     done += work.of_motion(n)
-    yield events.Progress(done, f"the row of {n} has moved", len(rows) + len(waves) + 1)
+    yield events.Progress(of_needed * done, f"the row of {n} has moved", len(rows) + len(waves) + 1)
     columns = [POSITION_OF_ROW.name, *names_of(n, "t", "d", "dU", "dU_error")]
     yield _table("row", columns, np.column_stack([way.mean(axis=0), times, states, dU, errors]))
     spreads = " to ".join(f"{100 * d.std() / d.mean():.3g} %" for d in states[[0, -1]])
@@ -72,8 +74,8 @@ def follow(
     tube = with_name(case.scales, POSITION, way[:, -1].min())
     sentences = [
         f"Spread of {n - 1} distances within {tube} of tube: from {spreads} of their mean, which goes from {means}.",
-        f"Half-widths of dU on the way: {in_unit(case.scales, VELOCITY, np.median(errors))} for half of them, "
-        f"{in_unit(case.scales, VELOCITY, errors.max())} at most; the largest |dU| is "
+        f"Half-widths of dU along the tube: half of them at most {in_unit(case.scales, VELOCITY, np.median(errors))}, "
+        f"all at most {in_unit(case.scales, VELOCITY, errors.max())}; the largest |dU| is "
         f"{in_unit(case.scales, VELOCITY, np.abs(dU).max())}.",
     ]
     if touching.any():
@@ -89,14 +91,15 @@ def follow(
         widest, narrowest = neighbours[neighbours.mean(axis=1).argsort()[[-1, 0]]].tolist()
         audits = [*solved(problem, alone, [tuple(widest), tuple(narrowest)])]
         done += work.of_audits(n)
-        yield events.Progress(done, f"rows of {min(n, work.AUDITED)} are solved", len(rows) + len(waves) + 2)
+        solved_ones = f"rows of {min(n, work.AUDITED)} are solved"
+        yield events.Progress(of_needed * done, solved_ones, len(rows) + len(waves) + 2)
         off = 100 * max(abs(model.row(row.gaps).dU - row.dU).max() / abs(row.dU).max() for row in audits)
         k, rates = train.spectrum.waves
         growth = 100 * abs(model.growth(train.d, k) - rates).max() / abs(rates).max()
         sentences.append(
-            f"Model against the narrowest and the widest row of {min(n, work.AUDITED)} on the way, solved: dU within "
-            f"{off:.2g} % of the largest |dU| of each; against the train: growth rates within {growth:.2g} % of the "
-            "largest."
+            f"By how much the model of the row is off: dU of the narrowest and the widest {min(n, work.AUDITED)} "
+            f"neighbours along the tube, which were solved in full, by {off:.2g} % of their largest |dU| at most; "
+            f"growth rates of the train by {growth:.2g} % of the largest."
         )
     if n <= work.MOST_PROPAGATED and not touching.any():
         changes = propagator(model, places, t[-1])
