@@ -51,3 +51,14 @@ def test_numbers_that_dU_is_not_differentiated_by_leave_its_interval_open() -> N
 def test_exact_inputs_have_no_part() -> None:
     exact = {**RECORD, "inputs": [{**each, "half_width": 0.0} for each in RECORD["inputs"]]}
     assert "half-widths of the inputs" not in " ".join(answer_of_curve(TABLE, [], exact))
+
+
+def test_a_difference_of_the_diameters_is_said_and_has_its_part_where_it_is_given() -> None:
+    unequal = TABLE | {"by_difference": np.full_like(D, -0.4)}
+    said = " ".join(answer_of_curve(unequal, [], RECORD))
+    assert "for each per cent by which the leading one is larger, dU at d = 50 um changes by -40 um/s" in said
+    given = Input("particle_difference", 0.0, 0.5, "%", STILL | {"difference": 0.01})
+    assert half_widths_by(unequal, SCALES, [given])["particle_difference"] == pytest.approx(0.5 * 0.01 * 0.4 * 1e4)
+    said = " ".join(answer_of_curve(unequal, [], {**RECORD, "inputs": [given._asdict()]}))
+    assert "-40 per % of particle_difference" in said
+    assert "equally large" not in said

@@ -122,14 +122,16 @@ def _with_inputs(table: Mapping[str, Array], zeros: Sequence[in_tables.Zero], re
 
 def _of_unequal(table: Mapping[str, Array], record: Mapping[str, Any]) -> list[str]:
     """What a difference of the diameters does to dU, where the case says nothing of it."""
-    if "by_difference" not in table or any(each["key"] == DIFFERENCE.key for each in record.get("inputs", ())):
+    inputs = {each["key"]: each["half_width"] for each in record.get("inputs", ())}
+    if "by_difference" not in table or DIFFERENCE.key in inputs:
         return []
     d, scales = peak_of(table).d, scales_in(record)
     change = 0.01 * float(np.interp(np.log(d), np.log(table["d"]), table["by_difference"]))
     key = f" ({DIFFERENCE.key}: 0 +- 1 % puts what is not known of it into the answer)" if scales is not None else ""
+    common = ", and the half-width of particle is common to both" if inputs.get("particle") else ""
     return [
-        f"The beads are taken to be equally large: for each per cent by which the leading one is larger, dU at d = "
-        f"{in_unit(scales, LENGTH, d)} changes by {in_unit(scales, VELOCITY, change, sign='+', digits=3)}{key}."
+        f"The beads are taken to be equally large{common}: for each per cent by which the leading one is larger, dU at "
+        f"d = {in_unit(scales, LENGTH, d)} changes by {in_unit(scales, VELOCITY, change, sign='+', digits=3)}{key}."
     ]
 
 
