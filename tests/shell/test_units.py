@@ -471,10 +471,10 @@ def test_beads_of_a_given_difference_are_unequal() -> None:
         "flow_rate": "1ul/min",
         "viscosity": "1Pa.s",
     }
-    case = api.load({"physical": block, "d": [0.1, 0.2]}, kind="curve")
+    case = api.load({"physical": block, "Ca_e": 0, "d": [0.1, 0.2]}, kind="curve")
     assert case.betas == pytest.approx((0.398, 0.402))
     several = {"particle": ["20um", "21um"]}
     with pytest.raises(InputError, match=r"must go with physical\.particle, one diameter: the mean of both"):
-        api.load({"physical": block | several, "d": [0.1, 0.2]}, kind="curve")
+        api.load({"physical": block | several, "Ca_e": 0, "d": [0.1, 0.2]}, kind="curve")
     with pytest.raises(InputError, match="it is that of two particles"):
-        api.load({"physical": block, "particles": 3, "d": [0.1, 0.2]}, kind="curve")
+        api.load({"physical": block, "Ca_e": 0, "particles": 3, "d": [0.1, 0.2]}, kind="curve")
