@@ -52,7 +52,7 @@ def estimate_of(U: Array, scatter: Array, of_scatter: float) -> ErrorEstimate:
     """An estimate of nothing but these errors of velocities and their scatter."""
     nothing = np.zeros(len(U) - 1)
     parts = dict.fromkeys(("newton_dU", "spread_dU", "cancelled_dU", "ends_dU"), nothing)
-    parts |= {"scatter_dU": scatter, "by_regularisation": np.zeros(len(U))}
+    parts |= {"scatter_dU": scatter, "by_regularisation": np.zeros((2, len(U)))}
     none = (nothing,) * 4
     return ErrorEstimate(U, 0.0, 0.0, {}, *none, **parts, widening=1.0, of_scatter=of_scatter, trusted=True)
 

@@ -64,7 +64,7 @@ def test_drag_on_coarse_cells_is_within_its_half_width() -> None:
 
 @pytest.mark.slow
 def test_the_regularisation_is_a_part_of_the_half_width() -> None:
-    """The derivative of dU by ln m by the adjoint is that of differences; m is small, and what it does large."""
+    """The derivatives of dU by ln m by the adjoint are those of differences; m is small, and what it does large."""
     case = parse_case(
         QUESTIONS["curve"], RIGID | {"beta": [0.4, 0.3], "liquid": {"law": "bingham", "Bn": 1, "m": 3}}, ""
     )
@@ -75,8 +75,22 @@ def test_the_regularisation_is_a_part_of_the_half_width() -> None:
     at, *ends = (branch.at(wanted.less_regularised(factor)) for factor in (1.0, math.exp(0.02), math.exp(-0.02)))
     branch.close()
     slope = (ends[0].discrete.dU - ends[1].discrete.dU) / 0.04
-    assert np.diff(at.estimate.by_regularisation) == pytest.approx(slope, rel=2e-3)
+    slopes = [np.diff(end.estimate.by_regularisation)[0] for end in ends]
+    first, second = np.diff(at.estimate.by_regularisation)
+    assert first == pytest.approx(slope, rel=2e-3)
+    assert second == pytest.approx((slopes[0] - slopes[1]) / 0.04, rel=1e-2)
     assert (at.estimate.dU_error > abs(slope)).all()
+
+
+@pytest.mark.slow
+def test_the_half_width_holds_where_results_do_not_go_as_1_over_m_yet() -> None:
+    """The gap is about to be held by unyielded liquid: between m = 30 and 100 dU rises, before it falls."""
+    case = {"beta": 0.4, "De": 0, "Ca_e": 0.05, "d": [0.1732], **COARSE, "mesh": {"Np": 20, "max_size": 0.12}}
+    law = {"law": "herschel-bulkley", "n": 0.6, "Bn": 0.5}
+    known, rough = (pairsim.curve(case, liquid={**law, "m": m}).table.iloc[0] for m in (1e4, 100))
+    left = abs(rough["dU_discrete"] - known["dU_discrete"])
+    assert left < rough["regularisation_error"] < 2 * left
+    assert known["regularisation_error"] < 0.1 * left
 
 
 def test_unyielded_liquid_holds_a_pair_together() -> None:
@@ -94,6 +108,9 @@ def test_unyielded_liquid_holds_a_pair_together() -> None:
     assert 0.1 < row["bridge"] < 0.2
     assert row["regularisation_error"] > row["dU"] / 2
     assert row["plug"] == pytest.approx(0.17124, rel=1e-4), "Buckingham and Reiner"
+    adaptation = result.record["adaptation"]
+    assert adaptation["reached"] == pytest.approx(row["dU_error"] / adaptation["reference_dU"])
+    assert (adaptation["kept"], adaptation["held_together"]) == (False, ["d = 0.1"])
 
 
 @pytest.mark.slow

@@ -217,9 +217,11 @@ class AdaptiveBranch(Branch):
         return self.wanted * self.dU
 
     def _too_large(self, point: Point) -> bool:
-        if not np.isfinite(self.wanted) or point.held_together:  # where dU is creep no cells make it more exact
+        if not np.isfinite(self.wanted):
             return False
         self.dU = max(self.dU, float(np.abs(point.dUs).max()))
+        if point.held_together:  # where dU is creep no cells make it more exact
+            return False
         error = float(point.estimate.dU_error.max())
         if error > self.allowed(point) and error > self._looked and not self._zeros_only:
             self._looked = error

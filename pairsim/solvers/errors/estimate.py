@@ -22,7 +22,7 @@ from pairsim.physics.scales import FLOW_RATE
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.errors.adjoints import MEASURES, Adjoints
 from pairsim.solvers.errors.end_effects import end_effects
-from pairsim.solvers.errors.regularisation import by_regularisation
+from pairsim.solvers.errors.regularisation import by_regularisation, left_by_regularisation
 from pairsim.solvers.errors.run_errors import OF_POINTS, widening
 from pairsim.solvers.steady.scene import SteadySolver
 
@@ -37,9 +37,6 @@ OF_CANCELLED = 0.015
 # Least part of what is left in one gap of that in another: the estimate of a single gap may vanish by chance. Chosen.
 OF_OTHER_GAPS = 0.1
 OF_ENDS = 2.0  # what the ends may do over what they are found to do; chosen
-# What is left of a result that approaches its limit as m^(-2/3), over its derivative by ln m; most do so as 1/m.
-# Between decades of m the creep of locked pairs fell with exponents from .74 on.
-OF_REGULARISATION = 1.5
 # Rounding of a relative velocity [U_av]: equal rigid spheres in a Newtonian liquid, whose dU is 0, have up to 5e-15 on
 # 24 meshes.
 ROUNDING = 1e-13
@@ -69,7 +66,7 @@ class ErrorEstimate:
             estimate is no more than the remainder of a sum of this size. In a liquid without modes it is what errors
             do to the viscosity beyond the first order (`pairsim.fem.recovery.viscosity_scatter`), 0 in a Newtonian one.
         ends_dU: By how much the ends of the tube change every dU, (N-1,).
-        by_regularisation: Derivatives of the velocities by the logarithm of the regularisation, (N,).
+        by_regularisation: First and second derivatives of the velocities by the logarithm of a regularisation, (2, N).
         widening: Factor of the cells' part of the half-widths where they do not resolve the stress of a polymer.
         of_scatter: Factor of the scatter in half-widths.
         trusted: Whether the estimates of all dU, or of all forces, are more than what is left of contributions that
@@ -133,7 +130,7 @@ class ErrorEstimate:
     @property
     def regularisation_error(self) -> Array:
         """The part of `dU_error` that is due to the regularisation of the liquid, (N-1,)."""
-        return OF_REGULARISATION * np.abs(np.diff(self.by_regularisation))
+        return left_by_regularisation(np.diff(self.by_regularisation))
 
     def corrected(self, discrete: Observation) -> Observation:
         """A solution's quantities with the estimates of their errors added, if they are trusted."""
@@ -172,7 +169,7 @@ class ErrorEstimator:
         changes = -z @ _flow_rate_defect(steady, residual)
         ends = end_effects(steady, z, residual)
         sharper = by_regularisation(steady, z, drop.apart)
-        regularised = OF_REGULARISATION * np.abs(sharper)
+        regularised = left_by_regularisation(sharper)
         with steady.clock("assembly"):
             x = steady.state()[1]
             scene.set(x)
@@ -211,7 +208,7 @@ class ErrorEstimator:
             cancelled_dU=_cancelled(tested, difference),
             scatter_dU=scatter_dU,
             ends_dU=np.abs(np.diff(ends[:, :count])).max(axis=0),
-            by_regularisation=sharper[:count],
+            by_regularisation=sharper[:, :count],
             widening=wider,
             of_scatter=of_scatter,
             trusted=trusted,

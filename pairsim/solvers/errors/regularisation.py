@@ -1,7 +1,12 @@
 """What a regularisation does to the results of a quasi-steady solution, and to a time step.
 
-The stress of a liquid that yields is rounded off within a part of 1/m of its kink, and results approach those without
-as 1/m (Frigaard and Nouar, J. Non-Newtonian Fluid Mech. 127, 1, 2005): what is left is as large as dJ/d ln m.
+The stress of a liquid that yields is rounded off within a part of 1/m of its kink, and results J approach those without
+as 1/m (Frigaard and Nouar, J. Non-Newtonian Fluid Mech. 127, 1, 2005), once m is large enough: then what is left is
+|dJ/d ln m|. Exactly it is
+
+    J(infinity) - J = dJ/d ln m + int_m^infinity (dJ/d ln m + d2J/d ln m2) d ln m,
+
+whose integrand vanishes where J goes as 1/m, and is known at m.
 """
 
 from __future__ import annotations
@@ -15,22 +20,56 @@ from pairsim.solvers.nonlinear.newton import Newton
 from pairsim.solvers.steady.scene import SteadySolver
 from pairsim.solvers.steady.tangents import DIFFERENCE, residual_change
 
+# What is left of a result that approaches its limit as m^(-2/3), over its derivative by ln m, and the integral above
+# over its integrand; most do so as 1/m. Between decades of m the creep of locked pairs fell with exponents from .74 on.
+SLOWEST = 1.5
+STEP = 0.05  # of ln m, for second differences; chosen
+
 
 def by_regularisation(steady: SteadySolver, adjoints: Array, apart: float) -> Array:
-    """Derivatives of functionals by the logarithm of the regularisation, (k,); zeros in liquids without one.
+    """First and second derivatives of functionals by the logarithm of the regularisation m, (2, k).
+
+    They are zeros in liquids without one. Functionals are taken as linear in the solution: those of shapes are nearly.
 
     Args:
-        steady: The solution.
+        steady: The solution, at which the matrix is factorised.
         adjoints: Adjoint solutions of the functionals, the last of which is the pressure drop, (k, n_y).
         apart: Length over which the pressure drop of the flow without particles is subtracted from that one [D_c].
     """
     if not steady.parameters.liquid.regularisation:
-        return np.zeros(len(adjoints))
-    found = -adjoints @ residual_change(steady, lambda tau: steady.parameters.less_regularised(math.exp(tau)))
-    liquids = (steady.parameters.less_regularised(math.exp(tau)).liquid for tau in (DIFFERENCE, -DIFFERENCE))
-    more, less = (steady.flows.at(liquid).gradient for liquid in liquids)
-    found[-1] -= apart * (more - less) / (2 * DIFFERENCE)
-    return np.asarray(found)
+        return np.zeros((2, len(adjoints)))
+    change = residual_change(steady, lambda tau: steady.parameters.less_regularised(math.exp(tau)))
+    tangent = -steady.newton.linear_solve(change)
+    # Along this tangent the residual is 0 to first order: the adjoints weigh what is left to second order.
+    ends = [_residual(steady, tau, tangent) for tau in (STEP, 0.0, -STEP)]
+    steady.apply(steady.parameters)
+    found = -np.array([adjoints @ change, adjoints @ (ends[0] - 2 * ends[1] + ends[2]) / STEP**2])
+    more, less = (_gradient(steady, tau) for tau in (DIFFERENCE, -DIFFERENCE))
+    found[0, -1] -= apart * (more - less) / (2 * DIFFERENCE)
+    more, here, less = (_gradient(steady, tau) for tau in (STEP, 0.0, -STEP))
+    found[1, -1] -= apart * (more - 2 * here + less) / STEP**2
+    return found
+
+
+def _residual(steady: SteadySolver, tau: float, tangent: Array) -> Array:
+    """The residual at the solution extrapolated to exp(tau) times the regularisation."""
+    steady.apply(steady.parameters.less_regularised(math.exp(tau)))
+    return steady.newton.residual_at(steady.y + tau * tangent)
+
+
+def _gradient(steady: SteadySolver, tau: float) -> float:
+    """The pressure gradient without particles at exp(tau) times the regularisation."""
+    return steady.flows.at(steady.parameters.less_regularised(math.exp(tau)).liquid).gradient
+
+
+def left_by_regularisation(derivatives: Array) -> Array:
+    """Half-widths of results by their first and second derivatives by ln m, (2, k): what is left as m is raised, (k,).
+
+    The second one counts where results do not go as 1/m yet, as where a gap is about to be held by unyielded liquid:
+    there the first one may vanish while they are far from their limit.
+    """
+    first, second = derivatives
+    return np.asarray(np.maximum(SLOWEST * np.abs(first), np.abs(first) + SLOWEST * np.abs(first + second)))
 
 
 def by_sharpness(newton: Newton, y: Array) -> Array:
