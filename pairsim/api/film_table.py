@@ -17,7 +17,8 @@ import numpy as np
 import pandas as pd
 
 from pairsim.api.rheometer_files import text_of
-from pairsim.api.rheometer_tables import NUMBER, ONE_SPACE, SEPARATORS, cells_of, marks_of
+from pairsim.api.rheometer_numbers import NUMBER, marks_of
+from pairsim.api.rheometer_tables import ONE_SPACE, SEPARATORS, cells_of
 from pairsim.cases.quantities import unit_in
 from pairsim.runtime.errors import InputError
 

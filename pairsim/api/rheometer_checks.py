@@ -71,7 +71,10 @@ def agreed(option: str, section: Section) -> tuple[dict[str, Column], list[str]]
             with suppress(ValueError):
                 all_[name] = section.column(name)
         needed = {*relation.powers, *(("storage", "loss") if MODULUS in relation.powers else ())} - {MODULUS}
-        if needed <= all_.keys() and (found := _unit_by(relation, section, {name: all_[name] for name in needed})):
+        if not needed <= all_.keys():
+            continue
+        in_order = sorted(needed, key=lambda name: all_[name].place)
+        if found := _unit_by(relation, section, {name: all_[name] for name in in_order}):
             name, column = found
             columns = columns | {name: column}
             said.append(f"{column} has no unit: {relation.first} is {relation.second} with {column.unit}")
@@ -85,7 +88,7 @@ def _unit_by(relation: Relation, section: Section, columns: Mapping[str, Column]
         numbers[MODULUS] = np.hypot(numbers["storage"], numbers["loss"])
     with np.errstate(invalid="ignore", divide="ignore"):
         ratio = np.sum([power * np.log(numbers[name]) for name, power in relation.powers.items()], axis=0)
-    ratio = ratio[np.isfinite(ratio)]
+    lines, ratio = section.cells.index[np.isfinite(ratio)], ratio[np.isfinite(ratio)]
     if len(ratio) < FEW:
         return None
     off = float(np.median(ratio))
@@ -94,6 +97,13 @@ def _unit_by(relation: Relation, section: Section, columns: Mapping[str, Column]
         low, high = np.exp(np.quantile(ratio, (0.1, 0.9)))
         between = f"{relation.first} is {low:.3g} to {high:.3g} times {relation.second}"
         raise ValueError(f"must have columns that belong together: {between} ({of_columns})")
+    allowed = SAME + sum(_rounding(section.cells.loc[lines, of.place]) for of in columns.values())
+    if (apart := np.abs(ratio - off) > allowed).any():
+        line, factor = lines[apart][0], np.exp((ratio - off)[apart][0])
+        raise ValueError(
+            f"must have columns that belong together: in line {line} {relation.first} is {factor:.3g} times "
+            f"what the other rows say of {relation.second} ({of_columns})"
+        )
     without = [name for name, of in columns.items() if not of.unit and name != "factor"]
     if len(without) > 1:  # rates and frequencies without a unit are mostly in 1/s
         without = [name for name in without if name not in ("rate", "frequency")]
@@ -109,6 +119,14 @@ def _unit_by(relation: Relation, section: Section, columns: Mapping[str, Column]
         wrong = f"{relation.first} is {np.exp(off):.3g} times {relation.second}"
         raise ValueError(f"must have columns that agree: {wrong} ({of_columns}); {what}")
     return None
+
+
+def _rounding(cells: pd.Series[str]) -> Array:
+    """By how much numbers may be rounded, over their sizes: 0.05 for those of two digits, (rows,)."""
+    digits = (
+        cells.str.replace(r"(?i)[ed].*", "", regex=True).str.replace(r"\D", "", regex=True).str.lstrip("0").str.len()
+    )
+    return np.asarray(5 * 10.0 ** -digits.clip(lower=1))
 
 
 def _size(quantity: str, unit: str) -> float:

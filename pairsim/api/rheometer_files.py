@@ -19,6 +19,7 @@ import numpy as np
 
 from pairsim.api.rheometer_checks import CHANGES, agreed, difference, measured_in, no_curve
 from pairsim.api.rheometer_columns import Column, places, words
+from pairsim.api.rheometer_numbers import NUMBER
 from pairsim.api.rheometer_tables import FEWEST, SEPARATORS, Section, cells_of, heading_of, sections_of
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
@@ -206,11 +207,12 @@ def _left_out(option: str, section: Section, columns: Mapping[str, Column]) -> I
         line, of_first = out.index[0], out.iloc[0]
         place = columns[str((~(of_first > 0)).idxmax())]
         value = section.cells.loc[line, place.place]
-        why = f"'{value}' is no positive number" if value else "is empty"
+        number = re.fullmatch(NUMBER, value) and not re.match(r"-|[0.,]*$", value)
+        why = f"'{value}' is {'an overload' if number else 'no positive number'}" if value else "is empty"
         yield f"{len(out)} of {len(section.cells)} rows left out; in the first one, line {line}, {place} {why}"
     named = places(option, section.heading)
     for name in [each for each in columns if each != "frequency"]:  # which many files have in Hz and in rad/s
-        for i in named[name].keys() - {columns[name].place}:
+        for i in sorted(named[name].keys() - {columns[name].place} - section.beside):
             yield f'column {i + 1} "{section.heading[i]}" is not read, which may be {name}, too'
     if "N1" not in columns:
         for i in named.get("force", ()):

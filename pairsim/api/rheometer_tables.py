@@ -9,18 +9,19 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise, product
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
 from pairsim.api.rheometer_columns import Column, column, places, words
+from pairsim.api.rheometer_numbers import NUMBER, Marks, marks_of, numbers_in
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.text import counted
 
 SPACES = r"\t|\s{2,}"
 ONE_SPACE = r"\s+(?![^\[(]*[\])])"
 SEPARATORS = ("\t", ";", ",", SPACES, ONE_SPACE)
-NUMBER = r"(?i)[-+]?(\d+[.,]?\d*|[.,]\d+)([ed][-+]?\d+)?"
 STEP_COLUMNS = r"(?i)action name|step name|interval|segment"
 TITLES = r"(?im)^(?:\[step\]\n(?!step name)|(?:step name|result|résultat|ergebnis)\b:?[\t;,])(.+)"
 INTERVALS = r"(?im)^interval\w*\b[^\t;,]*[\t;,](\d+)"
@@ -37,20 +38,6 @@ Places = dict[str, tuple[int, str]]  # of the column of each quantity, and what 
 
 
 @dataclass(frozen=True)
-class Marks:
-    """The marks in the numbers of a table."""
-
-    decimal: str
-    certain: bool  # whether a number shows that the decimal mark is no mark of thousands
-
-    @property
-    def thousands(self) -> str:
-        """What numbers with marks of thousands look like: they have decimals, unless the decimal mark is certain."""
-        other = "," if self.decimal == "." else "."
-        return rf"\d{{1,3}}([ '{other}]\d{{3}})+(\{self.decimal}\d+){'?' if self.certain else ''}"
-
-
-@dataclass(frozen=True)
 class Section:
     """A table of a file, or those rows of it that belong to one step."""
 
@@ -62,6 +49,7 @@ class Section:
     near: pd.DataFrame  # rows above and below the headings, which may have units
     cells: pd.DataFrame  # the rows by the number of their line
     marks: Marks  # of its numbers
+    beside: frozenset[int] = frozenset()  # places of columns with the same headings, which other sections have
     misfit: str = ""  # why a row, or each row, does not fit under the headings
     foreign: bool = False  # whether no row does
     aside: str = ""  # rows below it that are not of it
@@ -73,7 +61,7 @@ class Section:
             ValueError: Its marks may be of thousands.
         """
         place, _ = (self.places | self.further)[quantity]
-        return _numbers(self.cells[place], self.marks)
+        return numbers_in(self.cells[place], self.marks)
 
     @cached_property
     def numbers(self) -> pd.DataFrame:
@@ -96,6 +84,11 @@ class Section:
         beside = [*self.cells[place + 1].unique()] if place + 1 in self.cells else []
         of_next = [] if any(re.fullmatch(NUMBER, cell) for cell in beside) else [" ".join(beside)]
         return column(quantity, place, self.heading[place], rest, [*self.near[place], *of_next])
+
+    @property
+    def of_columns(self) -> str:
+        """The numbers of its columns."""
+        return f"columns {' and '.join(str(i + 1) for i in sorted(i for i, _ in self.places.values()))}"
 
     @property
     def span(self) -> float:
@@ -156,11 +149,10 @@ def sections_of(option: str, lines: Sequence[str], leading: bool = False) -> lis
         for before, start, end in zip([0, *bounds], bounds, bounds[1:], strict=False)
         for each in _of_table(option, lines, start, end, heads[start], names.of(before, start), leading)
     ]
-    counts = Counter(each.name for each in sections)
-    return [
-        each if counts[each.name] == 1 else replace(each, name=f"{each.name} below line {each.line}")
-        for each in sections
-    ]
+    for more in (lambda each: f" below line {each.line}", lambda each: f", {each.of_columns}"):
+        counts = Counter(each.name for each in sections)
+        sections = [replace(each, name=each.name + more(each)) if counts[each.name] > 1 else each for each in sections]
+    return sections
 
 
 def _of_table(
@@ -175,7 +167,8 @@ def _of_table(
     """The sections of the table whose headings are line `start`, from 0, and whose rows end before line `end`."""
     separator, raw, read = head
     heading = raw[: max(i for i, cell in enumerate(raw) if cell) + 1]
-    rows = {i + 1: cells_of(lines[i], separator) for i in range(start + 1, end) if lines[i].strip(' \t;,"')}
+    used = [i for i in range(start + 1, end) if lines[i].strip(' \t;,"') and lines[i] != lines[start]]
+    rows = {i + 1: cells_of(lines[i], separator) for i in used}
     named_block = heading[0].endswith(":")  # of RheoCompass; rows begin with a blank below it, or with their numbers
     if named_block:
         rows = {line: ["", *row] if row[0][:1].isdigit() else row for line, row in rows.items()}
@@ -195,13 +188,56 @@ def _of_table(
     step = _step(heading, cells).where(~names, [" ".join(row).strip() for row in rows.values()]).ffill().fillna("")
     above = [cells_of(lines[start - 1], separator)] if start else []
     near = pd.concat([cells[below], pd.DataFrame(above)]).fillna("")
-    further = {name: next(iter(each.items())) for name, each in places(option, heading).items() if name not in read}
+    parts = _side_by_side(option, heading, read)
     for of_step, mine in cells[~text & ~ends.cummax() & (cells.index > last)].groupby(step, sort=False):
-        name = ", ".join(filter(None, (title, str(of_step))))
-        name = f"section '{name}'" if name else f"the table below line {start + 1}"
         own = {line: rows[line] for line in mine.index}
         misfit, foreign = _misfit(own, start + 1, len(heading), len(raw), named_block or leading)
-        yield Section(name, start + 1, heading, read, further, near, mine, marks, misfit or doubt, foreign, aside)
+        for part in parts:
+            sample = _sample_above(above[0] if above else [], part, parts) if len(parts) > 1 else ""
+            name = ", ".join(filter(None, (title, str(of_step), sample)))
+            name = f"section '{name}'" if name else f"the table below line {start + 1}"
+            read, further, beside = part
+            yield Section(
+                name, start + 1, heading, read, further, near, mine, marks, beside, misfit or doubt, foreign, aside
+            )
+
+
+class _Part(NamedTuple):
+    """The columns of one of several tables that stand side by side."""
+
+    read: Places
+    further: Places
+    beside: frozenset[int]
+
+
+def _side_by_side(option: str, heading: Sequence[str], read: Places) -> list[_Part]:
+    """The tables that stand side by side, with the same headings, and perhaps one column of rates for all."""
+    named = places(option, heading)
+    alike = {
+        name: [(i, rest) for i, rest in sorted(each.items()) if heading[i] == heading[next(iter(each))]]
+        for name, each in named.items()
+    }
+    rate, *others = read
+    count = len(alike[others[0]])
+    if any(len(alike[name]) != count for name in others) or len(alike[rate]) not in (1, count):
+        count = 1
+    all_ = {i for name in read for i, _ in alike[name]} if count > 1 else set()
+    parts = []
+    for k in range(count):
+        own = {name: each[k] if len(each) == count else each[0] for name, each in alike.items()}
+        mine = {name: own[name] for name in read}
+        further = {name: own[name] for name in named if name not in read and len(alike[name]) in (1, count)}
+        parts.append(_Part(mine, further, frozenset(all_ - {i for i, _ in mine.values()})))
+    return parts
+
+
+def _sample_above(above: Sequence[str], part: _Part, parts: Sequence[_Part]) -> str:
+    """The name that stands in the line above the headings of one of several tables, or else its columns."""
+    all_ = [{i for i, _ in each.read.values()} for each in parts]
+    mine, shared = {i for i, _ in part.read.values()}, set.intersection(*all_)
+    before = max([*shared, *(max(each) for each in all_ if max(each) < max(mine))], default=-1)
+    names = [cell for cell in above[before + 1 : max(mine) + 1] if re.match(r"[^\W\d_]", cell)]
+    return names[0] if names else f"columns {' and '.join(str(i + 1) for i in sorted(mine))}"
 
 
 def _split_again(line: str, row: list[str], names: int) -> list[str]:
@@ -302,31 +338,3 @@ class _Names:
             if words_alone:
                 return [words_alone[1]]
         return []
-
-
-def marks_of(cells: Sequence[str], separator: str) -> tuple[Marks, str]:
-    """The marks of a table, and what is wrong where its commas may be decimal marks or of thousands."""
-    numbers = [cell for cell in cells if re.fullmatch(NUMBER, cell)]
-    commas, points = ([cell for cell in numbers if mark in cell] for mark in ",.")
-    decimal, marked = (",", commas) if len(commas) > len(points) else (".", points)
-    certain = not all(re.fullmatch(r"[-+]?[1-9]\d{0,2}[.,]\d{3}", cell) for cell in marked)
-    doubt = f"has {commas[0]}, which may be one or a thousand; export it with decimal points" if commas else ""
-    return Marks(decimal, certain), doubt if decimal == "," and not certain and separator != ";" else ""
-
-
-def _numbers(cells: pd.Series[str], marks: Marks) -> pd.Series[float]:
-    """Cells as numbers, NaN where there is none.
-
-    Raises:
-        ValueError: A column as 1.500, 950, which neither rises nor falls: the mark may be of thousands.
-    """
-    other = "," if marks.decimal == "." else "."
-    plain = cells.where(~cells.str.fullmatch(marks.thousands), cells.str.replace(rf"[ '{other}]", "", regex=True))
-    plain = plain.where(plain.str.fullmatch(NUMBER)).str.translate(str.maketrans(marks.decimal + other + "dD", ".?ee"))
-    numbers: pd.Series[float] = pd.to_numeric(plain, errors="coerce").astype(float)
-    marked = cells[numbers.notna() & cells.str.contains(marks.decimal, regex=False)]
-    steps = np.diff(numbers.dropna())
-    mixed = marked.str.fullmatch(r"[1-9]\d{0,2}[.,]\d{3}").all() and cells.str.fullmatch(r"\d{3}").any()
-    if len(marked) and mixed and (steps > 0).any() and (steps < 0).any():
-        raise ValueError(f"has {marked.iloc[0]}, which may be one or a thousand; export it without such marks")
-    return numbers

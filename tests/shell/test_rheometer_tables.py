@@ -289,3 +289,70 @@ def test_a_loss_factor_tells_that_moduli_have_two_units(tmp_path: Path) -> None:
     assert "storage modulus times loss factor is 0.001 times the loss modulus" in said
     values, _ = read(tmp_path, text("omega [rad/s],G' [kPa],G'' [Pa],tan delta", columns), option="--spectrum")
     assert values["storage"] == pytest.approx(STORAGE, rel=1e-5)
+
+
+def test_a_row_in_which_columns_contradict_each_other_is_refused_with_its_line(tmp_path: Path) -> None:
+    torn = [[*FOUR[6][:2], *FOUR[7][2:]] if i == 6 else row for i, row in enumerate(FOUR) if i != 7]
+    said = refused(tmp_path, text(FOUR_UNITS, torn))
+    assert "in line 8 shear rate times viscosity is 0.792 times what the other rows say of the stress" in said
+    rounded = [[row[0], f"{float(row[1]):.1g}", row[2], row[3]] for row in FOUR]
+    assert len(read(tmp_path, text(FOUR_UNITS, rounded))[0]["rate"]) == 17
+
+
+@pytest.mark.parametrize("overload", ["9.99999999e+37", "9.9E37", "999999", "99999.00", "1e31"])
+def test_what_stands_for_an_overload_is_left_out(overload: str, tmp_path: Path) -> None:
+    over = [[row[0], overload if i in (0, 3) else row[1], row[2]] for i, row in enumerate(THREE)]
+    values, said = read(tmp_path, text(UNITS, over))
+    assert values["viscosity"] == pytest.approx(np.delete(ETA, [0, 3]), rel=1e-5)
+    assert f"in the first one, line 2, column 2 \"viscosity [Pa.s]\" '{overload}' is an overload" in said
+
+
+def test_nines_that_are_values_are_read(tmp_path: Path) -> None:
+    eta = [99990, 9999, 1200, 999.9, 99.99, 50]
+    values, _ = read(tmp_path, text("rate [1/s],viscosity [mPa.s]", [[str(i), str(x)] for i, x in enumerate(eta, 1)]))
+    assert values["viscosity"] == pytest.approx([each / 1e3 for each in eta])
+
+
+@pytest.mark.parametrize(
+    ("content", "names"),
+    [
+        (text("water,,gel,\nrate [1/s],viscosity [Pa.s],rate [1/s],viscosity [Pa.s]", rows(RATES, ETA, RATES, ETA / 3)),
+         ("section 'water'", "section 'gel'")),
+        (text(",water,gel\nrate [1/s],viscosity [Pa.s],viscosity [Pa.s]", rows(RATES, ETA, ETA / 3)),
+         ("section 'water'", "section 'gel'")),
+        (text("rate [1/s],viscosity [Pa.s],rate [1/s],viscosity [Pa.s]", rows(RATES, ETA, RATES, ETA / 3)),
+         ("section 'columns 1 and 2'", "section 'columns 3 and 4'")),
+        (text("shear,shear,shear\nrate [1/s],viscosity [Pa.s],viscosity [Pa.s]", rows(RATES, ETA, ETA / 3)),
+         ("section 'shear' below line 2, columns 1 and 2", "section 'shear' below line 2, columns 1 and 3")),
+    ],
+)  # fmt: skip
+def test_tables_side_by_side_are_sections(content: str, names: tuple[str, str], tmp_path: Path) -> None:
+    assert f"{names[0]}; {names[1]} (differs by a factor of 3)" in refused(tmp_path, content)
+    for name, size in zip(names, (1, 1 / 3), strict=True):
+        wanted = name.split("'")[1] if "columns" not in name else name
+        values, said = read(tmp_path, content, wanted)
+        assert values["viscosity"] == pytest.approx(ETA * size, rel=1e-5)
+        assert "may be viscosity, too" not in said
+
+
+def test_a_heading_that_is_repeated_is_no_row(tmp_path: Path) -> None:
+    part = f"rate,viscosity,temperature\n1/s,Pa.s,C\n{text('', THREE[:9])[1:]}"
+    values, said = read(tmp_path, f"{part}rate,viscosity,temperature\n{text('', THREE[9:])[1:]}")
+    assert values["viscosity"] == pytest.approx(ETA, rel=1e-5)
+    assert "left out" not in said
+
+
+@pytest.mark.parametrize("by", [",", "\t", " "])
+@pytest.mark.parametrize("lost", [True, False])
+@pytest.mark.parametrize("where", ["heading", "first row", "a row", "last row", "all rows"])
+def test_no_cell_that_is_lost_or_added_shifts_the_others(where: str, lost: bool, by: str, tmp_path: Path) -> None:
+    heading = ["point", "rate(1/s)", "torque(mN.m)", "viscosity(Pa.s)", "temperature(C)"]
+    whole = rows(np.arange(1.0, 18.0), RATES, np.linspace(0.5, 5, 17), ETA, WARM)
+    assert len(read(tmp_path, text(by.join(heading), whole, by))[0]["rate"]) == 17
+    changed = {"heading": [0], "first row": [1], "a row": [8], "last row": [17], "all rows": range(1, 18)}[where]
+    for cell in range(5):
+        lines = [heading, *whole]
+        for i in changed:
+            lines[i] = lines[i][:cell] + (lines[i][cell + 1 :] if lost else ["7.5", *lines[i][cell:]])
+        said = refused(tmp_path, "\n".join(map(by.join, lines)))
+        assert "must have a" in said, f"cell {cell}"

@@ -1,0 +1,65 @@
+"""Numbers in the cells of a table, with the marks of its country, and what stands in place of a number."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+NUMBER = r"(?i)[-+]?(\d+[.,]?\d*|[.,]\d+)([ed][-+]?\d+)?"
+HUGE = 1e30  # which nothing measures; voltmeters write 9.9e37
+FAR_ABOVE = 10.0  # ratio to the rows around it from which on 9999 is no value; chosen
+
+
+@dataclass(frozen=True)
+class Marks:
+    """The marks in the numbers of a table."""
+
+    decimal: str
+    certain: bool  # whether a number shows that the decimal mark is no mark of thousands
+
+    @property
+    def thousands(self) -> str:
+        """What numbers with marks of thousands look like: they have decimals, unless the decimal mark is certain."""
+        other = "," if self.decimal == "." else "."
+        return rf"\d{{1,3}}([ '{other}]\d{{3}})+(\{self.decimal}\d+){'?' if self.certain else ''}"
+
+
+def marks_of(cells: Sequence[str], separator: str) -> tuple[Marks, str]:
+    """The marks of a table, and what is wrong where its commas may be decimal marks or of thousands."""
+    numbers = [cell for cell in cells if re.fullmatch(NUMBER, cell)]
+    commas, points = ([cell for cell in numbers if mark in cell] for mark in ",.")
+    decimal, marked = (",", commas) if len(commas) > len(points) else (".", points)
+    certain = not all(re.fullmatch(r"[-+]?[1-9]\d{0,2}[.,]\d{3}", cell) for cell in marked)
+    doubt = f"has {commas[0]}, which may be one or a thousand; export it with decimal points" if commas else ""
+    return Marks(decimal, certain), doubt if decimal == "," and not certain and separator != ";" else ""
+
+
+def numbers_in(cells: pd.Series[str], marks: Marks) -> pd.Series[float]:
+    """Cells as numbers, NaN where there is none, or what an instrument writes where it is overloaded.
+
+    Raises:
+        ValueError: A column as 1.500, 950, which neither rises nor falls: the mark may be of thousands.
+    """
+    other = "," if marks.decimal == "." else "."
+    plain = cells.where(~cells.str.fullmatch(marks.thousands), cells.str.replace(rf"[ '{other}]", "", regex=True))
+    plain = plain.where(plain.str.fullmatch(NUMBER)).str.translate(str.maketrans(marks.decimal + other + "dD", ".?ee"))
+    numbers: pd.Series[float] = pd.to_numeric(plain, errors="coerce").astype(float)
+    marked = cells[numbers.notna() & cells.str.contains(marks.decimal, regex=False)]
+    steps = np.diff(numbers.dropna())
+    mixed = marked.str.fullmatch(r"[1-9]\d{0,2}[.,]\d{3}").all() and cells.str.fullmatch(r"\d{3}").any()
+    if len(marked) and mixed and (steps > 0).any() and (steps < 0).any():
+        raise ValueError(f"has {marked.iloc[0]}, which may be one or a thousand; export it without such marks")
+    return numbers.where(~_overloads(cells, numbers))
+
+
+def _overloads(cells: pd.Series[str], numbers: pd.Series[float]) -> pd.Series[bool]:
+    """Whether numbers stand for an overload: they are huge, or nines alone and far above the rows around them."""
+    digits = cells.str.replace(r"(?i)e.*|[.,]0*$", "", regex=True).str.replace(r"\D", "", regex=True)
+    nines = digits.str.fullmatch("9{4,}")
+    around = numbers.where(~nines)
+    most = np.fmax(around.ffill(), around.bfill())
+    return (numbers.abs() > HUGE) | (nines & (numbers > FAR_ABOVE * most))
