@@ -6,9 +6,9 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
+from pairsim.cases.registry import registry
 from pairsim.cases.values import Range, spelled_out
 from pairsim.physics.material import Dimension
 from pairsim.runtime.errors import InputError
@@ -52,13 +52,6 @@ def a_length(key: str, words: str, example: str = "50 um", symbol: str = "") -> 
 LENGTH = a_length("length", "length")
 
 
-@cache
-def _registry() -> pint.UnitRegistry:
-    import pint  # takes half a second; most cases have no units
-
-    return pint.UnitRegistry()
-
-
 def _parsed(text: Any) -> tuple[float, pint.Unit]:
     """Number and unit of a text, a product of which may be written with a point, as in Pa.s; ValueError for others."""
     match = QUANTITY.fullmatch(text.strip()) if isinstance(text, str) else None
@@ -72,17 +65,16 @@ def _parsed(text: Any) -> tuple[float, pint.Unit]:
 
 def _unit(text: str, given: str) -> pint.Unit:
     """A unit that is used at a bench; ValueError for others, and for those that pint does not know."""
-    registry = _registry()
     try:
-        unit = registry.parse_units(text)
-        parts = {name: registry.parse_unit_name(name)[0] for name in dict(unit._units)}
+        unit = registry().parse_units(text)
+        parts = {name: registry().parse_unit_name(name)[0] for name in dict(unit._units)}
     except Exception:  # pint does not document which exceptions its parser raises
         raise ValueError(f"has the unknown unit {given}") from None
-    printed = registry.get_group("Printer").members
+    printed = registry().get_group("Printer").members
     for name, (prefix, root, _) in parts.items():
         if root in printed:
             raise ValueError(f"has the unit {given}, which is one of screens and print, not of what a camera sees")
-        known = MEASURING.get(str(registry.get_dimensionality(root)))
+        known = MEASURING.get(str(registry().get_dimensionality(root)))
         prefixed = prefix and not (root in METRIC and prefix not in LARGE)
         if known is not None and (root not in known or prefixed):
             raise ValueError(f"has the unit {given}, which stands for {name.replace('_', ' ')} and is not taken")
@@ -99,7 +91,7 @@ def _in_common(text: Any, unit: str) -> float | None:
 def _in(unit: Any, number: float, given: pint.Unit) -> float:
     """Convert a number from the unit given to a compatible one; infinite if double precision cannot hold it."""
     try:
-        return rounded(_registry().Quantity(number, given).to(unit).magnitude)
+        return rounded(registry().Quantity(number, given).to(unit).magnitude)
     except ArithmeticError:
         return math.inf
 
@@ -213,7 +205,7 @@ def unit_in(other: str, unit: str) -> float:
         ValueError: It is no unit, or is of another kind.
     """
     try:
-        return float(_registry().Quantity(1.0, _unit(unit, unit)).to(other).magnitude)
+        return float(registry().Quantity(1.0, _unit(unit, unit)).to(other).magnitude)
     except Exception:  # pint does not document which exceptions its parser raises
         raise ValueError(f"is no unit as {other} is") from None
 

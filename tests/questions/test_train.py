@@ -121,19 +121,19 @@ def test_a_spectrum_goes_on_between_the_waves_of_its_cell() -> None:
     row = {-2: 0.01, -1: 0.06, 1: 0.04, 2: -0.02}
     found, k = spectrum(row, 8, change=0.1), np.array([0.1, 1.0, 2.9])
     exact: Any = sum(b * (np.exp(-1j * k * j) - 1) for j, b in row.items())
-    table = found.at(k)
-    assert table["growth"].to_numpy() == pytest.approx(np.real(exact))
-    assert table["frequency"].to_numpy() == pytest.approx(np.imag(exact))
-    assert (table["growth_error"] >= 0.1 * abs(np.real(exact))).all()
-    assert found.everywhere["scaled"][0] == pytest.approx(-sum(b * j**2 / 2 for j, b in row.items()))
+    waves = found.at(k)
+    assert waves.growth == pytest.approx(np.real(exact))
+    assert waves.frequency == pytest.approx(np.imag(exact))
+    assert (waves.growth_error >= 0.1 * abs(np.real(exact))).all()
+    assert found.everywhere.scaled[0] == pytest.approx(-sum(b * j**2 / 2 for j, b in row.items()))
 
 
 @pytest.mark.parametrize("fall", [0.2, 0.5])
 def test_errors_of_long_waves_and_between_waves_have_the_rest_of_the_row(fall: float) -> None:
     row = {j: 0.05 * fall ** abs(j) for j in range(-30, 31) if j}
-    table, exact = spectrum(row, 8).everywhere, -sum(b * j**2 / 2 for j, b in row.items())
-    assert 1e-7 < abs(table["scaled"][0] - exact) <= table["scaled_error"][0] < -exact
-    k, scaled, errors = table[["k", "scaled", "scaled_error"]].to_numpy()[1:].T
+    waves, exact = spectrum(row, 8).everywhere, -sum(b * j**2 / 2 for j, b in row.items())
+    assert 1e-7 < abs(waves.scaled[0] - exact) <= waves.scaled_error[0] < -exact
+    k, scaled, errors = (each[1:] for each in (waves.k, waves.scaled, waves.scaled_error))
     off = abs(scaled - sum(b * (np.cos(k * j) - 1) for j, b in row.items()) / (2 * (1 - np.cos(k))))
     assert (off <= errors + 1e-12).all()
     assert float(off.max()) > 1e-5
@@ -151,7 +151,7 @@ def test_errors_have_what_the_refinement_before_changed_too() -> None:
     known = (spectrum({-1: 0.05 * each, 1: 0.03 * each}, 8) for each in (1.0, 1.0, 1.2))
     train, coarse, coarsest = (Train(1.2, 0.3, 0.7, 0.1, each, 100) for each in known)
     waves = train.beside(coarse, coarsest).spectrum.of_cell
-    assert (waves["growth_error"] >= 0.2 * abs(waves["growth"])).all()
+    assert (waves.growth_error >= 0.2 * abs(waves.growth)).all()
 
 
 def test_a_transition_is_where_the_first_wave_begins_to_grow(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -168,7 +168,7 @@ def test_a_transition_is_where_the_first_wave_begins_to_grow(monkeypatch: pytest
     keys = {"beta": 0.4, "De": 1, "Ca_e": 0}
     found = pairsim.train(keys | {"train": {"cell": 4, "transition": [0.3, 0.8]}}).check()
     d, d_error = (found.table[name][0] for name in ("d", "d_error"))
-    assert known(None, None, 4, d).spectrum.least_stable["scaled"] == pytest.approx(0, abs=1e-3)
+    assert known(None, None, 4, d).spectrum.least_stable.scaled == pytest.approx(0, abs=1e-3)
     assert d_error < 1e-2
     assert f"less than {d:.2g}" in found.answer
     assert "cluster, and those with more order" in found.answer

@@ -13,11 +13,11 @@ import platform
 import shlex
 import shutil
 import sysconfig
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from pairsim.runtime.cache import cache_folder
 from pairsim.runtime.errors import EnvironmentFailure
 
 
@@ -31,11 +31,7 @@ def _processor() -> str:
 
 
 def _default() -> str:
-    try:
-        base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    except RuntimeError:  # no home folder
-        base = Path(tempfile.gettempdir())
-    return str(base / "pairsim" / _processor())
+    return str(cache_folder() / _processor())
 
 
 JIT_OPTIONS: dict[str, Any] = {

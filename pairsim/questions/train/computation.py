@@ -53,7 +53,7 @@ def computation(case: TrainCase, monitor: Monitor) -> events.Events:
     row = _row(found, slope)
     yield events.Table("train", _names(TRAIN))
     yield events.Row("train", dict.fromkeys(_names(TRAIN)) | row)  # the result that is waited for
-    waves = [dict(wave) for _, wave in found.spectrum.of_cell.iterrows()]
+    waves = [wave._asdict() for wave in found.spectrum.of_cell]
     yield events.Table("spectrum", _names(SPECTRUM), waves)
     sentences = list(_said(case, row, slope))  # to which those of a row are added
     yield events.Summary({"unknowns": found.unknowns, "sentences": sentences}, _warnings(case, found))
@@ -69,14 +69,16 @@ def _names(columns: Sequence[str | Column]) -> list[str]:
 def _row(found: Train, slope: float) -> dict[str, Any]:
     """The row of train.csv; with the slope of `transition` there has an error of its distance."""
     spectrum = found.spectrum
-    row = vars(found) | dict(spectrum.fastest) | {"verdict": spectrum.verdict}
+    row = vars(found) | spectrum.fastest._asdict() | {"verdict": spectrum.verdict}
     row |= {"U_1": found.U, "U_error_1": found.U_error}
-    row["diffusion"], row["diffusion_error"] = spectrum.everywhere.loc[0, ["scaled", "scaled_error"]] * [-1, 1]
+    longest = spectrum.everywhere[0]
+    row["diffusion"], row["diffusion_error"] = -longest.scaled, longest.scaled_error
     if spectrum.verdict in CHANGES:
         tubes = found.U * np.array(spectrum.time_to(CHANGES[spectrum.verdict][0]))
         row |= dict(zip(TUBES, tubes, strict=True)) if isfinite(tubes[0]) else {}
     if isfinite(slope):
-        row["d_error"] = spectrum.least_stable[["scaled", "scaled_error"]].abs().sum() / abs(slope)
+        wave = spectrum.least_stable
+        row["d_error"] = (abs(wave.scaled) + abs(wave.scaled_error)) / abs(slope)
     return row
 
 

@@ -15,11 +15,12 @@ The growth rate over 2 (1 - cos k) is finite at k = 0, where it is the coefficie
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
-import pandas as pd
 import scipy
 
 from pairsim.runtime.arrays import Array
@@ -30,13 +31,47 @@ BEYOND = 8.0  # factor of what the rest of the row is expected to change; long w
 EARLIEST, LATEST = 1e-6, 1e12  # times between which a spread is followed [D_c/U_av]; chosen
 
 
+class Wave(NamedTuple):
+    """A disturbance of a train: its number, its rates and the half-widths of their intervals.
+
+    Attributes:
+        k: Wave number [1/spacing].
+        scaled: Growth rate over 2 (1 - cos k) [U_av/D_c].
+        growth: Growth rate [U_av/D_c].
+        frequency: Angular frequency, positive where the wave travels upstream past the particles [U_av/D_c].
+    """
+
+    k: float
+    scaled: float
+    scaled_error: float
+    growth: float
+    growth_error: float
+    frequency: float
+    frequency_error: float
+
+
+@dataclass(frozen=True)
+class Waves:
+    """Several waves, with what `Wave` has of each in arrays of shape (waves,)."""
+
+    k: Array
+    scaled: Array
+    scaled_error: Array
+    growth: Array
+    growth_error: Array
+    frequency: Array
+    frequency_error: Array
+
+    def __getitem__(self, number: int) -> Wave:
+        return Wave(*(float(values[number]) for values in vars(self).values()))
+
+    def __iter__(self) -> Iterator[Wave]:
+        return map(self.__getitem__, range(len(self.k)))
+
+
 @dataclass(frozen=True)
 class Spectrum:
     """Growth rates of the disturbances of a train [U_av/D_c].
-
-    Tables have a row for each wave: its number `k` [1/spacing], `scaled`, which is the growth rate over 2 (1 - cos k),
-    `growth`, and `frequency`, positive where waves travel upstream past the particles; and the half-widths of their
-    intervals, `scaled_error`, `growth_error`, `frequency_error`.
 
     Attributes:
         rates: lambda(2 pi m/n), m = 0, ..., n - 1, complex, of an even number n of at least 2.
@@ -53,11 +88,11 @@ class Spectrum:
         return 2 * np.pi * m / len(self.rates), self.rates[m]
 
     @property
-    def of_cell(self) -> pd.DataFrame:
+    def of_cell(self) -> Waves:
         """The same with the half-widths of their intervals."""
         return self.at(self.waves[0])
 
-    def at(self, k: Array, rest: float = 0.0) -> pd.DataFrame:
+    def at(self, k: Array, rest: float = 0.0) -> Waves:
         """Waves of given numbers; half-widths have a part of what every second wave of the cell alone would change."""
         row, half = _folded(self.rates), np.maximum(k, 1e-8)[:, None] / 2
         off = np.abs([_folded(other) - row for other in self.others]).sum(axis=0) + ROUNDING * np.abs(row).max()
@@ -65,14 +100,13 @@ class Spectrum:
         shapes = -((np.sin(half * j) / np.sin(half)) ** 2) / 2, np.sin(2 * half * j)
         scaled, scaled_error = shapes[0] @ row[0], np.abs(shapes[0]) @ off[0]
         if rest:
-            scaled_error += rest * np.abs(scaled - Spectrum(self.rates[::2], self.others[:, ::2]).at(k)["scaled"])
-        table = pd.DataFrame({"k": k, "scaled": scaled, "scaled_error": scaled_error})
-        for name in ("", "_error"):
-            table[f"growth{name}"] = 2 * (1 - np.cos(k)) * table[f"scaled{name}"]
-        return table.assign(frequency=shapes[1] @ row[1], frequency_error=np.abs(shapes[1]) @ off[1])
+            scaled_error += rest * np.abs(scaled - Spectrum(self.rates[::2], self.others[:, ::2]).at(k).scaled)
+        growth, growth_error = (2 * (1 - np.cos(k)) * each for each in (scaled, scaled_error))
+        frequency, frequency_error = shapes[1] @ row[1], np.abs(shapes[1]) @ off[1]
+        return Waves(k, scaled, scaled_error, growth, growth_error, frequency, frequency_error)
 
     @cached_property
-    def everywhere(self) -> pd.DataFrame:
+    def everywhere(self) -> Waves:
         """Waves of all numbers from 0 to pi."""
         sizes = np.abs(_folded(self.rates)).sum(axis=0)
         near, far = np.split(sizes, [-(-len(sizes) // 2)])
@@ -80,15 +114,15 @@ class Spectrum:
         return self.at(np.linspace(0.0, np.pi, WAVES + 1), rest)
 
     @property
-    def fastest(self) -> pd.Series:
+    def fastest(self) -> Wave:
         """The wave that grows fastest or, where all decay, decays fastest."""
-        growth = self.everywhere["growth"].to_numpy()
-        return self.everywhere.iloc[int((growth if self.verdict == "clusters" else np.abs(growth)).argmax())]
+        growth = self.everywhere.growth
+        return self.everywhere[int((growth if self.verdict == "clusters" else np.abs(growth)).argmax())]
 
     @property
-    def least_stable(self) -> pd.Series:
+    def least_stable(self) -> Wave:
         """The wave whose growth rate over 2 (1 - cos k) is largest, above 0 where any wave grows."""
-        return self.everywhere.iloc[int(self.everywhere["scaled"].to_numpy().argmax())]
+        return self.everywhere[int(self.everywhere.scaled.argmax())]
 
     @property
     def verdict(self) -> str:
@@ -99,7 +133,7 @@ class Spectrum:
         growing, turning = np.abs(_folded(self.rates)).max(axis=1)
         if growing <= ROUNDING * turning:
             return "neither"
-        scaled, error = self.everywhere["scaled"], self.everywhere["scaled_error"]
+        scaled, error = self.everywhere.scaled, self.everywhere.scaled_error
         return "clusters" if (scaled > error).any() else "orders" if (scaled < -error).all() else "undecided"
 
     def time_to(self, factor: float) -> tuple[float, float, float]:
@@ -111,7 +145,7 @@ class Spectrum:
         Returns:
             The time, the least and the largest by the intervals of the rates; infinite where there is none.
         """
-        growth, error = self.everywhere[["growth", "growth_error"]].to_numpy()[1:].T
+        growth, error = self.everywhere.growth[1:], self.everywhere.growth_error[1:]
         ends = np.log([EARLIEST, LATEST]).tolist()
 
         def above(log_t: float, part: int) -> float:

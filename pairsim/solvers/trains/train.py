@@ -51,8 +51,8 @@ class Train:
     @property
     def error(self) -> float:
         """Largest half-width of a growth rate or frequency, as a part of the largest rate."""
-        errors = self.spectrum.of_cell[["growth_error", "frequency_error"]]
-        return float(errors.max(axis=None) / np.abs(self.spectrum.rates).max())
+        waves = self.spectrum.of_cell
+        return float(max(waves.growth_error.max(), waves.frequency_error.max()) / np.abs(self.spectrum.rates).max())
 
     def beside(self, coarse: Train, coarsest: Train) -> Train:
         """This train with what those on cells that are larger by `COARSER` and its square tell of its errors."""
@@ -111,7 +111,7 @@ def transition(
     """
 
     def growth(d: float) -> float:
-        return float(train_of(problem, parameters, count, d).spectrum.least_stable["scaled"])
+        return train_of(problem, parameters, count, d).spectrum.least_stable.scaled
 
     ends = [growth(d) for d in between]
     if ends[0] * ends[1] >= 0:

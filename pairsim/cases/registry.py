@@ -1,0 +1,49 @@
+"""The units that pint knows, whose parsed definitions are kept in the cache of the user."""
+
+from __future__ import annotations
+
+import platform
+import shutil
+import tempfile
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pairsim.runtime.cache import cache_folder
+
+if TYPE_CHECKING:
+    import pint
+
+WHOLE = "whole"
+"""Name of a folder of definitions until it is renamed to that of the cache."""
+
+
+@cache
+def registry() -> pint.UnitRegistry:
+    """Pint's registry of units: from the cache, which is filled first if it is empty and can be written to."""
+    import pint  # takes a fifth of a second; most cases have no units
+
+    kept = cache_folder() / f"units-pint-{pint.__version__}-python-{platform.python_version()}"
+    try:
+        if not kept.is_dir():
+            _fill(kept)
+        return pint.UnitRegistry(cache_folder=kept)
+    except Exception:  # a file that cannot be read or written, or is no longer what was written: unpickling raises any
+        shutil.rmtree(kept, ignore_errors=True)
+        return pint.UnitRegistry()
+
+
+def _fill(kept: Path) -> None:
+    """Have pint write its cache into a new folder, which gets its name when it is complete.
+
+    Pint itself writes into files that other processes may be reading, and that are incomplete if it is killed.
+    """
+    import pint
+
+    kept.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=kept.parent, prefix="unfinished-") as unfinished:
+        whole = Path(unfinished) / WHOLE
+        pint.UnitRegistry(cache_folder=whole)
+        with suppress(OSError):  # another process was faster
+            whole.rename(kept)
