@@ -89,9 +89,10 @@ class DrawnRange:
     def words(self, d: float) -> str:
         """The range at a distance [D_c], such as -14.0 to -9.1 um/s."""
         least, largest = (float(self._at(each, d)) for each in (self.least, self.largest))
-        width = largest - least
-        digits = max(1 - math.floor(math.log10(width)), 0) if width > 0 else 3
-        return f"{least:+.{digits}f} to {largest:+.{digits}f} {VELOCITY.physical}"
+        size = 10.0 ** (2 - math.floor(math.log10(largest - least))) if largest > least else 1e3  # three digits of it
+        digits = max(round(math.log10(size)), 0)
+        ends = math.floor(least * size) / size, math.ceil(largest * size) / size  # outwards: draws crowd at an extremum
+        return f"{ends[0]:+.{digits}f} to {ends[1]:+.{digits}f} {VELOCITY.physical}"
 
     def outside_at(self, d: float) -> str:
         """Which part of the draws is outside of the atlas at a distance [D_c], and what that means; "" if none is."""

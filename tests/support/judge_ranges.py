@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 import sys
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ import pairsim
 from pairsim.api.ask import asked_of
 from pairsim.atlas.atlas import PARAMETERS
 from pairsim.results.inputs import DrawnRange
+from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
 DRAWS = 2000
@@ -45,6 +47,13 @@ def experiment(random: np.random.Generator) -> tuple[dict[str, Any], dict[str, t
         name: f"{value:.6g} {f'+- {half:.4g} ' if half else ''}{UNITS[name]}" for name, (value, half) in known.items()
     }
     return texts | ({"liquid": "giesekus"} if "relaxation" in values else {}), known
+
+
+def _blocks(x: Array, size: int = 50) -> Iterator[tuple[slice, Array]]:
+    """Parts of an array, with their places in it."""
+    for start in range(0, len(x), size):
+        at = slice(start, start + size)
+        yield at, x[at]
 
 
 def judge(count: int, seed: int = 0) -> pd.DataFrame:
@@ -75,10 +84,12 @@ def judge(count: int, seed: int = 0) -> pd.DataFrame:
         d = um / q["tube"]
         known_ = ((places >= low) & (places <= high)).all(axis=1) & (d >= atlas.d[0]) & (d <= atlas.d[-1])
         curves = CubicSpline(np.log(atlas.d), atlas.velocities(np.clip(places, low, high))[0], axis=1)
-        dU = np.array([float(curves(x)[i]) for i, x in enumerate(np.log(np.clip(d, *atlas.d[[0, -1]])))])
+        x = np.log(np.broadcast_to(np.clip(d, *atlas.d[[0, -1]]), DRAWS))
+        dU = np.concatenate([np.diag(curves(part)[at]) for at, part in _blocks(x)])
         held = (1e6 * velocity * dU >= least) & (1e6 * velocity * dU <= largest) & known_
         outside = 1 - known_.mean()
-        rows.append({"held": held.mean(), "of_known": held[known_].mean(), "outside": outside, "range": words})
+        row = {"held": held.mean(), "of_known": held[known_].mean(), "outside": outside}
+        rows.append(row | {"range": words, "d": um, **texts})
     return pd.DataFrame(rows)
 
 
