@@ -94,6 +94,8 @@ def table_of(directory: Path, name: str, physical: bool | None, at: Sequence[flo
             `values_at`.
     """
     path, record = directory / f"{name}.csv", read_record(directory)
+    if physical and scales_in(record) is None:
+        raise no_units(str(directory))
     try:
         table = table_from(read_table(path), record, str(directory), physical, at)
     except TypeError as error:

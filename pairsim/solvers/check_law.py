@@ -27,7 +27,7 @@ DE, XI, CA_E = 0.5, 0.09, 0.1  # at which liquids and solids are checked
 RATES = 0.2, 2.0, 10.0  # shear rates [U_av/D_c]
 COS, SIN = np.cos(0.7), np.sin(0.7)
 TURN = np.array([[COS, -SIN, 0.0], [SIN, COS, 0.0], [0.0, 0.0, 1.0]])  # by which frames are turned, in the (z, r) plane
-STEPS = 1e-5, 1e-6, 1e-7  # of differences, relative to the unknowns
+STEPS = 1e-5, 1e-6, 1e-7, 1e-8, 1e-9  # of differences, relative to the unknowns; the last where liquid hardly shears
 EXACT, SMALL, DISCRETE = 1e-10, 1e-5, 3e-3  # off by rounding, by differences, by cells and steps; chosen
 # What a law in the making may raise.
 WRONG = PairsimError, ArithmeticError, AttributeError, LookupError, NotImplementedError, TypeError, ValueError

@@ -304,7 +304,7 @@ def test_tension_at_the_wall_is_that_of_a_hookean_polymer() -> None:
     assert tension(liquid, (beta,), (0.0,)) == tension(Liquid(Newtonian()), (beta,), (Ca_e,)) == 0
     assert list(beyond_tension(liquid, (beta,), (Ca_e / exact * 0.9,))) == []
     (said,) = beyond_tension(liquid, (beta,), (Ca_e / exact * 2,))
-    assert " 2 times the modulus" in said
+    assert " 2 times their modulus" in said
 
 
 def at(y: float) -> LogConformation:
