@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Self
 from pairsim.api.cases import load
 from pairsim.computing import Question
 from pairsim.computing.question import Tables, rows_in
-from pairsim.results.folder import CHECKPOINT, WAY, read_record
+from pairsim.results.folder import CHECKPOINT, WAY, read_record, write_json, write_text, write_yaml
 from pairsim.results.units import no_units, scales_in
 from pairsim.runtime.errors import BranchEnd, BudgetSpent, InputError, failure_of
 from pairsim.runtime.locks import is_locked
@@ -85,7 +85,6 @@ class Result:
     @cached_property
     def _place(self) -> Path:
         """The folder with the files of the result; they are written when a result without one needs them."""
-        from pairsim.results.folder import write_json, write_text, write_yaml
         from pairsim.results.table_files import table_text
 
         place = Path(tempfile.mkdtemp(prefix="pairsim-"))

@@ -195,6 +195,16 @@ class SceneCase(Keys):
         return ()
 
     @property
+    def first_gaps(self) -> tuple[float, ...]:
+        """Distances [D_c] that are computed first, N-1 values from upstream."""
+        return self.gaps[: max(self.n - 1, 0)]
+
+    @property
+    def first_case(self) -> SceneCase:
+        """The case that is computed first: this one, unless it is made of others."""
+        return self
+
+    @property
     def range_of_d(self) -> tuple[float, float]:
         """The least and the largest distance of the case [D_c]."""
         return min(self.gaps), max(self.gaps)

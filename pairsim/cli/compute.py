@@ -8,8 +8,14 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import typer
 
+from pairsim.cases.identity import default_folder
 from pairsim.cli.options import Budget, CaseFile, DryRun, Output, Overwrite, Quiet, Settings
+from pairsim.computing.case_files import read_case
+from pairsim.computing.question import rows_in
+from pairsim.results.folder import FIELDS_XDMF
 from pairsim.runtime.errors import BranchEnd, EnvironmentFailure, InputError, RunFailure
+from pairsim.runtime.launcher import check_single
+from pairsim.runtime.signals import Signals
 
 if TYPE_CHECKING:
     from pairsim.api.compute import Computation
@@ -52,10 +58,6 @@ def compute(
     **flags: bool,
 ) -> None:
     """Carry out the command of a question; arguments are those of its options, `flags` those that it alone has."""
-    from pairsim.cases.identity import default_folder
-    from pairsim.computing.case_files import read_case
-    from pairsim.runtime.launcher import check_single
-    from pairsim.runtime.signals import Signals
 
     check_single()
     question = computation.question
@@ -74,8 +76,6 @@ def compute(
 
 def _end(result: Result, directory: Path, quiet: bool) -> NoReturn:
     """Draw, give the folder (stdout) and what to do next (stderr), and exit with the code of the outcome."""
-    from pairsim.computing.question import rows_in
-    from pairsim.results.folder import FIELDS_XDMF
 
     least, code = result.question.draws_from, REASON_CODES.get(result.reason, EXIT_CODES[result.status])
     drawn = least is not None and (rows_in(result.columns) >= least or (directory / FIELDS_XDMF).exists())

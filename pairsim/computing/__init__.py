@@ -8,6 +8,7 @@ from typing import Any
 
 from pairsim.computing.question import Question
 from pairsim.results.columns import Column, declare
+from pairsim.results.folder import OWN_FILES, PICTURE_ENDINGS
 from pairsim.runtime.questions import NAMES
 
 
@@ -37,7 +38,6 @@ QUESTIONS = _Questions()  # the questions by name, which is that of their comman
 def own_files() -> tuple[str, ...]:
     """Every file in a folder of results, but for single frames of fields; `--overwrite` removes only these."""
     from pairsim.physics.declared import FIELDS
-    from pairsim.results.folder import OWN_FILES, PICTURE_ENDINGS
 
     tables = (f"{name}.csv" for question in QUESTIONS.values() for name in question.tables)
     drawn = [name for question in QUESTIONS.values() for name in question.captions]

@@ -89,6 +89,17 @@ def parse_file[T: BaseModel](
     return file
 
 
+def commands_for(path: Path, overrides: tuple[str, ...] = ()) -> list[str]:
+    """The commands of questions whose case files have most of the keys of a file with settings, as of `read_case`.
+
+    Raises:
+        InputError: The file cannot be read.
+    """
+    data = read_yaml(path)
+    apply_settings(data, overrides)
+    return fitting(data, QUESTIONS)
+
+
 def fitting(data: Mapping[str, Any], commands: Iterable[str]) -> list[str]:
     """The commands whose files have most of some keys."""
     unknown = {name: sum(key not in model_of(name).model_fields for key in data) for name in commands}

@@ -21,15 +21,15 @@ from pairsim.runtime.child_process import module_command
 from pairsim.runtime.questions import NAMES
 
 COMMANDS = sorted(get_command(app).commands)  # type: ignore[attr-defined]
-HEAVY = ("dolfinx", "gmsh", "matplotlib", "mpi4py", "pandas", "pyvista")
-FOR_FEW = ("h5py", "matplotlib.animation", "matplotlib.pyplot", "pandas", "pint", "pyvista", "seaborn")
+HEAVY = ("dolfinx", "gmsh", "matplotlib", "meshio", "mpi4py", "pandas", "pyvista")
+FOR_FEW = ("h5py", "matplotlib.animation", "matplotlib.pyplot", "meshio", "pandas", "pint", "pyvista", "seaborn")
 """What few commands need, and a curve does not."""
 
 
 def test_help_lists_every_command() -> None:
     result = CliRunner().invoke(app, ["--help"])
     assert result.exit_code == 0
-    assert len(COMMANDS) == 22
+    assert len(COMMANDS) == 23
     assert all(command in result.output for command in COMMANDS)
 
 

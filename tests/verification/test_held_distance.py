@@ -10,6 +10,7 @@ import pytest
 
 import pairsim
 from pairsim.errors import InputError
+from pairsim.runtime.errors import MeshFailure
 
 
 @pytest.mark.slow
@@ -42,6 +43,16 @@ def test_a_curve_from_rest_has_dU_of_held_runs_after_a_time_twice_and_four_times
     assert low < curve.curve(0.15)[0] < high
     pairsim.plot(tmp_path / "curve", out=tmp_path)
     assert (tmp_path / "curve.png").stat().st_size > 10_000
+
+
+def test_a_curve_from_rest_whose_first_run_has_no_mesh_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    def none(*_: Any) -> None:
+        raise MeshFailure("no mesh around these spheres")
+
+    monkeypatch.setattr("pairsim.solvers.meshed_scene.liquid_mesh", none)
+    failed = pairsim.curve({**CHEAP, "d": [0.1, 0.2], "after": 0.02})
+    assert (failed.status, failed.reason) == ("failed", MeshFailure.reason)
+    assert failed.record["points"] == failed.record["steps"] == 0
 
 
 @pytest.mark.parametrize(

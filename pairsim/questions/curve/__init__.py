@@ -106,6 +106,18 @@ class CurveCase(SceneCase):
         return tuple(max(values) for values in zip(*self.places, strict=True))
 
     @property
+    def first_gaps(self) -> tuple[float, ...]:
+        return self.in_order[0]
+
+    @property
+    def first_case(self) -> SceneCase:
+        if self.after is None:
+            return self
+        from pairsim.questions.curve.from_rest import run_at
+
+        return run_at(self, self.first_gaps)
+
+    @property
     def range_of_d(self) -> tuple[float, float]:
         values = [d for place in self.places for d in place]
         return min(values), max(values)

@@ -58,8 +58,8 @@ def from_rest(case: CurveCase, monitor: Monitor) -> events.Events:
             found = [dict(zip(zeros, row, strict=True)) for row in zip(*zeros.values(), strict=True)]
             yield events.Table("equilibria", list(zeros), found)
         entries: dict[str, Any] = {"points": len(rows), "after": case.after}
-        costs = {name: [each.entries[name] for each in summaries] for name in ("steps", "unknowns")}
-        entries |= {"steps": sum(costs["steps"]), "unknowns": max(costs["unknowns"], default=0)}
+        costs = {name: [each.entries.get(name, 0) for each in summaries] for name in ("steps", "unknowns")}
+        entries |= {"steps": sum(costs["steps"]), "unknowns": max(costs["unknowns"], default=0)}  # none without a mesh
         yield events.Summary(entries, [*dict.fromkeys(text for each in summaries for text in each.warnings)])
 
 

@@ -68,6 +68,18 @@ class Factored:
     gap_tangents: Array | None = None
 
 
+def cells_around_spheres(problem: SteadyProblem, parameters: Parameters) -> Cells:
+    """Cells around undeformed spheres; the mesh of the liquid is to be generated.
+
+    Raises:
+        MeshFailure: The mesh of a particle could not be generated.
+    """
+    geometry = Geometry(problem.betas, parameters.gaps, problem.length, problem.closed)
+    narrowest = tuple(min(d, problem.narrowest) for d in parameters.gaps)
+    outlines, insides = cut_particles(problem.mesh, geometry, narrowest, parameters.solids)
+    return Cells(insides, Reference.spheres(replace(geometry, gaps=problem.nominal(parameters.gaps)), outlines))
+
+
 class SteadySolver(MeshedSolver):
     """A quasi-steady solution at one set of parameters, which forms, constraints and meshes follow.
 
@@ -95,7 +107,9 @@ class SteadySolver(MeshedSolver):
         # Parameters at which a mesh around spheres was last found to be too distorted.
         self._refused: Parameters | None = None
         self.factored: Factored | None = None
-        cells = cells or self._made_for(parameters)
+        if cells is None:
+            with self.clock("mesh"):
+                cells = cells_around_spheres(problem, parameters)
         outlines, solids, liquid = cells.reference.outlines, parameters.solids, parameters.liquid
         self.meshed = MeshedScene(
             problem, outlines, cells.insides, solids, liquid=liquid, constrain=self._constrain, clock=self.clock
@@ -105,16 +119,6 @@ class SteadySolver(MeshedSolver):
         ]
         self.meshed.put(cells.reference, cells.mesh)
         self.parameters, self.y = parameters, np.zeros(self.constraints.size)
-
-    def _made_for(self, parameters: Parameters) -> Cells:
-        """Cells around undeformed spheres."""
-        problem = self.problem
-        geometry = Geometry(problem.betas, parameters.gaps, problem.length, problem.closed)
-        narrowest = tuple(min(d, problem.narrowest) for d in parameters.gaps)
-        with self.clock("mesh"):
-            outlines, insides = cut_particles(problem.mesh, geometry, narrowest, parameters.solids)
-        spheres = Reference.spheres(replace(geometry, gaps=problem.nominal(parameters.gaps)), outlines)
-        return Cells(insides, spheres)
 
     def _constrain(self, meshed: MeshedScene) -> Constraints:
         """Constraints on a new mesh; discards the factors."""
