@@ -6,13 +6,13 @@ documentation. `pairsim.computing.case_files` validates YAML files against them.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
-from typing import Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from pairsim.cases import values
 from pairsim.cases.accuracy import DEFAULT, PIPE_CELL, ROW_GRADING, SETTINGS, Accuracy, percent, settings_of
+from pairsim.cases.keys import PARTICLES, Key, Keys, PerParticle, keys_of
 from pairsim.cases.material_keys import LIQUIDS, LiquidKey, SolidKey, written
 from pairsim.cases.materials import is_viscous, liquid_block, liquid_of, solids_of
 from pairsim.cases.physical import Physical, far_from_usual
@@ -37,19 +37,6 @@ def _defaults(name: str) -> str:
 
 Ends = Literal["developed", "periodic"]
 ENDS = "ends of the tube: with the developed flow profile, or periodic with imposed flow rate"
-
-
-class Keys(BaseModel):
-    """A group of keys; others than those of its model are refused."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
-
-    def filled(self, values: Mapping[str, Any], always: Collection[str] = ()) -> Self:
-        """A copy with values of keys that are not given, which are not given there either; of some keys in any case."""
-        given = self.model_fields_set
-        copy = self.model_copy(update={key: each for key, each in values.items() if key in always or key not in given})
-        object.__setattr__(copy, "__pydantic_fields_set__", set(given))
-        return copy
 
 
 class MeshOptions(Keys):
@@ -101,18 +88,16 @@ class SceneCase(Keys):
 
     kind: ClassVar[str]
     """The command that the case is for."""
-    counted: ClassVar[dict[str, int]] = {"beta": 0, "Ca_e": 0}
-    """Keys that must be given, one for all particles or one for each, and how many fewer than particles these are."""
     closed: ClassVar[bool] = False
     """Whether the tube is a period of an infinite row of particles."""
     usual_distances: ClassVar[dict[str, Any]] = {}
     """Distances of a case that is made without any, by their key."""
 
-    beta: values.OneOrEach[values.Diameter] | None = Field(
+    beta: Annotated[PerParticle[values.Diameter] | None, Key(required=True)] = Field(
         None, description="particle over tube diameter D_p/D_c, between 0 and 1"
     )
     De: values.Deborah = Field(0.0, description="Deborah number lambda U_av/D_c; 0 is a liquid without elasticity")
-    Ca_e: values.OneOrEach[values.Capillary] | None = Field(
+    Ca_e: Annotated[PerParticle[values.Capillary] | None, Key(required=True)] = Field(
         None, description="elastic capillary number eta_0 U_av/(D_c G_p); 0 is a rigid particle"
     )
     name: values.CaseName | None = Field(None, description="name of the folder for the results")
@@ -179,15 +164,21 @@ class SceneCase(Keys):
         """Number of particles."""
         return self.particles
 
+    def each(self, key: str) -> tuple[Any, ...]:
+        """The values of a key with one for each particle or gap, from upstream; none where it is not given."""
+        value, count = getattr(self, key), keys_of(type(self))[key].count
+        assert count is not None, f"{key} has one value for the case"
+        return value if isinstance(value, tuple) else () if value is None else (value,) * count(self.n)
+
     @property
     def betas(self) -> tuple[float, ...]:
         """Particle diameters [D_c], one for each particle from upstream."""
-        return each_of(self.beta, self.n)
+        return self.each("beta")
 
     @property
     def Ca_es(self) -> tuple[float, ...]:
         """Elastic capillary numbers, one for each particle from upstream."""
-        return each_of(self.Ca_e, self.n)
+        return self.each("Ca_e")
 
     @property
     def gaps(self) -> tuple[float, ...]:
@@ -253,7 +244,8 @@ class SceneCase(Keys):
             why = f"the liquid is {self.liquid_model.label}" + ("" if viscous else " at De = 0")
             idle = dict.fromkeys(("xi",) if viscous else ("liquid", "xi"), why)
         if self.n == 0:
-            idle |= dict.fromkeys(("beta", "Ca_e", "solid"), "there are no particles")
+            of_particles = [name for name, key in keys_of(type(self)).items() if key.count == PARTICLES]
+            idle |= dict.fromkeys(of_particles, "there are no particles")
         elif not any(self.Ca_es):
             idle["solid"] = "the particles are rigid"
         return idle
@@ -334,10 +326,3 @@ FREE_ENDS = 0.5  # least length of tube between the particles and each end [D_c]
 def shown(value: Any) -> str:
     """A number or a list of numbers as text, for a folder name."""
     return "_".join(f"{v:g}" for v in value) if isinstance(value, tuple) else f"{value:g}"
-
-
-def each_of(value: float | tuple[float, ...] | None, count: int) -> tuple[float, ...]:
-    """One value for each particle or gap; none where there are none of these, or none is given."""
-    if count == 0 or value is None:
-        return ()
-    return value if isinstance(value, tuple) else (value,) * count

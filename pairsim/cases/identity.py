@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from pairsim.cases.case import SceneCase
+from pairsim.cases.keys import keys_of
 from pairsim.cases.physical import BLOCK, DENSITY, QUANTITIES
 from pairsim.cases.quantities import measured
 from pairsim.physics.own_laws import digest_of, file_of
@@ -31,10 +32,10 @@ def identity_of(case: SceneCase) -> dict[str, Any]:
             identity.pop(key, None)
     if not any(case.Ca_es):
         identity.pop("solid", None)
-    for key in ("beta", "Ca_e", "d0"):
-        value = identity.get(key)
-        if isinstance(value, list) and value and all(entry == value[0] for entry in value):
-            identity[key] = value[0]
+    for name, key in keys_of(type(case)).items():
+        value = identity.get(name)
+        if key.count is not None and isinstance(value, list) and value and all(each == value[0] for each in value):
+            identity[name] = value[0]
     return identity | sources_of(case)
 
 

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from math import inf
-from typing import Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
 from pairsim.cases import values
 from pairsim.cases.accuracy import settings_of
-from pairsim.cases.case import USUAL, Keys, SceneCase, each_of, shown
+from pairsim.cases.case import USUAL, SceneCase, shown
 from pairsim.cases.checks import check_scene
+from pairsim.cases.keys import Key, Keys, PerGap
 from pairsim.cases.materials import slowest_of
 from pairsim.cases.mistakes import Mistake, broken
 
@@ -82,10 +83,9 @@ class Case(SceneCase):
     """A run in time; d0 is one distance for all gaps, or a list from upstream."""
 
     kind: ClassVar[str] = "run"
-    counted: ClassVar[dict[str, int]] = SceneCase.counted | {"d0": 1}
     usual_distances: ClassVar[dict[str, Any]] = {"d0": 0.1}
 
-    d0: values.OneOrEach[values.Distance] | None = Field(
+    d0: Annotated[PerGap[values.Distance] | None, Key(required=True)] = Field(
         None, description="initial distance between the facing surfaces [D_c]"
     )
     start: Literal["rest", "steady"] = Field(
@@ -122,7 +122,7 @@ class Case(SceneCase):
     @property
     def gaps(self) -> tuple[float, ...]:
         """Initial distances [D_c], one for each gap from upstream."""
-        return each_of(self.d0, max(self.n - 1, 0))
+        return self.each("d0")
 
     @property
     def estimates_error(self) -> bool:

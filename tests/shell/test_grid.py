@@ -9,7 +9,7 @@ import pytest
 from support.inputs import ROOT, examples
 
 from pairsim.cases.identity import identity_of, key_of
-from pairsim.cases.messages import groups_of
+from pairsim.cases.keys import groups_of
 from pairsim.cases.run_case import Case
 from pairsim.cases.values import Range, spelled_out
 from pairsim.cases.yaml_file import GROUPS

@@ -1,0 +1,73 @@
+"""What is declared of a key beside its field is known everywhere: here of keys that no other file names."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import pytest
+from pydantic import Field
+
+from pairsim.cases.checks import check_scene, missing_numbers
+from pairsim.cases.identity import identity_of
+from pairsim.cases.keys import Key, Keys, PerGap, PerParticle, keys_of
+from pairsim.cases.run_case import Case
+from pairsim.cases.values import Number
+
+
+class Options(Keys):
+    size: Number = Field(1.0, description="a size")
+
+
+class Weighed(Case):
+    """A run with keys of its own: one number a particle, one a gap, and a group."""
+
+    weight: PerParticle[Number] = Field(0.0, description="weight of each particle")
+    charge: Annotated[PerParticle[Number] | None, Key(required=True)] = Field(None, description="charge")
+    spring: PerGap[Number] = Field(0.0, description="stiffness of a spring across each gap")
+    options: Options = Options()
+
+
+def case(**keys: Any) -> Weighed:
+    return Weighed.model_validate({"beta": 0.4, "Ca_e": 0.1, "d0": 0.1, "charge": 1, **keys})
+
+
+@pytest.mark.parametrize(
+    ("keys", "wrong"),
+    [
+        (
+            {"particles": 1, "weight": [1, 2]},
+            {"weight": "must be a number or a list of 1, one for each of the particles"},
+        ),
+        ({"weight": [1, 2]}, {}),
+        ({"spring": [1, 2]}, {"spring": "must be a number or a list of 1, one for each of the gaps"}),
+        ({"particles": 3, "spring": [1, 2], "weight": 1}, {}),
+    ],
+)
+def test_a_list_has_one_value_for_each_particle_or_gap(keys: dict[str, Any], wrong: dict[str, str]) -> None:
+    assert {each.key: each.allowed for each in check_scene(case(**keys))} == wrong
+
+
+def test_values_are_spread_over_particles_and_gaps() -> None:
+    three = case(particles=3, weight=2, spring=[1, 2])
+    assert three.each("weight") == (2, 2, 2)
+    assert three.each("spring") == (1, 2)
+    assert case(particles=1).each("spring") == ()
+
+
+def test_a_key_that_must_be_given_is_missed_where_there_are_particles() -> None:
+    given = {"beta": 0.4, "Ca_e": 0.1, "d0": 0.1}
+    assert [each.key for each in missing_numbers(Weighed, given, {})] == ["charge"]
+    assert [each.key for each in missing_numbers(Weighed, {"particles": 0}, {})] == []
+    assert [each.key for each in missing_numbers(Weighed, {"particles": 1}, {})] == ["beta", "Ca_e", "charge"]
+
+
+def test_equal_values_in_a_list_are_one_value() -> None:
+    assert identity_of(case(weight=[2, 2])) == identity_of(case(weight=2)) != identity_of(case(weight=[2, 3]))
+
+
+def test_a_key_keeps_its_declaration_in_a_class_that_replaces_its_field() -> None:
+    class Again(Weighed):
+        charge: PerParticle[Number] | None = Field(None, description="another charge")
+
+    assert keys_of(Again)["charge"].required
+    assert {"options", "options.size"} <= keys_of(Again).keys()
