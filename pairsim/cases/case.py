@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 
 from pairsim.cases import values
 from pairsim.cases.accuracy import DEFAULT, PIPE_CELL, ROW_GRADING, SETTINGS, Accuracy, percent, settings_of
-from pairsim.cases.keys import PARTICLES, Key, Keys, PerParticle, keys_of
+from pairsim.cases.keys import PARTICLES, Key, Keys, Part, PerParticle, keys_of
 from pairsim.cases.material_keys import LIQUIDS, LiquidKey, SolidKey, written
 from pairsim.cases.materials import is_viscous, liquid_block, liquid_of, solids_of
 from pairsim.cases.physical import Physical, far_from_usual
@@ -39,10 +39,16 @@ Ends = Literal["developed", "periodic"]
 ENDS = "ends of the tube: with the developed flow profile, or periodic with imposed flow rate"
 
 
+def _number(name: str, caption: int, required: bool = False) -> Key:
+    """The declaration of a number that all liquids or all solids have."""
+    symbol = {**Liquid.OF_POLYMER, **Solid.OF_ALL}[name].symbol
+    return Key(symbol, part=Part.MATERIAL, caption=caption, required=required)
+
+
 class MeshOptions(Keys):
     """Cell sizes."""
 
-    Np: values.Whole = Field(
+    Np: Annotated[values.Whole, Key("N_p")] = Field(
         THINNING.Np,
         ge=6,
         le=1000,
@@ -93,22 +99,30 @@ class SceneCase(Keys):
     usual_distances: ClassVar[dict[str, Any]] = {}
     """Distances of a case that is made without any, by their key."""
 
-    beta: Annotated[PerParticle[values.Diameter] | None, Key(required=True)] = Field(
+    beta: Annotated[PerParticle[values.Diameter] | None, Key(r"\beta", caption=1, required=True)] = Field(
         None, description="particle over tube diameter D_p/D_c, between 0 and 1"
     )
-    De: values.Deborah = Field(0.0, description="Deborah number lambda U_av/D_c; 0 is a liquid without elasticity")
-    Ca_e: Annotated[PerParticle[values.Capillary] | None, Key(required=True)] = Field(
+    De: Annotated[values.Deborah, _number("De", caption=2)] = Field(
+        0.0, description="Deborah number lambda U_av/D_c; 0 is a liquid without elasticity"
+    )
+    Ca_e: Annotated[PerParticle[values.Capillary] | None, _number("Ca_e", caption=3, required=True)] = Field(
         None, description="elastic capillary number eta_0 U_av/(D_c G_p); 0 is a rigid particle"
     )
-    name: values.CaseName | None = Field(None, description="name of the folder for the results")
-    particles: values.Whole = Field(2, ge=0, le=50, description="number of particles on the axis")
-    xi: values.SolventPart = Field(0.09, description="solvent viscosity over eta_0 (De > 0)")
-    liquid: LiquidKey = Field(
+    name: Annotated[values.CaseName | None, Key(part=Part.REPORT, identity=False)] = Field(
+        None, description="name of the folder for the results"
+    )
+    particles: Annotated[values.Whole, Key(caption=5)] = Field(
+        2, ge=0, le=50, description="number of particles on the axis"
+    )
+    xi: Annotated[values.SolventPart, _number("xi", caption=7)] = Field(
+        0.09, description="solvent viscosity over eta_0 (De > 0)"
+    )
+    liquid: Annotated[LiquidKey, Key(part=Part.MATERIAL, caption=6)] = Field(
         None,
         description=f"constitutive law, or a group with it and its parameters; default: {liquids.DEFAULT.name}, "
         f"{Newtonian.name} at De = 0",
     )
-    solid: SolidKey = Field(
+    solid: Annotated[SolidKey, Key(part=Part.MATERIAL, caption=8)] = Field(
         None,
         description="law of the soft particles, or a group with it and its parameters, or a list of these from "
         f"upstream; default: {solids.DEFAULT.name}",
@@ -119,13 +133,13 @@ class SceneCase(Keys):
         "periodic ends 50 times the largest beta, 10 without particles",
     )
     ends: Ends = Field("developed", description=ENDS)
-    accuracy: Accuracy = Field(
+    accuracy: Annotated[Accuracy, Key(part=Part.NUMERICS)] = Field(
         DEFAULT,
         description="target error of dU, relative to the largest |dU| of the curve; sets mesh and time steps. Where "
         "the error is estimated (curves, critical distances, runs with dU_error) the mesh is adapted until it is kept",
     )
-    mesh: MeshOptions = MeshOptions()
-    physical: Physical | None = Field(
+    mesh: Annotated[MeshOptions, Key(part=Part.NUMERICS)] = MeshOptions()
+    physical: Annotated[Physical | None, Key(part=Part.REPORT)] = Field(
         None,
         description="the case in physical units, in place of beta, De, Ca_e, xi, the distances and time.end, "
         "and of parameters of the laws",

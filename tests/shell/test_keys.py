@@ -7,21 +7,25 @@ from typing import Annotated, Any
 import pytest
 from pydantic import Field
 
+from pairsim.atlas.atlas import PARAMETERS, SHIPPED, Atlas
 from pairsim.cases.checks import check_scene, missing_numbers
+from pairsim.cases.coverage import beyond, case_of
 from pairsim.cases.identity import identity_of
-from pairsim.cases.keys import Key, Keys, PerGap, PerParticle, keys_of
+from pairsim.cases.keys import Key, Keys, Part, PerGap, PerParticle, keys_of
 from pairsim.cases.run_case import Case
 from pairsim.cases.values import Number
+from pairsim.questions.curve import CurveCase
 
 
 class Options(Keys):
     size: Number = Field(1.0, description="a size")
+    late: Annotated[bool, Key(since="9")] = Field(False, description="a key of a later version")
 
 
 class Weighed(Case):
     """A run with keys of its own: one number a particle, one a gap, and a group."""
 
-    weight: PerParticle[Number] = Field(0.0, description="weight of each particle")
+    weight: Annotated[PerParticle[Number], Key("W", since="9")] = Field(0.0, description="weight of each particle")
     charge: Annotated[PerParticle[Number] | None, Key(required=True)] = Field(None, description="charge")
     spring: PerGap[Number] = Field(0.0, description="stiffness of a spring across each gap")
     options: Options = Options()
@@ -63,6 +67,32 @@ def test_a_key_that_must_be_given_is_missed_where_there_are_particles() -> None:
 
 def test_equal_values_in_a_list_are_one_value() -> None:
     assert identity_of(case(weight=[2, 2])) == identity_of(case(weight=2)) != identity_of(case(weight=[2, 3]))
+
+
+def test_a_key_of_a_later_version_changes_no_hash_where_it_has_its_default() -> None:
+    old = identity_of(Case.model_validate({"beta": 0.4, "Ca_e": 0.1, "d0": 0.1}))
+    new = identity_of(case())
+    assert new == old | {"charge": 1, "spring": 0, "options": {"size": 1}}
+    assert identity_of(case(weight=[0, 0])) == new
+    assert identity_of(case(options={"late": True}))["options"] == {"size": 1, "late": True}
+
+
+def test_an_atlas_compares_a_key_that_it_does_not_know() -> None:
+    class Heavy(CurveCase):
+        weight: PerParticle[Number] = Field(0.0, description="weight of each particle")
+        patience: Annotated[Number, Key(part=Part.NUMERICS)] = Field(1.0, description="how long is waited")
+
+    atlas = Atlas.load(SHIPPED[0])
+    middle = {name: sum(atlas.box[name]) / 2 for name in PARAMETERS}
+    theirs = case_of(atlas, Heavy, middle).model_dump(exclude_unset=True)
+
+    def why(**keys: Any) -> list[str]:
+        return beyond(Heavy.model_validate(theirs | keys), atlas)
+
+    assert why() == why(weight=[0, 0]) == why(patience=2) == []
+    assert why(weight=50) == ["weight is 50, in the atlas 0"]
+    assert why(weight=[50, 0]) == ["weight is [50.0, 0.0], in the atlas 0"]
+    assert why(length="auto", ends="developed") == []
 
 
 def test_a_key_keeps_its_declaration_in_a_class_that_replaces_its_field() -> None:
