@@ -6,6 +6,7 @@ documentation. `pairsim.computing.case_files` validates YAML files against them.
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
@@ -246,9 +247,9 @@ class SceneCase(Keys):
 
     def _is_given(self, key: str) -> bool:
         """Whether a dotted key has another value than its default."""
-        group, _, name = key.rpartition(".")
-        holder = getattr(self, group) if group else self
-        return bool(getattr(holder, name) != type(holder).model_fields[name].default)
+        group, _, last = key.rpartition(".")
+        value = getattr(getattr(self, group) if group else self, last)
+        return not keys_of(type(self))[key].is_default(value)
 
     def _idle(self) -> dict[str, str]:
         """Keys without effect in this case, whether they are given or not, and the reason."""
@@ -307,8 +308,14 @@ class SceneCase(Keys):
         law += [name for name in dict.fromkeys(kinds) if name != solids.DEFAULT.name]
         if self.n == 0:
             return ["pipe", *law]
-        parts = [f"beta{shown(self.beta)}", *law, f"Cae{shown(self.Ca_e)}"]
+        parts = [f"beta{shown(self.beta)}", *law, f"Cae{shown(self.Ca_e)}", *self._slugs()]
         return parts if self.n == 2 else [f"n{self.n}", *parts]
+
+    def _slugs(self) -> list[str]:
+        """The values of keys that declare what they come after in names of folders, where they are not the default."""
+        declared = [(key, getattr(self, name)) for name, key in keys_of(type(self)).items() if key.slug]
+        here = [each for each in declared if each[0].count is None or each[0].count(self.n)]
+        return [f"{key.slug}{shown(value)}" for key, value in here if not key.is_default(value)]
 
     def resolved(self) -> dict[str, Any]:
         """The case with every default filled in, as dicts, lists, numbers and strings."""
@@ -338,5 +345,29 @@ FREE_ENDS = 0.5  # least length of tube between the particles and each end [D_c]
 
 
 def shown(value: Any) -> str:
-    """A number or a list of numbers as text, for a folder name."""
-    return "_".join(f"{v:g}" for v in value) if isinstance(value, tuple) else f"{value:g}"
+    """A number, a word, or a list of these as text, for a folder name."""
+    if isinstance(value, tuple):
+        return "_".join(map(shown, value))
+    return f"{value:g}" if isinstance(value, int | float) else str(value)
+
+
+def known_keys() -> dict[str, Key]:
+    """The keys of all kinds of cases by name: of those whose model is loaded, which that of a case at hand is.
+
+    Of a key that several kinds have, such as d, it is that of one for which it is a part of the report, if there is
+    one.
+    """
+    return _keys_of_all(_kinds_of(SceneCase))
+
+
+def _kinds_of(model: type[SceneCase]) -> tuple[type[SceneCase], ...]:
+    return (model, *(kind for each in model.__subclasses__() for kind in _kinds_of(each)))
+
+
+@cache
+def _keys_of_all(models: tuple[type[SceneCase], ...]) -> dict[str, Key]:
+    found: dict[str, Key] = {}
+    for name, key in (entry for model in models for entry in keys_of(model).items()):
+        if name not in found or key.part is Part.REPORT:
+            found[name] = key
+    return found

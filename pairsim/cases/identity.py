@@ -37,7 +37,7 @@ def identity_of(case: SceneCase) -> dict[str, Any]:
         value = group.get(last)
         if key.count is not None and isinstance(value, list) and value and all(each == value[0] for each in value):
             group[last] = value = value[0]
-        if not key.identity or (key.since and value == key.default):
+        if not key.identity or (key.since and key.is_default(value)):
             group.pop(last, None)
     return identity | sources_of(case)
 

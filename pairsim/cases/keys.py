@@ -89,6 +89,11 @@ class Key:
         """Whether it changes the exact answer."""
         return self.part in (Part.PROBLEM, Part.MATERIAL)
 
+    def is_default(self, value: Any) -> bool:
+        """Whether a value, or each one in a list for particles or gaps, is the default."""
+        listed = self.count is not None and isinstance(value, list | tuple)
+        return all(each == self.default for each in (value if listed else (value,)))
+
 
 class Keys(BaseModel):
     """A group of keys; others than those of its model are refused."""

@@ -107,7 +107,7 @@ YOUNG = replace(
     number=lambda E, scales: 3 * scales.stress / E,
 )
 DISTANCE = a_length(
-    "distance", "distance between the facing surfaces; gives d0 of a run, d of curve, critical and train", "5 um", "d"
+    "distance", "distance between the facing surfaces; gives d0 of a run, d of curve, critical and train", "5 um", "d_0"
 )
 SPACING = a_length("spacing", "distance between the centres of neighbours; gives train.spacing", "30 um", "s")
 CAPILLARY = a_length("capillary", "length of tube along which a row is followed; gives row.tube", "40 cm", "L")

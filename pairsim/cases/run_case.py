@@ -10,7 +10,7 @@ from pydantic import Field
 
 from pairsim.cases import values
 from pairsim.cases.accuracy import settings_of
-from pairsim.cases.case import USUAL, SceneCase, shown
+from pairsim.cases.case import USUAL, SceneCase
 from pairsim.cases.checks import check_scene
 from pairsim.cases.keys import Key, Keys, Part, PerGap
 from pairsim.cases.materials import slowest_of
@@ -79,7 +79,7 @@ class OutputOptions(Keys):
     )
 
 
-D0 = Key("d_0", "D_c", part=Part.START, caption=4, required=True)
+D0 = Key("d_0", "D_c", part=Part.START, caption=4, slug="d", required=True)
 
 
 class Case(SceneCase):
@@ -136,10 +136,6 @@ class Case(SceneCase):
     def adapts(self) -> bool:
         """Whether a coarse run tells which cells are needed."""
         return self.estimates_error and self.mesh.adapt
-
-    def _slug_parts(self) -> list[str]:
-        parts = super()._slug_parts()
-        return [*parts, f"d{shown(self.d0)}"] if self.n > 1 else parts
 
     def _idle(self) -> dict[str, str]:
         why = "there is only one particle" if self.n else "there are no particles"

@@ -14,6 +14,8 @@ from pairsim.cases.identity import identity_of
 from pairsim.cases.keys import Key, Keys, Part, PerGap, PerParticle, keys_of
 from pairsim.cases.run_case import Case
 from pairsim.cases.values import Number
+from pairsim.computing import QUESTIONS
+from pairsim.plots.labels import case_parts, common_parts, parameter_label, varying_keys
 from pairsim.questions.curve import CurveCase
 
 
@@ -22,10 +24,13 @@ class Options(Keys):
     late: Annotated[bool, Key(since="9")] = Field(False, description="a key of a later version")
 
 
+WEIGHT = Key("W", r"\eta_0 U_{av} D_c", caption=10, slug="W", since="9")
+
+
 class Weighed(Case):
     """A run with keys of its own: one number a particle, one a gap, and a group."""
 
-    weight: Annotated[PerParticle[Number], Key("W", since="9")] = Field(0.0, description="weight of each particle")
+    weight: Annotated[PerParticle[Number], WEIGHT] = Field(0.0, description="weight of each particle")
     charge: Annotated[PerParticle[Number] | None, Key(required=True)] = Field(None, description="charge")
     spring: PerGap[Number] = Field(0.0, description="stiffness of a spring across each gap")
     options: Options = Options()
@@ -93,6 +98,24 @@ def test_an_atlas_compares_a_key_that_it_does_not_know() -> None:
     assert why(weight=50) == ["weight is 50, in the atlas 0"]
     assert why(weight=[50, 0]) == ["weight is [50.0, 0.0], in the atlas 0"]
     assert why(length="auto", ends="developed") == []
+
+
+def test_captions_axes_and_folders_have_what_a_key_declares() -> None:
+    heavy, light = case(weight=2), case(weight=[0, 0])
+    assert heavy.slug == "beta0.4-De0-Cae0.1-d0.1-W2"
+    assert light.slug == case().slug == "beta0.4-De0-Cae0.1-d0.1"
+    assert case(particles=0, beta=None, Ca_e=None, weight=2).slug == "pipe-De0"
+    assert case_parts(heavy.resolved())[2] == r"$W = 2\ \eta_0 U_{av} D_c$"
+    assert len(case_parts(case().resolved())) == len(case_parts(heavy.resolved())) - 1
+    assert parameter_label("weight") == r"$W$  [$\eta_0 U_{av} D_c$]"
+    assert common_parts([heavy.resolved(), light.resolved()], [])[-1] == "not the same: $W$"
+    assert varying_keys([heavy.resolved(), light.resolved()]) == ["weight"]
+
+
+def test_a_key_of_several_questions_is_written_alike() -> None:
+    models = [question.model for question in QUESTIONS.values()]
+    declared = {(name, key.symbol, key.unit) for model in models for name, key in keys_of(model).items()}
+    assert len(declared) == len({name for name, _, _ in declared})
 
 
 def test_a_key_keeps_its_declaration_in_a_class_that_replaces_its_field() -> None:

@@ -69,12 +69,12 @@ class CurveCase(SceneCase):
     fields: Annotated[tuple[Distance, ...], Key(part=Part.REPORT)] = Field(
         (), max_length=MOST_VALUES, description="distances at which fields are written to fields.xdmf [D_c]"
     )
-    velocity: Velocity | None = Field(
+    velocity: Annotated[Velocity | None, Key(slug="velocity")] = Field(
         None,
         description="velocity at which the rigid particles are moved, 0 to hold them [U_av]; the forces that this "
         "takes are columns of curve.csv (default: no force acts on the particles)",
     )
-    after: Annotated[Time | None, Key("T", "D_c/U_{av}", caption=9)] = Field(
+    after: Annotated[Time | None, Key("T", "D_c/U_{av}", caption=9, slug="after")] = Field(
         None,
         description="solve no steady states: dU from rest at held distances after this time, after twice and after "
         "four times it [D_c/U_av], of liquids whose stress is that of a history, as below a yield stress",
@@ -132,10 +132,7 @@ class CurveCase(SceneCase):
         return self.places
 
     def _slug_parts(self) -> list[str]:
-        parts = super()._slug_parts()
-        parts += [] if self.velocity is None else [f"velocity{self.velocity:g}"]
-        parts += [] if self.after is None else [f"after{self.after:g}"]
-        return parts if self.flow else [*parts, "at-rest"]
+        return [*super()._slug_parts(), *([] if self.flow else ["at-rest"])]
 
 
 def check(case: CurveCase) -> Iterator[Mistake]:
