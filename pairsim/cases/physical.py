@@ -182,6 +182,18 @@ def stands_for(case: Mapping[str, Any]) -> list[tuple[str, Dimension]]:
     return own + [(key, dimension) for key, dimension in of_materials if dimension is not None]
 
 
+def given_by(case: Mapping[str, Any], fields: Collection[str]) -> list[str]:
+    """Those of some dotted keys that quantities of the block of a case stand for."""
+    block = case.get(BLOCK)
+    given = [name for name, of in stands_for(case) if isinstance(block, Mapping) and block.get(of.key) is not None]
+    return [key for name in given if (key := _key_in(name, fields)) in fields]
+
+
+def _key_in(name: str, fields: Collection[str]) -> str:
+    """What a key that the block stands for is called among some keys: distances of a run are d0."""
+    return "d0" if name == "d" and "d0" in fields else name
+
+
 def values_in(block: Mapping[str, Any], case: Mapping[str, Any], mistakes: list[Mistake]) -> dict[str, Any]:
     """The quantities of a block in SI units, by key; mistakes are added to a list."""
     liquid, measured = liquid_block(case), viscosity_law(case).measured
@@ -308,7 +320,7 @@ def in_numbers(given: Mapping[str, Any], fields: Collection[str]) -> InNumbers:
     for name, of in stands_for(given):
         if block.get(of.key) is None:
             continue
-        key = "d0" if name == "d" and "d0" in fields else name
+        key = _key_in(name, fields)
         if re.split(r"[.\[]", key)[0] not in fields:
             mistakes.append(Mistake(f"{BLOCK}.{of.key}", None, f"must be left out: this kind of case has no {key}"))
             continue

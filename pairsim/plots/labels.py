@@ -10,7 +10,7 @@ from typing import Any
 from pairsim.cases.case import known_keys
 from pairsim.cases.keys import GAPS, PARTICLES, Key, Part
 from pairsim.cases.materials import declared_in, is_viscous, liquid_block, liquid_of, solid_blocks
-from pairsim.cases.physical import BLOCK, QUANTITIES, stands_for
+from pairsim.cases.physical import BLOCK, QUANTITIES, given_by, stands_for
 from pairsim.cases.quantities import in_one_unit
 from pairsim.cases.yaml_file import flat, read_yaml
 from pairsim.physics.declared import LAWS, PARAMETERS
@@ -106,11 +106,11 @@ def equation(key: str, value: Any) -> str:
     return f"{symbol(key)} = {shown(value)}"
 
 
-def given_by(case: Mapping[str, Any]) -> set[str]:
-    """The keys of a case that its `physical` block gives; De of a Newtonian one, too."""
-    block = case.get(BLOCK, {})
-    known = {"d0" if key == "d" else key for key, of in stands_for(case) if of.key in block}
-    return known | ({"De"} if block and not case.get("De") else set())
+def _given_by(case: Mapping[str, Any]) -> set[str]:
+    """The keys of captions that the `physical` block of a case gives; De of a Newtonian one, too."""
+    of_laws = [each.key for each in declared_in(case)]
+    known = {*given_by(case, [*(key.name for key in _of_captions()), *of_laws])}
+    return known | ({"De"} if case.get(BLOCK) and not case.get("De") else set())
 
 
 def case_parts(case: Mapping[str, Any], leave_out: Collection[str] = (), physical: bool = False) -> list[str]:
@@ -124,7 +124,7 @@ def case_parts(case: Mapping[str, Any], leave_out: Collection[str] = (), physica
     told = [key for key in block if key not in hidden and f"{BLOCK}.{key}" not in leave_out]
     quantities = [equation(f"{BLOCK}.{key}", block[key]) for key in told]
     elastic = "De" in leave_out or bool(case.get("De"))
-    leave_out = {*leave_out, *(given_by(case) if physical else ())}
+    leave_out = {*leave_out, *(_given_by(case) if physical else ())}
     count = case.get("particles", 2)
     thinning = is_viscous(case) and not liquid_of(case).newtonian
     soft = case.get("Ca_e")
@@ -204,7 +204,7 @@ def common_parts(
     names = dict.fromkeys((*(key.name for key in _of_captions()), *of_laws))
     if physical:
         of_block = [f"{BLOCK}.{name}" for name in dict.fromkeys(chain(*(case.get(BLOCK, {}) for case in cases)))]
-        given = {key for case in cases for key in given_by(case)}
+        given = {key for case in cases for key in _given_by(case)}
         names = dict.fromkeys(name for name in (*of_block, *names) if name not in given)
     unnamed = ", ".join(symbol(key) for key in names if key in found and key not in varying)
     shared = case_parts(fullest, {*varying, *found}, physical)
