@@ -97,6 +97,10 @@ class SceneCase(Keys):
     """The command that the case is for."""
     closed: ClassVar[bool] = False
     """Whether the tube is a period of an infinite row of particles."""
+    in_time: ClassVar[bool] = False
+    """Whether it is solved in time, for which `accuracy` has other cells than for steady states."""
+    named_by_kind: ClassVar[bool] = True
+    """Whether folders of cases without a name begin with the command."""
     usual_distances: ClassVar[dict[str, Any]] = {}
     """Distances of a case that is made without any, by their key."""
 
@@ -160,7 +164,7 @@ class SceneCase(Keys):
     @property
     def _cells(self) -> dict[str, Any]:
         """The cells that `accuracy` sets."""
-        return settings_of(self.accuracy).mesh(self.liquid_model.cells, self.betas, "time" in type(self).model_fields)
+        return settings_of(self.accuracy).mesh(self.liquid_model.cells, self.betas, self.in_time)
 
     @property
     def error_wanted(self) -> float:
@@ -214,6 +218,11 @@ class SceneCase(Keys):
     def driven(self) -> tuple[float, float | None]:
         """Mean velocity of the liquid, and that at which all particles are moved, None if no force acts on them."""
         return 1.0, None
+
+    @property
+    def has_history(self) -> bool:
+        """Whether no steady state is asked for, but stresses after a history: a liquid may have a yield stress."""
+        return self.in_time
 
     @property
     def liquid_model(self) -> Liquid:
@@ -290,7 +299,7 @@ class SceneCase(Keys):
     @property
     def slug(self) -> str:
         """Beginning of the folder name: the name of the case, or question (unless it is a run) and main parameters."""
-        question = [] if self.kind == "run" else [self.kind]
+        question = [self.kind] if self.named_by_kind else []
         return self.name or "-".join([*question, *self._slug_parts()])
 
     def _slug_parts(self) -> list[str]:

@@ -80,5 +80,8 @@ def _not_yielding(case: SceneCase) -> str:
         return "the laws of a yield stress are those of the stress of one mode"
     if mode.follows_rate:
         return f"the viscosity of {mode.name} is that of a flow curve, which a yield stress would change"
-    known = case.kind == "run" or getattr(case, "after", None) is not None
-    return "" if known else "below a yield stress no state is steady: use `pairsim run`, or the key after of a curve"
+    return (
+        ""
+        if case.has_history
+        else "below a yield stress no state is steady: use `pairsim run`, or the key after of a curve"
+    )

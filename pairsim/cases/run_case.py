@@ -86,6 +86,8 @@ class Case(SceneCase):
     """A run in time; d0 is one distance for all gaps, or a list from upstream."""
 
     kind: ClassVar[str] = "run"
+    in_time: ClassVar[bool] = True
+    named_by_kind: ClassVar[bool] = False
     usual_distances: ClassVar[dict[str, Any]] = {"d0": 0.1}
 
     d0: Annotated[PerGap[values.Distance] | None, D0] = Field(

@@ -114,6 +114,10 @@ class CurveCase(SceneCase):
         return min(values), max(values)
 
     @property
+    def has_history(self) -> bool:
+        return self.after is not None
+
+    @property
     def driven(self) -> tuple[float, float | None]:
         return float(self.flow), self.velocity
 
