@@ -17,6 +17,7 @@ from pairsim.atlas.atlas import SHIPPED, Atlas
 from pairsim.cases.case import SceneCase
 from pairsim.cases.coverage import beyond, is_of_its_law, liquid_of_atlas
 from pairsim.cases.inputs import units_of
+from pairsim.cases.keys import keys_of
 from pairsim.computing import QUESTIONS
 from pairsim.computing.warnings import MOST_DE, beyond_checked
 from pairsim.physics.softest import beyond_steady_shapes, beyond_tension
@@ -27,8 +28,6 @@ from pairsim.runtime.errors import InputError
 
 SOURCE = "pairsim ask"
 POINTS = 9  # asked for of a curve that is computed, which adds others
-OF_OTHER_QUESTIONS = {"d0", "start", "time", "limits", "output", "dU_error"}
-"""Keys that a curve does not have, and that change nothing of it: where and when a run begins and ends."""
 
 
 def ask(
@@ -163,8 +162,9 @@ def _case_of(case: AnyCase | None, given: Mapping[str, Any], atlas: Atlas) -> Sc
             raise InputError(SOURCE, "", None, f"must have a pair: this is a case of pairsim {loaded.kind}")
         keys, of_curve = loaded.model_dump(mode="json", exclude_unset=True), QUESTIONS["curve"].model.model_fields
         block = {key: value for key, value in keys.pop("physical", {}).items() if key not in ("distance", "end")}
-        for key in keys.keys() - of_curve.keys() - OF_OTHER_QUESTIONS:
-            if getattr(loaded, key) != type(loaded).model_fields[key].default:
+        declared = keys_of(type(loaded))
+        for key in keys.keys() - of_curve.keys():  # where and when a run begins and ends changes nothing of a curve
+            if declared[key].of_problem and getattr(loaded, key) != declared[key].default:
                 raise InputError(SOURCE, key, keys[key], "must be left out: an atlas does not know it")
         known = {key: value for key, value in keys.items() if key in of_curve}
         found = load({**ends, **known, **more, **({"physical": block} if block else {})}, kind="curve")

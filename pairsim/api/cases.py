@@ -9,11 +9,12 @@ from pathlib import Path
 from typing import Any, Literal, overload
 
 from pairsim.cases.case import SceneCase
+from pairsim.cases.keys import groups_of
 from pairsim.cases.physical import forget_numbers
 from pairsim.cases.run_case import Case
 from pairsim.cases.yaml_file import merge, read_yaml
 from pairsim.computing import QUESTIONS
-from pairsim.computing.case_files import fitting, parse_case
+from pairsim.computing.case_files import fitting, model_of, parse_case
 from pairsim.physics.material import Material
 from pairsim.physics.own_laws import file_of, load_file, name_file
 from pairsim.physics.solids import Solid
@@ -61,8 +62,10 @@ def load(path_or_dict: AnyCase, *, kind: str | None = None, **overrides: Any) ->
     source = str(path_or_dict) if isinstance(path_or_dict, str | PathLike) else "case"
     data = content_of(path_or_dict)
     forget_numbers(data)
-    merge(data, _written(overrides, source), source)
-    return parse_case(QUESTIONS[kind or fitting(data, QUESTIONS)[0]], data, source)
+    keys = dict.fromkeys((*data, *(key.partition(".")[0] for key in overrides)))
+    kind = kind or fitting(keys, QUESTIONS)[0]
+    merge(data, _written(overrides, source), groups_of(model_of(kind)), source)
+    return parse_case(QUESTIONS[kind], data, source)
 
 
 def content_of(given: AnyCase) -> dict[str, Any]:

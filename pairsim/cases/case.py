@@ -6,13 +6,14 @@ documentation. `pairsim.computing.case_files` validates YAML files against them.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
-from typing import Any, ClassVar, Literal, Self
+from functools import cache
+from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from pairsim.cases import values
 from pairsim.cases.accuracy import DEFAULT, PIPE_CELL, ROW_GRADING, SETTINGS, Accuracy, percent, settings_of
+from pairsim.cases.keys import PARTICLES, Key, Keys, Part, PerParticle, keys_of
 from pairsim.cases.material_keys import LIQUIDS, LiquidKey, SolidKey, written
 from pairsim.cases.materials import is_viscous, liquid_block, liquid_of, solids_of
 from pairsim.cases.physical import Physical, far_from_usual
@@ -39,23 +40,16 @@ Ends = Literal["developed", "periodic"]
 ENDS = "ends of the tube: with the developed flow profile, or periodic with imposed flow rate"
 
 
-class Keys(BaseModel):
-    """A group of keys; others than those of its model are refused."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
-
-    def filled(self, values: Mapping[str, Any], always: Collection[str] = ()) -> Self:
-        """A copy with values of keys that are not given, which are not given there either; of some keys in any case."""
-        given = self.model_fields_set
-        copy = self.model_copy(update={key: each for key, each in values.items() if key in always or key not in given})
-        object.__setattr__(copy, "__pydantic_fields_set__", set(given))
-        return copy
+def _number(name: str, caption: int, required: bool = False) -> Key:
+    """The declaration of a number that all liquids or all solids have."""
+    symbol = {**Liquid.OF_POLYMER, **Solid.OF_ALL}[name].symbol
+    return Key(symbol, part=Part.MATERIAL, caption=caption, required=required)
 
 
 class MeshOptions(Keys):
     """Cell sizes."""
 
-    Np: values.Whole = Field(
+    Np: Annotated[values.Whole, Key("N_p")] = Field(
         THINNING.Np,
         ge=6,
         le=1000,
@@ -101,29 +95,39 @@ class SceneCase(Keys):
 
     kind: ClassVar[str]
     """The command that the case is for."""
-    counted: ClassVar[dict[str, int]] = {"beta": 0, "Ca_e": 0}
-    """Keys that must be given, one for all particles or one for each, and how many fewer than particles these are."""
     closed: ClassVar[bool] = False
     """Whether the tube is a period of an infinite row of particles."""
+    in_time: ClassVar[bool] = False
+    """Whether it is solved in time, for which `accuracy` has other cells than for steady states."""
+    named_by_kind: ClassVar[bool] = True
+    """Whether folders of cases without a name begin with the command."""
     usual_distances: ClassVar[dict[str, Any]] = {}
     """Distances of a case that is made without any, by their key."""
 
-    beta: values.OneOrEach[values.Diameter] | None = Field(
+    beta: Annotated[PerParticle[values.Diameter] | None, Key(r"\beta", caption=1, required=True)] = Field(
         None, description="particle over tube diameter D_p/D_c, between 0 and 1"
     )
-    De: values.Deborah = Field(0.0, description="Deborah number lambda U_av/D_c; 0 is a liquid without elasticity")
-    Ca_e: values.OneOrEach[values.Capillary] | None = Field(
+    De: Annotated[values.Deborah, _number("De", caption=2)] = Field(
+        0.0, description="Deborah number lambda U_av/D_c; 0 is a liquid without elasticity"
+    )
+    Ca_e: Annotated[PerParticle[values.Capillary] | None, _number("Ca_e", caption=3, required=True)] = Field(
         None, description="elastic capillary number eta_0 U_av/(D_c G_p); 0 is a rigid particle"
     )
-    name: values.CaseName | None = Field(None, description="name of the folder for the results")
-    particles: values.Whole = Field(2, ge=0, le=50, description="number of particles on the axis")
-    xi: values.SolventPart = Field(0.09, description="solvent viscosity over eta_0 (De > 0)")
-    liquid: LiquidKey = Field(
+    name: Annotated[values.CaseName | None, Key(part=Part.REPORT, identity=False)] = Field(
+        None, description="name of the folder for the results"
+    )
+    particles: Annotated[values.Whole, Key(caption=5)] = Field(
+        2, ge=0, le=50, description="number of particles on the axis"
+    )
+    xi: Annotated[values.SolventPart, _number("xi", caption=7)] = Field(
+        0.09, description="solvent viscosity over eta_0 (De > 0)"
+    )
+    liquid: Annotated[LiquidKey, Key(part=Part.MATERIAL, caption=6)] = Field(
         None,
         description=f"constitutive law, or a group with it and its parameters; default: {liquids.DEFAULT.name}, "
         f"{Newtonian.name} at De = 0",
     )
-    solid: SolidKey = Field(
+    solid: Annotated[SolidKey, Key(part=Part.MATERIAL, caption=8)] = Field(
         None,
         description="law of the soft particles, or a group with it and its parameters, or a list of these from "
         f"upstream; default: {solids.DEFAULT.name}",
@@ -134,13 +138,13 @@ class SceneCase(Keys):
         "periodic ends 50 times the largest beta, 10 without particles",
     )
     ends: Ends = Field("developed", description=ENDS)
-    accuracy: Accuracy = Field(
+    accuracy: Annotated[Accuracy, Key(part=Part.NUMERICS)] = Field(
         DEFAULT,
         description="target error of dU, relative to the largest |dU| of the curve; sets mesh and time steps. Where "
         "the error is estimated (curves, critical distances, runs with dU_error) the mesh is adapted until it is kept",
     )
-    mesh: MeshOptions = MeshOptions()
-    physical: Physical | None = Field(
+    mesh: Annotated[MeshOptions, Key(part=Part.NUMERICS)] = MeshOptions()
+    physical: Annotated[Physical | None, Key(part=Part.REPORT)] = Field(
         None,
         description="the case in physical units, in place of beta, De, Ca_e, xi, the distances and time.end, "
         "and of parameters of the laws",
@@ -160,7 +164,7 @@ class SceneCase(Keys):
     @property
     def _cells(self) -> dict[str, Any]:
         """The cells that `accuracy` sets."""
-        return settings_of(self.accuracy).mesh(self.liquid_model.cells, self.betas, "time" in type(self).model_fields)
+        return settings_of(self.accuracy).mesh(self.liquid_model.cells, self.betas, self.in_time)
 
     @property
     def error_wanted(self) -> float:
@@ -179,15 +183,21 @@ class SceneCase(Keys):
         """Number of particles."""
         return self.particles
 
+    def each(self, key: str) -> tuple[Any, ...]:
+        """The values of a key with one for each particle or gap, from upstream; none where it is not given."""
+        value, count = getattr(self, key), keys_of(type(self))[key].count
+        assert count is not None, f"{key} has one value for the case"
+        return value if isinstance(value, tuple) else () if value is None else (value,) * count(self.n)
+
     @property
     def betas(self) -> tuple[float, ...]:
         """Particle diameters [D_c], one for each particle from upstream."""
-        return each_of(self.beta, self.n)
+        return self.each("beta")
 
     @property
     def Ca_es(self) -> tuple[float, ...]:
         """Elastic capillary numbers, one for each particle from upstream."""
-        return each_of(self.Ca_e, self.n)
+        return self.each("Ca_e")
 
     @property
     def gaps(self) -> tuple[float, ...]:
@@ -218,6 +228,11 @@ class SceneCase(Keys):
     def driven(self) -> tuple[float, float | None]:
         """Mean velocity of the liquid, and that at which all particles are moved, None if no force acts on them."""
         return 1.0, None
+
+    @property
+    def has_history(self) -> bool:
+        """Whether no steady state is asked for, but stresses after a history: a liquid may have a yield stress."""
+        return self.in_time
 
     @property
     def liquid_model(self) -> Liquid:
@@ -251,9 +266,9 @@ class SceneCase(Keys):
 
     def _is_given(self, key: str) -> bool:
         """Whether a dotted key has another value than its default."""
-        group, _, name = key.rpartition(".")
-        holder = getattr(self, group) if group else self
-        return bool(getattr(holder, name) != type(holder).model_fields[name].default)
+        group, _, last = key.rpartition(".")
+        value = getattr(getattr(self, group) if group else self, last)
+        return not keys_of(type(self))[key].is_default(value)
 
     def _idle(self) -> dict[str, str]:
         """Keys without effect in this case, whether they are given or not, and the reason."""
@@ -263,7 +278,8 @@ class SceneCase(Keys):
             why = f"the liquid is {self.liquid_model.label}" + ("" if viscous else " at De = 0")
             idle = dict.fromkeys(("xi",) if viscous else ("liquid", "xi"), why)
         if self.n == 0:
-            idle |= dict.fromkeys(("beta", "Ca_e", "solid"), "there are no particles")
+            of_particles = [name for name, key in keys_of(type(self)).items() if key.count == PARTICLES]
+            idle |= dict.fromkeys(of_particles, "there are no particles")
         elif not any(self.Ca_es):
             idle["solid"] = "the particles are rigid"
         return idle
@@ -293,7 +309,7 @@ class SceneCase(Keys):
     @property
     def slug(self) -> str:
         """Beginning of the folder name: the name of the case, or question (unless it is a run) and main parameters."""
-        question = [] if self.kind == "run" else [self.kind]
+        question = [self.kind] if self.named_by_kind else []
         return self.name or "-".join([*question, *self._slug_parts()])
 
     def _slug_parts(self) -> list[str]:
@@ -311,8 +327,14 @@ class SceneCase(Keys):
         law += [name for name in dict.fromkeys(kinds) if name != solids.DEFAULT.name]
         if self.n == 0:
             return ["pipe", *law]
-        parts = [f"beta{shown(self.beta)}", *law, f"Cae{shown(self.Ca_e)}"]
+        parts = [f"beta{shown(self.beta)}", *law, f"Cae{shown(self.Ca_e)}", *self._slugs()]
         return parts if self.n == 2 else [f"n{self.n}", *parts]
+
+    def _slugs(self) -> list[str]:
+        """The values of keys that declare what they come after in names of folders, where they are not the default."""
+        declared = [(key, getattr(self, name)) for name, key in keys_of(type(self)).items() if key.slug]
+        here = [each for each in declared if each[0].count is None or each[0].count(self.n)]
+        return [f"{key.slug}{shown(value)}" for key, value in here if not key.is_default(value)]
 
     def resolved(self) -> dict[str, Any]:
         """The case with every default filled in, as dicts, lists, numbers and strings."""
@@ -342,12 +364,29 @@ FREE_ENDS = 0.5  # least length of tube between the particles and each end [D_c]
 
 
 def shown(value: Any) -> str:
-    """A number or a list of numbers as text, for a folder name."""
-    return "_".join(f"{v:g}" for v in value) if isinstance(value, tuple) else f"{value:g}"
+    """A number, a word, or a list of these as text, for a folder name."""
+    if isinstance(value, tuple):
+        return "_".join(map(shown, value))
+    return f"{value:g}" if isinstance(value, int | float) else str(value)
 
 
-def each_of(value: float | tuple[float, ...] | None, count: int) -> tuple[float, ...]:
-    """One value for each particle or gap; none where there are none of these, or none is given."""
-    if count == 0 or value is None:
-        return ()
-    return value if isinstance(value, tuple) else (value,) * count
+def known_keys() -> dict[str, Key]:
+    """The keys of all kinds of cases by name: of those whose model is loaded, which that of a case at hand is.
+
+    Of a key that several kinds have, such as d, it is that of one for which it is a part of the report, if there is
+    one.
+    """
+    return _keys_of_all(_kinds_of(SceneCase))
+
+
+def _kinds_of(model: type[SceneCase]) -> tuple[type[SceneCase], ...]:
+    return (model, *(kind for each in model.__subclasses__() for kind in _kinds_of(each)))
+
+
+@cache
+def _keys_of_all(models: tuple[type[SceneCase], ...]) -> dict[str, Key]:
+    found: dict[str, Key] = {}
+    for name, key in (entry for model in models for entry in keys_of(model).items()):
+        if name not in found or key.part is Part.REPORT:
+            found[name] = key
+    return found

@@ -8,6 +8,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from pairsim.cases.case import FREE_ENDS, SceneCase
+from pairsim.cases.keys import keys_of
 from pairsim.cases.material_keys import written
 from pairsim.cases.materials import block_of, is_viscous, liquid_block
 from pairsim.cases.mistakes import Mistake, missing
@@ -21,23 +22,26 @@ def missing_numbers(model: type[SceneCase], data: Mapping[str, Any], origins: Ma
     Those that follow from quantities (`origins`) are checked elsewhere.
     """
     n = data.get("particles", model.model_fields["particles"].default)
-    for key, fewer in model.counted.items() if is_finite(n) else ():
-        if n > fewer and data.get(key) is None and key not in origins:
-            several = f" or a list of {n - fewer}" if n - fewer > 1 else ""
-            gives = "d" if key == "d0" else key
+    for name, key in keys_of(model).items() if is_finite(n) else ():
+        count = key.count(n) if key.required and key.count is not None else 0
+        if count > 0 and data.get(name) is None and name not in origins:
+            several = f" or a list of {count}" if count > 1 else ""
+            gives = "d" if name == "d0" else name
             of = [f", or be given by {BLOCK}.{each.key}" for each in EXPERIMENT if each.gives == gives]
-            yield missing(key, f"must be a number{several}{of[0] if BLOCK in data else ''}")
+            yield missing(name, f"must be a number{several}{of[0] if BLOCK in data else ''}")
 
 
 def check_scene(case: SceneCase) -> Iterator[Mistake]:
     """Check the keys that run, curve and critical share against each other; yields a mistake for each wrong key."""
     fits = True
-    for key, fewer in {**case.counted, "solid": 0}.items():
-        value, count = getattr(case, key), max(case.n - fewer, 0)
-        if isinstance(value, tuple) and len(value) != count:
-            what, one = "gaps" if fewer else "particles", "a law" if key == "solid" else "a number"
+    for name, key in keys_of(type(case)).items():
+        if key.count is None or not isinstance(value := getattr(case, name), tuple):
+            continue
+        if len(value) != (count := key.count(case.n)):
+            of_laws = any(isinstance(each, BaseModel) for each in value)
             given = [written(each) if isinstance(each, BaseModel) else each for each in value]
-            yield Mistake(key, given, f"must be {one} or a list of {count}, one for each of the {what}")
+            one = "a law" if of_laws else "a number"
+            yield Mistake(name, given, f"must be {one} or a list of {count}, one for each of the {key.count.of}")
             fits = False
     yield from _check_law(case)
     if case.length == "auto" and case.ends != "developed":
@@ -76,5 +80,8 @@ def _not_yielding(case: SceneCase) -> str:
         return "the laws of a yield stress are those of the stress of one mode"
     if mode.follows_rate:
         return f"the viscosity of {mode.name} is that of a flow curve, which a yield stress would change"
-    known = case.kind == "run" or getattr(case, "after", None) is not None
-    return "" if known else "below a yield stress no state is steady: use `pairsim run`, or the key after of a curve"
+    return (
+        ""
+        if case.has_history
+        else "below a yield stress no state is steady: use `pairsim run`, or the key after of a curve"
+    )

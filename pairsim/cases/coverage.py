@@ -8,11 +8,9 @@ from typing import Any
 
 from pairsim.atlas.atlas import PARAMETERS, Atlas
 from pairsim.cases.case import SceneCase
+from pairsim.cases.identity import identity_of
+from pairsim.cases.keys import Part, keys_of
 
-VARIED = {*PARAMETERS, "d"}  # keys in which the cases of an atlas differ
-LAWS = {"liquid", "xi", "solid"}  # keys of materials, which are compared themselves
-NO_PHYSICS = {"name", "physical", "accuracy", "mesh", "tol", "max_points", "fields"}
-"""Keys of a curve that change no exact dU. All others are compared, so that a new key is never ignored."""
 OF_BOX = {"De", "time", "weight"}  # numbers of a liquid of one mode that are not told: De is one of the box
 SAME = 1e-9  # relative difference of parameters that is rounding
 
@@ -86,11 +84,12 @@ def _other_numbers(one: Mapping[str, Any], other: Mapping[str, Any], many: bool 
 
 
 def _other_keys(case: SceneCase, theirs: SceneCase) -> Iterator[str]:
-    """Which other keys have other values."""
-    for key in type(case).model_fields.keys() - VARIED - LAWS - NO_PHYSICS:
-        one, other = getattr(case, key), getattr(theirs, key)
-        if one != other:
-            yield f"{key} is {_shown(one)}, in the atlas {_shown(other)}"
+    """Which other keys of the problem have other values; laws and their numbers are compared themselves."""
+    one, other = identity_of(case), identity_of(theirs)
+    for name, key in keys_of(type(case)).items():
+        if key.part is Part.PROBLEM and "." not in name and name not in PARAMETERS and one.get(name) != other.get(name):
+            ours, others = (_shown(each.get(name, key.default)) for each in (one, other))
+            yield f"{name} is {ours}, in the atlas {others}"
 
 
 def _shown(value: Any) -> str:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from pairsim.cases.case import SceneCase
+from pairsim.cases.keys import keys_of
 from pairsim.cases.physical import BLOCK, DENSITY, QUANTITIES
 from pairsim.cases.quantities import measured
 from pairsim.physics.own_laws import digest_of, file_of
@@ -21,21 +22,30 @@ SHOWN = 10  # digits of the hash in a folder name
 def identity_of(case: SceneCase) -> dict[str, Any]:
     """The keys and values that identify a case: everything that affects its results, so all but the name.
 
-    A list of equal values counts as one value, and parameters without effect are left out. The
-    output times are included, since time steps land on them and they decide which fields are in the folder.
+    A list of equal values counts as one value, and parameters without effect are left out. The output times are
+    included, since time steps land on them and they decide which fields are in the folder. Keys of later versions are
+    left out where they have their default, so that older cases keep their folders.
     """
     identity = case.resolved()
-    identity.pop("name", None)
     if not case.liquid_model.modes:
         for key in ("xi", *(("liquid",) if case.liquid_model.newtonian else ())):
             identity.pop(key, None)
     if not any(case.Ca_es):
         identity.pop("solid", None)
-    for key in ("beta", "Ca_e", "d0"):
-        value = identity.get(key)
-        if isinstance(value, list) and value and all(entry == value[0] for entry in value):
-            identity[key] = value[0]
+    for name, key in keys_of(type(case)).items():
+        group, last = _holder(identity, name)
+        value = group.get(last)
+        if key.count is not None and isinstance(value, list) and value and all(each == value[0] for each in value):
+            group[last] = value = value[0]
+        if not key.identity or (key.since and key.is_default(value)):
+            group.pop(last, None)
     return identity | sources_of(case)
+
+
+def _holder(identity: dict[str, Any], name: str) -> tuple[dict[str, Any], str]:
+    """The group that a dotted key is in, and its name there."""
+    group, _, last = name.rpartition(".")
+    return (identity.get(group) or {}) if group else identity, last
 
 
 def alike(case: SceneCase) -> str:

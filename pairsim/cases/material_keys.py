@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Union
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, create_model
 
+from pairsim.cases.keys import PerParticle
 from pairsim.cases.materials import ELASTIC, MODES, VISCOUS
-from pairsim.cases.values import Number, OneOrEach
+from pairsim.cases.values import Number
 from pairsim.physics import liquids, solids
 from pairsim.physics.liquids import ConformationLaw, Newtonian
 from pairsim.physics.material import Material, Parameter
@@ -95,7 +96,7 @@ if TYPE_CHECKING:  # mypy cannot know them
 else:
     LiquidKey = _block_of(LIQUIDS) | None
     """A liquid: the name of a law, or its block."""
-    SolidKey = OneOrEach[_block_of(SOLIDS)] | None
+    SolidKey = PerParticle[_block_of(SOLIDS)] | None
     """A solid of all particles, or one of each."""
 
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Mapping, Sequence
-from typing import Any, get_args
+from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
 from pairsim.cases.allowed import allowed_in
+from pairsim.cases.keys import groups_of
 from pairsim.cases.material_keys import BLOCKS
 from pairsim.cases.materials import liquid_block, solid_blocks
 from pairsim.cases.mistakes import Mistake, missing
@@ -41,16 +42,6 @@ ADAPTED = {
     r"^Unable to extract tag using discriminator 'law'": "must be the name of a law, or a group with law",
 }
 """What replaces expressions of pydantic's."""
-
-
-def groups_of(model: type[BaseModel]) -> dict[str, type[BaseModel]]:
-    """The model of each group of keys, and of the top level under ""."""
-    groups = {"": model}
-    for name, field in model.model_fields.items():
-        for kind in (field.annotation, *get_args(field.annotation)):
-            if isinstance(kind, type) and issubclass(kind, BaseModel):
-                groups[name] = kind
-    return groups
 
 
 def mistakes_of(error: ValidationError, model: type[BaseModel], data: Mapping[str, Any]) -> list[Mistake]:

@@ -107,7 +107,7 @@ YOUNG = replace(
     number=lambda E, scales: 3 * scales.stress / E,
 )
 DISTANCE = a_length(
-    "distance", "distance between the facing surfaces; gives d0 of a run, d of curve, critical and train", "5 um", "d"
+    "distance", "distance between the facing surfaces; gives d0 of a run, d of curve, critical and train", "5 um", "d_0"
 )
 SPACING = a_length("spacing", "distance between the centres of neighbours; gives train.spacing", "30 um", "s")
 CAPILLARY = a_length("capillary", "length of tube along which a row is followed; gives row.tube", "40 cm", "L")
@@ -180,6 +180,18 @@ def stands_for(case: Mapping[str, Any]) -> list[tuple[str, Dimension]]:
     of_materials += [(each.key, each.parameter.dimension) for each in declared_in(case)]
     own = [(each.gives, each.dimension) for each in EXPERIMENT if each.gives]
     return own + [(key, dimension) for key, dimension in of_materials if dimension is not None]
+
+
+def given_by(case: Mapping[str, Any], fields: Collection[str]) -> list[str]:
+    """Those of some dotted keys that quantities of the block of a case stand for."""
+    block = case.get(BLOCK)
+    given = [name for name, of in stands_for(case) if isinstance(block, Mapping) and block.get(of.key) is not None]
+    return [key for name in given if (key := _key_in(name, fields)) in fields]
+
+
+def _key_in(name: str, fields: Collection[str]) -> str:
+    """What a key that the block stands for is called among some keys: distances of a run are d0."""
+    return "d0" if name == "d" and "d0" in fields else name
 
 
 def values_in(block: Mapping[str, Any], case: Mapping[str, Any], mistakes: list[Mistake]) -> dict[str, Any]:
@@ -308,7 +320,7 @@ def in_numbers(given: Mapping[str, Any], fields: Collection[str]) -> InNumbers:
     for name, of in stands_for(given):
         if block.get(of.key) is None:
             continue
-        key = "d0" if name == "d" and "d0" in fields else name
+        key = _key_in(name, fields)
         if re.split(r"[.\[]", key)[0] not in fields:
             mistakes.append(Mistake(f"{BLOCK}.{of.key}", None, f"must be left out: this kind of case has no {key}"))
             continue

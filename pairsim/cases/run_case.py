@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from math import inf
-from typing import Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
 from pairsim.cases import values
 from pairsim.cases.accuracy import settings_of
-from pairsim.cases.case import USUAL, Keys, SceneCase, each_of, shown
+from pairsim.cases.case import USUAL, SceneCase
 from pairsim.cases.checks import check_scene
+from pairsim.cases.keys import Key, Keys, Part, PerGap
 from pairsim.cases.materials import slowest_of
 from pairsim.cases.mistakes import Mistake, broken
 
@@ -31,7 +32,7 @@ DEFAULT_END = (
 class TimeOptions(Keys):
     """Time steps."""
 
-    end: values.Time = Field(
+    end: Annotated[values.Time, Key(part=Part.REPORT)] = Field(
         SHORTEST_RUN,
         description=f"end time [D_c/U_av] (default: {DEFAULT_END}, by when a start from rest is forgotten)",
     )
@@ -78,17 +79,21 @@ class OutputOptions(Keys):
     )
 
 
+D0 = Key("d_0", "D_c", part=Part.START, caption=4, slug="d", required=True)
+
+
 class Case(SceneCase):
     """A run in time; d0 is one distance for all gaps, or a list from upstream."""
 
     kind: ClassVar[str] = "run"
-    counted: ClassVar[dict[str, int]] = SceneCase.counted | {"d0": 1}
+    in_time: ClassVar[bool] = True
+    named_by_kind: ClassVar[bool] = False
     usual_distances: ClassVar[dict[str, Any]] = {"d0": 0.1}
 
-    d0: values.OneOrEach[values.Distance] | None = Field(
+    d0: Annotated[PerGap[values.Distance] | None, D0] = Field(
         None, description="initial distance between the facing surfaces [D_c]"
     )
-    start: Literal["rest", "steady"] = Field(
+    start: Annotated[Literal["rest", "steady"], Key(part=Part.START)] = Field(
         "rest",
         description="state at t = 0: unstressed liquid and particles at rest, or the quasi-steady state of the initial "
         "distances in the developed flow (default: rest; steady with a physical block, as beads that meet in a tube "
@@ -100,15 +105,15 @@ class Case(SceneCase):
         description="keep the distances d0 while shapes and stresses go on, as quasi-steady solutions do: dU after any "
         "time at this distance, of what has a history",
     )
-    dU_error: bool = Field(
+    dU_error: Annotated[bool, Key(part=Part.NUMERICS)] = Field(
         False,
         strict=True,
         description="estimate the error of dU at every step and add it to dU; a coarse run then tells which cells "
         "accuracy needs, unless mesh.Np is given (a third to two thirds more time)",
     )
-    time: TimeOptions = TimeOptions()
-    limits: Limits = Limits()
-    output: OutputOptions = OutputOptions()
+    time: Annotated[TimeOptions, Key(part=Part.NUMERICS)] = TimeOptions()
+    limits: Annotated[Limits, Key(part=Part.REPORT)] = Limits()
+    output: Annotated[OutputOptions, Key(part=Part.REPORT)] = OutputOptions()
 
     def _defaults(self) -> dict[str, Any]:
         particles = zip(self.Ca_es, self.solid_models, strict=True)
@@ -122,7 +127,7 @@ class Case(SceneCase):
     @property
     def gaps(self) -> tuple[float, ...]:
         """Initial distances [D_c], one for each gap from upstream."""
-        return each_of(self.d0, max(self.n - 1, 0))
+        return self.each("d0")
 
     @property
     def estimates_error(self) -> bool:
@@ -133,10 +138,6 @@ class Case(SceneCase):
     def adapts(self) -> bool:
         """Whether a coarse run tells which cells are needed."""
         return self.estimates_error and self.mesh.adapt
-
-    def _slug_parts(self) -> list[str]:
-        parts = super()._slug_parts()
-        return [*parts, f"d{shown(self.d0)}"] if self.n > 1 else parts
 
     def _idle(self) -> dict[str, str]:
         why = "there is only one particle" if self.n else "there are no particles"

@@ -125,11 +125,11 @@ def _listed(value: Any) -> Any:
 
 
 T = TypeVar("T")
-OneOrEach = Annotated[
+OneOrMany = Annotated[
     Annotated[T, Tag("one")] | Annotated[tuple[T, ...], Field(min_length=1), Tag("each")],
     Discriminator(lambda value: "each" if isinstance(value, list | tuple) else "one"),
 ]
-"""One value for all particles or gaps, or a list with one for each."""
+"""One value, or a list of values."""
 
 
 def several(one: Any, end: Any) -> Any:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import copy
 import io
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple, TextIO
@@ -29,7 +29,6 @@ MOST_VALUES = 500_000
 LONGEST_PROBLEM = 300  # characters of what the reader says
 TAG = "tag:yaml.org,2002:"
 UNFIT = re.compile("[\0\ud800-\udfff]")  # what is in no name of a file
-GROUPS = ("mesh", "time", "limits", "output", "physical")  # keys of a case whose value is a group of keys
 
 
 class Place(NamedTuple):
@@ -39,17 +38,17 @@ class Place(NamedTuple):
     line: int | None
 
 
-class Key(str):
+class PlacedKey(str):
     """A key that knows its place, if that is known. In a dict it is the same as its text."""
 
     place: Place | None
 
-    def __new__(cls, text: str, place: Place | None = None) -> Key:
+    def __new__(cls, text: str, place: Place | None = None) -> PlacedKey:
         key = super().__new__(cls, text)
         key.place = place
         return key
 
-    def __deepcopy__(self, _: object) -> Key:
+    def __deepcopy__(self, _: object) -> PlacedKey:
         return self
 
 
@@ -98,7 +97,7 @@ def within(data: dict[str, Any], dotted: str) -> tuple[dict[str, Any], str]:
         at = int(name) if isinstance(inner, list) else name
         value = inner[at] if isinstance(inner, list) else inner.get(at, DEFAULT_LAWS.get(name, {}))
         if law and isinstance(value, str):
-            value = {Key("law", _place_in(inner, name)): value}
+            value = {PlacedKey("law", _place_in(inner, name)): value}
         if not isinstance(value, Mapping | list):
             raise ValueError(f"must be a key within a group, but {name} is not a group of keys")
         # A copy, since an alias may share it.
@@ -109,11 +108,13 @@ def within(data: dict[str, Any], dotted: str) -> tuple[dict[str, Any], str]:
     return inner, last
 
 
-def merge(target: dict[str, Any], changes: Mapping[str, Any], source: str = "", group: str = "") -> None:
+def merge(
+    target: dict[str, Any], changes: Mapping[str, Any], groups: Collection[str], source: str = "", group: str = ""
+) -> None:
     """Merge changes into nested keys and values, in place: groups of keys are merged, all other values are replaced.
 
-    Changes are nested or have dotted keys. Error messages name `source` where the file of a key is not known, and keys
-    with the prefix `group`, such as "mesh.".
+    Groups are those of the case, as of `groups_of` its model. Changes are nested or have dotted keys. Error messages
+    name `source` where the file of a key is not known, and keys with the prefix `group`, such as "mesh.".
 
     Raises:
         InputError: A dotted key goes through a value that is not a group.
@@ -123,20 +124,22 @@ def merge(target: dict[str, Any], changes: Mapping[str, Any], source: str = "", 
         try:
             inner, last = within(target, dotted)
             of_law = last in DEFAULT_LAWS and isinstance(value, Mapping) and "law" not in value
-            in_group = last in GROUPS and isinstance(value, Mapping) and isinstance(inner.get(last), Mapping)
+            in_group = last in groups and isinstance(value, Mapping) and isinstance(inner.get(last), Mapping)
             kept = within(inner, f"{last}.law")[0] if of_law or in_group else None
         except ValueError as error:
             file, line = place or (source, None)
             raise InputError(file, f"{group}{dotted}", value, str(error), line=line) from None
         if kept is not None:
-            merge(kept, value, source, f"{group}{dotted}.")
+            merge(kept, value, groups, source, f"{group}{dotted}.")
         else:
             inner.pop(last, None)  # with its place
-            inner[Key(last, place)] = copy.deepcopy(value)
+            inner[PlacedKey(last, place)] = copy.deepcopy(value)
 
 
-def apply_settings(data: dict[str, Any], overrides: tuple[str, ...]) -> None:
+def apply_settings(data: dict[str, Any], overrides: tuple[str, ...], groups: Collection[str]) -> None:
     """Apply settings key=value with dotted keys, as given to --set, to nested keys and values, in place.
+
+    Groups are those of `merge`.
 
     Raises:
         InputError: A setting is not of the form key=value, or its key goes through a value that is not a group.
@@ -149,7 +152,7 @@ def apply_settings(data: dict[str, Any], overrides: tuple[str, ...]) -> None:
             value = _load(text, OPTION)
         except InputError as error:
             raise InputError(OPTION, key, text, error.allowed) from None
-        merge(data, {Key(key, Place(OPTION, None)): value}, OPTION)
+        merge(data, {PlacedKey(key, Place(OPTION, None)): value}, groups, OPTION)
 
 
 def flat(entry: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
@@ -182,13 +185,13 @@ class _Constructor(SafeConstructor):
             problem = f"{shortened(repr(node.value))} cannot be read as !!{str(node.tag).rpartition(':')[2]}"
             raise ConstructorError(None, None, problem, node.start_mark) from None
 
-    def group(self, node: MappingNode) -> dict[Key, Any]:
+    def group(self, node: MappingNode) -> dict[PlacedKey, Any]:
         values = self.construct_mapping(node, deep=True)
         for key, _ in node.value:
             if key.tag != TAG + "str":
                 raise ConstructorError(None, None, f"key {key.value} must be text", key.start_mark)
         lines = {key.value: key.start_mark for key, _ in node.value}
-        return {Key(key, Place(lines[key].name, lines[key].line + 1)): value for key, value in values.items()}
+        return {PlacedKey(key, Place(lines[key].name, lines[key].line + 1)): value for key, value in values.items()}
 
     def number(self, node: Node) -> float:
         return float(self.construct_yaml_float(node)) + 0.0  # no -0.0, which would make another case

@@ -53,12 +53,15 @@ def ask(
     """
     options = locals()
     from pairsim.api.ask import ask as answer_of
+    from pairsim.cases.keys import groups_of
+    from pairsim.cases.physical import QUANTITIES
     from pairsim.cases.yaml_file import apply_settings
+    from pairsim.computing.case_files import model_of
     from pairsim.results.inputs import DrawnRange
     from pairsim.results.travel import distance_on, travel
     from pairsim.results.units import LENGTH, VELOCITY, in_unit, scales_in
 
-    names = "tube", "particle", "flow_rate", "velocity", "modulus", "viscosity", "relaxation", "liquid"
+    names = [name for name in options if name in QUANTITIES or name == "liquid"]
     given = {name: options[name] for name in names if options[name]}
     if case is None and tube is None:
         raise InputError("pairsim ask", "--tube", None, "must be given, or a case file")
@@ -71,7 +74,7 @@ def ask(
         raise InputError("pairsim ask", "--liquid", None, "must be given with --relaxation, as for pairsim units")
     if (start is None) != (stop is None):
         raise InputError("pairsim ask", "--from" if start is None else "--to", None, "must be given, too, for a travel")
-    apply_settings(given, tuple(set_ or ()))
+    apply_settings(given, tuple(set_ or ()), groups_of(model_of("curve")))
     try:
         answer = answer_of(case, atlas=atlas, compute=compute, folder=output, progress=compute, **given)
     except InputError as error:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -16,8 +17,6 @@ from pairsim.runtime.errors import InputError
 app = typer.Typer()
 ENDS = {"ends": "developed", "length": "auto"}
 """What a case is given that says nothing of the ends of its tube."""
-NUMBERS = {"liquid": ("n", "a", "L2", "alpha", "epsilon"), "solid": ("c",)}
-"""Parameters without units of the laws that ship."""
 Text = str | None
 Number = float | None
 File = Path | None
@@ -111,9 +110,12 @@ def units(
     """
     options = locals()
     from pairsim.api.units import units as units_of
+    from pairsim.cases.keys import groups_of
     from pairsim.cases.physical import Physical
     from pairsim.cases.yaml_file import apply_settings
-    from pairsim.physics import liquids
+    from pairsim.computing.case_files import model_of
+    from pairsim.physics import liquids, solids
+    from pairsim.physics.own_laws import file_of
     from pairsim.results.folder import write_file
 
     picture = output.with_name(f"{output.stem}-fit.png") if output and (rheology or spectrum) else None
@@ -122,8 +124,10 @@ def units(
     given = {key: value for key, value in options.items() if key in Physical.model_fields and value}
     quantities = {key: value[0] if len(value) == 1 else value for key, value in given.items()}
     laws: dict[str, Any] = {}
-    for place, law in (("liquid", liquid), ("solid", solid)):
-        numbers = {name: options[name] for name in NUMBERS[place] if options[name] is not None}
+    for place, law, known in (("liquid", liquid, liquids.LAWS), ("solid", solid, solids.LAWS)):
+        declared = chain(*(each.parameters().items() for each in known.values() if file_of(each) is None))
+        pure = dict.fromkeys(name for name, parameter in declared if parameter.dimension is None)
+        numbers = {name: options[name] for name in pure if options.get(name) is not None}
         if law or numbers:
             laws[place] = {"law": law, **numbers} if numbers else law
     if relaxation and not (liquid or rheology or spectrum):
@@ -131,7 +135,7 @@ def units(
         allowed = f"must be given with --relaxation: {elastic}; --rheology FILE finds the one that fits a flow curve"
         raise InputError("pairsim units", "--liquid", None, allowed)
     case = {"physical": quantities, **laws, **ENDS}
-    apply_settings(case, tuple(set_ or ()))
+    apply_settings(case, tuple(set_ or ()), groups_of(model_of(kind)))
     more: dict[str, Any] = {"pressure": pressure, "over": over, "carrier": carrier, "celsius": celsius}
     try:
         found = units_of(

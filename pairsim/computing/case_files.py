@@ -11,16 +11,15 @@ from pydantic import BaseModel, ValidationError
 from pairsim.cases.case import SceneCase
 from pairsim.cases.checks import missing_numbers
 from pairsim.cases.estimate import check_size
+from pairsim.cases.keys import Part, groups_of, keys_of
 from pairsim.cases.messages import mistakes_of
 from pairsim.cases.mistakes import Mistake, input_error
-from pairsim.cases.physical import forget_numbers, in_numbers
+from pairsim.cases.physical import BLOCK, EXPERIMENT, forget_numbers, in_numbers
 from pairsim.cases.yaml_file import apply_settings, read_yaml
 from pairsim.computing import QUESTIONS, Question
 from pairsim.computing.many_cases import AtlasFile, StudyFile, SweepFile
 
 OF_MANY: dict[str, type[BaseModel]] = {"sweep": SweepFile, "study": StudyFile, "atlas": AtlasFile}
-SAME_END = {"physical.end": "time.end", "time.end": "physical.end"}
-"""A key that a setting replaces, and the other one for the same: a run is prolonged by either."""
 FILES = (*QUESTIONS, *OF_MANY)  # the kinds of files, by the command that reads them
 
 
@@ -37,12 +36,20 @@ def read_case[C: SceneCase](question: Question[C], path: Path, overrides: tuple[
     """
     data = read_yaml(path)
     forget_numbers(data)
-    for key in {setting.partition("=")[0].strip() for setting in overrides} & SAME_END.keys():
-        group, _, other = SAME_END[key].partition(".")
-        if isinstance(data.get(group), dict):
-            data[group].pop(other, None)
-    apply_settings(data, overrides)
+    replaced = {setting.partition("=")[0].strip() for setting in overrides}
+    for pair in _two_ways(question.model):
+        for key, other in (pair, pair[::-1]):
+            group, _, last = other.partition(".")
+            if key in replaced and isinstance(data.get(group), dict):
+                data[group].pop(last, None)
+    apply_settings(data, overrides, groups_of(question.model))
     return parse_case(question, data, str(path))
+
+
+def _two_ways(model: type[SceneCase]) -> list[tuple[str, str]]:
+    """The keys in groups that say up to where an answer goes, each with the quantity for it: either one prolongs it."""
+    keys = [(key, f"{BLOCK}.{each.key}") for each in EXPERIMENT if (key := keys_of(model).get(each.gives)) is not None]
+    return [(key.name, quantity) for key, quantity in keys if key.part is Part.REPORT and "." in key.name]
 
 
 def parse_case[C: SceneCase](question: Question[C], data: Mapping[str, Any], source: str, entry: str = "") -> C:

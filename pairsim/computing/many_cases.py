@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, WithJsonSchema
 
-from pairsim.cases.case import Keys
+from pairsim.cases.keys import Keys
 from pairsim.cases.mistakes import Mistake, missing
 from pairsim.cases.quantities import quantity_range
 from pairsim.cases.values import Number, Positive, Range, Whole, is_finite, spelled_out

@@ -10,8 +10,8 @@ from pydantic import BaseModel
 from pydantic.json_schema import GenerateJsonSchema
 
 from pairsim.cases.allowed import allowed_in
+from pairsim.cases.keys import groups_of
 from pairsim.cases.material_keys import BLOCKS
-from pairsim.cases.messages import groups_of
 from pairsim.computing.case_files import model_of
 
 

@@ -48,7 +48,7 @@ def asked_for(case: SceneCase) -> str:
 
 def coarse_mesh(case: SceneCase) -> list[str]:
     """Warn of a mesh that is coarser than any whose error was measured."""
-    measured = SETTINGS[COARSEST].mesh(case.liquid_model.cells, case.betas, "time" in type(case).model_fields)
+    measured = SETTINGS[COARSEST].mesh(case.liquid_model.cells, case.betas, case.in_time)
     coarse = {"Np": case.mesh.Np < measured["Np"], "max_size": case.mesh.max_size > measured["max_size"]}
     return [
         f"mesh.{name} = {getattr(case.mesh, name):g} is coarser than accuracy: {COARSEST} ({measured[name]:g}): the "

@@ -60,6 +60,3 @@ DIMENSIONS = _dimensions()
 """The measurable quantities of materials but the modulus, by key: those of all liquids, then those of each law."""
 PARAMETERS = _named()
 """The parameters of all laws by name."""
-SYMBOLS = {name: each.symbol for name, each in {**Liquid.OF_POLYMER, **Solid.OF_ALL}.items()}
-SYMBOLS |= {name: each.parameter.symbol for name, each in PARAMETERS.items()}
-"""The symbol (TeX) of each parameter by its name."""

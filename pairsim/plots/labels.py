@@ -7,23 +7,15 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
+from pairsim.cases.case import known_keys
+from pairsim.cases.keys import GAPS, PARTICLES, Key, Part
 from pairsim.cases.materials import declared_in, is_viscous, liquid_block, liquid_of, solid_blocks
-from pairsim.cases.physical import BLOCK, QUANTITIES, stands_for
+from pairsim.cases.physical import BLOCK, QUANTITIES, given_by, stands_for
 from pairsim.cases.quantities import in_one_unit
 from pairsim.cases.yaml_file import flat, read_yaml
-from pairsim.physics import declared
-from pairsim.physics.declared import LAWS
+from pairsim.physics.declared import LAWS, PARAMETERS
 from pairsim.runtime.text import printable
 
-SYMBOLS = {"beta": r"\beta", "d0": "d_0", "mesh.Np": "N_p", "after": "T", **declared.SYMBOLS}
-SYMBOLS |= {f"{BLOCK}.{name}": each.dimension.symbol for name, each in QUANTITIES.items()}
-SYMBOLS[f"{BLOCK}.distance"] = "d_0"
-
-UNITS = {"d0": r"\ D_c", "after": r"\ D_c/U_{av}"}
-"""Units of parameters that have one, with a blank before (TeX)."""
-FIRST = ("beta", "De", "Ca_e", "d0", "particles", "liquid", "xi", "solid", "after")
-"""The keys of the problem: where cases differ in them is looked for first, and never passed over in silence."""
-NOT_COMPARED = ("name", "output", "fields", "physical", "time.end", "limits")
 NOT_SHOWN = ("density", "end")  # quantities of an experiment that change no picture
 
 
@@ -72,6 +64,17 @@ def measured(values: Sequence[Any]) -> tuple[list[float], str] | None:
         return None
 
 
+def _declared(key: str) -> Key:
+    """The declaration of a key; that of its group for one that its model does not know."""
+    known = known_keys()
+    return known.get(key) or known.get(key.partition(".")[0]) or Key(part=Part.PROBLEM)
+
+
+def _of_captions() -> list[Key]:
+    """The keys of the problem: where cases differ in them is looked for first, and never passed over in silence."""
+    return sorted((key for key in known_keys().values() if key.caption), key=lambda key: key.caption)
+
+
 def symbol(key: str) -> str:
     """A parameter on an axis or in a legend; one of an experiment without a symbol goes without its block's name."""
     if name := _symbol(key):
@@ -81,8 +84,12 @@ def symbol(key: str) -> str:
 
 def _symbol(key: str) -> str:
     """The symbol of a parameter, also of a law's in its group, such as liquid.n; empty if it has none."""
-    of_law = key.startswith(("liquid.", "solid."))
-    return SYMBOLS.get(key.rpartition(".")[2] if of_law else key, "")
+    group, _, last = key.rpartition(".")
+    if key.startswith(("liquid.", "solid.")):
+        return PARAMETERS[last].parameter.symbol if last in PARAMETERS else ""
+    if group == BLOCK:
+        return QUANTITIES[last].dimension.symbol if last in QUANTITIES else ""
+    return known_keys().get(key, Key()).symbol
 
 
 def equation(key: str, value: Any) -> str:
@@ -94,15 +101,16 @@ def equation(key: str, value: Any) -> str:
     if key.startswith(BLOCK) and (known := measured(value if isinstance(value, list) else [value])) is not None:
         return f"{symbol(key)} = {shown(list(map(float, known[0])))} {known[1]}"
     if (name := _symbol(key)) and not isinstance(value, str):  # such as 5 kPa +- 20 %
-        return f"${name} = {shown(value)}{UNITS.get(key, '')}$"
+        unit = _declared(key).unit
+        return f"${name} = {shown(value)}{unit and rf'\ {unit}'}$"
     return f"{symbol(key)} = {shown(value)}"
 
 
-def given_by(case: Mapping[str, Any]) -> set[str]:
-    """The keys of a case that its `physical` block gives; De of a Newtonian one, too."""
-    block = case.get(BLOCK, {})
-    known = {"d0" if key == "d" else key for key, of in stands_for(case) if of.key in block}
-    return known | ({"De"} if block and not case.get("De") else set())
+def _given_by(case: Mapping[str, Any]) -> set[str]:
+    """The keys of captions that the `physical` block of a case gives; De of a Newtonian one, too."""
+    of_laws = [each.key for each in declared_in(case)]
+    known = {*given_by(case, [*(key.name for key in _of_captions()), *of_laws])}
+    return known | ({"De"} if case.get(BLOCK) and not case.get("De") else set())
 
 
 def case_parts(case: Mapping[str, Any], leave_out: Collection[str] = (), physical: bool = False) -> list[str]:
@@ -116,7 +124,7 @@ def case_parts(case: Mapping[str, Any], leave_out: Collection[str] = (), physica
     told = [key for key in block if key not in hidden and f"{BLOCK}.{key}" not in leave_out]
     quantities = [equation(f"{BLOCK}.{key}", block[key]) for key in told]
     elastic = "De" in leave_out or bool(case.get("De"))
-    leave_out = {*leave_out, *(given_by(case) if physical else ())}
+    leave_out = {*leave_out, *(_given_by(case) if physical else ())}
     count = case.get("particles", 2)
     thinning = is_viscous(case) and not liquid_of(case).newtonian
     soft = case.get("Ca_e")
@@ -124,10 +132,15 @@ def case_parts(case: Mapping[str, Any], leave_out: Collection[str] = (), physica
     def of(*keys: str) -> list[str]:
         return [equation(key, case[key]) for key in keys if case.get(key) is not None and key not in leave_out]
 
+    numbers = [key for key in _of_captions() if key.symbol and not key.is_default(case.get(key.name, key.default))]
+    of_particles = [key.name for key in numbers if key.count == PARTICLES]
+    of_gaps = [key.name for key in numbers if key.count == GAPS]
+    of_all = [key.name for key in numbers if key.count is None and key.part is not Part.MATERIAL]
     words = {0: "no particles", 1: "1 particle"}.get(count, f"{count} particles")
     parts = [*([] if count == 2 or "particles" in leave_out else [words]), *quantities]
-    parts += of("beta", "Ca_e") if count else []
-    parts += of("d0", "after") if count > 1 else []
+    parts += of(*of_particles) if count else []
+    parts += of(*of_gaps) if count > 1 else []
+    parts += of(*of_all)
     parts += [] if thinning else of("De")
     if thinning or (elastic and "liquid" in case):
         block = liquid_block(case)
@@ -160,7 +173,7 @@ def varying_keys(cases: Sequence[Mapping[str, Any]], names: Sequence[str] = ()) 
     curve, which are seen. Compared are dotted keys: `names` in this order, or all that matter, the numbers of the
     problem first.
     """
-    every = [key for key in (*FIRST, *chain(*cases)) if key != "d" and not key.startswith(NOT_COMPARED)]
+    every = [key for key in (*(key.name for key in _of_captions()), *chain(*cases)) if _tells_apart(key)]
     chosen: list[str] = []
     known = 1
     for name in dict.fromkeys(names or every):
@@ -168,6 +181,11 @@ def varying_keys(cases: Sequence[Mapping[str, Any]], names: Sequence[str] = ()) 
         if count > known:
             chosen, known = [*chosen, name], count
     return chosen
+
+
+def _tells_apart(key: str) -> bool:
+    """Whether cases are looked at for differences in a key."""
+    return _declared(key).part is not Part.REPORT
 
 
 def common_parts(
@@ -183,10 +201,10 @@ def common_parts(
     # A Newtonian one has no law to name.
     fullest = max(cases, key=lambda case: (float(case.get("De") or 0), isinstance(case.get("liquid"), dict)))
     of_laws = [key for key in known if key.startswith(("liquid.", "solid."))]
-    names = dict.fromkeys((*FIRST, *of_laws))
+    names = dict.fromkeys((*(key.name for key in _of_captions()), *of_laws))
     if physical:
         of_block = [f"{BLOCK}.{name}" for name in dict.fromkeys(chain(*(case.get(BLOCK, {}) for case in cases)))]
-        given = {key for case in cases for key in given_by(case)}
+        given = {key for case in cases for key in _given_by(case)}
         names = dict.fromkeys(name for name in (*of_block, *names) if name not in given)
     unnamed = ", ".join(symbol(key) for key in names if key in found and key not in varying)
     shared = case_parts(fullest, {*varying, *found}, physical)
@@ -195,4 +213,4 @@ def common_parts(
 
 def parameter_label(key: str, unit: str = "") -> str:
     """Axis label of a parameter of a case, with the unit of its values where they are quantities."""
-    return f"{symbol(key)}  [{unit or ('$D_c$' if key == 'd0' else '$-$')}]"
+    return f"{symbol(key)}  [{unit or f'${known_keys().get(key, Key()).unit or "-"}$'}]"

@@ -11,7 +11,7 @@ system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar, cast
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, cast
 
 from pydantic import Field
 
@@ -20,6 +20,7 @@ from pairsim.api.results import Result
 from pairsim.cases.case import SceneCase
 from pairsim.cases.checks import check_scene
 from pairsim.cases.estimate import Estimate, steady_estimate
+from pairsim.cases.keys import Key, Part
 from pairsim.cases.materials import is_viscous
 from pairsim.cases.mistakes import Mistake
 from pairsim.cases.values import FOLLOWED, Distance, Values
@@ -51,7 +52,7 @@ class CriticalCase(SceneCase):
         "range); default: the values of the case only",
         examples=["{Ca_e: [0.05, 0.1]}"],
     )
-    d: tuple[Distance, Distance] = Field(
+    d: Annotated[tuple[Distance, Distance], Key(part=Part.REPORT)] = Field(
         (0.02, 0.8), description="least and largest distance of the search for zeros of dU [D_c]"
     )
 

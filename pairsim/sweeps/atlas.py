@@ -18,6 +18,7 @@ from pairsim.cases.case import SceneCase
 from pairsim.cases.coverage import beyond
 from pairsim.cases.identity import RUNS
 from pairsim.cases.yaml_file import read_yaml
+from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_file
 from pairsim.computing.many_cases import AtlasFile, check_atlas
 from pairsim.results.curve_table import curve_of
@@ -49,7 +50,7 @@ def build(path: Path, folder: Path | None, options: Options, workers: Workers) -
     data = read_yaml(path)
     file = parse_file("atlas", AtlasFile, check_atlas, data, str(path))
     directory = folder or RUNS / (file.name or path.stem)
-    base = {**read_base(path, data), "d": {"start": file.d[0], "stop": file.d[1], "num": 2}}
+    base = {**read_base(path, data, QUESTIONS["curve"].model), "d": {"start": file.d[0], "stop": file.d[1], "num": 2}}
     options = replace(options, flags={"sensitivities": True})
     box = {name: list(getattr(file, name)) for name in (*PARAMETERS, "d")}
     inner = box | {name: list(each) for name, each in file.within.items()}

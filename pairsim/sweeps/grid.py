@@ -15,8 +15,9 @@ from typing import Any
 
 from pairsim.cases.case import SceneCase
 from pairsim.cases.identity import alike, folder_name, identity_of, key_of
+from pairsim.cases.keys import groups_of, keys_of
 from pairsim.cases.mistakes import Mistake, input_error
-from pairsim.cases.physical import BLOCK, forget_numbers
+from pairsim.cases.physical import BLOCK, forget_numbers, given_by
 from pairsim.cases.quantities import in_one_unit
 from pairsim.cases.values import is_finite, is_name
 from pairsim.cases.yaml_file import DEFAULT_LAWS, apply_settings, flat, merge, read_yaml
@@ -26,8 +27,6 @@ from pairsim.computing.many_cases import SweepFile, check_sweep
 from pairsim.computing.question import LAST
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.text import as_typed
-
-NUMBERS = ("beta", "De", "Ca_e", "xi", "d0")  # keys whose values a `physical` block can give
 
 
 @dataclass(frozen=True)
@@ -84,14 +83,15 @@ def grid_from(path: Path, data: dict[str, Any], settings: Sequence[str] = (), li
     In messages the key `cases` is called `listed`.
     """
     file = parse_file("sweep", SweepFile, check_sweep, data, str(path))
-    question, base = QUESTIONS[file.command], read_base(path, data)
+    question = QUESTIONS[file.command]
+    base = read_base(path, data, question.model)
     found: dict[str, tuple[SceneCase, dict[str, Any]]] = {}
     varied: dict[str, None] = {}
     errors: list[InputError] = []
     used, entries, excluded = set[int](), 0, 0
     for name, changes, combined in _entries(path, data, file, listed):
         try:
-            merged = merged_case(base, changes, settings)
+            merged = _merged_case(question.model, base, changes, settings)
             if combined and (hits := {i for i, rule in enumerate(file.exclude) if _matches(merged, rule)}):
                 used |= hits
                 excluded += 1
@@ -119,7 +119,7 @@ def grid_from(path: Path, data: dict[str, Any], settings: Sequence[str] = (), li
     return Grid(name, question, cases, varying, entries - len(found), excluded, content, tuple(settings))
 
 
-def read_base(path: Path, data: Mapping[str, Any]) -> dict[str, Any]:
+def read_base(path: Path, data: Mapping[str, Any], model: type[SceneCase]) -> dict[str, Any]:
     """The case that is the base of the valid content of a grid or study file; it may be the name of a case file.
 
     Raises:
@@ -128,14 +128,16 @@ def read_base(path: Path, data: Mapping[str, Any]) -> dict[str, Any]:
     base = data.get("base", {})
     base = _case_file(path, data, "base", base) if isinstance(base, str) else base
     forget_numbers(base)
-    return merged_case({}, base)
+    return _merged_case(model, {}, base)
 
 
-def merged_case(base: dict[str, Any], changes: Mapping[str, Any], settings: Sequence[str] = ()) -> dict[str, Any]:
+def _merged_case(
+    model: type[SceneCase], base: dict[str, Any], changes: Mapping[str, Any], settings: Sequence[str] = ()
+) -> dict[str, Any]:
     """A copy of a case with changes, of which settings are the last; errors are those of `merge`."""
     merged = copy.deepcopy(base)
-    merge(merged, changes)
-    apply_settings(merged, tuple(settings))
+    merge(merged, changes, groups_of(model))
+    apply_settings(merged, tuple(settings), groups_of(model))
     return merged
 
 
@@ -211,16 +213,18 @@ def _with_parameters(
         values.append({**resolved, **flat(merged), **flat(resolved)})
     keys = dict.fromkeys(varied)
     if any(key.startswith(BLOCK) for key in keys):  # the numbers computed from it vary, too
-        keys |= dict.fromkeys(NUMBERS)
-        if any(f"{BLOCK}.end" in each for each in values):
-            keys["time.end"] = None
+        declared = keys_of(type(found[0][0]))
+        given = {key for _, merged in found for key in given_by(merged, declared)}
+        single = {key for key in given if declared[key].count is None}
+        points = {key for each in values for key in single if isinstance(each.get(key), list)}  # of a curve
+        keys |= dict.fromkeys(key for key in declared if key in given - points)
     for law in (law for law in DEFAULT_LAWS if law in keys):
         keys |= dict.fromkeys(key for each in values for key in each if key.startswith(f"{law}."))
     varying = tuple(key for key in keys if any(each.get(key) != values[0].get(key) for each in values))
     wanted = dict.fromkeys((*varying, *always))
-    keys_of = [key_of(case.kind, identity_of(case)) for case, _ in found]
+    hashes = [key_of(case.kind, identity_of(case)) for case, _ in found]
     cases = (
         SweepCase(case, key, folder_name(case.slug, key), {name: each.get(name) for name in wanted})
-        for key, (case, _), each in zip(keys_of, found, values, strict=True)
+        for key, (case, _), each in zip(hashes, found, values, strict=True)
     )
     return varying, tuple(cases)

@@ -220,7 +220,7 @@ def test_curves_are_computed_and_made_into_an_atlas(pairsim: Pairsim, tmp_path: 
     assert (more.curves.places[5:, 0] >= 0.36).all()
     assert (more.box["beta"], more.curves.random.sum()) == ([0.3, 0.4], 3)
     for changed, why in (
-        (f"{box}base: {{mesh: {{Np: 8}}, tol: 0.5, length: 20}}", "length is 20, in the atlas not given"),
+        (f"{box}base: {{mesh: {{Np: 8}}, tol: 0.5, length: 20}}", "length is 20, in the atlas auto"),
         (f"{box.replace('0.05', '0.06')}base: {base}", "its box is another one"),
     ):
         spec.write_text(f"{changed}\ncurves: 6\nstart: out/atlas.npz\n")

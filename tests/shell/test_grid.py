@@ -6,17 +6,14 @@ import pickle
 from pathlib import Path
 
 import pytest
+import yaml
 from support.inputs import ROOT, examples
 
+import pairsim
 from pairsim.cases.identity import identity_of, key_of
-from pairsim.cases.messages import groups_of
-from pairsim.cases.run_case import Case
 from pairsim.cases.values import Range, spelled_out
-from pairsim.cases.yaml_file import GROUPS
 from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case
-from pairsim.questions.critical import CriticalCase
-from pairsim.questions.curve import CurveCase
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.grid import Grid, read_grid
 
@@ -71,8 +68,25 @@ def test_a_range_takes_nothing_over_from_the_base(tmp_path: Path) -> None:
     grid = read_grid(tmp_path / "grid.yaml")
     assert [list(case.case.resolved()["d"]) for case in grid.cases[:2]] == [[0.1, 0.3, 0.5], [0.01, 0.1, 1]]
     assert grid.cases[2].case.resolved()["mesh"].items() >= {"Np": 10, "growth": 0.2}.items(), "groups are merged"
-    held = {name for model in (Case, CurveCase, CriticalCase) for name in groups_of(model) if name}
-    assert held == set(GROUPS)
+
+
+def test_groups_of_every_question_are_merged(tmp_path: Path) -> None:
+    base = "beta: 0.4, De: 1, Ca_e: 0, d: 0.1, row: {beads: 8, seed: 3}"
+    (tmp_path / "grid.yaml").write_text(f"command: train\nbase: {{{base}}}\ncases: [{{row: {{seed: 4}}}}]\n")
+    (case,) = read_grid(tmp_path / "grid.yaml").cases
+    assert case.case.resolved()["row"].items() >= {"beads": 8, "seed": 4}.items()
+    case = parse_case(QUESTIONS["train"], yaml.safe_load(f"{{{base}}}"), "case")
+    assert pairsim.load(case, row={"seed": 4}).resolved()["row"].items() >= {"beads": 8, "seed": 4}.items()
+
+
+def test_quantities_of_every_question_take_their_numbers_along(tmp_path: Path) -> None:
+    block = "{particle: 20 um, viscosity: 1 Pa.s, flow_rate: 1 ul/min, modulus: 5 kPa, spacing: 30 um}"
+    (tmp_path / "grid.yaml").write_text(
+        f"command: train\nbase: {{physical: {block}}}\ngrid: {{physical.tube: [50 um, 60 um]}}\n"
+    )
+    grid = read_grid(tmp_path / "grid.yaml")
+    assert grid.varying == ("physical.tube", "beta", "Ca_e", "train.spacing")
+    assert [case.parameters["train.spacing"] for case in grid.cases] == [0.6, 0.5]
 
 
 def test_an_item_that_is_a_list_is_one_value_for_the_particles(tmp_path: Path) -> None:

@@ -11,10 +11,13 @@ from pathlib import Path
 import pytest
 import yaml
 
+from pairsim.cases.keys import groups_of
+from pairsim.cases.run_case import Case
 from pairsim.cases.yaml_file import Place, apply_settings, place_of, read_yaml, yaml_text
 from pairsim.results.folder import plain
 from pairsim.runtime.errors import InputError
 
+GROUPS = groups_of(Case)
 TEXT = "a: 1\nmesh:\n  Np: 20\n  growth: 1e-1\nlist: [{x: 1},\n  {y: 2}]\n"
 
 
@@ -39,7 +42,7 @@ def test_keys_know_their_lines(tmp_path: Path) -> None:
 def test_settings_have_their_own_place(tmp_path: Path) -> None:
     data = read_yaml(write(tmp_path, TEXT))
     kept = copy.deepcopy(data)
-    apply_settings(data, ("mesh.Np=8", "time.end=3"))
+    apply_settings(data, ("mesh.Np=8", "time.end=3"), GROUPS)
     assert (data["mesh"], data["time"]) == ({"Np": 8, "growth": 0.1}, {"end": 3})
     assert place_of(data, "mesh.Np") == place_of(data, "time.end") == Place("--set", None)
     assert kept["mesh"]["Np"] == 20
@@ -78,7 +81,7 @@ def test_aliases_are_copies(tmp_path: Path) -> None:
     data = read_yaml(
         write(tmp_path, "base: &a {Np: 8}\nmesh: *a\nother: {<<: [{growth: 1}, *a, {Np: 9}], x: &a 2}\ny: *a\n")
     )
-    apply_settings(data, ("mesh.Np=20",))
+    apply_settings(data, ("mesh.Np=20",), GROUPS)
     assert data == {"base": {"Np": 8}, "mesh": {"Np": 20}, "other": {"growth": 1, "Np": 8, "x": 2}, "y": 2}
 
 
@@ -147,7 +150,7 @@ def test_files_that_are_nested_without_end_are_refused(tmp_path: Path) -> None:
 
 def test_settings_are_read_alike() -> None:
     with pytest.raises(InputError, match="--set: beta: got '!!bool maybe'; must be valid YAML: 'maybe' cannot be read"):
-        apply_settings({}, ("beta=!!bool maybe",))
+        apply_settings({}, ("beta=!!bool maybe",), GROUPS)
 
 
 @pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-32", "latin-1"])

@@ -24,6 +24,7 @@ from pairsim.cases.accuracy import DEFAULT, percent
 from pairsim.cases.case import SceneCase
 from pairsim.cases.checks import check_scene
 from pairsim.cases.estimate import Estimate, steady_estimate
+from pairsim.cases.keys import Key, Part
 from pairsim.cases.mistakes import Mistake, broken, missing
 from pairsim.cases.values import MOST_VALUES, CurveTolerance, Distance, Gaps, Range, Time, Velocity, Whole, spelled_out
 from pairsim.cli.compute import compute
@@ -51,27 +52,29 @@ class CurveCase(SceneCase):
     kind: ClassVar[str] = "curve"
     usual_distances: ClassVar[dict[str, Any]] = {"d": {"start": 0.02, "stop": 0.8, "num": 9}}
 
-    d: Gaps | None = Field(
+    d: Annotated[Gaps | None, Key(part=Part.REPORT)] = Field(
         None,
         description="distances between the facing surfaces [D_c]: a list of numbers (or of lists, one number for each "
         "gap), or a range, or one number for each gap and a range of one of them; a curve has points at other "
         "distances, too, no more than a factor of 1.8 apart",
     )
-    tol: CurveTolerance = Field(
+    tol: Annotated[CurveTolerance, Key(part=Part.NUMERICS)] = Field(
         percent(DEFAULT) / 100,
         description="points are added until the half-width of the interval of dU between them is below this fraction "
         "of the largest |dU|, or below twice that at the points (default: accuracy)",
     )
-    max_points: Whole = Field(200, ge=1, le=MOST_VALUES, description="no points are added once the curve has this many")
-    fields: tuple[Distance, ...] = Field(
+    max_points: Annotated[Whole, Key(part=Part.NUMERICS)] = Field(
+        200, ge=1, le=MOST_VALUES, description="no points are added once the curve has this many"
+    )
+    fields: Annotated[tuple[Distance, ...], Key(part=Part.REPORT)] = Field(
         (), max_length=MOST_VALUES, description="distances at which fields are written to fields.xdmf [D_c]"
     )
-    velocity: Velocity | None = Field(
+    velocity: Annotated[Velocity | None, Key(slug="velocity")] = Field(
         None,
         description="velocity at which the rigid particles are moved, 0 to hold them [U_av]; the forces that this "
         "takes are columns of curve.csv (default: no force acts on the particles)",
     )
-    after: Time | None = Field(
+    after: Annotated[Time | None, Key("T", "D_c/U_{av}", caption=9, slug="after")] = Field(
         None,
         description="solve no steady states: dU from rest at held distances after this time, after twice and after "
         "four times it [D_c/U_av], of liquids whose stress is that of a history, as below a yield stress",
@@ -123,6 +126,10 @@ class CurveCase(SceneCase):
         return min(values), max(values)
 
     @property
+    def has_history(self) -> bool:
+        return self.after is not None
+
+    @property
     def driven(self) -> tuple[float, float | None]:
         return float(self.flow), self.velocity
 
@@ -141,10 +148,7 @@ class CurveCase(SceneCase):
         return self.places
 
     def _slug_parts(self) -> list[str]:
-        parts = super()._slug_parts()
-        parts += [] if self.velocity is None else [f"velocity{self.velocity:g}"]
-        parts += [] if self.after is None else [f"after{self.after:g}"]
-        return parts if self.flow else [*parts, "at-rest"]
+        return [*super()._slug_parts(), *([] if self.flow else ["at-rest"])]
 
 
 def check(case: CurveCase) -> Iterator[Mistake]:

@@ -23,9 +23,10 @@ from pydantic import Field
 from pairsim.api.compute import Computation
 from pairsim.api.results import Result
 from pairsim.cases import values
-from pairsim.cases.case import ENDS, Ends, Keys, SceneCase
+from pairsim.cases.case import ENDS, Ends, SceneCase
 from pairsim.cases.checks import check_scene
 from pairsim.cases.estimate import Estimate, steady_estimate
+from pairsim.cases.keys import Keys
 from pairsim.cases.mistakes import Mistake, broken, missing
 from pairsim.cli.compute import app_of
 from pairsim.computing.question import InSweeps, Question, drawn_by, rows_in
@@ -109,7 +110,7 @@ class TrainCase(SceneCase):
     usual_distances: ClassVar[dict[str, Any]] = {"d": 0.1}
 
     particles: values.Whole = Field(1, ge=1, le=1, description="1: all beads of the train are equal")
-    d: values.OneOrEach[values.Distance] | None = Field(
+    d: values.OneOrMany[values.Distance] | None = Field(
         None,
         description="distance between the facing surfaces of neighbours [D_c]; a list: the first distances of a row "
         "from upstream, whose mean is that of the train",

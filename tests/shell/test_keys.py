@@ -1,0 +1,126 @@
+"""What is declared of a key beside its field is known everywhere: here of keys that no other file names."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import pytest
+from pydantic import Field
+
+from pairsim.atlas.atlas import PARAMETERS, SHIPPED, Atlas
+from pairsim.cases.checks import check_scene, missing_numbers
+from pairsim.cases.coverage import beyond, case_of
+from pairsim.cases.identity import identity_of
+from pairsim.cases.keys import Key, Keys, Part, PerGap, PerParticle, keys_of
+from pairsim.cases.run_case import Case
+from pairsim.cases.values import Number
+from pairsim.computing import QUESTIONS
+from pairsim.plots.labels import case_parts, common_parts, parameter_label, varying_keys
+from pairsim.questions.curve import CurveCase
+
+
+class Options(Keys):
+    size: Number = Field(1.0, description="a size")
+    late: Annotated[bool, Key(since="9")] = Field(False, description="a key of a later version")
+
+
+WEIGHT = Key("W", r"\eta_0 U_{av} D_c", caption=10, slug="W", since="9")
+
+
+class Weighed(Case):
+    """A run with keys of its own: one number a particle, one a gap, and a group."""
+
+    weight: Annotated[PerParticle[Number], WEIGHT] = Field(0.0, description="weight of each particle")
+    charge: Annotated[PerParticle[Number] | None, Key(required=True)] = Field(None, description="charge")
+    spring: PerGap[Number] = Field(0.0, description="stiffness of a spring across each gap")
+    options: Options = Options()
+
+
+def case(**keys: Any) -> Weighed:
+    return Weighed.model_validate({"beta": 0.4, "Ca_e": 0.1, "d0": 0.1, "charge": 1, **keys})
+
+
+@pytest.mark.parametrize(
+    ("keys", "wrong"),
+    [
+        (
+            {"particles": 1, "weight": [1, 2]},
+            {"weight": "must be a number or a list of 1, one for each of the particles"},
+        ),
+        ({"weight": [1, 2]}, {}),
+        ({"spring": [1, 2]}, {"spring": "must be a number or a list of 1, one for each of the gaps"}),
+        ({"particles": 3, "spring": [1, 2], "weight": 1}, {}),
+    ],
+)
+def test_a_list_has_one_value_for_each_particle_or_gap(keys: dict[str, Any], wrong: dict[str, str]) -> None:
+    assert {each.key: each.allowed for each in check_scene(case(**keys))} == wrong
+
+
+def test_values_are_spread_over_particles_and_gaps() -> None:
+    three = case(particles=3, weight=2, spring=[1, 2])
+    assert three.each("weight") == (2, 2, 2)
+    assert three.each("spring") == (1, 2)
+    assert case(particles=1).each("spring") == ()
+
+
+def test_a_key_that_must_be_given_is_missed_where_there_are_particles() -> None:
+    given = {"beta": 0.4, "Ca_e": 0.1, "d0": 0.1}
+    assert [each.key for each in missing_numbers(Weighed, given, {})] == ["charge"]
+    assert [each.key for each in missing_numbers(Weighed, {"particles": 0}, {})] == []
+    assert [each.key for each in missing_numbers(Weighed, {"particles": 1}, {})] == ["beta", "Ca_e", "charge"]
+
+
+def test_equal_values_in_a_list_are_one_value() -> None:
+    assert identity_of(case(weight=[2, 2])) == identity_of(case(weight=2)) != identity_of(case(weight=[2, 3]))
+
+
+def test_a_key_of_a_later_version_changes_no_hash_where_it_has_its_default() -> None:
+    old = identity_of(Case.model_validate({"beta": 0.4, "Ca_e": 0.1, "d0": 0.1}))
+    new = identity_of(case())
+    assert new == old | {"charge": 1, "spring": 0, "options": {"size": 1}}
+    assert identity_of(case(weight=[0, 0])) == new
+    assert identity_of(case(options={"late": True}))["options"] == {"size": 1, "late": True}
+
+
+def test_an_atlas_compares_a_key_that_it_does_not_know() -> None:
+    class Heavy(CurveCase):
+        weight: PerParticle[Number] = Field(0.0, description="weight of each particle")
+        patience: Annotated[Number, Key(part=Part.NUMERICS)] = Field(1.0, description="how long is waited")
+
+    atlas = Atlas.load(SHIPPED[0])
+    middle = {name: sum(atlas.box[name]) / 2 for name in PARAMETERS}
+    theirs = case_of(atlas, Heavy, middle).model_dump(exclude_unset=True)
+
+    def why(**keys: Any) -> list[str]:
+        return beyond(Heavy.model_validate(theirs | keys), atlas)
+
+    assert why() == why(weight=[0, 0]) == why(patience=2) == []
+    assert why(weight=50) == ["weight is 50, in the atlas 0"]
+    assert why(weight=[50, 0]) == ["weight is [50.0, 0.0], in the atlas 0"]
+    assert why(length="auto", ends="developed") == []
+
+
+def test_captions_axes_and_folders_have_what_a_key_declares() -> None:
+    heavy, light = case(weight=2), case(weight=[0, 0])
+    assert heavy.slug == "beta0.4-De0-Cae0.1-d0.1-W2"
+    assert light.slug == case().slug == "beta0.4-De0-Cae0.1-d0.1"
+    assert case(particles=0, beta=None, Ca_e=None, weight=2).slug == "pipe-De0"
+    assert case_parts(heavy.resolved())[2] == r"$W = 2\ \eta_0 U_{av} D_c$"
+    assert len(case_parts(case().resolved())) == len(case_parts(heavy.resolved())) - 1
+    assert parameter_label("weight") == r"$W$  [$\eta_0 U_{av} D_c$]"
+    assert common_parts([heavy.resolved(), light.resolved()], [])[-1] == "not the same: $W$"
+    assert varying_keys([heavy.resolved(), light.resolved()]) == ["weight"]
+
+
+def test_a_key_of_several_questions_is_written_alike() -> None:
+    models = [question.model for question in QUESTIONS.values()]
+    declared = {(name, key.symbol, key.unit) for model in models for name, key in keys_of(model).items()}
+    assert len(declared) == len({name for name, _, _ in declared})
+
+
+def test_a_key_keeps_its_declaration_in_a_class_that_replaces_its_field() -> None:
+    class Again(Weighed):
+        charge: PerParticle[Number] | None = Field(None, description="another charge")
+
+    assert keys_of(Again)["charge"].required
+    assert {"options", "options.size"} <= keys_of(Again).keys()
