@@ -54,7 +54,7 @@ def ask(
         A curve, as of `pairsim.curve`, with `findings()`, `dU(d)` and `travel(start, stop)`. Half-widths of quantities
         such as `modulus="1.5 +- 0.3 kPa"` have their own part in the answer, by Monte Carlo on the atlas:
         `record["dU_inputs"]` has the ends, `least` and `largest` [um/s], of the range that holds 95 % of draws of them,
-        at the distances of its table, and the part of the draws `outside` of the atlas.
+        at distances `d` [D_c], and the part of the draws `outside` of the atlas.
 
     Raises:
         InputError: A quantity is wrong; or the atlas has no answer, and the curve is not to be computed.

@@ -15,12 +15,13 @@ from pairsim.results.units import LENGTH, VELOCITY
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.interpolant import hermite, slopes_of
 
+BETWEEN = 4  # distances for each of the atlas, since dU of far pairs falls by factors from one to the next; chosen
 DRAWS = 2000  # of the inputs: the part of them in a range is known to 0.5 %
 KNOWN = {*PARAMETERS, "length", "velocity"}  # what may change from draw to draw, and the difference where it is known
 
 
 def range_of_draws(case: SceneCase, atlas: Atlas) -> dict[str, Any]:
-    """The range that holds dU of `COVERED` of all draws of the inputs, at the distances of an atlas, constant in units.
+    """The range that holds dU of `COVERED` of all draws of the inputs, at distances that are constant in units.
 
     What dU is of a draw outside of the atlas is not known. Such draws count as outside of the range, so that it holds
     as many whatever theirs is; where there are too many of them, it is the range of those inside.
@@ -35,13 +36,16 @@ def range_of_draws(case: SceneCase, atlas: Atlas) -> dict[str, Any]:
     inside = np.array([not atlas.outside(**dict(zip(PARAMETERS, each, strict=True))) for each in places])
     shift = np.broadcast_to(np.log(LENGTH.factor(case.scales) / LENGTH.factor(scales)), DRAWS)
     velocity = np.broadcast_to(VELOCITY.factor(scales), DRAWS)
-    values, x = np.full((DRAWS, len(atlas.d)), np.nan), np.log(atlas.d)
+    x = np.log(atlas.d)
+    d = np.geomspace(float(atlas.d[0]), float(atlas.d[-1]), BETWEEN * (len(x) - 1) + 1)
+    d[[0, -1]] = atlas.d[[0, -1]]
+    values = np.full((DRAWS, len(d)), np.nan)
     dU, known = atlas.velocities(places[inside])[0], set(KNOWN)
     if "difference" in numbers and (by_difference := atlas.changes_by_difference(places[inside])) is not None:
         dU = dU + numbers["difference"][inside, None] * by_difference
         known.add("difference")
     for i, curve in zip(np.flatnonzero(inside), dU, strict=True):
-        at = x + shift[i]
+        at = np.log(d) + shift[i]
         here = (at >= x[0]) & (at <= x[-1])
         values[i, here] = velocity[i] * hermite(x, curve, slopes_of(curve, x))(at[here])
     least, largest = np.array([_ends(column) for column in values.T]).T
@@ -50,6 +54,7 @@ def range_of_draws(case: SceneCase, atlas: Atlas) -> dict[str, Any]:
         name: None for each in uncertain for name, change in each.changes.items() if change and name not in known
     }
     return {
+        "d": d,
         "least": least,
         "largest": largest,
         "outside": np.isnan(values).mean(axis=0),

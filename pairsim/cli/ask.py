@@ -80,7 +80,7 @@ def ask(
     except InputError as error:
         of_options = (of_option("pairsim ask", each, names) if each.file == "case" else each for each in error.mistakes)
         raise InputError.of_all(of_options) from None
-    scales, drawn = scales_in(answer.record), DrawnRange.of(answer.columns, answer.record)
+    scales, drawn = scales_in(answer.record), DrawnRange.of(answer.record)
     lines = [*answer.findings(), *(f"Warning: {warning}" for warning in answer.warnings)]
     for place in at or ():
         d = distance_on(answer.curve.of(), place, "--at", scales, "pairsim ask")

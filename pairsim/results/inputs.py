@@ -75,12 +75,12 @@ class DrawnRange:
     missing: str  # numbers that differ from draw to draw, but for which the atlas has one value alone
 
     @classmethod
-    def of(cls, table: Mapping[str, Array], record: Mapping[str, Any]) -> Self | None:
-        """That of a curve; None if it has none."""
+    def of(cls, record: Mapping[str, Any]) -> Self | None:
+        """That of a curve, in its run.json; None if it has none."""
         if (entry := record.get("dU_inputs")) is None:
             return None
-        arrays = {name: np.asarray(entry[name], dtype=float) for name in ("least", "largest", "outside")}
-        return cls(np.asarray(table["d"]), **arrays, beyond=entry["beyond"], missing=entry["missing"])
+        arrays = {name: np.asarray(entry[name], dtype=float) for name in ("d", "least", "largest", "outside")}
+        return cls(**arrays, beyond=entry["beyond"], missing=entry["missing"])
 
     def _at(self, values: Array, d: Array | float) -> Array:
         x = np.log(self.d)

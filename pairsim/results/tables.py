@@ -94,13 +94,13 @@ def table_of(directory: Path, name: str, physical: bool | None, at: Sequence[flo
             `values_at`.
     """
     path, record = directory / f"{name}.csv", read_record(directory)
-    if physical and scales_in(record) is None:
+    scales = scales_in(record) if physical is not False else None
+    if physical and scales is None:
         raise no_units(str(directory))
     try:
         table = table_from(read_table(path), record, str(directory), physical, at)
     except TypeError as error:
         raise InputError(str(path), "", None, f"must have numbers in its rows ({error})") from None
-    scales = scales_in(record) if physical is not False else None
     if scales is not None and (along := (case := read_yaml(directory / "case.yaml")).get("along")):
         number = "De" if "De" in along else "Ca_e"
         key, unit, value_of = quantity_for(case, number, scales)

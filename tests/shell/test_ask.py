@@ -46,7 +46,7 @@ def test_the_part_of_the_inputs_is_that_of_first_order_where_they_are_small(atla
     table, case = answer.columns, api.units(kind="curve", **ELASTIC).case
     by = [of_modulus * case.Ca_es[0] * table["by_Ca_e"], of_time * case.De * table["by_De"]]
     drawn = answer.record["dU_inputs"]
-    half = (drawn["largest"] - drawn["least"]) / 2
+    half = (drawn["largest"] - drawn["least"])[::4] / 2  # at the distances of the table
     assert half == pytest.approx(1e6 * answer.scales.velocity * np.hypot(*by), rel=0.1)
     assert (drawn["outside"] == 0).all()
 
@@ -60,7 +60,7 @@ def test_a_range_holds_dU_of_most_draws_of_uncertain_inputs(
 ) -> None:
     """Also where dU is not linear in them, and where some draws are outside of the box, of which dU is invented."""
     answer, book = api.ask(**ELASTIC | {"particle": particle, "modulus": modulus}, atlas=atlas), Atlas.load(atlas)
-    drawn, draws, d = DrawnRange.of(answer.columns, answer.record), 4000, 8 / 50
+    drawn, draws, d = DrawnRange.of(answer.record), 4000, 8 / 50
     assert drawn is not None
     normal = iter(np.random.default_rng(5).standard_normal((2, draws)))
     sizes = {"particle": 1.0, "modulus": 1.0}
@@ -90,7 +90,7 @@ def test_a_range_holds_dU_of_most_draws_of_uncertain_inputs(
 
 def test_a_zero_of_most_draws_is_where_both_signs_are(atlas: Path) -> None:
     answer = api.ask(**ELASTIC | {"modulus": "10 +- 2 kPa"}, atlas=atlas)
-    drawn, zero = DrawnRange.of(answer.columns, answer.record), answer.zeros["d"][0]
+    drawn, zero = DrawnRange.of(answer.record), answer.zeros["d"][0]
     assert drawn is not None
     ends = drawn.around(zero)
     zeros = [api.ask(**ELASTIC | {"modulus": f"{G} kPa"}, atlas=atlas).zeros["d"][0] for G in (8, 12)]
@@ -102,7 +102,7 @@ def test_a_difference_of_the_diameters_has_its_part_in_the_range(atlas: Path) ->
     answer = api.ask(**ELASTIC | {"particle_difference": "0 +- 0.1 %"}, atlas=atlas)
     drawn = answer.record["dU_inputs"]
     half = 1e6 * answer.scales.velocity * 1e-3 * np.abs(answer.columns["by_difference"])
-    assert (drawn["largest"] - drawn["least"]) / 2 == pytest.approx(half, rel=0.05)
+    assert (drawn["largest"] - drawn["least"])[::4] / 2 == pytest.approx(half, rel=0.05)
     assert not drawn["missing"]
 
 

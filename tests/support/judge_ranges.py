@@ -8,19 +8,17 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.interpolate import CubicSpline
 
 import pairsim
 from pairsim.api.ask import asked_of
 from pairsim.atlas.atlas import PARAMETERS
 from pairsim.results.inputs import DrawnRange
-from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
+from pairsim.solvers.curves.interpolant import hermite, slopes_of
 
 DRAWS = 2000
 UNITS = {
@@ -49,13 +47,6 @@ def experiment(random: np.random.Generator) -> tuple[dict[str, Any], dict[str, t
     return texts | ({"liquid": "giesekus"} if "relaxation" in values else {}), known
 
 
-def _blocks(x: Array, size: int = 50) -> Iterator[tuple[slice, Array]]:
-    """Parts of an array, with their places in it."""
-    for start in range(0, len(x), size):
-        at = slice(start, start + size)
-        yield at, x[at]
-
-
 def judge(count: int, seed: int = 0) -> pd.DataFrame:
     """A row for each experiment: the part of its draws that the range holds, and of those inside the atlas."""
     random, rows = np.random.default_rng(seed), list[dict[str, Any]]()
@@ -65,7 +56,7 @@ def judge(count: int, seed: int = 0) -> pd.DataFrame:
             answer = pairsim.ask(**texts)
         except InputError:  # such as beyond the largest Ca_e by rounding
             continue
-        drawn = DrawnRange.of(answer.columns, answer.record)
+        drawn = DrawnRange.of(answer.record)
         assert drawn is not None
         um = 50.0 * float(np.exp(random.uniform(np.log(0.022), np.log(1.8))))
         words = drawn.words(um / 50)
@@ -83,9 +74,9 @@ def judge(count: int, seed: int = 0) -> pd.DataFrame:
         low, high = np.array([atlas.box[name] for name in PARAMETERS]).T
         d = um / q["tube"]
         known_ = ((places >= low) & (places <= high)).all(axis=1) & (d >= atlas.d[0]) & (d <= atlas.d[-1])
-        curves = CubicSpline(np.log(atlas.d), atlas.velocities(np.clip(places, low, high))[0], axis=1)
-        x = np.log(np.broadcast_to(np.clip(d, *atlas.d[[0, -1]]), DRAWS))
-        dU = np.concatenate([np.diag(curves(part)[at]) for at, part in _blocks(x)])
+        values, x = atlas.velocities(np.clip(places, low, high))[0], np.log(atlas.d)
+        at = np.log(np.broadcast_to(np.clip(d, *atlas.d[[0, -1]]), DRAWS))
+        dU = np.array([hermite(x, row, slopes_of(row, x))(here) for row, here in zip(values, at, strict=True)])
         held = (1e6 * velocity * dU >= least) & (1e6 * velocity * dU <= largest) & known_
         outside = 1 - known_.mean()
         row = {"held": held.mean(), "of_known": held[known_].mean(), "outside": outside}

@@ -111,7 +111,7 @@ def _with_inputs(table: Mapping[str, Array], zeros: Sequence[in_tables.Zero], re
     scales, inputs = scales_in(record), [Input(**each) for each in record.get("inputs", ())]
     if scales is None or "by_beta" not in table or not table["dU"].any():
         return []
-    x, peak, drawn = np.log(table["d"]), peak_of(table), DrawnRange.of(table, record)
+    x, peak, drawn = np.log(table["d"]), peak_of(table), DrawnRange.of(record)
     ranges = _in_draws(drawn, peak.d, zeros, scales) if drawn is not None else []
     changes = [(one, change_by(table, scales, one)) for one in inputs]
     known = [(one, float(np.interp(np.log(peak.d), x, each)) / one.size) for one, each in changes if each is not None]
