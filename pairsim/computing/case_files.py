@@ -103,7 +103,7 @@ def commands_for(path: Path, overrides: tuple[str, ...] = ()) -> list[str]:
         InputError: The file cannot be read.
     """
     data = read_yaml(path)
-    apply_settings(data, overrides, {group for question in QUESTIONS.values() for group in groups_of(question.model)})
+    apply_settings(data, overrides, {group for name in QUESTIONS for group in groups_of(model_of(name))})
     return fitting(data, QUESTIONS)
 
 
