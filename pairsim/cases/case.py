@@ -22,6 +22,7 @@ from pairsim.physics.liquids import Liquid, Newtonian
 from pairsim.physics.scales import Scales
 from pairsim.physics.softest import beyond_steady_shapes, beyond_tension
 from pairsim.physics.solids import Solid
+from pairsim.runtime.questions import NAMES, module_of
 
 USUAL = SETTINGS[DEFAULT]
 THINNING = USUAL.in_time["thinning"]
@@ -371,11 +372,13 @@ def shown(value: Any) -> str:
 
 
 def known_keys() -> dict[str, Key]:
-    """The keys of all kinds of cases by name: of those whose model is loaded, which that of a case at hand is.
+    """The keys of all kinds of cases by name, whichever of them were imported before.
 
     Of a key that several kinds have, such as d, it is that of one for which it is a part of the report, if there is
     one.
     """
+    for name in NAMES:  # whose models are subclasses once they are imported
+        module_of(name)
     return _keys_of_all(_kinds_of(SceneCase))
 
 

@@ -6,7 +6,6 @@ import atexit
 import gc
 import sys
 import traceback
-from importlib import import_module
 from itertools import islice
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
@@ -18,13 +17,13 @@ from pairsim.cli import ask, folders, preparation, sweeps, units
 from pairsim.runtime.errors import EnvironmentFailure, InputError, PairsimError
 from pairsim.runtime.interrupts import EXIT_CODE, interrupted
 from pairsim.runtime.launcher import rank
-from pairsim.runtime.questions import NAMES, first_line
+from pairsim.runtime.questions import NAMES, first_line, module_of
 from pairsim.runtime.version import __version__, commit
 
 
 def command_of(question: str) -> Any:
     """The command of a question, from its file."""
-    return typer.main.get_group(import_module(f"pairsim.questions.{question}").app).commands[question]
+    return typer.main.get_group(module_of(question).app).commands[question]
 
 
 class _OfQuestion(TyperCommand):

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from importlib import import_module
 from typing import Any
 
 from pairsim.computing.question import Question
 from pairsim.results.columns import Column, declare
 from pairsim.results.folder import OWN_FILES, PICTURE_ENDINGS
-from pairsim.runtime.questions import NAMES
+from pairsim.runtime.questions import NAMES, module_of
 
 
 class _Questions(Mapping[str, Question[Any]]):
@@ -18,7 +17,7 @@ class _Questions(Mapping[str, Question[Any]]):
     def __getitem__(self, name: str) -> Question[Any]:
         if name not in NAMES:
             raise KeyError(name)
-        question: Question[Any] = import_module(f"pairsim.questions.{name}").QUESTION
+        question: Question[Any] = module_of(name).QUESTION
         declare(each for columns in question.tables.values() for each in columns if isinstance(each, Column))
         return question
 

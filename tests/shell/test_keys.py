@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from typing import Annotated, Any
 
 import pytest
@@ -110,6 +112,14 @@ def test_captions_axes_and_folders_have_what_a_key_declares() -> None:
     assert parameter_label("weight") == r"$W$  [$\eta_0 U_{av} D_c$]"
     assert common_parts([heavy.resolved(), light.resolved()], [])[-1] == "not the same: $W$"
     assert varying_keys([heavy.resolved(), light.resolved()]) == ["weight"]
+
+
+def test_what_is_known_of_a_key_does_not_depend_on_what_was_imported() -> None:
+    """In a process of its own, in which no question is imported."""
+    code = "from pairsim.plots.labels import symbol, varying_keys\n"
+    code += "print(symbol('after'), varying_keys([{'d': 1, 'fields': 1}, {'d': 2, 'fields': 2}]))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "$T$ []\n"
 
 
 def test_a_key_of_several_questions_is_written_alike() -> None:
