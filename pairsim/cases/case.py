@@ -99,8 +99,6 @@ class SceneCase(Keys):
     """The command that the case is for."""
     counted: ClassVar[dict[str, int]] = {"beta": 0, "Ca_e": 0}
     """Keys that must be given, one for all particles or one for each, and how many fewer than particles these are."""
-    closed: ClassVar[bool] = False
-    """Whether the tube is a period of an infinite row of particles."""
     usual_distances: ClassVar[dict[str, Any]] = {}
     """Distances of a case that is made without any, by their key."""
 
@@ -159,6 +157,11 @@ class SceneCase(Keys):
     def _cells(self) -> dict[str, Any]:
         """The cells that `accuracy` sets."""
         return settings_of(self.accuracy).mesh(self.liquid_model.cells, self.betas, "time" in type(self).model_fields)
+
+    @property
+    def closed(self) -> bool:
+        """Whether the tube is a period of an infinite row of particles."""
+        return False
 
     @property
     def error_wanted(self) -> float:
@@ -300,7 +303,7 @@ class SceneCase(Keys):
     def resolved(self) -> dict[str, Any]:
         """The case with every default filled in, as dicts, lists, numbers and strings."""
         data = self.model_dump(mode="json")
-        if self.length is None and not self.closed:  # of a period it follows from other keys
+        if self.length is None:
             data["length"] = self.tube_length
         name = liquids.DEFAULT.name
         by_default = LIQUIDS[name](law=name) if self.liquid_model.modes else None
