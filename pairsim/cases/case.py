@@ -96,8 +96,6 @@ class SceneCase(Keys):
 
     kind: ClassVar[str]
     """The command that the case is for."""
-    closed: ClassVar[bool] = False
-    """Whether the tube is a period of an infinite row of particles."""
     in_time: ClassVar[bool] = False
     """Whether it is solved in time, for which `accuracy` has other cells than for steady states."""
     named_by_kind: ClassVar[bool] = True
@@ -166,6 +164,11 @@ class SceneCase(Keys):
     def _cells(self) -> dict[str, Any]:
         """The cells that `accuracy` sets."""
         return settings_of(self.accuracy).mesh(self.liquid_model.cells, self.betas, self.in_time)
+
+    @property
+    def closed(self) -> bool:
+        """Whether the tube is a period of an infinite row of particles."""
+        return False
 
     @property
     def error_wanted(self) -> float:

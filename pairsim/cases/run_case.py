@@ -10,13 +10,14 @@ from pydantic import Field
 
 from pairsim.cases import values
 from pairsim.cases.accuracy import settings_of
-from pairsim.cases.case import USUAL, SceneCase
+from pairsim.cases.case import ENDS, USUAL, SceneCase
 from pairsim.cases.checks import check_scene
 from pairsim.cases.keys import Key, Keys, Part, PerGap
 from pairsim.cases.materials import slowest_of
 from pairsim.cases.mistakes import Mistake, broken
 
 MOST_OUTPUTS = 10_000
+LEAST_GAP = 1e-4  # between the last particle of a period and the first one of the next [D_c], as of others
 # The flow in the tube starts up like exp(-t/De), and soft pairs near each other (beta .5, d .04) forget their shape
 # like exp(-t/(6 Ca_e)); the factors were chosen.
 SHORTEST_RUN = 2.0  # least end [D_c/U_av]
@@ -93,6 +94,11 @@ class Case(SceneCase):
     d0: Annotated[PerGap[values.Distance] | None, D0] = Field(
         None, description="initial distance between the facing surfaces [D_c]"
     )
+    ends: Literal["periodic", "developed", "repeated"] = Field(  # type: ignore[assignment]  # one more than others have
+        "developed",
+        description=f"{ENDS}; or repeated: the tube is a period of an infinite row, in which the last particle is "
+        "followed by the first one (default of length: the mean of d0 between these two)",
+    )
     start: Annotated[Literal["rest", "steady"], Key(part=Part.START)] = Field(
         "rest",
         description="state at t = 0: unstressed liquid and particles at rest, or the quasi-steady state of the initial "
@@ -130,6 +136,16 @@ class Case(SceneCase):
         return self.each("d0")
 
     @property
+    def closed(self) -> bool:
+        return self.ends == "repeated"
+
+    @property
+    def tube_length(self) -> float:
+        if self.closed and self.length is None and self.n > 1:
+            return self.cluster + sum(self.gaps) / len(self.gaps)
+        return super().tube_length
+
+    @property
     def estimates_error(self) -> bool:
         """Whether the error of dU is estimated."""
         return self.n > 1 and self.dU_error
@@ -148,6 +164,8 @@ class Case(SceneCase):
 def check_run(case: Case) -> Iterator[Mistake]:
     """Check the keys of a run against each other; yields mistakes as `check_scene` does."""
     yield from check_scene(case)
+    if case.closed:
+        yield from _check_period(case)
     time, output, limits, end = case.time, case.output, case.limits, case.time.end
     widest, narrowest = max(case.gaps, default=-inf), min(case.gaps, default=inf)
     in_time = f"must be at most time.end = {end:g}"
@@ -162,3 +180,12 @@ def check_run(case: Case) -> Iterator[Mistake]:
         ("limits.max_gap", (limits.max_gap or inf) <= widest, f"must be above the initial distance {widest:g}"),
         ("limits.min_gap", limits.min_gap >= narrowest, f"must be below the initial distance {narrowest:g}"),
     )
+
+
+def _check_period(case: Case) -> Iterator[Mistake]:
+    """Check the length of a period of an infinite row; yields mistakes."""
+    if not case.n:
+        yield Mistake("ends", case.ends, "must be periodic or developed: there are no particles to be repeated")
+    elif case.length != "auto" and case.tube_length <= (least := case.cluster + max(case.limits.min_gap, LEAST_GAP)):
+        allowed = f"must be above {least:g}: {case.cluster:g} for the particles, and the distance to the next period"
+        yield Mistake("length", case.tube_length, allowed)

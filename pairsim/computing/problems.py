@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import inf
+
 from pairsim.cases.case import FREE_ENDS, SceneCase
 from pairsim.cases.run_case import Case
 from pairsim.fem.meshes.geometry import MeshSettings
@@ -27,7 +29,7 @@ def problem_of(case: Case, monitor: Monitor | None = None) -> Problem:
         case.solid_models,
         case.gaps,
         case.tube_length,
-        case.ends == "periodic",
+        case.ends != "developed",
         mesh_settings(case),
         StepControl(time_options.tol, SMALLEST_STEP, time_options.max_step, time_options.fixed_step),
         time_options.first_step,
@@ -35,7 +37,8 @@ def problem_of(case: Case, monitor: Monitor | None = None) -> Problem:
         t_end=time_options.end,
         min_gap=case.limits.min_gap,
         max_gap=case.limits.max_gap,
-        least_room=FREE_ENDS,
+        least_room=-inf if case.closed else FREE_ENDS,
+        closed=case.closed,
         dU_error=case.estimates_error,
         from_steady=case.start == "steady",
         held=case.hold and case.n > 1,
@@ -50,7 +53,7 @@ def steady_problem(case: SceneCase, narrowest: float, monitor: Monitor | None = 
     return SteadyProblem(
         case.betas,
         case.tube_length,
-        case.ends == "periodic",
+        case.ends != "developed",
         settings,
         poiseuille if flow else at_rest,
         flow,

@@ -135,9 +135,9 @@ def near_ends(case: SceneCase, span: float) -> list[str]:
 
     The measured errors are in docs/explanation/decisions.md, "Tube and ends".
     """
-    part = NEAR_ENDS[case.ends if case.liquid_model.modes else "developed"]
+    part = NEAR_ENDS["periodic" if case.ends != "developed" and case.liquid_model.modes else "developed"]
     left, least = (case.tube_length - span) / 2, part * case.margin
-    if not case.n or left >= least:
+    if not case.n or case.closed or left >= least:
         return []
     affected = asked_for(case)
     message = (

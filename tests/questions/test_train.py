@@ -231,3 +231,39 @@ def test_duration_is_what_was_measured(keys: dict[str, Any], seconds: float) -> 
     case = pairsim.load(({} if "physical" in keys else {"beta": 0.4}) | keys, kind="train")
     found = QUESTIONS["train"].estimate(case)
     assert found.seconds / found.within < seconds < found.seconds * found.within
+
+
+@pytest.mark.slow
+def test_a_run_of_a_period_decays_as_waves_of_the_train_do() -> None:
+    """A wave of two beads in a period of four; its mean over both signs is free of terms of second order."""
+    spacing, amplitude = 0.52, 0.0052
+    case = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "particles": 4, "ends": "repeated", "length": 4 * spacing}
+    case |= {"time": {"end": 3}, "mesh": {"Np": 16}, "output": {"fields": False}}
+    waves = []
+    for sign in (1, -1):
+        gaps = spacing - 0.4 + 2 * amplitude * sign * np.array([1, -1, 1])
+        result = pairsim.run(case, d0=gaps.tolist()).check()
+        assert max(result.record["settled"]["dU_error"]) < 3e-4, "a period has no ends that would affect it"
+        places = result.table[["z_1", "z_2", "z_3", "z_4"]].to_numpy() @ [1, -1, 1, -1] + 2 * spacing
+        waves.append((result.table["t"].to_numpy(), places))
+    (t, wave), other = waves
+    wave = wave - np.interp(t, *other)
+    since = int(np.searchsorted(t, 1.0))
+    rate = np.log(wave[-1] / wave[since]) / (t[-1] - t[since])
+    train = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "train": {"spacing": spacing, "cell": 4}, "accuracy": "5%"}
+    assert rate == pytest.approx(pairsim.train(train).frame("spectrum")["growth"].iloc[-1], rel=0.02)
+
+
+def test_a_period_of_a_row_is_as_long_as_its_distances() -> None:
+    case = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "particles": 4, "ends": "repeated", "d0": [0.1, 0.2, 0.3]}
+    assert pairsim.load(case).tube_length == pytest.approx(4 * 0.4 + 0.6 + 0.2)
+    assert pairsim.load(case, length=2.21).closed
+    for keys, said in (
+        ({"length": 2.2}, "length: got 2.2; must be above 2.202: 2.2 for the particles, and the distance to the next"),
+        ({"particles": 0, "d0": None, "beta": None, "Ca_e": None}, "ends: got 'repeated'; must be periodic or"),
+        ({"length": "auto"}, "auto requires ends: developed"),
+    ):
+        with pytest.raises(pairsim.InputError, match=re.escape(said)):
+            pairsim.load(case | keys)
+    with pytest.raises(pairsim.InputError, match="ends: got 'repeated'; must be"):
+        pairsim.load({"beta": 0.4, "De": 0, "Ca_e": 0.1, "d": [0.1], "ends": "repeated"}, kind="curve")

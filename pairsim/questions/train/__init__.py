@@ -106,7 +106,6 @@ class TrainCase(SceneCase):
     """An infinite train of equal beads."""
 
     kind: ClassVar[str] = "train"
-    closed: ClassVar[bool] = True
     usual_distances: ClassVar[dict[str, Any]] = {"d": 0.1}
 
     particles: values.Whole = Field(1, ge=1, le=1, description="1: all beads of the train are equal")
@@ -118,6 +117,10 @@ class TrainCase(SceneCase):
     ends: Ends = Field("periodic", description=ENDS)
     train: TrainOptions = TrainOptions()
     row: RowOptions = RowOptions()
+
+    @property
+    def closed(self) -> bool:
+        return True
 
     @property
     def gaps(self) -> tuple[float, ...]:
@@ -144,6 +147,9 @@ class TrainCase(SceneCase):
         """Length of a period with undeformed beads [D_c]."""
         d = self.mean_d or max(self.train.transition or (0.0,))
         return self.train.spacing or max(self.betas, default=0.0) + d
+
+    def resolved(self) -> dict[str, Any]:
+        return {key: value for key, value in super().resolved().items() if key != "length"}  # which must not be given
 
     def _slug_parts(self) -> list[str]:
         distance = f"d{self.mean_d:g}" if self.mean_d is not None else f"spacing{self.tube_length:g}"

@@ -2,7 +2,8 @@
 
 At prescribed ends the flow is the developed one, at periodic ends it is the same at both, while in an infinite tube it
 would have what is left there of the particles' perturbation. Somewhat inside the tube the perturbation is larger than
-that. Put on the ends, it changes the residual, and the adjoint turns the change into one of the velocities.
+that. Put on the ends, it changes the residual, and the adjoint turns the change into one of the velocities. A period of
+an infinite row has no ends.
 """
 
 from __future__ import annotations
@@ -33,6 +34,8 @@ def end_effects(steady: SteadySolver, adjoints: Array, residual: Array) -> Array
         A row for each of the distances from the ends, (2, k).
     """
     scene, x = steady.scene, steady.state()[1]
+    if scene.reference.geometry.closed:
+        return np.zeros((len(INSIDE), len(adjoints)))
     liquid, nodes = scene.liquid, scene.nodes
     mesh, fields = liquid.six_node_mesh, ["u", "s"] if scene.material.modes else ["u"]
     values, positions = np.hstack([liquid.nodal(field, x) for field in fields]), scene.positions(x)

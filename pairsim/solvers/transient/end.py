@@ -24,11 +24,13 @@ def reason_to_end(problem: Problem, t: float, gaps: Sequence[float]) -> Reason |
         t: Time [D_c/U_av].
         gaps: Distances [D_c], N-1 values.
     """
+    if problem.closed and problem.betas:  # and that to the next period, but for what shapes change of it
+        gaps = (*gaps, 2 * problem.room(gaps))
     if gaps and min(gaps) < problem.min_gap:
         return "contact"
     if problem.max_gap is not None and gaps and max(gaps) > problem.max_gap:
         return "max_gap"
-    if problem.betas and problem.room(gaps) < problem.least_room:
+    if not problem.closed and problem.betas and problem.room(gaps) < problem.least_room:
         return "tube_too_short"
     return "end" if reached(t, problem.t_end) else None
 

@@ -170,6 +170,7 @@ def steady_scene(problem: Problem, gaps: tuple[float, ...]) -> tuple[SteadyProbl
         problem.mesh,
         problem.boundary_velocity,
         narrowest=min(problem.gaps, default=np.inf),
+        closed=problem.closed,
         monitor=problem.monitor,
     )
     return steady, Parameters(gaps, problem.solids, replace(problem.liquid, yielding=None))
