@@ -124,6 +124,7 @@ def fit(
     Tables of TrackPy, TrackMate, ImageJ and others are read as they are: their
     positions are those of centres, and the case has the diameter.
     """
+    typer.echo("fit: trying values over the range of the atlas, some seconds", err=True)
     from pairsim.api.fit import fit as fit_of
 
     found = fit_of(
