@@ -65,6 +65,9 @@ def build(path: Path, folder: Path | None, options: Options, workers: Workers) -
     atlas = None
     if file.start:
         atlas, *others = (Atlas.load(path.parent / each) for each in file.starts)
+        if atlas.box != box:
+            allowed = "must be an atlas of the same box and base: its box is another one"
+            raise InputError(str(path), "start", file.start, allowed)
         random.fast_forward(int(atlas.curves.random.sum()))
         for other in others:
             atlas = joined(atlas, other, lambda place: grid_of(place, "start").cases[0].case, str(path))
@@ -85,8 +88,7 @@ def build(path: Path, folder: Path | None, options: Options, workers: Workers) -
         first, *rest = (plain(each.case.resolved()) for each in grid.cases)
         common = {key: value for key, value in first.items() if all(case.get(key) == value for case in rest)}
         if atlas is not None:
-            why = ["its box is another one"] if atlas.box != box else beyond(pair, atlas)
-            if why:
+            if why := beyond(pair, atlas):
                 allowed = f"must be an atlas of the same box and base: {' and '.join(why)}"
                 raise InputError(str(path), "start", file.start, allowed)
             common = {key: value for key, value in common.items() if atlas.provenance["case"].get(key) == value}
