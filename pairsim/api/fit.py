@@ -110,6 +110,9 @@ class FilmFit:
             if np.isfinite(found.most) and said:
                 yield f"  by {', '.join(said)}"
         size, half_width = (100 * each for each in self.difference)
+        if size and not half_width:
+            side = "larger" if size > 0 else "smaller"
+            yield f"The leading bead is taken to be {abs(size):.4g} % {side} than the trailing one, as the case says."
         if half_width:
             yield (
                 f"The leading bead is {abs(size):.2g} +- {half_width:.2g} % {'larger' if size > 0 else 'smaller'} than "
@@ -120,7 +123,7 @@ class FilmFit:
                 f"If the diameters are equal (particle_difference: 0 % in the physical block), {name} = "
                 f"{_interval(found)}."
             )
-        frames = f"{len(self.times)} frames, off by {self.residuals.std():.2g} um"
+        frames = f"{len(self.times)} frames, off by {self.residuals.std():.2g} um (standard deviation)"
         yield frames + (f"; {self.left_out} more are outliers and were left out" if self.left_out else "")
         if self.alike > CHANCE / np.sqrt(len(self.times)):
             yield "A bad fit: neighbouring frames are off in the same direction, so this model is not theirs."
@@ -170,8 +173,9 @@ def fit(
         InputError: A file or key is wrong, or the atlas has no answer for the case.
     """
     unknown = list(dict.fromkeys([unknown] if isinstance(unknown, str) else unknown))
+    unknown = [*GIVES] if unknown == ["both"] else unknown
     if not unknown or not {*unknown} <= GIVES.keys():
-        raise InputError("pairsim fit", "unknown", ", ".join(unknown), f"allowed: {', '.join(GIVES)}, or both")
+        raise InputError("pairsim fit", "unknown", ", ".join(unknown), f"allowed: {', '.join(GIVES)}, both")
     book, asked, units, difference = _case_of(case, unknown, atlas)
     paths = [Path(each) for each in (film, exchanged) if each is not None]
     films = [film_of(path, fps=fps, pixel=pixel, particles=particles) for path in paths]
@@ -283,10 +287,16 @@ def _case_of(
     Raises:
         InputError: The case has no units, or the atlas has no answer.
     """
-    block = content_of(case).get("physical")
+    content = content_of(case)
+    block = content.get("physical")
     if not isinstance(block, Mapping):
         raise InputError("pairsim fit", "physical", None, "must be given: the quantities of the experiment")
     others, difference = _difference_of(block)
+    if not {"distance", "d", "d0"} & {*block, *content}:  # films have it
+        others["distance"] = QUANTITIES["distance"].dimension.example
+    numbers = {GIVES[name][0] for name in unknown if name not in block and "young" not in block}
+    if numbers & content.keys():  # as of a case that was made without what is unknown
+        case = {key: value for key, value in content.items() if key not in numbers}
     values, units = {}, []
     for name in unknown:
         dimension = QUANTITIES[name].dimension

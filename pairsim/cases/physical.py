@@ -87,7 +87,7 @@ class Difference(Quantity):
         try:
             return percentage(value)[0]
         except ValueError as error:
-            mistakes.append(Mistake(place, value, f"{error}, such as {of.example}"))
+            mistakes.append(Mistake(place, value, str(error)))
             return None
 
 

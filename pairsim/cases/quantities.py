@@ -163,7 +163,9 @@ def percentage(text: Any) -> tuple[float, float]:
         value, half_width = (float(each or 0) / 100 for each in match.groups())
         if abs(value) < 1 and 0 <= half_width < 1:
             return value, half_width
-    raise ValueError("must be a percentage between -100 % and 100 %")
+    raise ValueError(
+        "must be a percentage between -100 % and 100 %, such as 0.5 %, or 0 +- 0.5 % of what is bounded alone"
+    )
 
 
 def as_given(text: str) -> tuple[float, str]:

@@ -25,7 +25,7 @@ def ask(
         Path | None, typer.Option(help="File of an atlas, atlas.npz of pairsim atlas (default: those that ship).")
     ] = None,
     tube: Annotated[Text, quantity("Inner diameter of the tube D_c, such as 50um.")] = None,
-    particle: Annotated[Text, quantity("Diameter of the particles, such as 20um.")] = None,
+    particle: Annotated[list[str] | None, quantity("Diameter of the particles, such as 20um.")] = None,
     flow_rate: Annotated[Text, quantity("Flow rate Q, such as 1ul/min.", "--flow")] = None,
     velocity: Annotated[Text, quantity("Mean velocity of the liquid, in place of --flow, such as 5mm/s.")] = None,
     modulus: Annotated[Text, quantity("Shear modulus G_p (default: rigid), such as 5kPa.")] = None,
@@ -63,6 +63,8 @@ def ask(
 
     names = [name for name in options if name in QUANTITIES or name == "liquid"]
     given = {name: options[name] for name in names if options[name]}
+    if particle:
+        given["particle"] = particle[0] if len(particle) == 1 else particle
     if case is None and tube is None:
         raise InputError("pairsim ask", "--tube", None, "must be given, or a case file")
     if case is not None and given:
@@ -96,6 +98,8 @@ def ask(
     typer.echo("\n".join(lines))  # also where the pair does not make the travel
     if start is not None and stop is not None:
         typer.echo(str(travel(answer.columns, start, stop, "pairsim ask", answer.record)))
+        if drawn is not None:
+            typer.echo("The half-widths of the inputs are not in the +- of this travel.")
 
 
 @app.command(
@@ -105,7 +109,7 @@ def ask(
 def fit(
     film: Annotated[Path, typer.Argument(help=r"Table with columns such as t \[s] and d \[um], or of a tracker.")],
     case: Annotated[Path, typer.Argument(help="Case file with a physical block; what is unknown may be left out.")],
-    unknown: Annotated[list[str] | None, typer.Option(help="modulus (default) or relaxation; repeat for both.")] = None,
+    unknown: Annotated[list[str] | None, typer.Option(help="modulus (default), relaxation or both.")] = None,
     fps: Fps = None,
     pixel: Pixel = None,
     particles: Particles = None,

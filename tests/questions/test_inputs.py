@@ -57,6 +57,10 @@ def test_a_difference_of_the_diameters_is_said_and_has_its_part_where_it_is_give
     unequal = TABLE | {"by_difference": np.full_like(D, -0.4)}
     said = " ".join(answer_of_curve(unequal, [], RECORD))
     assert "for each per cent by which the leading one is larger, dU at d = 50 um changes by -40 um/s" in said
+    fading = curve_table(D, 0.01 * np.exp(-4 * D), np.zeros_like(D), dU_error=np.full_like(D, 1e-6))
+    fading |= {"by_difference": np.full_like(D, -0.4)}
+    answer = " ".join(answer_of_curve(fading, [], RECORD))
+    assert "From d = 43.89 um on a difference of 0.1 % decides" in answer, "exp(-4 d) is .04 at d = 40.2 um"
     given = Input("particle_difference", 0.0, 0.5, "%", STILL | {"difference": 0.01})
     assert half_widths_by(unequal, SCALES, [given])["particle_difference"] == pytest.approx(0.5 * 0.01 * 0.4 * 1e4)
     said = " ".join(answer_of_curve(unequal, [], {**RECORD, "inputs": [given._asdict()]}))

@@ -329,3 +329,10 @@ def test_a_curve_is_computed_where_it_is_asked_for(atlas: Path, tmp_path: Path) 
     small = BENCH | {"particle": "8um", "mesh": {"Np": 8}, "tol": 0.2}
     computed = api.ask(**small, atlas=atlas, compute=True, folder=tmp_path / "curve")
     assert computed.dU("8um") == api.open(tmp_path / "curve").dU("8um")
+
+
+def test_beads_that_differ_are_refused(atlas: Path, pairsim: Pairsim) -> None:
+    options = [part for name, value in BENCH.items() for part in (f"--{name.replace('flow_rate', 'flow')}", value)]
+    done = pairsim("ask", "--atlas", str(atlas), *options, "--particle", "21um")
+    assert done.returncode == 2
+    assert "the beads differ" in done.stderr

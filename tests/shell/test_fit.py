@@ -260,8 +260,18 @@ def test_centres_are_further_apart_than_a_diameter(atlas: Path, tmp_path: Path) 
         api.fit(path, case(), atlas=atlas, fps=500, pixel="1 um")
 
 
+@pytest.mark.slow
+def test_cases_that_were_made_without_what_is_unknown(atlas: Path, tmp_path: Path) -> None:
+    """As `pairsim units -o` writes them, with rigid beads; and without any distance, which films have."""
+    path = film(tmp_path / "film.csv", 0.0, 0.06, 1e-3)
+    block = {"physical": BENCH | {"particle_difference": "0 %"}}
+    rigid, bare = api.fit(path, block | {"Ca_e": 0, "d0": 0.1}, atlas=atlas), api.fit(path, block, atlas=atlas)
+    assert rigid.values == bare.values
+    assert holds(bare, MODULUS)
+
+
 def test_what_may_be_unknown_is_named(atlas: Path, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="unknown: got 'viscosity'; allowed: modulus, relaxation, or both"):
+    with pytest.raises(InputError, match="unknown: got 'viscosity'; allowed: modulus, relaxation, both"):
         api.fit(tmp_path / "f.csv", case(modulus="5 kPa"), unknown="viscosity", atlas=atlas)
     with pytest.raises(InputError, match="unknown: got ''; allowed: modulus"):
         api.fit(tmp_path / "f.csv", case(modulus="5 kPa"), unknown=[], atlas=atlas)

@@ -21,6 +21,7 @@ from pairsim.results.units import FORCE, LENGTH, TIME, VELOCITY, Unit, in_unit, 
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.interpolant import Region
 
+SLIGHT = 1e-3  # difference of two diameters, over their mean, that no camera sees
 FAR = 1.2  # ratio of distances from which on it is told where a start is forgotten; chosen
 
 
@@ -132,7 +133,19 @@ def _of_unequal(table: Mapping[str, Array], record: Mapping[str, Any]) -> list[s
     return [
         f"The beads are taken to be equally large{common}: for each per cent by which the leading one is larger, dU at "
         f"d = {in_unit(scales, LENGTH, d)} changes by {in_unit(scales, VELOCITY, change, sign='+', digits=3)}{key}."
+        f"{_decided_by(table, scales)}"
     ]
+
+
+def _decided_by(table: Mapping[str, Array], scales: Scales | None) -> str:
+    """From which distance on a small difference of the diameters decides whether a pair separates."""
+    decides = np.abs(table["dU"]) < SLIGHT * np.abs(table["by_difference"])
+    if not decides[-1]:
+        return ""
+    if decides.all():
+        return f" A difference of {100 * SLIGHT:g} % decides at every d whether they separate."
+    d = in_unit(scales, LENGTH, float(table["d"][np.flatnonzero(~decides)[-1] + 1]))
+    return f" From d = {d} on a difference of {100 * SLIGHT:g} % decides whether they separate."
 
 
 def _in_draws(drawn: DrawnRange, d: float, zeros: Sequence[in_tables.Zero], scales: Scales) -> list[str]:
