@@ -12,11 +12,12 @@ from pydantic import Field
 from pairsim.cases.case import SceneCase
 from pairsim.cases.checks import check_scene
 from pairsim.cases.estimate import Estimate, steady_estimate
-from pairsim.cases.mistakes import Mistake, missing
+from pairsim.cases.mistakes import Mistake
 from pairsim.cases.values import Values
 from pairsim.computing import events
 from pairsim.results.columns import Column
 from pairsim.results.units import softness
+from pairsim.runtime.text import counted
 
 if TYPE_CHECKING:
     from pairsim.plots.style import Page
@@ -36,24 +37,25 @@ class Found:
 
 
 class AlongCase(SceneCase):
-    """One particle at several Ca_e."""
+    """One particle at its Ca_e, or at several."""
 
-    along: Values | None = Field(None, description="elastic capillary numbers of the particle: a list or a range")
+    along: Values | None = Field(
+        None, description="elastic capillary numbers in place of Ca_e: a list or a range; default: Ca_e alone"
+    )
 
     @property
     def series(self) -> tuple[float, ...]:
         """The elastic capillary numbers, ascending."""
-        return tuple(sorted(set(self.along or ())))
+        return tuple(sorted(set(self.along or self.Ca_es)))
 
 
 def check_along(case: AlongCase) -> Iterator[Mistake]:
     """Check the keys against each other; yields mistakes."""
     if case.n != 1:
         yield Mistake("particles", case.n, f"must be 1: the {case.kind} is that of a particle on its own")
-    elif case.along is None:
-        yield missing("along", "must be values of Ca_e: a list, or {start, stop, num, spacing}")
     elif case.Ca_e == 0:
-        yield Mistake("Ca_e", case.Ca_e, "must be above 0, as along replaces it")
+        why = "a rigid particle keeps its shape; pairsim curve has its velocity and pressure drop"
+        yield Mistake("Ca_e", case.Ca_e, f"must be above 0{', as along replaces it' if case.along else f': {why}'}")
     else:
         yield from check_scene(case)
 
@@ -63,25 +65,28 @@ def estimate_along(case: AlongCase) -> Estimate:
     return steady_estimate(case, len(case.series))
 
 
-def solve_along(case: AlongCase, monitor: Monitor, columns: Sequence[str | Column], shown: str) -> events.Events:
+def solve_along(
+    case: AlongCase, monitor: Monitor, columns: Sequence[str | Column], shown: str, errors: Mapping[str, str]
+) -> events.Events:
     """Solve the steady states in ascending Ca_e.
 
     The table, which has the name of the question, begins with `columns`: names, and columns whose `value` is taken of a
-    `Found`. Progress shows one of them.
+    `Found`. Progress shows one of them. `errors` names the columns whose half-widths are held against `accuracy`, which
+    sets the cells, but does not adapt them here.
     """
     from pairsim.computing.problems import steady_problem
-    from pairsim.computing.steady import Solutions, health_columns, point_row
+    from pairsim.computing.steady import Solutions, health_columns, large_value_errors, point_row
     from pairsim.computing.warnings import finer
     from pairsim.fem.surface import roughness
     from pairsim.solvers.parameters import Parameters
 
-    what = f"{len(case.series)} values of Ca_e"
+    what = f"{counted(len(case.series), 'value')} of Ca_e"
     yield events.Begin(what, len(case.series))
     names = [each.name if isinstance(each, Column) else each for each in columns]
     yield events.Table(case.kind, [*names, *health_columns(case)])
     own = {each.name: each.value for each in columns if isinstance(each, Column) and each.value is not None}
     problem, start = steady_problem(case, 1.0, monitor), Parameters((), case.solid_models, case.liquid_model)
-    found, rough = Solutions(case), list[str]()
+    found, rough, rows = Solutions(case), list[str](), list[dict[str, float]]()
     try:
         with found:
             branch = found.begin(problem, start.with_Ca_e(case.series[0]))
@@ -90,6 +95,7 @@ def solve_along(case: AlongCase, monitor: Monitor, columns: Sequence[str | Colum
                 found.points.append(point)
                 row, state = point_row(point) | {"Ca_e": Ca_e}, Found(point.estimate, branch.solver)
                 row |= {name: float(value(state)) for name, value in own.items()}
+                rows.append(row)
                 yield events.Row(case.kind, row)
                 if roughness(branch.solver.bodies[0], branch.solver.state()[0]) > WRINKLED:
                     rough.append(f"{Ca_e:.4g}")
@@ -101,7 +107,8 @@ def solve_along(case: AlongCase, monitor: Monitor, columns: Sequence[str | Colum
             f"at Ca_e = {', '.join(rough)} the surface has waves as long as its cells, on this mesh alone: D and "
             f"deformation may be off by more than their errors; compare with {finer(case)}"
         )
-        yield from found.last_events({"points": len(found.points)}, [warning] if rough else [])
+        warnings = [*([warning] if rough else []), *large_value_errors(case, rows, errors)]
+        yield from found.last_events({"points": len(found.points)}, warnings)
 
 
 def draw_along(directory: Path, out: Path, page: Page, name: str, errors: Mapping[str, str]) -> list[Path]:

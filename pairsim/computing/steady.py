@@ -10,7 +10,7 @@ import numpy as np
 
 from pairsim.cases.case import SceneCase
 from pairsim.computing.events import Event, Outcome, Summary, Table
-from pairsim.computing.warnings import ErrorAt, above, common_warnings, moves_on
+from pairsim.computing.warnings import ErrorAt, above, common_warnings, large_errors, moves_on
 from pairsim.results.columns import CURVE_HEALTH, FORCES, POLYMER_HEALTH, YIELD_HEALTH, names_of, observed, table_row
 from pairsim.solvers.curves.adaptation import AdaptiveBranch
 from pairsim.solvers.curves.branch import Branch, Point
@@ -174,6 +174,24 @@ def error_at(point: Point, gap: int, size: float) -> ErrorAt:
     return ErrorAt(float(estimate.dU_error[gap]) / size, where(point.parameters), ends, regularisation)
 
 
+def large_value_errors(case: SceneCase, rows: Sequence[Mapping[str, float]], errors: Mapping[str, str]) -> list[str]:
+    """Warnings of values in rows of a table whose half-widths are more than `accuracy` of the largest of them.
+
+    Args:
+        case: The case.
+        rows: The rows, which have a Ca_e each if there are several.
+        errors: Names of values, each with the name of its half-width.
+    """
+    found = []
+    for name, error in errors.items():
+        size = max((abs(row[name]) for row in rows), default=0.0)
+        places = [f"Ca_e = {row['Ca_e']:.4g}" if "Ca_e" in row else "" for row in rows]
+        parts = [row[error] / size for row in rows] if size > ROUNDING else []
+        at = [ErrorAt(part, place, 0.0, 0.0) for part, place in zip(parts, places, strict=False)]
+        found += large_errors(case, f"the error of {name}", f"the largest |{name}|" if len(rows) > 1 else "it", at)
+    return found
+
+
 def moving_errors(case: SceneCase, points: Sequence[Point], size: float) -> list[str]:
     """Warnings of points at which particles move on too fast for a curve, relative to a velocity."""
     parts = {
@@ -225,8 +243,7 @@ def adaptation_report(
     reached = max((each.relative for _, each in known), default=0.0)
     entry = {
         "wanted": wanted,
-        "reached": reached,
-        "kept": reached <= wanted,
+        **({"reached": reached, "kept": reached <= wanted} if points else {}),
         **({"held_together": [each.where for each in held]} if held else {}),
         "meshes": [
             {"d": gaps[0] if len(set(gaps)) == 1 else list(gaps), "unknowns": n, "rounds": branch.rounds[gaps]}

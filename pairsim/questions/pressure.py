@@ -1,9 +1,9 @@
 """Compute the extra pressure drop of one particle over Ca_e.
 
-The case file has particles: 1, and along: values of Ca_e (a list, or {start,
-stop, num, spacing}). Writes pressure.csv (the pressure drop in excess of that of
-the tube without the particle, with its error), pressure.png, case.yaml and
-run.json.
+The case file has particles: 1, and Ca_e or along: several values of it (a list,
+or {start, stop, num, spacing}). Writes pressure.csv (the pressure drop in
+excess of that of the tube without the particle, with its error), pressure.png,
+case.yaml and run.json.
 
 Exit codes: 0 finished, 2 wrong input, 3 computation failed, 4 installation or
 system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
@@ -21,6 +21,9 @@ from pairsim.computing.question import InSweeps, Question, rows_in
 from pairsim.results.units import STRESS, in_unit, scales_in, softness
 
 COLUMNS = ("Ca_e", "dp_plus", "dp_plus_error", "dp_plus_correction", "corrected", "U_1", "U_error_1", "D_1", "newton")
+
+ERRORS = {"dp_plus": "dp_plus_error", "U_1": "U_error_1"}
+"""Values, each with its half-width."""
 
 
 class PressureCase(AlongCase):
@@ -46,7 +49,7 @@ QUESTION = Question(
     model=PressureCase,
     check=check_along,
     estimate=estimate_along,
-    solve=lambda case, monitor: solve_along(case, monitor, COLUMNS, "dp_plus"),
+    solve=lambda case, monitor: solve_along(case, monitor, COLUMNS, "dp_plus", ERRORS),
     tables={"pressure": COLUMNS, "way": ()},
     result=PressureResult,
     draw=lambda folder, out, page: draw_along(folder, out, page, "pressure", {"dp_plus": "dp_plus_error"}),
@@ -54,5 +57,5 @@ QUESTION = Question(
     in_sweeps=InSweeps(lambda _: ("points", "dp_plus", "dp_plus_error"), parameters=("beta", "De")),
 )
 pressure: Computation[PressureResult] = Computation(QUESTION, __doc__)
-"""Compute the extra pressure drop of one particle over the values of Ca_e that the case has under `along`."""
+"""Compute the extra pressure drop of one particle at the Ca_e of the case, or at those that it has under `along`."""
 app = app_of(pressure, __doc__, "Example: pairsim pressure case.yaml -o out --set 'along=[0.02, 0.1]'")

@@ -1,8 +1,8 @@
 """Compute the steady shape of one particle over Ca_e.
 
-The case file has particles: 1, and along: values of Ca_e (a list, or {start,
-stop, num, spacing}). Writes shape.csv (Taylor's D with its error, U in U_av),
-shape.png, case.yaml and run.json.
+The case file has particles: 1, and Ca_e or along: several values of it (a list,
+or {start, stop, num, spacing}). Writes shape.csv (Taylor's D with its error, U
+in U_av), shape.png, case.yaml and run.json.
 
 Exit codes: 0 finished, 2 wrong input, 3 computation failed, 4 installation or
 system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
@@ -54,6 +54,8 @@ COLUMNS = (
     *("dp_plus", "dp_plus_error", "dp_plus_correction", "corrected", "newton"),
 )
 """The columns that shape.csv begins with."""
+ERRORS = {"D_1": "D_error", "deformation_hull": "deformation_error", "U_1": "U_error_1", "dp_plus": "dp_plus_error"}
+"""Values, each with its half-width."""
 
 
 class ShapeCase(AlongCase):
@@ -80,7 +82,7 @@ QUESTION = Question(
     model=ShapeCase,
     check=check_along,
     estimate=estimate_along,
-    solve=lambda case, monitor: solve_along(case, monitor, COLUMNS, "D_1"),
+    solve=lambda case, monitor: solve_along(case, monitor, COLUMNS, "D_1", ERRORS),
     tables={"shape": COLUMNS, "way": ()},
     result=ShapeResult,
     in_sweeps=InSweeps(lambda _: ("points", "D_1", "D_error"), parameters=("beta", "De")),
@@ -89,7 +91,7 @@ QUESTION = Question(
 )
 
 shape: Computation[ShapeResult] = Computation(QUESTION, __doc__)
-"""Compute the steady shape of one particle over the values of Ca_e that the case has under `along`."""
+"""Compute the steady shape of one particle at the Ca_e of the case, or at those that it has under `along`."""
 app = app_of(
     shape,
     __doc__,

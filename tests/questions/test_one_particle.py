@@ -52,6 +52,31 @@ def test_a_stiff_particle_adds_what_a_rigid_one_does_and_a_soft_one_what_its_cur
     assert (table["dp_plus_error"] < 0.01 * table["dp_plus"]).all()
 
 
+@pytest.mark.parametrize("question", ["shape", "pressure", "curve"])
+def test_errors_above_accuracy_are_said(question: str) -> None:
+    """The cells are not adapted to these values."""
+    names = {"shape": ("D_1", "deformation_hull", "dp_plus"), "pressure": ("dp_plus",), "curve": ("D_1", "dp_plus")}
+    fine, rough = (getattr(api, question)(BEAD, accuracy=each, **COARSE).check() for each in ("20%", "0.01%"))
+    assert not any("more than accuracy" in warning for warning in fine.warnings)
+    for name in names[question]:
+        (warning,) = (each for each in rough.warnings if each.startswith(f"the error of {name} is "))
+        assert "more than accuracy: 0.01%; use a finer mesh" in warning
+        assert warning in rough.answer
+    if question == "shape":
+        part = 100 * rough.table["D_error"][0] / abs(rough.table["D_1"][0])
+        (warning,) = (each for each in rough.warnings if each.startswith("the error of D_1 is "))
+        assert float(warning.split()[5]) == pytest.approx(part, rel=0.05)
+        assert "% of it at Ca_e = 0.1, more" in warning
+
+
+def test_one_softness_is_a_whole_question() -> None:
+    for question in (api.shape, api.pressure):
+        alone, listed = question(BEAD, **COARSE), question(BEAD, along=[0.1], **COARSE)
+        assert alone.table.to_dict() == listed.table.to_dict()
+        with pytest.raises(api.InputError, match="Ca_e: got 0; must be above 0: a rigid particle keeps its shape"):
+            question(BEAD, Ca_e=0)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("command", "said", "columns", "swept"),

@@ -12,7 +12,15 @@ import numpy as np
 from pairsim.cases.inputs import inputs_of
 from pairsim.computing import events
 from pairsim.computing.problems import steady_problem
-from pairsim.computing.steady import Solutions, adaptation_report, health_columns, moving_errors, point_row, slope_rows
+from pairsim.computing.steady import (
+    Solutions,
+    adaptation_report,
+    health_columns,
+    large_value_errors,
+    moving_errors,
+    point_row,
+    slope_rows,
+)
 from pairsim.computing.warnings import ErrorAt, finer, large_errors
 from pairsim.questions.curve import CurveCase
 from pairsim.results.columns import EQUILIBRIA_COLUMNS, curve_columns, slope_columns
@@ -129,6 +137,8 @@ def _end(case: CurveCase, found: Solutions) -> Iterator[events.Event]:
     points, entries, warnings = found.points, dict[str, Any](points=len(found.points)), list[str]()
     if case.velocity is not None:
         warnings = _large_force_errors(case, points)
+    elif case.n == 1:
+        warnings = _large_errors_of_one(case, points)
     elif found.branch is not None and case.n > 1 and points:
         curves = interpolants(points) if case.common and len(points) > 1 else []
         size = max(abs(curve.peak.dU) for curve in curves) if len(points) >= ENOUGH and curves else found.branch.dU
@@ -169,6 +179,13 @@ def _far_apart(case: CurveCase, curves: Sequence[CurveInterpolant], size: float)
         f"{where} the interpolated dU may be off by {part} of its largest value, more than accuracy: {case.accuracy}; "
         f"use {advice}"
     ]
+
+
+def _large_errors_of_one(case: CurveCase, points: list[Point]) -> list[str]:
+    """Warnings of large errors of what is found of a particle on its own."""
+    rows = [point_row(point) | point.estimate.shape_errors for point in points]
+    shape = {"D_1": "D"} if any(case.Ca_es) else {}
+    return large_value_errors(case, rows, {"U_1": "U_error_1", "dp_plus": "dp_plus_error", **shape})
 
 
 def _large_force_errors(case: CurveCase, points: list[Point]) -> list[str]:
