@@ -343,7 +343,7 @@ class SceneCase(Keys):
     def resolved(self) -> dict[str, Any]:
         """The case with every default filled in, as dicts, lists, numbers and strings."""
         data = self.model_dump(mode="json")
-        if self.length is None and not self.closed:  # of a period it follows from other keys
+        if self.length is None:
             data["length"] = "auto" if self.ends == "developed" else self.tube_length
         name = liquids.DEFAULT.name
         by_default = LIQUIDS[name](law=name) if self.liquid_model.modes else None
