@@ -148,7 +148,7 @@ def fit(
     pixel: str | None = None,
     particles: str | Sequence[object] | None = None,
 ) -> FilmFit:
-    """Fit quantities of an experiment to a film of two beads that are taken to be alike.
+    """Fit quantities of an experiment to a film of two beads of one material, whose diameters may differ slightly.
 
     The model is the motion along the curve of an atlas, from an unknown distance on, with what is left of the start: a
     sum of exponentials in time, of the slowest decay time at the values that are tried and faster ones. What is not

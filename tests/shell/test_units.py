@@ -21,7 +21,7 @@ from typer.testing import CliRunner
 import pairsim as api
 from pairsim.cases.inputs import inputs_of
 from pairsim.cases.physical import QUANTITIES, forget_numbers
-from pairsim.cases.quantities import COMMON, LENGTH, measured, percentage, quantity_range, si
+from pairsim.cases.quantities import COMMON, LENGTH, measured, quantity_range, si
 from pairsim.cases.run_case import Case
 from pairsim.cases.values import Range
 from pairsim.cases.yaml_file import read_yaml
@@ -447,34 +447,3 @@ def test_run_and_curve_in_units(tmp_path: Path, pairsim: Pairsim) -> None:
     for values, expected in ((series["t"], quick.time), (moved, quick.length)):
         start, stop = np.interp([0.11, 0.15], series["d"][grows], values[grows])
         assert expected == pytest.approx(stop - start, rel=0.02)
-
-
-@pytest.mark.parametrize(
-    ("text", "found"),
-    [("0 %", (0.0, 0.0)), ("-1.5 +- 0.5 %", (-0.015, 0.005)), ("+- 2%", (0.0, 0.02)), ("1% +- 1%", (0.01, 0.01))],
-)
-def test_percentages(text: str, found: tuple[float, float]) -> None:
-    assert percentage(text) == pytest.approx(found)
-
-
-@pytest.mark.parametrize("text", ["", "%", "1", "100 %", "1 um", "1 +- 200 %", 0.01])
-def test_what_is_no_percentage_is_refused(text: object) -> None:
-    with pytest.raises(ValueError, match="must be a percentage between -100 % and 100 %"):
-        percentage(text)
-
-
-def test_beads_of_a_given_difference_are_unequal() -> None:
-    block = {
-        "tube": "50um",
-        "particle": "20um",
-        "particle_difference": "1 +- 0.2 %",
-        "flow_rate": "1ul/min",
-        "viscosity": "1Pa.s",
-    }
-    case = api.load({"physical": block, "Ca_e": 0, "d": [0.1, 0.2]}, kind="curve")
-    assert case.betas == pytest.approx((0.398, 0.402))
-    several = {"particle": ["20um", "21um"]}
-    with pytest.raises(InputError, match=r"must go with physical\.particle, one diameter: the mean of both"):
-        api.load({"physical": block | several, "Ca_e": 0, "d": [0.1, 0.2]}, kind="curve")
-    with pytest.raises(InputError, match="it is that of two particles"):
-        api.load({"physical": block, "Ca_e": 0, "particles": 3, "d": [0.1, 0.2]}, kind="curve")
