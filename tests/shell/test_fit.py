@@ -204,6 +204,20 @@ def test_the_answer_does_not_depend_on_a_first_guess(atlas: Path, tmp_path: Path
 
 
 @pytest.mark.slow
+def test_what_is_left_of_the_start_is_no_softness(tmp_path: Path) -> None:
+    """A short film of beads of 2 kPa, from rest: taken for motion along the curve it would give 2.3 kPa."""
+    table = Atlas.load(next(path for path in SHIPPED if path.stem == "newtonian")).table(0.4, 0.0, 0.0849)
+    motion, times = Motion.of(table), np.linspace(0, 3.4, 80)
+    assert motion is not None
+    decay = float(np.interp(0.08, table["d"], table["t_relax"]))
+    seen = motion.path(0.0766, times) + 8e-3 * np.exp(-times / decay) - 4.6e-3 * np.exp(-4 * times / decay)
+    seen += 5e-4 * np.random.default_rng(3).standard_normal(80)
+    rows = "".join(f"{1e3 * TIME * a},{50 * b}\n" for a, b in zip(times, seen, strict=True))
+    (tmp_path / "film.csv").write_text(f"t [ms],d [um]\n{rows}")
+    assert holds(api.fit(tmp_path / "film.csv", case(particle_difference="0 %")), 2.0)
+
+
+@pytest.mark.slow
 def test_half_widths_of_the_case_are_in_the_interval(atlas: Path, tmp_path: Path) -> None:
     """The film is of beads of 20.2 um; the user has measured 20 +- 0.4 um."""
     path = film(tmp_path / "film.csv", 0.0, 0.06, 1e-3, beta=0.404)
