@@ -34,9 +34,9 @@ from pairsim.computing.schema import schema_rows
 from pairsim.results import columns as tables
 from pairsim.results.columns import Column, column
 from pairsim.results.folder import write_text
-from pairsim.results.units import PURE, SECONDS
 from pairsim.runtime import errors
 from pairsim.runtime.errors import RunFailure
+from pairsim.units.kinds import PURE, SECONDS
 
 ROOT = Path(__file__).resolve().parent.parent
 TEMPLATES, PAGES, CONFIGS = ROOT / "scripts" / "reference", ROOT / "docs" / "reference", ROOT / "configs"

@@ -18,8 +18,8 @@ from pairsim.api.results import Result
 from pairsim.api.sweeps import SweepResult
 from pairsim.computing import QUESTIONS
 from pairsim.results.folder import REPORT, kind_of, write_file
+from pairsim.results.scales import scales_in
 from pairsim.results.tables import DIGITS, brief, readable
-from pairsim.results.units import scales_in
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.text import duration
 from pairsim.runtime.version import __version__

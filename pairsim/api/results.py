@@ -15,7 +15,7 @@ from pairsim.api.cases import load
 from pairsim.computing import Question
 from pairsim.computing.question import Tables, rows_in
 from pairsim.results.folder import CHECKPOINT, WAY, read_record, write_json, write_text, write_yaml
-from pairsim.results.units import no_units, scales_in
+from pairsim.results.scales import no_units, scales_in
 from pairsim.runtime.errors import BranchEnd, BudgetSpent, InputError, failure_of
 from pairsim.runtime.locks import is_locked
 from pairsim.runtime.text import counted, duration
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     import pyvista as pv
 
     from pairsim.cases.case import SceneCase
-    from pairsim.physics.scales import Scales
     from pairsim.results.xdmf import FieldFrame
     from pairsim.runtime.arrays import Array
+    from pairsim.units.scales import Scales
 
 SYMBOLS = {
     r"\bdU": "dU is the velocity of the leading particle minus that of the trailing one",

@@ -16,7 +16,7 @@ from pairsim.cases.identity import RUNS
 from pairsim.computing import QUESTIONS
 from pairsim.results.columns import column, known
 from pairsim.results.folder import plain
-from pairsim.results.units import scales_for
+from pairsim.results.scales import scales_for
 from pairsim.runtime.errors import EnvironmentFailure, InputError
 from pairsim.runtime.locks import is_locked
 from pairsim.runtime.signals import Signals

@@ -19,10 +19,10 @@ from pairsim.cases.materials import is_viscous, liquid_block, liquid_of, solids_
 from pairsim.cases.physical import Physical, far_from_usual
 from pairsim.physics import liquids, solids
 from pairsim.physics.liquids import Liquid, Newtonian
-from pairsim.physics.scales import Scales
 from pairsim.physics.softest import beyond_steady_shapes, beyond_tension
 from pairsim.physics.solids import Solid
 from pairsim.runtime.questions import NAMES, module_of
+from pairsim.units.scales import Scales
 
 USUAL = SETTINGS[DEFAULT]
 THINNING = USUAL.in_time["thinning"]

@@ -88,7 +88,7 @@ def mesh(
     from pairsim.computing.case_files import commands_for, read_case
     from pairsim.results.folder import write_file
     from pairsim.results.mesh_files import FORMATS
-    from pairsim.results.units import LENGTH
+    from pairsim.units.kinds import LENGTH
 
     if output.suffix not in FORMATS:
         raise InputError("pairsim mesh", "-o", str(output), f"must end in {' or '.join(FORMATS)}")

@@ -16,8 +16,8 @@ from pairsim.cases.mistakes import Mistake
 from pairsim.cases.values import Values
 from pairsim.computing import events
 from pairsim.results.columns import Column
-from pairsim.results.units import softness
 from pairsim.runtime.text import counted
+from pairsim.units.text import softness
 
 if TYPE_CHECKING:
     from pairsim.plots.style import Page

@@ -25,10 +25,10 @@ from pairsim.fem.phases.phase import Phase
 from pairsim.physics.conformation import exponential
 from pairsim.physics.liquids import NEWTONIAN, Liquid
 from pairsim.physics.pipe import PipeState
-from pairsim.physics.scales import FLOW_RATE, TUBE_RADIUS
 from pairsim.physics.solids import Solid
 from pairsim.runtime.arrays import Array, Indices
 from pairsim.runtime.errors import MeshFailure
+from pairsim.units.scales import FLOW_RATE, TUBE_RADIUS
 
 BoundaryVelocity = Callable[[Array], Array]
 

@@ -20,8 +20,8 @@ from pairsim.results.columns import column, suffixes_in
 from pairsim.results.folder import SERIES, WAY, kind_of, read_record
 from pairsim.results.settled import start_up
 from pairsim.results.table_files import read_table
-from pairsim.results.units import POSITION, TIME
 from pairsim.runtime.errors import InputError
+from pairsim.units.kinds import POSITION, TIME
 
 FOLDER, DIFFERENCES = "folder", "differences"
 ALIKE = 0.05  # lines whose differences are below this part of their range lie on each other

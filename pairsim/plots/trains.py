@@ -13,7 +13,7 @@ from pairsim.plots.style import COLOURS, LINES, Page, printing
 from pairsim.plots.units import Units
 from pairsim.results.columns import suffixes_in
 from pairsim.results.table_files import read_table
-from pairsim.results.units import LENGTH
+from pairsim.units.kinds import LENGTH
 
 
 @printing()

@@ -28,7 +28,9 @@ from pairsim.cli.compute import app_of
 from pairsim.computing import events
 from pairsim.computing.question import InSweeps, Question, Tables, Value, drawn_by, rows_in
 from pairsim.results.columns import CRITICAL_COLUMNS, text_in_units
-from pairsim.results.units import LENGTH, in_unit, scales_in
+from pairsim.results.scales import scales_in
+from pairsim.units.kinds import LENGTH
+from pairsim.units.text import in_unit
 
 if TYPE_CHECKING:
     from pairsim.computing.warnings import ErrorAt

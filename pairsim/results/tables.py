@@ -11,16 +11,17 @@ import numpy as np
 import pandas as pd
 
 from pairsim.cases.yaml_file import read_yaml
-from pairsim.physics.scales import Scales
 from pairsim.results.columns import SWEEP_COLUMNS, WHOLE, error_of, known, suffixes_in
 from pairsim.results.curve_table import curve_of, over
 from pairsim.results.folder import read_record
 from pairsim.results.inputs import quantity_for
+from pairsim.results.scales import no_units, scales_in
 from pairsim.results.table_files import cell, read_table, table_text
 from pairsim.results.travel import distance_on
-from pairsim.results.units import PURE, Unit, no_units, scales_in
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
+from pairsim.units.kinds import PURE, Unit
+from pairsim.units.scales import Scales
 
 INNER = re.compile(
     r"m|newton|wanted|mesh|meshes|distortion|volume_error|stretch|s_jump|(from_rest|ends_error|regularisation_error|creep).*|"

@@ -19,9 +19,9 @@ from pairsim.plots.runs_and_curves import draw_overlay
 from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
 from pairsim.results.columns import column, error_of
-from pairsim.results.units import LENGTH
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.folder import read_sweep
+from pairsim.units.kinds import LENGTH
 
 
 def plot_sweep(

@@ -19,7 +19,6 @@ from pairsim.questions.run.answer import answer_of_run
 from pairsim.results.curve_table import Zero
 from pairsim.results.folder import prepare_folder
 from pairsim.results.settled import SETTLED, start_up
-from pairsim.results.units import with_error
 from pairsim.runtime.errors import (
     BranchEnd,
     BudgetSpent,
@@ -32,6 +31,7 @@ from pairsim.runtime.errors import (
     WallTime,
     WriteFailure,
 )
+from pairsim.units.text import with_error
 
 NUMBERS = {
     (1.567e-3, 4e-6): "(1.567 +- 0.004)e-3",

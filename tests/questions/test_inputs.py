@@ -10,7 +10,7 @@ from pairsim.cases.inputs import Input
 from pairsim.questions.curve.answer import answer_of_curve
 from pairsim.results.curve_table import Zero
 from pairsim.results.inputs import change_by, half_widths_by
-from pairsim.results.units import scales_in
+from pairsim.results.scales import scales_in
 
 D, De, Ca_e = np.geomspace(0.05, 1, 24), 0.5, 0.1
 STILL = {"De": 0.0, "Ca_e": 0.0, "beta": 0.0, "length": 0.0, "velocity": 0.0}

@@ -25,7 +25,6 @@ from pairsim.computing.warnings import ErrorAt, finer, large_errors
 from pairsim.questions.curve import CurveCase
 from pairsim.results.columns import EQUILIBRIA_COLUMNS, curve_columns, slope_columns
 from pairsim.results.fields import SteadyMoment, frame
-from pairsim.results.units import LENGTH, VELOCITY, in_unit
 from pairsim.results.xdmf import FieldFrame
 from pairsim.runtime.errors import RunFailure
 from pairsim.runtime.monitor import Monitor
@@ -38,6 +37,8 @@ from pairsim.solvers.curves.interpolant import CurveInterpolant
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.continuation import where
 from pairsim.solvers.steady.scene import SteadySolver
+from pairsim.units.kinds import LENGTH, VELOCITY
+from pairsim.units.text import in_unit
 
 
 def computation(case: CurveCase, monitor: Monitor, sensitivities: bool) -> events.Events:

@@ -9,8 +9,8 @@ import numpy as np
 
 from pairsim.results.columns import suffixes_in
 from pairsim.results.curve_table import curve_of
+from pairsim.results.scales import scales_in
 from pairsim.results.travel import distance_on
-from pairsim.results.units import scales_in
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 from pairsim.solvers.curves.interpolant import CurveInterpolant, Peak, Region

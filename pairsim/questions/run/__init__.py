@@ -27,7 +27,7 @@ from pairsim.computing import events
 from pairsim.computing.question import InSweeps, Question, drawn_by, last_row, rows_in
 from pairsim.results.columns import names_of
 from pairsim.results.folder import CHECKPOINT
-from pairsim.results.units import scales_in
+from pairsim.results.scales import scales_in
 from pairsim.runtime.errors import InputError
 
 if TYPE_CHECKING:

@@ -8,11 +8,13 @@ from typing import Any
 import numpy as np
 
 from pairsim.computing.question import shapes_in
-from pairsim.physics.scales import Scales
 from pairsim.results.columns import column, error_of, suffixes_in
+from pairsim.results.scales import scales_in
 from pairsim.results.settled import NOTHING, SETTLED, Settled
-from pairsim.results.units import LENGTH, POSITION, TIME, VELOCITY, in_unit, scales_in, with_name
 from pairsim.runtime.arrays import Array
+from pairsim.units.kinds import LENGTH, POSITION, TIME, VELOCITY
+from pairsim.units.scales import Scales
+from pairsim.units.text import in_unit, with_name
 
 MOST_GAPS = 3  # that have a sentence each
 

@@ -21,7 +21,6 @@ from pairsim.results.columns import HEALTH, POLYMER_HEALTH, error_columns, names
 from pairsim.results.fields import frame
 from pairsim.results.folder import plain
 from pairsim.results.settled import SETTLED
-from pairsim.results.units import LENGTH, in_unit
 from pairsim.runtime.errors import RunFailure, TooManySteps, WallTime
 from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.signals import Stopped
@@ -32,6 +31,8 @@ from pairsim.solvers.transient.adaptation import RunAdaptation
 from pairsim.solvers.transient.end import reason_to_end, settled
 from pairsim.solvers.transient.state import Counts, Extremes
 from pairsim.solvers.transient.transient import Transient
+from pairsim.units.kinds import LENGTH
+from pairsim.units.text import in_unit
 
 ADVICE = {
     WallTime: "a larger limits.wall_time",

@@ -31,7 +31,7 @@ from pairsim.cases.mistakes import Mistake, broken, missing
 from pairsim.cli.compute import app_of
 from pairsim.computing.question import InSweeps, Question, drawn_by, rows_in
 from pairsim.results.columns import Column
-from pairsim.results.units import LENGTH, POSITION, RATE
+from pairsim.units.kinds import LENGTH, POSITION, RATE
 
 if TYPE_CHECKING:
     from pairsim.computing.events import Events

@@ -11,7 +11,6 @@ from numpy.lib.stride_tricks import sliding_window_view
 from pairsim.computing import events
 from pairsim.questions.train import POSITION_OF_ROW, TrainCase, work
 from pairsim.results.columns import names_of
-from pairsim.results.units import LENGTH, POSITION, VELOCITY, in_unit, with_name
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
@@ -19,6 +18,8 @@ from pairsim.solvers.rows.model import Row, fitted
 from pairsim.solvers.rows.motion import TOLERANCE, move, propagator
 from pairsim.solvers.rows.short_rows import MOST, TRAINS, places_of, short_rows, solved, trains
 from pairsim.solvers.trains.train import Train
+from pairsim.units.kinds import LENGTH, POSITION, VELOCITY
+from pairsim.units.text import in_unit, with_name
 
 LONG = 50.0  # length of the tube of short rows over the diameter of a bead, as of other cases
 LEAST = 0.04  # smallest distance at which short rows are solved [D_c]; chosen

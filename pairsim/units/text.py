@@ -1,0 +1,48 @@
+"""Numbers with their errors as text, dimensionless or in physical units."""
+
+from __future__ import annotations
+
+import math
+
+from pairsim.units.kinds import STRESS, Unit
+from pairsim.units.scales import Scales
+
+
+def with_error(value: float, error: float | None, sign: str = "", digits: int = 4) -> str:
+    """A number with its error: (1.567 +- 0.004)e-3.
+
+    Args:
+        value: The number.
+        error: Half-width of its interval, shown to one digit (two where it begins with 1).
+        sign: "+" shows the sign of positive numbers, too.
+        digits: Those of a number without an error.
+    """
+    if error is None or not math.isfinite(error) or error <= 0:
+        return f"{value:{sign if value else ''}.{digits}g}"
+    exponent = math.floor(math.log10(max(abs(value), error)))
+    scale = 1.0 if -2 <= exponent < 6 else 10.0**exponent
+    digits = -math.floor(math.log10(error / scale))
+    digits += round(error / scale * 10.0**digits) == 1  # two digits of an error that begins with 1
+    value, error = round(value / scale, digits), round(error / scale, digits)
+    text = f"{value:{sign}.{max(digits, 0)}f} +- {error:.{max(digits, 0)}f}"
+    return text if scale == 1.0 else f"({text})e{exponent}"
+
+
+def softness(Ca_e: float, scales: Scales | None) -> str:
+    """Ca_e in words, such as "Ca_e = 0.1 (G_p = 1500 Pa)" with the modulus in an experiment."""
+    text = f"Ca_e = {Ca_e:.4g}"
+    return text if scales is None else f"{text} (G_p = {in_unit(scales, STRESS, 1 / Ca_e)})"
+
+
+def in_unit(
+    scales: Scales | None, unit: Unit, value: float, error: float | None = None, sign: str = "", digits: int = 4
+) -> str:
+    """A number with its error as `with_error`, in the physical unit such as 10.0 +- 0.5 um; without scales as it is."""
+    size = unit.factor(scales)
+    text = with_error(size * value, None if error is None else size * error, sign, digits)
+    return text if scales is None else f"{text} {unit.physical}"
+
+
+def with_name(scales: Scales | None, unit: Unit, value: float, error: float | None = None, digits: int = 4) -> str:
+    """A number as `in_unit`, with the name of its unit where there are no scales, too."""
+    return in_unit(scales, unit, value, error, digits=digits) + (f" {unit.name}" if scales is None else "")
