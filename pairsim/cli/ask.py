@@ -57,9 +57,6 @@ def ask(
     from pairsim.cases.physical import QUANTITIES
     from pairsim.cases.yaml_file import apply_settings
     from pairsim.computing.case_files import model_of
-    from pairsim.results.inputs import DrawnRange
-    from pairsim.results.scales import scales_in
-    from pairsim.results.travel import distance_on, travel
     from pairsim.units.kinds import LENGTH, VELOCITY
     from pairsim.units.text import in_unit
 
@@ -84,11 +81,12 @@ def ask(
     except InputError as error:
         of_options = (of_option("pairsim ask", each, names) if each.file == "case" else each for each in error.mistakes)
         raise InputError.of_all(of_options) from None
-    scales, drawn = scales_in(answer.record), DrawnRange.of(answer.record)
+    curve = answer.curve.named("pairsim ask")
+    scales, drawn = curve.scales, curve.drawn
     lines = [*answer.findings(), *(f"Warning: {warning}" for warning in answer.warnings)]
     for place in at or ():
-        d = distance_on(answer.curve.of(), place, "--at", scales, "pairsim ask")
-        dU, half_width = answer.curve(d)
+        d = curve.distance(place, "--at")
+        dU, half_width = curve(d)
         value = in_unit(scales, VELOCITY, dU, half_width, "+")
         part = "" if drawn is None else f"; by the inputs {drawn.words(d)}"
         if drawn is not None and (outside := drawn.outside_at(d)):
@@ -96,10 +94,10 @@ def ask(
         lines.append(f"At d = {in_unit(scales, LENGTH, d)}: dU = {value}{part}.")
     for option, end in (("--from", start), ("--to", stop)):
         if end is not None:
-            distance_on(answer.curve.of(), end, option, scales, "pairsim ask")
+            curve.distance(end, option)
     typer.echo("\n".join(lines))  # also where the pair does not make the travel
     if start is not None and stop is not None:
-        typer.echo(str(travel(answer.columns, start, stop, "pairsim ask", answer.record)))
+        typer.echo(str(curve.travel(start, stop)))
         if drawn is not None:
             typer.echo("The half-widths of the inputs are not in the +- of this travel.")
 

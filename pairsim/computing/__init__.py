@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from pairsim.computing.question import Question
-from pairsim.results.columns import Column, declare
 from pairsim.results.folder import OWN_FILES, PICTURE_ENDINGS
 from pairsim.runtime.questions import NAMES, module_of
 
@@ -18,7 +17,6 @@ class _Questions(Mapping[str, Question[Any]]):
         if name not in NAMES:
             raise KeyError(name)
         question: Question[Any] = module_of(name).QUESTION
-        declare(each for columns in question.tables.values() for each in columns if isinstance(each, Column))
         return question
 
     def __contains__(self, name: object) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,7 +15,8 @@ from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.mistakes import Mistake
 from pairsim.cases.values import Values
 from pairsim.computing import events
-from pairsim.results.columns import Column
+from pairsim.results.column import Columns
+from pairsim.results.columns import CA_E
 from pairsim.runtime.text import counted
 from pairsim.units.text import softness
 
@@ -66,25 +67,25 @@ def estimate_along(case: AlongCase) -> Estimate:
 
 
 def solve_along(
-    case: AlongCase, monitor: Monitor, columns: Sequence[str | Column], shown: str, errors: Mapping[str, str]
+    case: AlongCase, monitor: Monitor, columns: Columns, shown: str, errors: Mapping[str, str]
 ) -> events.Events:
     """Solve the steady states in ascending Ca_e.
 
-    The table, which has the name of the question, begins with `columns`: names, and columns whose `value` is taken of a
-    `Found`. Progress shows one of them. `errors` names the columns whose half-widths are held against `accuracy`, which
-    sets the cells, but does not adapt them here.
+    The table, which has the name of the question, begins with `columns`, whose `value` is taken of a `Found`. Progress
+    shows one of them. `errors` names the columns whose half-widths are held against `accuracy`, which sets the cells,
+    but does not adapt them here.
     """
     from pairsim.computing.problems import steady_problem
-    from pairsim.computing.steady import Solutions, health_columns, large_value_errors, point_row
+    from pairsim.computing.steady import Solutions, health_columns, large_value_errors
     from pairsim.computing.warnings import finer
     from pairsim.fem.surface import roughness
+    from pairsim.results.rows import point_row
     from pairsim.solvers.parameters import Parameters
 
     what = f"{counted(len(case.series), 'value')} of Ca_e"
     yield events.Begin(what, len(case.series))
-    names = [each.name if isinstance(each, Column) else each for each in columns]
-    yield events.Table(case.kind, [*names, *health_columns(case)])
-    own = {each.name: each.value for each in columns if isinstance(each, Column) and each.value is not None}
+    yield events.Table(case.kind, [*columns.named(case.n), *health_columns(case)])
+    own = {each.name: each.value for each in columns if each.value is not None}
     problem, start = steady_problem(case, 1.0, monitor), Parameters((), case.solid_models, case.liquid_model)
     found, rough, rows = Solutions(case), list[str](), list[dict[str, float]]()
     try:
@@ -93,7 +94,7 @@ def solve_along(
             for count, Ca_e in enumerate(case.series, 1):
                 point = branch.at(start.with_Ca_e(Ca_e))
                 found.points.append(point)
-                row, state = point_row(point) | {"Ca_e": Ca_e}, Found(point.estimate, branch.solver)
+                row, state = point_row(point) | {CA_E.name: Ca_e}, Found(point.estimate, branch.solver)
                 row |= {name: float(value(state)) for name, value in own.items()}
                 rows.append(row)
                 yield events.Row(case.kind, row)
@@ -111,20 +112,22 @@ def solve_along(
         yield from found.last_events({"points": len(found.points)}, warnings)
 
 
-def draw_along(directory: Path, out: Path, page: Page, name: str, errors: Mapping[str, str]) -> list[Path]:
+def draw_along(
+    directory: Path, out: Path, page: Page, name: str, columns: Columns, errors: Mapping[str, str]
+) -> list[Path]:
     """Draw columns of the table `name`, each with that of its errors or "", over Ca_e or the modulus, a panel each."""
-    from pairsim.plots.chart import POINT, Panel, Series, draw_chart
+    from pairsim.plots.chart import POINT, Line, Panel, draw_chart
     from pairsim.plots.labels import parts_along, read_case
     from pairsim.plots.style import printing
     from pairsim.plots.units import Units
     from pairsim.results.table_files import read_table
 
     units, case = Units.of(directory, page.physical), read_case(directory / "case.yaml")
-    table = units.table(read_table(directory / f"{name}.csv"))
-    (label, x), joined = units.followed(case, "Ca_e", table["Ca_e"]), {"linestyle": "-"}
-    series = [Series(n, x, table[n], table.get(error), mark=POINT, look=joined) for n, error in errors.items()]
-    panels = {n: Panel(label, units.axis_label([n]), wide="x") for n in errors}
+    table = read_table(directory / f"{name}.csv", columns).converted(units.scales)
+    (label, x), joined = units.followed(case, CA_E, table[CA_E]), {"linestyle": "-"}
+    lines = [Line(n, x, table[n], table.get(error), mark=POINT, look=joined) for n, error in errors.items()]
+    panels = {n: Panel(label, units.axis_label([columns.column(n)]), wide="x") for n in errors}
     with printing():
         parts = parts_along(case, "Ca_e", units.scales is not None)
-        figure, _ = draw_chart(page, panels, series, parts)
+        figure, _ = draw_chart(page, panels, lines, parts)
         return page.save(figure, out, name)

@@ -26,20 +26,49 @@ from pairsim.cases.mistakes import Mistake
 from pairsim.cases.values import FOLLOWED, Distance, Values
 from pairsim.cli.compute import app_of
 from pairsim.computing import events
-from pairsim.computing.question import InSweeps, Question, Tables, Value, drawn_by, rows_in
-from pairsim.results.columns import CRITICAL_COLUMNS, text_in_units
-from pairsim.results.scales import scales_in
-from pairsim.units.kinds import LENGTH
+from pairsim.computing.question import InSweeps, Question, Tables, Value, drawn_by
+from pairsim.results.column import Column, Columns
+from pairsim.results.columns import (
+    BRANCH,
+    CA_E,
+    CORRECTED,
+    D_CR,
+    D_ERROR,
+    DE,
+    DP,
+    DP_PLUS,
+    DU_CORRECTION,
+    DU_ERROR,
+    ENDS_ERROR,
+    KIND,
+    NEWTON,
+    PARAMETER_ERROR,
+    SLOPE,
+    STABLE,
+    STEADY,
+    TAYLOR,
+    WAY_COLUMNS,
+    text_in_units,
+)
+from pairsim.results.curve import Zero, zeros_in
+from pairsim.results.record import Entry, Record
+from pairsim.units.kinds import LENGTH, VELOCITY
 from pairsim.units.text import in_unit
 
 if TYPE_CHECKING:
     from pairsim.computing.warnings import ErrorAt
-    from pairsim.results.curve_table import Zero
     from pairsim.runtime.monitor import Monitor
     from pairsim.solvers.curves.branch import Point
     from pairsim.solvers.curves.zero_lines import Critical, Followed
 
-SHOWN = {"zeros": "d_cr", "stable": "stable"}
+SHOWN = {"zeros": D_CR, "stable": STABLE}
+U = Column("U", "U", "velocity of the pair", VELOCITY)
+CRITICAL_COLUMNS = Columns(
+    *(CA_E, DE, D_CR, STABLE, KIND, BRANCH, SLOPE, U, TAYLOR, DP, DP_PLUS),
+    *(NEWTON, DU_CORRECTION, CORRECTED, DU_ERROR, ENDS_ERROR, D_ERROR, PARAMETER_ERROR),
+)
+"""The columns that critical.csv begins with."""
+ENDS = Entry[list[dict[str, Any]]]("ends", "where each branch of critical distances ends, and why")
 
 
 class CriticalCase(SceneCase):
@@ -135,7 +164,7 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
     warnings: list[str] = []
     try:
         with found:
-            yield events.Table("critical", [*CRITICAL_COLUMNS, *health_columns(case)])
+            yield events.Table("critical", [*CRITICAL_COLUMNS.named(2), *health_columns(case)])
             # Meshes are adapted to the zeros asked for, not to those between them.
             branch = found.begin(steady_problem(case, least, monitor), start, zeros_only=True)
             branch.at(start)
@@ -166,7 +195,7 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
             return events.Outcome("finished", "end", text)
         return found.outcome  # the branch ends before all distances were reached
     finally:
-        entries: dict[str, Any] = {"ends": ends}
+        entries: dict[str, Any] = {ENDS.name: ends}
         if found.branch is not None:
             sizes = [abs(point.slope_at_rest) * point.d for point in wanted]
             what = "itself, that of a critical distance"
@@ -178,7 +207,7 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
 
 def critical_row(critical: Critical) -> dict[str, Any]:
     """The row of a critical distance. Where two zeros meet, the slope vanishes, and the parameter has the error."""
-    from pairsim.computing.steady import point_row
+    from pairsim.results.rows import point_row
 
     point, row = critical.point, dict[str, Any](point_row(critical.point))
     place, slope, change = point.parameters, point.slope_at_rest, critical.by_parameter
@@ -189,17 +218,17 @@ def critical_row(critical: Critical) -> dict[str, Any]:
     return row
 
 
-def answer_of_critical(zeros: Sequence[Zero], record: Mapping[str, Any]) -> list[str]:
+def answer_of_critical(zeros: Sequence[Zero], record: Record) -> list[str]:
     """The answer of a search that has found critical distances."""
     lines = []
-    scales = scales_in(record)
+    scales = record.scales
     for stable, meaning in ((False, "closer pairs come together, wider ones separate"), (True, "pairs come to rest")):
         found = sorted((zero for zero in zeros if zero.stable == stable), key=lambda zero: zero.d)
         if found:
             kind, ends = found[0].kind, found[:: max(len(found) - 1, 1)]
             where = f"d = {' to '.join(in_unit(scales, LENGTH, zero.d, zero.error) for zero in ends)}"
             lines.append(f"{len(found)} {kind} critical distance{'s' * (len(found) > 1)}, {where}: {meaning}.")
-    early = [end for end in record.get("ends", ()) if end.get("reason") != "range"]  # else it goes on to the last value
+    early = [end for end in ENDS.of(record) or () if end.get("reason") != "range"]  # else it goes on to the last value
     messages = [text_in_units(str(end["message"]), scales) for end in early]
     return [*lines, *(f"A line of critical distances ends: {message}." for message in messages)]
 
@@ -207,8 +236,8 @@ def answer_of_critical(zeros: Sequence[Zero], record: Mapping[str, Any]) -> list
 def read(tables: Tables) -> dict[str, Value]:
     """The result columns; lists in the order of critical.csv."""
     table = tables["critical"]
-    wanted = table["kind"] == "wanted"
-    return {"points": rows_in(table), **{name: table[of][wanted].tolist() for name, of in SHOWN.items()}}
+    wanted = table[KIND] == "wanted"
+    return {"points": table.rows, **{name: table[of][wanted].tolist() for name, of in SHOWN.items()}}
 
 
 class CriticalResult(Result):
@@ -217,18 +246,15 @@ class CriticalResult(Result):
     @property
     def ends(self) -> list[dict[str, Any]]:
         """For each end of a branch: where it is, and why the branch ends there."""
-        return list(self.record.get("ends", ()))
+        return list(ENDS.of(self.record) or ())
 
     def findings(self) -> list[str]:
         """Which critical distances there are, and where branches of them end."""
-        from pairsim.results.curve_table import zeros_in
-
         table = self.tables["critical"]
-        if not rows_in(table):
+        if not table.rows:
             return ["No critical distance was found in the given range: dU keeps its sign."]
-        asked = table["kind"] == "wanted"  # at the values of the case, not where a line bends between them
-        shown = {name: values[asked] for name, values in table.items()} if asked.any() else table
-        return answer_of_critical(zeros_in(shown, "d_cr"), self.record)
+        asked = table[KIND] == "wanted"  # at the values of the case, not where a line bends between them
+        return answer_of_critical(zeros_in(table.where(asked) if asked.any() else table, D_CR), self.record)
 
 
 QUESTION = Question(
@@ -236,7 +262,8 @@ QUESTION = Question(
     check=check,
     estimate=estimate,
     solve=solve,
-    tables={"critical": (), "way": ()},
+    tables={"critical": Columns(CRITICAL_COLUMNS, STEADY), "way": WAY_COLUMNS},
+    entries=(ENDS,),
     result=CriticalResult,
     in_sweeps=InSweeps(lambda _: ("points", "zeros", "stable"), read),
     draw=drawn_by("pairsim.plots.critical:draw_critical"),

@@ -24,7 +24,7 @@ from pairsim.cases.yaml_file import DEFAULT_LAWS, apply_settings, flat, merge, r
 from pairsim.computing import QUESTIONS, Question
 from pairsim.computing.case_files import parse_case, parse_file
 from pairsim.computing.many_cases import SweepFile, check_sweep
-from pairsim.computing.question import LAST
+from pairsim.results.columns import COST
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.text import as_typed
 
@@ -65,7 +65,8 @@ class Grid:
     def columns(self) -> tuple[str, ...]:
         """Result columns of all cases, in the order of their first appearance."""
         shown = self.question.in_sweeps
-        return tuple(dict.fromkeys((*(name for each in self.cases for name in shown.columns(each.case)), *LAST)))
+        own = (name for each in self.cases for name in shown.columns(each.case))
+        return tuple(dict.fromkeys((*own, *(column.name for column in COST))))
 
 
 def read_grid(path: Path, settings: Sequence[str] = ()) -> Grid:

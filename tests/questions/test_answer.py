@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pairsim.questions.curve.function import Curve
+from pairsim.results.curve_table import Zero
 from support.result_folders import curve_table
 
 from pairsim.computing import QUESTIONS
 from pairsim.questions.critical import answer_of_critical
 from pairsim.questions.curve.answer import answer_of_curve
-from pairsim.questions.curve.function import Curve
 from pairsim.questions.run.answer import answer_of_run
-from pairsim.results.curve_table import Zero
 from pairsim.results.folder import prepare_folder
 from pairsim.results.settled import SETTLED, start_up
 from pairsim.runtime.errors import (

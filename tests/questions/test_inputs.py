@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from pairsim.results.curve_table import Zero
+from pairsim.results.scales import scales_in
 from support.result_folders import curve_table
 
 from pairsim.cases.inputs import Input
 from pairsim.questions.curve.answer import answer_of_curve
-from pairsim.results.curve_table import Zero
 from pairsim.results.inputs import change_by, half_widths_by
-from pairsim.results.scales import scales_in
 
 D, De, Ca_e = np.geomspace(0.05, 1, 24), 0.5, 0.1
 STILL = {"De": 0.0, "Ca_e": 0.0, "beta": 0.0, "length": 0.0, "velocity": 0.0}

@@ -6,11 +6,11 @@ import re
 
 import numpy as np
 import pytest
+from pairsim.results.curve_table import FORGOTTEN, Motion, forgotten_at
 from scipy.integrate import solve_ivp
 from support.result_folders import curve_table
 
 from pairsim.questions.curve.answer import answer_of_curve
-from pairsim.results.curve_table import FORGOTTEN, Motion, forgotten_at
 from pairsim.results.travel import travel
 from pairsim.runtime.errors import InputError
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from pairsim.results.curve_table import curve_of
 from support.atlases import BOX, CASE, D, curves_at, make_atlas, random_places, values_at
 from support.commands import Pairsim
 from support.judge_atlas import judge
@@ -23,7 +24,6 @@ from pairsim.atlas.kriging import Kriging, covariance
 from pairsim.cases.yaml_file import read_yaml
 from pairsim.cli.app import app
 from pairsim.questions.curve import CurveCase
-from pairsim.results.curve_table import curve_of
 from pairsim.results.table_files import read_table
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.atlas import curve_folders, curves_in, joined

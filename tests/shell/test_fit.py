@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from pairsim.results.curve_table import Motion
 from scipy.integrate import cumulative_trapezoid
 from support.atlases import exact, exact_by_difference
 from support.commands import Pairsim
@@ -18,7 +19,6 @@ from support.pictures import drawn_figures
 import pairsim as api
 from pairsim.api.fit import FilmFit
 from pairsim.atlas.atlas import SHIPPED, Atlas
-from pairsim.results.curve_table import Motion
 from pairsim.results.table_files import table_text
 from pairsim.runtime.errors import InputError
 

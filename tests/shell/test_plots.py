@@ -19,7 +19,7 @@ from support.result_folders import curve_table, make_curve, make_run, make_sweep
 
 from pairsim.api.folders import plot
 from pairsim.physics import declared
-from pairsim.plots.chart import Series, draw_series, leave_out_spikes, notes, point
+from pairsim.plots.chart import Line, draw_series, leave_out_spikes, notes, point
 from pairsim.plots.encoding import Encoding
 from pairsim.plots.frames import FIELDS, outlines
 from pairsim.plots.labels import common_parts, equation, measured, parts_along, varying_keys
@@ -152,7 +152,7 @@ def test_small_print_has_the_quantities_of_an_experiment_and_none_that_varies() 
 def test_lines_that_lie_on_each_other_may_differ_in_numbers_that_follow() -> None:
     x = np.linspace(1, 2, 9)
     parameters = [{"physical.modulus": "1 kPa", "Ca_e": 0.1}, {"physical.modulus": "5 kPa", "Ca_e": 0.02}]
-    lines = [Series(0, x, x + i / 100, columns=("d", "dU"), parameters=each) for i, each in enumerate(parameters)]
+    lines = [Line(0, x, x + i / 100, columns=("d", "dU"), parameters=each) for i, each in enumerate(parameters)]
     keys = ["physical.modulus"]
     found = _differences(lines, Encoding.of(parameters, keys), Units(), keys)
     assert found is not None

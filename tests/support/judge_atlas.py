@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from pairsim.results.curve_table import curve_of, zeros_of
 
 from pairsim.atlas import atlas as shipped
 from pairsim.atlas.atlas import PARAMETERS, Atlas
-from pairsim.results.curve_table import curve_of, zeros_of
 
 POINTS = Path(__file__).parents[2] / "docs" / "validation" / "atlas.csv"
 ATLAS = Path(shipped.__file__).with_name("equal-pairs.npz")

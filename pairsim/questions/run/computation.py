@@ -17,10 +17,31 @@ from pairsim.computing.problems import problem_of
 from pairsim.fem.unyielded import bridges
 from pairsim.questions.run.warnings import accuracy_of, warnings_of_run
 from pairsim.results.checkpoint import Checkpoint
-from pairsim.results.columns import HEALTH, POLYMER_HEALTH, error_columns, names_of, observed, series_columns, table_row
+from pairsim.results.column import Column, names_of, table_row
+from pairsim.results.columns import (
+    BRIDGE,
+    DISTANCE,
+    DISTORTION,
+    DP,
+    DP_PLUS,
+    DT,
+    DU,
+    DU_CORRECTION,
+    DU_DISCRETE,
+    DU_ERROR,
+    MESH,
+    NEWTON,
+    POLYMER_HEALTH,
+    TAYLOR,
+    T,
+    U,
+    Z,
+    observed,
+)
 from pairsim.results.fields import frame
 from pairsim.results.folder import plain
-from pairsim.results.settled import SETTLED
+from pairsim.results.series import ERROR_COLUMNS, HEALTH, STATE_COLUMNS
+from pairsim.results.settled import HOLD, SETTLED, START
 from pairsim.runtime.errors import RunFailure, TooManySteps, WallTime
 from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.signals import Stopped
@@ -50,8 +71,8 @@ class Run:
         self.old = old = earlier.checkpoint if earlier is not None else None
         self.transient: Transient | None = None
         self._adapt(old.adaptation if old is not None else None)
-        known = names_of(case.n, "dU_error") if case.start == "steady" else []
-        self._errors = error_columns(case.n) if case.estimates_error else known
+        known = (DU_ERROR,) if case.start == "steady" else ()
+        self._errors = ERROR_COLUMNS if case.estimates_error else known
         self._entries: dict[str, Any] = {}
         self._pending: Step | None = None  # its fields are not written
         self._begun = time.perf_counter() - (old.wall if old else 0.0)
@@ -73,9 +94,9 @@ class Run:
                 self._entries |= settled_entry(case, self.problem, old.state.gaps, ended)
                 return self._with_accuracy(ended, old.state.run_errors)
             polymer = POLYMER_HEALTH if case.liquid_model.modes else ()
-            yielding = names_of(case.n, "bridge") if case.liquid_model.plastic.yield_stress else ()
-            columns = [*series_columns(case.n), *self._errors, *yielding, *names_of(case.n, *HEALTH, *polymer)]
-            yield events.Table("series", columns, resumed=True)
+            yielding = (BRIDGE,) if case.liquid_model.plastic.yield_stress else ()
+            columns = (*STATE_COLUMNS, *self._errors, *yielding, *HEALTH, *polymer)
+            yield events.Table("series", names_of(case.n, *columns), resumed=True)
             if old is not None:
                 at = moment(old.state.history.t[0])
                 yield events.Note(f"resuming from {at} (step {old.state.counts.steps})")
@@ -159,7 +180,7 @@ class Run:
             state = self.old.state
             entries = _summary(state.counts, state.history.t[0], state.history.y[0].size)
             seconds, errors, extremes = state.seconds, state.run_errors, state.extremes
-        entries |= {"start": self.case.start, "hold": self.case.hold, **self._entries}
+        entries |= {START.name: self.case.start, HOLD.name: self.case.hold, **self._entries}
         if (first := self.adaptation) is not None:
             coarse = {"t": first.t, "unknowns": first.unknowns, "dU": first.dU, "dU_error": first.error}
             entry = {"wanted": first.wanted, "cells": first.factor, "coarse_run": coarse}
@@ -236,33 +257,33 @@ def settled_entry(case: Case, problem: Problem, gaps: tuple[float, ...], ended: 
     try:
         point, creeps = settled(problem, gaps)
     except RunFailure as failure:
-        return {SETTLED: {"message": failure.message}}
+        return {SETTLED.name: {"message": failure.message}}
     except Stopped:
-        return {SETTLED: {"message": "the quasi-steady solution at the last distances was interrupted"}}
+        return {SETTLED.name: {"message": "the quasi-steady solution at the last distances was interrupted"}}
     if not math.isfinite(point.t_relax):
-        return {SETTLED: {"message": "disturbances of the quasi-steady state at the last distances do not decay"}}
+        return {SETTLED.name: {"message": "disturbances of the quasi-steady state at the last distances do not decay"}}
     # What a run without estimates tends to is the solution on its cells, without the estimate of their error.
     left = 0 * point.correction if case.estimates_error else point.correction
     dU, error = point.dUs - left, point.dU_errors + abs(left)
     entry = {"d": list(point.gaps), "dU": dU.tolist(), "dU_error": error.tolist()}
     entry |= {"creeps": True} if creeps else {}
     entry |= {"held_together": True} if point.held_together else {}
-    return {SETTLED: entry | {"t_relax": point.t_relax, "start": case.start, "accuracy": case.error_wanted}}
+    return {SETTLED.name: entry | {"t_relax": point.t_relax, "start": case.start, "accuracy": case.error_wanted}}
 
 
 def row_of(step: Step) -> dict[str, float]:
     """The row of a step in series.csv."""
     o = step.observation
-    values: dict[str, Any] = {"t": step.t, "z": step.z, "d": o.d, "U": step.U, "dU": step.dU, "D": o.D}
-    values |= {"dp": o.dp, "dp_plus": o.dp_plus, "dt": step.dt, "newton": step.report.iterations}
-    values |= {"mesh": step.mesh_id, "distortion": step.distortion, **observed(o)}
+    values: dict[Column, Any] = {T: step.t, Z: step.z, DISTANCE: o.d, U: step.U, DU: step.dU, TAYLOR: o.D}
+    values |= {DP: o.dp, DP_PLUS: o.dp_plus, DT: step.dt, NEWTON: step.report.iterations}
+    values |= {MESH: step.mesh_id, DISTORTION: step.distortion, **observed(o)}
     if step.dU_error is not None:
-        values["dU_error"] = step.dU_error
+        values[DU_ERROR] = step.dU_error
     if step.scene.material.plastic.yield_stress:
-        values["bridge"] = bridges(step.scene, step.x, step.h)
+        values[BRIDGE] = bridges(step.scene, step.x, step.h)
     if step.dU_correction is not None:
-        values |= {"dU_discrete": step.dU_discrete, "dU_correction": step.dU_correction}
-    return table_row(o.U.size, **values)
+        values |= {DU_DISCRETE: step.dU_discrete, DU_CORRECTION: step.dU_correction}
+    return table_row(o.U.size, values)
 
 
 def _shown(step: Step, count: int) -> str:

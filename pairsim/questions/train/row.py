@@ -9,8 +9,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from pairsim.computing import events
-from pairsim.questions.train import POSITION_OF_ROW, TrainCase, work
-from pairsim.results.columns import names_of
+from pairsim.questions.train import BY_DISTANCE, ROW, TrainCase, work
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
@@ -68,8 +67,7 @@ def follow(
     dU, errors = np.array([model.row(d).dU for d in states]), np.array([model.dU_errors(d) for d in states])
     done += work.of_motion(n)
     yield events.Progress(of_needed * done, f"the row of {n} has moved", len(rows) + len(waves) + 1)
-    columns = [POSITION_OF_ROW.name, *names_of(n, "t", "d", "dU", "dU_error")]
-    yield _table("row", columns, np.column_stack([way.mean(axis=0), times, states, dU, errors]))
+    yield _table("row", ROW.named(n), np.column_stack([way.mean(axis=0), times, states, dU, errors]))
     spreads = " to ".join(f"{100 * d.std() / d.mean():.3g} %" for d in states[[0, -1]])
     means = " to ".join(in_unit(case.scales, LENGTH, d.mean()) for d in states[[0, -1]])
     tube = with_name(case.scales, POSITION, way[:, -1].min())
@@ -104,7 +102,7 @@ def follow(
         )
     if n <= work.MOST_PROPAGATED and not touching.any():
         changes = propagator(model, places, t[-1])
-        yield _table("propagator", [f"by_d_{i}" for i in range(1, n)], changes)
+        yield _table("propagator", [f"{BY_DISTANCE.name}_{i}" for i in range(1, n)], changes)
         singular = np.linalg.svd(changes, compute_uv=False)
         sentences.append(
             f"Small changes of the first distances become {singular[-1]:.3g} to {singular[0]:.3g} times as large, by "
