@@ -22,13 +22,13 @@ from pairsim.cases.keys import keys_of
 from pairsim.computing import QUESTIONS
 from pairsim.computing.warnings import MOST_DE, beyond_checked
 from pairsim.physics.softest import beyond_steady_shapes, beyond_tension
+from pairsim.quantities.kinds import LENGTH, VELOCITY
+from pairsim.quantities.text import in_unit
 from pairsim.results.columns import DISTANCE, DU, DU_ERROR
 from pairsim.results.curve import Curve
 from pairsim.results.inputs import DRAWN
 from pairsim.results.record import Record
 from pairsim.runtime.errors import InputError
-from pairsim.units.kinds import LENGTH, VELOCITY
-from pairsim.units.text import in_unit
 
 SOURCE = "pairsim ask"
 POINTS = 9  # asked for of a curve that is computed, which adds others

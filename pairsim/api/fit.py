@@ -21,6 +21,7 @@ from pairsim.cases.inputs import inputs_of
 from pairsim.cases.physical import DIFFERENCE, QUANTITIES
 from pairsim.cases.quantities import as_given, percentage, si, unit_in
 from pairsim.physics.material import Dimension
+from pairsim.quantities.scales import Scales
 from pairsim.results.columns import DISTANCE
 from pairsim.results.curve import Curve
 from pairsim.results.folder import kind_of
@@ -28,7 +29,6 @@ from pairsim.results.record import Record
 from pairsim.results.series import Series
 from pairsim.runtime.arrays import Array, Flags
 from pairsim.runtime.errors import InputError
-from pairsim.units.scales import Scales
 
 if TYPE_CHECKING:
     from pairsim.plots.style import Page

@@ -16,13 +16,13 @@ from pairsim.plots.labels import case_parts, common_parts, equation, hashable, r
 from pairsim.plots.lines import lines_of, panels_of, run_lines, told_apart
 from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
+from pairsim.quantities.kinds import POSITION, TIME
 from pairsim.results.column import GAP
 from pairsim.results.columns import DISTANCE, TAYLOR, T
 from pairsim.results.curve import Curve
 from pairsim.results.folder import SERIES, WAY, kind_of
 from pairsim.results.series import Series
 from pairsim.runtime.errors import InputError
-from pairsim.units.kinds import POSITION, TIME
 
 FOLDER, DIFFERENCES = "folder", "differences"
 ALIKE = 0.05  # lines whose differences are below this part of their range lie on each other

@@ -27,6 +27,8 @@ from pairsim.cases.values import FOLLOWED, Distance, Values
 from pairsim.cli.compute import app_of
 from pairsim.computing import events
 from pairsim.computing.question import InSweeps, Question, Tables, Value, drawn_by
+from pairsim.quantities.kinds import LENGTH, VELOCITY
+from pairsim.quantities.text import in_unit
 from pairsim.results.column import Column, Columns
 from pairsim.results.columns import (
     BRANCH,
@@ -52,8 +54,6 @@ from pairsim.results.columns import (
 )
 from pairsim.results.curve import Zero, zeros_in
 from pairsim.results.record import Entry, Record
-from pairsim.units.kinds import LENGTH, VELOCITY
-from pairsim.units.text import in_unit
 
 if TYPE_CHECKING:
     from pairsim.computing.warnings import ErrorAt

@@ -18,6 +18,8 @@ from pairsim.api.results import Result
 from pairsim.cli.compute import app_of
 from pairsim.computing.along import AlongCase, check_along, draw_along, estimate_along, solve_along
 from pairsim.computing.question import InSweeps, Question
+from pairsim.quantities.kinds import STRESS
+from pairsim.quantities.text import in_unit, softness
 from pairsim.results.column import Columns
 from pairsim.results.columns import (
     CA_E,
@@ -32,8 +34,6 @@ from pairsim.results.columns import (
     WAY_COLUMNS,
     U,
 )
-from pairsim.units.kinds import STRESS
-from pairsim.units.text import in_unit, softness
 
 COLUMNS = Columns(CA_E, DP_PLUS, DP_PLUS_ERROR, DP_PLUS_CORRECTION, CORRECTED, U, U_ERROR, TAYLOR, NEWTON)
 """The columns that pressure.csv begins with."""

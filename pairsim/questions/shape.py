@@ -18,6 +18,8 @@ from pairsim.api.results import Result
 from pairsim.cli.compute import app_of
 from pairsim.computing.along import AlongCase, Found, check_along, draw_along, estimate_along, solve_along
 from pairsim.computing.question import InSweeps, Question
+from pairsim.quantities.kinds import AREA, PURE, VELOCITY, VOLUME, Unit
+from pairsim.quantities.text import in_unit, softness, with_error
 from pairsim.results.column import Column, Columns
 from pairsim.results.columns import (
     CA_E,
@@ -33,8 +35,6 @@ from pairsim.results.columns import (
     WAY_COLUMNS,
     U,
 )
-from pairsim.units.kinds import AREA, PURE, VELOCITY, VOLUME, Unit
-from pairsim.units.text import in_unit, softness, with_error
 
 if TYPE_CHECKING:
     from pairsim.fem.diagnostics import Contour

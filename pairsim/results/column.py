@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any
 
-from pairsim.units.kinds import PURE, Unit
+from pairsim.quantities.kinds import PURE, Unit
 
 GAP, PARTICLE = "gap", "particle"
 WORDS: dict[str, dict[str, str]] = {

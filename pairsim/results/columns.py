@@ -10,9 +10,9 @@ import re
 from operator import attrgetter
 from typing import Any
 
+from pairsim.quantities.kinds import FORCE, LENGTH, POSITION, PURE, RATE, SECONDS, STRESS, TIME, VELOCITY, Unit
+from pairsim.quantities.scales import Scales
 from pairsim.results.column import GAP, PARTICLE, Column, Columns, Shown
-from pairsim.units.kinds import FORCE, LENGTH, POSITION, PURE, RATE, SECONDS, STRESS, TIME, VELOCITY, Unit
-from pairsim.units.scales import Scales
 
 
 def _correction(of: str, name: str, unit: Unit) -> Column:

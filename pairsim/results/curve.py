@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from pairsim.cases.inputs import Input
+from pairsim.quantities.kinds import VELOCITY
+from pairsim.quantities.scales import Scales
 from pairsim.results.column import Column, Columns, error_of
 from pairsim.results.columns import (
     BRIDGE,
@@ -58,8 +60,6 @@ from pairsim.results.travel import ROUNDING, Travel, distance_on, travel
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 from pairsim.solvers.curves.interpolant import CurveInterpolant, Peak, Region
-from pairsim.units.kinds import VELOCITY
-from pairsim.units.scales import Scales
 
 if TYPE_CHECKING:
     from pairsim.atlas.atlas import Atlas

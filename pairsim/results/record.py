@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from pairsim.cases.inputs import Input
+from pairsim.quantities.scales import Scales
 from pairsim.results.column import Column
 from pairsim.results.columns import STEPS, UNKNOWNS
 from pairsim.results.folder import read_json, write_json
 from pairsim.runtime.errors import InputError
-from pairsim.units.scales import Scales
 
 FILE = "run.json"
 

@@ -9,6 +9,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from pairsim.quantities.scales import Scales
 from pairsim.results.column import Columns
 from pairsim.results.columns import (
     BRIDGE,
@@ -33,7 +34,6 @@ from pairsim.results.settled import HOLD, NOTHING, SETTLED, START, Settled
 from pairsim.results.table import Table
 from pairsim.results.table_files import read_table
 from pairsim.runtime.arrays import Array
-from pairsim.units.scales import Scales
 
 CONTACT = "contact"  # the reason for which a run ends that closes a gap
 OPEN = ("running", "interrupted", "failed")  # how a run stands that is not judged by its quasi-steady solution

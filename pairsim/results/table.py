@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from pairsim.quantities.scales import Scales
 from pairsim.results.column import Column, Columns, error_of, suffixes_in
 from pairsim.results.columns import DISTANCE, DU
 from pairsim.runtime.arrays import Array
-from pairsim.units.scales import Scales
 
 NOTHING_DECLARED = Columns()
 

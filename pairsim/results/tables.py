@@ -7,12 +7,12 @@ from typing import Any
 
 import pandas as pd
 
+from pairsim.quantities.kinds import PURE
+from pairsim.quantities.scales import Scales
 from pairsim.results.column import Columns, Shown, error_of, suffixes_in
 from pairsim.results.columns import DU
 from pairsim.results.table import Table
 from pairsim.results.table_files import cell, table_text
-from pairsim.units.kinds import PURE
-from pairsim.units.scales import Scales
 
 DIGITS = "{:.5g}".format
 UNITS, SHOWN = "units", "shown"

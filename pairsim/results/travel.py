@@ -6,15 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pairsim.quantities.kinds import LENGTH, POSITION, TIME
+from pairsim.quantities.scales import Scales
+from pairsim.quantities.text import in_unit, with_name
 from pairsim.results.columns import text_in_units
 from pairsim.results.motion import Motion
 from pairsim.results.record import no_units
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 from pairsim.solvers.curves.interpolant import CurveInterpolant
-from pairsim.units.kinds import LENGTH, POSITION, TIME
-from pairsim.units.scales import Scales
-from pairsim.units.text import in_unit, with_name
 
 ROUNDING = 1e-9  # |dU| that is rounding error, as of equal rigid spheres [U_av]
 NODES = 4  # of the quadrature between two samples of a curve, which leaves 1e-10 of smooth ones

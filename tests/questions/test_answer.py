@@ -14,6 +14,7 @@ from pairsim.results.curve_table import Zero
 from support.result_folders import curve_table
 
 from pairsim.computing import QUESTIONS
+from pairsim.quantities.text import with_error
 from pairsim.questions.critical import answer_of_critical
 from pairsim.questions.curve.answer import answer_of_curve
 from pairsim.questions.run.answer import answer_of_run
@@ -31,7 +32,6 @@ from pairsim.runtime.errors import (
     WallTime,
     WriteFailure,
 )
-from pairsim.units.text import with_error
 
 NUMBERS = {
     (1.567e-3, 4e-6): "(1.567 +- 0.004)e-3",

@@ -30,6 +30,7 @@ from pairsim.cases.values import MOST_VALUES, CurveTolerance, Distance, Gaps, Ra
 from pairsim.cli.compute import compute
 from pairsim.cli.options import Budget, CaseFile, DryRun, Output, Overwrite, Quiet, Settings
 from pairsim.computing.question import InSweeps, Question, Tables, Value, drawn_by
+from pairsim.quantities.kinds import RATE
 from pairsim.results.column import PARTICLE, Column, Columns, names_of
 from pairsim.results.columns import DISTANCE, DU, FORCES, WAY_COLUMNS
 from pairsim.results.curve import CURVE_COLUMNS, EQUILIBRIA_COLUMNS, Curve
@@ -37,7 +38,6 @@ from pairsim.results.record import Entry
 from pairsim.runtime.errors import InputError
 from pairsim.solvers.curves.distances import between
 from pairsim.solvers.parameters import Parameters
-from pairsim.units.kinds import RATE
 
 if TYPE_CHECKING:
     import pandas as pd

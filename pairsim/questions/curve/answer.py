@@ -10,6 +10,9 @@ import numpy as np
 
 from pairsim.cases.inputs import Input
 from pairsim.cases.physical import DIFFERENCE
+from pairsim.quantities.kinds import LENGTH, TIME, VELOCITY, Unit
+from pairsim.quantities.scales import Scales
+from pairsim.quantities.text import in_unit
 from pairsim.questions.curve import AFTER
 from pairsim.results.columns import (
     BY_BETA,
@@ -29,9 +32,6 @@ from pairsim.results.inputs import COVERED, DrawnRange
 from pairsim.results.shapes import ranges_of_shapes, shapes_in
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.interpolant import Region
-from pairsim.units.kinds import LENGTH, TIME, VELOCITY, Unit
-from pairsim.units.scales import Scales
-from pairsim.units.text import in_unit
 
 SLIGHT = 1e-3  # difference of two diameters, over their mean, that no camera sees
 FAR = 1.2  # ratio of distances from which on it is told where a start is forgotten; chosen

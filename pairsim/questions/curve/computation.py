@@ -19,6 +19,8 @@ from pairsim.computing.steady import (
     moving_errors,
 )
 from pairsim.computing.warnings import ErrorAt, finer, large_errors
+from pairsim.quantities.kinds import LENGTH, VELOCITY
+from pairsim.quantities.text import in_unit
 from pairsim.questions.curve import GAP_OF_SLOPE, SLOPES, U_SLOPE, U_SLOPE_HELD, CurveCase
 from pairsim.results.column import Column, names_of, table_row
 from pairsim.results.columns import (
@@ -48,8 +50,6 @@ from pairsim.solvers.curves.interpolant import CurveInterpolant
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.continuation import where
 from pairsim.solvers.steady.scene import SteadySolver
-from pairsim.units.kinds import LENGTH, VELOCITY
-from pairsim.units.text import in_unit
 
 
 def computation(case: CurveCase, monitor: Monitor, sensitivities: bool) -> events.Events:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from pairsim.quantities.kinds import LENGTH, POSITION, TIME, VELOCITY
+from pairsim.quantities.text import in_unit, with_name
 from pairsim.results.columns import DP, U
 from pairsim.results.series import Series
 from pairsim.results.settled import NOTHING, Settled
 from pairsim.results.shapes import shapes_in
-from pairsim.units.kinds import LENGTH, POSITION, TIME, VELOCITY
-from pairsim.units.text import in_unit, with_name
 
 MOST_GAPS = 3  # that have a sentence each
 

@@ -30,10 +30,10 @@ from pairsim.cases.keys import Keys
 from pairsim.cases.mistakes import Mistake, broken, missing
 from pairsim.cli.compute import app_of
 from pairsim.computing.question import InSweeps, Question, drawn_by
+from pairsim.quantities.kinds import LENGTH, POSITION, RATE
 from pairsim.results.column import GAP, Column, Columns, Shown
 from pairsim.results.columns import D_ERROR, DISTANCE, DU, DU_ERROR, T_RELAX, U_ERROR, T, U
 from pairsim.results.record import Entry
-from pairsim.units.kinds import LENGTH, POSITION, RATE
 
 if TYPE_CHECKING:
     from pairsim.computing.events import Events
