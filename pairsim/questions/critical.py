@@ -27,9 +27,10 @@ from pairsim.cases.values import FOLLOWED, Distance, Values
 from pairsim.cli.compute import app_of
 from pairsim.computing import events
 from pairsim.computing.question import InSweeps, Question, Tables, Value, drawn_by, rows_in
-from pairsim.results.columns import CRITICAL_COLUMNS, text_in_units
+from pairsim.results.columns import CRITICAL_COLUMNS
 from pairsim.results.scales import scales_in
-from pairsim.units.kinds import LENGTH
+from pairsim.runtime.message import Message, Text
+from pairsim.units.kinds import LENGTH, VELOCITY
 from pairsim.units.text import in_unit
 
 if TYPE_CHECKING:
@@ -127,12 +128,13 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
         start = with_value(region.name, start, region.values[0])
     count = len(region.values) if region is not None else 1
     # There may be several zeros at a value, and they are looked for at the last one in the end.
-    yield events.Begin(f"zeros of dU from d = {least:g} to d = {most:g}", count + 1)
+    goal = Message("zeros of dU from d = {} to d = {}", LENGTH(least, "g"), LENGTH(most, "g"))
+    yield events.Begin(goal, count + 1)
     found, branches, solved = Solutions(case), set[int](), 0
     wanted: list[Point] = []  # those at requested values, whose error `accuracy` is kept for
     errors: list[ErrorAt] = []  # of parameters where two zeros meet, relative to them
     ends: list[dict[str, Any]] = []
-    warnings: list[str] = []
+    warnings: list[Text] = []
     try:
         with found:
             yield events.Table("critical", [*CRITICAL_COLUMNS, *health_columns(case)])
@@ -143,7 +145,8 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
                 match each:
                     case Point():
                         solved += 1
-                        text = f"search: d = {each.d:.5f}  dU = {each.dU:+.4e}"
+                        d, dU = LENGTH(each.d, ".5f"), VELOCITY(each.dU, "+.4e")
+                        text = Message("search: d = {}  dU = {}", d, dU)
                         yield events.Progress(min(len(wanted), count), text, solved)
                     case Critical():
                         solved += 1
@@ -154,16 +157,18 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
                             size = abs(each.by_parameter) * value_of(region.name, each.point.parameters)
                             errors.append(error_at(each.point, 0, size))
                         yield events.Row("critical", row := critical_row(each))
-                        text = f"Ca_e = {row['Ca_e']:.5g}  De = {row['De']:.5g}  d_cr = {row['d_cr']:.5f}  {each.kind}"
+                        place = f"Ca_e = {row['Ca_e']:.5g}  De = {row['De']:.5g}"
+                        text = Message("{}  d_cr = {}  {}", place, LENGTH(row["d_cr"], ".5f"), each.kind)
                         yield events.Progress(min(len(wanted), count), text, solved)
                     case End():
                         ends.append({**vars(each)})
                         if each.reason != "range":
-                            yield events.Note(f"the critical distances of branch {each.branch} end: {each.message}")
+                            said = "the critical distances of branch {} end: {}"
+                            yield events.Note(Message(said, each.branch, each.message))
                     case Missed():
                         warnings.append(each.message)
-            text = f"critical distances: {len(found.points)}, branches: {max(branches, default=0)}"
-            return events.Outcome("finished", "end", text)
+            counts = f"critical distances: {len(found.points)}, branches: {max(branches, default=0)}"
+            return events.Outcome("finished", "end", counts)
         return found.outcome  # the branch ends before all distances were reached
     finally:
         entries: dict[str, Any] = {"ends": ends}
@@ -200,8 +205,7 @@ def answer_of_critical(zeros: Sequence[Zero], record: Mapping[str, Any]) -> list
             where = f"d = {' to '.join(in_unit(scales, LENGTH, zero.d, zero.error) for zero in ends)}"
             lines.append(f"{len(found)} {kind} critical distance{'s' * (len(found) > 1)}, {where}: {meaning}.")
     early = [end for end in record.get("ends", ()) if end.get("reason") != "range"]  # else it goes on to the last value
-    messages = [text_in_units(str(end["message"]), scales) for end in early]
-    return [*lines, *(f"A line of critical distances ends: {message}." for message in messages)]
+    return [*lines, *(f"A line of critical distances ends: {end['message']}." for end in early)]
 
 
 def read(tables: Tables) -> dict[str, Value]:

@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from pairsim.runtime.errors import NoSteadyState
+from pairsim.runtime.message import Message
 from pairsim.solvers.mesh_transfer import free_unknowns
 from pairsim.solvers.meshed_scene import Cells
 from pairsim.solvers.parameters import Parameters
@@ -19,6 +20,7 @@ from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.ends import Ended
 from pairsim.solvers.steady.first_solution import first_scene
 from pairsim.solvers.steady.scene import SteadySolver
+from pairsim.units.kinds import LENGTH
 
 # Chosen.
 SAME_DISTANCE = 1e-7  # difference of the distance from the one wanted, relative to it
@@ -52,7 +54,8 @@ def one_particle(problem: SteadyProblem, parameters: Parameters, d: float | None
             return found
         long -= off
         found.close()
-    raise NoSteadyState(f"the spacing at which facing surfaces are {d:.5g} apart was not found")
+    assert d is not None, "any distance is right where none is given"
+    raise NoSteadyState(Message("the spacing at which facing surfaces are {} apart was not found", LENGTH(d, ".5g")))
 
 
 def repeated(one: SteadySolver, count: int) -> SteadySolver:

@@ -10,6 +10,7 @@ import numpy as np
 import scipy
 
 from pairsim.runtime.errors import NoSteadyState
+from pairsim.runtime.message import Message
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.first_solution import coarser
@@ -17,6 +18,7 @@ from pairsim.solvers.steady.relaxation import relaxation_time
 from pairsim.solvers.trains.cell import distance, one_particle, repeated
 from pairsim.solvers.trains.response import ORDERS, growth_rates, response
 from pairsim.solvers.trains.spectrum import Spectrum
+from pairsim.units.kinds import LENGTH
 
 COARSER = 2**0.5  # size of the cells of a mesh over that of the next one
 PRECISION = 1e-3  # of the distance of a transition, relative to its range; chosen
@@ -116,6 +118,7 @@ def transition(
     ends = [growth(d) for d in between]
     if ends[0] * ends[1] >= 0:
         does = "clusters" if ends[0] > 0 else "orders"
-        raise NoSteadyState(f"the train {does} at both d = {between[0]:g} and d = {between[1]:g}")
+        least, largest = (LENGTH(d, "g") for d in between)
+        raise NoSteadyState(Message("the train {} at both d = {} and d = {}", does, least, largest))
     d = float(scipy.optimize.brentq(growth, *between, xtol=PRECISION * (between[1] - between[0])))
     return d, (growth((1 + STEP) * d) - growth((1 - STEP) * d)) / (2 * STEP * d)
