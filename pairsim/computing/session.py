@@ -19,6 +19,7 @@ from pairsim.computing.events import Outcome
 from pairsim.computing.progress import Reporter
 from pairsim.computing.record import about, peak_memory
 from pairsim.fem.compilation import jit
+from pairsim.quantities.kinds import TIME
 from pairsim.results.checkpoint import Checkpoint, check_same, load
 from pairsim.results.folder import CHECKPOINT, kind_of, plain, prepare_folder, read_record, write_json, write_yaml
 from pairsim.results.table_files import TableWriter, read_table
@@ -29,7 +30,6 @@ from pairsim.runtime.message import Message, Text, entries_in_units, in_units
 from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.signals import Signals
 from pairsim.runtime.text import duration
-from pairsim.units.kinds import TIME
 
 SOON = 0.1  # part of the largest wall time after which it is shown where a computation has no result yet; chosen
 KEPT = "; the results written so far are kept"

@@ -11,6 +11,7 @@ import numpy as np
 from pairsim.cases.case import SceneCase
 from pairsim.computing.events import Event, Outcome, Summary, Table
 from pairsim.computing.warnings import ErrorAt, above, common_warnings, large_errors, moves_on
+from pairsim.quantities.kinds import LENGTH
 from pairsim.results.columns import CURVE_HEALTH, FORCES, POLYMER_HEALTH, YIELD_HEALTH, names_of, observed, table_row
 from pairsim.runtime.message import Message, Text
 from pairsim.solvers.curves.adaptation import AdaptiveBranch
@@ -21,7 +22,6 @@ from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.continuation import each_of
 from pairsim.solvers.steady.ends import Ended, Passed, SpentOnTheWay
 from pairsim.solvers.steady.first_solution import first_scene, scene_past_end
-from pairsim.units.kinds import LENGTH
 
 MOST_NAMED = 5  # distances that a warning names
 

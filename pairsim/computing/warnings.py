@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pairsim.cases.accuracy import SETTINGS, settings_of
 from pairsim.cases.case import FREE_ENDS, SceneCase
 from pairsim.cases.materials import is_viscous, slowest_of
+from pairsim.quantities.kinds import LENGTH
 from pairsim.runtime.message import Message, Text
-from pairsim.units.kinds import LENGTH
 
 # Least length of tube on each side, relative to that with `length: auto`; with less, errors above about 1 % of the peak
 # were measured. Periodic ends need more, since the polymer stress caused by the particles returns to them.

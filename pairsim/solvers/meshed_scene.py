@@ -22,6 +22,7 @@ from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
 from pairsim.fem.scene import Body, Scene, make_bodies
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.solids import Solid
+from pairsim.quantities.kinds import LENGTH
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
 from pairsim.runtime.errors import MeshFailure
@@ -29,7 +30,6 @@ from pairsim.runtime.message import Message
 from pairsim.solvers.mesh_transfer import carry_liquid
 from pairsim.solvers.nonlinear.newton import Newton
 from pairsim.solvers.problems import SceneProblem
-from pairsim.units.kinds import LENGTH
 
 # All three were chosen. A new mesh is made when the Jacobian of a cell falls below LEAST_DISTORTION times its reference
 # value, or when a gap has changed by the factor GAP_RATIO. A new mesh around undeformed spheres is used only if its

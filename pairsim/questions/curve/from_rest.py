@@ -8,13 +8,13 @@ import numpy as np
 
 from pairsim.cases.run_case import Case
 from pairsim.computing import events
+from pairsim.quantities.kinds import TIME
 from pairsim.questions.curve import CurveCase
 from pairsim.results.columns import names_of
 from pairsim.results.curve_table import zeros_of
 from pairsim.runtime.message import Message
 from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.text import counted
-from pairsim.units.kinds import TIME
 
 EARLIER = {"dU_quarter": 0.25, "dU_half": 0.5}  # the columns of dU at parts of the time
 

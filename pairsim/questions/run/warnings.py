@@ -9,11 +9,11 @@ import numpy as np
 
 from pairsim.cases.run_case import Case
 from pairsim.computing.warnings import FINER, above, common_warnings, finer
+from pairsim.quantities.kinds import LENGTH, TIME
 from pairsim.runtime.message import Message, Text
 from pairsim.solvers.errors.run_errors import RunErrors
 from pairsim.solvers.errors.time_error import LEAST
 from pairsim.solvers.transient.state import Extremes
-from pairsim.units.kinds import LENGTH, TIME
 
 LONG_ARC = 1.5  # allowed length of an arc over the gap beside it; dU is 2.5 % off at 3 (N_p 40, gap 0.005)
 SHORTER = 4.0  # what tolerances and steps are divided by in advice; chosen

@@ -14,6 +14,7 @@ from functools import partial
 
 import numpy as np
 
+from pairsim.quantities.kinds import LENGTH, PURE
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import BranchEnd, BudgetSpent, MeshFailure, NoSteadyState
 from pairsim.runtime.message import Message, Text
@@ -24,7 +25,6 @@ from pairsim.solvers.steady.guesses import place_undeformed
 from pairsim.solvers.steady.pseudo_time import relax
 from pairsim.solvers.steady.scene import Snapshot, SteadySolver
 from pairsim.solvers.steady.tangents import gap_tangents, tangent_along
-from pairsim.units.kinds import LENGTH, PURE
 
 # Largest changes by one predictor step.
 MOST_APART = 0.4  # of a distance, relative to itself

@@ -8,10 +8,10 @@ import numpy as np
 
 from pairsim.fem.diagnostics import Observation
 from pairsim.fem.scene import Scene
+from pairsim.quantities.kinds import TIME
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.message import Message, Text
 from pairsim.solvers.nonlinear.convergence import Report
-from pairsim.units.kinds import TIME
 
 
 def at_step(t: float, step: int) -> Text:

@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from pairsim.quantities.kinds import LENGTH
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.runtime.message import Message
 from pairsim.solvers.mesh_transfer import free_unknowns
@@ -20,7 +21,6 @@ from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.ends import Ended
 from pairsim.solvers.steady.first_solution import first_scene
 from pairsim.solvers.steady.scene import SteadySolver
-from pairsim.units.kinds import LENGTH
 
 # Chosen.
 SAME_DISTANCE = 1e-7  # difference of the distance from the one wanted, relative to it

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy
 
+from pairsim.quantities.kinds import LENGTH
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.runtime.message import Message
 from pairsim.solvers.parameters import Parameters
@@ -18,7 +19,6 @@ from pairsim.solvers.steady.relaxation import relaxation_time
 from pairsim.solvers.trains.cell import distance, one_particle, repeated
 from pairsim.solvers.trains.response import ORDERS, growth_rates, response
 from pairsim.solvers.trains.spectrum import Spectrum
-from pairsim.units.kinds import LENGTH
 
 COARSER = 2**0.5  # size of the cells of a mesh over that of the next one
 PRECISION = 1e-3  # of the distance of a transition, relative to its range; chosen

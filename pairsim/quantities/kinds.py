@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from pairsim.units.quantity import Quantity
-from pairsim.units.scales import Scales
+from pairsim.quantities.quantity import Quantity
+from pairsim.quantities.scales import Scales
 
 
 @dataclass(frozen=True)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from pairsim.units.scales import Scales
+from pairsim.quantities.scales import Scales
 
 if TYPE_CHECKING:
-    from pairsim.units.kinds import Unit
+    from pairsim.quantities.kinds import Unit
 
 
 @dataclass(frozen=True)
