@@ -11,7 +11,7 @@ system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, cast
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import Field
 
@@ -35,10 +35,12 @@ from pairsim.runtime.message import Message, Text
 
 if TYPE_CHECKING:
     from pairsim.computing.warnings import ErrorAt
+    from pairsim.physics.liquids import Liquid
+    from pairsim.physics.solids import Solid
     from pairsim.results.curve_table import Zero
     from pairsim.runtime.monitor import Monitor
     from pairsim.solvers.curves.branch import Point
-    from pairsim.solvers.curves.zero_lines import Critical, Followed
+    from pairsim.solvers.curves.zero_lines import Critical
 
 SHOWN = {"zeros": "d_cr", "stable": "stable"}
 
@@ -115,17 +117,22 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
     from pairsim.computing.warnings import large_errors
     from pairsim.solvers.curves.branch import Point
     from pairsim.solvers.curves.critical import find_all, follow_all
-    from pairsim.solvers.curves.zero_lines import Critical, End, Missed, Region, value_of, with_value
+    from pairsim.solvers.curves.zero_lines import Critical, End, Followed, Missed, Region
     from pairsim.solvers.parameters import Parameters
 
     least, most = case.d
     region: Region | None = None  # of parameters and distances in which zeros are followed
     if case.along is not None:
         name, values = next(iter(case.along.items()))
-        region = Region(cast("Followed", name), tuple(sorted(values)), least, most)
+
+        def materials(value: float) -> tuple[Liquid, tuple[Solid | None, ...]]:
+            there = start.with_De(value) if name == "De" else start.with_Ca_e(value)
+            return there.liquid, there.solids
+
+        region = Region(Followed(materials), tuple(sorted(values)), least, most)
     start = Parameters((most,), case.solid_models, case.liquid_model)
     if region is not None:
-        start = with_value(region.name, start, region.values[0])
+        start = region.parameter.at(region.values[0], start)
     count = len(region.values) if region is not None else 1
     # There may be several zeros at a value, and they are looked for at the last one in the end.
     goal = Message("zeros of dU from d = {} to d = {}", LENGTH(least, "g"), LENGTH(most, "g"))
@@ -154,7 +161,7 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
                         found.points.append(each.point)
                         wanted += [each.point] if each.kind == "wanted" else []
                         if each.by_parameter is not None and region is not None:
-                            size = abs(each.by_parameter) * value_of(region.name, each.point.parameters)
+                            size = abs(each.by_parameter) * each.point.parameters.followed
                             errors.append(error_at(each.point, 0, size))
                         yield events.Row("critical", row := critical_row(each))
                         place = f"Ca_e = {row['Ca_e']:.5g}  De = {row['De']:.5g}"

@@ -11,7 +11,7 @@ PLACE = "{}"
 class InUnits(Protocol):
     """What may stand in a message: it has a text without units, and one in units.
 
-    Scales are those of `pairsim.quantities.scales`, None for the dimensionless text; this package knows nothing of them.
+    Scales are those of `pairsim.quantities.scales`, of which this package knows nothing; None: no units.
     """
 
     def in_units(self, scales: Any) -> str: ...

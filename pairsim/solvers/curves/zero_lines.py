@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 import scipy
 
+from pairsim.physics.liquids import Liquid
+from pairsim.physics.solids import Solid
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.runtime.message import Message, Text
@@ -24,7 +26,6 @@ from pairsim.solvers.steady.continuation import prepared, reach, where
 from pairsim.solvers.steady.scene import Snapshot
 from pairsim.solvers.steady.tangents import tangent_along
 
-Followed = Literal["Ca_e", "De"]
 Kind = Literal["wanted", "added", "vanishes", "edge"]
 
 # Steps of the arc length; chosen.
@@ -36,17 +37,33 @@ MOST_STEPS = 400  # on one line of zeros; chosen
 
 
 @dataclass(frozen=True)
+class Followed:
+    """What zeros are followed over: a positive number on which liquid and solids depend.
+
+    Attributes:
+        materials: The liquid and the solids of the particles at a value.
+    """
+
+    materials: Callable[[float], tuple[Liquid, tuple[Solid | None, ...]]]
+
+    def at(self, value: float, parameters: Parameters) -> Parameters:
+        """Parameters with the materials at a value."""
+        liquid, solids = self.materials(value)
+        return replace(parameters, liquid=liquid, solids=solids, followed=value)
+
+
+@dataclass(frozen=True)
 class Region:
     """Range of parameter and distance in which critical distances are computed.
 
     Attributes:
-        name: Name of the parameter.
+        parameter: What is followed.
         values: Values of the parameter at which critical distances are requested, ascending.
         least: Smallest distance [D_c].
         most: Largest distance [D_c].
     """
 
-    name: Followed
+    parameter: Followed
     values: tuple[float, ...]
     least: float
     most: float
@@ -94,16 +111,6 @@ class Missed:
     message: Message
 
 
-def value_of(name: Followed, parameters: Parameters) -> float:
-    """Value of the followed parameter."""
-    return parameters.De if name == "De" else max(parameters.Ca_es)
-
-
-def with_value(name: Followed, parameters: Parameters, value: float) -> Parameters:
-    """The same parameters with another value of the followed one; rigid particles remain rigid."""
-    return parameters.with_De(value) if name == "De" else parameters.with_Ca_e(value)
-
-
 @dataclass(frozen=True)
 class _Pose:
     """A point on a line of zeros in the plane of x = log d and q, the logarithm of the parameter.
@@ -130,20 +137,20 @@ class Follower:
     """
 
     def __init__(self, branch: Branch, region: Region) -> None:
-        self.branch, self.name, self.values = branch, region.name, np.log(region.values)
+        self.branch, self.parameter, self.values = branch, region.parameter, np.log(region.values)
         self._exact = dict(zip(self.values.tolist(), region.values, strict=True))
         self.least, self.most = np.log(region.least), np.log(region.most)
 
     def _place(self, x: float, q: float) -> Parameters:
         value = self._exact.get(float(q), float(np.exp(q)))
-        return with_value(self.name, self.branch.solver.parameters.with_gap(float(np.exp(x))), value)
+        return self.parameter.at(value, self.branch.solver.parameters.with_gap(float(np.exp(x))))
 
     def _line(self, at: Array, direction: Array) -> Callable[[float], Parameters]:
         return lambda tau: self._place(*(at + tau * direction))
 
     def _here(self) -> Array:
         parameters = self.branch.solver.parameters
-        return np.log([parameters.gaps[0], value_of(self.name, parameters)])
+        return np.log([parameters.gaps[0], parameters.followed])
 
     def _pose(self, onwards: Array) -> _Pose:
         """The present zero, with the tangent oriented such that its product with `onwards` is not negative."""
