@@ -18,6 +18,7 @@ from pairsim.computing import events
 from pairsim.quantities.text import softness
 from pairsim.results.column import Columns
 from pairsim.results.columns import CA_E
+from pairsim.runtime.message import Message
 from pairsim.runtime.text import counted
 
 if TYPE_CHECKING:
@@ -100,7 +101,9 @@ def solve_along(
                 yield events.Row(case.kind, row)
                 if roughness(branch.solver.bodies[0], branch.solver.state()[0]) > WRINKLED:
                     rough.append(f"{Ca_e:.4g}")
-                yield events.Progress(count, f"{softness(Ca_e, case.scales)}  {shown} = {row[shown]:.6g}", count)
+                value = columns.column(shown).unit(row[shown], ".6g")
+                text = Message("{}  {} = {}", softness(Ca_e, case.scales), shown, value)
+                yield events.Progress(count, text, count)
             return events.Outcome("finished", "end", what)
         return found.outcome  # the branch ends before the last Ca_e
     finally:

@@ -6,12 +6,10 @@ A column of one question alone is declared beside it. A question lists the colum
 
 from __future__ import annotations
 
-import re
 from operator import attrgetter
 from typing import Any
 
 from pairsim.quantities.kinds import FORCE, LENGTH, POSITION, PURE, RATE, SECONDS, STRESS, TIME, VELOCITY, Unit
-from pairsim.quantities.scales import Scales
 from pairsim.results.column import GAP, PARTICLE, Column, Columns, Shown
 
 
@@ -310,24 +308,3 @@ STUDY_COLUMNS = Columns(
     _of_cases("order_time", "observed order in time, from the next larger steps: of error over 1/steps"),
 )
 """Columns that only study.csv has; `*` stands for a variable part of the name."""
-
-
-NUMBER = r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?"
-QUANTITIES = re.compile(rf"(?<![\w./])(\w+) = ((?>{NUMBER}(?:(?:, | \+- ){NUMBER})*+))(?! (?:um|mm|s|Pa|nN|1/s)\b)")
-"""A name and its numbers in a text, unless they have their unit."""
-COORDINATES = {"z": LENGTH, "r": LENGTH}
-
-
-def text_in_units(text: str, scales: Scales | None) -> str:
-    """A text with the quantities in it, such as "d = 0.19 +- 0.01", in units of the experiment if there are scales."""
-
-    def converted(match: re.Match[str]) -> str:
-        entry = SHARED.get(match[1])
-        unit = entry.unit if entry is not None else COORDINATES.get(match[1], PURE)
-        if scales is None or not unit.physical or match[2] == "0":
-            return match[0]
-        size = unit.factor(scales)
-        numbers = re.sub(NUMBER, lambda each: f"{float(each[0]) * size:{'+' * (each[0][0] == '+')}.5g}", match[2])
-        return f"{match[1]} = {numbers} {unit.physical}"
-
-    return QUANTITIES.sub(converted, text)

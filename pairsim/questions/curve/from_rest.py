@@ -8,11 +8,13 @@ import numpy as np
 
 from pairsim.cases.run_case import Case
 from pairsim.computing import events
+from pairsim.quantities.kinds import TIME
 from pairsim.questions.curve import CurveCase
 from pairsim.results.column import names_of
 from pairsim.results.columns import DISTANCE, DU, DU_ERROR, DU_HALF, DU_QUARTER, TAYLOR, T, U
 from pairsim.results.curve import Curve
 from pairsim.results.table import Table
+from pairsim.runtime.message import Message
 from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.text import counted
 
@@ -34,9 +36,8 @@ def from_rest(case: CurveCase, monitor: Monitor) -> events.Events:
     from pairsim.questions.run.computation import Run
 
     places, rows, summaries = case.in_order, list[dict[str, float]](), list[events.Summary]()
-    yield events.Begin(
-        f"{counted(len(places), 'distance')}, at each from rest to t = {4 * (case.after or 0):g}", len(places)
-    )
+    distances, end = counted(len(places), "distance"), TIME(4 * (case.after or 0), "g")
+    yield events.Begin(Message("{}, at each from rest to t = {}", distances, end), len(places))
     yield events.Table("curve", names_of(case.n, DISTANCE, DU, DU_ERROR, *EARLIER, U, TAYLOR), ascending=True)
     try:
         for count, place in enumerate(places):

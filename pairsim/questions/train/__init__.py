@@ -5,7 +5,7 @@ centre to centre), in tube diameters D_c. Writes train.csv (velocity, whether
 distances become equal, length of tube), spectrum.csv (growth rate of every
 disturbance with its error), train.png, case.yaml and run.json; with row:
 {beads: ...} or a list of distances it follows a row of beads: row.csv,
-row.png.
+row.png, kymograph.png.
 
 Exit codes: 0 finished, 2 wrong input, 3 computation failed, 4 installation or
 system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
@@ -32,7 +32,7 @@ from pairsim.cli.compute import app_of
 from pairsim.computing.question import InSweeps, Question, drawn_by
 from pairsim.quantities.kinds import LENGTH, POSITION, RATE
 from pairsim.results.column import GAP, Column, Columns, Shown
-from pairsim.results.columns import D_ERROR, DISTANCE, DU, DU_ERROR, T_RELAX, U_ERROR, T, U
+from pairsim.results.columns import D_ERROR, DISTANCE, DU, DU_ERROR, T_RELAX, U_ERROR, T, U, Z
 from pairsim.results.record import Entry
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ TRAIN = Columns(
 POSITION_OF_ROW = Column(
     "position", "z", "how far the row has moved along the tube on average", POSITION, shown=Shown.ALWAYS
 )
-ROW = Columns(POSITION_OF_ROW, T, DISTANCE, DU, DU_ERROR)
+ROW = Columns(POSITION_OF_ROW, T, Z, DISTANCE, DU, DU_ERROR)
 """The columns of row.csv."""
 BY_DISTANCE = Column("by_d", "", "derivative of a distance at the outlet, one a row, by d{_} at the inlet", of=GAP)
 SENTENCES = Entry[list[str]]("sentences", "the answer in words")
@@ -237,6 +237,7 @@ QUESTION = Question(
     captions={
         "train": "Growth rates and frequencies of disturbances over their wave number",
         "row": "Distances of a row of beads along the tube, and those at the inlet and at the outlet",
+        "kymograph": "Where the beads of a row are beside their middle, on their way along the tube",
     },
     in_sweeps=InSweeps(
         lambda case: (

@@ -17,6 +17,7 @@ from pairsim.quantities.text import in_unit, with_name
 from pairsim.questions.train import SENTENCES, SPECTRUM, TRAIN, TrainCase, work
 from pairsim.questions.train.row import first_gaps, follow
 from pairsim.runtime.errors import BranchEnd
+from pairsim.runtime.message import Message
 from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.trains.train import Train, on_meshes, transition
@@ -37,7 +38,7 @@ def computation(case: TrainCase, monitor: Monitor) -> events.Events:
         if place is not None:
             d, slope = transition(problem, start, case.train.cell, place)
             done += work.TRANSITION
-            yield events.Progress(done, f"trains change at d = {d:.4g}", 1)
+            yield events.Progress(done, Message("trains change at d = {}", LENGTH(d)), 1)
         meshes = islice(on_meshes(problem, start, case.train.cell, d), len(work.MESHES))
         for refined, found in enumerate(meshes, 1):
             errors = f"errors {100 * found.error:.2g} % of the largest rate"

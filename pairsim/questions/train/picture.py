@@ -1,4 +1,4 @@
-"""Growth rates of trains, and the distances of rows of beads along a tube."""
+"""Growth rates of trains, and the distances and positions of rows of beads along a tube."""
 
 from __future__ import annotations
 
@@ -12,15 +12,19 @@ from pairsim.plots.labels import case_parts, read_case, tex_number
 from pairsim.plots.lines import told_apart
 from pairsim.plots.style import COLOURS, LINES, Page, printing
 from pairsim.plots.units import Units
-from pairsim.quantities.kinds import LENGTH
+from pairsim.quantities.kinds import LENGTH, POSITION
 from pairsim.questions.train import FREQUENCY, GROWTH, POSITION_OF_ROW, ROW, SPECTRUM, TRAIN, D, K
-from pairsim.results.columns import DISTANCE
+from pairsim.results.columns import DISTANCE, T, Z
+from pairsim.results.table import Table
 from pairsim.results.table_files import read_table
 
 
 @printing()
 def draw_train(directory: Path, out: Path, page: Page) -> list[Path]:
-    """Draw `train`: growth rates and frequencies over k; and `row`: distances over position, and at both ends."""
+    """Draw `train`, growth rates and frequencies over k, and of a row `row` and `kymograph`.
+
+    `row` has the distances over the position, and those at both ends; `kymograph` has the beads beside their middle.
+    """
     units = Units.of(directory, page.physical)
     train, waves, row = (
         read_table(directory / f"{name}.csv", columns, missing_ok=True).converted(units.scales)
@@ -45,4 +49,17 @@ def draw_train(directory: Path, out: Path, page: Page) -> list[Path]:
             "at the ends": Panel(label, "number of distances"),
         }
         charts["row"] = shown, lines
+        charts["kymograph"] = _kymograph(units, row)
     return [path for n, chart in charts.items() for path in page.save(draw_chart(page, *chart, parts)[0], out, n)]
+
+
+def _kymograph(units: Units, row: Table) -> tuple[dict[str, Panel], list[Line]]:
+    """The positions of the beads beside their middle, a line each, over that of the row, and over the time above."""
+    way, places = row[POSITION_OF_ROW], list(row.each(Z).values())
+    middle = np.mean(places, axis=0)
+    to_lengths = units.factor(LENGTH) / units.factor(POSITION)  # columns of positions are in mm, beads are um apart
+    look = {"color": COLOURS[0], "linestyle": "-"}
+    beads = [Line("beads", way, to_lengths * (z - middle), look=look) for z in places]
+    time = units.axis_label([T]), way, row[T]
+    label = rf"$z_i - \bar{{z}}$  [{units.name(LENGTH)}]"
+    return {"beads": Panel(units.axis_label([POSITION_OF_ROW]), label, above=time)}, beads

@@ -12,6 +12,7 @@ from pairsim.computing import events
 from pairsim.quantities.kinds import LENGTH, POSITION, VELOCITY
 from pairsim.quantities.text import in_unit, with_name
 from pairsim.questions.train import BY_DISTANCE, ROW, TrainCase, work
+from pairsim.results.column import table_row
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
@@ -67,7 +68,10 @@ def follow(
     dU, errors = np.array([model.row(d).dU for d in states]), np.array([model.dU_errors(d) for d in states])
     done += work.of_motion(n)
     yield events.Progress(of_needed * done, f"the row of {n} has moved", len(rows) + len(waves) + 1)
-    yield _table("row", ROW.named(n), np.column_stack([way.mean(axis=0), times, states, dU, errors]))
+    z = (places(times) + problem.betas[0] * np.arange(n)[:, None]).T
+    values = zip(way.mean(axis=0), times, z, states, dU, errors, strict=True)
+    moments = [table_row(n, dict(zip(ROW, moment, strict=True))) for moment in values]
+    yield events.Table("row", ROW.named(n), moments)
     spreads = " to ".join(f"{100 * d.std() / d.mean():.3g} %" for d in states[[0, -1]])
     means = " to ".join(in_unit(case.scales, LENGTH, d.mean()) for d in states[[0, -1]])
     tube = with_name(case.scales, POSITION, way[:, -1].min())
