@@ -129,7 +129,8 @@ class Result:
 
     def _packed(self) -> Content | None:
         """The content, with all files of a temporary folder; None where the tables of a folder are no tables."""
-        tables, case = dict[str, Mapping[str, Array]](), None
+        tables: dict[str, Mapping[str, Array]] = {}
+        case = None
         with suppress(InputError):
             tables = {name: dict(table) for name, table in self.tables.items()}
         with suppress(InputError):

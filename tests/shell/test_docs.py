@@ -13,13 +13,11 @@ import typer
 from support.inputs import ROOT
 
 from pairsim.cases.example import write_example
-from pairsim.cases.run_case import Case
 from pairsim.cli.app import app
 from pairsim.computing import QUESTIONS, own_files
 from pairsim.computing.case_files import FILES, read_case
-from pairsim.computing.question import LAST
 from pairsim.computing.schema import schema_rows
-from pairsim.results.columns import STUDY_COLUMNS, SWEEP_COLUMNS, column
+from pairsim.results.columns import STUDY_COLUMNS
 from pairsim.results.folder import PICTURE_ENDINGS
 from pairsim.sweeps.study import COUNTS
 
@@ -70,10 +68,9 @@ def test_every_file_is_described() -> None:
 
 @pytest.mark.parametrize("name", QUESTIONS)
 def test_columns_of_sweeps_are_described(name: str, tmp_path: Path) -> None:
-    known = {each.name for each in SWEEP_COLUMNS} | Case.model_fields.keys()
-    shown = QUESTIONS[name].in_sweeps
-    columns = shown.columns(read_case(QUESTIONS[name], write_example(name, name, tmp_path)))
-    assert all(column(entry) for entry in (*shown.parameters, *columns, *LAST) if entry not in known)
+    question = QUESTIONS[name]
+    columns = question.in_sweeps.columns(read_case(question, write_example(name, name, tmp_path)))
+    assert all(question.sweep_columns.column(entry).meaning for entry in columns)
 
 
 def test_counts_of_studies_are_described() -> None:
