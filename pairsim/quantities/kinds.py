@@ -41,6 +41,10 @@ class Unit:
             return Quantity(self, (*texts, f"{error:.2g}"), " +- ", named)
         return Quantity(self, texts, named=named)
 
+    def __reduce__(self) -> str:
+        """Pickled as the constant of this module: functions are not pickled."""
+        return next(name for name, each in globals().items() if each is self)
+
 
 PURE = Unit()
 TIME = Unit("D_c/U_av", "s", lambda scales: scales.time)
