@@ -15,7 +15,7 @@ from pairsim.physics.material import LawField
 from pairsim.results.xdmf import TENSOR, FieldFrame
 from pairsim.runtime.arrays import Array, Indices
 from pairsim.runtime.errors import InputError
-from pairsim.units.kinds import PURE, STRESS, VELOCITY, Unit
+from pairsim.units.kinds import PURE, STRESS, VELOCITY, Kind
 
 SAME_END = 1e-9  # z of nodes at an end of the tube [D_c]
 EDGES = [(0, 1, 3), (1, 2, 4), (2, 0, 5)]  # corners and mid-node of the edges of a cell (VTK's order)
@@ -59,7 +59,7 @@ class Field:
     """A field that can be drawn."""
 
     symbol: str  # its symbol (TeX)
-    unit: Unit  # its unit in fields.xdmf
+    unit: Kind  # its unit in fields.xdmf
     values: Callable[[FieldFrame], Array]  # at the nodes (n,), from a frame
     liquid: str  # the field of fields.xdmf without which the liquid stays blank
     solid: str = ""  # the same of the particles; "": they have no such field

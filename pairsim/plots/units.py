@@ -13,7 +13,7 @@ from pairsim.results.columns import column, known
 from pairsim.results.inputs import quantity_for
 from pairsim.results.scales import scales_for
 from pairsim.runtime.arrays import Array
-from pairsim.units.kinds import Unit
+from pairsim.units.kinds import Kind
 from pairsim.units.scales import Scales
 
 
@@ -34,11 +34,11 @@ class Units:
         found = scales_for(directories, physical)
         return [Units(each) for each in found] or [Units()] * len(directories)
 
-    def factor(self, unit: Unit) -> float:
+    def factor(self, unit: Kind) -> float:
         """Factor from a unit of the tables to the one that is drawn."""
         return unit.factor(self.scales)
 
-    def name(self, unit: Unit) -> str:
+    def name(self, unit: Kind) -> str:
         """The unit that is drawn for one of the tables (TeX)."""
         if self.scales is None or not unit.physical:
             return f"${unit.tex or '-'}$"

@@ -20,7 +20,7 @@ from pairsim.results.table_files import cell, read_table, table_text
 from pairsim.results.travel import distance_on
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
-from pairsim.units.kinds import PURE, Unit
+from pairsim.units.kinds import PURE, Kind
 from pairsim.units.scales import Scales
 
 INNER = re.compile(
@@ -59,7 +59,7 @@ def with_units(table: pd.DataFrame, converted: Collection[str] = ()) -> pd.DataF
     return table
 
 
-def _unit_of(name: str) -> Unit:
+def _unit_of(name: str) -> Kind:
     entry = known(name)
     return entry.unit if entry is not None else IN_SWEEPS.get(re.sub(r"_\d+$", "", name), PURE)
 

@@ -19,7 +19,7 @@ from pairsim.results.inputs import COVERED, DrawnRange, change_by, half_widths_b
 from pairsim.results.scales import scales_in
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.interpolant import Region
-from pairsim.units.kinds import FORCE, LENGTH, TIME, VELOCITY, Unit
+from pairsim.units.kinds import FORCE, LENGTH, TIME, VELOCITY, Kind
 from pairsim.units.scales import Scales
 from pairsim.units.text import in_unit
 
@@ -173,7 +173,7 @@ def _to_first_order(
     unknown = " and ".join(key for key, part in parts.items() if not np.isfinite(part).all())
     parts = {key: part for key, part in parts.items() if np.isfinite(part).all()}
 
-    def added(d: float, unit: Unit, steepness: float) -> str:
+    def added(d: float, unit: Kind, steepness: float) -> str:
         """The parts of the inputs at a distance, the largest first, over the steepness of dU."""
         here = {key: float(np.interp(np.log(d), x, part)) / steepness for key, part in parts.items()}
         each = ", ".join(f"{key} {half:.2g}" for key, half in sorted(here.items(), key=lambda item: -item[1]))
