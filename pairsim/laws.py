@@ -6,8 +6,8 @@ from pairsim.physics.liquids.viscous import ViscousLaw
 from pairsim.physics.liquids.yielding import YieldLaw
 from pairsim.physics.material import parameter
 from pairsim.physics.solids.solid import Solid
-from pairsim.units import kinds
-from pairsim.units.quantity import Quantity, a_time, a_viscosity
+from pairsim.quantities import kinds
+from pairsim.quantities.measurable import Measurable, a_time, a_viscosity
 
-__all__ = ["ConformationLaw", "Invariants", "Quantity", "Solid", "ViscousLaw", "YieldLaw"]
+__all__ = ["ConformationLaw", "Invariants", "Measurable", "Solid", "ViscousLaw", "YieldLaw"]
 __all__ += ["a_time", "a_viscosity", "kinds", "operations", "parameter"]

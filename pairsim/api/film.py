@@ -15,10 +15,10 @@ import pandas as pd
 from pairsim.api.film_table import Column, FilmTable, read_film_table
 from pairsim.api.tracks import Distances, deviations, distances_of, named, usual_limits
 from pairsim.cases.quantities import measured, si
+from pairsim.quantities.measurable import a_length
 from pairsim.runtime.arrays import Array, Indices
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.text import counted
-from pairsim.units.quantity import a_length
 
 PIXEL = a_length("pixel", "size of a pixel", ".65 um")
 AGREE = 0.01  # relative difference of two frame rates that are the same; chosen

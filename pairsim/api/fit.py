@@ -20,14 +20,14 @@ from pairsim.cases.case import SceneCase
 from pairsim.cases.inputs import inputs_of
 from pairsim.cases.physical import DIFFERENCE, QUANTITIES
 from pairsim.cases.quantities import as_given, percentage, si, unit_in
+from pairsim.quantities.measurable import Measurable
+from pairsim.quantities.scales import Scales
 from pairsim.results.curve_table import Motion
 from pairsim.results.folder import kind_of, read_record
 from pairsim.results.scales import scales_in
 from pairsim.results.table_files import read_table
 from pairsim.runtime.arrays import Array, Flags
 from pairsim.runtime.errors import InputError
-from pairsim.units.quantity import Quantity
-from pairsim.units.scales import Scales
 
 if TYPE_CHECKING:
     from pairsim.plots.style import Page
@@ -223,7 +223,7 @@ def _values(search: Search, unknown: Sequence[str], units: Sequence[str], case: 
         of = QUANTITIES[name]
         size = unit_in(of.unit, unit)
 
-        def quantity(value: float, of: Quantity = of, size: float = size, power: int = power) -> float:
+        def quantity(value: float, of: Measurable = of, size: float = size, power: int = power) -> float:
             return (value / of.number(size, _scales(case))) ** power
 
         ends = [quantity(float(np.exp(each))) for each in reach]

@@ -28,9 +28,9 @@ from pairsim.physics.rheometry import (
     scatter,
     tried,
 )
+from pairsim.quantities.kinds import STRESS
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
-from pairsim.units.kinds import STRESS
 
 ALL = {of.key: of for law in LAWS.values() for of in dimensions_of(law).values() if of is not None}
 """What can be known of a liquid, by its key in the `physical` block."""

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from pairsim.cases.quantities import si
-from pairsim.units.kinds import Kind
-from pairsim.units.quantity import Quantity
+from pairsim.quantities.kinds import Kind
+from pairsim.quantities.measurable import Measurable
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ class Attribute:
             return float(text)
         except ValueError:
             unit = self.unit.replace(" ", "*")
-            return si(text.replace("°", "deg"), Quantity("", Kind(si=unit), "", f"{self.most:g} {self.unit}"))
+            return si(text.replace("°", "deg"), Measurable("", Kind(si=unit), "", f"{self.most:g} {self.unit}"))
 
 
 def _text(value: str | bytes) -> str:

@@ -15,7 +15,7 @@ from pairsim.cases.mistakes import Mistake
 from pairsim.cases.physical import BLOCK, QUANTITIES
 from pairsim.cases.values import is_finite
 from pairsim.cases.yaml_file import within
-from pairsim.units.kinds import LENGTH
+from pairsim.quantities.kinds import LENGTH
 
 SAME = 1e-9  # relative tolerance at which two numbers count as equal
 

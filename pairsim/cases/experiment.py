@@ -18,8 +18,8 @@ from pairsim.cases.values import Range
 from pairsim.physics.declared import DIMENSIONS
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.liquids.viscous import ZERO_SHEAR
-from pairsim.units.quantity import Quantity
-from pairsim.units.scales import Scales, mean_velocity
+from pairsim.quantities.measurable import Measurable
+from pairsim.quantities.scales import Scales, mean_velocity
 
 USUAL_COUNT = 2  # of particles, where a case does not say it
 
@@ -28,7 +28,7 @@ class Follows(NamedTuple):
     """A number that a case may have, and the quantity that it follows from where that is given."""
 
     keys: tuple[str, ...]  # its dotted key, and other names that it has in other kinds of cases
-    quantity: Quantity
+    quantity: Measurable
 
     @property
     def key(self) -> str:
@@ -174,7 +174,7 @@ def changes_no_other(key: str) -> bool:
     return QUANTITIES[key] in EXPERIMENT and not QUANTITIES[key].uncertain
 
 
-def _in_si(of: Quantity, value: Any, place: str, mistakes: list[Mistake]) -> Any:
+def _in_si(of: Measurable, value: Any, place: str, mistakes: list[Mistake]) -> Any:
     """A value in SI units, or a tuple of the values of a list or range; mistakes are added to a list."""
     entries = value
     try:

@@ -12,9 +12,9 @@ from pairsim.cases.case import SceneCase
 from pairsim.cases.experiment import Experiment, changes_no_other
 from pairsim.cases.physical import QUANTITIES
 from pairsim.cases.quantities import as_given, measured, rounded
-from pairsim.units.kinds import PERCENTAGE
-from pairsim.units.quantity import Quantity
-from pairsim.units.scales import Scales
+from pairsim.quantities.kinds import PERCENTAGE
+from pairsim.quantities.measurable import Measurable
+from pairsim.quantities.scales import Scales
 
 STEP = 1e-6  # of logarithms, for derivatives of products of powers, and of percentages as parts; chosen
 
@@ -60,7 +60,7 @@ def inputs_of(case: SceneCase) -> list[Input]:
     return found
 
 
-def _changes(experiment: Experiment, of: Quantity, values: Mapping[str, Any]) -> dict[str, float]:
+def _changes(experiment: Experiment, of: Measurable, values: Mapping[str, Any]) -> dict[str, float]:
     """What the numbers of a case change by with a quantity, of which there are values in SI units."""
     if of.by:
         return {of.by: 1 / of.kind.per_si}

@@ -13,9 +13,9 @@ from pydantic import BaseModel, ConfigDict, Field, WithJsonSchema, create_model
 
 from pairsim.physics.declared import DIMENSIONS
 from pairsim.physics.solids.solid import MODULUS
-from pairsim.units.kinds import DENSITY as OF_DENSITY
-from pairsim.units.kinds import FLOW_RATE, PERCENTAGE, TIME, VELOCITY
-from pairsim.units.quantity import Quantity, Usual, a_length
+from pairsim.quantities.kinds import DENSITY as OF_DENSITY
+from pairsim.quantities.kinds import FLOW_RATE, PERCENTAGE, TIME, VELOCITY
+from pairsim.quantities.measurable import Measurable, Usual, a_length
 
 BLOCK = "physical"
 RANGE_OF_LENGTHS = "{start: 5 um, stop: 40 um, num: 9}"
@@ -27,7 +27,7 @@ TUBE = a_length(
     uncertain=True,
     usual=Usual(1e-7, 1.0, "100 nm to 1 m"),
 )
-DENSITY = Quantity(
+DENSITY = Measurable(
     "density",
     OF_DENSITY,
     "density of the liquid, only used for the Reynolds number",
@@ -36,7 +36,7 @@ DENSITY = Quantity(
     usual=Usual(10.0, 3e4, "10 to 30,000 kg/m^3"),
     in_captions=False,
 )
-DIFFERENCE = Quantity(
+DIFFERENCE = Measurable(
     "particle_difference",
     PERCENTAGE,
     "difference of the diameters of two particles, leading less trailing over their mean, which is `particle`",
@@ -47,7 +47,7 @@ DIFFERENCE = Quantity(
 )
 EXPERIMENT = (
     TUBE,
-    Quantity(
+    Measurable(
         "flow_rate",
         FLOW_RATE,
         "flow rate Q; gives the mean velocity U_av = 4 Q/(pi D_c^2)",
@@ -56,7 +56,7 @@ EXPERIMENT = (
         uncertain=True,
         usual=Usual(1e-18, 1e-2, "1 pl/s to 10 l/s"),
     ),
-    Quantity(
+    Measurable(
         "velocity",
         VELOCITY,
         "mean velocity of the liquid U_av, in place of flow_rate",
@@ -112,14 +112,14 @@ EXPERIMENT = (
         r"d_\mathrm{min}",
         gives=("row.min_gap",),
     ),
-    Quantity("end", TIME, "end time of a run; gives time.end", "2 ms", gives=("time.end",), in_captions=False),
+    Measurable("end", TIME, "end time of a run; gives time.end", "2 ms", gives=("time.end",), in_captions=False),
 )
 """Quantities that set scales, or give keys of cases."""
 QUANTITIES = {each.key: each for each in (*EXPERIMENT, *DIMENSIONS.values())}
 """All keys of the block: those of an experiment, then those that the parameters of materials follow from."""
 
 
-def _field(of: Quantity) -> Any:
+def _field(of: Measurable) -> Any:
     """Type and description of the field of a quantity; `pairsim.cases.experiment` checks its values."""
     one = {"type": "string", "examples": [of.example]}
     several: list[Any] = [{"type": "array", "items": one}] if of.many or of.ranged else []

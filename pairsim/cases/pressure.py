@@ -11,11 +11,11 @@ from scipy.optimize import brentq
 from pairsim.cases.case import SceneCase
 from pairsim.cases.quantities import A_LENGTH, si
 from pairsim.physics.pipe import Pipe
+from pairsim.quantities import kinds
+from pairsim.quantities.measurable import Measurable
 from pairsim.runtime.errors import InputError, NoSteadyState
-from pairsim.units import kinds
-from pairsim.units.quantity import Quantity
 
-PRESSURE = Quantity("pressure", kinds.PRESSURE, "pressure drop", "20 kPa")
+PRESSURE = Measurable("pressure", kinds.PRESSURE, "pressure drop", "20 kPa")
 SLOWEST, FASTEST, COUNT = 1e-7, 10.0, 33  # mean velocities among which those that fit are looked for [m/s]; chosen
 
 

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from pairsim.cases.registry import registry
 from pairsim.cases.values import Range, spelled_out
+from pairsim.quantities.kinds import PERCENTAGE, TIME
+from pairsim.quantities.measurable import Measurable, a_length
 from pairsim.runtime.errors import InputError
-from pairsim.units.kinds import PERCENTAGE, TIME
-from pairsim.units.quantity import Quantity, a_length
 
 if TYPE_CHECKING:
     import pint
@@ -97,7 +97,7 @@ def rounded(value: float) -> float:
     return float(f"{value:.15g}")
 
 
-def si(text: Any, of: Quantity) -> float:
+def si(text: Any, of: Measurable) -> float:
     """Convert a quantity that is above 0 to its SI unit.
 
     Raises:
@@ -121,7 +121,7 @@ def si(text: Any, of: Quantity) -> float:
     return value
 
 
-def measured(text: Any, of: Quantity) -> tuple[float, float]:
+def measured(text: Any, of: Measurable) -> tuple[float, float]:
     """Convert a quantity that may have a half-width to its SI unit: 1.5 +- 0.3 kPa, 1.5 kPa +- 300 Pa, 8 ms +- 20 %.
 
     A percentage, such as 0 +- 1 %, becomes a part.
@@ -222,7 +222,7 @@ def seconds_of(budget: str | None) -> float | None:
     if budget is None:
         return None
     try:
-        return si(budget, Quantity("budget", TIME, "budget", "10 min"))
+        return si(budget, Measurable("budget", TIME, "budget", "10 min"))
     except ValueError as error:
         raise InputError("pairsim", "--budget", budget, str(error)) from None
 

@@ -6,13 +6,13 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
-from pairsim.units.quantity import Quantity
+from pairsim.quantities.measurable import Measurable
 
 PREFIX = re.compile(r"[\d.\s]([mM])(?=Pa|P\b|s\b|l/|m\b|m/)")
 MEANS = {"m": "m is milli, mega is M", "M": "M is mega, milli is m"}
 
 
-def unusual(of: Quantity, given: Any, value: Any) -> Iterator[str]:
+def unusual(of: Measurable, given: Any, value: Any) -> Iterator[str]:
     """Sentences on values of a quantity that are far from usual.
 
     Args:

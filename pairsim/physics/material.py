@@ -14,7 +14,7 @@ from importlib import import_module
 from pkgutil import iter_modules
 from typing import Any, ClassVar, Self
 
-from pairsim.units.quantity import Quantity
+from pairsim.quantities.measurable import Measurable
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Parameter:
     most: float
     open: bool = False
     default: float | None = None
-    dimension: Quantity | None = None
+    dimension: Measurable | None = None
 
 
 def parameter(
@@ -48,7 +48,7 @@ def parameter(
     *,
     open: bool = False,
     default: float | None = None,
-    dimension: Quantity | None = None,
+    dimension: Measurable | None = None,
 ) -> Any:
     """Declare a parameter of a law as a field of its dataclass; the arguments are those of `Parameter`."""
     metadata = {"parameter": Parameter(symbol, words, least, most, open, default, dimension)}

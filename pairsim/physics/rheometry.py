@@ -20,9 +20,9 @@ from pairsim.physics.homogeneous import ShearMemory, moduli, steady_shear
 from pairsim.physics.liquids import LAWS, ConformationLaw, Liquid, Newtonian, ViscousLaw
 from pairsim.physics.liquids.viscous import ZERO_SHEAR
 from pairsim.physics.material import Material
+from pairsim.quantities.kinds import STRESS, TIME, VISCOSITY
+from pairsim.quantities.measurable import Measurable
 from pairsim.runtime.arrays import Array
-from pairsim.units.kinds import STRESS, TIME, VISCOSITY
-from pairsim.units.quantity import Quantity
 
 CONFIDENCE = 0.95
 SINGULAR = 1e-9  # what is added to squares of derivatives: data may not determine a number, or a combination of several
@@ -168,7 +168,7 @@ def _of_law(law: type[ViscousLaw | ConformationLaw], data: Measured, given: Mapp
         yield best
 
 
-def dimensions_of(law: type[ViscousLaw | ConformationLaw]) -> dict[str, Quantity | None]:
+def dimensions_of(law: type[ViscousLaw | ConformationLaw]) -> dict[str, Measurable | None]:
     """The measurable quantity of each number of a liquid of a law, None for those that are pure numbers."""
     measured = law.measured if issubclass(law, ViscousLaw) else ZERO_SHEAR
     of_polymer = {} if issubclass(law, ViscousLaw) else Liquid.OF_POLYMER

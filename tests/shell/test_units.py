@@ -34,11 +34,11 @@ from pairsim.physics.liquids.power_law import PowerLaw
 from pairsim.physics.liquids.viscous import ZERO_SHEAR, ViscousLaw
 from pairsim.physics.solids.kelvin_voigt import KelvinVoigt
 from pairsim.physics.solids.solid import MODULUS
+from pairsim.quantities.measurable import Measurable, a_time
+from pairsim.quantities.scales import Scales, mean_velocity
 from pairsim.results.table_files import read_table
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.grid import read_grid
-from pairsim.units.quantity import Quantity, a_time
-from pairsim.units.scales import Scales, mean_velocity
 
 BENCH: dict[str, Any] = {
     **{"tube": "50 um", "particle": "20 um", "flow_rate": "1 ul/min", "modulus": "5 kPa"},
@@ -226,7 +226,7 @@ PRINT = "is one of screens and print, not of what a camera sees"
         ("5 sv", A_FLOW, "stands for sverdrup"),
     ],
 )
-def test_words_that_mean_something_else_at_a_bench_are_no_units(text: str, kind: Quantity, wrong: str) -> None:
+def test_words_that_mean_something_else_at_a_bench_are_no_units(text: str, kind: Measurable, wrong: str) -> None:
     """Pint takes px for 1/96 inch, pp for a printer's point, fps for feet per second, ma for thousandths of years."""
     with pytest.raises(ValueError, match=wrong):
         si(text, kind)

@@ -7,7 +7,7 @@ from typing import Any, Self
 
 from pairsim.physics.liquids.viscous import ViscousLaw
 from pairsim.physics.material import parameter
-from pairsim.units.quantity import a_time, a_viscosity
+from pairsim.quantities.measurable import a_time, a_viscosity
 
 
 @dataclass(frozen=True)

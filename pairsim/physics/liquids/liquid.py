@@ -12,7 +12,7 @@ from pairsim.physics.liquids.viscous import ViscousLaw
 from pairsim.physics.liquids.yielding import YieldLaw
 from pairsim.physics.material import Material, Parameter, between
 from pairsim.physics.operations import sqrt
-from pairsim.units.quantity import a_time, a_viscosity
+from pairsim.quantities.measurable import a_time, a_viscosity
 
 SEVERAL_TIMES = "; several relaxation times are modes, liquid: {law: modes, modes: [...]}"
 LEAST_STRAIN2 = 1e-12  # added to |c_d|^2, so that |tau_d| has a derivative at rest; chosen

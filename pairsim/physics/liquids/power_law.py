@@ -7,8 +7,8 @@ from typing import Any, Self
 
 from pairsim.physics.liquids.viscous import ViscousLaw
 from pairsim.physics.material import parameter
-from pairsim.units.kinds import Kind
-from pairsim.units.quantity import Quantity
+from pairsim.quantities.kinds import Kind
+from pairsim.quantities.measurable import Measurable
 
 
 @dataclass(frozen=True)
@@ -18,7 +18,7 @@ class PowerLaw(ViscousLaw):
     name = "power-law"
     label = "power law"
     words = "viscosity K gamma^(n - 1), without limits at small and large shear rates"
-    measured = Quantity(
+    measured = Measurable(
         "consistency",
         Kind("a consistency", "Pa*s^{n}"),
         "consistency K of the liquid; gives eta_0 = K (U_av/D_c)^(n - 1)",

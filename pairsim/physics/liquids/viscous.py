@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
 from pairsim.physics.material import LawField, Material, parameter
-from pairsim.units.kinds import STRESS
-from pairsim.units.quantity import Quantity, Usual, a_viscosity
+from pairsim.quantities.kinds import STRESS
+from pairsim.quantities.measurable import Measurable, Usual, a_viscosity
 
 # Shear rate [U_av/D_c] below which the viscosity is constant: that of a power law would be infinite at rest. Chosen;
 # velocities change by less than 1e-7 from 1e-2 to 1e-6.
@@ -25,7 +25,7 @@ ZERO_SHEAR = a_viscosity(
 )
 
 
-YIELD_STRESS = Quantity(
+YIELD_STRESS = Measurable(
     "yield_stress",
     STRESS,
     "yield stress tau_y; gives Bn = tau_y D_c/(eta_0 U_av)",
@@ -58,7 +58,7 @@ class ViscousLaw(Material):
     """
 
     linear: ClassVar[bool] = False
-    measured: ClassVar[Quantity] = ZERO_SHEAR
+    measured: ClassVar[Measurable] = ZERO_SHEAR
 
     def viscosity(self, gamma2: Any) -> Any:
         """Viscosity over its unit.

@@ -7,7 +7,7 @@ from typing import Any
 
 from pairsim.physics.liquids.conformation import ConformationLaw, Invariants
 from pairsim.physics.material import parameter
-from pairsim.units.quantity import a_time
+from pairsim.quantities.measurable import a_time
 
 
 @dataclass(frozen=True)

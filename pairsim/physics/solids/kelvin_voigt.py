@@ -7,7 +7,7 @@ from typing import Any
 
 from pairsim.physics.material import parameter
 from pairsim.physics.solids.neo_hookean import NeoHookean
-from pairsim.units.quantity import a_viscosity
+from pairsim.quantities.measurable import a_viscosity
 
 
 @dataclass(frozen=True)

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
 from pairsim.physics.material import Material, Parameter
-from pairsim.units import kinds
-from pairsim.units.quantity import Quantity, Usual
+from pairsim.quantities import kinds
+from pairsim.quantities.measurable import Measurable, Usual
 
-MODULUS = Quantity(
+MODULUS = Measurable(
     "modulus",
     kinds.MODULUS,
     "shear modulus G_p; gives Ca_e = eta_0 U_av/(D_c G_p); for rigid particles give Ca_e: 0 instead",

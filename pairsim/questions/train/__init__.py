@@ -30,8 +30,8 @@ from pairsim.cases.keys import Keys
 from pairsim.cases.mistakes import Mistake, broken, missing
 from pairsim.cli.compute import app_of
 from pairsim.computing.question import InSweeps, Question, drawn_by, rows_in
+from pairsim.quantities.kinds import LENGTH, POSITION, RATE
 from pairsim.results.columns import Column
-from pairsim.units.kinds import LENGTH, POSITION, RATE
 
 if TYPE_CHECKING:
     from pairsim.computing.events import Events

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from pairsim.units.scales import Scales
+from pairsim.quantities.scales import Scales
 
 SCALES = "stress", "viscosity", "velocity", "time", "length"
 """The scales of which a unit is a product, in the order in which they are multiplied."""

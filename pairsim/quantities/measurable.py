@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from string import Formatter
 from typing import Any, NamedTuple
 
-from pairsim.units.kinds import LENGTH, TIME, VISCOSITY, Kind
-from pairsim.units.scales import Scales
+from pairsim.quantities.kinds import LENGTH, TIME, VISCOSITY, Kind
+from pairsim.quantities.scales import Scales
 
 
 class Usual(NamedTuple):
@@ -23,7 +23,7 @@ USUAL_TIME = Usual(1e-8, 1e5, "10 ns to 1e5 s")
 
 
 @dataclass(frozen=True)
-class Quantity:
+class Measurable:
     """A quantity that is measured.
 
     Attributes:
@@ -85,7 +85,7 @@ class Quantity:
         """Names of the parameters that the unit depends on."""
         return tuple(name for _, name, _, _ in Formatter().parse(self.unit) if name)
 
-    def with_parameters(self, numbers: dict[str, float]) -> Quantity:
+    def with_parameters(self, numbers: dict[str, float]) -> Measurable:
         """With a unit for these parameters of the law, if it depends on some; without a unit if one is missing."""
         if any(name not in numbers for name in self.of_unit):
             return replace(self, kind=replace(self.kind, si=""))
@@ -94,16 +94,16 @@ class Quantity:
         )
 
 
-def a_length(key: str, words: str, example: str = "50 um", symbol: str = "", **more: Any) -> Quantity:
+def a_length(key: str, words: str, example: str = "50 um", symbol: str = "", **more: Any) -> Measurable:
     """A length, whose number is the length over D_c; `more` is what else is declared of it."""
-    return Quantity(key, LENGTH, words, example, symbol, **more)
+    return Measurable(key, LENGTH, words, example, symbol, **more)
 
 
-def a_time(key: str, words: str, symbol: str = "", **more: Any) -> Quantity:
+def a_time(key: str, words: str, symbol: str = "", **more: Any) -> Measurable:
     """A time, whose number is the time over D_c/U_av; `more` is what else is declared of it."""
-    return Quantity(key, TIME, words, "2 ms", symbol, **{"usual": USUAL_TIME, **more})
+    return Measurable(key, TIME, words, "2 ms", symbol, **{"usual": USUAL_TIME, **more})
 
 
-def a_viscosity(key: str, words: str, example: str = "1 mPa.s", symbol: str = "", **more: Any) -> Quantity:
+def a_viscosity(key: str, words: str, example: str = "1 mPa.s", symbol: str = "", **more: Any) -> Measurable:
     """A viscosity, whose number is the viscosity over eta_0; `more` is what else is declared of it."""
-    return Quantity(key, VISCOSITY, words, example, symbol, **{"usual": USUAL_VISCOSITY, **more})
+    return Measurable(key, VISCOSITY, words, example, symbol, **{"usual": USUAL_VISCOSITY, **more})
