@@ -5,9 +5,11 @@ A number is a quantity over its unit in pairsim, which is a product of powers of
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
+from pairsim.quantities.quantity import Quantity
 from pairsim.quantities.scales import Scales
 
 SCALES = "stress", "viscosity", "velocity", "time", "length"
@@ -60,6 +62,22 @@ class Kind:
     def factor(self, scales: Scales | None) -> Any:
         """The factor from its number to the unit in which it is shown; 1 without scales."""
         return 1.0 if scales is None else self._times_unit(self.per_si, scales)
+
+    def __call__(
+        self, value: float | Iterable[float], form: str = ".4g", *, error: float = 0.0, named: bool = False
+    ) -> Quantity:
+        """A quantity of this kind, to stand in a message.
+
+        Args:
+            value: The number, or several in a list.
+            form: How it is written without units, as in an f-string.
+            error: Half-width of its interval, left out where it is 0.
+            named: Whether the text without units has the name of the dimensionless unit, such as D_c.
+        """
+        texts = tuple(f"{each:{form}}" for each in (value if isinstance(value, Iterable) else (value,)))
+        if error:
+            return Quantity(self, (*texts, f"{error:.2g}"), " +- ", named)
+        return Quantity(self, texts, named=named)
 
     def _times_unit(self, value: Any, scales: Scales) -> Any:
         for scale in SCALES:
