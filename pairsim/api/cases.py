@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any, Literal, overload
 
 from pairsim.cases.case import SceneCase
+from pairsim.cases.conversion import forget_numbers
 from pairsim.cases.keys import groups_of
-from pairsim.cases.physical import forget_numbers
 from pairsim.cases.run_case import Case
 from pairsim.cases.yaml_file import merge, read_yaml
 from pairsim.computing import QUESTIONS
