@@ -27,15 +27,16 @@ import pairsim
 from pairsim.api.compute import Computation
 from pairsim.cases.example import write_example
 from pairsim.cli.app import app, command_of
-from pairsim.computing import QUESTIONS
-from pairsim.computing.case_files import FILES, read_case
+from pairsim.computing.case_files import read_case
 from pairsim.computing.question import LAST
 from pairsim.computing.schema import schema_rows
+from pairsim.questions.registry import QUESTIONS
 from pairsim.results import columns as tables
 from pairsim.results.columns import Column, column
 from pairsim.results.folder import write_text
 from pairsim.runtime import errors
 from pairsim.runtime.errors import RunFailure
+from pairsim.sweeps.files import FILES
 from pairsim.units.kinds import PURE, SECONDS
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -85,7 +86,7 @@ def in_sweeps(name: str) -> str:
 def command_line() -> str:
     """All commands with their arguments and options."""
     command: Any = typer.main.get_command(app)
-    command.commands |= {name: command_of(name) for name in QUESTIONS}
+    command.commands = {name: command_of(name) for name in command.commands}
     text = get_docs_for_click(obj=command, ctx=typer.Context(command), name="pairsim", title="Command line")
     told = {name: str(each.help).splitlines()[0] for name, each in command.commands.items()}  # whole in the list, too
     text = re.sub(r"^\* `(\w[\w-]*)`: .*$", lambda found: f"* `{found[1]}`: {told[found[1]]}", text, flags=re.MULTILINE)
@@ -171,7 +172,7 @@ def wrapped(text: str) -> str:
 def environment() -> Environment:
     """Jinja with all names that the pages use."""
     functions = (table_of_keys, table_of_columns, in_sweeps, command_line, failures, public_names, stub)
-    keys = {command: schema_rows(command) for command in FILES}
+    keys = {command: schema_rows(model) for command, model in FILES.items()}
     jinja = Environment(undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     jinja.globals |= {function.__name__: function for function in functions} | {
         "commands": QUESTIONS,

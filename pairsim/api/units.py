@@ -16,12 +16,12 @@ from pairsim.cases.quantities import si
 from pairsim.cases.run_case import Case
 from pairsim.cases.values import is_name
 from pairsim.cases.yaml_file import yaml_text
-from pairsim.computing import QUESTIONS
 from pairsim.computing.warnings import beyond_checked
 from pairsim.physics.carriers import extrapolated, methyl_cellulose
 from pairsim.physics.homogeneous import falling_stress
 from pairsim.physics.liquids import LAWS, Liquid
 from pairsim.physics.pipe import Pipe
+from pairsim.questions.registry import QUESTIONS
 from pairsim.results.folder import plain
 from pairsim.runtime.errors import InputError, NoSteadyState
 from pairsim.units.kinds import LENGTH, TIME

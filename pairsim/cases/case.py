@@ -11,7 +11,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from pairsim.cases import values
+from pairsim.cases import kinds, values
 from pairsim.cases.accuracy import DEFAULT, PIPE_CELL, ROW_GRADING, SETTINGS, Accuracy, percent, settings_of
 from pairsim.cases.keys import PARTICLES, Key, Keys, Part, PerParticle, keys_of
 from pairsim.cases.material_keys import LIQUIDS, LiquidKey, SolidKey, written
@@ -21,7 +21,6 @@ from pairsim.physics import liquids, solids
 from pairsim.physics.liquids import Liquid, Newtonian
 from pairsim.physics.softest import beyond_steady_shapes, beyond_tension
 from pairsim.physics.solids import Solid
-from pairsim.runtime.questions import NAMES, module_of
 from pairsim.units.scales import Scales
 
 USUAL = SETTINGS[DEFAULT]
@@ -380,8 +379,8 @@ def known_keys() -> dict[str, Key]:
     Of a key that several kinds have, such as d, it is that of one for which it is a part of the report, if there is
     one.
     """
-    for name in NAMES:  # whose models are subclasses once they are imported
-        module_of(name)
+    for models in kinds.LISTS:
+        models()  # which are subclasses once they are imported
     return _keys_of_all(_kinds_of(SceneCase))
 
 

@@ -13,9 +13,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from pairsim.api.compute import Computation
 from pairsim.api.results import Result
-from pairsim.cli.compute import app_of
 from pairsim.computing.along import AlongCase, check_along, draw_along, estimate_along, solve_along
 from pairsim.computing.question import InSweeps, Question, rows_in
 from pairsim.results.scales import scales_in
@@ -48,6 +46,7 @@ class PressureResult(Result):
 
 
 QUESTION = Question(
+    __name__,
     model=PressureCase,
     check=check_along,
     estimate=estimate_along,
@@ -57,7 +56,5 @@ QUESTION = Question(
     draw=lambda folder, out, page: draw_along(folder, out, page, "pressure", {"dp_plus": "dp_plus_error"}),
     captions={"pressure": "Extra pressure drop over the elastic capillary number"},
     in_sweeps=InSweeps(lambda _: ("points", "dp_plus", "dp_plus_error"), parameters=("beta", "De")),
+    examples="Example: pairsim pressure case.yaml -o out --set 'along=[0.02, 0.1]'",
 )
-pressure: Computation[PressureResult] = Computation(QUESTION, __doc__)
-"""Compute the extra pressure drop of one particle at the Ca_e of the case, or at those that it has under `along`."""
-app = app_of(pressure, __doc__, "Example: pairsim pressure case.yaml -o out --set 'along=[0.02, 0.1]'")

@@ -12,9 +12,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
-from pairsim.api.compute import Computation
 from pairsim.api.results import Result
-from pairsim.cli.compute import app_of
 from pairsim.computing.along import AlongCase, check_along, draw_along, estimate_along, solve_along
 from pairsim.computing.question import InSweeps, Question, rows_in
 from pairsim.results.columns import Column
@@ -81,6 +79,7 @@ class ShapeResult(Result):
 
 
 QUESTION = Question(
+    __name__,
     model=ShapeCase,
     check=check_along,
     estimate=estimate_along,
@@ -90,12 +89,6 @@ QUESTION = Question(
     in_sweeps=InSweeps(lambda _: ("points", "D_1", "D_error"), parameters=("beta", "De")),
     draw=lambda folder, out, page: draw_along(folder, out, page, "shape", {"D_1": "D_error", "U_1": "U_error_1"}),
     captions={"shape": "Shape and velocity over the elastic capillary number"},
-)
-
-shape: Computation[ShapeResult] = Computation(QUESTION, __doc__)
-"""Compute the steady shape of one particle at the Ca_e of the case, or at those that it has under `along`."""
-app = app_of(
-    shape,
-    __doc__,
-    "Examples: pairsim shape case.yaml | pairsim shape case.yaml -o out --set 'along={start: 0.01, stop: 0.2, num: 8}'",
+    examples="Examples: pairsim shape case.yaml | "
+    "pairsim shape case.yaml -o out --set 'along={start: 0.01, stop: 0.2, num: 8}'",
 )

@@ -13,9 +13,9 @@ from scipy.special import ellipe
 from support.commands import Pairsim
 
 import pairsim as api
-from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import read_case
 from pairsim.fem.diagnostics import contour
+from pairsim.questions.registry import QUESTIONS
 from pairsim.results.cytometry import read_look_up_table
 from pairsim.units.text import with_error
 

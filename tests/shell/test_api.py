@@ -19,8 +19,8 @@ import pytest
 
 import pairsim
 from pairsim.api.results import _grid_of
-from pairsim.computing import QUESTIONS
 from pairsim.computing.progress import Reporter
+from pairsim.questions.registry import QUESTIONS
 from pairsim.results.table_files import read_table
 from pairsim.results.xdmf import FieldFrame
 from pairsim.units.scales import Scales

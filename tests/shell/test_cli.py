@@ -17,8 +17,8 @@ from typer.testing import CliRunner
 from pairsim.cli import compute
 from pairsim.cli.app import app, command_of
 from pairsim.computing import progress
+from pairsim.questions.registry import NAMES
 from pairsim.runtime.child_process import module_command
-from pairsim.runtime.questions import NAMES
 
 COMMANDS = sorted(get_command(app).commands)  # type: ignore[attr-defined]
 HEAVY = ("dolfinx", "gmsh", "matplotlib", "meshio", "mpi4py", "pandas", "pyvista")

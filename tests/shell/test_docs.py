@@ -15,12 +15,13 @@ from support.inputs import ROOT
 from pairsim.cases.example import write_example
 from pairsim.cases.run_case import Case
 from pairsim.cli.app import app
-from pairsim.computing import QUESTIONS, own_files
-from pairsim.computing.case_files import FILES, read_case
-from pairsim.computing.question import LAST
+from pairsim.computing.case_files import read_case
+from pairsim.computing.question import LAST, own_files
 from pairsim.computing.schema import schema_rows
+from pairsim.questions.registry import QUESTIONS
 from pairsim.results.columns import STUDY_COLUMNS, SWEEP_COLUMNS, column
 from pairsim.results.folder import PICTURE_ENDINGS
+from pairsim.sweeps.files import FILES
 from pairsim.sweeps.study import COUNTS
 
 sys.path.append(str(ROOT / "scripts"))
@@ -64,7 +65,7 @@ def test_pages_are_read_as_they_are() -> None:
 def test_every_file_is_described() -> None:
     page = (ROOT / "docs" / "reference" / "files.md").read_text()
     others = tuple(f".{ending}" for ending in PICTURE_ENDINGS if ending != "png")  # the page names them once
-    assert not [name for name in own_files() if f"`{name}`" not in page and not name.endswith(others)]
+    assert not [name for name in own_files(QUESTIONS.values()) if f"`{name}`" not in page and not name.endswith(others)]
     assert all(f"`{ending}`" in page for ending in others)
 
 
@@ -105,7 +106,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_reference_has_every_key_and_command(site: Path) -> None:
     keys = (site / "reference" / "case-files.html").read_text()
     for command in FILES:
-        assert not [row[0] for row in schema_rows(command) if f"<code>{row[0]}</code>" not in keys]
+        assert not [row[0] for row in schema_rows(FILES[command]) if f"<code>{row[0]}</code>" not in keys]
     commands = (site / "reference" / "cli.html").read_text()
     names = list(typer.main.get_command(app).commands)
     assert "run" in names

@@ -26,7 +26,6 @@ from pairsim.cases.run_case import Case
 from pairsim.cases.values import Range
 from pairsim.cases.yaml_file import read_yaml
 from pairsim.cli.app import app
-from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case, read_case
 from pairsim.physics import liquids, solids
 from pairsim.physics.liquids.power_law import PowerLaw
@@ -34,6 +33,7 @@ from pairsim.physics.liquids.viscous import ZERO_SHEAR, ViscousLaw
 from pairsim.physics.material import Dimension, a_time
 from pairsim.physics.solids.kelvin_voigt import KelvinVoigt
 from pairsim.physics.solids.solid import MODULUS
+from pairsim.questions.registry import QUESTIONS
 from pairsim.results.table_files import read_table
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.grid import read_grid
