@@ -30,6 +30,7 @@ from pairsim.cli.app import app, command_of
 from pairsim.computing.case_files import read_case
 from pairsim.computing.question import LAST
 from pairsim.computing.schema import schema_rows
+from pairsim.quantities.kinds import PURE, SECONDS
 from pairsim.questions.registry import QUESTIONS
 from pairsim.results import columns as tables
 from pairsim.results.columns import Column, column
@@ -37,7 +38,6 @@ from pairsim.results.folder import write_text
 from pairsim.runtime import errors
 from pairsim.runtime.errors import RunFailure
 from pairsim.sweeps.files import FILES
-from pairsim.units.kinds import PURE, SECONDS
 
 ROOT = Path(__file__).resolve().parent.parent
 TEMPLATES, PAGES, CONFIGS = ROOT / "scripts" / "reference", ROOT / "docs" / "reference", ROOT / "configs"

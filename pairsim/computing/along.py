@@ -15,9 +15,9 @@ from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.mistakes import Mistake
 from pairsim.cases.values import Values
 from pairsim.computing import events
+from pairsim.quantities.text import softness
 from pairsim.results.columns import Column
 from pairsim.runtime.text import counted
-from pairsim.units.text import softness
 
 if TYPE_CHECKING:
     from pairsim.plots.style import Page

@@ -20,9 +20,9 @@ import scipy
 from pairsim.physics.conformation import IDENTITY, logarithm, mode_stress, polymer_stress, relaxation
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.liquids.viscous import LEAST_RATE
+from pairsim.quantities.scales import TUBE_RADIUS
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import NoSteadyState
-from pairsim.units.scales import TUBE_RADIUS
 
 OUT_OF_REACH = 1e9  # end time passed to LSODA, beyond the end of any run (see `Pipe.until`); chosen
 # Gauss points without and with modes. The shear rate of a power law goes as r^(1/n), which 60 points resolve to 7e-8

@@ -11,9 +11,9 @@ from pairsim.plots.labels import case_parts, read_case, tex_number
 from pairsim.plots.lines import told_apart
 from pairsim.plots.style import COLOURS, LINES, Page, printing
 from pairsim.plots.units import Units
+from pairsim.quantities.kinds import LENGTH
 from pairsim.results.columns import suffixes_in
 from pairsim.results.table_files import read_table
-from pairsim.units.kinds import LENGTH
 
 
 @printing()

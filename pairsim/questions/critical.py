@@ -26,10 +26,10 @@ from pairsim.cases.mistakes import Mistake
 from pairsim.cases.values import FOLLOWED, Distance, Values
 from pairsim.computing import events
 from pairsim.computing.question import InSweeps, Question, Tables, Value, rows_in
+from pairsim.quantities.kinds import LENGTH
+from pairsim.quantities.text import in_unit
 from pairsim.results.columns import CRITICAL_COLUMNS, text_in_units
 from pairsim.results.scales import scales_in
-from pairsim.units.kinds import LENGTH
-from pairsim.units.text import in_unit
 
 if TYPE_CHECKING:
     from pairsim.computing.warnings import ErrorAt

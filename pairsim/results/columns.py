@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from pairsim.units.kinds import FORCE, LENGTH, POSITION, PURE, RATE, SECONDS, STRESS, TIME, VELOCITY, Unit
-from pairsim.units.scales import Scales
+from pairsim.quantities.kinds import FORCE, LENGTH, POSITION, PURE, RATE, SECONDS, STRESS, TIME, VELOCITY, Unit
+from pairsim.quantities.scales import Scales
 
 GAP, PARTICLE = "gap", "particle"
 WORDS: dict[str, dict[str, str]] = {

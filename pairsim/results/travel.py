@@ -8,15 +8,15 @@ from typing import Any
 
 import numpy as np
 
+from pairsim.quantities.kinds import LENGTH, POSITION, TIME
+from pairsim.quantities.scales import Scales
+from pairsim.quantities.text import in_unit, with_name
 from pairsim.results.columns import text_in_units
 from pairsim.results.curve_table import ROUNDING, Memory, Motion
 from pairsim.results.scales import no_units, scales_in
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 from pairsim.solvers.curves.interpolant import CurveInterpolant
-from pairsim.units.kinds import LENGTH, POSITION, TIME
-from pairsim.units.scales import Scales
-from pairsim.units.text import in_unit, with_name
 
 NODES = 4  # of the quadrature between two samples of a curve, which leaves 1e-10 of smooth ones
 SAME = 1e-9  # relative difference of a distance from an end of the curve that is due to rounding

@@ -19,11 +19,11 @@ from pairsim.cases.physical import QUANTITIES
 from pairsim.cases.yaml_file import apply_settings
 from pairsim.cli.commands.units import Text, of_option, quantity
 from pairsim.cli.options import Settings
+from pairsim.quantities.kinds import LENGTH, VELOCITY
+from pairsim.quantities.text import in_unit
 from pairsim.results.scales import scales_in
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.files import FILES
-from pairsim.units.kinds import LENGTH, VELOCITY
-from pairsim.units.text import in_unit
 
 EXAMPLES = (
     "Examples: pairsim ask --tube 50um --particle 20um --flow 1ul/min --modulus '5 +- 1 kPa' "

@@ -16,11 +16,11 @@ import typer
 
 from pairsim.cli.options import CaseFile, OfQuestion, OverwriteFile, Physical, Settings, check_free
 from pairsim.computing.case_files import Files, commands_for, read_case
+from pairsim.quantities.kinds import LENGTH
 from pairsim.questions.registry import QUESTIONS
 from pairsim.results.folder import write_file
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.files import FILES
-from pairsim.units.kinds import LENGTH
 
 EXAMPLES = "Examples: pairsim mesh case.yaml -o pair.msh | pairsim mesh case.yaml -o train.vtu --kind train"
 

@@ -22,6 +22,8 @@ from pairsim.computing.steady import (
     slope_rows,
 )
 from pairsim.computing.warnings import ErrorAt, finer, large_errors
+from pairsim.quantities.kinds import LENGTH, VELOCITY
+from pairsim.quantities.text import in_unit
 from pairsim.questions.curve import CurveCase
 from pairsim.results.columns import EQUILIBRIA_COLUMNS, curve_columns, slope_columns
 from pairsim.results.fields import SteadyMoment, frame
@@ -37,8 +39,6 @@ from pairsim.solvers.curves.interpolant import CurveInterpolant
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.continuation import where
 from pairsim.solvers.steady.scene import SteadySolver
-from pairsim.units.kinds import LENGTH, VELOCITY
-from pairsim.units.text import in_unit
 
 
 def computation(case: CurveCase, monitor: Monitor, sensitivities: bool) -> events.Events:

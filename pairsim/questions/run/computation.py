@@ -15,6 +15,8 @@ from pairsim.cases.run_case import Case
 from pairsim.computing import events
 from pairsim.computing.problems import problem_of
 from pairsim.fem.unyielded import bridges
+from pairsim.quantities.kinds import LENGTH
+from pairsim.quantities.text import in_unit
 from pairsim.questions.run.warnings import accuracy_of, warnings_of_run
 from pairsim.results.checkpoint import Checkpoint
 from pairsim.results.columns import HEALTH, POLYMER_HEALTH, error_columns, names_of, observed, series_columns, table_row
@@ -31,8 +33,6 @@ from pairsim.solvers.transient.adaptation import RunAdaptation
 from pairsim.solvers.transient.end import reason_to_end, settled
 from pairsim.solvers.transient.state import Counts, Extremes
 from pairsim.solvers.transient.transient import Transient
-from pairsim.units.kinds import LENGTH
-from pairsim.units.text import in_unit
 
 ADVICE = {
     WallTime: "a larger limits.wall_time",

@@ -29,8 +29,8 @@ from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.keys import Keys
 from pairsim.cases.mistakes import Mistake, broken, missing
 from pairsim.computing.question import InSweeps, Question, rows_in
+from pairsim.quantities.kinds import LENGTH, POSITION, RATE
 from pairsim.results.columns import Column
-from pairsim.units.kinds import LENGTH, POSITION, RATE
 
 if TYPE_CHECKING:
     from pairsim.computing.events import Events

@@ -12,6 +12,8 @@ import numpy as np
 from pairsim.computing import events
 from pairsim.computing.problems import steady_problem
 from pairsim.computing.warnings import beyond_checked, coarse_mesh
+from pairsim.quantities.kinds import LENGTH, POSITION, RATE, VELOCITY
+from pairsim.quantities.text import in_unit, with_name
 from pairsim.questions.train import SPECTRUM, TRAIN, TrainCase, work
 from pairsim.questions.train.row import first_gaps, follow
 from pairsim.results.columns import Column
@@ -19,8 +21,6 @@ from pairsim.runtime.errors import BranchEnd
 from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.trains.train import Train, on_meshes, transition
-from pairsim.units.kinds import LENGTH, POSITION, RATE, VELOCITY
-from pairsim.units.text import in_unit, with_name
 
 FAST = 0.3  # rate times t_relax from which on an answer says that beads move while they remember; chosen
 TUBES = "tube", "tube_least", "tube_most"

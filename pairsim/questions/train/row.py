@@ -9,6 +9,8 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from pairsim.computing import events
+from pairsim.quantities.kinds import LENGTH, POSITION, VELOCITY
+from pairsim.quantities.text import in_unit, with_name
 from pairsim.questions.train import POSITION_OF_ROW, TrainCase, work
 from pairsim.results.columns import names_of
 from pairsim.runtime.arrays import Array
@@ -18,8 +20,6 @@ from pairsim.solvers.rows.model import Row, fitted
 from pairsim.solvers.rows.motion import TOLERANCE, move, propagator
 from pairsim.solvers.rows.short_rows import MOST, TRAINS, places_of, short_rows, solved, trains
 from pairsim.solvers.trains.train import Train
-from pairsim.units.kinds import LENGTH, POSITION, VELOCITY
-from pairsim.units.text import in_unit, with_name
 
 LONG = 50.0  # length of the tube of short rows over the diameter of a bead, as of other cases
 LEAST = 0.04  # smallest distance at which short rows are solved [D_c]; chosen

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from pairsim.units.scales import Scales
+from pairsim.quantities.scales import Scales
 
 
 @dataclass(frozen=True)
