@@ -1,1 +1,1 @@
-"""Units: the scales of a problem, kinds of quantities, and numbers with their errors as text."""
+"""Quantities: the scales of a problem, kinds of quantities, and numbers with their errors as text."""

@@ -68,8 +68,9 @@ def follow(
     dU, errors = np.array([model.row(d).dU for d in states]), np.array([model.dU_errors(d) for d in states])
     done += work.of_motion(n)
     yield events.Progress(of_needed * done, f"the row of {n} has moved", len(rows) + len(waves) + 1)
-    columns = [POSITION_OF_ROW.name, *names_of(n, "t", "d", "dU", "dU_error")]
-    yield _table("row", columns, np.column_stack([way.mean(axis=0), times, states, dU, errors]))
+    columns = [POSITION_OF_ROW.name, *names_of(n, "t", "z", "d", "dU", "dU_error")]
+    z = (places(times) + problem.betas[0] * np.arange(n)[:, None]).T
+    yield _table("row", columns, np.column_stack([way.mean(axis=0), times, z, states, dU, errors]))
     spreads = " to ".join(f"{100 * d.std() / d.mean():.3g} %" for d in states[[0, -1]])
     means = " to ".join(in_unit(case.scales, LENGTH, d.mean()) for d in states[[0, -1]])
     tube = with_name(case.scales, POSITION, way[:, -1].min())
