@@ -95,10 +95,9 @@ def _of_questions(name: str) -> "_Any":
         return QUESTIONS[results[name]].result
     if name not in NAMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from pairsim.api.compute import Computation
-    from pairsim.sweeps.files import FILES
+    from pairsim.api.questions import function_of
 
-    return Computation(QUESTIONS[name], FILES)
+    return function_of(name)
 
 
 def __dir__() -> list[str]:

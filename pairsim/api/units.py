@@ -12,6 +12,7 @@ from pairsim.api.cases import load
 from pairsim.cases.case import SceneCase
 from pairsim.cases.materials import declared_in, is_viscous
 from pairsim.cases.physical import BLOCK, DENSITY, QUANTITIES, Physical
+from pairsim.cases.pressure import velocity_for
 from pairsim.cases.quantities import si
 from pairsim.cases.run_case import Case
 from pairsim.cases.values import is_name
@@ -171,8 +172,6 @@ def units(
             raise InputError("pairsim units", missing, None, allowed)
         for key in quantities.keys() & {"flow_rate", "velocity"}:
             raise InputError("pairsim units", f"{BLOCK}.{key}", quantities[key], "must be left out with --pressure")
-        from pairsim.cases.pressure import velocity_for
-
         quantities["velocity"] = velocity_for(pressure, over, lambda velocity: case_with(velocity=velocity))
     case = case_with()
     assert case.physical is not None

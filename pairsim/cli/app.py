@@ -15,6 +15,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from pairsim.cli.made import made
+from pairsim.physics.own_laws import name_file
 from pairsim.questions.registry import FIRST_LINES
 from pairsim.runtime.errors import EnvironmentFailure, InputError, PairsimError
 from pairsim.runtime.interrupts import EXIT_CODE, interrupted
@@ -107,8 +108,6 @@ def _common(
     ] = None,
 ) -> None:
     if laws:
-        from pairsim.physics.own_laws import name_file
-
         for file in laws:
             name_file(file)
 

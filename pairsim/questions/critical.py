@@ -26,11 +26,13 @@ from pairsim.cases.mistakes import Mistake
 from pairsim.cases.values import FOLLOWED, Distance, Values
 from pairsim.computing import events
 from pairsim.computing.question import InSweeps, Question, Tables, Value, rows_in
+from pairsim.computing.warnings import large_errors
 from pairsim.quantities.kinds import LENGTH, VELOCITY
 from pairsim.quantities.text import in_unit
 from pairsim.results.columns import CRITICAL_COLUMNS
 from pairsim.results.scales import scales_in
 from pairsim.runtime.message import Message, Text
+from pairsim.solvers.parameters import Parameters
 
 if TYPE_CHECKING:
     from pairsim.computing.warnings import ErrorAt
@@ -114,11 +116,9 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
     """Find the critical distances, and follow them over the parameter of the case."""
     from pairsim.computing.problems import steady_problem
     from pairsim.computing.steady import Solutions, adaptation_report, error_at, health_columns
-    from pairsim.computing.warnings import large_errors
     from pairsim.solvers.curves.branch import Point
     from pairsim.solvers.curves.critical import find_all, follow_all
     from pairsim.solvers.curves.zero_lines import Critical, End, Followed, Missed, Region
-    from pairsim.solvers.parameters import Parameters
 
     least, most = case.d
     region: Region | None = None  # of parameters and distances in which zeros are followed

@@ -14,10 +14,11 @@ from typing import Annotated
 
 import typer
 
+import pairsim
 from pairsim.cases.keys import groups_of
 from pairsim.cases.physical import QUANTITIES
 from pairsim.cases.yaml_file import apply_settings
-from pairsim.cli.commands.units import Text, of_option, quantity
+from pairsim.cli.commands.units import TUBE, VISCOSITY, Text, of_option, quantity
 from pairsim.cli.options import Settings
 from pairsim.quantities.kinds import LENGTH, VELOCITY
 from pairsim.quantities.text import in_unit
@@ -37,12 +38,12 @@ def ask(
     atlas: Annotated[
         Path | None, typer.Option(help="File of an atlas, atlas.npz of pairsim atlas (default: those that ship).")
     ] = None,
-    tube: Annotated[Text, quantity("Inner diameter of the tube D_c, such as 50um.")] = None,
+    tube: Annotated[Text, TUBE] = None,
     particle: Annotated[list[str] | None, quantity("Diameter of the particles, such as 20um.")] = None,
     flow_rate: Annotated[Text, quantity("Flow rate Q, such as 1ul/min.", "--flow")] = None,
     velocity: Annotated[Text, quantity("Mean velocity of the liquid, in place of --flow, such as 5mm/s.")] = None,
     modulus: Annotated[Text, quantity("Shear modulus G_p (default: rigid), such as 5kPa.")] = None,
-    viscosity: Annotated[Text, quantity("Zero-shear viscosity eta_0, solvent included, such as 1Pa.s.")] = None,
+    viscosity: Annotated[Text, VISCOSITY] = None,
     relaxation: Annotated[Text, quantity("Relaxation time lambda, such as 2ms.")] = None,
     liquid: Annotated[Text, typer.Option(metavar="LAW", help="Law of the liquid, as for units.")] = None,
     at: Annotated[
@@ -57,7 +58,6 @@ def ask(
     set_: Settings = None,
 ) -> None:
     options = locals()
-    from pairsim.api.ask import ask as answer_of
     from pairsim.results.inputs import DrawnRange
     from pairsim.results.travel import distance_on, travel
 
@@ -78,7 +78,7 @@ def ask(
         raise InputError("pairsim ask", "--from" if start is None else "--to", None, "must be given, too, for a travel")
     apply_settings(given, tuple(set_ or ()), groups_of(FILES["curve"]))
     try:
-        answer = answer_of(case, atlas=atlas, compute=compute, folder=output, progress=compute, **given)
+        answer = pairsim.ask(case, atlas=atlas, compute=compute, folder=output, progress=compute, **given)
     except InputError as error:
         of_options = (of_option("pairsim ask", each, names) if each.file == "case" else each for each in error.mistakes)
         raise InputError.of_all(of_options) from None

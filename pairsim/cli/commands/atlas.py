@@ -18,7 +18,6 @@ from typing import Annotated
 
 import typer
 
-from pairsim.cases.coverage import liquid_of_atlas
 from pairsim.cli.end import end
 from pairsim.cli.options import CaseTimeout, OutputOfMany, OverwriteFile, Quiet, Workers, check_free
 from pairsim.questions.registry import QUESTIONS
@@ -46,6 +45,7 @@ def atlas(
     if str(file) == EXPLORE:
         from pairsim.atlas.atlas import SHIPPED, Atlas
         from pairsim.atlas.explorer import page_of
+        from pairsim.cases.coverage import liquid_of_atlas
 
         path = output or Path("explore.html")
         check_free(path, overwrite)

@@ -14,6 +14,7 @@ from typing import Annotated
 
 import typer
 
+import pairsim
 from pairsim.cli.options import Fps, Particles, Pixel
 
 EXAMPLES = (
@@ -37,9 +38,7 @@ def fit(
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Folder of a picture, film.png.")] = None,
 ) -> None:
     typer.echo("fit: trying values over the range of the atlas, some seconds", err=True)
-    from pairsim.api.fit import fit as fit_of
-
-    found = fit_of(
+    found = pairsim.fit(
         film,
         case,
         unknown=unknown or "modulus",

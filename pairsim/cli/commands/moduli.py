@@ -12,6 +12,7 @@ from typing import Annotated
 
 import typer
 
+import pairsim
 from pairsim.cli.options import OverwriteFile, check_free
 from pairsim.results.folder import write_file
 from pairsim.runtime.errors import InputError
@@ -39,7 +40,6 @@ def moduli(
     ] = None,
     overwrite: OverwriteFile = False,
 ) -> None:
-    from pairsim.api.moduli import moduli as moduli_of
     from pairsim.plots.measured import draw_moduli
 
     output = output or Path(f"{file.stem}-moduli.csv")
@@ -47,7 +47,7 @@ def moduli(
         raise InputError("pairsim moduli", "-o", str(output), f"must be a CSV file: the picture is {picture}")
     for path in (output, picture):
         check_free(path, overwrite)
-    found = moduli_of(file, table, carrier=carrier, celsius=celsius)
+    found = pairsim.moduli(file, table, carrier=carrier, celsius=celsius)
     write_file(output, found.table.to_csv(index=False, float_format="%.6g"))
     draw_moduli(found.table.to_numpy(), found.look_up, picture)
     for sentence in found.sentences:

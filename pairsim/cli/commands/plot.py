@@ -16,7 +16,7 @@ from typing import Annotated, Any
 
 import typer
 
-from pairsim.api import folders as results
+import pairsim
 from pairsim.cli.options import Fps, Particles, Physical, Pixel
 
 EXAMPLES = (
@@ -62,7 +62,7 @@ def plot(
 ) -> None:
     look: dict[str, Any] = {"out": output, "formats": formats, "width": width, "physical": physical, "legend": legend}
     of_film: dict[str, Any] = {"fps": fps, "pixel": pixel, "particles": particles}
-    paths = results.plot(*folders, **look, **of_film, group=group, field=field, animate=animate)
+    paths = pairsim.plot(*folders, **look, **of_film, group=group, field=field, animate=animate)
     for path in paths:
         typer.echo(str(path))
     if not paths:

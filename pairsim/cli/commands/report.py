@@ -8,12 +8,11 @@ from __future__ import annotations
 
 import typer
 
+import pairsim
 from pairsim.cli.options import Folder
 
 EXAMPLES = "Examples: pairsim report runs/quickstart | pairsim report runs/sweep"
 
 
 def report(directory: Folder) -> None:
-    from pairsim.api.report import report as report_of
-
-    typer.echo(str(report_of(directory)))
+    typer.echo(str(pairsim.report(directory)))

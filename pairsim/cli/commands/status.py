@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import typer
 
-from pairsim.api.folders import open as open_folder
+import pairsim
 from pairsim.cli.options import Folder, print_table
 from pairsim.results.folder import kind_of
 from pairsim.runtime.locks import is_locked
@@ -23,7 +23,7 @@ def status(directory: Folder) -> None:
     if kind_of(directory) in ("sweep", "study"):
         print_table(status_view(read_sweep(directory, values=False), is_locked(directory)))
     else:
-        result = open_folder(directory)
+        result = pairsim.open(directory)
         reason = f" ({result.reason})" if result.reason not in ("", result.status) else ""
         cost = f"{result.record.get('wall_time', 0.0):.3g} s of wall time, by: {result.record.get('command', '')}"
         warnings = (f"warning: {warning}" for warning in result.warnings)

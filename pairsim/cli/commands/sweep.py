@@ -15,7 +15,7 @@ from typing import Annotated
 
 import typer
 
-from pairsim.api import sweeps
+import pairsim
 from pairsim.cli.end import end
 from pairsim.cli.options import CaseTimeout, OutputOfMany, Quiet, Settings, Workers, print_table
 from pairsim.runtime.launcher import rank
@@ -46,7 +46,7 @@ def sweep(
             print_table(dry_run_view(read_grid(grid, settings)))
         return
     with Signals(final=True) as signals:
-        result = sweeps.sweep(
+        result = pairsim.sweep(
             grid,
             folder=output,
             workers=workers,

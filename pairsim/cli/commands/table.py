@@ -16,6 +16,7 @@ from typing import Annotated, Literal
 
 import typer
 
+import pairsim
 from pairsim.cli.options import OverwriteFile, Physical, check_free
 from pairsim.results.folder import write_file
 from pairsim.runtime.errors import InputError
@@ -65,13 +66,11 @@ def table(
             typer.echo(f"note: {note}", err=True)
         _print(text, output)
         return
-    from pairsim.api.folders import open as open_folder
-    from pairsim.api.sweeps import SweepResult
     from pairsim.results.tables import csv_text, readable, screen_text
 
-    result = open_folder(directory)
+    result = pairsim.open(directory)
     if netcdf is not None:
-        if not isinstance(result, SweepResult):
+        if not isinstance(result, pairsim.SweepResult):
             raise InputError(str(directory), "--netcdf", None, "must be given with the folder of a sweep")
         write_file(netcdf, bytes(result.to_xarray(name, physical=physical).to_netcdf(engine="scipy")), "--netcdf")
         return typer.echo(str(netcdf))

@@ -15,7 +15,7 @@ from typing import Annotated
 
 import typer
 
-from pairsim.api.folders import open as open_folder
+import pairsim
 from pairsim.results.folder import kind_of
 from pairsim.runtime.errors import InputError
 
@@ -33,4 +33,4 @@ def travel(
 ) -> None:
     if (kind := kind_of(directory)) != "curve":
         raise InputError(str(directory), "", None, f"must be a folder of `pairsim curve`, not of `pairsim {kind}`")
-    typer.echo(str(open_folder(directory).travel(start, stop)))
+    typer.echo(str(pairsim.open(directory).travel(start, stop)))

@@ -16,6 +16,7 @@ from typing import Annotated, Any
 
 import typer
 
+import pairsim
 from pairsim.cases.keys import groups_of
 from pairsim.cases.physical import Physical
 from pairsim.cases.yaml_file import apply_settings
@@ -39,6 +40,8 @@ def quantity(words: str, *names: str) -> Any:
     return typer.Option(*names, metavar="QUANTITY", help=words)
 
 
+TUBE = quantity("Inner diameter of the tube D_c, such as 50um.")
+VISCOSITY = quantity("Zero-shear viscosity eta_0, solvent included, such as 1Pa.s.")
 _law = partial(typer.Option, metavar="LAW")
 _number = partial(typer.Option, metavar="NUMBER")
 
@@ -52,7 +55,7 @@ EXAMPLES = (
 
 def units(
     *,
-    tube: Annotated[str, quantity("Inner diameter of the tube D_c, such as 50um.")],
+    tube: Annotated[str, TUBE],
     particle: Annotated[list[str], quantity("Diameter of the particles, such as 20um; repeat it, from upstream.")],
     flow_rate: Annotated[Text, quantity("Flow rate Q: U_av = 4 Q/(pi D_c^2), such as 1ul/min.", "--flow")] = None,
     velocity: Annotated[Text, quantity("Mean velocity of the liquid U_av, in place of --flow, such as 5mm/s.")] = None,
@@ -78,7 +81,7 @@ def units(
             "power-law, ptt-linear, ptt-exp, white-metzner, or one of your own."
         ),
     ] = None,
-    viscosity: Annotated[Text, quantity("Zero-shear viscosity eta_0, solvent included, such as 1Pa.s.")] = None,
+    viscosity: Annotated[Text, VISCOSITY] = None,
     consistency: Annotated[Text, quantity("Consistency K: eta_0 = K (U_av/D_c)^(n - 1), such as 0.5Pa.s^0.6.")] = None,
     plastic_viscosity: Annotated[Text, quantity("Plastic viscosity of a Bingham liquid, such as 1Pa.s.")] = None,
     yield_stress: Annotated[Text, quantity("Yield stress tau_y: Bn = tau_y D_c/(eta_0 U_av), such as 5Pa.")] = None,
@@ -117,7 +120,6 @@ def units(
     set_: Settings = None,
 ) -> None:
     options = locals()
-    from pairsim.api.units import units as units_of
 
     picture = output.with_name(f"{output.stem}-fit.png") if output and (rheology or spectrum) else None
     for path in (output, picture):
@@ -139,7 +141,7 @@ def units(
     apply_settings(case, tuple(set_ or ()), groups_of(FILES[kind]))
     more: dict[str, Any] = {"pressure": pressure, "over": over, "carrier": carrier, "celsius": celsius}
     try:
-        found = units_of(
+        found = pairsim.units(
             kind=kind,
             rheology=rheology,
             spectrum=spectrum,

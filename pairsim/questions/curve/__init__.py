@@ -190,10 +190,9 @@ def estimate(case: CurveCase) -> Estimate:
     """Size and duration of a master curve: the points between those requested, and a third more where dU is curved."""
     points = len(case.places)
     if case.after is not None:
-        from pairsim.questions.curve.from_rest import run_at
-        from pairsim.questions.run import estimate as of_run
+        from pairsim.questions.curve.from_rest import estimate_from_rest
 
-        return of_run(run_at(case, case.places[0]), points)
+        return estimate_from_rest(case, points)
     if case.common and points > 1:
         points = len(between(sorted(case.places), case.max_points))
         points = max(min(points + -(-points // 3), case.max_points), points)
