@@ -66,6 +66,7 @@ _MODULES = {
     "api.sweeps": ("sweep", "SweepResult"),
     "api.units": ("units",),
     "computing.loading": ("use_laws",),
+    "errors": ("errors",),
     "runtime.errors": ("InputError", "PairsimError", "RunFailure"),
     "runtime.version": ("__version__",),
 }
@@ -76,10 +77,9 @@ def __getattr__(name: str) -> "_Any":
     """Import a name of the interface when it is first used."""
     from importlib import import_module
 
-    if name == "errors":
-        return import_module("pairsim.errors")
     module = next((module for module, names in _MODULES.items() if name in names), None)
-    value = _of_questions(name) if module is None else getattr(import_module(f"pairsim.{module}"), name)
+    found = None if module is None else import_module(f"pairsim.{module}")
+    value = _of_questions(name) if found is None else getattr(found, name, found)
     globals()[name] = value
     return value
 
@@ -90,7 +90,7 @@ def _of_questions(name: str) -> "_Any":
 
     results = {f"{question.capitalize()}Result": question for question in NAMES}
     if name == "__all__":
-        return sorted(("errors", *(each for names in _MODULES.values() for each in names), *NAMES, *results))
+        return sorted((*(each for names in _MODULES.values() for each in names), *NAMES, *results))
     if name in results:
         return QUESTIONS[results[name]].result
     if name not in NAMES:

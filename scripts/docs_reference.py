@@ -3,7 +3,6 @@
 usage: .venv/bin/python scripts/docs_reference.py
 
 A test fails where a page is not what this writes. As a hook of mkdocs it lets mkdocstrings make the page on Python.
-docs/reference/files.md is written by hand.
 """
 
 from __future__ import annotations
@@ -26,6 +25,7 @@ from typer.cli import get_docs_for_click
 import pairsim
 from pairsim.api.compute import Computation
 from pairsim.cases.example import write_example
+from pairsim.cases.kinds import has_example
 from pairsim.cli.app import app, command_of
 from pairsim.computing.case_files import read_case
 from pairsim.computing.question import LAST
@@ -73,6 +73,17 @@ def table_of_columns(*groups: Iterable[str | Column]) -> str:
         unit = entry.unit.name if entry.unit in (PURE, SECONDS) else f"${entry.unit.tex}$"
         rows.append((code(entry.name), f"${entry.symbol}$" if entry.symbol else "", escaped(entry.meaning), unit))
     return table(("column", "symbol", "meaning", "unit"), rows)
+
+
+def other_files() -> str:
+    """Rows with the tables and pictures of questions that the page on files does not describe in words of its own."""
+    page, rows = (TEMPLATES / "files.md").read_text(), list[str]()
+    for name, question in QUESTIONS.items():
+        main = f"[its main table](columns.md#{question.table}csv)"
+        tables_ = {f"{each}.csv": main if each == question.table else "a table" for each in question.tables}
+        found = tables_ | {f"{each}.png": caption for each, caption in question.captions.items()}
+        rows += [f"| `{file}` | {name} | {what} |\n" for file, what in found.items() if f"`{file}`" not in page]
+    return "".join(rows)
 
 
 def in_sweeps(name: str) -> str:
@@ -171,11 +182,12 @@ def wrapped(text: str) -> str:
 @cache
 def environment() -> Environment:
     """Jinja with all names that the pages use."""
-    functions = (table_of_keys, table_of_columns, in_sweeps, command_line, failures, public_names, stub)
+    functions = (table_of_keys, table_of_columns, other_files, in_sweeps, command_line, failures, public_names, stub)
     keys = {command: schema_rows(model) for command, model in FILES.items()}
     jinja = Environment(undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     jinja.globals |= {function.__name__: function for function in functions} | {
         "commands": QUESTIONS,
+        "with_example": [*filter(has_example, QUESTIONS)],
         "keys": keys,
         "shared_keys": [row for row in keys["run"] if all(row in keys[command] for command in QUESTIONS)],
         "tables": tables,

@@ -266,6 +266,8 @@ class Result:
 
     def afterwards(self) -> str:
         """What may come next where it has finished."""
+        if not self.question.captions:
+            return f"pairsim table {self.source} prints it"
         return f"pairsim plot {self.source} draws it again"
 
     @property

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from pairsim.cases.kinds import has_example
 from pairsim.questions.registry import NAMES
 from pairsim.runtime.errors import InputError
 
-EXAMPLES = Path(__file__).parents[1] / "cases" / "examples"
 if TYPE_CHECKING:  # mypy cannot know them
     OfQuestion = str
     OfExamples = str
@@ -19,7 +19,7 @@ if TYPE_CHECKING:  # mypy cannot know them
 else:
     OfQuestion = Literal[NAMES]
     OfFiles = Literal[(*NAMES, "sweep", "study", "atlas")]
-    OfExamples = Literal[tuple(name for name in (*NAMES, "sweep") if (EXAMPLES / f"{name}.yaml").is_file())]
+    OfExamples = Literal[tuple(name for name in (*NAMES, "sweep") if has_example(name))]
 _CASE_FILE = typer.Argument(help="Case file (YAML); pairsim schema lists its keys.")
 CaseFile = Annotated[Path, _CASE_FILE]
 CaseFileOrNone = Annotated[Path | None, _CASE_FILE]

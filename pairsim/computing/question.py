@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
@@ -54,6 +54,11 @@ def shapes_in(table: Mapping[str, Any], row: int, when: str) -> list[str]:
     return [f"Taylor parameters{f' {when}' if when else ''}: {shapes}."] if shapes else []
 
 
+def no_pictures(folder: Path, out: Path, page: Page) -> list[Path]:
+    """Draw nothing, of a question that has no pictures."""
+    return []
+
+
 @dataclass(frozen=True)
 class InSweeps[C: SceneCase]:
     """What a sweep shows of a question, in results.csv."""
@@ -98,12 +103,12 @@ class Question[C: SceneCase]:
             reference: a `Column` where no other question has it.
         result: Its class of results, derived from `pairsim.api.results.Result`: what they have beside a table, and what
             they say in words.
+        in_sweeps: What a sweep shows of it.
+        examples: What stands at the end of the help, such as "Example: pairsim shape case.yaml".
         draw: Draws what the tables of a folder hold into another one, and returns the pictures. Fields are drawn
             elsewhere.
         captions: What is said below each of these pictures in a report, by the name of its file.
-        in_sweeps: What a sweep shows of it.
         frames: What its fields are written at: "t", "d", or "" where it writes none.
-        examples: What stands at the end of the help, such as "Example: pairsim shape case.yaml".
         flags: The options that it has beside those of all questions.
         draws_from: Rows of its main table from which on its pictures are drawn when it ends; None where they are not.
     """
@@ -115,10 +120,10 @@ class Question[C: SceneCase]:
     solve: Callable[..., Events]
     tables: Mapping[str, Sequence[str | Column]]
     result: type[Any]
-    draw: Callable[[Path, Path, Page], list[Path]]
-    captions: Mapping[str, str]
     in_sweeps: InSweeps[C]
     examples: str
+    draw: Callable[[Path, Path, Page], list[Path]] = no_pictures
+    captions: Mapping[str, str] = field(default_factory=dict)
     frames: str = ""
     flags: tuple[Flag, ...] = ()
     draws_from: int | None = 1

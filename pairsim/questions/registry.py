@@ -11,10 +11,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pairsim.cases import kinds
+from pairsim.questions import __path__ as folders
 
 if TYPE_CHECKING:
     from pairsim.computing.question import Question
 
+FILES = ("[a-z]*.py", "[a-z]*/__init__.py")
 RECORD = "\nQUESTION = "
 """What tells the file of a question from others."""
 ORDER = ("run", "curve", "critical")  # the questions that come first in lists; others follow by name
@@ -22,8 +24,8 @@ ORDER = ("run", "curve", "critical")  # the questions that come first in lists; 
 
 def _first_lines() -> dict[str, str]:
     """The first line of the file of each question by its name: what it computes."""
-    folder, found = Path(__file__).parent, dict[str, str]()
-    for file in (*folder.glob("[a-z]*.py"), *folder.glob("[a-z]*/__init__.py")):
+    found = dict[str, str]()
+    for file in (file for folder in map(Path, folders) for part in FILES for file in folder.glob(part)):
         text = file.read_text(encoding="utf-8")
         if RECORD in text:
             name = file.parent.name if file.stem == "__init__" else file.stem

@@ -29,7 +29,7 @@ FOR_FEW = ("h5py", "matplotlib.animation", "matplotlib.pyplot", "meshio", "panda
 def test_help_lists_every_command() -> None:
     result = CliRunner().invoke(app, ["--help"])
     assert result.exit_code == 0
-    assert len(COMMANDS) == 23
+    assert {*NAMES, "units", "sweep"} < {*COMMANDS}
     assert all(command in result.output for command in COMMANDS)
 
 

@@ -16,6 +16,7 @@ from typer.testing import CliRunner
 import pairsim as api
 from pairsim.cases.estimate import Estimate
 from pairsim.cases.identity import default_folder
+from pairsim.cases.kinds import has_example
 from pairsim.cli.app import app
 from pairsim.computing.case_files import read_case
 from pairsim.computing.schema import schema_rows
@@ -24,7 +25,7 @@ from pairsim.sweeps.files import FILES
 from pairsim.sweeps.grid import read_grid
 
 CONFIGS = Path(__file__).parents[2] / "configs"
-KINDS = ("run", "curve", "critical", "pressure", "shape", "train", "sweep")
+KINDS = tuple(kind for kind in FILES if has_example(kind))
 
 
 @cache
