@@ -27,7 +27,6 @@ from pairsim.cases.run_case import Case
 from pairsim.cases.values import Range
 from pairsim.cases.yaml_file import read_yaml
 from pairsim.cli.app import app
-from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case, read_case
 from pairsim.physics import liquids, solids
 from pairsim.physics.liquids.power_law import PowerLaw
@@ -36,6 +35,7 @@ from pairsim.physics.solids.kelvin_voigt import KelvinVoigt
 from pairsim.physics.solids.solid import MODULUS
 from pairsim.quantities.measurable import Measurable, a_time
 from pairsim.quantities.scales import Scales, mean_velocity
+from pairsim.questions.registry import QUESTIONS
 from pairsim.results.table_files import read_table
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.grid import read_grid
