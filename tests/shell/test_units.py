@@ -15,7 +15,6 @@ import pytest
 import yaml
 from support.commands import Pairsim
 from support.inputs import ROOT
-from typer.main import get_command
 from typer.testing import CliRunner
 
 import pairsim as api
@@ -26,7 +25,7 @@ from pairsim.cases.quantities import A_LENGTH, COMMON, measured, quantity_range,
 from pairsim.cases.run_case import Case
 from pairsim.cases.values import Range
 from pairsim.cases.yaml_file import read_yaml
-from pairsim.cli.app import app
+from pairsim.cli.app import app, command_of
 from pairsim.computing.case_files import parse_case, read_case
 from pairsim.physics import liquids, solids
 from pairsim.physics.liquids.power_law import PowerLaw
@@ -366,7 +365,7 @@ def test_units_writes_a_case_of_any_law(tmp_path: Path) -> None:
 
 
 def test_units_has_an_option_for_each_quantity_of_a_law_that_ships_and_its_help_names_these_laws() -> None:
-    command = get_command(app).commands["units"]  # type: ignore[attr-defined]
+    command = command_of("units")
     options = {parameter.name: parameter.help or "" for parameter in command.params}
     for name, laws in (("liquid", liquids.LAWS), ("solid", solids.LAWS)):
         shipped = [law for law in laws.values() if law.__module__.startswith("pairsim.")]

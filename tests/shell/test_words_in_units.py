@@ -217,7 +217,7 @@ def test_all_that_a_computation_says_is_put_into_units(tmp_path: Path, capsys: p
         yield events.Summary({"ends": [{"message": "end at " + d}]}, ["warning at " + d])
         return events.Outcome("finished", "end", "outcome at " + d)
 
-    options = Options(False, Reporter(shown=True), "pairsim run")
+    options = Options(False, Reporter(shown=True), "pairsim run", ())
     outcome = carry_out(replace(QUESTIONS["run"], solve=solve), PAIR, tmp_path / "out", options)
     assert outcome.message == "outcome at d = 5 um"
     shown, record = capsys.readouterr().err, json.loads((tmp_path / "out" / "run.json").read_text())
