@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any
 
-from pairsim.quantities.kinds import PURE, Unit
+from pairsim.quantities.kinds import PURE, Kind
 
 GAP, PARTICLE = "gap", "particle"
 WORDS: dict[str, dict[str, str]] = {
@@ -39,7 +39,7 @@ class Column:
     name: str
     symbol: str  # symbol of the paper (TeX); `{_}`, in a subscript `{,}`, stands for the suffix
     meaning: str  # `{_}` stands for the suffix, `{of}` for the gap or particle
-    unit: Unit = PURE
+    unit: Kind = PURE
     of: str = ""  # what it has a column for each of, `GAP` or `PARTICLE`
     shown: Shown = Shown.USUALLY
     whole: bool = False  # whether its values are whole numbers

@@ -9,17 +9,17 @@ from __future__ import annotations
 from operator import attrgetter
 from typing import Any
 
-from pairsim.quantities.kinds import FORCE, LENGTH, POSITION, PURE, RATE, SECONDS, STRESS, TIME, VELOCITY, Unit
+from pairsim.quantities.kinds import FORCE, LENGTH, POSITION, PURE, RATE, SECONDS, STRESS, TIME, VELOCITY, Kind
 from pairsim.results.column import GAP, PARTICLE, Column, Columns, Shown
 
 
-def _correction(of: str, name: str, unit: Unit) -> Column:
+def _correction(of: str, name: str, unit: Kind) -> Column:
     """The estimated discretisation error of a quantity."""
     meaning = f"estimate of exact minus discrete {name}{{_}}, contained in it unless corrected is 0"
     return Column(f"{name}_correction", r"\delta^h{_}", meaning, unit, of, Shown.ON_REQUEST, unknown=True)
 
 
-def _error(of: str, name: str, unit: Unit, by: str, shown: Shown = Shown.USUALLY) -> Column:
+def _error(of: str, name: str, unit: Kind, by: str, shown: Shown = Shown.USUALLY) -> Column:
     """The half-width of the interval of a quantity."""
     meaning = f"half-width of the interval of {name}{{_}}: error by {by}"
     return Column(f"{name}_error", r"\epsilon{_}", meaning, unit, of, shown, unknown=True)
@@ -31,12 +31,12 @@ def _by(name: str, symbol: str, words: str = "") -> Column:
     return Column(f"by_{name}", symbol, f"derivative of dU{{_}} by {words or name}", VELOCITY, GAP)
 
 
-def _observed(name: str, symbol: str, meaning: str, unit: Unit = PURE, shown: Shown = Shown.USUALLY) -> Column:
+def _observed(name: str, symbol: str, meaning: str, unit: Kind = PURE, shown: Shown = Shown.USUALLY) -> Column:
     """A column of the same name as in `Observation`."""
     return Column(name, symbol, meaning, unit, shown=shown, value=attrgetter(name))
 
 
-def _of_polymer(name: str, symbol: str, meaning: str, unit: Unit = PURE, shown: Shown = Shown.USUALLY) -> Column:
+def _of_polymer(name: str, symbol: str, meaning: str, unit: Kind = PURE, shown: Shown = Shown.USUALLY) -> Column:
     """A column of the same name as in `Observation.conformation`."""
     value = attrgetter(f"conformation.{name}")
     return Column(name, symbol, meaning, unit, shown=shown, value=value, polymer=True)
@@ -262,7 +262,7 @@ def observed(observation: Any) -> dict[Column, Any]:
     return {each: each.value(observation) for each in (*OBSERVED, *polymer) if each.value is not None}
 
 
-def _of_cases(name: str, meaning: str, unit: Unit = PURE, of: str = "", *, whole: bool = False) -> Column:
+def _of_cases(name: str, meaning: str, unit: Kind = PURE, of: str = "", *, whole: bool = False) -> Column:
     """A column of the tables of many cases."""
     return Column(name, "", meaning, unit, of, Shown.ALWAYS, whole=whole)
 

@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any
 
 from pairsim.cases.yaml_file import yaml_text
-from pairsim.computing import QUESTIONS, Question
-from pairsim.computing.question import Value
+from pairsim.computing.question import Question, Value
+from pairsim.questions.registry import QUESTIONS
 from pairsim.results.folder import plain, write_json, write_text
 from pairsim.results.record import Record
 from pairsim.runtime.errors import BranchEnd, InputError

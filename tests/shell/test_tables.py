@@ -16,9 +16,9 @@ from support.result_folders import make_curve, make_sweep
 from pairsim.api.folders import open as open_folder
 from pairsim.api.folders import plot
 from pairsim.api.sweeps import SweepResult
-from pairsim.computing import QUESTIONS
 from pairsim.fem.diagnostics import Health
 from pairsim.quantities.scales import Scales
+from pairsim.questions.registry import QUESTIONS
 from pairsim.results.column import names_of, suffixes_in, table_row
 from pairsim.results.columns import DISTANCE, DP, DP_PLUS, DU, POLYMER_HEALTH, SHARED, SWEEP_COLUMNS, TAYLOR, T, U, Z
 from pairsim.results.curve import EQUILIBRIA_COLUMNS
