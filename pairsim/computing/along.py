@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from pydantic import Field
@@ -14,6 +13,7 @@ from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.mistakes import Mistake
 from pairsim.cases.values import Values
 from pairsim.computing import events
+from pairsim.computing.found import Found
 from pairsim.computing.warnings import finer
 from pairsim.quantities.text import softness
 from pairsim.results.column import Columns
@@ -24,18 +24,8 @@ from pairsim.solvers.parameters import Parameters
 
 if TYPE_CHECKING:
     from pairsim.runtime.monitor import Monitor
-    from pairsim.solvers.errors.estimate import ErrorEstimate
-    from pairsim.solvers.steady.scene import SteadySolver
 
 WRINKLED = 2.0  # roughness of a surface from which it has waves as long as cells (`pairsim.fem.surface.roughness`)
-
-
-@dataclass(frozen=True)
-class Found:
-    """A steady state: its solver, and the estimate of its errors; columns of a question take their `value` of it."""
-
-    estimate: ErrorEstimate
-    solver: SteadySolver
 
 
 class AlongCase(SceneCase):
@@ -84,7 +74,6 @@ def solve_along(
     what = f"{counted(len(case.series), 'value')} of Ca_e"
     yield events.Begin(what, len(case.series))
     yield events.Table(case.kind, [*columns.named(case.n), *health_columns(case)])
-    own = {each.name: each.value for each in columns if each.value is not None}
     problem, start = steady_problem(case, 1.0, monitor), Parameters((), case.solid_models, case.liquid_model)
     found, rough, rows = Solutions(case), list[str](), list[dict[str, float]]()
     try:
@@ -93,8 +82,8 @@ def solve_along(
             for count, Ca_e in enumerate(case.series, 1):
                 point = branch.at(start.with_Ca_e(Ca_e))
                 found.points.append(point)
-                row, state = point_row(point) | {CA_E.name: Ca_e}, Found(point.estimate, branch.solver)
-                row |= {name: float(value(state)) for name, value in own.items()}
+                row = point_row(point) | {CA_E.name: Ca_e}
+                row |= columns.own_row(case.n, Found(point, branch.solver))
                 rows.append(row)
                 yield events.Row(case.kind, row)
                 if roughness(branch.solver.bodies[0], branch.solver.state()[0]) > WRINKLED:

@@ -147,7 +147,7 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
     from pairsim.solvers.curves.critical import find_all, follow_all
     from pairsim.solvers.curves.zero_lines import Critical, End, Followed, Missed, Region
 
-    least, most = case.d
+    own, (least, most) = QUESTION.tables["critical"].own, case.d
     region: Region | None = None  # of parameters and distances in which zeros are followed
     if case.along is not None:
         name, values = next(iter(case.along.items()))
@@ -171,7 +171,7 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
     warnings: list[Text] = []
     try:
         with found:
-            yield events.Table("critical", [*CRITICAL_COLUMNS.named(2), *health_columns(case)])
+            yield events.Table("critical", [*CRITICAL_COLUMNS.named(2), *health_columns(case), *own.named(2)])
             # Meshes are adapted to the zeros asked for, not to those between them.
             branch = found.begin(steady_problem(case, least, monitor), start, zeros_only=True)
             branch.at(start)
@@ -190,7 +190,7 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
                         if each.by_parameter is not None and region is not None:
                             size = abs(each.by_parameter) * each.point.parameters.followed
                             errors.append(error_at(each.point, 0, size))
-                        yield events.Row("critical", row := critical_row(each))
+                        yield events.Row("critical", row := critical_row(each) | own.own_row(2, each))
                         place = f"Ca_e = {row['Ca_e']:.5g}  De = {row['De']:.5g}"
                         text = Message("{}  d_cr = {}  {}", place, LENGTH(row["d_cr"], ".5f"), each.kind)
                         yield events.Progress(min(len(wanted), count), text, solved)

@@ -15,7 +15,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 from pairsim.api.results import Result
-from pairsim.computing.along import AlongCase, Found, check_along, estimate_along, solve_along
+from pairsim.computing.along import AlongCase, check_along, estimate_along, solve_along
+from pairsim.computing.found import Found
 from pairsim.computing.question import InSweeps, Question
 from pairsim.quantities.kinds import AREA, PURE, VELOCITY, VOLUME, Kind
 from pairsim.quantities.text import in_unit, softness, with_error
@@ -52,7 +53,7 @@ def _of_contour(name: str, found: Found) -> float:
 
 
 def _half_width(of: str, found: Found) -> float:
-    return float(found.estimate.shape_errors[of])
+    return float(found.point.estimate.shape_errors[of])
 
 
 def _measured(name: str, symbol: str, meaning: str, unit: Kind = PURE) -> Column:

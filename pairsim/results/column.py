@@ -44,8 +44,7 @@ class Column:
     shown: Shown = Shown.USUALLY
     whole: bool = False  # whether its values are whole numbers
     unknown: bool = False  # whether a value may be unknown, nan in the file
-    value: Callable[[Any], Any] | None = None  # takes it off an `Observation`: then all tables of solutions have it
-    polymer: bool = False  # whether it is there in viscoelastic liquids alone
+    value: Callable[[Any], Any] | None = None  # takes it off what the computation of its question has found
 
     def with_suffix(self, suffix: str) -> Column:
         """Its column for a gap or particle.
@@ -108,6 +107,15 @@ class Columns(Iterable[Column]):
     def named(self, n: int) -> list[str]:
         """The names of all columns in tables of `n` particles, in order."""
         return names_of(n, *self)
+
+    @property
+    def own(self) -> Columns:
+        """Those that take their value off what a computation has found."""
+        return Columns(each for each in self if each.value is not None)
+
+    def own_row(self, n: int, found: Any) -> dict[str, float]:
+        """The values of `own` in tables of `n` particles, by name; what they are taken of is that of their question."""
+        return table_row(n, {each: each.value(found) for each in self.own if each.value is not None})
 
 
 def suffixes(of: str, n: int) -> list[str]:

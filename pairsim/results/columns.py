@@ -6,7 +6,6 @@ A column of one question alone is declared beside it. A question lists the colum
 
 from __future__ import annotations
 
-from operator import attrgetter
 from typing import Any
 
 from pairsim.quantities.kinds import FORCE, LENGTH, POSITION, PURE, RATE, SECONDS, STRESS, TIME, VELOCITY, Kind
@@ -32,14 +31,8 @@ def _by(name: str, symbol: str, words: str = "") -> Column:
 
 
 def _observed(name: str, symbol: str, meaning: str, unit: Kind = PURE, shown: Shown = Shown.USUALLY) -> Column:
-    """A column of the same name as in `Observation`."""
-    return Column(name, symbol, meaning, unit, shown=shown, value=attrgetter(name))
-
-
-def _of_polymer(name: str, symbol: str, meaning: str, unit: Kind = PURE, shown: Shown = Shown.USUALLY) -> Column:
-    """A column of the same name as in `Observation.conformation`."""
-    value = attrgetter(f"conformation.{name}")
-    return Column(name, symbol, meaning, unit, shown=shown, value=value, polymer=True)
+    """A column of the same name as in `Observation`, or in `Observation.conformation`."""
+    return Column(name, symbol, meaning, unit, shown=shown)
 
 
 _MESH_ENDS_NEWTON = "mesh, ends and Newton's method"
@@ -230,11 +223,11 @@ DISTORTION = Column(
     shown=Shown.ON_REQUEST,
 )
 POLYMER_HEALTH = (
-    _of_polymer("c_max", r"\max\,\mathrm{tr}\,c", "largest trace of the conformation tensor"),
-    _of_polymer("c_max_z", "z", "axial position of c_max", LENGTH),
-    _of_polymer("c_max_r", "r", "radial position of c_max", LENGTH),
-    _of_polymer("c_min", r"\min\,c", "smallest eigenvalue of the conformation tensor"),
-    _of_polymer("s_jump", r"[s]", "largest change of s = log c within a cell", shown=Shown.ON_REQUEST),
+    _observed("c_max", r"\max\,\mathrm{tr}\,c", "largest trace of the conformation tensor"),
+    _observed("c_max_z", "z", "axial position of c_max", LENGTH),
+    _observed("c_max_r", "r", "radial position of c_max", LENGTH),
+    _observed("c_min", r"\min\,c", "smallest eigenvalue of the conformation tensor"),
+    _observed("s_jump", r"[s]", "largest change of s = log c within a cell", shown=Shown.ON_REQUEST),
 )
 """Diagnostics of a viscoelastic liquid, the last columns of a table."""
 OBSERVED = (M, VOLUME_ERROR)
@@ -258,8 +251,9 @@ SHARED = Columns([each for each in vars().values() if isinstance(each, Column)],
 
 def observed(observation: Any) -> dict[Column, Any]:
     """The values that are read off the `Observation` of a solution."""
+    values = {each: getattr(observation, each.name) for each in OBSERVED}
     polymer = POLYMER_HEALTH if observation.conformation is not None else ()
-    return {each: each.value(observation) for each in (*OBSERVED, *polymer) if each.value is not None}
+    return values | {each: getattr(observation.conformation, each.name) for each in polymer}
 
 
 def _of_cases(name: str, meaning: str, unit: Kind = PURE, of: str = "", *, whole: bool = False) -> Column:

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from pairsim.api.compute import Computation
+from pairsim.computing.question import Question
 from pairsim.quantities.kinds import LENGTH, VELOCITY
 from pairsim.questions.registry import QUESTIONS
-from pairsim.results.column import Column, Columns
+from pairsim.results.column import PARTICLE, Column, Columns
 from pairsim.results.columns import DU, SHARED
 from pairsim.results.table import Table
 from pairsim.results.tables import frame_of
@@ -60,3 +65,24 @@ def test_a_table_has_its_columns_by_what_they_are() -> None:
     assert list(table.each(DU)) == ["dU_1", "dU_2"]
     with pytest.raises(KeyError):
         table[DU]
+
+
+def test_a_column_of_a_user_is_declared_in_the_record_of_its_question_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As docs/how-to/add-column.md has it."""
+    count = Column("pieces", "N", "fields of all phases", value=lambda found: len(found.solver.constraints.fields))
+    lag = Column("lag", "l{_}", "velocity of {of} less that of the liquid", VELOCITY, PARTICLE)
+    lag = replace(lag, value=lambda found: found.point.observation.U - 2)
+    known: Question[Any] = QUESTIONS["curve"]
+    question = replace(known, tables={**known.tables, "curve": Columns(known.tables["curve"], count, lag)})
+    for place in ("pairsim.questions.curve.QUESTION", "pairsim.questions.curve.computation.QUESTION"):
+        monkeypatch.setattr(place, question)
+    case = {"beta": 0.4, "De": 0, "Ca_e": 0, "particles": 1, "ends": "developed", "length": 3}
+    result = Computation[Any](question)(case, mesh={"Np": 8, "max_size": 0.5}, folder=tmp_path / "out")
+    frame = result.frame()
+    assert list(frame)[-2:] == ["pieces", "lag_1"]
+    assert frame["lag_1"][0] == pytest.approx(frame["U_1"][0] - 2)
+    assert frame.attrs["units"]["lag_1"] == "U_av"
+    meaning = result.columns.declared.column("lag_1").meaning
+    assert meaning == "velocity of particle i (counted from upstream) less that of the liquid"

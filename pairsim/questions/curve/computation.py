@@ -11,6 +11,7 @@ import numpy as np
 
 from pairsim.cases.inputs import inputs_of
 from pairsim.computing import events
+from pairsim.computing.found import Found
 from pairsim.computing.problems import steady_problem
 from pairsim.computing.steady import (
     Solutions,
@@ -21,7 +22,7 @@ from pairsim.computing.steady import (
 from pairsim.computing.warnings import ErrorAt, finer, large_errors
 from pairsim.quantities.kinds import FORCE, LENGTH, VELOCITY
 from pairsim.quantities.text import in_unit
-from pairsim.questions.curve import GAP_OF_SLOPE, SLOPES, U_SLOPE, U_SLOPE_HELD, CurveCase
+from pairsim.questions.curve import GAP_OF_SLOPE, QUESTION, SLOPES, U_SLOPE, U_SLOPE_HELD, CurveCase
 from pairsim.results.column import Column, names_of, table_row
 from pairsim.results.columns import (
     DISTANCE,
@@ -35,7 +36,7 @@ from pairsim.results.columns import (
     WANTED,
     YIELD_HEALTH,
 )
-from pairsim.results.curve import CURVE_COLUMNS, EQUILIBRIA_COLUMNS, Curve
+from pairsim.results.curve import EQUILIBRIA_COLUMNS, Curve
 from pairsim.results.fields import SteadyMoment, frame
 from pairsim.results.rows import point_row
 from pairsim.results.xdmf import FieldFrame
@@ -75,7 +76,8 @@ def computation(case: CurveCase, monitor: Monitor, sensitivities: bool) -> event
                 if case.common:
                     points.sort(key=lambda p: p.d)
                 count = len(points)
-                yield events.Row("curve", point_row(point) | {WANTED.name: float(wanted)})
+                own = QUESTION.tables["curve"].own_row(case.n, Found(point, branch.solver))
+                yield events.Row("curve", point_row(point) | {WANTED.name: float(wanted)} | own)
                 for row in slope_rows(point) if sloping else ():
                     yield events.Row("slopes", row)
                 if any(abs(point.d - d) < 1e-9 * d for d in case.fields):
@@ -109,7 +111,7 @@ def _columns(case: CurveCase, parameters: Sequence[str]) -> list[str]:
     left_out |= set() if case.velocity is not None else {*FORCES}
     left_out |= set() if case.liquid_model.modes else {*POLYMER_HEALTH}
     left_out |= set() if case.liquid_model.regularisation else {*YIELD_HEALTH}
-    return names_of(case.n, *(column for column in CURVE_COLUMNS if column not in left_out))
+    return names_of(case.n, *(column for column in QUESTION.tables["curve"] if column not in left_out))
 
 
 def slope_rows(point: Point) -> Iterator[dict[str, float]]:

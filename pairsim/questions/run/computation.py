@@ -17,6 +17,7 @@ from pairsim.computing.problems import problem_of
 from pairsim.fem.unyielded import bridges
 from pairsim.quantities.kinds import LENGTH, TIME, VELOCITY
 from pairsim.quantities.text import in_unit
+from pairsim.questions.run import QUESTION
 from pairsim.questions.run.warnings import accuracy_of, warnings_of_run
 from pairsim.results.checkpoint import Checkpoint
 from pairsim.results.column import Column, names_of, table_row
@@ -74,6 +75,7 @@ class Run:
         self._adapt(old.adaptation if old is not None else None)
         known = (DU_ERROR,) if case.start == "steady" else ()
         self._errors = ERROR_COLUMNS if case.estimates_error else known
+        self._own = QUESTION.tables["series"].own
         self._entries: dict[str, Any] = {}
         self._pending: Step | None = None  # its fields are not written
         self._begun = time.perf_counter() - (old.wall if old else 0.0)
@@ -96,7 +98,7 @@ class Run:
                 return self._with_accuracy(ended, old.state.run_errors)
             polymer = POLYMER_HEALTH if case.liquid_model.modes else ()
             yielding = (BRIDGE,) if case.liquid_model.plastic.yield_stress else ()
-            columns = (*STATE_COLUMNS, *self._errors, *yielding, *HEALTH, *polymer)
+            columns = (*STATE_COLUMNS, *self._errors, *yielding, *HEALTH, *polymer, *self._own)
             yield events.Table("series", names_of(case.n, *columns), resumed=True)
             if old is not None:
                 at = moment(old.state.history.t[0])
@@ -144,7 +146,7 @@ class Run:
         for step in transient.steps(iter(wanted)):
             count = transient.counts.steps
             with transient.clock("output"):
-                yield events.Row("series", row_of(step))
+                yield events.Row("series", row_of(step) | self._own.own_row(case.n, step))
                 self._pending = step
                 at_output = any(abs(step.t - t) <= 1e-9 * max(1.0, t) for t in wanted)
                 after = frames_until(case, step.t, transient.gaps)
