@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -10,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.inputs import ROOT
 
 from pairsim.api.compute import Computation
 from pairsim.computing.question import Question
@@ -67,22 +69,24 @@ def test_a_table_has_its_columns_by_what_they_are() -> None:
         table[DU]
 
 
-def test_a_column_of_a_user_is_declared_in_the_record_of_its_question_alone(
+def test_a_column_of_the_page_is_declared_in_the_record_of_its_question_alone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """As docs/how-to/add-column.md has it."""
-    count = Column("pieces", "N", "fields of all phases", value=lambda found: len(found.solver.constraints.fields))
-    lag = Column("lag", "l{_}", "velocity of {of} less that of the liquid", VELOCITY, PARTICLE)
-    lag = replace(lag, value=lambda found: found.point.observation.U - 2)
+    code = re.search(r"```python\n(.*?)```", (ROOT / "docs" / "how-to" / "add-column.md").read_text(), re.DOTALL)
+    assert code is not None
+    names: dict[str, Any] = {"Column": Column, "PARTICLE": PARTICLE, "VELOCITY": VELOCITY}
+    exec(code[1], names)
+    lead: Column = names["LEAD"]
     known: Question[Any] = QUESTIONS["curve"]
-    question = replace(known, tables={**known.tables, "curve": Columns(known.tables["curve"], count, lag)})
+    question = replace(known, tables={**known.tables, "curve": Columns(known.tables["curve"], lead)})
     for place in ("pairsim.questions.curve.QUESTION", "pairsim.questions.curve.computation.QUESTION"):
         monkeypatch.setattr(place, question)
     case = {"beta": 0.4, "De": 0, "Ca_e": 0, "particles": 1, "ends": "developed", "length": 3}
     result = Computation[Any](question)(case, mesh={"Np": 8, "max_size": 0.5}, folder=tmp_path / "out")
     frame = result.frame()
-    assert list(frame)[-2:] == ["pieces", "lag_1"]
-    assert frame["lag_1"][0] == pytest.approx(frame["U_1"][0] - 2)
-    assert frame.attrs["units"]["lag_1"] == "U_av"
-    meaning = result.columns.declared.column("lag_1").meaning
-    assert meaning == "velocity of particle i (counted from upstream) less that of the liquid"
+    assert list(frame)[-1] == "lead_1"
+    assert frame["lead_1"][0] == pytest.approx(frame["U_1"][0] - 1)
+    assert frame.attrs["units"]["lead_1"] == "U_av"
+    assert result.columns.of(lead, "_1")[0] == frame["lead_1"][0]
+    meaning = result.columns.declared.column("lead_1").meaning
+    assert meaning == "velocity of particle i (counted from upstream) beyond the mean velocity of the liquid"
