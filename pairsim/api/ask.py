@@ -28,7 +28,7 @@ from pairsim.questions.registry import QUESTIONS
 from pairsim.results.columns import DISTANCE, DU, DU_ERROR
 from pairsim.results.curve import Curve
 from pairsim.results.inputs import DRAWN
-from pairsim.results.record import Record
+from pairsim.results.record import NOTES, STATUS, WARNINGS, Record
 from pairsim.runtime.errors import InputError
 
 SOURCE = "pairsim ask"
@@ -79,11 +79,11 @@ def ask(
         return Computation[Any](question)(asked, folder=folder, progress=progress)
     curve = _curve_of(asked, book)
     others = [each for each in atlases if each is not book and not beyond(asked, each)]
-    record = Record.of(status="finished", warnings=_disagreements(asked, curve, others)) | units_of(asked)
+    record = Record.of({STATUS: "finished", WARNINGS: _disagreements(asked, curve, others)}) | units_of(asked)
     if asked.De:
-        record |= Record.of(notes=[f"The liquid of the atlas is {liquid_of_atlas(book, type(asked))}."])
+        record = record.with_entries({NOTES: [f"The liquid of the atlas is {liquid_of_atlas(book, type(asked))}."]})
     if any(each.half_width for each in record.inputs):
-        record |= {DRAWN.name: range_of_draws(asked, book)}
+        record = record.with_entries({DRAWN: range_of_draws(asked, book)})
     content = Content({"curve": curve.table, "equilibria": curve.equilibria}, record, asked)
     return question.result(question, content=content, source=SOURCE)
 

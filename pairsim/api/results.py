@@ -20,7 +20,7 @@ from pairsim.computing.question import Question, Tables
 from pairsim.results.curve import Curve
 from pairsim.results.folder import CHECKPOINT, WAY, write_text, write_yaml
 from pairsim.results.inputs import quantity_for
-from pairsim.results.record import Record
+from pairsim.results.record import KIND, Record
 from pairsim.results.table import Table
 from pairsim.runtime.errors import BranchEnd, BudgetSpent, InputError, failure_of
 from pairsim.runtime.locks import is_locked
@@ -115,7 +115,7 @@ class Result:
         for name, table in self.tables.items():
             if table:
                 write_text(place / f"{name}.csv", table_text(table, zip(*table.values(), strict=True)))
-        (Record.of(kind=self.kind) | content.record).write(place)
+        (Record.of({KIND: self.kind}) | content.record).write(place)
         if content.case is not None:
             write_yaml(place / "case.yaml", content.case.resolved())
         for file, text in content.files.items():  # of a folder that was temporary: all of them

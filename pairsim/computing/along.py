@@ -18,6 +18,7 @@ from pairsim.computing.warnings import finer
 from pairsim.quantities.text import softness
 from pairsim.results.column import Columns
 from pairsim.results.columns import CA_E
+from pairsim.results.record import POINTS
 from pairsim.runtime.message import Message
 from pairsim.runtime.text import counted
 from pairsim.solvers.parameters import Parameters
@@ -99,4 +100,4 @@ def solve_along(
             f"deformation may be off by more than their errors; compare with {finer(case)}"
         )
         warnings = [*([warning] if rough else []), *large_value_errors(case, rows, errors)]
-        yield from found.last_events({"points": len(found.points)}, warnings)
+        yield from found.last_events({POINTS: len(found.points)}, warnings)

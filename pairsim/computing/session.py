@@ -23,7 +23,19 @@ from pairsim.fem.compilation import jit
 from pairsim.quantities.kinds import TIME
 from pairsim.results.checkpoint import Checkpoint, check_same, load
 from pairsim.results.folder import CHECKPOINT, kind_of, plain, prepare_folder, write_yaml
-from pairsim.results.record import Record
+from pairsim.results.record import (
+    KEY,
+    KIND,
+    MESSAGE,
+    PEAK_MEMORY,
+    PHASES,
+    REASON,
+    SECONDS,
+    STATUS,
+    WARNINGS,
+    Entry,
+    Record,
+)
 from pairsim.results.table_files import TableWriter, read_table
 from pairsim.results.xdmf import FieldsWriter
 from pairsim.runtime.errors import BranchEnd, EnvironmentFailure, InputError, RunFailure, WriteFailure
@@ -278,21 +290,18 @@ class _Session:
     def _write_record(self, outcome: Outcome | None) -> None:
         """Write run.json; of a computation that goes on, `outcome` is None."""
         case, summary, wall = self.case, self._summary, self.passed
-        record = Record.of(
-            kind=case.kind,
-            **vars(outcome or Outcome("running", "", "")),
-            **self._about,
-            wall_time=wall,
-            peak_memory=peak_memory(),
-            key=key_of(case.kind, identity_of(case)),
-        ) | sources_of(case)
+        ended = outcome or Outcome("running", "", "")
+        entries: dict[Entry[Any], Any] = {KIND: case.kind, STATUS: ended.status, REASON: ended.reason}
+        entries |= {MESSAGE: ended.message, **self._about, SECONDS: wall, PEAK_MEMORY: peak_memory()}
+        entries |= {KEY: key_of(case.kind, identity_of(case))}
+        record = Record.of(entries) | sources_of(case)
         if outcome is not None:
-            texts = {**summary.entries, **Record.of(warnings=summary.warnings)}
-            record |= entries_in_units(texts, case.scales)
+            said = Record.of({**summary.entries, WARNINGS: summary.warnings})
+            record |= entries_in_units({**said}, case.scales)
         record |= units_of(case)
         if summary.phases:
             phases = {**summary.phases, "other": wall - sum(summary.phases.values())}
-            record |= Record.of(wall_time_by_phase=phases)
+            record = record.with_entries({PHASES: phases})
         record.write(self.folder)
 
     @contextmanager

@@ -14,6 +14,7 @@ from pairsim.computing.warnings import ErrorAt, above, common_warnings, large_er
 from pairsim.quantities.kinds import LENGTH
 from pairsim.results.column import names_of
 from pairsim.results.columns import POLYMER_HEALTH, STEADY_HEALTH, WAY_COLUMNS, YIELD_HEALTH
+from pairsim.results.record import END_OF_BRANCH, FACTORISATIONS, MESH_COUNT, NEWTON_ITERATIONS, SIZE, Entries
 from pairsim.results.rows import way_row
 from pairsim.runtime.message import Message, Text
 from pairsim.solvers.curves.adaptation import AdaptiveBranch
@@ -94,19 +95,19 @@ class Solutions:
         )
         return self.branch
 
-    def last_events(self, entries: Mapping[str, Any], warnings: Sequence[Text] = ()) -> Iterator[Event]:
+    def last_events(self, entries: Entries, warnings: Sequence[Text] = ()) -> Iterator[Event]:
         """What run.json says, and a table of the way to parameters that were not reached."""
         yield self.summary(entries, warnings)
         if self.way:
             yield Table("way", WAY_COLUMNS.named(self.case.n), [*map(way_row, self.way)])
 
-    def summary(self, entries: Mapping[str, Any], warnings: Sequence[Text] = ()) -> Summary:
+    def summary(self, entries: Entries, warnings: Sequence[Text] = ()) -> Summary:
         """What run.json says: `entries` with the costs, and `warnings` with those of mesh, stresses and tube."""
         case, (counts, phases) = self.case, _costs(self.branch)
         seen = [c.s_jump for p in self.points if (c := p.observation.conformation) is not None]
         common = common_warnings(case, max(seen, default=0.0), case.cluster)
         end = self.ended if self.ended is not None and self.ended.proven else None
-        place = {} if end is None else {"end_of_branch": {"kind": end.kind, **end.at}}
+        place: Entries = {} if end is None else {END_OF_BRANCH: {"kind": end.kind, **end.at}}
         return Summary({**entries, **counts, **place}, [*warnings, *common], phases)
 
 
@@ -152,15 +153,15 @@ def moving_errors(case: SceneCase, points: Sequence[Point], size: float) -> list
     return moves_on(case, far, max(parts.values()))
 
 
-def _costs(branch: Branch | None) -> tuple[dict[str, Any], dict[str, float]]:
+def _costs(branch: Branch | None) -> tuple[Entries, dict[str, float]]:
     """Cost of a branch: counts, and the wall time of each phase [s]."""
     if branch is None:
         return {}, {}
     counts = {
-        "newton_iterations": branch.solver.iterations,
-        "factorisations": branch.solver.factorisations,
-        "meshes": branch.solver.meshes,
-        "unknowns": branch.solver.constraints.size,
+        NEWTON_ITERATIONS: branch.solver.iterations,
+        FACTORISATIONS: branch.solver.factorisations,
+        MESH_COUNT: branch.solver.meshes,
+        SIZE: branch.solver.constraints.size,
     }
     return counts, dict(branch.solver.clock.seconds)
 

@@ -51,7 +51,7 @@ from pairsim.results.columns import (
     WAY_COLUMNS,
 )
 from pairsim.results.curve import Zero, zeros_in
-from pairsim.results.record import Entry, Record
+from pairsim.results.record import ADAPTATION, OF_STEADY, Entry, Record
 from pairsim.runtime.message import Message, Text
 from pairsim.solvers.parameters import Parameters
 
@@ -205,11 +205,11 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
             return events.Outcome("finished", "end", counts)
         return found.outcome  # the branch ends before all distances were reached
     finally:
-        entries: dict[str, Any] = {ENDS.name: ends}
+        entries: dict[Entry[Any], Any] = {ENDS: ends}
         if found.branch is not None:
             sizes = [abs(point.slope_at_rest) * point.d for point in wanted]
             what = "itself, that of a critical distance"
-            entries["adaptation"], missed = adaptation_report(case, found.branch, wanted, sizes, what)
+            entries[ADAPTATION], missed = adaptation_report(case, found.branch, wanted, sizes, what)
             warnings += missed
         warnings += large_errors(case, "the error of a parameter at which two zeros meet", "itself", errors)
         yield from found.last_events(entries, warnings)
@@ -280,7 +280,7 @@ QUESTION = Question(
     estimate=estimate,
     solve=solve,
     tables={"critical": Columns(CRITICAL_COLUMNS, STEADY), "way": WAY_COLUMNS},
-    entries=(ENDS,),
+    entries=(*OF_STEADY, ENDS),
     result=CriticalResult,
     in_sweeps=InSweeps(lambda _: ("points", "zeros", "stable"), read),
     draw=draw,

@@ -33,6 +33,7 @@ from pairsim.results.columns import (
     WAY_COLUMNS,
     U,
 )
+from pairsim.results.record import OF_STEADY
 
 if TYPE_CHECKING:
     from pairsim.plots.style import Page
@@ -78,6 +79,7 @@ QUESTION = Question(
     estimate=estimate_along,
     solve=lambda case, monitor: solve_along(case, monitor, COLUMNS, "dp_plus", ERRORS),
     tables={"pressure": TABLE, "way": WAY_COLUMNS},
+    entries=OF_STEADY,
     result=PressureResult,
     draw=draw,
     captions={"pressure": "Extra pressure drop over the elastic capillary number"},

@@ -35,6 +35,7 @@ from pairsim.results.columns import (
     WAY_COLUMNS,
     U,
 )
+from pairsim.results.record import OF_STEADY
 
 if TYPE_CHECKING:
     from pairsim.fem.diagnostics import Contour
@@ -119,6 +120,7 @@ QUESTION = Question(
     estimate=estimate_along,
     solve=lambda case, monitor: solve_along(case, monitor, COLUMNS, "D_1", ERRORS),
     tables={"shape": TABLE, "way": WAY_COLUMNS},
+    entries=OF_STEADY,
     result=ShapeResult,
     in_sweeps=InSweeps(lambda _: ("points", "D_1", "D_error"), parameters=("beta", "De")),
     draw=draw,

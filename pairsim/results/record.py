@@ -11,7 +11,7 @@ from typing import Any
 from pairsim.cases.inputs import Input
 from pairsim.quantities.scales import Scales
 from pairsim.results.column import Column
-from pairsim.results.columns import STEPS, UNKNOWNS
+from pairsim.results.columns import MESHES, STEPS, UNKNOWNS, WALL_TIME
 from pairsim.results.folder import read_json, write_json
 from pairsim.runtime.errors import InputError
 
@@ -20,7 +20,7 @@ FILE = "run.json"
 
 @dataclass(frozen=True)
 class Entry[V]:
-    """An entry that the computation of a question adds to the record; the question declares it."""
+    """An entry of run.json, declared once; those of one question alone beside that, in its `Question.entries`."""
 
     name: str
     meaning: str
@@ -29,6 +29,42 @@ class Entry[V]:
         """Its value; None where a record does not have it."""
         value: V | None = record.get(self.name)
         return value
+
+
+type Entries = Mapping[Entry[Any], Any]
+"""Values of entries."""
+
+KIND = Entry[str]("kind", "the question")
+STATUS = Entry[str]("status", "running, finished, failed or interrupted")
+REASON = Entry[str]("reason", "why it ended")
+MESSAGE = Entry[str]("message", "how it ended, in words")
+STARTED = Entry[str]("started", "when it began")
+COMMAND = Entry[str]("command", "the command line, or the call in Python")
+MACHINE = Entry[Mapping[str, str]]("machine", "node, system and processor")
+VERSIONS = Entry[Mapping[str, str]]("versions", "versions of the program and its libraries")
+SECONDS = Entry[float](WALL_TIME.name, "wall time in s, that before a run was resumed included")
+PEAK_MEMORY = Entry[int]("peak_memory", "peak memory of the process in bytes")
+KEY = Entry[str]("key", "hash of the case")
+LAWS = Entry[Mapping[str, str]]("laws", "hash of the source of each law of a user's own")
+WARNINGS = Entry[Sequence[str]]("warnings", "warnings about the results")
+NOTES = Entry[Sequence[str]]("notes", "of an answer of an atlas, what it adds in words")
+SCALES = Entry[Mapping[str, Any]]("scales", "units of length, time, velocity and stress, with a physical block")
+INPUTS = Entry[list[Mapping[str, Any]]]("inputs", "the quantities of the physical block, with half-widths")
+PHASES = Entry[Mapping[str, float]]("wall_time_by_phase", "wall time of each phase in s")
+COMMON = (KIND, STATUS, REASON, MESSAGE, STARTED, COMMAND, MACHINE, VERSIONS, SECONDS, PEAK_MEMORY, KEY, LAWS)
+"""The entries of every question."""
+AT_THE_END = (WARNINGS, SCALES, INPUTS, PHASES)
+"""Those that follow when a computation has ended, after those of its question."""
+SIZE = Entry[int](UNKNOWNS.name, "unknowns of the largest linear system")
+POINTS = Entry[int]("points", "points of a curve, or steady states")
+NEWTON_ITERATIONS = Entry[int]("newton_iterations", "Newton iterations in all")
+FACTORISATIONS = Entry[int]("factorisations", "factorisations of Newton's matrix in all")
+ADAPTATION = Entry[Mapping[str, Any]]("adaptation", "how meshes were adapted to the accuracy, and whether it was kept")
+MESH_COUNT = Entry[int](MESHES.name, "meshes made")
+END_OF_BRANCH = Entry[Mapping[str, Any]]("end_of_branch", "where steady states end, if they do before what was asked")
+OF_STEADY = (POINTS, ADAPTATION, NEWTON_ITERATIONS, FACTORISATIONS, MESH_COUNT, SIZE, END_OF_BRANCH)
+"""The entries of questions about quasi-steady states."""
+TIME_STEPS = Entry[int](STEPS.name, "accepted time steps")
 
 
 @dataclass(frozen=True)
@@ -41,9 +77,9 @@ class Record(Mapping[str, Any]):
     content: Mapping[str, Any] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, **entries: Any) -> Record:
+    def of(cls, entries: Entries) -> Record:
         """That with these entries, in this order."""
-        return cls(entries)
+        return cls({entry.name: value for entry, value in entries.items()})
 
     @classmethod
     def read(cls, folder: Path) -> Record:
@@ -70,90 +106,94 @@ class Record(Mapping[str, Any]):
     def __or__(self, more: Mapping[str, Any]) -> Record:
         return Record({**self.content, **more})
 
+    def with_entries(self, entries: Entries) -> Record:
+        """The record with further entries, or other values of some."""
+        return self | Record.of(entries)
+
     @property
     def kind(self) -> str:
         """The question; "" where no computation has begun."""
-        return str(self.get("kind", ""))
+        return KIND.of(self) or ""
 
     @property
     def status(self) -> str:
         """ "running", "finished", "failed" or "interrupted"; "" where no computation has begun."""
-        return str(self.get("status", ""))
+        return STATUS.of(self) or ""
 
     @property
     def reason(self) -> str:
         """Why it ended, such as "end" or "contact"; "" while it goes on."""
-        return str(self.get("reason", ""))
+        return REASON.of(self) or ""
 
     @property
     def message(self) -> str:
         """How it ended, in a line."""
-        return str(self.get("message", ""))
+        return MESSAGE.of(self) or ""
 
     @property
     def command(self) -> str:
         """The command line, or the call in Python; "" where it is not known."""
-        return str(self.get("command", ""))
+        return COMMAND.of(self) or ""
 
     @property
     def started(self) -> str:
         """When it began; "" where it is not known."""
-        return str(self.get("started", ""))
+        return STARTED.of(self) or ""
 
     @property
     def key(self) -> str | None:
         """Hash of the case; version 0.2 wrote none."""
-        return self.get("key")
+        return KEY.of(self)
 
     @property
     def versions(self) -> Mapping[str, str]:
         """The versions of the program and its libraries, by name."""
-        return self.get("versions", {})
+        return VERSIONS.of(self) or {}
 
     @property
     def machine(self) -> Mapping[str, str]:
         """The machine: node, system and processor."""
-        return self.get("machine", {})
+        return MACHINE.of(self) or {}
 
     @property
     def wall_time(self) -> float | None:
         """Wall time [s]."""
-        return self.get("wall_time")
+        return SECONDS.of(self)
 
     @property
     def peak_memory(self) -> int | None:
         """Peak memory of the process [bytes]."""
-        return self.get("peak_memory")
+        return PEAK_MEMORY.of(self)
 
     @property
     def steps(self) -> int | None:
         """Accepted time steps."""
-        return self.get(STEPS.name)
+        return TIME_STEPS.of(self)
 
     @property
     def points(self) -> int | None:
         """Points of a curve, or steady states."""
-        return self.get("points")
+        return POINTS.of(self)
 
     @property
     def unknowns(self) -> int | None:
         """Unknowns of the largest linear system."""
-        return self.get(UNKNOWNS.name)
+        return SIZE.of(self)
 
     @property
     def warnings(self) -> Sequence[str]:
         """Warnings about the results."""
-        return self.get("warnings", ())
+        return WARNINGS.of(self) or ()
 
     @property
     def notes(self) -> Sequence[str]:
         """What the answer adds, such as which liquid the atlas has that gave it."""
-        return self.get("notes", ())
+        return NOTES.of(self) or ()
 
     @cached_property
     def scales(self) -> Scales | None:
         """The units of length, velocity and viscosity; None without a `physical` block."""
-        if (found := self.get("scales")) is None:
+        if (found := SCALES.of(self)) is None:
             return None
         return Scales(found["length"], found["velocity"], found["stress"] * found["time"])
 
@@ -170,7 +210,7 @@ class Record(Mapping[str, Any]):
     @cached_property
     def inputs(self) -> list[Input]:
         """The quantities that the case is given by; none without a `physical` block."""
-        return [Input(**each) for each in self.get("inputs", ())]
+        return [Input(**each) for each in INPUTS.of(self) or ()]
 
     def cost(self, *columns: Column) -> dict[str, Any]:
         """The entries that are columns of results.csv, too, as far as they are known."""

@@ -15,7 +15,7 @@ from pairsim.cases.yaml_file import read_yaml
 from pairsim.questions.registry import QUESTIONS
 from pairsim.results.column import names_of
 from pairsim.results.folder import write_text
-from pairsim.results.record import Record
+from pairsim.results.record import STATUS, Record
 from pairsim.results.series import STATE_COLUMNS
 from pairsim.results.table_files import read_table, table_text
 from pairsim.sweeps.files import parse_file
@@ -98,7 +98,7 @@ def study_table(file: StudyFile, grid: Grid, directory: Path) -> pd.DataFrame:
 
 def _measured(folder: Path, file: StudyFile, compared: Sequence[str]) -> dict[str, Any]:
     """Status and counts of a discretisation, and its compared values once it has finished."""
-    record = Record.of(status="pending") | Record.read(folder)
+    record = Record.of({STATUS: "pending"}) | Record.read(folder)
     row = {name: record.get(name) for name in MEASURED}
     if record.status != "finished":
         return row

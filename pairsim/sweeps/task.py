@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from pairsim.results.record import Record
+from pairsim.results.record import COMMAND, KEY, KIND, MESSAGE, REASON, SECONDS, STATUS, Entries, Record
 from pairsim.runtime.child_process import clean_environment, module_command
 from pairsim.runtime.errors import EnvironmentFailure
 from pairsim.sweeps.folder import STOP, CaseState, read_state
@@ -150,9 +150,9 @@ def _compute(task: Task) -> CaseState | None:
     if reason:
         record = Record.read(folder)
         if record.key != key:
-            record = Record.of(kind=task.command, command=task.line, key=key)
-        wall_time = time.monotonic() - begin
-        record |= Record.of(wall_time=wall_time, status="failed", reason=reason, message=message)
+            record = Record.of({KIND: task.command, COMMAND: task.line, KEY: key})
+        failed: Entries = {STATUS: "failed", REASON: reason, MESSAGE: message}
+        record = record.with_entries({SECONDS: time.monotonic() - begin, **failed})
         try:
             folder.mkdir(exist_ok=True)
             record.write(folder)

@@ -31,7 +31,7 @@ from pairsim.quantities.kinds import RATE
 from pairsim.results.column import PARTICLE, Column, Columns, names_of
 from pairsim.results.columns import DISTANCE, DU, FORCES, WAY_COLUMNS
 from pairsim.results.curve import CURVE_COLUMNS, EQUILIBRIA_COLUMNS, Curve
-from pairsim.results.record import Entry
+from pairsim.results.record import OF_STEADY, TIME_STEPS, Entry
 from pairsim.runtime.errors import InputError
 from pairsim.solvers.curves.distances import between
 from pairsim.solvers.parameters import Parameters
@@ -319,6 +319,7 @@ QUESTION = Question(
     estimate=estimate,
     solve=solve,
     tables={"curve": CURVE_COLUMNS, "equilibria": EQUILIBRIA_COLUMNS, "slopes": SLOPES, "way": WAY_COLUMNS},
+    entries=(*OF_STEADY, TIME_STEPS, AFTER),
     result=CurveResult,
     in_sweeps=InSweeps(result_columns, read),
     draw=draw,

@@ -38,6 +38,7 @@ from pairsim.results.columns import (
 )
 from pairsim.results.curve import EQUILIBRIA_COLUMNS, Curve
 from pairsim.results.fields import SteadyMoment, frame
+from pairsim.results.record import ADAPTATION, POINTS, Entry
 from pairsim.results.rows import point_row
 from pairsim.results.xdmf import FieldFrame
 from pairsim.runtime.errors import RunFailure
@@ -166,7 +167,8 @@ def _said(case: CurveCase, zero: Equilibrium) -> str:
 
 def _end(case: CurveCase, found: Solutions) -> Iterator[events.Event]:
     """What run.json says, and the fields of the last state on a way that has not arrived."""
-    points, entries, warnings = found.points, dict[str, Any](points=len(found.points)), list[Text]()
+    points, warnings = found.points, list[Text]()
+    entries: dict[Entry[Any], Any] = {POINTS: len(points)}
     if case.velocity is not None:
         warnings = _large_force_errors(case, points)
     elif case.n == 1:
@@ -176,9 +178,8 @@ def _end(case: CurveCase, found: Solutions) -> Iterator[events.Event]:
         curves = [curve.of(gap) for gap in range(1, case.n)] if case.common and len(points) > 1 else []
         size = max(abs(curve.peak.dU) for curve in curves) if len(points) >= ENOUGH and curves else found.branch.dU
         largest = f"the largest |dU| ({in_unit(case.scales, VELOCITY, size, digits=3)})"
-        reported = adaptation_report(case, found.branch, points, [size] * len(points), largest)
-        entries["adaptation"], missed = reported
-        entries["adaptation"]["reference_dU"] = size
+        report, missed = adaptation_report(case, found.branch, points, [size] * len(points), largest)
+        entries[ADAPTATION] = report | {"reference_dU": size}
         moved = moving_errors(case, points, size) if size > ROUNDING else []
         warnings = [*missed, *moved, *(_far_apart(case, curves, size) if size > ROUNDING else [])]
     yield from found.last_events(entries, warnings)

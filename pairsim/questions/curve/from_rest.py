@@ -10,11 +10,12 @@ from pairsim.cases.estimate import Estimate
 from pairsim.cases.run_case import Case
 from pairsim.computing import events
 from pairsim.quantities.kinds import TIME
-from pairsim.questions.curve import CurveCase
+from pairsim.questions.curve import AFTER, CurveCase
 from pairsim.questions.run import estimate
 from pairsim.results.column import names_of
 from pairsim.results.columns import DISTANCE, DU, DU_ERROR, DU_HALF, DU_QUARTER, TAYLOR, T, U
 from pairsim.results.curve import Curve
+from pairsim.results.record import POINTS, SIZE, TIME_STEPS, Entries
 from pairsim.results.table import Table
 from pairsim.runtime.message import Message
 from pairsim.runtime.monitor import Monitor
@@ -65,9 +66,8 @@ def from_rest(case: CurveCase, monitor: Monitor) -> events.Events:
         if case.n == 2 and len(rows) > 1:
             zeros = Curve(Table.of_rows(reversed(rows))).equilibria
             yield events.Table("equilibria", list(zeros), zeros.records())
-        entries: dict[str, Any] = {"points": len(rows), "after": case.after}
-        costs = {name: [each.entries.get(name, 0) for each in summaries] for name in ("steps", "unknowns")}
-        entries |= {"steps": sum(costs["steps"]), "unknowns": max(costs["unknowns"], default=0)}  # none without a mesh
+        taken, sizes = ([each.entries.get(entry, 0) for each in summaries] for entry in (TIME_STEPS, SIZE))
+        entries: Entries = {POINTS: len(rows), AFTER: case.after, TIME_STEPS: sum(taken), SIZE: max(sizes, default=0)}
         yield events.Summary(entries, [*dict.fromkeys(text for each in summaries for text in each.warnings)])
 
 

@@ -25,6 +25,7 @@ from pairsim.results.column import names_of
 from pairsim.results.columns import DISTANCE, DP, DU, DU_ERROR, STEPS, TAYLOR, T, U, Z
 from pairsim.results.folder import CHECKPOINT
 from pairsim.results.series import SERIES_COLUMNS, Series
+from pairsim.results.settled import OF_RUNS
 
 if TYPE_CHECKING:
     from pairsim.plots.style import Page
@@ -95,6 +96,7 @@ QUESTION = Question(
     estimate=estimate,
     solve=solve,
     tables={"series": SERIES_COLUMNS},
+    entries=OF_RUNS,
     result=RunResult,
     in_sweeps=InSweeps(result_columns, last_row, parameters=("beta", "De", "Ca_e", "d0")),
     draw=draw,

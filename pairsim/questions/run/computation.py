@@ -43,8 +43,9 @@ from pairsim.results.columns import (
 )
 from pairsim.results.fields import frame
 from pairsim.results.folder import plain
+from pairsim.results.record import ADAPTATION, FACTORISATIONS, NEWTON_ITERATIONS, SIZE, TIME_STEPS, Entries, Entry
 from pairsim.results.series import ERROR_COLUMNS, HEALTH, STATE_COLUMNS
-from pairsim.results.settled import HOLD, SETTLED, START
+from pairsim.results.settled import HOLD, REACHED, REJECTED, REMESHINGS, SETTLED, START
 from pairsim.runtime.errors import RunFailure, TooManySteps, WallTime
 from pairsim.runtime.message import Message, Text
 from pairsim.runtime.monitor import Monitor
@@ -76,7 +77,7 @@ class Run:
         known = (DU_ERROR,) if case.start == "steady" else ()
         self._errors = ERROR_COLUMNS if case.estimates_error else known
         self._own = QUESTION.tables["series"].own
-        self._entries: dict[str, Any] = {}
+        self._entries: dict[Entry[Any], Any] = {}
         self._pending: Step | None = None  # its fields are not written
         self._begun = time.perf_counter() - (old.wall if old else 0.0)
 
@@ -174,7 +175,7 @@ class Run:
 
     def _end(self) -> Iterator[events.Event]:
         """What run.json says, and the last fields."""
-        entries, seconds = dict[str, Any](), dict[str, float]()
+        entries, seconds = dict[Entry[Any], Any](), dict[str, float]()
         errors, extremes = RunErrors.of(self.problem.liquid), Extremes()
         if (transient := self.transient) is not None:
             entries = _summary(transient.counts, transient.history.t[0], transient.constraints.size)
@@ -183,11 +184,11 @@ class Run:
             state = self.old.state
             entries = _summary(state.counts, state.history.t[0], state.history.y[0].size)
             seconds, errors, extremes = state.seconds, state.run_errors, state.extremes
-        entries |= {START.name: self.case.start, HOLD.name: self.case.hold, **self._entries}
+        entries |= {START: self.case.start, HOLD: self.case.hold, **self._entries}
         if (first := self.adaptation) is not None:
             coarse = {"t": first.t, "unknowns": first.unknowns, "dU": first.dU, "dU_error": first.error}
             entry = {"wanted": first.wanted, "cells": first.factor, "coarse_run": coarse}
-            entries["adaptation"] = entry | accuracy_of(self.case, errors)[0]
+            entries[ADAPTATION] = entry | accuracy_of(self.case, errors)[0]
         yield events.Summary(entries, warnings_of_run(self.case, errors, extremes), seconds)
         if transient is not None:
             yield from self._fields(transient)
@@ -251,7 +252,7 @@ def end_of(case: Case, problem: Problem, t: float, gaps: Sequence[float]) -> eve
             return None
 
 
-def settled_entry(case: Case, problem: Problem, gaps: tuple[float, ...], ended: events.Outcome) -> dict[str, Any]:
+def settled_entry(case: Case, problem: Problem, gaps: tuple[float, ...], ended: events.Outcome) -> Entries:
     """The quasi-steady solution at the last distances of a run [D_c], N-1 values, on the cells of its problem.
 
     Returns the entry of run.json: dU with its error at every gap [U_av], the decay time of a disturbance [D_c/U_av],
@@ -263,18 +264,18 @@ def settled_entry(case: Case, problem: Problem, gaps: tuple[float, ...], ended: 
     try:
         point, creeps = settled(problem, gaps)
     except RunFailure as failure:
-        return {SETTLED.name: {"message": failure.message}}
+        return {SETTLED: {"message": failure.message}}
     except Stopped:
-        return {SETTLED.name: {"message": "the quasi-steady solution at the last distances was interrupted"}}
+        return {SETTLED: {"message": "the quasi-steady solution at the last distances was interrupted"}}
     if not math.isfinite(point.t_relax):
-        return {SETTLED.name: {"message": "disturbances of the quasi-steady state at the last distances do not decay"}}
+        return {SETTLED: {"message": "disturbances of the quasi-steady state at the last distances do not decay"}}
     # What a run without estimates tends to is the solution on its cells, without the estimate of their error.
     left = 0 * point.correction if case.estimates_error else point.correction
     dU, error = point.dUs - left, point.dU_errors + abs(left)
     entry = {"d": list(point.gaps), "dU": dU.tolist(), "dU_error": error.tolist()}
     entry |= {"creeps": True} if creeps else {}
     entry |= {"held_together": True} if point.held_together else {}
-    return {SETTLED.name: entry | {"t_relax": point.t_relax, "start": case.start, "accuracy": case.error_wanted}}
+    return {SETTLED: entry | {"t_relax": point.t_relax, "start": case.start, "accuracy": case.error_wanted}}
 
 
 def row_of(step: Step) -> dict[str, float]:
@@ -301,14 +302,14 @@ def _shown(step: Step, count: int) -> Message:
     return Message.joined("  ", texts)
 
 
-def _summary(counts: Counts, t: float, unknowns: int) -> dict[str, Any]:
+def _summary(counts: Counts, t: float, unknowns: int) -> dict[Entry[Any], Any]:
     """Entries of run.json: time, unknowns and counts."""
     return {
-        "t": t,
-        "unknowns": unknowns,
-        "steps": counts.steps,
-        "rejected_steps": counts.rejected,
-        "newton_iterations": counts.newton,
-        "factorisations": counts.factorisations,
-        "remeshings": counts.remeshings,
+        REACHED: t,
+        SIZE: unknowns,
+        TIME_STEPS: counts.steps,
+        REJECTED: counts.rejected,
+        NEWTON_ITERATIONS: counts.newton,
+        FACTORISATIONS: counts.factorisations,
+        REMESHINGS: counts.remeshings,
     }

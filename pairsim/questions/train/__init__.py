@@ -32,7 +32,7 @@ from pairsim.computing.question import InSweeps, Question
 from pairsim.quantities.kinds import LENGTH, POSITION, RATE
 from pairsim.results.column import GAP, Column, Columns, Shown
 from pairsim.results.columns import D_ERROR, DISTANCE, DU, DU_ERROR, T_RELAX, U_ERROR, T, U, Z
-from pairsim.results.record import Entry
+from pairsim.results.record import SIZE, Entry
 
 if TYPE_CHECKING:
     from pairsim.computing.events import Events
@@ -240,7 +240,7 @@ QUESTION = Question(
         "propagator": Columns(BY_DISTANCE),
     },
     result=TrainResult,
-    entries=(SENTENCES,),
+    entries=(SIZE, SENTENCES),
     draw=draw,
     captions={
         "train": "Growth rates and frequencies of disturbances over their wave number",

@@ -16,6 +16,7 @@ from pairsim.quantities.kinds import LENGTH, POSITION, RATE, VELOCITY
 from pairsim.quantities.text import in_unit, with_name
 from pairsim.questions.train import SENTENCES, SPECTRUM, TRAIN, TrainCase, work
 from pairsim.questions.train.row import first_gaps, follow
+from pairsim.results.record import SIZE
 from pairsim.runtime.errors import BranchEnd
 from pairsim.runtime.message import Message
 from pairsim.runtime.monitor import Monitor
@@ -58,7 +59,7 @@ def computation(case: TrainCase, monitor: Monitor) -> events.Events:
     waves = [wave._asdict() for wave in found.spectrum.of_cell]
     yield events.Table("spectrum", SPECTRUM.named(1), waves)
     sentences = list(_said(case, row, slope))  # to which those of a row are added
-    yield events.Summary({"unknowns": found.unknowns, SENTENCES.name: sentences}, _warnings(case, found))
+    yield events.Summary({SIZE: found.unknowns, SENTENCES: sentences}, _warnings(case, found))
     if (gaps := first_gaps(case, found.d)).size:
         sentences += yield from follow(case, problem, start, gaps, found, done, sum(work.MESHES[refined:]))
     return events.Outcome("finished", "end", f"verdict: {verdict}")
