@@ -16,7 +16,7 @@ from pairsim.results.columns import CURVE_HEALTH, FORCES, POLYMER_HEALTH, YIELD_
 from pairsim.runtime.message import Message, Text
 from pairsim.solvers.curves.adaptation import AdaptiveBranch
 from pairsim.solvers.curves.branch import Branch, Point
-from pairsim.solvers.curves.curve import ROUNDING
+from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.continuation import each_of
@@ -188,7 +188,7 @@ def large_value_errors(case: SceneCase, rows: Sequence[Mapping[str, float]], err
     for name, error in errors.items():
         size = max((abs(row[name]) for row in rows), default=0.0)
         places = [(f"Ca_e = {row['Ca_e']:.4g}",) if "Ca_e" in row else () for row in rows]
-        parts = [row[error] / size for row in rows] if size > ROUNDING else []
+        parts = [row[error] / size for row in rows] if size > NEGLIGIBLE_DU else []
         at = [ErrorAt(part, place, 0.0, 0.0) for part, place in zip(parts, places, strict=False)]
         found += large_errors(case, f"the error of {name}", f"the largest |{name}|" if len(rows) > 1 else "it", at)
     return found
@@ -243,7 +243,7 @@ def adaptation_report(
     known = [
         (point.held_together, error_at(point, int(np.argmax(point.estimate.dU_error)), size))
         for point, size in zip(points, sizes, strict=True)
-        if size > ROUNDING
+        if size > NEGLIGIBLE_DU
     ]
     errors, held = ([each for locked, each in known if locked == is_held] for is_held in (False, True))
     missed = [each.where for each in errors if each.relative > wanted]

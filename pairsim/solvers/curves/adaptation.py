@@ -20,7 +20,7 @@ from pairsim.fem.meshes.size_field import MOST_FACTOR, AdaptedSizes, SizeField
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.solvers.curves.branch import BESIDE, Branch, Point
-from pairsim.solvers.curves.curve import ROUNDING
+from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU
 from pairsim.solvers.errors.estimate import ErrorEstimator
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
@@ -227,7 +227,7 @@ class AdaptiveBranch(Branch):
             self._looked = error
             self.dU = max(self.dU, largest_dU(self.solver, self._places, error / self.wanted))
         # There is no dU that errors could be compared to: that of equal rigid spheres in Newtonian liquids is 0.
-        return error > self.allowed(point) and (self._zeros_only or self.dU > ROUNDING)
+        return error > self.allowed(point) and (self._zeros_only or self.dU > NEGLIGIBLE_DU)
 
     def _kept(self, solve: Callable[[Point | None], Point]) -> Point:
         """Solve for a point, and again on finer meshes while its error is too large and becomes smaller."""

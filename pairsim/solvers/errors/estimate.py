@@ -37,9 +37,9 @@ OF_CANCELLED = 0.015
 # Least part of what is left in one gap of that in another: the estimate of a single gap may vanish by chance. Chosen.
 OF_OTHER_GAPS = 0.1
 OF_ENDS = 2.0  # what the ends may do over what they are found to do; chosen
-# Rounding of a relative velocity [U_av]: equal rigid spheres in a Newtonian liquid, whose dU is 0, have up to 5e-15 on
-# 24 meshes.
-ROUNDING = 1e-13
+# What rounding adds to the half-width of a relative velocity [U_av]. That of equal rigid spheres in a Newtonian liquid,
+# which is 0, was up to 5e-15 on 24 meshes.
+ROUNDING_OF_DU = 1e-13
 # Scatter over the magnitude of the estimate above which the estimate has no certain sign, and is not added.
 CANCELLING = 4.0
 
@@ -101,7 +101,7 @@ class ErrorEstimate:
     @property
     def dU_error(self) -> Array:
         """Half-width of the interval around the corrected dU that should hold the exact one, (N-1,)."""
-        return self.cells_dU + self.ends_error + self.regularisation_error + np.abs(self.newton_dU) + ROUNDING
+        return self.cells_dU + self.ends_error + self.regularisation_error + np.abs(self.newton_dU) + ROUNDING_OF_DU
 
     @property
     def regular_dU(self) -> Array:

@@ -33,7 +33,7 @@ POWERS = {2: 6, 3: 4, 4: 3, 5: 1}  # how many more exponentials there are, by th
 TRUSTED = 1e-3  # least error of a solution, as a part of the largest |dU|; chosen
 SLOPES = 0.3 / RATES[-1]  # weight of slopes over that of values [D_c]; chosen
 FOLDS = 11  # chosen; without a common factor with the numbers of short rows, so that no distance is left out altogether
-ROUNDING = 1e-12  # least error of all [U_av]
+LEAST_ERROR = 1e-12  # of the dU of a short row, by whose error it is weighted [U_av]; chosen
 SMALLEST = 1e-5  # singular values that are left out, relative to the largest; chosen
 
 
@@ -146,7 +146,7 @@ def fitted(rows: Sequence[Row], trains: Sequence[Waves] = ()) -> RowModel:
     """
     alone, *rows = rows
     counts = range(2, max(len(row.values) for row in rows) + 1)
-    least = max(ROUNDING, TRUSTED * max(np.abs(row.dU).max() for row in rows))
+    least = max(LEAST_ERROR, TRUSTED * max(np.abs(row.dU).max() for row in rows))
     rows = [replace(row, dU_error=max(row.dU_error, least)) for row in rows]
     most = {n: POWERS[n] + n - 1 for n in counts}
     powers = [[p for p in product(range(1, most[n] + 1), repeat=n - 1) if sum(p) <= most[n]] for n in counts]
