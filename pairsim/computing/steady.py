@@ -72,9 +72,16 @@ class Solutions:
         sensitivities: Collection[str] = (),
         zeros_only: bool = False,
     ) -> AdaptiveBranch:
-        """Solve at the first parameters, with cells that follow from `accuracy` where there is a dU.
+        """Solve at the first parameters; returns the branch, on which other parameters follow.
 
-        Keywords are those of `AdaptiveBranch`.
+        Its mesh is adapted to `accuracy` where several particles move freely, as dU is then asked for.
+
+        Args:
+            problem: The problem of the case.
+            first: The first parameters.
+            places: Distances of the case, see `AdaptiveBranch`.
+            sensitivities: Parameters by which dU is differentiated.
+            zeros_only: Whether the mesh is adapted at zeros of dU alone.
 
         Raises:
             NoSteadyState: No solution was found.
@@ -93,13 +100,18 @@ class Solutions:
         return self.branch
 
     def last_events(self, entries: Mapping[str, Any], warnings: Sequence[Text] = ()) -> Iterator[Event]:
-        """What run.json says, and a table of the way to parameters that were not reached."""
+        """The last events: what run.json says, and the solutions on the way to parameters that were not reached."""
         yield self.summary(entries, warnings)
         if self.way:
             yield Table("way", ["De", "Ca_e", *names_of(self.case.n, "d", "U", "dU", "D")], [*map(way_row, self.way)])
 
     def summary(self, entries: Mapping[str, Any], warnings: Sequence[Text] = ()) -> Summary:
-        """What run.json says: `entries` with the costs, and `warnings` with those of mesh, stresses and tube."""
+        """What run.json says at the end.
+
+        Args:
+            entries: Entries of the question, to which the costs and the end of the branch are added.
+            warnings: Warnings of the question, to which those that all questions share are added.
+        """
         case, (counts, phases) = self.case, _costs(self.branch)
         seen = [c.s_jump for p in self.points if (c := p.observation.conformation) is not None]
         common = common_warnings(case, max(seen, default=0.0), case.cluster)
@@ -163,26 +175,26 @@ def slope_rows(point: Point) -> Iterator[dict[str, float]]:
 
 
 def way_row(passed: Passed) -> dict[str, float]:
-    """The values of a solution on the way to others; velocities are those at held distances."""
+    """The row of way.csv for a solution on the way to others; velocities are those at held distances."""
     place, U = passed.parameters, passed.U
     parameters = {"De": place.De, "Ca_e": max(place.Ca_es, default=0.0), "d": place.gaps}
     return table_row(len(U), **parameters, U=U, dU=np.diff(U), D=passed.D)
 
 
 def error_at(point: Point, gap: int, size: float) -> ErrorAt:
-    """The estimated error of a relative velocity of a point by mesh and ends, relative to a velocity."""
+    """The estimated error of dU over a gap of a point, and its parts, relative to a velocity `size` [U_av]."""
     estimate = point.estimate
     ends, regularisation = float(estimate.ends_error[gap]) / size, float(estimate.regularisation_error[gap]) / size
     return ErrorAt(float(estimate.dU_error[gap]) / size, each_of(point.parameters), ends, regularisation)
 
 
 def large_value_errors(case: SceneCase, rows: Sequence[Mapping[str, float]], errors: Mapping[str, str]) -> list[Text]:
-    """Warnings of values in rows of a table whose half-widths are more than `accuracy` of the largest of them.
+    """Warnings of columns with a half-width of more than `accuracy` of the largest value in the column.
 
     Args:
         case: The case.
-        rows: The rows, which have a Ca_e each if there are several.
-        errors: Names of values, each with the name of its half-width.
+        rows: The rows of the table; where there are several, each has its Ca_e.
+        errors: Names of the columns, each with that of the column of its half-widths.
     """
     found: list[Text] = []
     for name, error in errors.items():
@@ -195,7 +207,10 @@ def large_value_errors(case: SceneCase, rows: Sequence[Mapping[str, float]], err
 
 
 def moving_errors(case: SceneCase, points: Sequence[Point], size: float) -> list[Text]:
-    """Warnings of points at which particles move on too fast for a curve, relative to a velocity."""
+    """Warnings of points at which particles move on before they have forgotten their start.
+
+    The error of dU that this leaves is compared with `accuracy` times a velocity `size` [U_av].
+    """
     parts = {
         Message("d = {}", LENGTH(dict.fromkeys(point.gaps))): float(point.motion.remainder.max()) / size
         for point in points
@@ -233,11 +248,17 @@ def listed(places: Sequence[Sequence[Text]]) -> Message:
 def adaptation_report(
     case: SceneCase, branch: AdaptiveBranch, points: Sequence[Point], sizes: Sequence[float], what: str
 ) -> tuple[dict[str, Any], list[Text]]:
-    """The entry of run.json, and a warning of the points whose error is larger than wanted.
+    """The entry `adaptation` of run.json, and a warning of the points whose error exceeds `accuracy`.
 
-    Errors of dU are relative to `sizes` [U_av], one for each point, which are `what` in words. Where unyielded liquid
-    holds particles together dU is creep, which no cells make more exact: no warning is given there, as the answer says
-    what dU is.
+    Where unyielded liquid holds particles together dU is creep, which no cells make more exact. No warning is given of
+    such points, as the answer says what their dU is.
+
+    Args:
+        case: The case.
+        branch: The branch with the meshes that were made.
+        points: The points.
+        sizes: A velocity for each point, relative to which its error of dU is taken [U_av].
+        what: These velocities in words, such as "the largest |dU|".
     """
     wanted = case.error_wanted
     known = [

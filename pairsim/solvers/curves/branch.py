@@ -49,7 +49,7 @@ class Point:
         parameters: Parameters of the solution.
         discrete: Quantities evaluated from the solution, with the distances held.
         held: The same with the estimates of their errors added, where these are trusted.
-        motion: What moving adds to the velocities.
+        motion: What the motion of the particles adds to the velocities at held distances.
         t_relax: Slowest decay time of a disturbance at held distances [D_c/U_av].
         slopes: Derivative of every dU at held distances when all, or the only one that varies, change equally, (N-1,).
         held_slopes: Derivatives of the velocities (rows) at held distances by each distance (columns), (N, N-1).
@@ -148,7 +148,7 @@ class Branch:
 
     Attributes:
         solver: The solver at the present solution.
-        ended: What the last continuation has come to; None where it arrived.
+        ended: Where and why the last continuation has stopped; None where it arrived.
     """
 
     def __init__(self, solver: SteadySolver, sensitivities: Collection[str] = ()) -> None:
@@ -175,10 +175,13 @@ class Branch:
         return self._read(before)
 
     def _follow(self, parameters: Parameters) -> None:
-        """Continue to other parameters; that the branch of a single particle ends is told by two meshes.
+        """Continue to other parameters.
+
+        Where the branch of a single particle seems to end, finer cells on the particle are tried, too: they may have a
+        solution beyond that end, with which the branch then goes on.
 
         Raises:
-            NoSteadyState: The continuation did not reach them; `ended` says more.
+            NoSteadyState: The continuation did not reach the parameters; `ended` says where and why.
         """
         self.ended = follow(self.solver, parameters)
         if self.ended is not None and self.ended.kind and not parameters.gaps:
@@ -194,7 +197,8 @@ class Branch:
     def zero(self, left: float, right: float, guess: float) -> Point:
         """The solution at a distance between two others at which dU vanishes, by Newton's method with the slope of dU.
 
-        It is on the mesh for this distance, or where that leads to none on the present one.
+        Every iterate is solved on the mesh for its own distance. Two such meshes may each have their zero at the
+        distance of the other one: then it is the zero on the last mesh.
 
         Args:
             left: Smaller distance.

@@ -139,8 +139,8 @@ def find_zeros(branch: Branch, points: list[Point]) -> Iterator[Zero]:
 def _zero_between(branch: Branch, a: Point, b: Point) -> Zero | None:
     """The zero between two points at which dU has different signs.
 
-    Where Newton's method finds none because dU jumps between two meshes, or because its slope is rounding error, it is
-    the point that its interval excludes the least. None where both signs are uncertain then.
+    Newton's method finds none where dU jumps between two meshes, or where its slope is rounding error. Then it is that
+    point whose interval of dU contains 0 or comes nearest to it; None where the intervals of both points contain 0.
     """
     secant = (b.dU - a.dU) / (b.d - a.d)
     for _ in range(HALVINGS):

@@ -39,7 +39,7 @@ class Hold:
 
     @classmethod
     def of(cls, steady: SteadySolver, undecided: np.ndarray) -> Hold:
-        """That at a solution, to which the scene is left.
+        """What unyielded liquid does at the present solution, at which the scene is left.
 
         Args:
             steady: The scene.

@@ -69,8 +69,9 @@ class ErrorEstimate:
         by_regularisation: First and second derivatives of the velocities by the logarithm of a regularisation, (2, N).
         widening: Factor of the cells' part of the half-widths where they do not resolve the stress of a polymer.
         of_scatter: Factor of the scatter in half-widths.
-        trusted: Whether the estimates of all dU, or of all forces, are more than what is left of contributions that
-            cancel. Without modes they are: the scatter is none of the estimates there.
+        trusted: Whether the estimates of all dU, or of all forces, have a certain sign, so that they are added to the
+            solution. They have none where they are what remains of much larger contributions of both signs. In liquids
+            without modes they always have one: `scatter_dU` is no part of the estimates there.
         cells: What the cells have of `scatter_dU`; None unless it was asked for.
     """
 
@@ -140,7 +141,7 @@ class ErrorEstimate:
 
 
 class ErrorEstimator:
-    """Estimates the discretisation error of quasi-steady solutions; keeps what a mesh needs for the next one on it.
+    """Estimates the discretisation error of quasi-steady solutions, and keeps what further ones on a mesh share.
 
     Args:
         cells: Whether estimates keep what single cells contribute.
@@ -216,10 +217,11 @@ class ErrorEstimator:
         )
 
     def _of_recovered_solution(self, steady: SteadySolver, z: Array, x: Array) -> Array:
-        """Estimates from the other side, of the residual of the recovered solution tested with discrete adjoints, (k,).
+        """Estimates from the residual of the recovered solution, tested with the discrete adjoints, (k,).
 
-        The term of second order that estimates lack is half of what these differ by. As it is not added it counts
-        twice, with what an estimate of it may leave. It is small but on squeezed cells of soft particles.
+        They differ from those of the discrete solution, tested with the recovered adjoints, by twice the term of second
+        order that both lack. This term is not added, and counts twice in the half-width: once itself, once for the
+        error of its estimate. It is small except on squeezed cells of soft particles.
 
         Args:
             steady: The solution.
@@ -251,7 +253,7 @@ def _cancelled(tested: WeightedResidual, combined: Array | None = None) -> Array
 
 
 def _regular(change: Array, spread: Array, cancelled: Array) -> Array:
-    """What is left of signed estimates, with what another recovery changes them by, once they are added, (k,) each."""
+    """What signed estimates leave once they are added: their size, their spread, and a part of what cancels in them."""
     return np.asarray(np.abs(change) + np.abs(spread) + OF_CANCELLED * cancelled)
 
 

@@ -75,7 +75,8 @@ class Spectrum:
 
     Attributes:
         rates: lambda(2 pi m/n), m = 0, ..., n - 1, complex, of an even number n of at least 2.
-        others: The same otherwise computed, (any, n); what they differ by is part of the errors.
+        others: Rates as other computations have them, such as on larger cells, (any, n); differences from `rates` are
+            part of the errors.
     """
 
     rates: Array
