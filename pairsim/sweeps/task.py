@@ -56,7 +56,7 @@ class Task:
         return read_state(self.folder, self.key, values=False).status == "finished"
 
 
-class Said(NamedTuple):
+class ChildReply(NamedTuple):
     """What a child process says of a case once it has ended.
 
     Attributes:
@@ -170,7 +170,7 @@ def _compute(task: Task) -> CaseState | None:
     return None
 
 
-def _ask(task: Task) -> tuple[Child, Said | None, str]:
+def _ask(task: Task) -> tuple[Child, ChildReply | None, str]:
     """Give a case to the child of this thread, which is started if there is none.
 
     Returns:
