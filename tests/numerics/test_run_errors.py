@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case
+from pairsim.questions.registry import QUESTIONS
 from pairsim.questions.run.warnings import long_steps, warnings_of_run
 from pairsim.solvers.errors.run_errors import OF_POINTS, Interval, RunErrors, widening
 from pairsim.solvers.errors.time_error import SAFETY, TimeError

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from support.result_folders import curve_table
 
-from pairsim.computing import QUESTIONS
 from pairsim.quantities.text import with_error
 from pairsim.questions.critical import answer_of_critical
 from pairsim.questions.curve.answer import answer_of_curve
 from pairsim.questions.curve.function import Curve
+from pairsim.questions.registry import QUESTIONS
 from pairsim.questions.run.answer import answer_of_run
 from pairsim.results.curve_table import Zero
 from pairsim.results.folder import prepare_folder

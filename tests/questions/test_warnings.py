@@ -12,7 +12,6 @@ import pytest
 
 import pairsim
 from pairsim.cases.run_case import Case
-from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case
 from pairsim.computing.problems import problem_of
 from pairsim.computing.warnings import (
@@ -24,6 +23,7 @@ from pairsim.computing.warnings import (
     near_ends,
     unresolved_stress,
 )
+from pairsim.questions.registry import QUESTIONS
 from pairsim.questions.run.computation import end_of
 from pairsim.questions.run.warnings import narrow_gap
 

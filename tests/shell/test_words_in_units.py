@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pairsim.computing import QUESTIONS, events
+from pairsim.computing import events
 from pairsim.computing.case_files import parse_case
 from pairsim.computing.problems import problem_of
 from pairsim.computing.progress import Reporter
@@ -24,6 +24,7 @@ from pairsim.physics.liquids.bingham import Bingham
 from pairsim.physics.solids import soft
 from pairsim.quantities.kinds import FORCE, LENGTH, PURE, RATE, TIME, VELOCITY
 from pairsim.quantities.scales import Scales
+from pairsim.questions.registry import QUESTIONS
 from pairsim.questions.run.computation import end_of
 from pairsim.questions.run.warnings import narrow_gap, unknown_run_error
 from pairsim.runtime.errors import BudgetSpent, MeshFailure, NewtonFailure, NoSteadyState
@@ -216,7 +217,7 @@ def test_all_that_a_computation_says_is_put_into_units(tmp_path: Path, capsys: p
         yield events.Summary({"ends": [{"message": "end at " + d}]}, ["warning at " + d])
         return events.Outcome("finished", "end", "outcome at " + d)
 
-    options = Options(False, Reporter(shown=True), "pairsim run")
+    options = Options(False, Reporter(shown=True), "pairsim run", ())
     outcome = carry_out(replace(QUESTIONS["run"], solve=solve), PAIR, tmp_path / "out", options)
     assert outcome.message == "outcome at d = 5 um"
     shown, record = capsys.readouterr().err, json.loads((tmp_path / "out" / "run.json").read_text())
