@@ -5,21 +5,44 @@ from __future__ import annotations
 import re
 from collections.abc import Collection
 from functools import partial
-from itertools import chain
+from inspect import Parameter, signature
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from typer.core import TyperCommand
 
 from pairsim.cli.options import OfQuestion, Settings, check_free
 from pairsim.runtime.errors import InputError
 
 app = typer.Typer()
 ENDS = {"ends": "developed", "length": "auto"}
-"""What a case is given that says nothing of the ends of its tube."""
+"""What a case is given that says nothing of the ends of its tube, unless it is a period."""
+EPILOG = (
+    "Examples: pairsim units --tube 50um --particle 20um --flow 1ul/min --modulus 5kPa --viscosity 1Pa.s "
+    "--relaxation 2ms --liquid giesekus -o case.yaml | pairsim units --liquid power-law --n 0.6 "
+    "--consistency 0.5Pa.s^0.6 --tube 50um --particle 20um --flow 1ul/min --modulus 5kPa"
+)
 Text = str | None
-Number = float | None
 File = Path | None
+
+
+class _OfDeclarations(TyperCommand):
+    """The command `units`, whose options are made when they are asked for: `pairsim --help` reads no declarations."""
+
+    @property
+    def params(self) -> Any:
+        return _command().params
+
+    @params.setter
+    def params(self, _: Any) -> None:
+        """Those of the function that stands for the command are none."""
+
+    def get_params(self, ctx: Any) -> Any:
+        return _command().get_params(ctx)
+
+    def make_context(self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any) -> Any:
+        return _command().make_context(info_name, args, parent, **extra)
 
 
 def quantity(words: str, *names: str) -> Any:
@@ -28,64 +51,18 @@ def quantity(words: str, *names: str) -> Any:
 
 
 _law = partial(typer.Option, metavar="LAW")
-_number = partial(typer.Option, metavar="NUMBER")
 
 
-@app.command(
-    epilog="Examples: pairsim units --tube 50um --particle 20um --flow 1ul/min --modulus 5kPa --viscosity 1Pa.s "
-    "--relaxation 2ms --liquid giesekus -o case.yaml | pairsim units --liquid power-law --n 0.6 "
-    "--consistency 0.5Pa.s^0.6 --tube 50um --particle 20um --flow 1ul/min --modulus 5kPa"
-)
 def units(
     *,
-    tube: Annotated[str, quantity("Inner diameter of the tube D_c, such as 50um.")],
-    particle: Annotated[list[str], quantity("Diameter of the particles, such as 20um; repeat it, from upstream.")],
-    flow_rate: Annotated[Text, quantity("Flow rate Q: U_av = 4 Q/(pi D_c^2), such as 1ul/min.", "--flow")] = None,
-    velocity: Annotated[Text, quantity("Mean velocity of the liquid U_av, in place of --flow, such as 5mm/s.")] = None,
     pressure: Annotated[Text, quantity("Pressure drop in place of --flow, such as 20kPa; with --over.")] = None,
     over: Annotated[Text, quantity("Length of tube over which it falls, such as 5cm.")] = None,
-    modulus: Annotated[
-        list[str] | None, quantity("Shear modulus G_p (default: rigid; repeat for one value each), such as 5kPa.")
-    ] = None,
-    young: Annotated[list[str] | None, quantity("Young's modulus E = 3 G_p, in place of --modulus.")] = None,
-    density: Annotated[Text, quantity("Density of the liquid (default: water), such as 1000kg/m^3.")] = None,
-    distance: Annotated[
-        list[str] | None,
-        quantity(
-            "Distance between the surfaces, such as 5um (repeat for one value each gap; with --kind curve, for its "
-            "distances; with --kind critical, for the least and the largest one)."
-        ),
-    ] = None,
-    end: Annotated[Text, quantity("End time of the run (default: by De and Ca_e), such as 2ms.")] = None,
-    liquid: Annotated[
-        Text,
-        _law(
-            help="Law of the liquid: newtonian, bingham, carreau, fene-p, giesekus, herschel-bulkley, oldroyd-b, "
-            "power-law, ptt-linear, ptt-exp, white-metzner, or one of your own."
-        ),
-    ] = None,
-    viscosity: Annotated[Text, quantity("Zero-shear viscosity eta_0, solvent included, such as 1Pa.s.")] = None,
-    consistency: Annotated[Text, quantity("Consistency K: eta_0 = K (U_av/D_c)^(n - 1), such as 0.5Pa.s^0.6.")] = None,
-    plastic_viscosity: Annotated[Text, quantity("Plastic viscosity of a Bingham liquid, such as 1Pa.s.")] = None,
-    yield_stress: Annotated[Text, quantity("Yield stress tau_y: Bn = tau_y D_c/(eta_0 U_av), such as 5Pa.")] = None,
-    relaxation: Annotated[Text, quantity("Relaxation time lambda: De = lambda U_av/D_c, such as 2ms.")] = None,
-    solvent: Annotated[Text, quantity("Viscosity of the solvent eta_s: xi = eta_s/eta_0, such as 1mPa.s.")] = None,
-    time_constant: Annotated[Text, quantity("Inverse of the rate where thinning begins, such as 2ms.")] = None,
-    viscosity_inf: Annotated[Text, quantity("Viscosity at large shear rates, such as 1mPa.s.")] = None,
-    n: Annotated[Number, _number("--n", help="Flow index of the thinning part.")] = None,
-    a: Annotated[Number, _number("--a", help="Exponent of the transition; 2 is the law of Carreau.")] = None,
-    L2: Annotated[Number, _number("--L2", help="Largest trace of the conformation tensor.")] = None,
-    alpha: Annotated[Number, _number("--alpha", help="Mobility of the Giesekus liquid.")] = None,
-    epsilon: Annotated[Number, _number("--epsilon", help="Extensional parameter of the PTT liquids.")] = None,
+    liquid: Annotated[Text, _law(help="Law of the liquid: {laws}.")] = None,
     carrier: Annotated[
         Text, typer.Option(help="Carrier of cytometry in place of --liquid, such as '0.59% MC-PBS'.")
     ] = None,
     celsius: Annotated[float, typer.Option(help="Temperature of the carrier in degrees Celsius.")] = 23.0,
-    solid: Annotated[
-        Text, _law(help="Law of the particles: neo-hookean, kelvin-voigt, mooney-rivlin, or one of your own.")
-    ] = None,
-    particle_viscosity: Annotated[Text, quantity("Viscosity of the particles, such as 2Pa.s.")] = None,
-    c: Annotated[Number, _number("--c", help="Part of the second invariant in the shear modulus.")] = None,
+    solid: Annotated[Text, _law(help="Law of the particles: {laws}.")] = None,
     rheology: Annotated[
         File,
         typer.Option(help="File of a rheometer with a flow curve (shear rate, viscosity or stress, N1), to be fitted."),
@@ -101,6 +78,7 @@ def units(
     output: Annotated[File, typer.Option("-o", "--output", help="Write a case file to this path.")] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing case file.")] = False,
     set_: Settings = None,
+    **declared: Any,
 ) -> None:
     """Compute the dimensionless numbers and scales of an experiment; with -o also write a case file.
 
@@ -108,34 +86,36 @@ def units(
     inertia is negligible, a warning if no steady shape is expected, and each
     default used.
     """
-    options = locals()
     from pairsim.api.units import units as units_of
     from pairsim.cases.keys import groups_of
-    from pairsim.cases.physical import Physical
+    from pairsim.cases.physical import QUANTITIES
     from pairsim.cases.yaml_file import apply_settings
+    from pairsim.cli.declared_options import pure_numbers
     from pairsim.computing.case_files import model_of
     from pairsim.physics import liquids, solids
-    from pairsim.physics.own_laws import file_of
     from pairsim.results.folder import write_file
 
     picture = output.with_name(f"{output.stem}-fit.png") if output and (rheology or spectrum) else None
     for path in (output, picture):
         check_free(path, overwrite)
-    given = {key: value for key, value in options.items() if key in Physical.model_fields and value}
+    given = {key: value for key, value in declared.items() if key in QUANTITIES and value}
     quantities = {key: value[0] if len(value) == 1 else value for key, value in given.items()}
     laws: dict[str, Any] = {}
-    for place, law, known in (("liquid", liquid, liquids.LAWS), ("solid", solid, solids.LAWS)):
-        declared = chain(*(each.parameters().items() for each in known.values() if file_of(each) is None))
-        pure = dict.fromkeys(name for name, parameter in declared if parameter.dimension is None)
-        numbers = {name: options[name] for name in pure if options.get(name) is not None}
+    of_liquids = pure_numbers(liquids.LAWS)
+    of_solids = [name for name in pure_numbers(solids.LAWS) if name not in of_liquids]
+    for place, law, names in (("liquid", liquid, of_liquids), ("solid", solid, of_solids)):
+        numbers = {name: declared[name] for name in names if declared.get(name) is not None}
         if law or numbers:
             laws[place] = {"law": law, **numbers} if numbers else law
-    if relaxation and not (liquid or rheology or spectrum):
+    memory = liquids.Liquid.OF_POLYMER["De"].dimension
+    if memory is not None and memory.key in quantities and not (liquid or rheology or spectrum):
         elastic = ", ".join(name for name, law in liquids.LAWS.items() if issubclass(law, liquids.ConformationLaw))
-        allowed = f"must be given with --relaxation: {elastic}; --rheology FILE finds the one that fits a flow curve"
+        allowed = f"must be given with {memory.option}: {elastic}; --rheology FILE finds the one that fits a flow curve"
         raise InputError("pairsim units", "--liquid", None, allowed)
-    case = {"physical": quantities, **laws, **ENDS}
-    apply_settings(case, tuple(set_ or ()), groups_of(model_of(kind)))
+    model = model_of(kind)
+    ends = ENDS if model.model_fields["ends"].default == ENDS["ends"] else {}
+    case = {"physical": quantities, **laws, **ends}
+    apply_settings(case, tuple(set_ or ()), groups_of(model))
     more: dict[str, Any] = {"pressure": pressure, "over": over, "carrier": carrier, "celsius": celsius}
     try:
         found = units_of(
@@ -170,6 +150,42 @@ def units(
         typer.echo(f"next: pairsim {kind} {output} --dry-run", err=True)
 
 
+def _command() -> Any:
+    """The command with the options of all quantities and laws, those of a user's own, too."""
+    from pairsim.cli.declared_options import of_experiment, of_laws
+    from pairsim.physics import liquids, solids
+    from pairsim.physics.declared import DIMENSIONS
+
+    own = {name: each for name, each in signature(units, eval_str=True).parameters.items() if name != "declared"}
+    of_solids = {p.dimension.key for law in solids.LAWS.values() for p in law.parameters().values() if p.dimension}
+    made = {
+        "pressure": of_experiment(),
+        "carrier": of_laws(liquids.LAWS, DIMENSIONS.keys() - of_solids),
+        "rheology": of_laws(solids.LAWS),
+    }
+    taken, found = {*own}, list[Parameter]()
+    for name, each in own.items():  # made ones stand before some of the others, which keep their names
+        new = [option for option in made.get(name, ()) if option.name not in taken]
+        found += [*new, each]
+        taken |= {option.name for option in new}
+    for at, laws in ((own["liquid"], liquids.LAWS), (own["solid"], solids.LAWS)):
+        option = _law(help=at.annotation.__metadata__[0].help.format(laws=", ".join([*laws, "or one of your own"])))
+        found[found.index(at)] = at.replace(annotation=Annotated[Text, option])
+
+    def command(**options: Any) -> None:
+        units(**options)
+
+    command.__signature__ = signature(units).replace(parameters=found)  # type: ignore[attr-defined]
+    whole = typer.Typer()
+    whole.command("units", help=units.__doc__, epilog=EPILOG)(command)
+    return typer.main.get_group(whole).commands["units"]
+
+
+@app.command("units", cls=_OfDeclarations, help=units.__doc__, epilog=EPILOG)
+def _listed() -> None:
+    """What stands for the command in lists."""
+
+
 def _listener() -> Any:
     """What prints sentences as they become known: what was read and fitted, and on stderr what is being done."""
     from pairsim.api.rheometer import Listener
@@ -189,6 +205,7 @@ def of_option(command: str, error: InputError, options: Collection[str] | None =
 
     Keys without an option among these, by default of `units`, are set by --set.
     """
+    from pairsim.cases.physical import QUANTITIES
     from pairsim.physics.declared import PARAMETERS
 
     def option(key: re.Match[str]) -> str:
@@ -197,7 +214,7 @@ def of_option(command: str, error: InputError, options: Collection[str] | None =
         name = key[1] if dimension is None else dimension.key
         if options is not None and name not in options:
             return f"--set {name}"
-        return "--flow" if name == "flow_rate" else f"--{name.replace('_', '-')}"
+        return QUANTITIES[name].option if name in QUANTITIES else f"--{name.replace('_', '-')}"
 
     key, allowed = (re.sub(r"\b(?:physical|liquid|solid)\.(\w+)", option, text) for text in (error.key, error.allowed))
     key = f"--{key}" if key in ("liquid", "solid", "carrier", "celsius") else key
