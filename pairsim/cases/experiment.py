@@ -15,6 +15,7 @@ from pairsim.cases.physical import BLOCK, DIFFERENCE, EXPERIMENT, QUANTITIES, RA
 from pairsim.cases.quantities import measured, quantity_range, rounded
 from pairsim.cases.usual import unusual
 from pairsim.cases.values import Range
+from pairsim.cases.yaml_file import Content
 from pairsim.physics.declared import DIMENSIONS
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.liquids.viscous import ZERO_SHEAR
@@ -62,7 +63,7 @@ class Experiment:
     particles: Any = USUAL_COUNT
 
     @classmethod
-    def in_case(cls, case: Mapping[str, Any]) -> Self | None:
+    def in_case(cls, case: Content) -> Self | None:
         """That of a case as keys and values, which need not be validated yet; None without a `physical` block."""
         block = case.get(BLOCK)
         if not isinstance(block, Mapping):
