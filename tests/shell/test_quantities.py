@@ -43,9 +43,9 @@ def trial(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(QUANTITIES, SOLVENT.key, SOLVENT)
 
 
-def case(part: str, **keys: Any) -> Trial:
+def case(part: str, more: dict[str, str] | None = None, **keys: Any) -> Trial:
     block = {"tube": "50 um", "particle": "20 um", "velocity": "8 mm/s", "modulus": "5 kPa", "viscosity": "0.5 Pa.s"}
-    block |= {"relaxation": "5 ms", "distance": "5 um", "solvent_part": part}
+    block |= {"relaxation": "5 ms", "distance": "5 um", "solvent_part": part, **(more or {})}
     question = replace(QUESTIONS["run"], model=Trial)
     return parse_case(question, {"physical": block, "liquid": "giesekus", **keys}, "trial.yaml")
 
@@ -81,6 +81,12 @@ def test_a_percentage_gives_its_number_and_is_an_input_with_its_half_width() -> 
 def test_mistakes_in_a_percentage_name_it(part: str, keys: dict[str, Any], wrong: str) -> None:
     with pytest.raises(InputError, match=wrong):
         case(part, **keys)
+
+
+@pytest.mark.usefixtures("trial")
+def test_two_quantities_that_give_one_key_contradict_each_other() -> None:
+    with pytest.raises(InputError, match=r"physical\.solvent: .*must be left out if physical\.solvent_part is given"):
+        case("10 %", {"solvent": "50 mPa.s"})
 
 
 @pytest.mark.usefixtures("trial")
