@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pairsim.api.ask import asked_of
-from pairsim.api.cases import AnyCase, content_of, load
+from pairsim.api.cases import load
 from pairsim.api.film import Film, film_of
 from pairsim.api.film_model import FilmModel, Seen, Uncertain
 from pairsim.api.film_search import LEAST, Search
@@ -20,6 +20,7 @@ from pairsim.cases.case import SceneCase
 from pairsim.cases.inputs import inputs_of
 from pairsim.cases.physical import DIFFERENCE, QUANTITIES
 from pairsim.cases.quantities import as_given, percentage, si, unit_in
+from pairsim.computing.loading import AnyCase, content_of
 from pairsim.quantities.measurable import Measurable
 from pairsim.quantities.scales import Scales
 from pairsim.results.curve_table import Motion

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 from pairsim.api.cases import load
 from pairsim.cases.case import SceneCase
 from pairsim.cases.physical import BLOCK, DENSITY, QUANTITIES, Physical
+from pairsim.cases.pressure import velocity_for
 from pairsim.cases.quantities import si
 from pairsim.cases.run_case import Case
 from pairsim.cases.values import is_name
 from pairsim.cases.yaml_file import yaml_text
-from pairsim.computing import QUESTIONS
 from pairsim.computing.warnings import beyond_checked
 from pairsim.physics.carriers import extrapolated, methyl_cellulose
 from pairsim.physics.homogeneous import falling_stress
@@ -24,6 +24,7 @@ from pairsim.physics.pipe import Pipe
 from pairsim.quantities.kinds import LENGTH, TIME
 from pairsim.quantities.scales import Scales
 from pairsim.quantities.text import in_unit
+from pairsim.questions.registry import QUESTIONS
 from pairsim.results.folder import plain
 from pairsim.runtime.errors import InputError, NoSteadyState
 
@@ -170,8 +171,6 @@ def units(
             raise InputError("pairsim units", missing, None, allowed)
         for key in quantities.keys() & {"flow_rate", "velocity"}:
             raise InputError("pairsim units", f"{BLOCK}.{key}", quantities[key], "must be left out with --pressure")
-        from pairsim.cases.pressure import velocity_for
-
         quantities["velocity"] = velocity_for(pressure, over, lambda velocity: case_with(velocity=velocity))
     case = case_with()
     scales = case.scales

@@ -11,7 +11,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from pairsim.cases import values
+from pairsim.cases import kinds, values
 from pairsim.cases.accuracy import DEFAULT, Accuracy, percent, settings_of
 from pairsim.cases.experiment import Experiment
 from pairsim.cases.keys import Key, Keys, Part, PerParticle, keys_of
@@ -24,7 +24,6 @@ from pairsim.physics.liquids import Liquid, Newtonian
 from pairsim.physics.softest import beyond_steady_shapes, beyond_tension
 from pairsim.physics.solids import Solid
 from pairsim.quantities.scales import Scales
-from pairsim.runtime.questions import NAMES, module_of
 
 Ends = Literal["developed", "periodic"]
 ENDS = "ends of the tube: with the developed flow profile, or periodic with imposed flow rate"
@@ -361,8 +360,8 @@ def known_keys() -> dict[str, Key]:
     Of a key that several kinds have, such as d, it is that of one for which it is a part of the report, if there is
     one.
     """
-    for name in NAMES:  # whose models are subclasses once they are imported
-        module_of(name)
+    for models in kinds.LISTS:
+        models()  # which are subclasses once they are imported
     return _keys_of_all(_kinds_of(SceneCase))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterator, Mapping
 from inspect import Parameter
 from typing import Annotated, Any
@@ -9,10 +10,12 @@ from typing import Annotated, Any
 import typer
 
 from pairsim.cases.physical import EXPERIMENT, QUANTITIES
-from pairsim.physics.declared import DIMENSIONS
+from pairsim.physics.declared import DIMENSIONS, PARAMETERS
 from pairsim.physics.material import Material
 from pairsim.quantities.measurable import Measurable
+from pairsim.runtime.errors import InputError
 
+Text = str | None
 REQUIRED = "tube", "particle"
 """Quantities without which there are no numbers of beads in a tube."""
 EXPONENT = 0.6
@@ -62,15 +65,21 @@ def pure_numbers(laws: Mapping[str, type[Material]]) -> list[str]:
     return list(every)
 
 
+def quantity(of: Measurable, laws: Collection[str] = (), several: bool = False) -> Any:
+    """The option of a quantity, which some laws need; `several` if it is repeated for several values."""
+    return typer.Option(of.option, metavar="QUANTITY", help=_help(of, laws, several))
+
+
 def _of_quantity(of: Measurable, laws: Collection[str] = ()) -> Parameter:
-    kind: Any = list[str] if of.many or of.ranged else str
-    option = typer.Option(of.option, metavar="QUANTITY", help=_help(of, laws))
+    several = of.many or of.ranged
+    kind: Any = list[str] if several else str
+    option = quantity(of, laws, several)
     if of.key in REQUIRED:
         return Parameter(of.key, Parameter.KEYWORD_ONLY, annotation=Annotated[kind, option])
     return Parameter(of.key, Parameter.KEYWORD_ONLY, default=None, annotation=Annotated[kind | None, option])
 
 
-def _help(of: Measurable, laws: Collection[str]) -> str:
+def _help(of: Measurable, laws: Collection[str], several: bool) -> str:
     """What it is, an example, what it gives, and what is taken where it is not given."""
     words, *more = of.words.split("; ")
     gives = [each for each in more if each.startswith("gives ")]
@@ -78,8 +87,7 @@ def _help(of: Measurable, laws: Collection[str]) -> str:
     for other in QUANTITIES.values():  # an option in place of the name of a key
         words = words.replace(f"in place of {other.key}", f"in place of {other.option}")
     said = [f"default: {of.default}"] if of.default else []
-    said += ["repeat it for one value each, from upstream"] if of.many else []
-    said += [SEVERAL] if of.ranged else []
+    said += [SEVERAL if of.ranged else "repeat it for one value each, from upstream"] if several else []
     said += [", ".join(laws)] if laws else []
     example = f"'{example}'" if "+-" in example else example.replace(" ", "")
     return "; ".join([f"{_sentence(words)}, such as {example}", *gives]) + (f" ({'; '.join(said)})." if said else ".")
@@ -87,3 +95,22 @@ def _help(of: Measurable, laws: Collection[str]) -> str:
 
 def _sentence(words: str) -> str:
     return words[:1].upper() + words[1:]
+
+
+def of_option(command: str, error: InputError, options: Collection[str] | None = None) -> InputError:
+    """The same error of a command with options in place of the keys of a case that they stand for.
+
+    Keys without an option among these, by default of `units`, are set by --set.
+    """
+
+    def option(key: re.Match[str]) -> str:
+        declared = PARAMETERS.get(key[1])
+        dimension = None if declared is None else declared.parameter.dimension
+        name = key[1] if dimension is None else dimension.key
+        if options is not None and name not in options:
+            return f"--set {name}"
+        return QUANTITIES[name].option if name in QUANTITIES else f"--{name.replace('_', '-')}"
+
+    key, allowed = (re.sub(r"\b(?:physical|liquid|solid)\.(\w+)", option, text) for text in (error.key, error.allowed))
+    key = f"--{key}" if key in ("liquid", "solid", "carrier", "celsius") else key
+    return InputError(command, key, error.value, allowed.removesuffix(" in physical"))

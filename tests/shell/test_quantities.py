@@ -13,13 +13,13 @@ from pairsim.cases.inputs import drawn, inputs_of
 from pairsim.cases.laws import Laws
 from pairsim.cases.physical import QUANTITIES, Physical
 from pairsim.cases.run_case import Case
-from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case
 from pairsim.plots.labels import case_parts
 from pairsim.quantities import kinds
 from pairsim.quantities.kinds import PERCENTAGE, Kind
 from pairsim.quantities.measurable import Measurable
 from pairsim.quantities.scales import Scales
+from pairsim.questions.registry import QUESTIONS
 from pairsim.runtime.errors import InputError
 
 SCALES = Scales(50e-6, 8e-3, 0.5)

@@ -15,7 +15,6 @@ import pytest
 import yaml
 from support.commands import Pairsim
 from support.inputs import ROOT
-from typer.main import get_command
 from typer.testing import CliRunner
 
 import pairsim as api
@@ -26,8 +25,7 @@ from pairsim.cases.quantities import A_LENGTH, COMMON, measured, quantity_range,
 from pairsim.cases.run_case import Case
 from pairsim.cases.values import Range
 from pairsim.cases.yaml_file import read_yaml
-from pairsim.cli.app import app
-from pairsim.computing import QUESTIONS
+from pairsim.cli.app import app, command_of
 from pairsim.computing.case_files import parse_case, read_case
 from pairsim.physics import liquids, solids
 from pairsim.physics.liquids.power_law import PowerLaw
@@ -36,6 +34,7 @@ from pairsim.physics.solids.kelvin_voigt import KelvinVoigt
 from pairsim.physics.solids.solid import MODULUS
 from pairsim.quantities.measurable import Measurable, a_time
 from pairsim.quantities.scales import Scales, mean_velocity
+from pairsim.questions.registry import QUESTIONS
 from pairsim.results.table_files import read_table
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.grid import read_grid
@@ -366,7 +365,7 @@ def test_units_writes_a_case_of_any_law(tmp_path: Path) -> None:
 
 
 def test_units_has_an_option_for_each_quantity_of_a_law_that_ships_and_its_help_names_these_laws() -> None:
-    command = get_command(app).commands["units"]  # type: ignore[attr-defined]
+    command = command_of("units")
     options = {parameter.name: parameter.help or "" for parameter in command.params}
     for name, laws in (("liquid", liquids.LAWS), ("solid", solids.LAWS)):
         shipped = [law for law in laws.values() if law.__module__.startswith("pairsim.")]
@@ -379,7 +378,7 @@ def test_units_has_an_option_for_each_quantity_of_a_law_that_ships_and_its_help_
 def test_units_has_an_option_for_each_key_of_the_block() -> None:
     shown = units("--velocity 8mm/s --viscosity 1Pa.s --kind train --spacing 30um --contact 50nm --set row.beads=9")
     assert "length              50 um" in shown
-    command = get_command(app).commands["units"]  # type: ignore[attr-defined]
+    command = command_of("units")
     assert QUANTITIES.keys() <= {parameter.name for parameter in command.params}
 
 
