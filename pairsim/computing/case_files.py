@@ -10,11 +10,12 @@ from pydantic import BaseModel, ValidationError
 
 from pairsim.cases.case import SceneCase
 from pairsim.cases.checks import missing_numbers
+from pairsim.cases.conversion import forget_numbers, in_numbers
 from pairsim.cases.estimate import check_size
 from pairsim.cases.keys import Part, groups_of, keys_of
 from pairsim.cases.messages import mistakes_of
 from pairsim.cases.mistakes import Mistake, input_error
-from pairsim.cases.physical import BLOCK, EXPERIMENT, forget_numbers, in_numbers
+from pairsim.cases.physical import BLOCK, EXPERIMENT
 from pairsim.cases.yaml_file import apply_settings, read_yaml
 from pairsim.computing.question import Question
 
@@ -69,7 +70,8 @@ def read_case[C: SceneCase](
 
 def _two_ways(model: type[SceneCase]) -> list[tuple[str, str]]:
     """The keys in groups that say up to where an answer goes, each with the quantity for it: either one prolongs it."""
-    keys = [(key, f"{BLOCK}.{each.key}") for each in EXPERIMENT if (key := keys_of(model).get(each.gives)) is not None]
+    known = keys_of(model)
+    keys = [(known[key], f"{BLOCK}.{each.key}") for each in EXPERIMENT for key in each.gives if key in known]
     return [(key.name, quantity) for key, quantity in keys if key.part is Part.REPORT and "." in key.name]
 
 

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any, cast
 
 from pairsim.cases.case import SceneCase
+from pairsim.cases.conversion import forget_numbers
 from pairsim.cases.keys import groups_of
-from pairsim.cases.physical import forget_numbers
 from pairsim.cases.yaml_file import merge, read_yaml
 from pairsim.computing.case_files import Files, parse_case
 from pairsim.computing.question import Question

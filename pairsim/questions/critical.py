@@ -21,7 +21,6 @@ from pairsim.cases.case import SceneCase
 from pairsim.cases.checks import check_scene
 from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.keys import Key, Part
-from pairsim.cases.materials import is_viscous
 from pairsim.cases.mistakes import Mistake
 from pairsim.cases.values import FOLLOWED, Distance, Values
 from pairsim.computing import events
@@ -100,7 +99,7 @@ def _check_along(case: CriticalCase, along: Mapping[str, Sequence[float]]) -> It
         yield Mistake("along", wrong[0], f"must be values of {name} from {least:g} to {most:g}")
     if name == "Ca_e" and case.Ca_e is not None and len({Ca_e for Ca_e in case.Ca_es if Ca_e}) != 1:
         yield Mistake("Ca_e", case.Ca_e, "must be a single value above 0, as along replaces it")
-    if name == "De" and is_viscous(dict(case)):
+    if name == "De" and case.is_viscous:
         yield Mistake("along", dict(along), "must be Ca_e: the liquid has no relaxation time, and so no De")
     elif name == "De" and case.De == 0:
         yield Mistake("De", case.De, "must be above 0, as along replaces it")

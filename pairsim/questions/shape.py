@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, ClassVar
 from pairsim.api.results import Result
 from pairsim.computing.along import AlongCase, check_along, estimate_along, solve_along
 from pairsim.computing.question import InSweeps, Question, rows_in
-from pairsim.quantities.kinds import AREA, PURE, VELOCITY, VOLUME, Unit
+from pairsim.quantities.kinds import AREA, PURE, VELOCITY, VOLUME, Kind
 from pairsim.quantities.text import in_unit, softness, with_error
 from pairsim.results.columns import Column
 from pairsim.results.scales import scales_in
@@ -33,7 +33,7 @@ def _contour(solver: SteadySolver) -> Contour:
     return contour(solver.bodies[0].outline_points(solver.state()[0]))
 
 
-def _measured(name: str, symbol: str, meaning: str, unit: Unit = PURE) -> Column:
+def _measured(name: str, symbol: str, meaning: str, unit: Kind = PURE) -> Column:
     return Column(name, symbol, meaning, unit, value=lambda found: getattr(_contour(found.solver), name))
 
 

@@ -14,10 +14,11 @@ from pathlib import Path
 from typing import Any
 
 from pairsim.cases.case import SceneCase
+from pairsim.cases.conversion import forget_numbers, given_by
 from pairsim.cases.identity import alike, folder_name, identity_of, key_of
 from pairsim.cases.keys import groups_of, keys_of
 from pairsim.cases.mistakes import Mistake, input_error
-from pairsim.cases.physical import BLOCK, forget_numbers, given_by
+from pairsim.cases.physical import BLOCK
 from pairsim.cases.quantities import in_one_unit
 from pairsim.cases.values import is_finite, is_name
 from pairsim.cases.yaml_file import DEFAULT_LAWS, apply_settings, flat, merge, read_yaml

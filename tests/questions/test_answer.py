@@ -195,7 +195,7 @@ def test_nobody_is_told_to_repeat_what_fails_in_the_same_way(kind: str, again: s
     for failure in (
         NoSteadyState("no solution was found", advice="a larger mesh.Np"),
         MeshFailure("a cell of the new mesh is inverted", advice="a larger mesh.Np"),
-        NewtonFailure("no convergence", t=0.1, step=3, advice="a larger mesh.Np"),
+        NewtonFailure("no convergence", at="t = 0.1 (step 3)", advice="a larger mesh.Np"),
     ):
         told = advice(kind, "failed", failure.reason, str(failure))
         assert "try a larger mesh.Np; unchanged, the case fails in the same way" in told
