@@ -257,7 +257,7 @@ class AdaptiveBranch(Branch):
         Without modes few cells have most of the scatter, those that the shear rate vanishes in, by where it does.
         """
         estimate = point.estimate
-        return not point.parameters.liquid.modes and bool((estimate.irregular_dU > estimate.regular_dU).any())
+        return not point.parameters.liquid.has_memory and bool((estimate.irregular_dU > estimate.regular_dU).any())
 
     def _nominal(self, point: Point) -> tuple[float, ...]:
         return self.problem.nominal(point.gaps)
@@ -284,7 +284,7 @@ class AdaptiveBranch(Branch):
 
     def _finer(self, point: Point, most: Array) -> SteadyProblem | None:
         """The problem with cells that should leave no more than `most` of every dU; None if all cells are held."""
-        estimate, elastic = point.estimate, bool(point.parameters.liquid.modes)
+        estimate, elastic = point.estimate, point.parameters.liquid.has_memory
         if estimate.cells is not None and not self._held and (estimate.irregular_dU >= estimate.regular_dU).all():
             self._fields[self._nominal(point)] = self._sizes(point, most)
             sizes = AdaptedSizes(tuple(self._fields.values()))
@@ -309,7 +309,7 @@ class AdaptiveBranch(Branch):
         mesh = self.problem.mesh
         field = cells.sizes(most / scatter, largest_factor, mesh.rows or self.problem.length)
         # Without modes cells that contribute nothing to dU carry the profile, and with it the pressure drop.
-        return field if point.parameters.liquid.modes else field.at_most(mesh.max_size)
+        return field if point.parameters.liquid.has_memory else field.at_most(mesh.max_size)
 
     def _go_on(self, problem: SteadyProblem, parameters: Parameters) -> bool:
         """Carry the solution over to other cells; False, with the old ones kept, if that fails."""

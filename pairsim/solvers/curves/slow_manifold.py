@@ -23,6 +23,7 @@ from functools import partial
 import numpy as np
 
 from pairsim.fem.diagnostics import centres
+from pairsim.physics.fields import DISPLACEMENT
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.errors.adjoints import Adjoints
 from pairsim.solvers.nonlinear.factors import LAST
@@ -147,12 +148,13 @@ def _from_rest(steady: SteadySolver, adjoints: Adjoints) -> Array:
     between their surfaces have another one between their centres, too.
     """
     y, parameters, fields = steady.y, steady.parameters, steady.constraints.fields
-    more = np.zeros(len(y))
-    for at in (fields[name] for name in ("h", "s", "eta") if name in fields):
-        more[at] = y[at]
+    more, at_rest = np.zeros(len(y)), {field.unknowns: field.rest for field in parameters.liquid.transported}
+    for name, rest in {"h": 0.0, DISPLACEMENT.unknowns: 0.0, **at_rest}.items():
+        if name in fields:
+            more[fields[name]] = y[fields[name]] - rest
     lost = moving_residual(steady, parameters, y, more, np.zeros(len(parameters.gaps))) - steady.residual()
     first = centres_at(steady, parameters, np.zeros(len(y))) - centres_at(steady, parameters, y)
-    bound = ELASTIC_REST if parameters.liquid.modes else REST
+    bound = ELASTIC_REST if parameters.liquid.has_memory else REST
     return np.asarray(bound * np.maximum(np.abs(first), np.abs(first - np.diff(adjoints.velocities @ lost))))
 
 

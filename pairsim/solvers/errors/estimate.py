@@ -180,7 +180,7 @@ class ErrorEstimator:
         scatter_dU = np.sqrt(np.maximum(np.einsum("ik,kl,il->i", difference, tested.stress_products, difference), 0.0))
         F, shape = slice(count, count + adjoints.forces), slice(count + adjoints.forces, -1)
         moved = len(changes[F]) > 0
-        elastic = bool(scene.material.modes)
+        elastic = scene.material.has_memory
         of_scatter = ELASTIC if elastic else VISCOUS
         cancelling = (scatter[F] if moved else scatter_dU) > CANCELLING * np.abs(
             changes[F] if moved else np.diff(changes[:count])
@@ -239,7 +239,7 @@ def _indicators(enriched: EnrichedScene[EnrichedTests], tested: WeightedResidual
     if tested.stress_by_cell is None:
         return None
     reference, squares = enriched.scene.reference, np.diff(tested.stress_by_cell[:count], axis=0).T ** 2
-    order = ORDER if enriched.scene.material.modes else VISCOUS_ORDER
+    order = ORDER if enriched.scene.material.has_memory else VISCOUS_ORDER
     return CellIndicators(reference.geometry, reference.mirrored, tested.corners, squares, order)
 
 

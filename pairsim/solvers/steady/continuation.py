@@ -24,10 +24,9 @@ from pairsim.solvers.steady.pseudo_time import relax
 from pairsim.solvers.steady.scene import Snapshot, SteadySolver
 from pairsim.solvers.steady.tangents import gap_tangents, tangent_along
 
-# Largest changes by one predictor step.
+# Largest changes by one predictor step; those of fields of the liquid are in their declarations.
 MOST_APART = 0.4  # of a distance, relative to itself
 MOST_SHAPE = 0.15  # of a nodal position of a particle, relative to the largest diameter
-MOST_STRESS = 1.0  # of a nodal value of the log-conformation
 SMALLEST = 2e-3  # step, relative to the distance to the target, below which natural continuation stops
 # Factor by which a parameter changes above which a solve begins with a new matrix, at the predicted state. That of the
 # last solution would contract by 0.14 where a distance changes by a fifth, one of the predicted state does by 0.01.
@@ -67,7 +66,7 @@ def begin(steady: SteadySolver) -> None:
         NoSteadyState: No solution was found.
     """
     report = _from_spheres(steady)
-    if not report.converged and steady.parameters.liquid.modes:
+    if not report.converged and steady.parameters.liquid.has_memory:
         report = relax(steady, steady.parameters)
     if not report.converged:
         message = f"no solution was found from undeformed spheres{place(steady.parameters)}: {report.reason}"
@@ -81,7 +80,7 @@ def _from_spheres(steady: SteadySolver) -> Report:
     wanted, liquid = steady.parameters, steady.parameters.liquid
     # The flow of a thinning liquid through a narrow gap is found from a liquid at rest, that past a large sphere on its
     # own from the developed flow.
-    thinning = not liquid.modes and not liquid.newtonian
+    thinning = not liquid.has_memory and not liquid.newtonian
     for at_rest in (True, False) if thinning else (False,):
         place_undeformed(steady, at_rest=at_rest)
         for factor in STIFFER if any(wanted.Ca_es) else (1.0,):
@@ -105,7 +104,7 @@ def new_mesh(steady: SteadySolver, *, afresh: bool = False) -> None:
     """
     steady.remesh(afresh=afresh)
     report = solve_on_mesh(steady, steady.parameters, steady.y)
-    if not report.converged and steady.parameters.liquid.modes:
+    if not report.converged and steady.parameters.liquid.has_memory:
         report = relax(steady, steady.parameters)
     if not report.converged:
         message = f"no solution was found after remeshing{place(steady.parameters)}: {report.reason}"
@@ -113,7 +112,7 @@ def new_mesh(steady: SteadySolver, *, afresh: bool = False) -> None:
 
 
 def reach(steady: SteadySolver, tangent: Array, rates: Array) -> float:
-    """Largest step along a tangent, limited by the changes of distances, shapes and log-conformation.
+    """Largest step along a tangent, limited by the changes of distances, shapes and fields of the liquid.
 
     Args:
         steady: The scene, at a solution.
@@ -125,7 +124,9 @@ def reach(steady: SteadySolver, tangent: Array, rates: Array) -> float:
         (MOST_APART * d / abs(rate) for d, rate in zip(steady.parameters.gaps, rates, strict=True) if rate),
         default=np.inf,
     )
-    for name, most in (("h", MOST_SHAPE * max(steady.problem.betas, default=0.0)), ("s", MOST_STRESS)):
+    limits = {field.unknowns: field.most_change for field in steady.scene.material.fields}
+    limits["h"] = MOST_SHAPE * max(steady.problem.betas, default=0.0)
+    for name, most in limits.items():
         rate = tangent[fields[name]] if name in fields else np.empty(0)
         if rate.size and (largest := float(np.abs(rate).max())) > 0:
             step = min(step, most / largest)
@@ -198,8 +199,8 @@ def _continued(steady: SteadySolver, target: Parameters, way: list[Passed], *, s
                 found = _end(steady, along, trail, refused)
                 if steady.parameters != way[-1].parameters:  # a solution nearer to the end was found
                     way.append(Passed.of(steady))
-                elastic, relaxed = bool(target.liquid.modes), relaxed + 1
-                if found.proven or not elastic or relaxed > MOST_RELAXED or not relax(steady, there).converged:
+                remembers, relaxed = target.liquid.has_memory, relaxed + 1
+                if found.proven or not remembers or relaxed > MOST_RELAXED or not relax(steady, there).converged:
                     return replace(found, way=[*way], last=steady)
                 longest = 3 * SMALLEST
                 break

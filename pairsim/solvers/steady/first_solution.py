@@ -109,7 +109,7 @@ def try_from_rest(scene: SteadySolver) -> bool:
     Returns:
         Whether there is a solution, on a mesh that it distorts slightly.
     """
-    if scene.parameters.liquid.easier() != scene.parameters.liquid or scene.parameters.liquid.modes:
+    if scene.parameters.liquid.easier() != scene.parameters.liquid or scene.parameters.liquid.has_memory:
         return False
     place_undeformed(scene, at_rest=True)
     if scene.solve(scene.parameters).converged and not scene.distorted(least=SLIGHT):

@@ -18,7 +18,7 @@ def place_undeformed(steady: SteadySolver, *, at_rest: bool = False) -> None:
 
     Args:
         steady: The scene.
-        at_rest: Whether the liquid is at rest; only in liquids without modes.
+        at_rest: Whether the liquid is at rest; only in liquids without a memory.
     """
     liquid, constraints, fixed = steady.scene.liquid, steady.constraints, steady.problem.velocity
     x, velocity = steady.meshed.displaced(steady.h_star(steady.parameters)), 0.0
@@ -30,7 +30,7 @@ def place_undeformed(steady: SteadySolver, *, at_rest: bool = False) -> None:
             steady.scene.prescribe(x, np.arange(len(points)), steady.developed_flow)
         on_axis = steady.problem.boundary_velocity(np.zeros((1, 2)))[0, 0]
         velocity = on_axis * (1 - 2 / 3 * max(steady.problem.betas, default=0.0) ** 2)
-    steady.y = free_unknowns(constraints, x)
+    steady.y = free_unknowns(steady.scene, constraints, x)
     steady.y[constraints.fields["U_p"]] = velocity if fixed is None else fixed
 
 

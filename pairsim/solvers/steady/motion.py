@@ -1,8 +1,8 @@
 """The residual of a quasi-steady scene that moves: with the terms that holding the distances drops.
 
 Holding the distances drops the velocity with which the particles' surfaces deform, the viscous stress inside them, the
-velocity of the mesh relative to the particles, and the rate of s = log c. Given the rates of distances and unknowns,
-they are put back.
+velocity of the mesh relative to the particles, and the rates of what the liquid carries along. Given the rates of
+distances and unknowns, they are put back.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def moving_residual(
         y: Free unknowns, shape (n_y,).
         y_t: Their rates, seen by observers who move with the particles, shape (n_y,).
         rates: Rates of the distances [U_av], shape (N-1,).
-        stress: Whether the stress of the polymer has a rate, too; otherwise it follows the surfaces at once.
+        stress: Whether what the liquid carries along has a rate, too; otherwise it follows the surfaces at once.
         solids: Whether viscous solids have their stress.
     """
     scene, constraints = steady.scene, steady.constraints
@@ -49,7 +49,7 @@ def moving_residual(
             liquid.nodal("u", x)[at] += body.displacement(h_t)[body.nodes] - [means[-1], 0.0]
     if solids:
         scene.set_solid_rates(scene.with_displacements(x, h - h_t), 1.0)
-    if scene.material.modes and stress:
+    if scene.material.has_memory and stress:
         x_t = constraints.N @ y_t + constraints.C @ h_t
         # The mesh goes with the particles by what is left of U without the motion of their surfaces: all of it where
         # distances are held, the common velocity where they change at the rates that belong to U.
@@ -58,7 +58,8 @@ def moving_residual(
         frame, vertices = liquid.nodal("w", constraints.N @ still), liquid.six_node_mesh.vertices
         liquid.nodal("w", x)[:] = frame * [1.0, 0.0] + liquid.nodal("eta", x_t)[vertices]
         star = x[: liquid.size].copy()
-        liquid.nodal("s", star)[:] -= liquid.nodal("s", x_t)
+        for field in scene.material.transported:
+            liquid.nodal(field.name, star)[:] -= liquid.nodal(field.name, x_t)
         liquid.set_star(star)
         liquid.constants["rate"].value = 1.0
     residual = steady.newton.reduce(x)

@@ -265,7 +265,7 @@ class SteadySolver(MeshedSolver):
             material: Free unknowns of the particles.
         """
         new = self.meshed.carried(old, x, h)
-        y = free_unknowns(self.constraints, new)
+        y = free_unknowns(self.scene, self.constraints, new)
         y[self.meshed.material] = material
         if self.scene.dp is not None:
             assert old.dp is not None

@@ -53,7 +53,7 @@ class Flow:
             x: Its full vector, shape (n,).
         """
         liquid, constraints, y = steady.scene.liquid, steady.constraints, steady.y
-        nodal = {f.name: liquid.nodal(f.name, x) for f in liquid.compiled.fields}
+        nodal = {f.name: liquid.nodal(f.name, x) for f in liquid.fields}
         scalars = {name: y[constraints.fields[name]] for name in SCALARS if name in constraints.fields}
         U, error = y[constraints.fields["U_p"]], np.zeros(max(len(steady.bodies) - 1, 0))
         if error.size:
@@ -64,10 +64,10 @@ class Flow:
     def unknowns(self, scene: Scene, constraints: Constraints) -> Array:
         """The free unknowns of a scene in time on the same meshes, shape (n_y,)."""
         liquid, x = scene.liquid, np.zeros(scene.size)
-        for field in liquid.compiled.fields:
+        for field in liquid.fields:
             if field.name in self.liquid:
                 liquid.nodal(field.name, x)[:] = self.liquid[field.name]
-        y, entry = free_unknowns(constraints, x), constraints.M.tocoo()
+        y, entry = free_unknowns(scene, constraints, x), constraints.M.tocoo()
         y[entry.col] = self.velocity[entry.row]
         for name, values in self.scalars.items():
             y[constraints.fields[name]] = values
@@ -149,7 +149,7 @@ def quasi_steady(problem: Problem, clock: Clock) -> Start:
 def settles(problem: Problem) -> bool:
     """Whether a run goes from rest to a quasi-steady state whose error is part of its own."""
     liquid, wanted = problem.liquid, problem.dU_error and not problem.from_steady
-    return wanted and bool(problem.gaps and liquid.modes) and liquid.yielding is None
+    return wanted and bool(problem.gaps) and liquid.has_memory and liquid.yielding is None
 
 
 def settled_error(problem: Problem, clock: Clock) -> Array | float:
