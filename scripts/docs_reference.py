@@ -31,12 +31,12 @@ from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import FILES, read_case
 from pairsim.computing.question import LAST
 from pairsim.computing.schema import schema_rows
+from pairsim.quantities.kinds import PURE, SECONDS
 from pairsim.results import columns as tables
 from pairsim.results.columns import Column, column
 from pairsim.results.folder import write_text
 from pairsim.runtime import errors
 from pairsim.runtime.errors import RunFailure
-from pairsim.units.kinds import PURE, SECONDS
 
 ROOT = Path(__file__).resolve().parent.parent
 TEMPLATES, PAGES, CONFIGS = ROOT / "scripts" / "reference", ROOT / "docs" / "reference", ROOT / "configs"

@@ -19,8 +19,8 @@ from book.computing import parser_of
 from book.pages import RESULTS, filled, markdown
 from validation_book.page import BOOK, PAGES, REFERENCES, Page
 
+from pairsim.quantities.text import with_error
 from pairsim.results.folder import write_text
-from pairsim.units.text import with_error
 
 PLUS_MINUS = "\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}"
 

@@ -21,11 +21,11 @@ from pairsim.cases.keys import keys_of
 from pairsim.computing import QUESTIONS
 from pairsim.computing.warnings import MOST_DE, beyond_checked
 from pairsim.physics.softest import beyond_steady_shapes, beyond_tension
+from pairsim.quantities.kinds import LENGTH, VELOCITY
+from pairsim.quantities.text import in_unit
 from pairsim.results.curve_table import curve_of, zeros_of
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
-from pairsim.units.kinds import LENGTH, VELOCITY
-from pairsim.units.text import in_unit
 
 SOURCE = "pairsim ask"
 POINTS = 9  # asked for of a curve that is computed, which adds others

@@ -10,10 +10,10 @@ import numpy as np
 from pairsim.atlas.atlas import PARAMETERS, Atlas
 from pairsim.cases.case import SceneCase
 from pairsim.cases.inputs import drawn, inputs_of
+from pairsim.quantities.kinds import LENGTH, VELOCITY
 from pairsim.results.inputs import COVERED, MANY
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.interpolant import hermite, slopes_of
-from pairsim.units.kinds import LENGTH, VELOCITY
 
 BETWEEN = 4  # distances for each of the atlas, since dU of far pairs falls by factors from one to the next; chosen
 DRAWS = 2000  # of the inputs: the part of them in a range is known to 0.5 %

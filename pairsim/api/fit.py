@@ -21,13 +21,13 @@ from pairsim.cases.inputs import inputs_of
 from pairsim.cases.physical import DIFFERENCE, QUANTITIES
 from pairsim.cases.quantities import as_given, percentage, si, unit_in
 from pairsim.physics.material import Dimension
+from pairsim.quantities.scales import Scales
 from pairsim.results.curve_table import Motion
 from pairsim.results.folder import kind_of, read_record
 from pairsim.results.scales import scales_in
 from pairsim.results.table_files import read_table
 from pairsim.runtime.arrays import Array, Flags
 from pairsim.runtime.errors import InputError
-from pairsim.units.scales import Scales
 
 if TYPE_CHECKING:
     from pairsim.plots.style import Page

@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     import pyvista as pv
 
     from pairsim.cases.case import SceneCase
+    from pairsim.quantities.scales import Scales
     from pairsim.results.xdmf import FieldFrame
     from pairsim.runtime.arrays import Array
-    from pairsim.units.scales import Scales
 
 SYMBOLS = {
     r"\bdU": "dU is the velocity of the leading particle minus that of the trailing one",

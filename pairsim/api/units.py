@@ -22,11 +22,11 @@ from pairsim.physics.carriers import extrapolated, methyl_cellulose
 from pairsim.physics.homogeneous import falling_stress
 from pairsim.physics.liquids import LAWS, Liquid
 from pairsim.physics.pipe import Pipe
+from pairsim.quantities.kinds import LENGTH, TIME
+from pairsim.quantities.scales import Scales
+from pairsim.quantities.text import in_unit
 from pairsim.results.folder import plain
 from pairsim.runtime.errors import InputError, NoSteadyState
-from pairsim.units.kinds import LENGTH, TIME
-from pairsim.units.scales import Scales
-from pairsim.units.text import in_unit
 
 if TYPE_CHECKING:
     from pairsim.api.rheometer import Listener, MeasuredLiquid

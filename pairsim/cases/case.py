@@ -21,8 +21,8 @@ from pairsim.physics import liquids, solids
 from pairsim.physics.liquids import Liquid, Newtonian
 from pairsim.physics.softest import beyond_steady_shapes, beyond_tension
 from pairsim.physics.solids import Solid
+from pairsim.quantities.scales import Scales
 from pairsim.runtime.questions import NAMES, module_of
-from pairsim.units.scales import Scales
 
 USUAL = SETTINGS[DEFAULT]
 THINNING = USUAL.in_time["thinning"]

@@ -11,7 +11,7 @@ import numpy as np
 from pairsim.cases.case import SceneCase
 from pairsim.cases.physical import DIFFERENCE, EXPERIMENT, QUANTITIES, numbers_from, values_in
 from pairsim.cases.quantities import as_given, measured, percentage, rounded
-from pairsim.units.scales import Scales
+from pairsim.quantities.scales import Scales
 
 STEP = 1e-6  # of logarithms, for derivatives of products of powers; chosen
 DISTANCES = {each.key for each in EXPERIMENT if not each.uncertain}  # and times, which change no other number

@@ -28,7 +28,7 @@ from pairsim.physics.liquids import Liquid, Newtonian, ViscousLaw
 from pairsim.physics.liquids.viscous import ZERO_SHEAR
 from pairsim.physics.material import Dimension, a_time
 from pairsim.physics.solids.solid import MODULUS
-from pairsim.units.scales import Scales, mean_velocity
+from pairsim.quantities.scales import Scales, mean_velocity
 
 BLOCK = "physical"
 SAME = 1e-9  # relative tolerance at which two numbers count as equal

@@ -57,11 +57,11 @@ def ask(
     from pairsim.cases.physical import QUANTITIES
     from pairsim.cases.yaml_file import apply_settings
     from pairsim.computing.case_files import model_of
+    from pairsim.quantities.kinds import LENGTH, VELOCITY
+    from pairsim.quantities.text import in_unit
     from pairsim.results.inputs import DrawnRange
     from pairsim.results.scales import scales_in
     from pairsim.results.travel import distance_on, travel
-    from pairsim.units.kinds import LENGTH, VELOCITY
-    from pairsim.units.text import in_unit
 
     names = [name for name in options if name in QUANTITIES or name == "liquid"]
     given = {name: options[name] for name in names if options[name]}

@@ -86,9 +86,9 @@ def mesh(
     """
     from pairsim.computing import QUESTIONS
     from pairsim.computing.case_files import commands_for, read_case
+    from pairsim.quantities.kinds import LENGTH
     from pairsim.results.folder import write_file
     from pairsim.results.mesh_files import FORMATS
-    from pairsim.units.kinds import LENGTH
 
     if output.suffix not in FORMATS:
         raise InputError("pairsim mesh", "-o", str(output), f"must end in {' or '.join(FORMATS)}")

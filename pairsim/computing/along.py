@@ -15,9 +15,10 @@ from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.mistakes import Mistake
 from pairsim.cases.values import Values
 from pairsim.computing import events
-from pairsim.results.columns import Column
+from pairsim.quantities.text import softness
+from pairsim.results.columns import Column, column
+from pairsim.runtime.message import Message
 from pairsim.runtime.text import counted
-from pairsim.units.text import softness
 
 if TYPE_CHECKING:
     from pairsim.plots.style import Page
@@ -99,7 +100,9 @@ def solve_along(
                 yield events.Row(case.kind, row)
                 if roughness(branch.solver.bodies[0], branch.solver.state()[0]) > WRINKLED:
                     rough.append(f"{Ca_e:.4g}")
-                yield events.Progress(count, f"{softness(Ca_e, case.scales)}  {shown} = {row[shown]:.6g}", count)
+                value = column(shown).unit(row[shown], ".6g")
+                text = Message("{}  {} = {}", softness(Ca_e, case.scales), shown, value)
+                yield events.Progress(count, text, count)
             return events.Outcome("finished", "end", what)
         return found.outcome  # the branch ends before the last Ca_e
     finally:

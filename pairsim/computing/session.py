@@ -19,13 +19,14 @@ from pairsim.computing.events import Outcome
 from pairsim.computing.progress import Reporter
 from pairsim.computing.record import about, peak_memory
 from pairsim.fem.compilation import jit
+from pairsim.quantities.kinds import TIME
 from pairsim.results.checkpoint import Checkpoint, check_same, load
-from pairsim.results.columns import text_in_units
 from pairsim.results.folder import CHECKPOINT, kind_of, plain, prepare_folder, read_record, write_json, write_yaml
 from pairsim.results.table_files import TableWriter, read_table
 from pairsim.results.xdmf import FieldsWriter
 from pairsim.runtime.errors import BranchEnd, EnvironmentFailure, InputError, RunFailure, WriteFailure
 from pairsim.runtime.locks import sole_writer
+from pairsim.runtime.message import Message, Text, entries_in_units, in_units
 from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.signals import Signals
 from pairsim.runtime.text import duration
@@ -139,15 +140,15 @@ class _Session:
         """Wall time of the computation, including that before it was resumed [s]."""
         return time.monotonic() - self._start + (self.old.wall if self.old else 0.0)
 
-    def on_the_way(self, place: str) -> None:
+    def on_the_way(self, place: Text) -> None:
         """Show where a computation is that has no result yet, for how long, and how long that may go on."""
         passed = time.monotonic() - self._start
         most = self._options.budget or (self._options.patience if self.monitor.awaits_result else None)
         limit = f", ends after {duration(most)}" if most and passed > SOON * most else ""
         self.reporter.on_the_way(f"{self._in_units(place)} ({duration(passed)}{limit})")
 
-    def _in_units(self, text: str) -> str:
-        return text_in_units(text, self.case.scales)
+    def _in_units(self, text: Text) -> str:
+        return in_units(text, self.case.scales)
 
     def carry_out(self, computation: events.Events) -> Outcome:
         """Carry out a computation to its end; a failure or an interrupt is an outcome, too."""
@@ -157,20 +158,21 @@ class _Session:
         except RunFailure as failure:
             if not self._begun:
                 raise
-            outcome = Outcome("failed", failure.reason, str(failure))
+            outcome = Outcome("failed", failure.reason, failure.sentence)
         except KeyboardInterrupt as interrupt:
             by = f"stopped by {interrupt}" if str(interrupt) else "stopped at once"
-            how = f" at t = {self._t:.6g}" if self.resumable else KEPT
-            outcome = Outcome("interrupted", "interrupted", f"{by}{how}")
+            how = Message(" at t = {}", TIME(self._t, ".6g")) if self.resumable else KEPT
+            outcome = Outcome("interrupted", "interrupted", by + how)
         finally:
             jit.LOG.removeFilter(self._compiling)
-        outcome = replace(outcome, message=self._in_units(outcome.message))
+        text = self._in_units(outcome.message)
+        outcome = replace(outcome, message=text)
         if not self._begun:
-            self.reporter.note(f"nothing to do: {outcome.message}" if outcome.status == "finished" else outcome.message)
+            self.reporter.note(f"nothing to do: {text}" if outcome.status == "finished" else text)
             return outcome
         outcome = self._finish(outcome)
         if outcome.status == "finished" and outcome.reason != BranchEnd.reason:  # else the answer says it
-            self.reporter.finish(outcome.message)
+            self.reporter.finish(text)
         return outcome
 
     def _compiling(self, record: logging.LogRecord) -> bool:
@@ -277,7 +279,7 @@ class _Session:
         content |= {"wall_time": wall, "peak_memory": peak_memory()}
         content |= {"key": key_of(case.kind, identity_of(case)), **sources_of(case)}
         if outcome is not None:
-            content |= {**summary.entries, "warnings": [*map(self._in_units, summary.warnings)]}
+            content |= entries_in_units({**summary.entries, "warnings": summary.warnings}, case.scales)
         content |= units_of(case)
         if summary.phases:
             content["wall_time_by_phase"] = {**summary.phases, "other": wall - sum(summary.phases.values())}

@@ -11,13 +11,15 @@ import numpy as np
 from pairsim.cases.case import SceneCase
 from pairsim.computing.events import Event, Outcome, Summary, Table
 from pairsim.computing.warnings import ErrorAt, above, common_warnings, large_errors, moves_on
+from pairsim.quantities.kinds import LENGTH
 from pairsim.results.columns import CURVE_HEALTH, FORCES, POLYMER_HEALTH, YIELD_HEALTH, names_of, observed, table_row
+from pairsim.runtime.message import Message, Text
 from pairsim.solvers.curves.adaptation import AdaptiveBranch
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.curve import ROUNDING
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
-from pairsim.solvers.steady.continuation import where
+from pairsim.solvers.steady.continuation import each_of
 from pairsim.solvers.steady.ends import Ended, Passed, SpentOnTheWay
 from pairsim.solvers.steady.first_solution import first_scene, scene_past_end
 
@@ -90,13 +92,13 @@ class Solutions:
         )
         return self.branch
 
-    def last_events(self, entries: Mapping[str, Any], warnings: Sequence[str] = ()) -> Iterator[Event]:
+    def last_events(self, entries: Mapping[str, Any], warnings: Sequence[Text] = ()) -> Iterator[Event]:
         """What run.json says, and a table of the way to parameters that were not reached."""
         yield self.summary(entries, warnings)
         if self.way:
             yield Table("way", ["De", "Ca_e", *names_of(self.case.n, "d", "U", "dU", "D")], [*map(way_row, self.way)])
 
-    def summary(self, entries: Mapping[str, Any], warnings: Sequence[str] = ()) -> Summary:
+    def summary(self, entries: Mapping[str, Any], warnings: Sequence[Text] = ()) -> Summary:
         """What run.json says: `entries` with the costs, and `warnings` with those of mesh, stresses and tube."""
         case, (counts, phases) = self.case, _costs(self.branch)
         seen = [c.s_jump for p in self.points if (c := p.observation.conformation) is not None]
@@ -171,10 +173,10 @@ def error_at(point: Point, gap: int, size: float) -> ErrorAt:
     """The estimated error of a relative velocity of a point by mesh and ends, relative to a velocity."""
     estimate = point.estimate
     ends, regularisation = float(estimate.ends_error[gap]) / size, float(estimate.regularisation_error[gap]) / size
-    return ErrorAt(float(estimate.dU_error[gap]) / size, where(point.parameters), ends, regularisation)
+    return ErrorAt(float(estimate.dU_error[gap]) / size, each_of(point.parameters), ends, regularisation)
 
 
-def large_value_errors(case: SceneCase, rows: Sequence[Mapping[str, float]], errors: Mapping[str, str]) -> list[str]:
+def large_value_errors(case: SceneCase, rows: Sequence[Mapping[str, float]], errors: Mapping[str, str]) -> list[Text]:
     """Warnings of values in rows of a table whose half-widths are more than `accuracy` of the largest of them.
 
     Args:
@@ -182,20 +184,20 @@ def large_value_errors(case: SceneCase, rows: Sequence[Mapping[str, float]], err
         rows: The rows, which have a Ca_e each if there are several.
         errors: Names of values, each with the name of its half-width.
     """
-    found = []
+    found: list[Text] = []
     for name, error in errors.items():
         size = max((abs(row[name]) for row in rows), default=0.0)
-        places = [f"Ca_e = {row['Ca_e']:.4g}" if "Ca_e" in row else "" for row in rows]
+        places = [(f"Ca_e = {row['Ca_e']:.4g}",) if "Ca_e" in row else () for row in rows]
         parts = [row[error] / size for row in rows] if size > ROUNDING else []
         at = [ErrorAt(part, place, 0.0, 0.0) for part, place in zip(parts, places, strict=False)]
         found += large_errors(case, f"the error of {name}", f"the largest |{name}|" if len(rows) > 1 else "it", at)
     return found
 
 
-def moving_errors(case: SceneCase, points: Sequence[Point], size: float) -> list[str]:
+def moving_errors(case: SceneCase, points: Sequence[Point], size: float) -> list[Text]:
     """Warnings of points at which particles move on too fast for a curve, relative to a velocity."""
     parts = {
-        f"d = {', '.join(f'{d:.4g}' for d in dict.fromkeys(point.gaps))}": float(point.motion.remainder.max()) / size
+        Message("d = {}", LENGTH(dict.fromkeys(point.gaps))): float(point.motion.remainder.max()) / size
         for point in points
     }
     far = [place for place, part in parts.items() if part > case.error_wanted]
@@ -215,16 +217,22 @@ def _costs(branch: Branch | None) -> tuple[dict[str, Any], dict[str, float]]:
     return counts, dict(branch.solver.clock.seconds)
 
 
-def listed(places: Sequence[str]) -> str:
-    """Places as text, such as "De = 1, d = 0.1; d = 0.2": with what is the same everywhere at the first one alone."""
-    parts = [place.split(", ") for place in places]
-    same = sum(1 for _ in takewhile(lambda each: len(set(each)) == 1, zip(*parts, strict=False)))
-    return "; ".join([*places[:1], *(", ".join(part[same:]) for part in parts[1:])])
+def listed(places: Sequence[Sequence[Text]]) -> Message:
+    """Places in words, such as "De = 1, d = 0.1; d = 0.2".
+
+    What is the same at all of them, from the first parameter on, is said at the first one alone.
+
+    Args:
+        places: The parameters of each, such as "De = 1" and "d = 0.1".
+    """
+    same = sum(1 for _ in takewhile(lambda each: len(set(each)) == 1, zip(*places, strict=False)))
+    first, *others = places
+    return Message.joined("; ", (Message.joined(", ", place) for place in (first, *(each[same:] for each in others))))
 
 
 def adaptation_report(
     case: SceneCase, branch: AdaptiveBranch, points: Sequence[Point], sizes: Sequence[float], what: str
-) -> tuple[dict[str, Any], list[str]]:
+) -> tuple[dict[str, Any], list[Text]]:
     """The entry of run.json, and a warning of the points whose error is larger than wanted.
 
     Errors of dU are relative to `sizes` [U_av], one for each point, which are `what` in words. Where unyielded liquid
@@ -244,7 +252,7 @@ def adaptation_report(
     entry = {
         "wanted": wanted,
         **({"reached": reached, "kept": reached <= wanted} if points else {}),
-        **({"held_together": [each.where for each in held]} if held else {}),
+        **({"held_together": [Message.joined(", ", each.where) for each in held]} if held else {}),
         "meshes": [
             {"d": gaps[0] if len(set(gaps)) == 1 else list(gaps), "unknowns": n, "rounds": branch.rounds[gaps]}
             for gaps, n in sorted(branch.unknowns.items())
@@ -257,8 +265,6 @@ def adaptation_report(
     fixed = " and ".join(f"mesh.{name}" for name in sorted(case.held))
     other = widest.no_mesh_helps(case)
     advice = f"; use {other}" if other else f"; leave out {fixed}" if fixed else ""
-    warning = (
-        f"accuracy: {case.accuracy} was not kept at {listed(missed[:MOST_NAMED])}{more}: dU_error is up to "
-        f"{above(100 * worst, 100 * wanted)} % of {what}{advice}"
-    )
-    return entry, [warning]
+    said = "accuracy: {} was not kept at {}{}: dU_error is up to {} % of {}{}"
+    percent = above(100 * worst, 100 * wanted)
+    return entry, [Message(said, case.accuracy, listed(missed[:MOST_NAMED]), more, percent, what, advice)]

@@ -27,9 +27,9 @@ from pairsim.physics.liquids import NEWTONIAN, Liquid
 from pairsim.physics.liquids.conformation import LOG_CONFORMATION
 from pairsim.physics.pipe import PipeState
 from pairsim.physics.solids import Solid
+from pairsim.quantities.scales import FLOW_RATE, TUBE_RADIUS
 from pairsim.runtime.arrays import Array, Indices
 from pairsim.runtime.errors import MeshFailure
-from pairsim.units.scales import FLOW_RATE, TUBE_RADIUS
 
 BoundaryVelocity = Callable[[Array], Array]
 

@@ -11,8 +11,8 @@ from pairsim.fem.recovery.viscosity_scatter import StrainRates
 from pairsim.fem.scene import Scene
 from pairsim.physics.conformation import exponential, magnitude
 from pairsim.physics.liquids.viscous import LEAST_RATE, ViscousLaw
+from pairsim.quantities.scales import TUBE_RADIUS
 from pairsim.runtime.arrays import Array
-from pairsim.units.scales import TUBE_RADIUS
 
 DEGREE = 4  # of the quadrature of the square of the shear rate; chosen
 

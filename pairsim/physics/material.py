@@ -15,7 +15,7 @@ from pkgutil import iter_modules
 from string import Formatter
 from typing import Any, ClassVar, Self
 
-from pairsim.units.scales import Scales
+from pairsim.quantities.scales import Scales
 
 
 @dataclass(frozen=True)

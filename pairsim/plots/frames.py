@@ -12,10 +12,10 @@ from scipy.sparse.csgraph import depth_first_order
 
 from pairsim.physics import declared
 from pairsim.physics.material import LawField
+from pairsim.quantities.kinds import PURE, STRESS, VELOCITY, Unit
 from pairsim.results.xdmf import TENSOR, FieldFrame
 from pairsim.runtime.arrays import Array, Indices
 from pairsim.runtime.errors import InputError
-from pairsim.units.kinds import PURE, STRESS, VELOCITY, Unit
 
 SAME_END = 1e-9  # z of nodes at an end of the tube [D_c]
 EDGES = [(0, 1, 3), (1, 2, 4), (2, 0, 5)]  # corners and mid-node of the edges of a cell (VTK's order)

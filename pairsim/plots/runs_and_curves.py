@@ -16,12 +16,12 @@ from pairsim.plots.labels import case_parts, common_parts, equation, hashable, r
 from pairsim.plots.lines import lines_of, panels_of, run_lines, told_apart
 from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
+from pairsim.quantities.kinds import POSITION, TIME
 from pairsim.results.columns import column, suffixes_in
 from pairsim.results.folder import SERIES, WAY, kind_of, read_record
 from pairsim.results.settled import start_up
 from pairsim.results.table_files import read_table
 from pairsim.runtime.errors import InputError
-from pairsim.units.kinds import POSITION, TIME
 
 FOLDER, DIFFERENCES = "folder", "differences"
 ALIKE = 0.05  # lines whose differences are below this part of their range lie on each other

@@ -9,12 +9,12 @@ from typing import Any
 
 from pairsim.cases.physical import BLOCK
 from pairsim.plots.labels import parameter_label
+from pairsim.quantities.kinds import Unit
+from pairsim.quantities.scales import Scales
 from pairsim.results.columns import column, known
 from pairsim.results.inputs import quantity_for
 from pairsim.results.scales import scales_for
 from pairsim.runtime.arrays import Array
-from pairsim.units.kinds import Unit
-from pairsim.units.scales import Scales
 
 
 @dataclass(frozen=True)

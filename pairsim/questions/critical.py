@@ -11,7 +11,7 @@ system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, cast
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import Field
 
@@ -27,17 +27,20 @@ from pairsim.cases.values import FOLLOWED, Distance, Values
 from pairsim.cli.compute import app_of
 from pairsim.computing import events
 from pairsim.computing.question import InSweeps, Question, Tables, Value, drawn_by, rows_in
-from pairsim.results.columns import CRITICAL_COLUMNS, text_in_units
+from pairsim.quantities.kinds import LENGTH, VELOCITY
+from pairsim.quantities.text import in_unit
+from pairsim.results.columns import CRITICAL_COLUMNS
 from pairsim.results.scales import scales_in
-from pairsim.units.kinds import LENGTH
-from pairsim.units.text import in_unit
+from pairsim.runtime.message import Message, Text
 
 if TYPE_CHECKING:
     from pairsim.computing.warnings import ErrorAt
+    from pairsim.physics.liquids import Liquid
+    from pairsim.physics.solids import Solid
     from pairsim.results.curve_table import Zero
     from pairsim.runtime.monitor import Monitor
     from pairsim.solvers.curves.branch import Point
-    from pairsim.solvers.curves.zero_lines import Critical, Followed
+    from pairsim.solvers.curves.zero_lines import Critical
 
 SHOWN = {"zeros": "d_cr", "stable": "stable"}
 
@@ -114,25 +117,31 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
     from pairsim.computing.warnings import large_errors
     from pairsim.solvers.curves.branch import Point
     from pairsim.solvers.curves.critical import find_all, follow_all
-    from pairsim.solvers.curves.zero_lines import Critical, End, Missed, Region, value_of, with_value
+    from pairsim.solvers.curves.zero_lines import Critical, End, Followed, Missed, Region
     from pairsim.solvers.parameters import Parameters
 
     least, most = case.d
     region: Region | None = None  # of parameters and distances in which zeros are followed
     if case.along is not None:
         name, values = next(iter(case.along.items()))
-        region = Region(cast("Followed", name), tuple(sorted(values)), least, most)
+
+        def materials(value: float) -> tuple[Liquid, tuple[Solid | None, ...]]:
+            there = start.with_De(value) if name == "De" else start.with_Ca_e(value)
+            return there.liquid, there.solids
+
+        region = Region(Followed(materials), tuple(sorted(values)), least, most)
     start = Parameters((most,), case.solid_models, case.liquid_model)
     if region is not None:
-        start = with_value(region.name, start, region.values[0])
+        start = region.parameter.at(region.values[0], start)
     count = len(region.values) if region is not None else 1
     # There may be several zeros at a value, and they are looked for at the last one in the end.
-    yield events.Begin(f"zeros of dU from d = {least:g} to d = {most:g}", count + 1)
+    goal = Message("zeros of dU from d = {} to d = {}", LENGTH(least, "g"), LENGTH(most, "g"))
+    yield events.Begin(goal, count + 1)
     found, branches, solved = Solutions(case), set[int](), 0
     wanted: list[Point] = []  # those at requested values, whose error `accuracy` is kept for
     errors: list[ErrorAt] = []  # of parameters where two zeros meet, relative to them
     ends: list[dict[str, Any]] = []
-    warnings: list[str] = []
+    warnings: list[Text] = []
     try:
         with found:
             yield events.Table("critical", [*CRITICAL_COLUMNS, *health_columns(case)])
@@ -143,7 +152,8 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
                 match each:
                     case Point():
                         solved += 1
-                        text = f"search: d = {each.d:.5f}  dU = {each.dU:+.4e}"
+                        d, dU = LENGTH(each.d, ".5f"), VELOCITY(each.dU, "+.4e")
+                        text = Message("search: d = {}  dU = {}", d, dU)
                         yield events.Progress(min(len(wanted), count), text, solved)
                     case Critical():
                         solved += 1
@@ -151,19 +161,21 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
                         found.points.append(each.point)
                         wanted += [each.point] if each.kind == "wanted" else []
                         if each.by_parameter is not None and region is not None:
-                            size = abs(each.by_parameter) * value_of(region.name, each.point.parameters)
+                            size = abs(each.by_parameter) * each.point.parameters.followed
                             errors.append(error_at(each.point, 0, size))
                         yield events.Row("critical", row := critical_row(each))
-                        text = f"Ca_e = {row['Ca_e']:.5g}  De = {row['De']:.5g}  d_cr = {row['d_cr']:.5f}  {each.kind}"
+                        place = f"Ca_e = {row['Ca_e']:.5g}  De = {row['De']:.5g}"
+                        text = Message("{}  d_cr = {}  {}", place, LENGTH(row["d_cr"], ".5f"), each.kind)
                         yield events.Progress(min(len(wanted), count), text, solved)
                     case End():
                         ends.append({**vars(each)})
                         if each.reason != "range":
-                            yield events.Note(f"the critical distances of branch {each.branch} end: {each.message}")
+                            said = "the critical distances of branch {} end: {}"
+                            yield events.Note(Message(said, each.branch, each.message))
                     case Missed():
                         warnings.append(each.message)
-            text = f"critical distances: {len(found.points)}, branches: {max(branches, default=0)}"
-            return events.Outcome("finished", "end", text)
+            counts = f"critical distances: {len(found.points)}, branches: {max(branches, default=0)}"
+            return events.Outcome("finished", "end", counts)
         return found.outcome  # the branch ends before all distances were reached
     finally:
         entries: dict[str, Any] = {"ends": ends}
@@ -200,8 +212,7 @@ def answer_of_critical(zeros: Sequence[Zero], record: Mapping[str, Any]) -> list
             where = f"d = {' to '.join(in_unit(scales, LENGTH, zero.d, zero.error) for zero in ends)}"
             lines.append(f"{len(found)} {kind} critical distance{'s' * (len(found) > 1)}, {where}: {meaning}.")
     early = [end for end in record.get("ends", ()) if end.get("reason") != "range"]  # else it goes on to the last value
-    messages = [text_in_units(str(end["message"]), scales) for end in early]
-    return [*lines, *(f"A line of critical distances ends: {message}." for message in messages)]
+    return [*lines, *(f"A line of critical distances ends: {end['message']}." for end in early)]
 
 
 def read(tables: Tables) -> dict[str, Value]:

@@ -18,9 +18,9 @@ from pairsim.api.results import Result
 from pairsim.cli.compute import app_of
 from pairsim.computing.along import AlongCase, check_along, draw_along, estimate_along, solve_along
 from pairsim.computing.question import InSweeps, Question, rows_in
+from pairsim.quantities.kinds import STRESS
+from pairsim.quantities.text import in_unit, softness
 from pairsim.results.scales import scales_in
-from pairsim.units.kinds import STRESS
-from pairsim.units.text import in_unit, softness
 
 COLUMNS = ("Ca_e", "dp_plus", "dp_plus_error", "dp_plus_correction", "corrected", "U_1", "U_error_1", "D_1", "newton")
 

@@ -17,10 +17,10 @@ from pairsim.api.results import Result
 from pairsim.cli.compute import app_of
 from pairsim.computing.along import AlongCase, check_along, draw_along, estimate_along, solve_along
 from pairsim.computing.question import InSweeps, Question, rows_in
+from pairsim.quantities.kinds import AREA, PURE, VELOCITY, VOLUME, Unit
+from pairsim.quantities.text import in_unit, softness, with_error
 from pairsim.results.columns import Column
 from pairsim.results.scales import scales_in
-from pairsim.units.kinds import AREA, PURE, VELOCITY, VOLUME, Unit
-from pairsim.units.text import in_unit, softness, with_error
 
 if TYPE_CHECKING:
     from pairsim.fem.diagnostics import Contour

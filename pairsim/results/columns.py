@@ -7,8 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from pairsim.units.kinds import FORCE, LENGTH, POSITION, PURE, RATE, SECONDS, STRESS, TIME, VELOCITY, Unit
-from pairsim.units.scales import Scales
+from pairsim.quantities.kinds import FORCE, LENGTH, POSITION, PURE, RATE, SECONDS, STRESS, TIME, VELOCITY, Unit
 
 GAP, PARTICLE = "gap", "particle"
 WORDS: dict[str, dict[str, str]] = {
@@ -22,12 +21,6 @@ WORDS: dict[str, dict[str, str]] = {
 }
 """The gaps and particles by the suffixes of their columns: those of a pair, and `_i` in larger rows."""
 SUFFIX = "_[0-9]+|_[LT]|"
-
-
-NUMBER = r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?"
-QUANTITIES = re.compile(rf"(?<![\w./])(\w+) = ((?>{NUMBER}(?:(?:, | \+- ){NUMBER})*+))(?! (?:um|mm|s|Pa|nN|1/s)\b)")
-"""A name and its numbers in a text, unless they have their unit."""
-COORDINATES = {"z": LENGTH, "r": LENGTH}
 
 
 @dataclass(frozen=True)
@@ -306,21 +299,6 @@ def known(name: str) -> Column | None:
         return column(name)
     except KeyError:
         return None
-
-
-def text_in_units(text: str, scales: Scales | None) -> str:
-    """A text with the quantities in it, such as "d = 0.19 +- 0.01", in units of the experiment if there are scales."""
-
-    def converted(match: re.Match[str]) -> str:
-        entry = known(match[1])
-        unit = entry.unit if entry is not None else COORDINATES.get(match[1], PURE)
-        if scales is None or not unit.physical or match[2] == "0":
-            return match[0]
-        size = unit.factor(scales)
-        numbers = re.sub(NUMBER, lambda each: f"{float(each[0]) * size:{'+' * (each[0][0] == '+')}.5g}", match[2])
-        return f"{match[1]} = {numbers} {unit.physical}"
-
-    return QUANTITIES.sub(converted, text)
 
 
 def _suffixes_of(quantity: str, n: int) -> list[str]:

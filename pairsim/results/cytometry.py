@@ -17,13 +17,13 @@ from pairsim.physics.carriers import gradient_in_square, wall_rate
 from pairsim.physics.homogeneous import steady_shear
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.pipe import Pipe
+from pairsim.quantities.scales import FLOW_RATE, Scales
 from pairsim.results.folder import read_record
 from pairsim.results.scales import scales_for
 from pairsim.results.table_files import read_table
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.version import __version__
-from pairsim.units.scales import FLOW_RATE, Scales
 
 Channel = Literal["equivalent", "square", "round"]
 # Width of the tube over that of a square channel in which a Newtonian liquid has the same pressure gradient, and so the

@@ -12,10 +12,10 @@ import numpy as np
 from pairsim.cases.inputs import Input
 from pairsim.cases.physical import BLOCK, stands_for
 from pairsim.cases.quantities import as_given, unit_in
+from pairsim.quantities.kinds import VELOCITY
+from pairsim.quantities.scales import Scales
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.interpolant import hermite, slopes_of
-from pairsim.units.kinds import VELOCITY
-from pairsim.units.scales import Scales
 
 COVERED = 0.95  # part of the draws of the inputs that a range holds
 MANY = 1e-3  # part of the draws beyond an end of the atlas from which on it is told; chosen

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from pairsim.quantities.scales import Scales
 from pairsim.runtime.errors import InputError
-from pairsim.units.scales import Scales
 
 
 def scales_in(record: Mapping[str, Any]) -> Scales | None:

@@ -11,6 +11,8 @@ import numpy as np
 import pandas as pd
 
 from pairsim.cases.yaml_file import read_yaml
+from pairsim.quantities.kinds import PURE, Unit
+from pairsim.quantities.scales import Scales
 from pairsim.results.columns import SWEEP_COLUMNS, WHOLE, error_of, known, suffixes_in
 from pairsim.results.curve_table import curve_of, over
 from pairsim.results.folder import read_record
@@ -20,8 +22,6 @@ from pairsim.results.table_files import cell, read_table, table_text
 from pairsim.results.travel import distance_on
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
-from pairsim.units.kinds import PURE, Unit
-from pairsim.units.scales import Scales
 
 INNER = re.compile(
     r"m|newton|wanted|mesh|meshes|distortion|volume_error|stretch|s_jump|(from_rest|ends_error|regularisation_error|creep).*|"

@@ -25,9 +25,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pairsim.physics.declared import FIELDS
+from pairsim.quantities.kinds import LENGTH, PURE, STRESS, VELOCITY, Unit
 from pairsim.results.folder import FIELDS_XDMF, FRAMES, frame_files, write_bytes, write_text
 from pairsim.runtime.errors import InputError
-from pairsim.units.kinds import LENGTH, PURE, STRESS, VELOCITY, Unit
 
 TENSOR = ("zz", "zr", "rr", "tt")
 ELASTIC = "tau_s"  # 0 in the liquid

@@ -21,6 +21,7 @@ class Parameters:
         sizes: Factors of the particles' diameters, N values; empty where all are 1. They differ from 1 for derivatives
             with respect to diameters alone.
         varied: The only distance that varies along a curve, from upstream; None where all do, which are equal.
+        followed: The number over which zeros are followed, on which liquid and solids depend; 0 where none is.
     """
 
     gaps: tuple[float, ...]
@@ -28,6 +29,7 @@ class Parameters:
     liquid: Liquid = NEWTONIAN
     sizes: tuple[float, ...] = ()
     varied: int | None = None
+    followed: float = 0.0
 
     @property
     def De(self) -> float:
@@ -90,4 +92,5 @@ class Parameters:
             self.liquid.towards(end.liquid, tau),
             self.sizes,
             self.varied,
+            end.followed,
         )

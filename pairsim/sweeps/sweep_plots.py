@@ -18,10 +18,10 @@ from pairsim.plots.lines import MOTION, lines_of
 from pairsim.plots.runs_and_curves import draw_overlay
 from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
+from pairsim.quantities.kinds import LENGTH
 from pairsim.results.columns import column, error_of
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.folder import read_sweep
-from pairsim.units.kinds import LENGTH
 
 
 def plot_sweep(

@@ -15,7 +15,7 @@ from book.computing import ROOT
 from matplotlib import pyplot
 from scipy.interpolate import CubicHermiteSpline
 
-from pairsim.units.text import with_error
+from pairsim.quantities.text import with_error
 from validation_book.page import BOOK, Page, rows_of, verification
 
 BALANCES = ROOT / "scripts" / "field_balances.py"

@@ -12,7 +12,7 @@ from pairsim.physics.liquids import Liquid, single
 from pairsim.physics.liquids.giesekus import Giesekus
 from pairsim.physics.liquids.oldroyd_b import OldroydB
 from pairsim.physics.pipe import Pipe
-from pairsim.units.scales import FLOW_RATE, TUBE_RADIUS
+from pairsim.quantities.scales import FLOW_RATE, TUBE_RADIUS
 from validation_book.page import Page, verification
 
 CELLS, LENGTH = 0.05, 0.5  # of the mesh and of the piece of tube [D_c]

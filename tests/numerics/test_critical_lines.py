@@ -10,12 +10,16 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from pairsim.physics.liquids import NEWTONIAN
 from pairsim.physics.solids import soft
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.curves import critical, zero_lines
-from pairsim.solvers.curves.zero_lines import Critical, End, Follower, Region
+from pairsim.solvers.curves.zero_lines import Critical, End, Followed, Follower, Region
 from pairsim.solvers.parameters import Parameters
+
+CA_E = Followed(lambda Ca_e: (NEWTONIAN, soft(Ca_e, Ca_e)))
+"""The softness of both particles."""
 
 
 @pytest.fixture(autouse=True)
@@ -39,7 +43,7 @@ class Formula:
         d = float(np.exp(line(np.log(Ca_e))))
         nothing: Any = lambda *_: False  # noqa: E731
         self.solver: Any = Scene(
-            parameters=Parameters((d,), soft(Ca_e, Ca_e)),
+            parameters=CA_E.at(Ca_e, Parameters((d,), ())),
             y=np.zeros(1),
             iterations=0,
             factor=lambda: None,
@@ -93,7 +97,7 @@ class Folding(Formula):
 def followed(branch: Any, values: list[float]) -> tuple[list[Critical], End]:
     point = SimpleNamespace(parameters=branch.solver.parameters, d=branch.solver.parameters.gaps[0])
     start: Any = SimpleNamespace(point=point, snapshot=branch.solver.snapshot)
-    *found, end = Follower(branch, Region("Ca_e", tuple(values), 0.02, 0.8)).follow(1, start, 1.0)
+    *found, end = Follower(branch, Region(CA_E, tuple(values), 0.02, 0.8)).follow(1, start, 1.0)
     assert isinstance(end, End)
     assert all(isinstance(each, Critical) for each in found), "none is missed"
     return found, end
@@ -110,7 +114,7 @@ def test_a_line_that_was_lost_is_not_followed_twice(monkeypatch: pytest.MonkeyPa
     """A zero that cannot be followed from the first value is met by its own line from the last one."""
 
     def at(Ca_e: float) -> Any:
-        return SimpleNamespace(parameters=Parameters((0.73,), soft(Ca_e, Ca_e)), d=0.73, slopes=np.ones(1))
+        return SimpleNamespace(parameters=CA_E.at(Ca_e, Parameters((0.73,), ())), d=0.73, slopes=np.ones(1))
 
     def search(branch: Any, least: float, most: float) -> Any:
         yield from ()
@@ -124,11 +128,11 @@ def test_a_line_that_was_lost_is_not_followed_twice(monkeypatch: pytest.MonkeyPa
         yield from (Critical(at(Ca_e), number, "wanted") for Ca_e in (0.05, 0.02))
         yield End(number, "range", "")
 
-    branch: Any = SimpleNamespace(solver=SimpleNamespace(parameters=Parameters((0.8,), soft(0.02, 0.02))))
+    branch: Any = SimpleNamespace(solver=SimpleNamespace(parameters=CA_E.at(0.02, Parameters((0.8,), ()))))
     branch.at = lambda parameters: setattr(branch, "value", parameters.Ca_es[0])
     monkeypatch.setattr(critical, "search", search)
     monkeypatch.setattr(Follower, "follow", follow)
-    found = list(critical.follow_all(branch, Region("Ca_e", (0.02, 0.05, 0.1), 0.02, 1.0)))
+    found = list(critical.follow_all(branch, Region(CA_E, (0.02, 0.05, 0.1), 0.02, 1.0)))
     assert [(c.branch, c.point.parameters.Ca_es[0]) for c in found if isinstance(c, Critical)] == [
         (1, 0.02),
         (2, 0.1),

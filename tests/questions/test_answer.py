@@ -12,6 +12,7 @@ import pytest
 from support.result_folders import curve_table
 
 from pairsim.computing import QUESTIONS
+from pairsim.quantities.text import with_error
 from pairsim.questions.critical import answer_of_critical
 from pairsim.questions.curve.answer import answer_of_curve
 from pairsim.questions.curve.function import Curve
@@ -31,7 +32,6 @@ from pairsim.runtime.errors import (
     WallTime,
     WriteFailure,
 )
-from pairsim.units.text import with_error
 
 NUMBERS = {
     (1.567e-3, 4e-6): "(1.567 +- 0.004)e-3",

@@ -75,8 +75,10 @@ def test_a_row_with_distances_at_random_is_followed_along_the_tube(
     train = follow(d=0.3, row=row)
     (spread,) = [line for line in train.findings() if line.startswith("Spread of 59 distances within 10 D_c of tube")]
     table = train.frame("row")
-    assert table.shape == (101, 2 + 3 * 59)
-    d = table.filter(regex="^d_").to_numpy()
+    assert table.shape == (101, 2 + 60 + 3 * 59)
+    d, z = (table.filter(regex=f"^{name}_").to_numpy() for name in "dz")
+    assert np.diff(z, axis=1) == pytest.approx(d + TRAIN["beta"]), "between centres of undeformed beads"
+    assert (z - z[0]).mean(axis=1) == pytest.approx(table["position"])
     case = pairsim.load(TRAIN | {"d": 0.3, "row": row}, kind="train")
     assert d[0] == pytest.approx(first_gaps(case, 0.3), rel=1e-5)
     assert first_gaps(case, 0.3).mean() == pytest.approx(0.3, rel=0.2)
@@ -85,7 +87,7 @@ def test_a_row_with_distances_at_random_is_followed_along_the_tube(
     assert spreads[0] == pytest.approx(40, rel=0.3)
     assert table["position"].iloc[-1] == pytest.approx(10.0, rel=0.02)
     with drawn_figures(monkeypatch) as figures:
-        assert [path.name for path in train.plot(tmp_path)] == ["train.png", "row.png"]
+        assert [path.name for path in train.plot(tmp_path)] == ["train.png", "row.png", "kymograph.png"]
     assert all("$d = 0.3$ $D_c$" in figure.get_supxlabel() for figure in figures)
 
 
@@ -100,7 +102,8 @@ def test_a_row_with_given_distances_has_its_error_and_its_propagator(follow: Any
     assert off
     assert 1 < float(off[1]) < 60, "sums of pairs are poor"
     table = train.frame("row")
-    assert list(table) == ["position", "t", "d_1", "d_2", "dU_1", "dU_2", "dU_error_1", "dU_error_2"]
+    of_gaps = [f"{name}_{i}" for name in ("d", "dU", "dU_error") for i in (1, 2)]
+    assert list(table) == ["position", "t", "z_1", "z_2", "z_3", *of_gaps]
     assert f"{table[['dU_error_1', 'dU_error_2']].to_numpy().max():.2g}"[:3] in half_widths
     assert (table.iloc[-1] > table.iloc[0])[["d_1", "d_2"]].all(), "soft particles separate"
     singular = np.linalg.svd(train.frame("propagator").to_numpy(), compute_uv=False)
@@ -131,7 +134,7 @@ def test_a_pair_is_followed_too(follow: Any) -> None:
     change = train.frame("propagator").to_numpy()
     assert change.shape == (1, 1)
     assert f"become {change[0, 0]:.3g} to {change[0, 0]:.3g} times" in train.answer
-    assert list(train.frame("row")) == ["position", "t", "d", "dU", "dU_error"]
+    assert list(train.frame("row")) == ["position", "t", "z_L", "z_T", "d", "dU", "dU_error"]
 
 
 @pytest.mark.parametrize(

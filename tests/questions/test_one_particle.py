@@ -16,8 +16,8 @@ import pairsim as api
 from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import read_case
 from pairsim.fem.diagnostics import contour
+from pairsim.quantities.text import with_error
 from pairsim.results.cytometry import read_look_up_table
-from pairsim.units.text import with_error
 
 BEAD = {"particles": 1, "beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": "auto"}
 COARSE = {"mesh": {"Np": 16}}

@@ -17,13 +17,13 @@ from support.inputs import CONFIGS
 
 import pairsim
 from pairsim.fem.diagnostics import extents
+from pairsim.quantities.kinds import VELOCITY
+from pairsim.quantities.text import in_unit
 from pairsim.questions.run.computation import frames_until
 from pairsim.results.table_files import read_table
 from pairsim.results.xdmf import read_frame, read_times
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.problems import Problem
-from pairsim.units.kinds import VELOCITY
-from pairsim.units.text import in_unit
 
 SOFT: dict[str, Any] = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "mesh": {"Np": 12}, "time": {"end": 0.1}}
 SOFT |= {"output": {"times": [0.02, 0.05]}}

@@ -21,9 +21,9 @@ import pairsim
 from pairsim.api.results import _grid_of
 from pairsim.computing import QUESTIONS
 from pairsim.computing.progress import Reporter
+from pairsim.quantities.scales import Scales
 from pairsim.results.table_files import read_table
 from pairsim.results.xdmf import FieldFrame
-from pairsim.units.scales import Scales
 
 PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": 3, "mesh": {"Np": 8, "max_size": 0.3}}
 CURVE = PAIR | {"d": [0.1, 0.3], "fields": [0.1]}

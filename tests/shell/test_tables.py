@@ -16,6 +16,7 @@ from support.result_folders import make_curve, make_sweep
 from pairsim.api.folders import plot
 from pairsim.api.sweeps import SweepResult
 from pairsim.fem.diagnostics import Health
+from pairsim.quantities.scales import Scales
 from pairsim.results.columns import (
     COLUMNS,
     CURVE_HEALTH,
@@ -31,7 +32,6 @@ from pairsim.results.columns import (
 from pairsim.results.table_files import TableWriter, read_table, table_text
 from pairsim.results.tables import brief, csv_text, frame_of, in_units, readable, screen_text, table_of, with_units
 from pairsim.runtime.errors import EnvironmentFailure, InputError
-from pairsim.units.scales import Scales
 
 TRAIN = "t,d_1,d_2,U_1,U_2,U_3,dU_1,dU_2,m,newton,dU_error_1,dU_error_2\n" + "\n".join(
     ["0.5,0.1,0.2,1.8,1.9,1.7,0.1,-0.2,1e-15,3,0.01,0.02", "1,0.15,0.1,1.8,1.9,1.7,0.123456789,-0.2,1e-15,2,0.01,nan"]

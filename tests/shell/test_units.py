@@ -34,10 +34,10 @@ from pairsim.physics.liquids.viscous import ZERO_SHEAR, ViscousLaw
 from pairsim.physics.material import Dimension, a_time
 from pairsim.physics.solids.kelvin_voigt import KelvinVoigt
 from pairsim.physics.solids.solid import MODULUS
+from pairsim.quantities.scales import Scales, mean_velocity
 from pairsim.results.table_files import read_table
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.grid import read_grid
-from pairsim.units.scales import Scales, mean_velocity
 
 BENCH: dict[str, Any] = {
     **{"tube": "50 um", "particle": "20 um", "flow_rate": "1 ul/min", "modulus": "5 kPa"},

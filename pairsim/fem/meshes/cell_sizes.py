@@ -8,8 +8,8 @@ from collections.abc import Callable
 import numpy as np
 
 from pairsim.fem.meshes.geometry import Geometry, MeshSettings, Outline, Reference
+from pairsim.quantities.scales import TUBE_RADIUS
 from pairsim.runtime.arrays import Array
-from pairsim.units.scales import TUBE_RADIUS
 
 Distances = Callable[[float, float], list[tuple[float, float]]]
 

@@ -12,8 +12,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
+from pairsim.quantities.scales import TUBE_RADIUS
 from pairsim.runtime.arrays import Array
-from pairsim.units.scales import TUBE_RADIUS
 
 # Vertices and mid-sides of the two triangles of a square, as node indices (along, across) from 0 to 2, for both
 # directions of the diagonal.

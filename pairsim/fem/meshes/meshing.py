@@ -24,9 +24,9 @@ from pairsim.fem.meshes.extruded_cells import extruded, graded_ends
 from pairsim.fem.meshes.geometry import Geometry, MeshSettings, Outline, Reference
 from pairsim.fem.meshes.quadrature import CellQuadrature, assembled
 from pairsim.fem.meshes.six_node_mesh import MIRRORED_CELL, SixNodeMesh, jacobians, nodes_at
+from pairsim.quantities.scales import TUBE_RADIUS
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure
-from pairsim.units.scales import TUBE_RADIUS
 
 RADII = 1001  # at which the cell size is evaluated to divide the ends of a closed row; chosen
 SHORT_ROWS = 0.2  # length of a stretch of rows below which unstructured cells are used instead [D_c]; chosen

@@ -18,8 +18,8 @@ import numpy as np
 import scipy
 
 from pairsim.fem.meshes.geometry import Geometry, Outline
+from pairsim.quantities.scales import TUBE_RADIUS
 from pairsim.runtime.arrays import Array, Indices
-from pairsim.units.scales import TUBE_RADIUS
 
 # Power of the cell size with which a cell's contribution falls. Measured: 3.2 when all cells of De 2 are halved
 # (docs/explanation/decisions.md); the larger one makes sizes change less from round to round.

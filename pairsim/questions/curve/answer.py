@@ -12,6 +12,9 @@ import numpy as np
 from pairsim.cases.inputs import Input
 from pairsim.cases.physical import DIFFERENCE
 from pairsim.computing.question import shapes_in
+from pairsim.quantities.kinds import FORCE, LENGTH, TIME, VELOCITY, Unit
+from pairsim.quantities.scales import Scales
+from pairsim.quantities.text import in_unit
 from pairsim.results import curve_table as in_tables
 from pairsim.results.columns import suffixes_in
 from pairsim.results.curve_table import forgotten_at, held_regions, peak_of, regions_of
@@ -19,9 +22,6 @@ from pairsim.results.inputs import COVERED, DrawnRange, change_by, half_widths_b
 from pairsim.results.scales import scales_in
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.interpolant import Region
-from pairsim.units.kinds import FORCE, LENGTH, TIME, VELOCITY, Unit
-from pairsim.units.scales import Scales
-from pairsim.units.text import in_unit
 
 SLIGHT = 1e-3  # difference of two diameters, over their mean, that no camera sees
 FAR = 1.2  # ratio of distances from which on it is told where a start is forgotten; chosen

@@ -22,11 +22,14 @@ from pairsim.computing.steady import (
     slope_rows,
 )
 from pairsim.computing.warnings import ErrorAt, finer, large_errors
+from pairsim.quantities.kinds import FORCE, LENGTH, VELOCITY
+from pairsim.quantities.text import in_unit
 from pairsim.questions.curve import CurveCase
 from pairsim.results.columns import EQUILIBRIA_COLUMNS, curve_columns, slope_columns
 from pairsim.results.fields import SteadyMoment, frame
 from pairsim.results.xdmf import FieldFrame
 from pairsim.runtime.errors import RunFailure
+from pairsim.runtime.message import Message, Text
 from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.text import counted
 from pairsim.solvers.curves.adaptation import ENOUGH
@@ -35,10 +38,8 @@ from pairsim.solvers.curves.curve import ROUNDING, Equilibrium, Zero, equilibria
 from pairsim.solvers.curves.distances import between
 from pairsim.solvers.curves.interpolant import CurveInterpolant
 from pairsim.solvers.parameters import Parameters
-from pairsim.solvers.steady.continuation import where
+from pairsim.solvers.steady.continuation import each_of
 from pairsim.solvers.steady.scene import SteadySolver
-from pairsim.units.kinds import LENGTH, VELOCITY
-from pairsim.units.text import in_unit
 
 
 def computation(case: CurveCase, monitor: Monitor, sensitivities: bool) -> events.Events:
@@ -95,13 +96,17 @@ def _columns(case: CurveCase, parameters: Sequence[str]) -> list[str]:
     return [*columns, *health_columns(case)]
 
 
-def _shown(point: Point, count: int) -> str:
+def _shown(point: Point, count: int) -> Message:
     """A line of progress for a point."""
     o = point.observation
-    moves = {"F": [f"{F:.6g}" for F in o.F]} if len(o.F) else {"dU": [f"{dU:+.4g}" for dU in o.dU]}
-    shown = {"d": [f"{d:.5g}" for d in point.gaps], **(moves if any(moves.values()) else {"U": [f"{o.U[0]:.4g}"]})}
-    texts = [f"{name} = {', '.join(values)}  " for name, values in shown.items() if values]
-    return f"{''.join(texts)}Newton {point.newton}  point {count}"
+    place = [Message("d = {}", LENGTH(point.gaps, ".5g"))] if point.gaps else []
+    if len(o.F):
+        motion = Message("F = {}", FORCE(o.F, ".6g"))
+    elif len(o.dU):
+        motion = Message("dU = {}", VELOCITY(o.dU, "+.4g"))
+    else:
+        motion = Message("U = {}", VELOCITY(o.U[0]))
+    return Message.joined("  ", [*place, motion, f"Newton {point.newton}", f"point {count}"])
 
 
 def _frame(d: float, solver: SteadySolver) -> FieldFrame:
@@ -135,7 +140,7 @@ def _said(case: CurveCase, zero: Equilibrium) -> str:
 
 def _end(case: CurveCase, found: Solutions) -> Iterator[events.Event]:
     """What run.json says, and the fields of the last state on a way that has not arrived."""
-    points, entries, warnings = found.points, dict[str, Any](points=len(found.points)), list[str]()
+    points, entries, warnings = found.points, dict[str, Any](points=len(found.points)), list[Text]()
     if case.velocity is not None:
         warnings = _large_force_errors(case, points)
     elif case.n == 1:
@@ -157,7 +162,7 @@ def _end(case: CurveCase, found: Solutions) -> Iterator[events.Event]:
         yield events.Frame(shapes)
 
 
-def _far_apart(case: CurveCase, curves: Sequence[CurveInterpolant], size: float) -> list[str]:
+def _far_apart(case: CurveCase, curves: Sequence[CurveInterpolant], size: float) -> list[Text]:
     """Warn of points so far apart that the interpolation error of dU exceeds `accuracy` and the errors at the points.
 
     There is a curve for every gap; `size` is the largest |dU| [U_av].
@@ -170,29 +175,27 @@ def _far_apart(case: CurveCase, curves: Sequence[CurveInterpolant], size: float)
     if errors[worst] <= case.error_wanted:
         return []
     part = f"{100 * errors[worst]:.2g} %" if np.isfinite(errors[worst]) else "any part"
-    where = f"between d = {d[worst]:.4g} and d = {d[worst + 1]:.4g}"
     advice = finer(case)
     if len(d) >= case.max_points:
         advice = f"more points (--set max_points={2 * case.max_points})"
     elif case.tol > case.error_wanted:
         advice = f"points nearer to each other (--set tol={case.error_wanted:g})"
-    return [
-        f"{where} the interpolated dU may be off by {part} of its largest value, more than accuracy: {case.accuracy}; "
-        f"use {advice}"
-    ]
+    said = "between d = {} and d = {} the interpolated dU may be off by {} of its largest value, more than accuracy: {}"
+    between = LENGTH(d[worst]), LENGTH(d[worst + 1])
+    return [Message(said, *between, part, case.accuracy) + f"; use {advice}"]
 
 
-def _large_errors_of_one(case: CurveCase, points: list[Point]) -> list[str]:
+def _large_errors_of_one(case: CurveCase, points: list[Point]) -> list[Text]:
     """Warnings of large errors of what is found of a particle on its own."""
     rows = [point_row(point) | point.estimate.shape_errors for point in points]
     shape = {"D_1": "D"} if any(case.Ca_es) else {}
     return large_value_errors(case, rows, {"U_1": "U_error_1", "dp_plus": "dp_plus_error", **shape})
 
 
-def _large_force_errors(case: CurveCase, points: list[Point]) -> list[str]:
+def _large_force_errors(case: CurveCase, points: list[Point]) -> list[Text]:
     """Warnings of large errors of the forces that move the particles, relative to themselves."""
     errors = [
-        ErrorAt(float(error / abs(F)), where(point.parameters), 0.0, float(sharper / abs(F)))
+        ErrorAt(float(error / abs(F)), each_of(point.parameters), 0.0, float(sharper / abs(F)))
         for point in points
         for F, error, sharper in zip(
             point.observation.F, point.estimate.F_error, point.estimate.F_regularisation, strict=True

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from pairsim.computing.question import shapes_in
+from pairsim.quantities.kinds import LENGTH, POSITION, TIME, VELOCITY
+from pairsim.quantities.scales import Scales
+from pairsim.quantities.text import in_unit, with_name
 from pairsim.results.columns import column, error_of, suffixes_in
 from pairsim.results.scales import scales_in
 from pairsim.results.settled import NOTHING, SETTLED, Settled
 from pairsim.runtime.arrays import Array
-from pairsim.units.kinds import LENGTH, POSITION, TIME, VELOCITY
-from pairsim.units.scales import Scales
-from pairsim.units.text import in_unit, with_name
 
 MOST_GAPS = 3  # that have a sentence each
 

@@ -5,7 +5,7 @@ centre to centre), in tube diameters D_c. Writes train.csv (velocity, whether
 distances become equal, length of tube), spectrum.csv (growth rate of every
 disturbance with its error), train.png, case.yaml and run.json; with row:
 {beads: ...} or a list of distances it follows a row of beads: row.csv,
-row.png.
+row.png, kymograph.png.
 
 Exit codes: 0 finished, 2 wrong input, 3 computation failed, 4 installation or
 system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
@@ -30,8 +30,8 @@ from pairsim.cases.keys import Keys
 from pairsim.cases.mistakes import Mistake, broken, missing
 from pairsim.cli.compute import app_of
 from pairsim.computing.question import InSweeps, Question, drawn_by, rows_in
+from pairsim.quantities.kinds import LENGTH, POSITION, RATE
 from pairsim.results.columns import Column
-from pairsim.units.kinds import LENGTH, POSITION, RATE
 
 if TYPE_CHECKING:
     from pairsim.computing.events import Events
@@ -217,7 +217,7 @@ QUESTION = Question(
     tables={
         "train": TRAIN,
         "spectrum": SPECTRUM,
-        "row": (POSITION_OF_ROW, "t", "d_1", "dU_1", "dU_error_1"),
+        "row": (POSITION_OF_ROW, "t", "z_1", "d_1", "dU_1", "dU_error_1"),
         "propagator": (BY_FIRST,),
     },
     result=TrainResult,
@@ -225,6 +225,7 @@ QUESTION = Question(
     captions={
         "train": "Growth rates and frequencies of disturbances over their wave number",
         "row": "Distances of a row of beads along the tube, and those at the inlet and at the outlet",
+        "kymograph": "Where the beads of a row are beside their middle, on their way along the tube",
     },
     in_sweeps=InSweeps(
         lambda case: (

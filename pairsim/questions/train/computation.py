@@ -12,15 +12,16 @@ import numpy as np
 from pairsim.computing import events
 from pairsim.computing.problems import steady_problem
 from pairsim.computing.warnings import beyond_checked, coarse_mesh
+from pairsim.quantities.kinds import LENGTH, POSITION, RATE, VELOCITY
+from pairsim.quantities.text import in_unit, with_name
 from pairsim.questions.train import SPECTRUM, TRAIN, TrainCase, work
 from pairsim.questions.train.row import first_gaps, follow
 from pairsim.results.columns import Column
 from pairsim.runtime.errors import BranchEnd
+from pairsim.runtime.message import Message
 from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.trains.train import Train, on_meshes, transition
-from pairsim.units.kinds import LENGTH, POSITION, RATE, VELOCITY
-from pairsim.units.text import in_unit, with_name
 
 FAST = 0.3  # rate times t_relax from which on an answer says that beads move while they remember; chosen
 TUBES = "tube", "tube_least", "tube_most"
@@ -38,7 +39,7 @@ def computation(case: TrainCase, monitor: Monitor) -> events.Events:
         if place is not None:
             d, slope = transition(problem, start, case.train.cell, place)
             done += work.TRANSITION
-            yield events.Progress(done, f"trains change at d = {d:.4g}", 1)
+            yield events.Progress(done, Message("trains change at d = {}", LENGTH(d)), 1)
         meshes = islice(on_meshes(problem, start, case.train.cell, d), len(work.MESHES))
         for refined, found in enumerate(meshes, 1):
             errors = f"errors {100 * found.error:.2g} % of the largest rate"

@@ -9,6 +9,8 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from pairsim.computing import events
+from pairsim.quantities.kinds import LENGTH, POSITION, VELOCITY
+from pairsim.quantities.text import in_unit, with_name
 from pairsim.questions.train import POSITION_OF_ROW, TrainCase, work
 from pairsim.results.columns import names_of
 from pairsim.runtime.arrays import Array
@@ -18,8 +20,6 @@ from pairsim.solvers.rows.model import Row, fitted
 from pairsim.solvers.rows.motion import TOLERANCE, move, propagator
 from pairsim.solvers.rows.short_rows import MOST, TRAINS, places_of, short_rows, solved, trains
 from pairsim.solvers.trains.train import Train
-from pairsim.units.kinds import LENGTH, POSITION, VELOCITY
-from pairsim.units.text import in_unit, with_name
 
 LONG = 50.0  # length of the tube of short rows over the diameter of a bead, as of other cases
 LEAST = 0.04  # smallest distance at which short rows are solved [D_c]; chosen
@@ -68,8 +68,9 @@ def follow(
     dU, errors = np.array([model.row(d).dU for d in states]), np.array([model.dU_errors(d) for d in states])
     done += work.of_motion(n)
     yield events.Progress(of_needed * done, f"the row of {n} has moved", len(rows) + len(waves) + 1)
-    columns = [POSITION_OF_ROW.name, *names_of(n, "t", "d", "dU", "dU_error")]
-    yield _table("row", columns, np.column_stack([way.mean(axis=0), times, states, dU, errors]))
+    columns = [POSITION_OF_ROW.name, *names_of(n, "t", "z", "d", "dU", "dU_error")]
+    z = (places(times) + problem.betas[0] * np.arange(n)[:, None]).T
+    yield _table("row", columns, np.column_stack([way.mean(axis=0), times, z, states, dU, errors]))
     spreads = " to ".join(f"{100 * d.std() / d.mean():.3g} %" for d in states[[0, -1]])
     means = " to ".join(in_unit(case.scales, LENGTH, d.mean()) for d in states[[0, -1]])
     tube = with_name(case.scales, POSITION, way[:, -1].min())

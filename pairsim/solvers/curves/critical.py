@@ -6,9 +6,10 @@ from collections.abc import Generator, Iterator
 
 import numpy as np
 
+from pairsim.runtime.message import Message
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.curve import Zero, find_zeros, trace
-from pairsim.solvers.curves.zero_lines import Critical, End, Follower, Missed, Region, with_value
+from pairsim.solvers.curves.zero_lines import Critical, End, Follower, Missed, Region
 from pairsim.solvers.steady.continuation import where
 
 # All constants were chosen.
@@ -72,7 +73,7 @@ def follow_all(branch: Branch, region: Region) -> Iterator[Finding]:
     follower = Follower(branch, region)
     count = 0
     for value, forward in ((region.values[0], 1.0), (region.values[-1], -1.0)):
-        branch.at(with_value(region.name, branch.solver.parameters.with_gap(region.most), value))
+        branch.at(region.parameter.at(value, branch.solver.parameters.with_gap(region.most)))
         zeros = yield from search(branch, region.least, region.most)
         for zero in zeros:
             if any(same_zero(zero.point, c.point) for c in seen):
@@ -82,7 +83,8 @@ def follow_all(branch: Branch, region: Region) -> Iterator[Finding]:
                 if isinstance(found, Critical):
                     met = next((c for c in seen if c.branch != count and same_zero(found.point, c.point)), None)
                     if met is not None:
-                        yield End(count, "met", f"branch {met.branch} is met at {where(met.point.parameters)}")
+                        message = Message("branch {} is met at {}", met.branch, where(met.point.parameters))
+                        yield End(count, "met", message)
                         break
                     seen.append(found)
                 yield found
@@ -96,6 +98,5 @@ def same_zero(a: Point, b: Point) -> bool:
     return (
         abs(a.d / b.d - 1) < SAME
         and a.slopes[0] * b.slopes[0] > 0
-        and bool(np.allclose(p.Ca_es, q.Ca_es, rtol=1e-6))
-        and bool(np.isclose(p.De, q.De, rtol=1e-6))
+        and bool(np.isclose(p.followed, q.followed, rtol=1e-6))
     )

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from pairsim.fem.unyielded import bridges
+from pairsim.quantities.scales import TUBE_RADIUS
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.steady.scene import SteadySolver
-from pairsim.units.scales import TUBE_RADIUS
 
 # Exponents -d ln dU/d ln m of creep. Between decades of m from 1e2 to 1e5 those of locked pairs were .74 to 1.0.
 CREEPS = 0.67, 1.33

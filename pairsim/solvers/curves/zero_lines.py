@@ -8,14 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 import scipy
 
+from pairsim.physics.liquids import Liquid
+from pairsim.physics.solids import Solid
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
+from pairsim.runtime.message import Message, Text
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.curve import Zero
 from pairsim.solvers.parameters import Parameters
@@ -23,7 +26,6 @@ from pairsim.solvers.steady.continuation import prepared, reach, where
 from pairsim.solvers.steady.scene import Snapshot
 from pairsim.solvers.steady.tangents import tangent_along
 
-Followed = Literal["Ca_e", "De"]
 Kind = Literal["wanted", "added", "vanishes", "edge"]
 
 # Steps of the arc length; chosen.
@@ -35,17 +37,33 @@ MOST_STEPS = 400  # on one line of zeros; chosen
 
 
 @dataclass(frozen=True)
+class Followed:
+    """What zeros are followed over: a positive number on which liquid and solids depend.
+
+    Attributes:
+        materials: The liquid and the solids of the particles at a value.
+    """
+
+    materials: Callable[[float], tuple[Liquid, tuple[Solid | None, ...]]]
+
+    def at(self, value: float, parameters: Parameters) -> Parameters:
+        """Parameters with the materials at a value."""
+        liquid, solids = self.materials(value)
+        return replace(parameters, liquid=liquid, solids=solids, followed=value)
+
+
+@dataclass(frozen=True)
 class Region:
     """Range of parameter and distance in which critical distances are computed.
 
     Attributes:
-        name: Name of the parameter.
+        parameter: What is followed.
         values: Values of the parameter at which critical distances are requested, ascending.
         least: Smallest distance [D_c].
         most: Largest distance [D_c].
     """
 
-    name: Followed
+    parameter: Followed
     values: tuple[float, ...]
     least: float
     most: float
@@ -83,24 +101,14 @@ class End:
 
     branch: int
     reason: str
-    message: str
+    message: Message
 
 
 @dataclass(frozen=True)
 class Missed:
     """A critical distance that exists but was not found; the message is for log and results."""
 
-    message: str
-
-
-def value_of(name: Followed, parameters: Parameters) -> float:
-    """Value of the followed parameter."""
-    return parameters.De if name == "De" else max(parameters.Ca_es)
-
-
-def with_value(name: Followed, parameters: Parameters, value: float) -> Parameters:
-    """The same parameters with another value of the followed one; rigid particles remain rigid."""
-    return parameters.with_De(value) if name == "De" else parameters.with_Ca_e(value)
+    message: Message
 
 
 @dataclass(frozen=True)
@@ -129,20 +137,20 @@ class Follower:
     """
 
     def __init__(self, branch: Branch, region: Region) -> None:
-        self.branch, self.name, self.values = branch, region.name, np.log(region.values)
+        self.branch, self.parameter, self.values = branch, region.parameter, np.log(region.values)
         self._exact = dict(zip(self.values.tolist(), region.values, strict=True))
         self.least, self.most = np.log(region.least), np.log(region.most)
 
     def _place(self, x: float, q: float) -> Parameters:
         value = self._exact.get(float(q), float(np.exp(q)))
-        return with_value(self.name, self.branch.solver.parameters.with_gap(float(np.exp(x))), value)
+        return self.parameter.at(value, self.branch.solver.parameters.with_gap(float(np.exp(x))))
 
     def _line(self, at: Array, direction: Array) -> Callable[[float], Parameters]:
         return lambda tau: self._place(*(at + tau * direction))
 
     def _here(self) -> Array:
         parameters = self.branch.solver.parameters
-        return np.log([parameters.gaps[0], value_of(self.name, parameters)])
+        return np.log([parameters.gaps[0], parameters.followed])
 
     def _pose(self, onwards: Array) -> _Pose:
         """The present zero, with the tangent oriented such that its product with `onwards` is not negative."""
@@ -190,11 +198,11 @@ class Follower:
                 point, pose = better, self._pose(pose.tangent)
             yield Critical(point, number, kind)
             if kind == "edge":
-                message = f"the smallest or largest distance is reached at {where(scene.parameters)}"
+                message = Message("the smallest or largest distance is reached at {}", where(scene.parameters))
                 yield End(number, "edge", message)
                 return
-        message = f"the line of zeros has not ended after {MOST_STEPS} steps, at {where(self.branch.solver.parameters)}"
-        yield End(number, "lost", message)
+        last = where(self.branch.solver.parameters)
+        yield End(number, "lost", Message("the line of zeros has not ended after {} steps, at {}", MOST_STEPS, last))
 
     def _step(self, number: int, pose: _Pose, change: Array, step: float) -> End | tuple[Point, Kind, float]:
         """Take one step from a zero, with `change` the derivative of y along the tangent, shape (n_y,).
@@ -205,7 +213,7 @@ class Follower:
         branch, scene, here, tangent = self.branch, self.branch.solver, pose.here, pose.tangent
         ahead = self.values[(self.values - here[1]) * np.sign(tangent[1]) > 1e-9]
         if not len(ahead):
-            return End(number, "range", f"the last value is reached at {where(scene.parameters)}")
+            return End(number, "range", Message("the last value is reached at {}", where(scene.parameters)))
         wanted = ahead[np.argmin(np.abs(ahead - here[1]))]
         edge = self.most if tangent[0] > 0 else self.least
         kind: Kind
@@ -217,7 +225,8 @@ class Follower:
                 length, line, kind, q = (edge - here[0]) / tangent[0], np.array([0.0, 1.0]), "edge", None
             at = here + length * tangent
             at[1] = at[1] if q is None else q
-            before, iterations, why = branch.solver.snapshot, scene.iterations, "Newton's method found no zero"
+            why: Text = "Newton's method found no zero"
+            before, iterations = branch.solver.snapshot, scene.iterations
             try:
                 guess = prepared(scene, self._place(*at), scene.y + length * change)
                 point = branch.zero_on(self._line(at, line), 0.0, guess, settled=kind == "wanted")
@@ -231,7 +240,8 @@ class Follower:
             branch.recall(before)
             step = length / 3
             if step < SHORTEST:
-                return End(number, "lost", f"the zero was not found beyond {where(scene.parameters)}: {why}")
+                message = Message("the zero was not found beyond {}: {}", where(scene.parameters), why)
+                return End(number, "lost", message)
 
     def _landed(self, here: Array, change: Array, before: Snapshot) -> Point | None:
         """The critical distance at the first requested value that the step from `here` has passed, None without one.
@@ -271,7 +281,8 @@ class Follower:
         by_parameter = None if vanishes is None else self._by_parameter()
         sides = (before, slice(top + 1)), (after, slice(None, top - 1 if top else None, -1))
         if vanishes is None:
-            yield Missed(f"the fold at which two zeros meet, near {where(self._place(*fold))}, was not found")
+            near = where(self._place(*fold))
+            yield Missed(Message("the fold at which two zeros meet, near {}, was not found", near))
         ahead: list[Critical] = []
         back = [] if vanishes is None else [Critical(vanishes, number, "vanishes", by_parameter)]
         for found, (start, part) in zip((ahead, back), sides, strict=True):
@@ -284,7 +295,8 @@ class Follower:
                 if point is not None and (np.log(point.d) - fold[0]) * (at[0] - fold[0]) > 0:
                     found.append(Critical(point, number, "wanted"))
                 else:
-                    yield Missed(f"d_cr at {where(self._place(*at))}, next to the fold of two zeros, was not found")
+                    there = where(self._place(*at))
+                    yield Missed(Message("d_cr at {}, next to the fold of two zeros, was not found", there))
         self.branch.recall(after.snapshot)
         yield from (*ahead, *back)
 

@@ -14,9 +14,9 @@ from pairsim.fem.meshes.interpolation import interpolate
 from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
 from pairsim.fem.scene import poiseuille
 from pairsim.physics.fields import VELOCITY
+from pairsim.quantities.scales import FLOW_RATE
 from pairsim.runtime.arrays import Array, Indices
 from pairsim.solvers.steady.scene import SteadySolver
-from pairsim.units.scales import FLOW_RATE
 
 # Distances from the ends at which the perturbation is read [D_c]. It oscillates along the tube, and where one of them
 # meets a zero the other does not. How far the result is from the effect: docs/explanation/error-estimate.md.

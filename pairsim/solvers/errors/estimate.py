@@ -18,13 +18,13 @@ from pairsim.fem.recovery.enriched_residual import EnrichedTests, EnrichedUnknow
 from pairsim.fem.recovery.enriched_scene import EnrichedScene
 from pairsim.fem.recovery.recovered_solution import RecoveredSolution
 from pairsim.fem.recovery.weighted_residual import WeightedResidual
+from pairsim.quantities.scales import FLOW_RATE
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.errors.adjoints import MEASURES, Adjoints
 from pairsim.solvers.errors.end_effects import end_effects
 from pairsim.solvers.errors.regularisation import by_regularisation, left_by_regularisation
 from pairsim.solvers.errors.run_errors import OF_POINTS, widening
 from pairsim.solvers.steady.scene import SteadySolver
-from pairsim.units.scales import FLOW_RATE
 
 # Factors of the scatter in a half-width. Determined on twelve solutions without a memory, and on half of the other
 # scenes of scripts/error_bars with the larger one of scatter and correction in place of their sum

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from pairsim.units.scales import Scales
+from pairsim.quantities.quantity import Quantity
+from pairsim.quantities.scales import Scales
 
 
 @dataclass(frozen=True)
@@ -23,6 +24,22 @@ class Unit:
     def factor(self, scales: Scales | None) -> float:
         """The factor to the physical unit; 1 without scales."""
         return 1.0 if scales is None else self.size(scales)
+
+    def __call__(
+        self, value: float | Iterable[float], form: str = ".4g", *, error: float = 0.0, named: bool = False
+    ) -> Quantity:
+        """A quantity of this kind, to stand in a message.
+
+        Args:
+            value: The number, or several in a list.
+            form: How it is written without units, as in an f-string.
+            error: Half-width of its interval, left out where it is 0.
+            named: Whether the text without units has the name of the dimensionless unit, such as D_c.
+        """
+        texts = tuple(f"{each:{form}}" for each in (value if isinstance(value, Iterable) else (value,)))
+        if error:
+            return Quantity(self, (*texts, f"{error:.2g}"), " +- ", named)
+        return Quantity(self, texts, named=named)
 
 
 PURE = Unit()

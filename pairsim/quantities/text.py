@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from pairsim.units.kinds import STRESS, Unit
-from pairsim.units.scales import Scales
+from pairsim.quantities.kinds import STRESS, Unit
+from pairsim.quantities.scales import Scales
 
 
 def with_error(value: float, error: float | None, sign: str = "", digits: int = 4) -> str:
