@@ -18,6 +18,7 @@ from pairsim.cases.material_keys import LIQUIDS, LiquidKey, SolidKey, written
 from pairsim.cases.materials import is_viscous, liquid_block, liquid_of, solids_of
 from pairsim.cases.physical import Physical, far_from_usual
 from pairsim.physics import liquids, solids
+from pairsim.physics.drive import DEVELOPED, Drive
 from pairsim.physics.liquids import Liquid, Newtonian
 from pairsim.physics.softest import beyond_steady_shapes, beyond_tension
 from pairsim.physics.solids import Solid
@@ -229,9 +230,9 @@ class SceneCase(Keys):
         return (self.De,)
 
     @property
-    def driven(self) -> tuple[float, float | None]:
-        """Mean velocity of the liquid, and that at which all particles are moved, None if no force acts on them."""
-        return 1.0, None
+    def drive(self) -> Drive:
+        """What drives the liquid and the particles."""
+        return DEVELOPED
 
     @property
     def has_history(self) -> bool:

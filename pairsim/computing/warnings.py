@@ -43,7 +43,7 @@ def above(value: float, limit: float) -> str:
 
 def asked_for(case: SceneCase) -> str:
     """Symbol of what a case is computed for: the forces on particles that are moved, or else their velocities."""
-    if case.driven[1] is not None:
+    if not case.drive.free:
         return "F"
     return "dU" if case.n > 1 else "U"
 

@@ -10,7 +10,7 @@ its undeformed sphere centred at the origin, for a rigid particle the axial posi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -23,6 +23,7 @@ from pairsim.fem.meshes.six_node_mesh import SixNodeMesh, nodes_at
 from pairsim.fem.phases.compiled_phase import liquid_phase, solid_phase
 from pairsim.fem.phases.phase import Phase
 from pairsim.physics.conformation import exponential
+from pairsim.physics.drive import DEVELOPED, Drive
 from pairsim.physics.liquids import NEWTONIAN, Liquid
 from pairsim.physics.liquids.conformation import LOG_CONFORMATION
 from pairsim.physics.pipe import PipeState
@@ -31,17 +32,10 @@ from pairsim.quantities.scales import FLOW_RATE, TUBE_RADIUS
 from pairsim.runtime.arrays import Array, Indices
 from pairsim.runtime.errors import MeshFailure
 
-BoundaryVelocity = Callable[[Array], Array]
-
 
 def poiseuille(points: Array) -> Array:
     """Fully developed Newtonian flow of unit mean velocity at points (z, r), shape (n, 2); returns shape (n, 2)."""
     return np.column_stack([2 * (1 - (points[:, 1] / TUBE_RADIUS) ** 2), np.zeros(len(points))])
-
-
-def at_rest(points: Array) -> Array:
-    """No flow, for a tube with closed ends: zeros of shape (n, 2)."""
-    return np.zeros((len(points), 2))
 
 
 @dataclass(frozen=True)
@@ -199,10 +193,8 @@ class Scene:
         mesh: Mesh of the reference domain.
         bodies: The particles, which the scenes before and after a remeshing have in common.
         periodic: Whether the ends are periodic, with an imposed flow rate; otherwise their velocity is prescribed.
-        boundary_velocity: Velocity on the wall and on prescribed ends as a function of points, (k, 2) -> (k, 2).
         liquid: The liquid with its initial parameters.
-        flow: Mean velocity of the flow through periodic ends [U_av].
-        velocity: Prescribed velocity of all particles, which are rigid [U_av]; None if no force acts on them.
+        drive: What drives the liquid and the particles.
         steady: Whether the scene is quasi-steady; the velocity of the mesh is then the extension of the velocities of
             the particles into the liquid.
 
@@ -225,15 +217,12 @@ class Scene:
         bodies: Sequence[Body],
         *,
         periodic: bool,
-        boundary_velocity: BoundaryVelocity = poiseuille,
         liquid: Liquid = NEWTONIAN,
-        flow: float = 1.0,
-        velocity: float | None = None,
+        drive: Drive = DEVELOPED,
         steady: bool = False,
     ) -> None:
         self.reference, self.bodies, self.periodic = reference, list(bodies), periodic
-        self.boundary_velocity, self.flow, self.velocity = boundary_velocity, flow, velocity
-        self.steady = steady
+        self.drive, self.steady = drive, steady
         soft = any(body.phase is not None for body in self.bodies)
         self.moving = mesh_moves(len(self.bodies), soft=soft, viscoelastic=liquid.has_memory, steady=steady)
         self.liquid = Phase(liquid_phase(liquid, self.moving, steady), mesh, liquid)
@@ -243,7 +232,7 @@ class Scene:
         self.m = int(self.offsets[-1])
         self.dp = self.m + 1 if periodic else None
         first = self.m + (2 if periodic else 1)
-        self.F = np.arange(first, first + (len(self.bodies) if velocity is not None else 0))
+        self.F = np.arange(first, first + (0 if drive.free else len(self.bodies)))
         self.size = first + len(self.F)
         self.h_size = sum(body.size for body in self.bodies)
         # The last flow at the ends, and its profiles there.
@@ -259,6 +248,12 @@ class Scene:
         """Whether stresses depend on rates of change: of what the liquid carries along, or of viscous solids."""
         viscous = (b.phase is not None and b.phase.material.viscosity is not None for b in self.bodies)
         return self.material.has_memory or any(viscous)
+
+    def boundary_velocity(self, points: Array) -> Array:
+        """Velocity on the wall and on prescribed ends, in a Newtonian liquid, at points (z, r), shape (k, 2) both."""
+        if self.drive.boundary is not None:
+            return np.asarray(self.drive.boundary(points))
+        return self.drive.flow * poiseuille(points)
 
     def offset(self, phase: Phase) -> int:
         """First index of a phase in the full vector."""
@@ -408,9 +403,9 @@ class Scene:
         """Constant part of the residual, the imposed flow rate and velocities, shape (n,)."""
         f = np.zeros(self.size)
         if self.dp is not None:
-            f[self.dp] = FLOW_RATE * self.flow
-        if self.velocity is not None:
-            f[self.F] = self.velocity
+            f[self.dp] = FLOW_RATE * self.drive.flow
+        if self.drive.velocity is not None:
+            f[self.F] = self.drive.velocity
         return f
 
     def overstretched(self, x: Array) -> str:

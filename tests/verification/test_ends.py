@@ -57,7 +57,7 @@ def test_cells_end_no_branch_before_its_surface_is_unstable() -> None:
 def test_the_end_of_a_branch_is_told_by_two_meshes(down: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     """A solution on more cells is one on those of the problem where it leads to one, and disproves the end anyway."""
     target, mesh = Parameters((), soft(0.2)), MeshSettings(Np=28)
-    problem: Any = SteadyProblem((0.6,), 5.0, False, mesh)
+    problem: Any = SteadyProblem(betas=(0.6,), length=5.0, periodic=False, mesh=mesh)
     first, second = (ended("fold", {"Ca_e": (Ca_e, 0.001)}, target, MESH_SPREAD) for Ca_e in (0.16, 0.17))
     finer: Any = SimpleNamespace(close=lambda: None)
     answers: list[Any] = [second, finer]

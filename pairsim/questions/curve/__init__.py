@@ -30,6 +30,7 @@ from pairsim.cases.values import MOST_VALUES, CurveTolerance, Distance, Gaps, Ra
 from pairsim.cli.compute import compute
 from pairsim.cli.options import Budget, CaseFile, DryRun, Output, Overwrite, Quiet, Settings
 from pairsim.computing.question import InSweeps, Question, Tables, Value, drawn_by, rows_in
+from pairsim.physics.drive import Drive
 from pairsim.results.columns import EQUILIBRIA_COLUMNS, FORCES, GAP, names_of, slope_columns, suffixes, suffixes_in
 from pairsim.runtime.errors import InputError
 from pairsim.solvers.curves.distances import between
@@ -130,8 +131,8 @@ class CurveCase(SceneCase):
         return self.after is not None
 
     @property
-    def driven(self) -> tuple[float, float | None]:
-        return float(self.flow), self.velocity
+    def drive(self) -> Drive:
+        return Drive(float(self.flow), self.velocity)
 
     @property
     def common(self) -> bool:

@@ -95,7 +95,7 @@ def slow_motion(steady: SteadySolver, dU: Array, adjoints: Adjoints, t_relax: fl
     still = SlowMotion(
         np.zeros(count + 1), np.zeros(count), np.zeros((count + 1, count)), np.eye(count), np.zeros(count)
     )
-    if count == 0 or steady.problem.velocity is not None:
+    if count == 0 or not steady.problem.drive.free:
         return still
     fastest = float(np.abs(dU).max())
     scale = max(1.0, PROBE / fastest) if fastest else 0.0  # what is linear is evaluated well above rounding

@@ -262,11 +262,11 @@ def _flow_rate_defect(steady: SteadySolver, residual: Array) -> Array:
     cells, and every velocity with it; no residual tells.
     """
     scene = steady.scene
-    if scene.periodic or scene.flow == 0:
+    if scene.periodic or scene.drive.flow == 0:
         return np.zeros(steady.constraints.size)
     x = steady.state()[1]
     index, weight = scene.flow_rate
-    excess = scene.flow * FLOW_RATE / float(weight @ x[index]) - 1
+    excess = scene.drive.flow * FLOW_RATE / float(weight @ x[index]) - 1
     for nodes in (scene.nodes.inlet, scene.nodes.outlet):
         x[scene.liquid.index("u", nodes)] *= 1 + excess
     return steady.newton.reduce(x) - residual

@@ -335,7 +335,7 @@ def prepared(steady: SteadySolver, there: Parameters, guess: Array) -> Array:
 
 
 def _advice(steady: SteadySolver) -> str:
-    return IN_TIME if steady.problem.velocity is None else ON_OTHER_CELLS
+    return IN_TIME if steady.problem.drive.free else ON_OTHER_CELLS
 
 
 def place(parameters: Parameters, before: str = " at ") -> Text:

@@ -102,7 +102,7 @@ class SteadySolver(MeshedSolver):
     """
 
     def __init__(self, problem: SteadyProblem, parameters: Parameters, cells: Cells | None = None) -> None:
-        self.problem, self.clock, self.flows = problem, Clock(), DevelopedFlows(problem.flow)
+        self.problem, self.clock, self.flows = problem, Clock(), DevelopedFlows(problem.drive.flow)
         self.iterations = self.factorisations = 0
         # Parameters at which a mesh around spheres was last found to be too distorted.
         self._refused: Parameters | None = None
@@ -112,7 +112,11 @@ class SteadySolver(MeshedSolver):
                 cells = cells_around_spheres(problem, parameters)
         outlines, solids, liquid = cells.reference.outlines, parameters.solids, parameters.liquid
         self.meshed = MeshedScene(
-            problem, outlines, cells.insides, solids, liquid=liquid, constrain=self._constrain, clock=self.clock
+            *(problem, outlines, cells.insides, solids),
+            liquid=liquid,
+            steady=True,
+            constrain=self._constrain,
+            clock=self.clock,
         )
         self._sphere_points: list[Array | None] = [
             None if b.phase is None else b.phase.mesh.geometry.x.copy() for b in self.bodies

@@ -64,7 +64,11 @@ class StepSolver(MeshedSolver):
     def _make_particles(self, outlines: Sequence[Outline], insides: Sequence[SixNodeMesh | None]) -> None:
         solids, liquid = self.problem.solids, self.problem.liquid
         self.meshed = MeshedScene(
-            self.problem, outlines, insides, solids, liquid=liquid, constrain=self._constrain, clock=self.clock
+            *(self.problem, outlines, insides, solids),
+            liquid=liquid,
+            steady=False,
+            constrain=self._constrain,
+            clock=self.clock,
         )
 
     def _constrain(self, meshed: MeshedScene) -> Constraints:
