@@ -52,7 +52,8 @@ class Limited:
     def distorted(self, parameters: Parameters, y: Array) -> bool:
         return False
 
-    def factor(self) -> None: ...
+    def linearise(self) -> SimpleNamespace:
+        return SimpleNamespace(tangent=lambda _: np.zeros(1))
 
     def forget(self) -> None: ...
 
@@ -67,7 +68,6 @@ def relaxed(scene: Limited, parameters: Parameters) -> Report:
 def test_a_limit_is_not_crept_up_to_through_pseudo_time(monkeypatch: pytest.MonkeyPatch) -> None:
     scene: Any = Limited()
     monkeypatch.setattr(continuation, "relax", relaxed)
-    monkeypatch.setattr(continuation, "tangent_along", lambda *_: np.zeros(1))
     monkeypatch.setattr(continuation.Passed, "of", lambda scene: scene.snapshot)
     end = follow(scene, at(1.0))
     assert end is not None

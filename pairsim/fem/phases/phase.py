@@ -8,7 +8,8 @@ are joined by constraints (`pairsim.fem.algebra.constraints`).
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
@@ -89,6 +90,16 @@ class Phase[M: (Liquid, Solid)]:
         self.material = material
         for name, value in material.numbers.items():
             self.constants[name].value = value
+
+    @contextmanager
+    def changed_to(self, material: M) -> Iterator[None]:
+        """Give the material other parameters as `become` does, and at the end its own ones back."""
+        own = self.material
+        self.become(material)
+        try:
+            yield
+        finally:
+            self.become(own)
 
     def _offsets(self) -> dict[str, int]:
         nodes, vertices = len(self.six_node_mesh.points), len(self.six_node_mesh.vertices)

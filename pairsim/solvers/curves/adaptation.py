@@ -28,7 +28,6 @@ from pairsim.solvers.steady.continuation import prepared
 from pairsim.solvers.steady.ends import Ended
 from pairsim.solvers.steady.first_solution import FEWEST_CELLS, first_scene, try_from_other_mesh
 from pairsim.solvers.steady.scene import Snapshot, SteadySolver
-from pairsim.solvers.steady.tangents import gap_tangents
 
 # Constants without another origin were chosen.
 ROUNDS = 3
@@ -124,8 +123,7 @@ def _moved(scout: SteadySolver, gaps: tuple[float, ...]) -> bool:
     count = int(np.ceil(np.abs(np.log(np.divide(gaps, here))).max() / np.log(STEP)))
     for part in np.arange(1, count + 1) / count:
         there = replace(scout.parameters, gaps=tuple(map(float, here ** (1 - part) * np.array(gaps) ** part)))
-        scout.factor()
-        step = np.subtract(there.gaps, scout.parameters.gaps) @ gap_tangents(scout)
+        step = np.subtract(there.gaps, scout.parameters.gaps) @ scout.linearise().gap_tangents
         scout.forget()
         if not scout.solve(there, prepared(scout, there, scout.y + step)).converged:
             return False

@@ -24,6 +24,7 @@ from pairsim.solvers.errors.adjoints import MEASURES, Adjoints
 from pairsim.solvers.errors.end_effects import end_effects
 from pairsim.solvers.errors.regularisation import by_regularisation, left_by_regularisation
 from pairsim.solvers.errors.run_errors import OF_POINTS, widening
+from pairsim.solvers.steady.linearisation import Linearisation
 from pairsim.solvers.steady.scene import SteadySolver
 
 # Factors of the scatter in a half-width. Determined on twelve solutions without a memory, and on half of the other
@@ -151,24 +152,25 @@ class ErrorEstimator:
         self._enriched: EnrichedScene[EnrichedTests] | None = None
         self._recovered: EnrichedScene[EnrichedUnknowns] | None = None
 
-    def estimate(self, steady: SteadySolver, adjoints: Adjoints, discrete: Observation) -> ErrorEstimate:
+    def estimate(self, at: Linearisation, adjoints: Adjoints, discrete: Observation) -> ErrorEstimate:
         """The estimate at a solution: one assembly of the enriched residual.
 
         Args:
-            steady: The solution.
+            at: The solution.
             adjoints: Its adjoints.
             discrete: Its quantities.
         """
+        steady = at.steady
         scene, constraints = steady.scene, steady.constraints
         with steady.clock("jit"):
             if self._enriched is None or self._enriched.scene is not scene:
                 self._enriched = EnrichedScene(scene, EnrichedTests, self._enriched)
         z, drop, count = adjoints.all, adjoints.drop, len(adjoints.velocities)
-        residual = steady.residual()
+        residual = at.residual
         left = -z @ residual
         changes = -z @ _flow_rate_defect(steady, residual)
         ends = end_effects(steady, z, residual)
-        sharper = by_regularisation(steady, z, drop.apart)
+        sharper = by_regularisation(at, z, drop.apart)
         regularised = left_by_regularisation(sharper)
         with steady.clock("assembly"):
             x = steady.state()[1]

@@ -24,7 +24,6 @@ from pairsim.solvers.steady.ends import LAST, Ended, Passed, SpentOnTheWay, end_
 from pairsim.solvers.steady.guesses import place_undeformed
 from pairsim.solvers.steady.pseudo_time import relax
 from pairsim.solvers.steady.scene import Snapshot, SteadySolver
-from pairsim.solvers.steady.tangents import gap_tangents, tangent_along
 
 # Largest changes by one predictor step; those of fields of the liquid are in their declarations.
 MOST_APART = 0.4  # of a distance, relative to itself
@@ -127,7 +126,7 @@ def reach(steady: SteadySolver, tangent: Array, rates: Array) -> float:
         (MOST_APART * d / abs(rate) for d, rate in zip(steady.parameters.gaps, rates, strict=True) if rate),
         default=np.inf,
     )
-    limits = {field.unknowns: field.most_change for field in steady.scene.material.fields}
+    limits = {field.unknowns: field.most_change for field in steady.parameters.liquid.fields}
     limits["h"] = MOST_SHAPE * max(steady.problem.betas, default=0.0)
     for name, most in limits.items():
         rate = tangent[fields[name]] if name in fields else np.empty(0)
@@ -170,14 +169,14 @@ def _continued(steady: SteadySolver, target: Parameters, way: list[Passed], *, s
     tau, longest, relaxed = 0.0, _first_step(start, target), 0
     trail: deque[tuple[float, Snapshot]] = deque(maxlen=LAST)
     while tau < 1.0:
-        steady.factor()
+        here = steady.linearise()
         trail.append((tau, steady.snapshot))
         way.append(Passed.of(steady))
         steady.problem.monitor.at(where(steady.parameters))
         if replace(start, gaps=target.gaps) == target:
-            tangent = np.subtract(target.gaps, start.gaps) @ gap_tangents(steady)
+            tangent = np.subtract(target.gaps, start.gaps) @ here.gap_tangents
         else:
-            tangent = tangent_along(steady, lambda change, at=tau: along(at + change))  # type: ignore[misc]
+            tangent = here.tangent(lambda change, at=tau: along(at + change))  # type: ignore[misc]
         step = min(longest, reach(steady, tangent, np.subtract(target.gaps, start.gaps)))
         if step > 0.9 * (1.0 - tau):
             step = 1.0 - tau
@@ -273,8 +272,8 @@ def _closer(
     if step < NEAR_ENOUGH * fold:
         return False
     steady.recall(last)
-    steady.factor()
-    guess = steady.y + step * tangent_along(steady, lambda change: along(tau + change))
+    tangent = steady.linearise().tangent(lambda change: along(tau + change))
+    guess = steady.y + step * tangent
     if not steady.solve(along(tau + step), guess).converged:
         return False
     trail.append((tau + step, steady.snapshot))

@@ -131,11 +131,10 @@ class StepSolver(MeshedSolver):
         while sizes[0] > SURE_STEP:
             sizes.insert(0, sizes[0] / 10)
         for liquid in self._easier_liquids(reports):
-            self.scene.liquid.become(liquid)
-            found, report = self._solved(guess.copy(), sizes[0], U_m)
+            with self.scene.liquid.changed_to(liquid):
+                found, report = self._solved(guess.copy(), sizes[0], U_m)
             reports.append(report)
             guess = found if report.converged else guess
-        self.scene.liquid.become(self.problem.liquid)
         for size in sizes:
             guess, report = self._solved(guess, size, U_m)
             reports.append(report)

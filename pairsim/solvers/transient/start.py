@@ -22,7 +22,7 @@ from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import Problem, SteadyProblem
 from pairsim.solvers.steady.ends import Ended
 from pairsim.solvers.steady.first_solution import first_scene
-from pairsim.solvers.steady.scene import SteadySolver
+from pairsim.solvers.steady.linearisation import Linearisation
 
 SCALARS = ("p_s", "m", "dp")  # fields in the same numbering in scenes in time and quasi-steady scenes
 
@@ -46,19 +46,20 @@ class Flow:
     dU_error: Array
 
     @staticmethod
-    def of(steady: SteadySolver, x: Array) -> Flow:
+    def of(at: Linearisation, x: Array) -> Flow:
         """The flow of a quasi-steady solution.
 
         Args:
-            steady: The scene, at a solution.
+            at: The solution.
             x: Its full vector, shape (n,).
         """
-        liquid, constraints, y = steady.scene.liquid, steady.constraints, steady.y
+        steady, y = at.steady, at.y
+        liquid, constraints = steady.scene.liquid, steady.constraints
         nodal = {f.name: liquid.nodal(f.name, x) for f in liquid.fields}
         scalars = {name: y[constraints.fields[name]] for name in SCALARS if name in constraints.fields}
         U, error = y[constraints.fields["U_p"]], np.zeros(max(len(steady.bodies) - 1, 0))
         if error.size:
-            estimate = ErrorEstimator().estimate(steady, Adjoints.of(steady), steady.observe())
+            estimate = ErrorEstimator().estimate(at, Adjoints.of(at), steady.observe())
             error = np.abs(estimate.dU) + estimate.dU_error
         return Flow(nodal, constraints.V @ y, scalars, U, error)
 
@@ -134,11 +135,11 @@ def quasi_steady(problem: Problem, clock: Clock) -> Start:
         message = Message("the run has no quasi-steady state to start from: {}", failure.message)
         raise NoSteadyState(message, advice="start: rest") from failure
     try:
-        steady.factor()
+        at = steady.linearise()
         h, x = steady.state()
         scene = steady.scene
         insides = tuple(None if body.phase is None else body.phase.six_node_mesh for body in steady.bodies)
-        flow = Flow.of(steady, x)
+        flow = Flow.of(at, x)
         work = steady.iterations, steady.factorisations
         for name, seconds in steady.clock.seconds.items():
             clock.seconds[name] += seconds
