@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pairsim.physics.drive import DEVELOPED
 from pairsim.physics.liquids import single
 from pairsim.physics.liquids.oldroyd_b import OldroydB
 from pairsim.runtime.arrays import Array
@@ -34,7 +35,7 @@ class Limited:
 
     def __init__(self) -> None:
         self.parameters, self.y, self.relaxations = at(0.1), np.zeros(1), 0
-        self.problem = SimpleNamespace(betas=(0.4,), monitor=Monitor(), velocity=None)
+        self.problem = SimpleNamespace(betas=(0.4,), monitor=Monitor(), drive=DEVELOPED)
         self.constraints = SimpleNamespace(fields={"s": np.zeros(0, dtype=int)})
 
     @property
