@@ -1,10 +1,9 @@
-"""What questions about one particle over Ca_e share: their keys, the steady states, and a picture."""
+"""What questions about one particle over Ca_e share: their keys and the steady states."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pydantic import Field
@@ -15,13 +14,14 @@ from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.mistakes import Mistake
 from pairsim.cases.values import Values
 from pairsim.computing import events
+from pairsim.computing.warnings import finer
 from pairsim.quantities.text import softness
 from pairsim.results.columns import Column, column
 from pairsim.runtime.message import Message
 from pairsim.runtime.text import counted
+from pairsim.solvers.parameters import Parameters
 
 if TYPE_CHECKING:
-    from pairsim.plots.style import Page
     from pairsim.runtime.monitor import Monitor
     from pairsim.solvers.errors.estimate import ErrorEstimate
     from pairsim.solvers.steady.scene import SteadySolver
@@ -77,9 +77,7 @@ def solve_along(
     """
     from pairsim.computing.problems import steady_problem
     from pairsim.computing.steady import Solutions, health_columns, large_value_errors, point_row
-    from pairsim.computing.warnings import finer
     from pairsim.fem.surface import roughness
-    from pairsim.solvers.parameters import Parameters
 
     what = f"{counted(len(case.series), 'value')} of Ca_e"
     yield events.Begin(what, len(case.series))
@@ -112,22 +110,3 @@ def solve_along(
         )
         warnings = [*([warning] if rough else []), *large_value_errors(case, rows, errors)]
         yield from found.last_events({"points": len(found.points)}, warnings)
-
-
-def draw_along(directory: Path, out: Path, page: Page, name: str, errors: Mapping[str, str]) -> list[Path]:
-    """Draw columns of the table `name`, each with that of its errors or "", over Ca_e or the modulus, a panel each."""
-    from pairsim.plots.chart import POINT, Panel, Series, draw_chart
-    from pairsim.plots.labels import parts_along, read_case
-    from pairsim.plots.style import printing
-    from pairsim.plots.units import Units
-    from pairsim.results.table_files import read_table
-
-    units, case = Units.of(directory, page.physical), read_case(directory / "case.yaml")
-    table = units.table(read_table(directory / f"{name}.csv"))
-    (label, x), joined = units.followed(case, "Ca_e", table["Ca_e"]), {"linestyle": "-"}
-    series = [Series(n, x, table[n], table.get(error), mark=POINT, look=joined) for n, error in errors.items()]
-    panels = {n: Panel(label, units.axis_label([n]), wide="x") for n in errors}
-    with printing():
-        parts = parts_along(case, "Ca_e", units.scales is not None)
-        figure, _ = draw_chart(page, panels, series, parts)
-        return page.save(figure, out, name)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
@@ -14,9 +14,10 @@ from typing import Any
 from pairsim.cases.case import SceneCase
 from pairsim.cases.identity import identity_of, key_of, sources_of
 from pairsim.cases.inputs import inputs_of, units_of
-from pairsim.computing import Question, events, own_files
+from pairsim.computing import events
 from pairsim.computing.events import Outcome
 from pairsim.computing.progress import Reporter
+from pairsim.computing.question import Question
 from pairsim.computing.record import about, peak_memory
 from pairsim.fem.compilation import jit
 from pairsim.quantities.kinds import TIME
@@ -43,6 +44,7 @@ class Options:
     overwrite: bool  # whether existing results may be replaced
     reporter: Reporter
     command: str  # command line, for run.json and for the lock
+    own_files: Collection[str]  # names of files that are replaced in a folder with results
     signals: Signals | None = None  # signals that end the computation in order, caught by the caller
     budget: float | None = None  # largest wall time of the computation [s]; None for no limit
     patience: float | None = None  # largest wall time up to the first row [s], if there is no budget; None for no limit
@@ -64,7 +66,7 @@ def carry_out[C: SceneCase](
         WriteFailure: case.yaml or run.json cannot be written.
     """
     notes = [*case.remarks, *case.notes, *question.estimate(case).notes]
-    uncertain = [each.key for each in inputs_of(case) if each.half_width and "sensitivities" not in question.flags]
+    uncertain = [each.key for each in inputs_of(case) if each.half_width and not question.has_flag("sensitivities")]
     if uncertain:
         notes.append(f"half-widths of {', '.join(uncertain)} are no part of this answer; pairsim curve has them")
     with sole_writer(directory, options.command):
@@ -77,7 +79,7 @@ def carry_out[C: SceneCase](
         session = _Session(case, directory, options, notes, old, question.resumable)
         computation = question.solve(case, monitor=session.monitor, **more)  # which may refuse a keyword
         if earlier is None:
-            prepare_folder(directory, options.overwrite or resume, own_files())
+            prepare_folder(directory, options.overwrite or resume, options.own_files)
         return session.carry_out(computation)
 
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 from pairsim.cases.accuracy import SETTINGS, settings_of
 from pairsim.cases.case import FREE_ENDS, SceneCase
-from pairsim.cases.materials import is_viscous, slowest_of
 from pairsim.quantities.kinds import LENGTH
 from pairsim.runtime.message import Message, Text
 
@@ -24,7 +23,7 @@ MOST_DE = 2.0  # largest at which dU was compared with finer meshes, docs/explan
 
 def beyond_checked(case: SceneCase) -> list[str]:
     """Warn of particles at a De above all at which dU was compared with finer meshes."""
-    slowest = slowest_of(dict(case))
+    slowest = case.slowest_time
     if (De := slowest * max(case.values_of_De)) <= MOST_DE or case.n == 0:
         return []
     mode = "" if slowest == 1 else " of the slowest mode"
@@ -93,7 +92,7 @@ class ErrorAt:
             return _longer(case)
         if self.regularisation > self.relative / 2:
             place, name = case.liquid_model.regularisation.split(".")
-            larger = f"liquid.{name}" if is_viscous(dict(case)) else f"liquid.{place}.{name}"
+            larger = f"liquid.{name}" if case.is_viscous else f"liquid.{place}.{name}"
             return f"a larger {name} (--set {larger}={SHARPER * case.liquid_model.numbers[f'{place}.{name}']:.3g})"
         return ""
 

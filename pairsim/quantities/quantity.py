@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from pairsim.quantities.scales import Scales
 
 if TYPE_CHECKING:
-    from pairsim.quantities.kinds import Unit
+    from pairsim.quantities.kinds import Kind
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Quantity:
         named: Whether the text without units has the name of the dimensionless unit.
     """
 
-    kind: Unit
+    kind: Kind
     texts: tuple[str, ...]
     between: str = ", "
     named: bool = False

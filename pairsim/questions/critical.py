@@ -11,32 +11,33 @@ system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import Field
 
-from pairsim.api.compute import Computation
 from pairsim.api.results import Result
 from pairsim.cases.case import SceneCase
 from pairsim.cases.checks import check_scene
 from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.keys import Key, Part
-from pairsim.cases.materials import is_viscous
 from pairsim.cases.mistakes import Mistake
 from pairsim.cases.values import FOLLOWED, Distance, Values
-from pairsim.cli.compute import app_of
 from pairsim.computing import events
-from pairsim.computing.question import InSweeps, Question, Tables, Value, drawn_by, rows_in
+from pairsim.computing.question import InSweeps, Question, Tables, Value, rows_in
+from pairsim.computing.warnings import large_errors
 from pairsim.quantities.kinds import LENGTH, VELOCITY
 from pairsim.quantities.text import in_unit
 from pairsim.results.columns import CRITICAL_COLUMNS
 from pairsim.results.scales import scales_in
 from pairsim.runtime.message import Message, Text
+from pairsim.solvers.parameters import Parameters
 
 if TYPE_CHECKING:
     from pairsim.computing.warnings import ErrorAt
     from pairsim.physics.liquids import Liquid
     from pairsim.physics.solids import Solid
+    from pairsim.plots.style import Page
     from pairsim.results.curve_table import Zero
     from pairsim.runtime.monitor import Monitor
     from pairsim.solvers.curves.branch import Point
@@ -98,7 +99,7 @@ def _check_along(case: CriticalCase, along: Mapping[str, Sequence[float]]) -> It
         yield Mistake("along", wrong[0], f"must be values of {name} from {least:g} to {most:g}")
     if name == "Ca_e" and case.Ca_e is not None and len({Ca_e for Ca_e in case.Ca_es if Ca_e}) != 1:
         yield Mistake("Ca_e", case.Ca_e, "must be a single value above 0, as along replaces it")
-    if name == "De" and is_viscous(dict(case)):
+    if name == "De" and case.is_viscous:
         yield Mistake("along", dict(along), "must be Ca_e: the liquid has no relaxation time, and so no De")
     elif name == "De" and case.De == 0:
         yield Mistake("De", case.De, "must be above 0, as along replaces it")
@@ -114,11 +115,9 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
     """Find the critical distances, and follow them over the parameter of the case."""
     from pairsim.computing.problems import steady_problem
     from pairsim.computing.steady import Solutions, adaptation_report, error_at, health_columns
-    from pairsim.computing.warnings import large_errors
     from pairsim.solvers.curves.branch import Point
     from pairsim.solvers.curves.critical import find_all, follow_all
     from pairsim.solvers.curves.zero_lines import Critical, End, Followed, Missed, Region
-    from pairsim.solvers.parameters import Parameters
 
     least, most = case.d
     region: Region | None = None  # of parameters and distances in which zeros are followed
@@ -242,7 +241,15 @@ class CriticalResult(Result):
         return answer_of_critical(zeros_in(shown, "d_cr"), self.record)
 
 
+def draw(folder: Path, out: Path, page: Page) -> list[Path]:
+    """Draw the tables of a folder."""
+    from pairsim.plots.critical import draw_critical
+
+    return draw_critical(folder, out, page)
+
+
 QUESTION = Question(
+    __name__,
     model=CriticalCase,
     check=check,
     estimate=estimate,
@@ -250,15 +257,8 @@ QUESTION = Question(
     tables={"critical": (), "way": ()},
     result=CriticalResult,
     in_sweeps=InSweeps(lambda _: ("points", "zeros", "stable"), read),
-    draw=drawn_by("pairsim.plots.critical:draw_critical"),
+    draw=draw,
     captions={"critical": "Critical distances"},
-)
-
-critical: Computation[CriticalResult] = Computation(QUESTION, __doc__)
-"""Find the distances at which dU = 0, and follow them over Ca_e or De, which the case has under `along`."""
-app = app_of(
-    critical,
-    __doc__,
-    "Examples: pairsim critical configs/critical.yaml | "
+    examples="Examples: pairsim critical configs/critical.yaml | "
     "pairsim critical case.yaml --set 'along={Ca_e: [0.02, 0.05, 0.1]}'",
 )

@@ -125,8 +125,7 @@ def distance_on(curve: CurveInterpolant, given: float | str, option: str, scales
     try:
         d = float(given)
     except ValueError:
-        from pairsim.cases.quantities import LENGTH as A_LENGTH
-        from pairsim.cases.quantities import si  # loads what checks cases
+        from pairsim.cases.quantities import A_LENGTH, si  # loads what checks cases
 
         try:
             length = si(str(given), A_LENGTH)

@@ -6,10 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from pairsim.cases.estimate import Estimate
 from pairsim.cases.run_case import Case
 from pairsim.computing import events
 from pairsim.quantities.kinds import TIME
 from pairsim.questions.curve import CurveCase
+from pairsim.questions.run import estimate
 from pairsim.results.columns import names_of
 from pairsim.results.curve_table import zeros_of
 from pairsim.runtime.message import Message
@@ -27,6 +29,11 @@ def run_at(case: CurveCase, place: tuple[float, ...]) -> Case:
     output = {"times": [part * end for part in EARLIER.values()], "fields": False}
     own = {"d0": place, "start": "rest", "hold": True, "dU_error": True, "time": {"end": end}, "output": output}
     return Case.model_validate(shared | own)
+
+
+def estimate_from_rest(case: CurveCase, points: int) -> Estimate:
+    """Size and duration of a curve from rest with some points."""
+    return estimate(run_at(case, case.places[0]), points)
 
 
 def from_rest(case: CurveCase, monitor: Monitor) -> events.Events:
