@@ -17,7 +17,16 @@ from pairsim.results.table_files import read_table
 def draw_along(
     directory: Path, out: Path, page: Page, name: str, columns: Columns, errors: Mapping[str, str]
 ) -> list[Path]:
-    """Draw columns of the table `name`, each with that of its errors or "", over Ca_e or the modulus, a panel each."""
+    """Draw columns of a table over Ca_e or, in an experiment, the modulus, a panel for each; returns the pictures.
+
+    Args:
+        directory: Folder of the results.
+        out: Folder of the pictures.
+        page: What they are drawn on, and in which units.
+        name: Name of the table and of the picture.
+        columns: The columns of the table.
+        errors: Names of those that are drawn, each with that of the column of its half-widths, "" without one.
+    """
     units, case = Units.of(directory, page.physical), read_case(directory / "case.yaml")
     table = read_table(directory / f"{name}.csv", columns).converted(units.scales)
     (label, x), joined = units.followed(case, CA_E, table[CA_E]), {"linestyle": "-"}

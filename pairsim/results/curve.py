@@ -56,10 +56,10 @@ from pairsim.results.motion import Memory, Motion
 from pairsim.results.record import Record
 from pairsim.results.table import Table
 from pairsim.results.table_files import read_table
-from pairsim.results.travel import ROUNDING, Travel, distance_on, travel
+from pairsim.results.travel import Travel, distance_on, travel
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
-from pairsim.solvers.curves.interpolant import CurveInterpolant, Peak, Region
+from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU, CurveInterpolant, Peak, Region
 
 if TYPE_CHECKING:
     from pairsim.atlas.atlas import Atlas
@@ -317,7 +317,7 @@ class Curve:
         Of more than two particles those of the first gap.
         """
         peak, curve = self.peak, self.interpolant(self.gaps[0])
-        if abs(peak.dU) < ROUNDING:
+        if abs(peak.dU) < NEGLIGIBLE_DU:
             return []
         if curve is None:
             return [Region(peak.d, peak.d, int(np.sign(peak.dU)) if abs(peak.dU) > peak.error else 0)]

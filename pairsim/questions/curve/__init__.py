@@ -27,6 +27,7 @@ from pairsim.cases.keys import Key, Part
 from pairsim.cases.mistakes import Mistake, broken, missing
 from pairsim.cases.values import MOST_VALUES, CurveTolerance, Distance, Gaps, Range, Time, Velocity, Whole, spelled_out
 from pairsim.computing.question import Flag, InSweeps, Question, Tables, Value
+from pairsim.physics.drive import Drive
 from pairsim.quantities.kinds import RATE
 from pairsim.results.column import PARTICLE, Column, Columns, names_of
 from pairsim.results.columns import DISTANCE, DU, FORCES, WAY_COLUMNS
@@ -145,8 +146,8 @@ class CurveCase(SceneCase):
         return self.after is not None
 
     @property
-    def driven(self) -> tuple[float, float | None]:
-        return float(self.flow), self.velocity
+    def drive(self) -> Drive:
+        return Drive(float(self.flow), self.velocity)
 
     @property
     def common(self) -> bool:
