@@ -38,6 +38,7 @@ from pairsim.results.columns import COST
 from pairsim.results.folder import write_text
 from pairsim.runtime import errors
 from pairsim.runtime.errors import RunFailure
+from pairsim.sweeps import study_table
 from pairsim.sweeps.files import FILES
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -198,6 +199,7 @@ def environment() -> Environment:
         "shared_keys": [row for row in keys["run"] if all(row in keys[command] for command in QUESTIONS)],
         "shared": shared,
         "series": series,
+        "study": study_table,
         "numbered": numbered,
         "examples": {path.name: path.read_text() for path in sorted(CONFIGS.glob("*.yaml"))},
     }
