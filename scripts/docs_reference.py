@@ -32,7 +32,6 @@ from pairsim.computing.schema import schema_rows
 from pairsim.quantities.kinds import PURE, SECONDS
 from pairsim.questions.registry import QUESTIONS
 from pairsim.results import columns as shared
-from pairsim.results import series
 from pairsim.results.column import Column, Columns
 from pairsim.results.columns import COST
 from pairsim.results.folder import write_text
@@ -198,7 +197,6 @@ def environment() -> Environment:
         "keys": keys,
         "shared_keys": [row for row in keys["run"] if all(row in keys[command] for command in QUESTIONS)],
         "shared": shared,
-        "series": series,
         "study": study_table,
         "numbered": numbered,
         "examples": {path.name: path.read_text() for path in sorted(CONFIGS.glob("*.yaml"))},

@@ -244,6 +244,23 @@ STEADY = (*STEADY_HEALTH, *POLYMER_HEALTH, *YIELD_HEALTH)
 """All diagnostics of quasi-steady solutions."""
 WAY_COLUMNS = Columns(DE, CA_E, DISTANCE, U, DU, TAYLOR)
 """The columns of way.csv: steady states on the way to parameters that were not reached."""
+CURVE_COLUMNS = Columns(
+    *MOTION,
+    *(NEWTON, DU_HELD, DU_DISCRETE, DU_HALF, DU_QUARTER, STRETCH, FROM_REST, DU_CORRECTION, DU_ERROR, ENDS_ERROR),
+    *(SLOPE, SENSITIVITIES.values(), U_CORRECTION, U_ERROR, DP_PLUS_CORRECTION, DP_PLUS_ERROR, FORCES),
+    *(CORRECTED, WANTED, STEADY_HEALTH, POLYMER_HEALTH, YIELD_HEALTH),
+)
+"""The columns that curve.csv may have, in their order."""
+EQUILIBRIA_COLUMNS = Columns(DISTANCE, STABLE, SLOPE, PEAK, D_ERROR, CERTAIN)
+"""The columns of equilibria.csv."""
+STATE_COLUMNS = (T, *MOTION, Z)
+"""The columns that series.csv begins with."""
+ERROR_COLUMNS = (DU_DISCRETE, DU_CORRECTION, DU_ERROR)
+"""Those of the error of dU, which follow where it is estimated."""
+RUN_HEALTH = (DT, NEWTON, MESH, *OBSERVED, DISTORTION)
+"""Diagnostics of a run, before those of a viscoelastic liquid."""
+SERIES_COLUMNS = Columns(STATE_COLUMNS, ERROR_COLUMNS, BRIDGE, RUN_HEALTH, POLYMER_HEALTH)
+"""The columns that series.csv may have, in their order."""
 
 SHARED = Columns([each for each in vars().values() if isinstance(each, Column)], POLYMER_HEALTH)
 """All of them."""

@@ -14,10 +14,10 @@ from pairsim.cases.mistakes import Mistake, input_error
 from pairsim.cases.yaml_file import read_yaml
 from pairsim.questions.registry import QUESTIONS
 from pairsim.results.column import names_of
-from pairsim.results.columns import STEPS, UNKNOWNS
+from pairsim.results.columns import STATE_COLUMNS, STEPS, UNKNOWNS
+from pairsim.results.entries import STATUS
 from pairsim.results.folder import write_text
-from pairsim.results.record import STATUS, Record
-from pairsim.results.series import STATE_COLUMNS
+from pairsim.results.record import Record
 from pairsim.results.table_files import read_table, table_text
 from pairsim.sweeps.files import parse_file
 from pairsim.sweeps.grid import Grid, grid_from
