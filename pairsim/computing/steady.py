@@ -87,7 +87,7 @@ class Solutions:
             NoSteadyState: No solution was found.
             MeshFailure: A mesh could not be generated.
         """
-        wanted = self.case.error_wanted if self.case.n > 1 and self.case.driven[1] is None else np.inf
+        wanted = self.case.error_wanted if self.case.n > 1 and self.case.drive.free else np.inf
         scene = first_scene(problem, first)
         if isinstance(scene, Ended) and scene.kind and not first.gaps:
             scene = scene_past_end(problem, first, scene)

@@ -42,7 +42,7 @@ def above(value: float, limit: float) -> str:
 
 def asked_for(case: SceneCase) -> str:
     """Symbol of what a case is computed for: F of particles that are moved, dU of several, U of a single one."""
-    if case.driven[1] is not None:
+    if not case.drive.free:
         return "F"
     return "dU" if case.n > 1 else "U"
 

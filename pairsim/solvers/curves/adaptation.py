@@ -28,7 +28,6 @@ from pairsim.solvers.steady.continuation import prepared
 from pairsim.solvers.steady.ends import Ended
 from pairsim.solvers.steady.first_solution import FEWEST_CELLS, first_scene, try_from_other_mesh
 from pairsim.solvers.steady.scene import Snapshot, SteadySolver
-from pairsim.solvers.steady.tangents import gap_tangents
 
 # Constants without another origin were chosen.
 ROUNDS = 3
@@ -127,8 +126,7 @@ def _moved(scout: SteadySolver, gaps: tuple[float, ...]) -> bool:
     count = int(np.ceil(np.abs(np.log(np.divide(gaps, here))).max() / np.log(STEP)))
     for part in np.arange(1, count + 1) / count:
         there = replace(scout.parameters, gaps=tuple(map(float, here ** (1 - part) * np.array(gaps) ** part)))
-        scout.factor()
-        step = np.subtract(there.gaps, scout.parameters.gaps) @ gap_tangents(scout)
+        step = np.subtract(there.gaps, scout.parameters.gaps) @ scout.linearise().gap_tangents
         scout.forget()
         if not scout.solve(there, prepared(scout, there, scout.y + step)).converged:
             return False
@@ -261,7 +259,7 @@ class AdaptiveBranch(Branch):
         large it is there depends on where in the cell it vanishes.
         """
         estimate = point.estimate
-        return not point.parameters.liquid.modes and bool((estimate.irregular_dU > estimate.regular_dU).any())
+        return not point.parameters.liquid.has_memory and bool((estimate.irregular_dU > estimate.regular_dU).any())
 
     def _nominal(self, point: Point) -> tuple[float, ...]:
         return self.problem.nominal(point.gaps)
@@ -288,7 +286,7 @@ class AdaptiveBranch(Branch):
 
     def _finer(self, point: Point, most: Array) -> SteadyProblem | None:
         """The problem with cells that should leave no more than `most` of every dU; None if all cells are held."""
-        estimate, elastic = point.estimate, bool(point.parameters.liquid.modes)
+        estimate, elastic = point.estimate, point.parameters.liquid.has_memory
         if estimate.cells is not None and not self._held and (estimate.irregular_dU >= estimate.regular_dU).all():
             self._fields[self._nominal(point)] = self._sizes(point, most)
             sizes = AdaptedSizes(tuple(self._fields.values()))
@@ -313,7 +311,7 @@ class AdaptiveBranch(Branch):
         mesh = self.problem.mesh
         field = cells.sizes(most / scatter, largest_factor, mesh.rows or self.problem.length)
         # Without modes cells that contribute nothing to dU carry the profile, and with it the pressure drop.
-        return field if point.parameters.liquid.modes else field.at_most(mesh.max_size)
+        return field if point.parameters.liquid.has_memory else field.at_most(mesh.max_size)
 
     def _go_on(self, problem: SteadyProblem, parameters: Parameters) -> bool:
         """Carry the solution over to other cells; False, with the old ones kept, if that fails."""

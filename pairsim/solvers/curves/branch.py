@@ -23,9 +23,9 @@ from pairsim.solvers.steady.bordered import solve_with
 from pairsim.solvers.steady.continuation import IN_TIME, follow, where
 from pairsim.solvers.steady.ends import Ended
 from pairsim.solvers.steady.first_solution import scene_past_end
+from pairsim.solvers.steady.linearisation import Linearisation
 from pairsim.solvers.steady.relaxation import relaxation_time
 from pairsim.solvers.steady.scene import Snapshot, SteadySolver
-from pairsim.solvers.steady.tangents import gap_tangents
 
 # Factor by which a zero may lie outside the interval between two points of opposite sign; chosen.
 BESIDE = 1.05
@@ -295,23 +295,22 @@ class Branch:
 
     def _read(self, iterations_before: int) -> Point:
         solver = self.solver
-        adjoints, discrete, estimate = self._estimated()
+        at, adjoints, discrete, estimate = self._estimated()
         left = np.abs(estimate.newton_dU)
         most = NEWTON_PART * (estimate.dU_error - left)
         if (left > most).any():
             for _ in range(MOST_STEPS):
                 solver.forget()
-                solver.factor(SHORTER)
-                if (np.abs(np.diff(adjoints.velocities @ solver.residual())) <= most).all():
+                if (np.abs(np.diff(adjoints.velocities @ solver.linearise(SHORTER).residual)) <= most).all():
                     break
-            adjoints, discrete, estimate = self._estimated()
-        held_slopes = gap_tangents(solver)[:, solver.constraints.fields["U_p"]].T
-        t_relax, varied = relaxation_time(solver), solver.parameters.varied
+            at, adjoints, discrete, estimate = self._estimated()
+        held_slopes = at.gap_tangents[:, solver.constraints.fields["U_p"]].T
+        t_relax, varied = relaxation_time(at), solver.parameters.varied
         if not np.isfinite(estimate.U).all():
             said = Message("the estimate of the error is no number at {}", where(solver.parameters))
             raise NoSteadyState(said, advice=IN_TIME)
         held, least = estimate.corrected(discrete), float(estimate.dU_error.min(initial=np.inf))
-        motion = slow_motion(solver, held.dU, adjoints, t_relax, least)
+        motion = slow_motion(at, held.dU, adjoints, t_relax, least)
         undecided = np.abs(np.diff(held.U + motion.U)) <= estimate.dU_error + motion.remainder
         return Point(
             solver.parameters,
@@ -321,7 +320,7 @@ class Branch:
             t_relax,
             np.diff(held_slopes.sum(axis=1) if varied is None else held_slopes[:, varied]),
             held_slopes,
-            sensitivities(solver, adjoints, held.dU, motion, self._sensitivities) if self._sensitivities else {},
+            sensitivities(at, adjoints, held.dU, motion, self._sensitivities) if self._sensitivities else {},
             estimate,
             Hold.of(solver, undecided),
             solver.iterations - iterations_before,
@@ -329,11 +328,11 @@ class Branch:
             liquid_distortion(solver.scene, solver.state()[1]),
         )
 
-    def _estimated(self) -> tuple[Adjoints, Observation, ErrorEstimate]:
-        """Adjoints, quantities and their errors at the present solution, after a step with the matrix there."""
-        self.solver.factor()
-        adjoints, discrete = Adjoints.of(self.solver), self.solver.observe()
-        return adjoints, discrete, self._estimator.estimate(self.solver, adjoints, discrete)
+    def _estimated(self) -> tuple[Linearisation, Adjoints, Observation, ErrorEstimate]:
+        """The present solution after a step with the matrix there: its adjoints, quantities and their errors."""
+        at = self.solver.linearise()
+        adjoints, discrete = Adjoints.of(at), self.solver.observe()
+        return at, adjoints, discrete, self._estimator.estimate(at, adjoints, discrete)
 
     def close(self) -> None:
         """Free the memory of the solvers."""

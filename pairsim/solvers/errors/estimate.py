@@ -24,6 +24,7 @@ from pairsim.solvers.errors.adjoints import MEASURES, Adjoints
 from pairsim.solvers.errors.end_effects import end_effects
 from pairsim.solvers.errors.regularisation import by_regularisation, left_by_regularisation
 from pairsim.solvers.errors.run_errors import OF_POINTS, widening
+from pairsim.solvers.steady.linearisation import Linearisation
 from pairsim.solvers.steady.scene import SteadySolver
 
 # Factors of the scatter in a half-width. Determined on twelve solutions without a memory, and on half of the other
@@ -152,24 +153,25 @@ class ErrorEstimator:
         self._enriched: EnrichedScene[EnrichedTests] | None = None
         self._recovered: EnrichedScene[EnrichedUnknowns] | None = None
 
-    def estimate(self, steady: SteadySolver, adjoints: Adjoints, discrete: Observation) -> ErrorEstimate:
+    def estimate(self, at: Linearisation, adjoints: Adjoints, discrete: Observation) -> ErrorEstimate:
         """The estimate at a solution: one assembly of the enriched residual.
 
         Args:
-            steady: The solution.
+            at: The solution.
             adjoints: Its adjoints.
             discrete: Its quantities.
         """
+        steady = at.steady
         scene, constraints = steady.scene, steady.constraints
         with steady.clock("jit"):
             if self._enriched is None or self._enriched.scene is not scene:
                 self._enriched = EnrichedScene(scene, EnrichedTests, self._enriched)
         z, drop, count = adjoints.all, adjoints.drop, len(adjoints.velocities)
-        residual = steady.residual()
+        residual = at.residual
         left = -z @ residual
         changes = -z @ _flow_rate_defect(steady, residual)
         ends = end_effects(steady, z, residual)
-        sharper = by_regularisation(steady, z, drop.apart)
+        sharper = by_regularisation(at, z, drop.apart)
         regularised = left_by_regularisation(sharper)
         with steady.clock("assembly"):
             x = steady.state()[1]
@@ -181,7 +183,7 @@ class ErrorEstimator:
         scatter_dU = np.sqrt(np.maximum(np.einsum("ik,kl,il->i", difference, tested.stress_products, difference), 0.0))
         F, shape = slice(count, count + adjoints.forces), slice(count + adjoints.forces, -1)
         moved = len(changes[F]) > 0
-        elastic = bool(scene.material.modes)
+        elastic = scene.material.has_memory
         of_scatter = ELASTIC if elastic else VISCOUS
         cancelling = (scatter[F] if moved else scatter_dU) > CANCELLING * np.abs(
             changes[F] if moved else np.diff(changes[:count])
@@ -241,7 +243,7 @@ def _indicators(enriched: EnrichedScene[EnrichedTests], tested: WeightedResidual
     if tested.stress_by_cell is None:
         return None
     reference, squares = enriched.scene.reference, np.diff(tested.stress_by_cell[:count], axis=0).T ** 2
-    order = ORDER if enriched.scene.material.modes else VISCOUS_ORDER
+    order = ORDER if enriched.scene.material.has_memory else VISCOUS_ORDER
     return CellIndicators(reference.geometry, reference.mirrored, tested.corners, squares, order)
 
 
@@ -264,11 +266,11 @@ def _flow_rate_defect(steady: SteadySolver, residual: Array) -> Array:
     cells, and every velocity with it; no residual tells.
     """
     scene = steady.scene
-    if scene.periodic or scene.flow == 0:
+    if scene.periodic or scene.drive.flow == 0:
         return np.zeros(steady.constraints.size)
     x = steady.state()[1]
     index, weight = scene.flow_rate
-    excess = scene.flow * FLOW_RATE / float(weight @ x[index]) - 1
+    excess = scene.drive.flow * FLOW_RATE / float(weight @ x[index]) - 1
     for nodes in (scene.nodes.inlet, scene.nodes.outlet):
         x[scene.liquid.index("u", nodes)] *= 1 + excess
     return steady.newton.reduce(x) - residual

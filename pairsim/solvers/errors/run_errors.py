@@ -136,7 +136,7 @@ class RunErrors:
     @classmethod
     def of(cls, liquid: Liquid) -> RunErrors:
         """Those of a run that has not begun; it forgets in a time of 1 + De (chosen), as liquid passes and relaxes."""
-        return cls(TimeError(order=2 if liquid.modes else 3), Interval(memory=1.0 + liquid.longest))
+        return cls(TimeError(order=2 if liquid.has_memory else 3), Interval(memory=1.0 + liquid.longest))
 
     def add(
         self,

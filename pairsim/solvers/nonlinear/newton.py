@@ -115,7 +115,7 @@ class Newton:
         self._snes.setMaxFunctionEvaluations(-1)
         self._factors = Factors(self._system, self._snes.getKSP(), prefix, self.options.mumps, self.options.single)
         database, liquid = PETSc.Options(), self.scene.material
-        thinning = self.options.line_search and not (liquid.modes or liquid.newtonian)
+        thinning = self.options.line_search and not (liquid.has_memory or liquid.newtonian)
         search = "bt" if thinning or liquid.regularisation else "basic"
         names = {f"{prefix}snes_linesearch_type": search, f"{prefix}snes_max_it": self.options.max_iterations}
         names |= {f"{prefix}{k}": v for k, v in self._factors.options.items()}

@@ -77,7 +77,7 @@ def _softness(problem: SteadyProblem, parameters: Parameters) -> float:
     """Largest product of diameter and Ca_e, and of the stress where a yield stress makes it larger."""
     stress = 1.0
     if parameters.liquid.regularisation:
-        stress = max(stress, Pipe(parameters.liquid, problem.flow).steady().gradient / FIRST_GRADIENT)
+        stress = max(stress, Pipe(parameters.liquid, problem.drive.flow).steady().gradient / FIRST_GRADIENT)
     return stress * max(beta * Ca_e for beta, Ca_e in zip(problem.betas, parameters.Ca_es, strict=True))
 
 
@@ -109,7 +109,7 @@ def try_from_rest(scene: SteadySolver) -> bool:
     Returns:
         Whether there is a solution, on a mesh that it distorts slightly.
     """
-    if scene.parameters.liquid.easier() != scene.parameters.liquid or scene.parameters.liquid.modes:
+    if scene.parameters.liquid.easier() != scene.parameters.liquid or scene.parameters.liquid.has_memory:
         return False
     place_undeformed(scene, at_rest=True)
     if scene.solve(scene.parameters).converged and not scene.distorted(least=SLIGHT):

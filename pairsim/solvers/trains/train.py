@@ -77,8 +77,7 @@ def train_of(problem: SteadyProblem, parameters: Parameters, count: int, d: floa
         MeshFailure: A mesh could not be generated.
     """
     with closing(one_particle(problem, parameters, d)) as one:
-        one.factor()
-        t_relax, U = relaxation_time(one), float(one.y[one.constraints.fields["U_p"]][0])
+        t_relax, U = relaxation_time(one.linearise()), float(one.y[one.constraints.fields["U_p"]][0])
         with closing(repeated(one, count)) as cell:
             found = response(cell)
             fewer, rates = (growth_rates(*found, orders) for orders in (ORDERS - 1, ORDERS))
