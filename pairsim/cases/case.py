@@ -20,6 +20,7 @@ from pairsim.cases.material_keys import LIQUIDS, LiquidKey, SolidKey, written
 from pairsim.cases.mesh_keys import MeshOptions
 from pairsim.cases.physical import Physical
 from pairsim.physics import liquids, solids
+from pairsim.physics.drive import DEVELOPED, Drive
 from pairsim.physics.liquids import Liquid, Newtonian
 from pairsim.physics.softest import beyond_steady_shapes, beyond_tension
 from pairsim.physics.solids import Solid
@@ -191,9 +192,9 @@ class SceneCase(Keys):
         return (self.De,)
 
     @property
-    def driven(self) -> tuple[float, float | None]:
-        """Mean velocity of the liquid, and that at which all particles are moved, None if no force acts on them."""
-        return 1.0, None
+    def drive(self) -> Drive:
+        """What drives the liquid and the particles."""
+        return DEVELOPED
 
     @property
     def has_history(self) -> bool:

@@ -16,7 +16,7 @@ from pairsim.results.columns import CURVE_HEALTH, FORCES, POLYMER_HEALTH, YIELD_
 from pairsim.runtime.message import Message, Text
 from pairsim.solvers.curves.adaptation import AdaptiveBranch
 from pairsim.solvers.curves.branch import Branch, Point
-from pairsim.solvers.curves.curve import ROUNDING
+from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.continuation import each_of
@@ -72,15 +72,22 @@ class Solutions:
         sensitivities: Collection[str] = (),
         zeros_only: bool = False,
     ) -> AdaptiveBranch:
-        """Solve at the first parameters, with cells that follow from `accuracy` where there is a dU.
+        """Solve at the first parameters; returns the branch, on which other parameters follow.
 
-        Keywords are those of `AdaptiveBranch`.
+        Its mesh is adapted to `accuracy` where several particles move freely, as dU is then asked for.
+
+        Args:
+            problem: The problem of the case.
+            first: The first parameters.
+            places: Distances of the case, see `AdaptiveBranch`.
+            sensitivities: Parameters by which dU is differentiated.
+            zeros_only: Whether the mesh is adapted at zeros of dU alone.
 
         Raises:
             NoSteadyState: No solution was found.
             MeshFailure: A mesh could not be generated.
         """
-        wanted = self.case.error_wanted if self.case.n > 1 and self.case.driven[1] is None else np.inf
+        wanted = self.case.error_wanted if self.case.n > 1 and self.case.drive.free else np.inf
         scene = first_scene(problem, first)
         if isinstance(scene, Ended) and scene.kind and not first.gaps:
             scene = scene_past_end(problem, first, scene)
@@ -93,13 +100,18 @@ class Solutions:
         return self.branch
 
     def last_events(self, entries: Mapping[str, Any], warnings: Sequence[Text] = ()) -> Iterator[Event]:
-        """What run.json says, and a table of the way to parameters that were not reached."""
+        """The last events: what run.json says, and the solutions on the way to parameters that were not reached."""
         yield self.summary(entries, warnings)
         if self.way:
             yield Table("way", ["De", "Ca_e", *names_of(self.case.n, "d", "U", "dU", "D")], [*map(way_row, self.way)])
 
     def summary(self, entries: Mapping[str, Any], warnings: Sequence[Text] = ()) -> Summary:
-        """What run.json says: `entries` with the costs, and `warnings` with those of mesh, stresses and tube."""
+        """What run.json says at the end.
+
+        Args:
+            entries: Entries of the question, to which the costs and the end of the branch are added.
+            warnings: Warnings of the question, to which those that all questions share are added.
+        """
         case, (counts, phases) = self.case, _costs(self.branch)
         seen = [c.s_jump for p in self.points if (c := p.observation.conformation) is not None]
         common = common_warnings(case, max(seen, default=0.0), case.cluster)
@@ -163,39 +175,42 @@ def slope_rows(point: Point) -> Iterator[dict[str, float]]:
 
 
 def way_row(passed: Passed) -> dict[str, float]:
-    """The values of a solution on the way to others; velocities are those at held distances."""
+    """The row of way.csv for a solution on the way to others; velocities are those at held distances."""
     place, U = passed.parameters, passed.U
     parameters = {"De": place.De, "Ca_e": max(place.Ca_es, default=0.0), "d": place.gaps}
     return table_row(len(U), **parameters, U=U, dU=np.diff(U), D=passed.D)
 
 
 def error_at(point: Point, gap: int, size: float) -> ErrorAt:
-    """The estimated error of a relative velocity of a point by mesh and ends, relative to a velocity."""
+    """The estimated error of dU over a gap of a point, and its parts, relative to a velocity `size` [U_av]."""
     estimate = point.estimate
     ends, regularisation = float(estimate.ends_error[gap]) / size, float(estimate.regularisation_error[gap]) / size
     return ErrorAt(float(estimate.dU_error[gap]) / size, each_of(point.parameters), ends, regularisation)
 
 
 def large_value_errors(case: SceneCase, rows: Sequence[Mapping[str, float]], errors: Mapping[str, str]) -> list[Text]:
-    """Warnings of values in rows of a table whose half-widths are more than `accuracy` of the largest of them.
+    """Warnings of columns with a half-width of more than `accuracy` of the largest value in the column.
 
     Args:
         case: The case.
-        rows: The rows, which have a Ca_e each if there are several.
-        errors: Names of values, each with the name of its half-width.
+        rows: The rows of the table; where there are several, each has its Ca_e.
+        errors: Names of the columns, each with that of the column of its half-widths.
     """
     found: list[Text] = []
     for name, error in errors.items():
         size = max((abs(row[name]) for row in rows), default=0.0)
         places = [(f"Ca_e = {row['Ca_e']:.4g}",) if "Ca_e" in row else () for row in rows]
-        parts = [row[error] / size for row in rows] if size > ROUNDING else []
+        parts = [row[error] / size for row in rows] if size > NEGLIGIBLE_DU else []
         at = [ErrorAt(part, place, 0.0, 0.0) for part, place in zip(parts, places, strict=False)]
         found += large_errors(case, f"the error of {name}", f"the largest |{name}|" if len(rows) > 1 else "it", at)
     return found
 
 
 def moving_errors(case: SceneCase, points: Sequence[Point], size: float) -> list[Text]:
-    """Warnings of points at which particles move on too fast for a curve, relative to a velocity."""
+    """Warnings of points at which particles move on before they have forgotten their start.
+
+    The error of dU that this leaves is compared with `accuracy` times a velocity `size` [U_av].
+    """
     parts = {
         Message("d = {}", LENGTH(dict.fromkeys(point.gaps))): float(point.motion.remainder.max()) / size
         for point in points
@@ -233,17 +248,23 @@ def listed(places: Sequence[Sequence[Text]]) -> Message:
 def adaptation_report(
     case: SceneCase, branch: AdaptiveBranch, points: Sequence[Point], sizes: Sequence[float], what: str
 ) -> tuple[dict[str, Any], list[Text]]:
-    """The entry of run.json, and a warning of the points whose error is larger than wanted.
+    """The entry `adaptation` of run.json, and a warning of the points whose error exceeds `accuracy`.
 
-    Errors of dU are relative to `sizes` [U_av], one for each point, which are `what` in words. Where unyielded liquid
-    holds particles together dU is creep, which no cells make more exact: no warning is given there, as the answer says
-    what dU is.
+    Where unyielded liquid holds particles together dU is creep, which no cells make more exact. No warning is given of
+    such points, as the answer says what their dU is.
+
+    Args:
+        case: The case.
+        branch: The branch with the meshes that were made.
+        points: The points.
+        sizes: A velocity for each point, relative to which its error of dU is taken [U_av].
+        what: These velocities in words, such as "the largest |dU|".
     """
     wanted = case.error_wanted
     known = [
         (point.held_together, error_at(point, int(np.argmax(point.estimate.dU_error)), size))
         for point, size in zip(points, sizes, strict=True)
-        if size > ROUNDING
+        if size > NEGLIGIBLE_DU
     ]
     errors, held = ([each for locked, each in known if locked == is_held] for is_held in (False, True))
     missed = [each.where for each in errors if each.relative > wanted]

@@ -34,9 +34,9 @@ from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.text import counted
 from pairsim.solvers.curves.adaptation import ENOUGH
 from pairsim.solvers.curves.branch import Branch, Point
-from pairsim.solvers.curves.curve import ROUNDING, Equilibrium, Zero, equilibria, find_zeros, interpolants, trace
+from pairsim.solvers.curves.curve import Equilibrium, Zero, equilibria, find_zeros, interpolants, trace
 from pairsim.solvers.curves.distances import between
-from pairsim.solvers.curves.interpolant import CurveInterpolant
+from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU, CurveInterpolant
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.continuation import each_of
 from pairsim.solvers.steady.scene import SteadySolver
@@ -152,8 +152,8 @@ def _end(case: CurveCase, found: Solutions) -> Iterator[events.Event]:
         reported = adaptation_report(case, found.branch, points, [size] * len(points), largest)
         entries["adaptation"], missed = reported
         entries["adaptation"]["reference_dU"] = size
-        moved = moving_errors(case, points, size) if size > ROUNDING else []
-        warnings = [*missed, *moved, *(_far_apart(case, curves, size) if size > ROUNDING else [])]
+        moved = moving_errors(case, points, size) if size > NEGLIGIBLE_DU else []
+        warnings = [*missed, *moved, *(_far_apart(case, curves, size) if size > NEGLIGIBLE_DU else [])]
     yield from found.last_events(entries, warnings)
     if found.ended is not None and (last := found.ended.last) is not None and case.n > 1:
         last.reopen()

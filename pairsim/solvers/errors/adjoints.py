@@ -12,10 +12,9 @@ import numpy as np
 
 from pairsim.fem.diagnostics import hull, measure, polygon, taylor_parameter
 from pairsim.runtime.arrays import Array
-from pairsim.solvers.nonlinear.factors import ADJOINT
+from pairsim.solvers.steady.linearisation import DIFFERENCE, Linearisation
 from pairsim.solvers.steady.pressure_drop import InnerDrop
 from pairsim.solvers.steady.scene import SteadySolver
-from pairsim.solvers.steady.tangents import DIFFERENCE
 
 MEASURES = ("D", "deformation_hull")
 """What is measured of the shape of a single soft particle, by the names of columns."""
@@ -39,14 +38,15 @@ class Adjoints:
     drop: InnerDrop
 
     @staticmethod
-    def of(steady: SteadySolver) -> Adjoints:
-        """Solve for them at a solution; its matrix must have been assembled there (`SteadySolver.factor`)."""
+    def of(at: Linearisation) -> Adjoints:
+        """Solve for them at a solution."""
+        steady = at.steady
         fields, drop = steady.constraints.fields, InnerDrop.of(steady)
         own = np.concatenate([fields["U_p"], fields.get("F", np.empty(0, np.int64))])
         read = np.zeros((len(own), steady.constraints.size))
         read[np.arange(len(own)), own] = 1.0
         rows = np.vstack([read, _of_shape(steady), drop.row])
-        solutions = steady.newton.linear_solve(rows, transposed=True, tolerance=ADJOINT)
+        solutions = at.adjoint(rows)
         count = len(fields["U_p"])
         return Adjoints(solutions, len(own) - count, solutions[:count], drop)
 

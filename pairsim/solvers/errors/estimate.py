@@ -24,6 +24,7 @@ from pairsim.solvers.errors.adjoints import MEASURES, Adjoints
 from pairsim.solvers.errors.end_effects import end_effects
 from pairsim.solvers.errors.regularisation import by_regularisation, left_by_regularisation
 from pairsim.solvers.errors.run_errors import OF_POINTS, widening
+from pairsim.solvers.steady.linearisation import Linearisation
 from pairsim.solvers.steady.scene import SteadySolver
 
 # Factors of the scatter in a half-width. Determined on twelve solutions without a memory, and on half of the other
@@ -37,9 +38,9 @@ OF_CANCELLED = 0.015
 # Least part of what is left in one gap of that in another: the estimate of a single gap may vanish by chance. Chosen.
 OF_OTHER_GAPS = 0.1
 OF_ENDS = 2.0  # what the ends may do over what they are found to do; chosen
-# Rounding of a relative velocity [U_av]: equal rigid spheres in a Newtonian liquid, whose dU is 0, have up to 5e-15 on
-# 24 meshes.
-ROUNDING = 1e-13
+# What rounding adds to the half-width of a relative velocity [U_av]. That of equal rigid spheres in a Newtonian liquid,
+# which is 0, was up to 5e-15 on 24 meshes.
+ROUNDING_OF_DU = 1e-13
 # Scatter over the magnitude of the estimate above which the estimate has no certain sign, and is not added.
 CANCELLING = 4.0
 
@@ -69,8 +70,9 @@ class ErrorEstimate:
         by_regularisation: First and second derivatives of the velocities by the logarithm of a regularisation, (2, N).
         widening: Factor of the cells' part of the half-widths where they do not resolve the stress of a polymer.
         of_scatter: Factor of the scatter in half-widths.
-        trusted: Whether the estimates of all dU, or of all forces, are more than what is left of contributions that
-            cancel. Without modes they are: the scatter is none of the estimates there.
+        trusted: Whether the estimates of all dU, or of all forces, have a certain sign, so that they are added to the
+            solution. They have none where they are what remains of much larger contributions of both signs. In liquids
+            without modes they always have one: `scatter_dU` is no part of the estimates there.
         cells: What the cells have of `scatter_dU`; None unless it was asked for.
     """
 
@@ -101,7 +103,7 @@ class ErrorEstimate:
     @property
     def dU_error(self) -> Array:
         """Half-width of the interval around the corrected dU that should hold the exact one, (N-1,)."""
-        return self.cells_dU + self.ends_error + self.regularisation_error + np.abs(self.newton_dU) + ROUNDING
+        return self.cells_dU + self.ends_error + self.regularisation_error + np.abs(self.newton_dU) + ROUNDING_OF_DU
 
     @property
     def regular_dU(self) -> Array:
@@ -140,7 +142,7 @@ class ErrorEstimate:
 
 
 class ErrorEstimator:
-    """Estimates the discretisation error of quasi-steady solutions; keeps what a mesh needs for the next one on it.
+    """Estimates the discretisation error of quasi-steady solutions, and keeps what further ones on a mesh share.
 
     Args:
         cells: Whether estimates keep what single cells contribute.
@@ -151,24 +153,25 @@ class ErrorEstimator:
         self._enriched: EnrichedScene[EnrichedTests] | None = None
         self._recovered: EnrichedScene[EnrichedUnknowns] | None = None
 
-    def estimate(self, steady: SteadySolver, adjoints: Adjoints, discrete: Observation) -> ErrorEstimate:
+    def estimate(self, at: Linearisation, adjoints: Adjoints, discrete: Observation) -> ErrorEstimate:
         """The estimate at a solution: one assembly of the enriched residual.
 
         Args:
-            steady: The solution.
+            at: The solution.
             adjoints: Its adjoints.
             discrete: Its quantities.
         """
+        steady = at.steady
         scene, constraints = steady.scene, steady.constraints
         with steady.clock("jit"):
             if self._enriched is None or self._enriched.scene is not scene:
                 self._enriched = EnrichedScene(scene, EnrichedTests, self._enriched)
         z, drop, count = adjoints.all, adjoints.drop, len(adjoints.velocities)
-        residual = steady.residual()
+        residual = at.residual
         left = -z @ residual
         changes = -z @ _flow_rate_defect(steady, residual)
         ends = end_effects(steady, z, residual)
-        sharper = by_regularisation(steady, z, drop.apart)
+        sharper = by_regularisation(at, z, drop.apart)
         regularised = left_by_regularisation(sharper)
         with steady.clock("assembly"):
             x = steady.state()[1]
@@ -180,7 +183,7 @@ class ErrorEstimator:
         scatter_dU = np.sqrt(np.maximum(np.einsum("ik,kl,il->i", difference, tested.stress_products, difference), 0.0))
         F, shape = slice(count, count + adjoints.forces), slice(count + adjoints.forces, -1)
         moved = len(changes[F]) > 0
-        elastic = bool(scene.material.modes)
+        elastic = scene.material.has_memory
         of_scatter = ELASTIC if elastic else VISCOUS
         cancelling = (scatter[F] if moved else scatter_dU) > CANCELLING * np.abs(
             changes[F] if moved else np.diff(changes[:count])
@@ -216,10 +219,11 @@ class ErrorEstimator:
         )
 
     def _of_recovered_solution(self, steady: SteadySolver, z: Array, x: Array) -> Array:
-        """Estimates from the other side, of the residual of the recovered solution tested with discrete adjoints, (k,).
+        """Estimates from the residual of the recovered solution, tested with the discrete adjoints, (k,).
 
-        The term of second order that estimates lack is half of what these differ by. As it is not added it counts
-        twice, with what an estimate of it may leave. It is small but on squeezed cells of soft particles.
+        They differ from those of the discrete solution, tested with the recovered adjoints, by twice the term of second
+        order that both lack. This term is not added, and counts twice in the half-width: once itself, once for the
+        error of its estimate. It is small except on squeezed cells of soft particles.
 
         Args:
             steady: The solution.
@@ -239,7 +243,7 @@ def _indicators(enriched: EnrichedScene[EnrichedTests], tested: WeightedResidual
     if tested.stress_by_cell is None:
         return None
     reference, squares = enriched.scene.reference, np.diff(tested.stress_by_cell[:count], axis=0).T ** 2
-    order = ORDER if enriched.scene.material.modes else VISCOUS_ORDER
+    order = ORDER if enriched.scene.material.has_memory else VISCOUS_ORDER
     return CellIndicators(reference.geometry, reference.mirrored, tested.corners, squares, order)
 
 
@@ -251,7 +255,7 @@ def _cancelled(tested: WeightedResidual, combined: Array | None = None) -> Array
 
 
 def _regular(change: Array, spread: Array, cancelled: Array) -> Array:
-    """What is left of signed estimates, with what another recovery changes them by, once they are added, (k,) each."""
+    """What signed estimates leave once they are added: their size, their spread, and a part of what cancels in them."""
     return np.asarray(np.abs(change) + np.abs(spread) + OF_CANCELLED * cancelled)
 
 
@@ -262,11 +266,11 @@ def _flow_rate_defect(steady: SteadySolver, residual: Array) -> Array:
     cells, and every velocity with it; no residual tells.
     """
     scene = steady.scene
-    if scene.periodic or scene.flow == 0:
+    if scene.periodic or scene.drive.flow == 0:
         return np.zeros(steady.constraints.size)
     x = steady.state()[1]
     index, weight = scene.flow_rate
-    excess = scene.flow * FLOW_RATE / float(weight @ x[index]) - 1
+    excess = scene.drive.flow * FLOW_RATE / float(weight @ x[index]) - 1
     for nodes in (scene.nodes.inlet, scene.nodes.outlet):
         x[scene.liquid.index("u", nodes)] *= 1 + excess
     return steady.newton.reduce(x) - residual
