@@ -79,7 +79,6 @@ class CriticalCase(SceneCase):
     """Critical distances: zeros of dU(d), optionally followed over a parameter."""
 
     kind: ClassVar[str] = "critical"
-    usual_distances: ClassVar[dict[str, Any]] = {"d": [0.02, 0.8]}
 
     along: dict[str, Values] | None = Field(
         None,
@@ -87,7 +86,7 @@ class CriticalCase(SceneCase):
         "range); default: the values of the case only",
         examples=["{Ca_e: [0.05, 0.1]}"],
     )
-    d: Annotated[tuple[Distance, Distance], Key(part=Part.REPORT)] = Field(
+    d: Annotated[tuple[Distance, Distance], Key(part=Part.REPORT, usual=[0.02, 0.8])] = Field(
         (0.02, 0.8), description="least and largest distance of the search for zeros of dU [D_c]"
     )
 

@@ -66,9 +66,8 @@ class CurveCase(SceneCase):
     """A master curve dU(d): quasi-steady solutions at many distances d."""
 
     kind: ClassVar[str] = "curve"
-    usual_distances: ClassVar[dict[str, Any]] = {"d": {"start": 0.02, "stop": 0.8, "num": 9}}
 
-    d: Annotated[Gaps | None, Key(part=Part.REPORT)] = Field(
+    d: Annotated[Gaps | None, Key(part=Part.REPORT, usual={"start": 0.02, "stop": 0.8, "num": 9})] = Field(
         None,
         description="distances between the facing surfaces [D_c]: a list of numbers (or of lists, one number for each "
         "gap), or a range, or one number for each gap and a range of one of them; a curve has points at other "

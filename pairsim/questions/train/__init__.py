@@ -17,7 +17,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import Field
 
@@ -26,7 +26,7 @@ from pairsim.cases import values
 from pairsim.cases.case import ENDS, Ends, SceneCase
 from pairsim.cases.checks import check_scene
 from pairsim.cases.estimate import Estimate, steady_estimate
-from pairsim.cases.keys import Keys
+from pairsim.cases.keys import Key, Keys
 from pairsim.cases.mistakes import Mistake, broken, missing
 from pairsim.computing.question import InSweeps, Question
 from pairsim.quantities.kinds import LENGTH, POSITION, RATE
@@ -117,10 +117,9 @@ class TrainCase(SceneCase):
     """An infinite train of equal beads."""
 
     kind: ClassVar[str] = "train"
-    usual_distances: ClassVar[dict[str, Any]] = {"d": 0.1}
 
     particles: values.Whole = Field(1, ge=1, le=1, description="1: all beads of the train are equal")
-    d: values.OneOrMany[values.Distance] | None = Field(
+    d: Annotated[values.OneOrMany[values.Distance] | None, Key(usual=0.1)] = Field(
         None,
         description="distance between the facing surfaces of neighbours [D_c]; a list: the first distances of a row "
         "from upstream, whose mean is that of the train",
