@@ -18,7 +18,7 @@ from pairsim.computing.warnings import finer
 from pairsim.quantities.text import softness
 from pairsim.results.column import Columns
 from pairsim.results.columns import CA_E
-from pairsim.results.record import POINTS
+from pairsim.results.entries import POINTS
 from pairsim.runtime.message import Message
 from pairsim.runtime.text import counted
 from pairsim.solvers.parameters import Parameters

@@ -14,7 +14,7 @@ from pairsim.computing.warnings import ErrorAt, above, common_warnings, large_er
 from pairsim.quantities.kinds import LENGTH
 from pairsim.results.column import names_of
 from pairsim.results.columns import POLYMER_HEALTH, STEADY_HEALTH, WAY_COLUMNS, YIELD_HEALTH
-from pairsim.results.record import END_OF_BRANCH, FACTORISATIONS, MESH_COUNT, NEWTON_ITERATIONS, SIZE, Entries
+from pairsim.results.entries import END_OF_BRANCH, FACTORISATIONS, MESH_COUNT, NEWTON_ITERATIONS, SIZE, Entries
 from pairsim.results.rows import way_row
 from pairsim.runtime.message import Message, Text
 from pairsim.solvers.curves.adaptation import AdaptiveBranch

@@ -50,8 +50,8 @@ from pairsim.results.columns import (
     TAYLOR,
     WAY_COLUMNS,
 )
-from pairsim.results.curve import Zero, zeros_in
-from pairsim.results.record import ADAPTATION, OF_STEADY, Entry, Record
+from pairsim.results.entries import ADAPTATION, OF_STEADY, Entry
+from pairsim.results.record import Record
 from pairsim.runtime.message import Message, Text
 from pairsim.solvers.parameters import Parameters
 
@@ -60,6 +60,7 @@ if TYPE_CHECKING:
     from pairsim.physics.liquids import Liquid
     from pairsim.physics.solids import Solid
     from pairsim.plots.style import Page
+    from pairsim.results.curve import Zero
     from pairsim.runtime.monitor import Monitor
     from pairsim.solvers.curves.branch import Point
     from pairsim.solvers.curves.zero_lines import Critical
@@ -266,6 +267,8 @@ class CriticalResult(Result):
         table = self.tables["critical"]
         if not table.rows:
             return ["No critical distance was found in the given range: dU keeps its sign."]
+        from pairsim.results.curve import zeros_in
+
         asked = table[KIND] == "wanted"  # at the values of the case, not where a line bends between them
         return answer_of_critical(zeros_in(table.where(asked) if asked.any() else table, D_CR), self.record)
 

@@ -28,6 +28,7 @@ from pairsim.results.columns import (
     DISTANCE,
     DU_HALF,
     DU_QUARTER,
+    EQUILIBRIA_COLUMNS,
     FORCES,
     POLYMER_HEALTH,
     SENSITIVITIES,
@@ -36,9 +37,9 @@ from pairsim.results.columns import (
     WANTED,
     YIELD_HEALTH,
 )
-from pairsim.results.curve import EQUILIBRIA_COLUMNS, Curve
+from pairsim.results.curve import Curve
+from pairsim.results.entries import ADAPTATION, POINTS, Entry
 from pairsim.results.fields import SteadyMoment, frame
-from pairsim.results.record import ADAPTATION, POINTS, Entry
 from pairsim.results.rows import point_row
 from pairsim.results.xdmf import FieldFrame
 from pairsim.runtime.errors import RunFailure
