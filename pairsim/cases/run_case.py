@@ -9,8 +9,8 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field
 
 from pairsim.cases import values
-from pairsim.cases.accuracy import settings_of
-from pairsim.cases.case import ENDS, USUAL, SceneCase
+from pairsim.cases.accuracy import USUAL, settings_of
+from pairsim.cases.case import ENDS, SceneCase
 from pairsim.cases.checks import check_scene
 from pairsim.cases.keys import NO_PARTICLES, Key, Keys, Part, PerGap
 from pairsim.cases.mistakes import Mistake, broken
@@ -91,7 +91,7 @@ class OutputOptions(Keys):
     )
 
 
-D0 = Key("d_0", "D_c", part=Part.START, caption=4, slug="d", required=True, idle=_without_gaps)
+D0 = Key("d_0", "D_c", part=Part.START, caption=4, slug="d", required=True, usual=0.1, idle=_without_gaps)
 
 
 class Case(SceneCase):
@@ -100,7 +100,6 @@ class Case(SceneCase):
     kind: ClassVar[str] = "run"
     in_time: ClassVar[bool] = True
     named_by_kind: ClassVar[bool] = False
-    usual_distances: ClassVar[dict[str, Any]] = {"d0": 0.1}
 
     d0: Annotated[PerGap[values.Distance] | None, D0] = Field(
         None, description="initial distance between the facing surfaces [D_c]"

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from pydantic import Field
@@ -14,31 +13,24 @@ from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.mistakes import Mistake
 from pairsim.cases.values import Values
 from pairsim.computing import events
+from pairsim.computing.found import Found
 from pairsim.computing.warnings import finer
 from pairsim.quantities.text import softness
-from pairsim.results.columns import Column, column
+from pairsim.results.column import Columns
+from pairsim.results.columns import CA_E
+from pairsim.results.record import POINTS
 from pairsim.runtime.message import Message
 from pairsim.runtime.text import counted
 from pairsim.solvers.parameters import Parameters
 
 if TYPE_CHECKING:
     from pairsim.runtime.monitor import Monitor
-    from pairsim.solvers.errors.estimate import ErrorEstimate
-    from pairsim.solvers.steady.scene import SteadySolver
 
 WRINKLED = 2.0  # roughness of a surface from which it has waves as long as cells (`pairsim.fem.surface.roughness`)
 
 
-@dataclass(frozen=True)
-class Found:
-    """A steady state: its solver, and the estimate of its errors; columns of a question take their `value` of it."""
-
-    estimate: ErrorEstimate
-    solver: SteadySolver
-
-
 class AlongCase(SceneCase):
-    """One particle at its Ca_e, or at several."""
+    """The case of one particle, which is solved at its Ca_e or at several."""
 
     along: Values | None = Field(
         None, description="elastic capillary numbers in place of Ca_e: a list or a range; default: Ca_e alone"
@@ -51,7 +43,7 @@ class AlongCase(SceneCase):
 
 
 def check_along(case: AlongCase) -> Iterator[Mistake]:
-    """Check the keys against each other; yields mistakes."""
+    """Yield the mistakes in which keys do not go together."""
     if case.n != 1:
         yield Mistake("particles", case.n, f"must be 1: the {case.kind} is that of a particle on its own")
     elif case.Ca_e == 0:
@@ -67,24 +59,29 @@ def estimate_along(case: AlongCase) -> Estimate:
 
 
 def solve_along(
-    case: AlongCase, monitor: Monitor, columns: Sequence[str | Column], shown: str, errors: Mapping[str, str]
+    case: AlongCase, monitor: Monitor, columns: Columns, shown: str, errors: Mapping[str, str]
 ) -> events.Events:
     """Solve the steady states in ascending Ca_e.
 
-    The table, which has the name of the question, begins with `columns`: names, and columns whose `value` is taken of a
-    `Found`. Progress shows one of them. `errors` names the columns whose half-widths are held against `accuracy`, which
-    sets the cells, but does not adapt them here.
+    `accuracy` sets the cells; they are not adapted to the solution here, but a warning says where errors exceed it.
+
+    Args:
+        case: The case.
+        monitor: The monitor of the computation.
+        columns: The first columns of the table, which has the name of the question; own ones have a `value` of a
+            `Found`.
+        shown: Name of the column that progress shows.
+        errors: Names of the columns that are warned of, each with that of the column of its half-widths.
     """
     from pairsim.computing.problems import steady_problem
-    from pairsim.computing.steady import Solutions, health_columns, large_value_errors, point_row
+    from pairsim.computing.steady import Solutions, health_columns, large_value_errors
     from pairsim.fem.surface import roughness
+    from pairsim.results.rows import point_row
     from pairsim.solvers.steady.ends import Ended
 
     what = f"{counted(len(case.series), 'value')} of Ca_e"
     yield events.Begin(what, len(case.series))
-    names = [each.name if isinstance(each, Column) else each for each in columns]
-    yield events.Table(case.kind, [*names, *health_columns(case)])
-    own = {each.name: each.value for each in columns if isinstance(each, Column) and each.value is not None}
+    yield events.Table(case.kind, [*columns.named(case.n), *health_columns(case)])
     problem, start = steady_problem(case, 1.0, monitor), Parameters((), case.solid_models, case.liquid_model)
     found, rough, rows = Solutions(case), list[str](), list[dict[str, float]]()
     try:
@@ -97,13 +94,13 @@ def solve_along(
                 if isinstance(point, Ended):
                     return found.outcome_of(point)
                 found.points.append(point)
-                row, state = point_row(point) | {"Ca_e": Ca_e}, Found(point.estimate, branch.solver)
-                row |= {name: float(value(state)) for name, value in own.items()}
+                row = point_row(point) | {CA_E.name: Ca_e}
+                row |= columns.own_row(case.n, Found(point, branch.solver))
                 rows.append(row)
                 yield events.Row(case.kind, row)
                 if roughness(branch.solver.bodies[0], branch.solver.state()[0]) > WRINKLED:
                     rough.append(f"{Ca_e:.4g}")
-                value = column(shown).unit(row[shown], ".6g")
+                value = columns.column(shown).unit(row[shown], ".6g")
                 text = Message("{}  {} = {}", softness(Ca_e, case.scales), shown, value)
                 yield events.Progress(count, text, count)
             return events.Outcome("finished", "end", what)
@@ -113,4 +110,4 @@ def solve_along(
             f"deformation may be off by more than their errors; compare with {finer(case)}"
         )
         warnings = [*([warning] if rough else []), *large_value_errors(case, rows, errors)]
-        yield from found.last_events({"points": len(found.points)}, warnings)
+        yield from found.last_events({POINTS: len(found.points)}, warnings)

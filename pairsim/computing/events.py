@@ -16,6 +16,7 @@ from pairsim.runtime.message import Text
 
 if TYPE_CHECKING:
     from pairsim.results.checkpoint import Checkpoint
+    from pairsim.results.record import Entries
     from pairsim.results.xdmf import FieldFrame
 
 
@@ -30,9 +31,11 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Begin:
-    """The computation begins; the first event. One that returns without it had nothing to do.
+    """The computation begins. This is the first event; a computation that returns without it had nothing to do.
 
-    The goal is in words, such as "to t = 2", and as a number; `Progress.done` says how much of this is done.
+    Attributes:
+        goal: The goal in words, such as "to t = 2".
+        total: The same as a number, such as 2, of which `Progress.done` is a part.
     """
 
     goal: Text
@@ -83,10 +86,13 @@ class Resumable:
 
 @dataclass(frozen=True)
 class Progress:
-    """A step or point was computed, the count-th one, and what it gives has been written.
+    """A step or point was computed, and its rows have been written.
 
-    So much of `Begin.total` is done, of a run the time [D_c/U_av]. The text is the state of the solution. A run can go
-    on from the state; the last one is always kept.
+    Attributes:
+        done: How much of `Begin.total` is done; of a run the time reached [D_c/U_av].
+        text: The solution in words.
+        count: Number of steps or points so far.
+        state: From which a run can go on; the session keeps the last one.
     """
 
     done: float
@@ -99,7 +105,7 @@ class Progress:
 class Summary:
     """What run.json says at the end: entries of its own, warnings about the results, wall time of each phase [s]."""
 
-    entries: Mapping[str, Any]
+    entries: Entries
     warnings: Sequence[Text] = ()
     phases: Mapping[str, float] = field(default_factory=dict)
 

@@ -48,7 +48,13 @@ def problem_of(case: Case, monitor: Monitor | None = None) -> Problem:
 
 
 def steady_problem(case: SceneCase, narrowest: float, monitor: Monitor | None = None) -> SteadyProblem:
-    """The quasi-steady problem of a case, all that is constant along a curve; the narrowest d [D_c] sets the cells."""
+    """The quasi-steady problem of a case: all that is constant along a curve.
+
+    Args:
+        case: The case.
+        narrowest: Smallest distance of the curve, which sets the cells on the particles [D_c].
+        monitor: The monitor of the computation.
+    """
     return SteadyProblem(
         betas=case.betas,
         length=case.tube_length,

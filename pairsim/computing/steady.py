@@ -12,11 +12,14 @@ from pairsim.cases.case import SceneCase
 from pairsim.computing.events import Event, Outcome, Summary, Table
 from pairsim.computing.warnings import ErrorAt, above, common_warnings, large_errors, moves_on
 from pairsim.quantities.kinds import LENGTH
-from pairsim.results.columns import CURVE_HEALTH, FORCES, POLYMER_HEALTH, YIELD_HEALTH, names_of, observed, table_row
+from pairsim.results.column import names_of
+from pairsim.results.columns import POLYMER_HEALTH, STEADY_HEALTH, WAY_COLUMNS, YIELD_HEALTH
+from pairsim.results.record import END_OF_BRANCH, FACTORISATIONS, MESH_COUNT, NEWTON_ITERATIONS, SIZE, Entries
+from pairsim.results.rows import way_row
 from pairsim.runtime.message import Message, Text
 from pairsim.solvers.curves.adaptation import AdaptiveBranch
 from pairsim.solvers.curves.branch import Branch, Point
-from pairsim.solvers.curves.curve import ROUNDING
+from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.continuation import each_of
@@ -71,9 +74,16 @@ class Solutions:
         sensitivities: Collection[str] = (),
         zeros_only: bool = False,
     ) -> AdaptiveBranch | Ended:
-        """Solve at the first parameters, with cells that follow from `accuracy` where there is a dU.
+        """Solve at the first parameters, from which others follow on the branch.
 
-        Keywords are those of `AdaptiveBranch`.
+        Its mesh is adapted to `accuracy` where several particles move freely, as dU is then asked for.
+
+        Args:
+            problem: The problem of the case.
+            first: The first parameters.
+            places: Distances of the case, see `AdaptiveBranch`.
+            sensitivities: Parameters by which dU is differentiated.
+            zeros_only: Whether the mesh is adapted at zeros of dU alone.
 
         Returns:
             The branch, or why the first parameters were not reached.
@@ -93,19 +103,24 @@ class Solutions:
         )
         return self.branch
 
-    def last_events(self, entries: Mapping[str, Any], warnings: Sequence[Text] = ()) -> Iterator[Event]:
-        """What run.json says, and a table of the way to parameters that were not reached."""
+    def last_events(self, entries: Entries, warnings: Sequence[Text] = ()) -> Iterator[Event]:
+        """The last events: what run.json says, and the solutions on the way to parameters that were not reached."""
         yield self.summary(entries, warnings)
         if self.way:
-            yield Table("way", ["De", "Ca_e", *names_of(self.case.n, "d", "U", "dU", "D")], [*map(way_row, self.way)])
+            yield Table("way", WAY_COLUMNS.named(self.case.n), [*map(way_row, self.way)])
 
-    def summary(self, entries: Mapping[str, Any], warnings: Sequence[Text] = ()) -> Summary:
-        """What run.json says: `entries` with the costs, and `warnings` with those of mesh, stresses and tube."""
+    def summary(self, entries: Entries, warnings: Sequence[Text] = ()) -> Summary:
+        """What run.json says at the end.
+
+        Args:
+            entries: Entries of the question, to which the costs and the end of the branch are added.
+            warnings: Warnings of the question, to which those that all questions share are added.
+        """
         case, (counts, phases) = self.case, _costs(self.branch)
         seen = [c.s_jump for p in self.points if (c := p.observation.conformation) is not None]
         common = common_warnings(case, max(seen, default=0.0), case.cluster)
         end = self.ended if self.ended is not None and self.ended.proven else None
-        place = {} if end is None else {"end_of_branch": {"kind": end.kind, **end.at}}
+        place: Entries = {} if end is None else {END_OF_BRANCH: {"kind": end.kind, **end.at}}
         return Summary({**entries, **counts, **place}, [*warnings, *common], phases)
 
 
@@ -113,90 +128,39 @@ def health_columns(case: SceneCase) -> list[str]:
     """Diagnostic columns in a table of quasi-steady solutions."""
     liquid = case.liquid_model
     of_liquid = [*(POLYMER_HEALTH if liquid.modes else ()), *(YIELD_HEALTH if liquid.regularisation else ())]
-    return names_of(case.n, *CURVE_HEALTH, *of_liquid)
-
-
-def point_row(point: Point) -> dict[str, float]:
-    """All values of a quasi-steady solution by the names of their columns."""
-    o, estimate = point.observation, point.estimate
-    values: dict[str, Any] = {
-        "d": point.gaps,
-        "U": o.U,
-        "dU": o.dU,
-        "D": o.D,
-        "dp": o.dp,
-        "dp_plus": o.dp_plus,
-        "newton": point.newton,
-        "dU_held": point.held_dUs,
-        "stretch": point.motion.stretch,
-        "from_rest": point.motion.from_rest,
-        "dU_discrete": point.discrete.dU,
-        "dU_correction": estimate.dU,
-        "dU_error": point.dU_errors,
-        "ends_error": estimate.ends_error,
-        "regularisation_error": estimate.regularisation_error,
-        "bridge": point.hold.bridge,
-        "creep": point.hold.creep,
-        "plug": point.hold.plug,
-        "slope": point.slopes,
-        **{f"by_{name}": change for name, change in point.sensitivities.items()},
-        "U_correction": estimate.U,
-        "U_error": estimate.U_error,
-        "dp_plus_correction": estimate.dp_plus,
-        "dp_plus_error": estimate.dp_plus_error,
-        **dict(zip(FORCES, (o.F, estimate.F, estimate.F_error), strict=True)),
-        "corrected": estimate.trusted,
-        "t_relax": point.t_relax if np.isfinite(point.t_relax) else np.nan,
-        "meshes": point.meshes,
-        **observed(o),
-        "distortion": point.distortion,
-    }
-    return table_row(
-        o.U.size, **{name: value for name, value in values.items() if value is not None and np.size(value)}
-    )
-
-
-def slope_rows(point: Point) -> Iterator[dict[str, float]]:
-    """The rows of slopes.csv for a quasi-steady solution, one for each distance."""
-    slopes = zip(point.velocity_slopes.T, point.held_slopes.T, strict=True)
-    for gap, (moving, held) in enumerate(slopes, 1):
-        yield table_row(len(moving), d=point.gaps, gap=gap, U_slope=moving, U_slope_held=held)
-
-
-def way_row(passed: Passed) -> dict[str, float]:
-    """The values of a solution on the way to others; velocities are those at held distances."""
-    place, U = passed.parameters, passed.U
-    parameters = {"De": place.De, "Ca_e": max(place.Ca_es, default=0.0), "d": place.gaps}
-    return table_row(len(U), **parameters, U=U, dU=np.diff(U), D=passed.D)
+    return names_of(case.n, *STEADY_HEALTH, *of_liquid)
 
 
 def error_at(point: Point, gap: int, size: float) -> ErrorAt:
-    """The estimated error of a relative velocity of a point by mesh and ends, relative to a velocity."""
+    """The estimated error of dU over a gap of a point, and its parts, relative to a velocity `size` [U_av]."""
     estimate = point.estimate
     ends, regularisation = float(estimate.ends_error[gap]) / size, float(estimate.regularisation_error[gap]) / size
     return ErrorAt(float(estimate.dU_error[gap]) / size, each_of(point.parameters), ends, regularisation)
 
 
 def large_value_errors(case: SceneCase, rows: Sequence[Mapping[str, float]], errors: Mapping[str, str]) -> list[Text]:
-    """Warnings of values in rows of a table whose half-widths are more than `accuracy` of the largest of them.
+    """Warnings of columns with a half-width of more than `accuracy` of the largest value in the column.
 
     Args:
         case: The case.
-        rows: The rows, which have a Ca_e each if there are several.
-        errors: Names of values, each with the name of its half-width.
+        rows: The rows of the table; where there are several, each has its Ca_e.
+        errors: Names of the columns, each with that of the column of its half-widths.
     """
     found: list[Text] = []
     for name, error in errors.items():
         size = max((abs(row[name]) for row in rows), default=0.0)
         places = [(f"Ca_e = {row['Ca_e']:.4g}",) if "Ca_e" in row else () for row in rows]
-        parts = [row[error] / size for row in rows] if size > ROUNDING else []
+        parts = [row[error] / size for row in rows] if size > NEGLIGIBLE_DU else []
         at = [ErrorAt(part, place, 0.0, 0.0) for part, place in zip(parts, places, strict=False)]
         found += large_errors(case, f"the error of {name}", f"the largest |{name}|" if len(rows) > 1 else "it", at)
     return found
 
 
 def moving_errors(case: SceneCase, points: Sequence[Point], size: float) -> list[Text]:
-    """Warnings of points at which particles move on too fast for a curve, relative to a velocity."""
+    """Warnings of points at which particles move on before they have forgotten their start.
+
+    The error of dU that this leaves is compared with `accuracy` times a velocity `size` [U_av].
+    """
     parts = {
         Message("d = {}", LENGTH(dict.fromkeys(point.gaps))): float(point.motion.remainder.max()) / size
         for point in points
@@ -205,15 +169,15 @@ def moving_errors(case: SceneCase, points: Sequence[Point], size: float) -> list
     return moves_on(case, far, max(parts.values()))
 
 
-def _costs(branch: Branch | None) -> tuple[dict[str, Any], dict[str, float]]:
+def _costs(branch: Branch | None) -> tuple[Entries, dict[str, float]]:
     """Cost of a branch: counts, and the wall time of each phase [s]."""
     if branch is None:
         return {}, {}
     counts = {
-        "newton_iterations": branch.solver.iterations,
-        "factorisations": branch.solver.factorisations,
-        "meshes": branch.solver.meshes,
-        "unknowns": branch.solver.constraints.size,
+        NEWTON_ITERATIONS: branch.solver.iterations,
+        FACTORISATIONS: branch.solver.factorisations,
+        MESH_COUNT: branch.solver.meshes,
+        SIZE: branch.solver.constraints.size,
     }
     return counts, dict(branch.solver.clock.seconds)
 
@@ -234,17 +198,23 @@ def listed(places: Sequence[Sequence[Text]]) -> Message:
 def adaptation_report(
     case: SceneCase, branch: AdaptiveBranch, points: Sequence[Point], sizes: Sequence[float], what: str
 ) -> tuple[dict[str, Any], list[Text]]:
-    """The entry of run.json, and a warning of the points whose error is larger than wanted.
+    """The entry `adaptation` of run.json, and a warning of the points whose error exceeds `accuracy`.
 
-    Errors of dU are relative to `sizes` [U_av], one for each point, which are `what` in words. Where unyielded liquid
-    holds particles together dU is creep, which no cells make more exact: no warning is given there, as the answer says
-    what dU is.
+    Where unyielded liquid holds particles together dU is creep, which no cells make more exact. No warning is given of
+    such points, as the answer says what their dU is.
+
+    Args:
+        case: The case.
+        branch: The branch with the meshes that were made.
+        points: The points.
+        sizes: A velocity for each point, relative to which its error of dU is taken [U_av].
+        what: These velocities in words, such as "the largest |dU|".
     """
     wanted = case.error_wanted
     known = [
         (point.held_together, error_at(point, int(np.argmax(point.estimate.dU_error)), size))
         for point, size in zip(points, sizes, strict=True)
-        if size > ROUNDING
+        if size > NEGLIGIBLE_DU
     ]
     errors, held = ([each for locked, each in known if locked == is_held] for is_held in (False, True))
     missed = [each.where for each in errors if each.relative > wanted]

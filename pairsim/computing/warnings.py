@@ -22,7 +22,7 @@ MOST_DE = 2.0  # largest at which dU was compared with finer meshes, docs/explan
 
 
 def beyond_checked(case: SceneCase) -> list[str]:
-    """Warn of particles at a De above all at which dU was compared with finer meshes."""
+    """Warn of a De that is larger than any at which dU was compared with that on finer meshes."""
     slowest = case.slowest_time
     if (De := slowest * max(case.values_of_De)) <= MOST_DE or case.n == 0:
         return []
@@ -41,7 +41,7 @@ def above(value: float, limit: float) -> str:
 
 
 def asked_for(case: SceneCase) -> str:
-    """Symbol of what a case is computed for: the forces on particles that are moved, or else their velocities."""
+    """Symbol of what a case is computed for: F of particles that are moved, dU of several, U of a single one."""
     if not case.drive.free:
         return "F"
     return "dU" if case.n > 1 else "U"
@@ -87,7 +87,7 @@ class ErrorAt:
     regularisation: float  # that due to the regularisation of the liquid
 
     def no_mesh_helps(self, case: SceneCase) -> str:
-        """What reduces most of the error if that is no finer mesh, as an option of the command line; else ""."""
+        """What reduces most of the error, as an option of the command line; "" where that is a finer mesh."""
         if self.ends > self.relative / 2:
             return _longer(case)
         if self.regularisation > self.relative / 2:
@@ -117,8 +117,10 @@ def large_errors(case: SceneCase, error: str, size: str, errors: Sequence[ErrorA
 def moves_on(case: SceneCase, places: Sequence[Text], part: float) -> list[Text]:
     """Warn of particles that move on before they have forgotten their start.
 
-    At places such as "d = 0.1" an error of dU above `accuracy` is left by that alone, at most `part` of the largest
-    |dU|.
+    Args:
+        case: The case.
+        places: Places such as "d = 0.1", at which that alone leaves an error of dU above `accuracy`.
+        part: The largest of these errors, relative to the largest |dU|.
     """
     if not places:
         return []
@@ -157,5 +159,11 @@ def near_ends(case: SceneCase, span: float) -> list[Text]:
 
 
 def common_warnings(case: SceneCase, s_jump: float, span: float) -> list[Text]:
-    """What every question warns of, by the largest change of s in a cell and length of the row of particles [D_c]."""
+    """The warnings that all questions share.
+
+    Args:
+        case: The case.
+        s_jump: Largest change of s = log c within a cell.
+        span: Largest length of the row of particles [D_c].
+    """
     return [*beyond_checked(case), *coarse_mesh(case), *unresolved_stress(case, s_jump), *near_ends(case, span)]

@@ -18,7 +18,7 @@ from pairsim.questions.registry import QUESTIONS
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.branch import Branch
 from pairsim.solvers.errors.adjoints import Adjoints
-from pairsim.solvers.errors.estimate import ELASTIC, ROUNDING, VISCOUS, ErrorEstimate, ErrorEstimator
+from pairsim.solvers.errors.estimate import ELASTIC, ROUNDING_OF_DU, VISCOUS, ErrorEstimate, ErrorEstimator
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.ends import arrived
 from pairsim.solvers.steady.first_solution import by_continuation
@@ -134,7 +134,7 @@ def test_rigid_pair() -> None:
     errors, estimates = [], []
     for Np in (10, 14, 20, 28):
         found, estimate = solved(RIGID, Np=Np)
-        assert estimate.dU_error[0] < 2 * ROUNDING
+        assert estimate.dU_error[0] < 2 * ROUNDING_OF_DU
         errors.append([exact_U - found.U[0], exact_dp_plus - found.dp_plus])
         estimates.append([estimate.U[0], estimate.dp_plus])
     ratios = np.array(estimates) / errors

@@ -18,11 +18,10 @@ import pairsim
 from pairsim.cases.keys import groups_of
 from pairsim.cases.physical import QUANTITIES
 from pairsim.cases.yaml_file import apply_settings
-from pairsim.cli.commands.units import TUBE, VISCOSITY, Text, of_option, quantity
+from pairsim.cli.declared_options import Text, of_option, quantity
 from pairsim.cli.options import Settings
 from pairsim.quantities.kinds import LENGTH, VELOCITY
 from pairsim.quantities.text import in_unit
-from pairsim.results.scales import scales_in
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.files import FILES
 
@@ -38,13 +37,13 @@ def ask(
     atlas: Annotated[
         Path | None, typer.Option(help="File of an atlas, atlas.npz of pairsim atlas (default: those that ship).")
     ] = None,
-    tube: Annotated[Text, TUBE] = None,
-    particle: Annotated[list[str] | None, quantity("Diameter of the particles, such as 20um.")] = None,
-    flow_rate: Annotated[Text, quantity("Flow rate Q, such as 1ul/min.", "--flow")] = None,
-    velocity: Annotated[Text, quantity("Mean velocity of the liquid, in place of --flow, such as 5mm/s.")] = None,
-    modulus: Annotated[Text, quantity("Shear modulus G_p (default: rigid), such as 5kPa.")] = None,
-    viscosity: Annotated[Text, VISCOSITY] = None,
-    relaxation: Annotated[Text, quantity("Relaxation time lambda, such as 2ms.")] = None,
+    tube: Annotated[Text, quantity(QUANTITIES["tube"])] = None,
+    particle: Annotated[list[str] | None, quantity(QUANTITIES["particle"], several=True)] = None,
+    flow_rate: Annotated[Text, quantity(QUANTITIES["flow_rate"])] = None,
+    velocity: Annotated[Text, quantity(QUANTITIES["velocity"])] = None,
+    modulus: Annotated[Text, quantity(QUANTITIES["modulus"])] = None,
+    viscosity: Annotated[Text, quantity(QUANTITIES["viscosity"])] = None,
+    relaxation: Annotated[Text, quantity(QUANTITIES["relaxation"])] = None,
     liquid: Annotated[Text, typer.Option(metavar="LAW", help="Law of the liquid, as for units.")] = None,
     at: Annotated[
         list[str] | None, typer.Option("--at", metavar="D", help="Distance at which dU is wanted, such as 8um; repeat.")
@@ -58,8 +57,6 @@ def ask(
     set_: Settings = None,
 ) -> None:
     options = locals()
-    from pairsim.results.inputs import DrawnRange
-    from pairsim.results.travel import distance_on, travel
 
     names = [name for name in options if name in QUANTITIES or name == "liquid"]
     given = {name: options[name] for name in names if options[name]}
@@ -69,7 +66,7 @@ def ask(
         raise InputError("pairsim ask", "--tube", None, "must be given, or a case file")
     if case is not None and given:
         name, value = next(iter(given.items()))
-        option, key = "--flow" if name == "flow_rate" else f"--{name}", name if name == "liquid" else f"physical.{name}"
+        option, key = ("--liquid", name) if name == "liquid" else (QUANTITIES[name].option, f"physical.{name}")
         allowed = f"must be left out if a case file is given; --set {key}=... replaces its key"
         raise InputError("pairsim ask", option, value, allowed)
     if relaxation and not (liquid or case):
@@ -82,11 +79,12 @@ def ask(
     except InputError as error:
         of_options = (of_option("pairsim ask", each, names) if each.file == "case" else each for each in error.mistakes)
         raise InputError.of_all(of_options) from None
-    scales, drawn = scales_in(answer.record), DrawnRange.of(answer.record)
+    curve = answer.curve.named("pairsim ask")
+    scales, drawn = curve.scales, curve.drawn
     lines = [*answer.findings(), *(f"Warning: {warning}" for warning in answer.warnings)]
     for place in at or ():
-        d = distance_on(answer.curve.of(), place, "--at", scales, "pairsim ask")
-        dU, half_width = answer.curve(d)
+        d = curve.distance(place, "--at")
+        dU, half_width = curve(d)
         value = in_unit(scales, VELOCITY, dU, half_width, "+")
         part = "" if drawn is None else f"; by the inputs {drawn.words(d)}"
         if drawn is not None and (outside := drawn.outside_at(d)):
@@ -94,9 +92,9 @@ def ask(
         lines.append(f"At d = {in_unit(scales, LENGTH, d)}: dU = {value}{part}.")
     for option, end in (("--from", start), ("--to", stop)):
         if end is not None:
-            distance_on(answer.curve.of(), end, option, scales, "pairsim ask")
+            curve.distance(end, option)
     typer.echo("\n".join(lines))  # also where the pair does not make the travel
     if start is not None and stop is not None:
-        typer.echo(str(travel(answer.columns, start, stop, "pairsim ask", answer.record)))
+        typer.echo(str(curve.travel(start, stop)))
         if drawn is not None:
             typer.echo("The half-widths of the inputs are not in the +- of this travel.")

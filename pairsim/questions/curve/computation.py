@@ -11,22 +11,35 @@ import numpy as np
 
 from pairsim.cases.inputs import inputs_of
 from pairsim.computing import events
+from pairsim.computing.found import Found
 from pairsim.computing.problems import steady_problem
 from pairsim.computing.steady import (
     Solutions,
     adaptation_report,
-    health_columns,
     large_value_errors,
     moving_errors,
-    point_row,
-    slope_rows,
 )
 from pairsim.computing.warnings import ErrorAt, finer, large_errors
 from pairsim.quantities.kinds import FORCE, LENGTH, VELOCITY
 from pairsim.quantities.text import in_unit
-from pairsim.questions.curve import CurveCase
-from pairsim.results.columns import EQUILIBRIA_COLUMNS, curve_columns, slope_columns
+from pairsim.questions.curve import GAP_OF_SLOPE, QUESTION, SLOPES, U_SLOPE, U_SLOPE_HELD, CurveCase
+from pairsim.results.column import Column, names_of, table_row
+from pairsim.results.columns import (
+    DISTANCE,
+    DU_HALF,
+    DU_QUARTER,
+    FORCES,
+    POLYMER_HEALTH,
+    SENSITIVITIES,
+    SLOPE,
+    STABLE,
+    WANTED,
+    YIELD_HEALTH,
+)
+from pairsim.results.curve import EQUILIBRIA_COLUMNS, Curve
 from pairsim.results.fields import SteadyMoment, frame
+from pairsim.results.record import ADAPTATION, POINTS, Entry
+from pairsim.results.rows import point_row
 from pairsim.results.xdmf import FieldFrame
 from pairsim.runtime.errors import RunFailure
 from pairsim.runtime.message import Message, Text
@@ -34,9 +47,9 @@ from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.text import counted
 from pairsim.solvers.curves.adaptation import ENOUGH
 from pairsim.solvers.curves.branch import Branch, Point
-from pairsim.solvers.curves.curve import ROUNDING, Equilibrium, Zero, equilibria, find_zeros, interpolants, trace
+from pairsim.solvers.curves.curve import Equilibrium, Zero, equilibria, find_zeros, trace
 from pairsim.solvers.curves.distances import between
-from pairsim.solvers.curves.interpolant import CurveInterpolant
+from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU, CurveInterpolant
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.continuation import each_of
 from pairsim.solvers.steady.ends import Ended
@@ -61,7 +74,7 @@ def computation(case: CurveCase, monitor: Monitor, sensitivities: bool) -> event
             yield events.Table("curve", _columns(case, by), ascending=case.common)
             sloping = case.n > 2 and case.velocity is None
             if sloping:
-                yield events.Table("slopes", slope_columns(case.n), ascending=case.common)
+                yield events.Table("slopes", SLOPES.named(case.n), ascending=case.common)
             for traced in trace(branch, places, case.tol, case.max_points):
                 if isinstance(traced, Ended):
                     return found.outcome_of(traced)
@@ -70,7 +83,8 @@ def computation(case: CurveCase, monitor: Monitor, sensitivities: bool) -> event
                 if case.common:
                     points.sort(key=lambda p: p.d)
                 count = len(points)
-                yield events.Row("curve", point_row(point) | {"wanted": float(wanted)})
+                own = QUESTION.tables["curve"].own_row(case.n, Found(point, branch.solver))
+                yield events.Row("curve", point_row(point) | {WANTED.name: float(wanted)} | own)
                 for row in slope_rows(point) if sloping else ():
                     yield events.Row("slopes", row)
                 if any(abs(point.d - d) < 1e-9 * d for d in case.fields):
@@ -98,9 +112,21 @@ def _parameters(case: CurveCase, sensitivities: bool) -> list[str]:
 
 
 def _columns(case: CurveCase, parameters: Sequence[str]) -> list[str]:
-    """The columns of curve.csv."""
-    columns = curve_columns(case.n, case.common, parameters, case.velocity is not None)
-    return [*columns, *health_columns(case)]
+    """The columns of curve.csv: a curve over one distance in common has slopes, moved particles have forces."""
+    left_out: set[Column] = {DU_HALF, DU_QUARTER}  # of curves from rest
+    left_out |= {column for name, column in SENSITIVITIES.items() if name not in parameters}
+    left_out |= set() if case.common else {SLOPE}
+    left_out |= set() if case.velocity is not None else {*FORCES}
+    left_out |= set() if case.liquid_model.modes else {*POLYMER_HEALTH}
+    left_out |= set() if case.liquid_model.regularisation else {*YIELD_HEALTH}
+    return names_of(case.n, *(column for column in QUESTION.tables["curve"] if column not in left_out))
+
+
+def slope_rows(point: Point) -> Iterator[dict[str, float]]:
+    """The rows of slopes.csv for a quasi-steady solution, one for each distance."""
+    slopes = zip(point.velocity_slopes.T, point.held_slopes.T, strict=True)
+    for gap, (moving, held) in enumerate(slopes, 1):
+        yield table_row(len(moving), {DISTANCE: point.gaps, GAP_OF_SLOPE: gap, U_SLOPE: moving, U_SLOPE_HELD: held})
 
 
 def _shown(point: Point, count: int) -> Message:
@@ -136,7 +162,8 @@ def _zeros(branch: Branch, points: list[Point]) -> Generator[events.Event, None,
     except RunFailure as error:
         failure = error
     result = equilibria(zeros, points)
-    yield events.Table("equilibria", EQUILIBRIA_COLUMNS, [vars(zero) | {"stable": zero.stable} for zero in result])
+    rows = [vars(zero) | {STABLE.name: zero.stable} for zero in result]
+    yield events.Table("equilibria", EQUILIBRIA_COLUMNS.named(2), rows)
     if failure is not None:
         raise failure
     return ended or result
@@ -150,20 +177,21 @@ def _said(case: CurveCase, zero: Equilibrium) -> str:
 
 def _end(case: CurveCase, found: Solutions) -> Iterator[events.Event]:
     """What run.json says, and the fields of the last state on a way that has not arrived."""
-    points, entries, warnings = found.points, dict[str, Any](points=len(found.points)), list[Text]()
+    points, warnings = found.points, list[Text]()
+    entries: dict[Entry[Any], Any] = {POINTS: len(points)}
     if case.velocity is not None:
         warnings = _large_force_errors(case, points)
     elif case.n == 1:
         warnings = _large_errors_of_one(case, points)
     elif found.branch is not None and case.n > 1 and points:
-        curves = interpolants(points) if case.common and len(points) > 1 else []
+        curve = Curve.of_points(points)
+        curves = [curve.of(gap) for gap in range(1, case.n)] if case.common and len(points) > 1 else []
         size = max(abs(curve.peak.dU) for curve in curves) if len(points) >= ENOUGH and curves else found.branch.dU
         largest = f"the largest |dU| ({in_unit(case.scales, VELOCITY, size, digits=3)})"
-        reported = adaptation_report(case, found.branch, points, [size] * len(points), largest)
-        entries["adaptation"], missed = reported
-        entries["adaptation"]["reference_dU"] = size
-        moved = moving_errors(case, points, size) if size > ROUNDING else []
-        warnings = [*missed, *moved, *(_far_apart(case, curves, size) if size > ROUNDING else [])]
+        report, missed = adaptation_report(case, found.branch, points, [size] * len(points), largest)
+        entries[ADAPTATION] = report | {"reference_dU": size}
+        moved = moving_errors(case, points, size) if size > NEGLIGIBLE_DU else []
+        warnings = [*missed, *moved, *(_far_apart(case, curves, size) if size > NEGLIGIBLE_DU else [])]
     yield from found.last_events(entries, warnings)
     if found.ended is not None and (last := found.ended.last) is not None and case.n > 1:
         last.reopen()

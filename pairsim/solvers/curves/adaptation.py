@@ -20,7 +20,7 @@ from pairsim.fem.meshes.size_field import MOST_FACTOR, AdaptedSizes, SizeField
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.solvers.curves.branch import BESIDE, Branch, Point
-from pairsim.solvers.curves.curve import ROUNDING
+from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU
 from pairsim.solvers.errors.estimate import ErrorEstimator
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
@@ -94,7 +94,10 @@ def largest_dU(known: SteadySolver, places: Sequence[tuple[float, ...]], enough:
 
 
 def _carried_over(problem: SteadyProblem, parameters: Parameters, known: SteadySolver) -> SteadySolver | None:
-    """The scene on other cells; None where its solution does not follow at once, as the way to it may be long."""
+    """The scene on other cells; None unless Newton's method converges from the interpolated solution.
+
+    No continuation is tried then: it may take longer than what it is wanted for.
+    """
     solver: SteadySolver | None = None
     with suppress(NoSteadyState, MeshFailure):
         solver = SteadySolver(problem, parameters)
@@ -106,7 +109,7 @@ def _carried_over(problem: SteadyProblem, parameters: Parameters, known: SteadyS
 
 
 def _found_anew(problem: SteadyProblem, parameters: Parameters) -> float:
-    """The largest |dU| of a solution that no other one leads to, 0 if there is none [U_av]."""
+    """The largest |dU| of a solution that is found without an earlier one, 0 if none is found [U_av]."""
     found: SteadySolver | Ended | None = None
     with suppress(NoSteadyState, MeshFailure):
         found = first_scene(problem, parameters)
@@ -118,7 +121,7 @@ def _found_anew(problem: SteadyProblem, parameters: Parameters) -> float:
 
 
 def _moved(scout: SteadySolver, gaps: tuple[float, ...]) -> bool:
-    """Solve at other distances; False where a step on the way there fails, as finding a shorter one may take long."""
+    """Continue to other distances in steps of a given length; False where one fails, as shorter ones may take long."""
     here = np.array(scout.parameters.gaps)
     count = int(np.ceil(np.abs(np.log(np.divide(gaps, here))).max() / np.log(STEP)))
     for part in np.arange(1, count + 1) / count:
@@ -145,7 +148,7 @@ class AdaptiveBranch(Branch):
         solver, sensitivities: As for `Branch`.
         wanted: Largest error of dU, relative to its largest value; infinite to keep the mesh.
         places: Distances of the case.
-        held: Settings of the mesh that stay as they are, among Np and max_size; with Np the whole mesh does.
+        held: Settings of the mesh that the case fixes, of Np and max_size; where Np is fixed the mesh is not adapted.
         zeros_only: Whether only zeros are solved again, not the points among which they are looked for. The error of
             the distance of a zero is then relative to this distance.
 
@@ -211,7 +214,7 @@ class AdaptiveBranch(Branch):
                 raise ended.failure
 
     def allowed(self, point: Point) -> float:
-        """The largest error of dU at a point that is not too large, as far as dU is known [U_av]."""
+        """The largest error of dU that is allowed at a point, from the largest |dU| known so far [U_av]."""
         if self._zeros_only:
             return self.wanted * abs(point.slope_at_rest) * point.d
         return self.wanted * self.dU
@@ -227,7 +230,7 @@ class AdaptiveBranch(Branch):
             self._looked = error
             self.dU = max(self.dU, largest_dU(self.solver, self._places, error / self.wanted))
         # There is no dU that errors could be compared to: that of equal rigid spheres in Newtonian liquids is 0.
-        return error > self.allowed(point) and (self._zeros_only or self.dU > ROUNDING)
+        return error > self.allowed(point) and (self._zeros_only or self.dU > NEGLIGIBLE_DU)
 
     def _kept[R: (Ended, None)](self, solve: Callable[[Point | None], Point | R]) -> Point | R:
         """Solve for a point, and again on finer meshes while its error is too large and becomes smaller.
@@ -268,7 +271,8 @@ class AdaptiveBranch(Branch):
     def _by_chance(self, point: Point) -> bool:
         """Whether the error may have grown with finer cells by chance.
 
-        Without modes few cells have most of the scatter, those that the shear rate vanishes in, by where it does.
+        In liquids without modes most of the scatter is that of a few cells, those in which the shear rate vanishes. How
+        large it is there depends on where in the cell it vanishes.
         """
         estimate = point.estimate
         return not point.parameters.liquid.has_memory and bool((estimate.irregular_dU > estimate.regular_dU).any())

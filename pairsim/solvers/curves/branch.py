@@ -48,7 +48,7 @@ class Point:
         parameters: Parameters of the solution.
         discrete: Quantities evaluated from the solution, with the distances held.
         held: The same with the estimates of their errors added, where these are trusted.
-        motion: What moving adds to the velocities.
+        motion: What the motion of the particles adds to the velocities at held distances.
         t_relax: Slowest decay time of a disturbance at held distances [D_c/U_av].
         slopes: Derivative of every dU at held distances when all, or the only one that varies, change equally, (N-1,).
         held_slopes: Derivatives of the velocities (rows) at held distances by each distance (columns), (N, N-1).
@@ -172,7 +172,8 @@ class Branch:
     def _follow(self, parameters: Parameters) -> Ended | None:
         """Continue to other parameters; None where they are reached.
 
-        That the branch of a single particle ends is told by two meshes.
+        Where the branch of a single particle seems to end, finer cells on the particle are tried, too: they may have a
+        solution beyond that end, with which the branch then goes on.
         """
         ended = follow(self.solver, parameters)
         if ended is None or not ended.kind or parameters.gaps:
@@ -188,7 +189,8 @@ class Branch:
     def zero(self, left: float, right: float, guess: float) -> Point | None:
         """The solution at a distance between two others at which dU vanishes, by Newton's method with the slope of dU.
 
-        It is on the mesh for this distance, or where that leads to none on the present one.
+        Every iterate is solved on the mesh for its own distance. Two such meshes may each have their zero at the
+        distance of the other one: then it is the zero on the last mesh.
 
         Args:
             left: Smaller distance.

@@ -38,9 +38,9 @@ OF_CANCELLED = 0.015
 # Least part of what is left in one gap of that in another: the estimate of a single gap may vanish by chance. Chosen.
 OF_OTHER_GAPS = 0.1
 OF_ENDS = 2.0  # what the ends may do over what they are found to do; chosen
-# Rounding of a relative velocity [U_av]: equal rigid spheres in a Newtonian liquid, whose dU is 0, have up to 5e-15 on
-# 24 meshes.
-ROUNDING = 1e-13
+# What rounding adds to the half-width of a relative velocity [U_av]. That of equal rigid spheres in a Newtonian liquid,
+# which is 0, was up to 5e-15 on 24 meshes.
+ROUNDING_OF_DU = 1e-13
 # Scatter over the magnitude of the estimate above which the estimate has no certain sign, and is not added.
 CANCELLING = 4.0
 
@@ -70,8 +70,9 @@ class ErrorEstimate:
         by_regularisation: First and second derivatives of the velocities by the logarithm of a regularisation, (2, N).
         widening: Factor of the cells' part of the half-widths where they do not resolve the stress of a polymer.
         of_scatter: Factor of the scatter in half-widths.
-        trusted: Whether the estimates of all dU, or of all forces, are more than what is left of contributions that
-            cancel. Without modes they are: the scatter is none of the estimates there.
+        trusted: Whether the estimates of all dU, or of all forces, have a certain sign, so that they are added to the
+            solution. They have none where they are what remains of much larger contributions of both signs. In liquids
+            without modes they always have one: `scatter_dU` is no part of the estimates there.
         cells: What the cells have of `scatter_dU`; None unless it was asked for.
     """
 
@@ -102,7 +103,7 @@ class ErrorEstimate:
     @property
     def dU_error(self) -> Array:
         """Half-width of the interval around the corrected dU that should hold the exact one, (N-1,)."""
-        return self.cells_dU + self.ends_error + self.regularisation_error + np.abs(self.newton_dU) + ROUNDING
+        return self.cells_dU + self.ends_error + self.regularisation_error + np.abs(self.newton_dU) + ROUNDING_OF_DU
 
     @property
     def regular_dU(self) -> Array:
@@ -141,7 +142,7 @@ class ErrorEstimate:
 
 
 class ErrorEstimator:
-    """Estimates the discretisation error of quasi-steady solutions; keeps what a mesh needs for the next one on it.
+    """Estimates the discretisation error of quasi-steady solutions, and keeps what further ones on a mesh share.
 
     Args:
         cells: Whether estimates keep what single cells contribute.
@@ -218,10 +219,11 @@ class ErrorEstimator:
         )
 
     def _of_recovered_solution(self, steady: SteadySolver, z: Array, x: Array) -> Array:
-        """Estimates from the other side, of the residual of the recovered solution tested with discrete adjoints, (k,).
+        """Estimates from the residual of the recovered solution, tested with the discrete adjoints, (k,).
 
-        The term of second order that estimates lack is half of what these differ by. As it is not added it counts
-        twice, with what an estimate of it may leave. It is small but on squeezed cells of soft particles.
+        They differ from those of the discrete solution, tested with the recovered adjoints, by twice the term of second
+        order that both lack. This term is not added, and counts twice in the half-width: once itself, once for the
+        error of its estimate. It is small except on squeezed cells of soft particles.
 
         Args:
             steady: The solution.
@@ -253,7 +255,7 @@ def _cancelled(tested: WeightedResidual, combined: Array | None = None) -> Array
 
 
 def _regular(change: Array, spread: Array, cancelled: Array) -> Array:
-    """What is left of signed estimates, with what another recovery changes them by, once they are added, (k,) each."""
+    """What signed estimates leave once they are added: their size, their spread, and a part of what cancels in them."""
     return np.asarray(np.abs(change) + np.abs(spread) + OF_CANCELLED * cancelled)
 
 

@@ -170,10 +170,10 @@ class RunErrors:
         return error
 
     def copy(self) -> RunErrors:
-        """The same, which later steps do not change."""
+        """A copy that later steps do not change."""
         return replace(self, steps=replace(self.steps), interval=replace(self.interval))
 
     @property
     def part(self) -> float:
-        """Largest half-width relative to the largest |dU|; 0 where dU is nothing but errors, as of equal rigid ones."""
+        """Largest half-width relative to the largest |dU|; 0 where dU is error alone, as of equal rigid particles."""
         return self.largest / self.steps.peak if self.steps.peak > LEAST else 0.0

@@ -160,7 +160,11 @@ def follow(steady: SteadySolver, target: Parameters) -> Ended | None:
 
 
 def _continued(steady: SteadySolver, target: Parameters, way: list[Passed], *, sharpens: bool = False) -> Ended | None:
-    """See `follow`; adds the solutions passed to `way`. One that `sharpens` a kink takes no rounder one on its way."""
+    """Continue as `follow` does, and add the solutions passed to `way`.
+
+    With `sharpens` the continuation is that from a rounder kink of the stress to the one wanted (`solve_on_mesh`), on
+    whose own meshes no rounder kink is tried once more.
+    """
     start = steady.parameters
     if start == target:
         return None
@@ -212,7 +216,10 @@ def _continued(steady: SteadySolver, target: Parameters, way: list[Passed], *, s
 
 
 def solve_on_mesh(steady: SteadySolver, there: Parameters, guess: Array, *, new: bool = True) -> Report:
-    """Solve at given parameters, on a new mesh perhaps with a rounder kink first, which is then sharpened."""
+    """Solve at given parameters; on a new mesh, where that fails, with a rounder kink of the stress first.
+
+    From the solution with the rounder kink a continuation in the regularisation leads to the one wanted.
+    """
     report = steady.solve(there, guess)
     for factor in ROUNDER if new and there.liquid.regularisation and not report.converged else ():
         rounder = steady.solve(there.less_regularised(factor), guess)
@@ -230,7 +237,7 @@ def _first_step(start: Parameters, target: Parameters) -> float:
 
 
 def _growth(iterations: int, *, kinked: bool) -> float:
-    """Factor of the next step after so many Newton iterations, of which a stress with a kink takes more."""
+    """Factor of the next step after so many Newton iterations, of which more are usual for a stress with a kink."""
     more = OF_KINK if kinked else 1
     if iterations <= more * FEW_ITERATIONS:
         return 2.0

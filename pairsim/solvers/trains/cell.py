@@ -65,7 +65,7 @@ def repeated(one: SteadySolver, count: int) -> SteadySolver:
         count: Number of particles.
 
     Raises:
-        NoSteadyState: The solution is none of the cell of several.
+        NoSteadyState: Newton's method does not confirm the repeated solution as one of the cell of several.
     """
     problem, here = one.problem, one.parameters
     parameters = Parameters((distance(one),) * (count - 1), here.solids * count, here.liquid, here.sizes * count)
