@@ -77,6 +77,7 @@ def solve_along(
     from pairsim.computing.steady import Solutions, health_columns, large_value_errors
     from pairsim.fem.surface import roughness
     from pairsim.results.rows import point_row
+    from pairsim.solvers.steady.ends import Ended
 
     what = f"{counted(len(case.series), 'value')} of Ca_e"
     yield events.Begin(what, len(case.series))
@@ -86,8 +87,12 @@ def solve_along(
     try:
         with found:
             branch = found.begin(problem, start.with_Ca_e(case.series[0]))
+            if isinstance(branch, Ended):
+                return found.outcome_of(branch)
             for count, Ca_e in enumerate(case.series, 1):
                 point = branch.at(start.with_Ca_e(Ca_e))
+                if isinstance(point, Ended):
+                    return found.outcome_of(point)
                 found.points.append(point)
                 row = point_row(point) | {CA_E.name: Ca_e}
                 row |= columns.own_row(case.n, Found(point, branch.solver))
@@ -99,7 +104,6 @@ def solve_along(
                 text = Message("{}  {} = {}", softness(Ca_e, case.scales), shown, value)
                 yield events.Progress(count, text, count)
             return events.Outcome("finished", "end", what)
-        return found.outcome  # the branch ends before the last Ca_e
     finally:
         warning = (
             f"at Ca_e = {', '.join(rough)} the surface has waves as long as its cells, on this mesh alone: D and "

@@ -35,8 +35,7 @@ class Solutions:
     Attributes:
         points: The solutions that are results.
         branch: The branch; None until `begin`.
-        ended: The continuation that has ended the computation; None where all was solved. If it is proven that there is
-            no steady state, the context ends without an exception: `outcome` is the answer.
+        ended: The continuation that has ended the computation; None where all was solved.
         way: The solutions on the way to parameters that were not reached.
     """
 
@@ -49,22 +48,22 @@ class Solutions:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, failure: BaseException | None, *_: object) -> bool:
-        ended = self.branch.ended if self.branch is not None else self.ended
-        self.ended = ended if ended is not None and ended.failure is failure else None
-        if self.ended is not None:
-            self.way = self.ended.way
-        elif isinstance(failure, SpentOnTheWay):
+    def __exit__(self, kind: type[BaseException] | None, failure: BaseException | None, *_: object) -> None:
+        if isinstance(failure, SpentOnTheWay):
             self.way = failure.way
         if self.branch is not None:
             self.branch.close()
-        return self.ended is not None and self.ended.proven
 
-    @property
-    def outcome(self) -> Outcome:
-        """The outcome where it is proven that there is no steady state."""
-        assert self.ended is not None, "a branch has ended"
-        return Outcome("finished", self.ended.failure.reason, self.ended.failure.message)
+    def outcome_of(self, ended: Ended) -> Outcome:
+        """The outcome where a continuation has ended before all was solved: that there is no steady state, if proven.
+
+        Raises:
+            NoSteadyState: It is not.
+        """
+        self.ended, self.way = ended, ended.way
+        if not ended.proven:
+            raise ended.failure
+        return Outcome("finished", ended.failure.reason, ended.failure.message)
 
     def begin(
         self,
@@ -74,8 +73,8 @@ class Solutions:
         places: Sequence[tuple[float, ...]] = (),
         sensitivities: Collection[str] = (),
         zeros_only: bool = False,
-    ) -> AdaptiveBranch:
-        """Solve at the first parameters; returns the branch, on which other parameters follow.
+    ) -> AdaptiveBranch | Ended:
+        """Solve at the first parameters, from which others follow on the branch.
 
         Its mesh is adapted to `accuracy` where several particles move freely, as dU is then asked for.
 
@@ -86,6 +85,9 @@ class Solutions:
             sensitivities: Parameters by which dU is differentiated.
             zeros_only: Whether the mesh is adapted at zeros of dU alone.
 
+        Returns:
+            The branch, or why the first parameters were not reached.
+
         Raises:
             NoSteadyState: No solution was found.
             MeshFailure: A mesh could not be generated.
@@ -95,8 +97,7 @@ class Solutions:
         if isinstance(scene, Ended) and scene.kind and not first.gaps:
             scene = scene_past_end(problem, first, scene)
         if isinstance(scene, Ended):
-            self.ended = scene
-            raise scene.failure
+            return scene
         self.branch = AdaptiveBranch(
             scene, places=places, wanted=wanted, held=self.case.held, sensitivities=sensitivities, zeros_only=zeros_only
         )

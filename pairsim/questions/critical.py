@@ -146,6 +146,7 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
     from pairsim.solvers.curves.branch import Point
     from pairsim.solvers.curves.critical import find_all, follow_all
     from pairsim.solvers.curves.zero_lines import Critical, End, Followed, Missed, Region
+    from pairsim.solvers.steady.ends import Ended
 
     own, (least, most) = QUESTION.tables["critical"].own, case.d
     region: Region | None = None  # of parameters and distances in which zeros are followed
@@ -174,7 +175,10 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
             yield events.Table("critical", [*CRITICAL_COLUMNS.named(2), *health_columns(case), *own.named(2)])
             # Meshes are adapted to the zeros asked for, not to those between them.
             branch = found.begin(steady_problem(case, least, monitor), start, zeros_only=True)
-            branch.at(start)
+            if isinstance(branch, Ended):
+                return found.outcome_of(branch)
+            if isinstance(first := branch.at(start), Ended):
+                return found.outcome_of(first)
             for each in find_all(branch, least, most) if region is None else follow_all(branch, region):
                 match each:
                     case Point():
@@ -201,9 +205,10 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
                             yield events.Note(Message(said, each.branch, each.message))
                     case Missed():
                         warnings.append(each.message)
+                    case Ended():
+                        return found.outcome_of(each)
             counts = f"critical distances: {len(found.points)}, branches: {max(branches, default=0)}"
             return events.Outcome("finished", "end", counts)
-        return found.outcome  # the branch ends before all distances were reached
     finally:
         entries: dict[Entry[Any], Any] = {ENDS: ends}
         if found.branch is not None:

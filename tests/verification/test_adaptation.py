@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.scenes import reached
 
 from pairsim.computing.case_files import parse_case
 from pairsim.computing.problems import steady_problem
@@ -17,6 +16,7 @@ from pairsim.solvers.curves.adaptation import ROUNDS, AdaptiveBranch, largest_dU
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.errors import estimate
 from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.steady.ends import arrived
 from pairsim.solvers.steady.first_solution import first_scene
 
 TUBE = {"beta": 0.4, "d": [0.4], "ends": "developed", "length": "auto"}
@@ -27,7 +27,7 @@ def adaptive(wanted: float, zeros_only: bool = False, **keys: object) -> tuple[A
     case = parse_case(QUESTIONS["curve"], TUBE | keys, "test")
     first = Parameters(case.places[0], case.solid_models, case.liquid_model)
     problem = steady_problem(case, first.gaps[0])
-    scene = reached(first_scene(problem, first))
+    scene = arrived(first_scene(problem, first))
     return AdaptiveBranch(scene, wanted=wanted, places=case.places, zeros_only=zeros_only), first
 
 
@@ -81,7 +81,7 @@ def test_all_cells_become_smaller_where_the_signed_part_of_the_error_prevails(mo
 
 
 @pytest.mark.slow
-def test_what_cannot_be_kept_ends_with_the_error_reached(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_cannot_be_kept_ends_with_the_error_arrived(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(adaptation, "ROUNDS", 1)
     branch, first = adaptive(1e-7, De=0, Ca_e=0.1, d=[0.1], mesh={"Np": 6})
     before = branch.solver.constraints.size
@@ -118,7 +118,7 @@ def test_the_size_of_dU_at_a_single_distance_is_that_of_the_curve_it_lies_on(
     """Also of very soft particles far apart, whose solution on coarse cells does not follow from that on fine ones."""
     case = parse_case(QUESTIONS["curve"], TUBE | {"De": 0, "Ca_e": Ca_e, "d": [d], "mesh": {"Np": 18}}, "test")
     first = Parameters(case.places[0], case.solid_models, case.liquid_model)
-    branch = Branch(reached(first_scene(steady_problem(case, d), first)))
+    branch = Branch(arrived(first_scene(steady_problem(case, d), first)))
     assert largest_dU(branch.solver, case.places, np.inf) == pytest.approx(largest, rel=0.05), "finer cells, d = .1"
     assert largest_dU(branch.solver, case.places, 1e-4) < 0.95 * largest, "larger ones are not looked for"
     branch.close()

@@ -181,13 +181,13 @@ class AdaptiveBranch(Branch):
         """The problem with the cells of the present mesh."""
         return self.solver.problem
 
-    def at(self, parameters: Parameters) -> Point:
-        """The solution at given parameters, on a mesh that keeps its error small where one was found."""
+    def at(self, parameters: Parameters) -> Point | Ended:
+        """As `Branch.at`, on a mesh that keeps the error small where one was found."""
         if self._zeros_only:
             return super().at(parameters)
         return self._kept(lambda _: super(AdaptiveBranch, self).at(parameters))
 
-    def zero(self, left: float, right: float, guess: float) -> Point:
+    def zero(self, left: float, right: float, guess: float) -> Point | None:
         """A zero of dU as by `Branch.zero`, on a mesh that keeps the error of dU small where one was found."""
         again = super().zero
         return self._kept(lambda last: again(left, right, last.d if last else guess))
@@ -197,7 +197,8 @@ class AdaptiveBranch(Branch):
         if not self._too_large(zero):
             return zero
         again = super().zero
-        return self._kept(lambda last: again(last.d / BESIDE, last.d * BESIDE, last.d) if last else zero)
+        better = self._kept(lambda last: again(last.d / BESIDE, last.d * BESIDE, last.d) if last else zero)
+        return better or zero
 
     def recall(self, snapshot: Snapshot) -> None:
         """Restore a stored solution; one that was stored with other cells is solved for with the present ones.
@@ -209,7 +210,8 @@ class AdaptiveBranch(Branch):
             super().recall(snapshot)
         else:
             self._nearest(snapshot.parameters)
-            self._follow(snapshot.parameters)
+            if (ended := self._follow(snapshot.parameters)) is not None:
+                raise ended.failure
 
     def allowed(self, point: Point) -> float:
         """The largest error of dU that is allowed at a point, from the largest |dU| known so far [U_av]."""
@@ -230,15 +232,23 @@ class AdaptiveBranch(Branch):
         # There is no dU that errors could be compared to: that of equal rigid spheres in Newtonian liquids is 0.
         return error > self.allowed(point) and (self._zeros_only or self.dU > NEGLIGIBLE_DU)
 
-    def _kept(self, solve: Callable[[Point | None], Point]) -> Point:
-        """Solve for a point, and again on finer meshes while its error is too large and becomes smaller."""
+    def _kept[R: (Ended, None)](self, solve: Callable[[Point | None], Point | R]) -> Point | R:
+        """Solve for a point, and again on finer meshes while its error is too large and becomes smaller.
+
+        Args:
+            solve: Solves for it, from the point on coarser cells if there is one.
+
+        Returns:
+            The point, or what `solve` returned in its place at first.
+        """
         before, point = self.solver.iterations, solve(None)
+        if not isinstance(point, Point):
+            return point
         while self._too_large(point):
             coarser, fields, error = self.problem, dict(self._fields), float(point.estimate.dU_error.max())
             if not self._refine(point):
                 break
-            with suppress(NoSteadyState, MeshFailure):
-                point = solve(point)
+            point = self._again(solve, point)
             finer_error = float(point.estimate.dU_error.max())
             if self._by_chance(point):
                 continue
@@ -247,10 +257,16 @@ class AdaptiveBranch(Branch):
             if finer_error > error and self._go_on(coarser, point.parameters):
                 # Near the softest shapes the finer mesh may be close to wrinkles that the coarser one does not resolve.
                 self._fields = fields
-                with suppress(NoSteadyState, MeshFailure):
-                    point = solve(point)
+                point = self._again(solve, point)
         self.unknowns[self._nominal(point)] = self.solver.constraints.size
         return replace(point, newton=self.solver.iterations - before)
+
+    def _again(self, solve: Callable[[Point | None], Point | Ended | None], point: Point) -> Point:
+        """The point on the present cells, or as it was if it is not found on them."""
+        with suppress(NoSteadyState, MeshFailure):
+            found = solve(point)
+            return found if isinstance(found, Point) else point
+        return point
 
     def _by_chance(self, point: Point) -> bool:
         """Whether the error may have grown with finer cells by chance.
