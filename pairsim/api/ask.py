@@ -85,7 +85,9 @@ def ask(
     if any(each.half_width for each in record.inputs):
         record = record.with_entries({DRAWN: range_of_draws(asked, book)})
     content = Content({"curve": curve.table, "equilibria": curve.equilibria}, record, asked)
-    return question.result(question, content=content, source=SOURCE)
+    result = question.result(question, content=content, source=SOURCE)
+    result.curve = curve.named(SOURCE, record)  # whose interpolant is there already
+    return result
 
 
 def _curve_of(case: SceneCase, atlas: Atlas) -> Curve:

@@ -160,9 +160,12 @@ class Curve:
         """Whether it is that of a pair in steady states, not that from rest after a time."""
         return self.table.has(DU_HELD) and self.table.has(DU)
 
-    def named(self, source: str) -> Curve:
-        """The curve with another name in messages."""
-        return Curve(self.table, self._known, self.record, source)
+    def named(self, source: str, record: Record | None = None) -> Curve:
+        """The same curve with another name in messages and, if given, another record."""
+        known = vars(self).get("equilibria", self._known)  # if they were found already
+        found = Curve(self.table, known, record if record is not None else self.record, source)
+        found._interpolants = self._interpolants
+        return found
 
     def converted(self, scales: Scales | None) -> Curve:
         """The curve in um and um/s, by the scales of an experiment; as it is without."""
