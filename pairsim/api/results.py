@@ -163,13 +163,13 @@ class Result:
         from pairsim.results.tables import frame_of, in_units
 
         name = self.question.table_named(name, self.source)
+        scales = None if physical is False else self.scales if physical else self.record.scales
         table = self._table_named(name)
         if at:
             from pairsim.results.curve import Curve
 
             table = Curve(table, {}, self.record, self.source).at(at)
         frame = frame_of(table)
-        scales = None if physical is False else self.scales if physical else self.record.scales
         if scales is None:
             return frame
         try:
