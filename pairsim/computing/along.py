@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pydantic import Field
 
@@ -22,7 +22,7 @@ from pairsim.runtime.text import counted
 if TYPE_CHECKING:
     from pairsim.plots.style import Page
     from pairsim.runtime.monitor import Monitor
-    from pairsim.solvers.errors.estimate import ErrorEstimate
+    from pairsim.solvers.goals import Goal
     from pairsim.solvers.steady.scene import SteadySolver
 
 WRINKLED = 2.0  # roughness of a surface from which it has waves as long as cells (`pairsim.fem.surface.roughness`)
@@ -30,9 +30,8 @@ WRINKLED = 2.0  # roughness of a surface from which it has waves as long as cell
 
 @dataclass(frozen=True)
 class Found:
-    """A steady state: its solver, and the estimate of its errors; columns of a question take their `value` of it."""
+    """A steady state: its solver; columns of a question take their `value` of it."""
 
-    estimate: ErrorEstimate
     solver: SteadySolver
 
 
@@ -66,16 +65,15 @@ def estimate_along(case: AlongCase) -> Estimate:
 
 
 def solve_along(
-    case: AlongCase, monitor: Monitor, columns: Sequence[str | Column], shown: str, errors: Mapping[str, str]
+    case: AlongCase, monitor: Monitor, columns: Sequence[str | Column], shown: str, goals: Sequence[Goal]
 ) -> events.Events:
     """Solve the steady states in ascending Ca_e.
 
-    The table, which has the name of the question, begins with `columns`: names, and columns whose `value` is taken of a
-    `Found`. Progress shows one of them. `errors` names the columns whose half-widths are held against `accuracy`, which
-    sets the cells, but does not adapt them here.
+    The table, which has the name of the question, begins with `columns`: names, and columns whose `value`, if they have
+    one, is taken of a `Found`. Progress shows one of them. The errors of `goals` are kept below `accuracy`.
     """
     from pairsim.computing.problems import steady_problem
-    from pairsim.computing.steady import Solutions, health_columns, large_value_errors, point_row
+    from pairsim.computing.steady import Solutions, adaptation_report, health_columns, point_row
     from pairsim.computing.warnings import finer
     from pairsim.fem.surface import roughness
     from pairsim.solvers.parameters import Parameters
@@ -86,16 +84,15 @@ def solve_along(
     yield events.Table(case.kind, [*names, *health_columns(case)])
     own = {each.name: each.value for each in columns if isinstance(each, Column) and each.value is not None}
     problem, start = steady_problem(case, 1.0, monitor), Parameters((), case.solid_models, case.liquid_model)
-    found, rough, rows = Solutions(case), list[str](), list[dict[str, float]]()
+    found, rough = Solutions(case), list[str]()
     try:
         with found:
-            branch = found.begin(problem, start.with_Ca_e(case.series[0]))
+            branch = found.begin(problem, start.with_Ca_e(case.series[0]), goals=goals)
             for count, Ca_e in enumerate(case.series, 1):
                 point = branch.at(start.with_Ca_e(Ca_e))
                 found.points.append(point)
-                row, state = point_row(point) | {"Ca_e": Ca_e}, Found(point.estimate, branch.solver)
+                row, state = point_row(point) | {"Ca_e": Ca_e}, Found(branch.solver)
                 row |= {name: float(value(state)) for name, value in own.items()}
-                rows.append(row)
                 yield events.Row(case.kind, row)
                 if roughness(branch.solver.bodies[0], branch.solver.state()[0]) > WRINKLED:
                     rough.append(f"{Ca_e:.4g}")
@@ -107,8 +104,11 @@ def solve_along(
             f"at Ca_e = {', '.join(rough)} the surface has waves as long as its cells, on this mesh alone: D and "
             f"deformation may be off by more than their errors; compare with {finer(case)}"
         )
-        warnings = [*([warning] if rough else []), *large_value_errors(case, rows, errors)]
-        yield from found.last_events({"points": len(found.points)}, warnings)
+        entries, warnings = dict[str, Any](points=len(found.points)), [warning] if rough else []
+        if found.branch is not None:
+            entries["adaptation"], missed = adaptation_report(case, found.branch, found.points)
+            warnings += missed
+        yield from found.last_events(entries, warnings)
 
 
 def draw_along(directory: Path, out: Path, page: Page, name: str, errors: Mapping[str, str]) -> list[Path]:

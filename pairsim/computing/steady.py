@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import takewhile
 from typing import Any, Self
 
@@ -10,11 +11,15 @@ import numpy as np
 
 from pairsim.cases.case import SceneCase
 from pairsim.computing.events import Event, Outcome, Summary, Table
-from pairsim.computing.warnings import ErrorAt, above, common_warnings, large_errors, moves_on
-from pairsim.results.columns import CURVE_HEALTH, FORCES, POLYMER_HEALTH, YIELD_HEALTH, names_of, observed, table_row
+from pairsim.computing.warnings import ErrorAt, above, common_warnings, moves_on
+from pairsim.quantities.text import in_unit
+from pairsim.results.columns import CURVE_HEALTH, POLYMER_HEALTH, YIELD_HEALTH, names_of, observed, table_row
+from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.adaptation import AdaptiveBranch
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.curve import ROUNDING
+from pairsim.solvers.errors.estimate import ErrorEstimate
+from pairsim.solvers.goals import Goal, Scale, dU
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.continuation import where
@@ -66,11 +71,11 @@ class Solutions:
         problem: SteadyProblem,
         first: Parameters,
         *,
+        goals: Sequence[Goal],
         places: Sequence[tuple[float, ...]] = (),
         sensitivities: Collection[str] = (),
-        zeros_only: bool = False,
     ) -> AdaptiveBranch:
-        """Solve at the first parameters, with cells that follow from `accuracy` where there is a dU.
+        """Solve at the first parameters, with cells that follow from the `accuracy` of the goals.
 
         Keywords are those of `AdaptiveBranch`.
 
@@ -78,16 +83,14 @@ class Solutions:
             NoSteadyState: No solution was found.
             MeshFailure: A mesh could not be generated.
         """
-        wanted = self.case.error_wanted if self.case.n > 1 and self.case.driven[1] is None else np.inf
         scene = first_scene(problem, first)
         if isinstance(scene, Ended) and scene.kind and not first.gaps:
             scene = scene_past_end(problem, first, scene)
         if isinstance(scene, Ended):
             self.ended = scene
             raise scene.failure
-        self.branch = AdaptiveBranch(
-            scene, places=places, wanted=wanted, held=self.case.held, sensitivities=sensitivities, zeros_only=zeros_only
-        )
+        wanted, held = self.case.error_wanted, self.case.held
+        self.branch = AdaptiveBranch(scene, sensitivities, goals=goals, wanted=wanted, places=places, held=held)
         return self.branch
 
     def last_events(self, entries: Mapping[str, Any], warnings: Sequence[str] = ()) -> Iterator[Event]:
@@ -121,6 +124,7 @@ def point_row(point: Point) -> dict[str, float]:
         "U": o.U,
         "dU": o.dU,
         "D": o.D,
+        "F": o.F,
         "dp": o.dp,
         "dp_plus": o.dp_plus,
         "newton": point.newton,
@@ -128,20 +132,15 @@ def point_row(point: Point) -> dict[str, float]:
         "stretch": point.motion.stretch,
         "from_rest": point.motion.from_rest,
         "dU_discrete": point.discrete.dU,
-        "dU_correction": estimate.dU,
-        "dU_error": point.dU_errors,
-        "ends_error": estimate.ends_error,
-        "regularisation_error": estimate.regularisation_error,
+        "ends_error": estimate[dU].ends_error,
+        "regularisation_error": estimate[dU].regularisation_error,
         "bridge": point.hold.bridge,
         "creep": point.hold.creep,
         "plug": point.hold.plug,
         "slope": point.slopes,
         **{f"by_{name}": change for name, change in point.sensitivities.items()},
-        "U_correction": estimate.U,
-        "U_error": estimate.U_error,
-        "dp_plus_correction": estimate.dp_plus,
-        "dp_plus_error": estimate.dp_plus_error,
-        **dict(zip(FORCES, (o.F, estimate.F, estimate.F_error), strict=True)),
+        **dict(_errors(estimate)),
+        "dU_error": point.dU_errors,
         "corrected": estimate.trusted,
         "t_relax": point.t_relax if np.isfinite(point.t_relax) else np.nan,
         "meshes": point.meshes,
@@ -151,6 +150,17 @@ def point_row(point: Point) -> dict[str, float]:
     return table_row(
         o.U.size, **{name: value for name, value in values.items() if value is not None and np.size(value)}
     )
+
+
+def _errors(estimate: ErrorEstimate) -> Iterator[tuple[str, Any]]:
+    """The half-widths of all goals, and the corrections of those that are corrected, by quantity."""
+    for goal, found in estimate.items():
+        if found.correction.size:
+            columns = {goal.error_column: found.half_width}
+            if goal.added:
+                columns[f"{goal.name}_correction"] = found.correction
+            for name, each in columns.items():
+                yield name, each if goal.per else float(each[0])
 
 
 def slope_rows(point: Point) -> Iterator[dict[str, float]]:
@@ -167,29 +177,15 @@ def way_row(passed: Passed) -> dict[str, float]:
     return table_row(len(U), **parameters, U=U, dU=np.diff(U), D=passed.D)
 
 
-def error_at(point: Point, gap: int, size: float) -> ErrorAt:
-    """The estimated error of a relative velocity of a point by mesh and ends, relative to a velocity."""
-    estimate = point.estimate
-    ends, regularisation = float(estimate.ends_error[gap]) / size, float(estimate.regularisation_error[gap]) / size
-    return ErrorAt(float(estimate.dU_error[gap]) / size, where(point.parameters), ends, regularisation)
-
-
-def large_value_errors(case: SceneCase, rows: Sequence[Mapping[str, float]], errors: Mapping[str, str]) -> list[str]:
-    """Warnings of values in rows of a table whose half-widths are more than `accuracy` of the largest of them.
-
-    Args:
-        case: The case.
-        rows: The rows, which have a Ca_e each if there are several.
-        errors: Names of values, each with the name of its half-width.
-    """
-    found = []
-    for name, error in errors.items():
-        size = max((abs(row[name]) for row in rows), default=0.0)
-        places = [f"Ca_e = {row['Ca_e']:.4g}" if "Ca_e" in row else "" for row in rows]
-        parts = [row[error] / size for row in rows] if size > ROUNDING else []
-        at = [ErrorAt(part, place, 0.0, 0.0) for part, place in zip(parts, places, strict=False)]
-        found += large_errors(case, f"the error of {name}", f"the largest |{name}|" if len(rows) > 1 else "it", at)
-    return found
+def error_at(point: Point, goal: Goal, size: Array | float) -> ErrorAt | None:
+    """The largest estimated error of a goal at a point, relative to a size; None where the size is no more than 0."""
+    estimate, sizes = point.estimate[goal], np.broadcast_to(size, point.estimate[goal].half_width.shape)
+    parts = np.divide(estimate.half_width, sizes, out=np.full(sizes.shape, -1.0), where=sizes > ROUNDING)
+    if not (parts >= 0).any():
+        return None
+    at = int(parts.argmax())
+    parts_by = (float(each[at] / sizes[at]) for each in (estimate.ends_error, estimate.regularisation_error))
+    return ErrorAt(float(parts[at]), where(point.parameters), *parts_by)
 
 
 def moving_errors(case: SceneCase, points: Sequence[Point], size: float) -> list[str]:
@@ -223,42 +219,101 @@ def listed(places: Sequence[str]) -> str:
 
 
 def adaptation_report(
-    case: SceneCase, branch: AdaptiveBranch, points: Sequence[Point], sizes: Sequence[float], what: str
+    case: SceneCase, branch: AdaptiveBranch, points: Sequence[Point], largest: Mapping[Goal, float] | None = None
 ) -> tuple[dict[str, Any], list[str]]:
-    """The entry of run.json, and a warning of the points whose error is larger than wanted.
+    """The entry of run.json, and a warning of the points whose errors are larger than wanted, for each goal.
 
-    Errors of dU are relative to `sizes` [U_av], one for each point, which are `what` in words. Where unyielded liquid
-    holds particles together dU is creep, which no cells make more exact: no warning is given there, as the answer says
-    what dU is.
+    Args:
+        case: The case.
+        branch: The branch, with its goals.
+        points: Its points for which `accuracy` counts.
+        largest: Values of goals that are known to be larger than those of the branch.
     """
-    wanted = case.error_wanted
-    known = [
-        (point.held_together, error_at(point, int(np.argmax(point.estimate.dU_error)), size))
-        for point, size in zip(points, sizes, strict=True)
-        if size > ROUNDING
-    ]
-    errors, held = ([each for locked, each in known if locked == is_held] for is_held in (False, True))
-    missed = [each.where for each in errors if each.relative > wanted]
-    widest = max(errors, key=lambda each: each.relative, default=None)
-    reached = max((each.relative for _, each in known), default=0.0)
+    known = [goal for goal in branch.goals if all(point.estimate[goal].half_width.size for point in points)]
+    found = [_Accuracy.of(case, branch, goal, points, (largest or {}).get(goal)) for goal in known]
+    reached = {each.goal.name: each.reached for each in found}
+    worst = max(reached.values(), default=0.0)
+    held = [at.where for each in found for at in each.held]
     entry = {
-        "wanted": wanted,
-        **({"reached": reached, "kept": reached <= wanted} if points else {}),
-        **({"held_together": [each.where for each in held]} if held else {}),
+        "wanted": case.error_wanted,
+        **({"reached": worst, "kept": worst <= case.error_wanted} if points else {}),
+        **({"reached_by": reached} if points and len(found) > 1 else {}),
+        **({"held_together": held} if held else {}),
         "meshes": [
-            {"d": gaps[0] if len(set(gaps)) == 1 else list(gaps), "unknowns": n, "rounds": branch.rounds[gaps]}
-            for gaps, n in sorted(branch.unknowns.items())
+            {**_mesh_is_for(place, case), "unknowns": n, "rounds": branch.rounds[place]}
+            for place, n in sorted(branch.unknowns.items())
         ],
+        **{f"reference_{each.goal.name}": each.size for each in found if each.size is not None},
     }
-    if not missed or widest is None:
-        return entry, []
-    worst = widest.relative
-    more = f" and {len(missed) - MOST_NAMED} more" if len(missed) > MOST_NAMED else ""
-    fixed = " and ".join(f"mesh.{name}" for name in sorted(case.held))
-    other = widest.no_mesh_helps(case)
-    advice = f"; use {other}" if other else f"; leave out {fixed}" if fixed else ""
-    warning = (
-        f"accuracy: {case.accuracy} was not kept at {listed(missed[:MOST_NAMED])}{more}: dU_error is up to "
-        f"{above(100 * worst, 100 * wanted)} % of {what}{advice}"
-    )
-    return entry, [warning]
+    return entry, [warning for each in found for warning in each.warnings(case)]
+
+
+def _mesh_is_for(place: Sequence[float], case: SceneCase) -> dict[str, float | list[float]]:
+    """The distances that a mesh is made for, or the softness of a particle on its own."""
+    return {"d" if case.n > 1 else "Ca_e": place[0] if len(set(place)) == 1 else list(place)}
+
+
+@dataclass(frozen=True)
+class _Accuracy:
+    """How well the accuracy of a goal was kept.
+
+    Attributes:
+        goal: The goal.
+        size: The value that errors are relative to, if it is that of all points.
+        what: What they are relative to, in words.
+        errors: The largest error of each point.
+        held: Those where unyielded liquid holds particles together, if the goal is creep there: no cells make it more
+            exact, and the answer says what it is.
+    """
+
+    goal: Goal
+    size: float | None
+    what: str
+    errors: list[ErrorAt]
+    held: list[ErrorAt]
+
+    @classmethod
+    def of(
+        cls, case: SceneCase, branch: AdaptiveBranch, goal: Goal, points: Sequence[Point], largest: float | None
+    ) -> Self:
+        """That of a goal at points."""
+        size = None
+        match goal.scale:
+            case Scale.DISTANCE:
+                sizes = [np.asarray(abs(point.slope_at_rest) * point.d) for point in points]
+                what = "itself, that of a critical distance"
+            case Scale.ITSELF:
+                sizes, what = [np.abs(point.values[goal]) for point in points], goal.name
+            case Scale.LARGEST:
+                size = branch.largest[goal] if largest is None else largest
+                sizes = [np.asarray(size)] * len(points)
+                whole = f"the largest |{goal.name}|" if goal.scouted or len(points) > 1 else goal.name
+                what = f"{whole} ({in_unit(case.scales, goal.kind, size, digits=3)})"
+        known = [(point, error_at(point, goal, each)) for point, each in zip(points, sizes, strict=True)]
+        errors, held = (
+            [at for point, at in known if at is not None and (goal.creeps and point.held_together) == is_held]
+            for is_held in (False, True)
+        )
+        return cls(goal, size, what, errors, held)
+
+    @property
+    def reached(self) -> float:
+        """The largest error, relative to the size of the goal."""
+        return max((each.relative for each in (*self.errors, *self.held)), default=0.0)
+
+    def warnings(self, case: SceneCase) -> Iterator[str]:
+        """A warning of the points where more than `accuracy` is left."""
+        missed = [each.where for each in self.errors if each.relative > case.error_wanted]
+        if not missed:
+            return
+        widest = max(self.errors, key=lambda each: each.relative)
+        more = f" and {len(missed) - MOST_NAMED} more" if len(missed) > MOST_NAMED else ""
+        at = f" at {listed(missed[:MOST_NAMED])}{more}" if any(missed) else ""
+        fixed = " and ".join(f"mesh.{name}" for name in sorted(case.held))
+        other = widest.no_mesh_helps(case)
+        advice = f"; use {other}" if other else f"; leave out {fixed}" if fixed else ""
+        percent = above(100 * widest.relative, 100 * case.error_wanted)
+        yield (
+            f"accuracy: {case.accuracy} was not kept{at}: {self.goal.error_column} is up to {percent} % of "
+            f"{self.what}{advice}"
+        )

@@ -117,6 +117,7 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
     from pairsim.solvers.curves.branch import Point
     from pairsim.solvers.curves.critical import find_all, follow_all
     from pairsim.solvers.curves.zero_lines import Critical, End, Followed, Missed, Region
+    from pairsim.solvers.goals import CRITICAL
     from pairsim.solvers.parameters import Parameters
 
     least, most = case.d
@@ -144,7 +145,7 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
         with found:
             yield events.Table("critical", [*CRITICAL_COLUMNS, *health_columns(case)])
             # Meshes are adapted to the zeros asked for, not to those between them.
-            branch = found.begin(steady_problem(case, least, monitor), start, zeros_only=True)
+            branch = found.begin(steady_problem(case, least, monitor), start, goals=(CRITICAL,))
             branch.at(start)
             for each in find_all(branch, least, most) if region is None else follow_all(branch, region):
                 match each:
@@ -159,7 +160,7 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
                         wanted += [each.point] if each.kind == "wanted" else []
                         if each.by_parameter is not None and region is not None:
                             size = abs(each.by_parameter) * each.point.parameters.followed
-                            errors.append(error_at(each.point, 0, size))
+                            errors += filter(None, [error_at(each.point, CRITICAL, size)])
                         yield events.Row("critical", row := critical_row(each))
                         text = f"Ca_e = {row['Ca_e']:.5g}  De = {row['De']:.5g}  d_cr = {row['d_cr']:.5f}  {each.kind}"
                         yield events.Progress(min(len(wanted), count), text, solved)
@@ -175,9 +176,7 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
     finally:
         entries: dict[str, Any] = {"ends": ends}
         if found.branch is not None:
-            sizes = [abs(point.slope_at_rest) * point.d for point in wanted]
-            what = "itself, that of a critical distance"
-            entries["adaptation"], missed = adaptation_report(case, found.branch, wanted, sizes, what)
+            entries["adaptation"], missed = adaptation_report(case, found.branch, wanted)
             warnings += missed
         warnings += large_errors(case, "the error of a parameter at which two zeros meet", "itself", errors)
         yield from found.last_events(entries, warnings)

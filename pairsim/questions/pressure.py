@@ -21,11 +21,12 @@ from pairsim.computing.question import InSweeps, Question, rows_in
 from pairsim.quantities.kinds import STRESS
 from pairsim.quantities.text import in_unit, softness
 from pairsim.results.scales import scales_in
+from pairsim.solvers.goals import DP_PLUS, U
 
 COLUMNS = ("Ca_e", "dp_plus", "dp_plus_error", "dp_plus_correction", "corrected", "U_1", "U_error_1", "D_1", "newton")
 
-ERRORS = {"dp_plus": "dp_plus_error", "U_1": "U_error_1"}
-"""Values, each with its half-width."""
+GOALS = (DP_PLUS, U)
+"""What pressure drops are computed for."""
 
 
 class PressureCase(AlongCase):
@@ -51,7 +52,7 @@ QUESTION = Question(
     model=PressureCase,
     check=check_along,
     estimate=estimate_along,
-    solve=lambda case, monitor: solve_along(case, monitor, COLUMNS, "dp_plus", ERRORS),
+    solve=lambda case, monitor: solve_along(case, monitor, COLUMNS, "dp_plus", GOALS),
     tables={"pressure": COLUMNS, "way": ()},
     result=PressureResult,
     draw=lambda folder, out, page: draw_along(folder, out, page, "pressure", {"dp_plus": "dp_plus_error"}),

@@ -21,6 +21,7 @@ from pairsim.quantities.kinds import AREA, PURE, VELOCITY, VOLUME, Unit
 from pairsim.quantities.text import in_unit, softness, with_error
 from pairsim.results.columns import Column
 from pairsim.results.scales import scales_in
+from pairsim.solvers.goals import DEFORMATION, DP_PLUS, D, Goal, U
 
 if TYPE_CHECKING:
     from pairsim.fem.diagnostics import Contour
@@ -37,9 +38,9 @@ def _measured(name: str, symbol: str, meaning: str, unit: Unit = PURE) -> Column
     return Column(name, symbol, meaning, unit, value=lambda found: getattr(_contour(found.solver), name))
 
 
-def _error(name: str, symbol: str, of: str) -> Column:
-    meaning = f"half-width of the interval of {of}: error by mesh, ends and Newton's method"
-    return Column(name, symbol, meaning, value=lambda found: found.estimate.shape_errors[of])
+def _error(goal: Goal, symbol: str) -> Column:
+    meaning = f"half-width of the interval of {goal.name}: error by mesh, ends and Newton's method"
+    return Column(goal.error_column, symbol, meaning)
 
 
 CONTOUR = (
@@ -47,17 +48,17 @@ CONTOUR = (
     _measured("deformation", r"\mathrm{Def}", "1 - 2 sqrt(pi area)/perimeter of the meridional section"),
     _measured("area_hull", r"A_c", "area of the convex hull of the section", AREA),
     _measured("deformation_hull", r"\mathrm{Def}_c", "deformation of the convex hull, as cytometry measures it"),
-    _error("deformation_error", r"\epsilon_\mathrm{Def}", "deformation_hull"),
+    _error(DEFORMATION, r"\epsilon_\mathrm{Def}"),
     _measured("inertia_ratio_hull", "I_c", "root of the hull's second moment of area along the axis over that across"),
     _measured("volume", "V", "volume of the particle", VOLUME),
 )
 COLUMNS = (
-    *("Ca_e", "D_1", _error("D_error", r"\epsilon_D", "D"), *CONTOUR, "U_1", "U_correction_1", "U_error_1"),
+    *("Ca_e", "D_1", _error(D, r"\epsilon_D"), *CONTOUR, "U_1", "U_correction_1", "U_error_1"),
     *("dp_plus", "dp_plus_error", "dp_plus_correction", "corrected", "newton"),
 )
 """The columns that shape.csv begins with."""
-ERRORS = {"D_1": "D_error", "deformation_hull": "deformation_error", "U_1": "U_error_1", "dp_plus": "dp_plus_error"}
-"""Values, each with its half-width."""
+GOALS = (D, DEFORMATION, U, DP_PLUS)
+"""What shapes are computed for."""
 
 
 class ShapeCase(AlongCase):
@@ -84,7 +85,7 @@ QUESTION = Question(
     model=ShapeCase,
     check=check_along,
     estimate=estimate_along,
-    solve=lambda case, monitor: solve_along(case, monitor, COLUMNS, "D_1", ERRORS),
+    solve=lambda case, monitor: solve_along(case, monitor, COLUMNS, "D_1", GOALS),
     tables={"shape": COLUMNS, "way": ()},
     result=ShapeResult,
     in_sweeps=InSweeps(lambda _: ("points", "D_1", "D_error"), parameters=("beta", "De")),

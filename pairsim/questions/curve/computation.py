@@ -16,13 +16,12 @@ from pairsim.computing.steady import (
     Solutions,
     adaptation_report,
     health_columns,
-    large_value_errors,
     moving_errors,
     point_row,
     slope_rows,
 )
-from pairsim.computing.warnings import ErrorAt, finer, large_errors
-from pairsim.quantities.kinds import LENGTH, VELOCITY
+from pairsim.computing.warnings import finer
+from pairsim.quantities.kinds import LENGTH
 from pairsim.quantities.text import in_unit
 from pairsim.questions.curve import CurveCase
 from pairsim.results.columns import EQUILIBRIA_COLUMNS, curve_columns, slope_columns
@@ -36,8 +35,8 @@ from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.curve import ROUNDING, Equilibrium, Zero, equilibria, find_zeros, interpolants, trace
 from pairsim.solvers.curves.distances import between
 from pairsim.solvers.curves.interpolant import CurveInterpolant
+from pairsim.solvers.goals import DP_PLUS, D, F, Goal, U, dU
 from pairsim.solvers.parameters import Parameters
-from pairsim.solvers.steady.continuation import where
 from pairsim.solvers.steady.scene import SteadySolver
 
 
@@ -53,7 +52,7 @@ def computation(case: CurveCase, monitor: Monitor, sensitivities: bool) -> event
             start = Parameters(places[0], case.solid_models, case.liquid_model, varied=case.varied)
             narrowest = min((d for place in places for d in place), default=math.inf)
             problem = steady_problem(case, narrowest, monitor)
-            branch = found.begin(problem, start, places=places, sensitivities=by)
+            branch = found.begin(problem, start, goals=_goals(case), places=places, sensitivities=by)
             yield events.Table("curve", _columns(case, by), ascending=case.common)
             sloping = case.n > 2 and case.velocity is None
             if sloping:
@@ -87,6 +86,15 @@ def _parameters(case: CurveCase, sensitivities: bool) -> list[str]:
         return ["difference"] if of_pair and case.physical is not None else []
     values = ("Ca_e", max(case.Ca_es)), ("De", case.De), ("xi", case.De and case.xi), ("beta", 1.0)
     return [name for name, value in values if value] + ["difference"] * of_pair
+
+
+def _goals(case: CurveCase) -> Sequence[Goal]:
+    """What a curve is computed for."""
+    if case.velocity is not None:
+        return (F,)
+    if case.n > 1:
+        return (dU,)
+    return (U, DP_PLUS, D) if any(case.Ca_es) else (U, DP_PLUS)
 
 
 def _columns(case: CurveCase, parameters: Sequence[str]) -> list[str]:
@@ -136,17 +144,11 @@ def _said(case: CurveCase, zero: Equilibrium) -> str:
 def _end(case: CurveCase, found: Solutions) -> Iterator[events.Event]:
     """What run.json says, and the fields of the last state on a way that has not arrived."""
     points, entries, warnings = found.points, dict[str, Any](points=len(found.points)), list[str]()
-    if case.velocity is not None:
-        warnings = _large_force_errors(case, points)
-    elif case.n == 1:
-        warnings = _large_errors_of_one(case, points)
-    elif found.branch is not None and case.n > 1 and points:
-        curves = interpolants(points) if case.common and len(points) > 1 else []
-        size = max(abs(curve.peak.dU) for curve in curves) if len(points) >= ENOUGH and curves else found.branch.dU
-        largest = f"the largest |dU| ({in_unit(case.scales, VELOCITY, size, digits=3)})"
-        reported = adaptation_report(case, found.branch, points, [size] * len(points), largest)
-        entries["adaptation"], missed = reported
-        entries["adaptation"]["reference_dU"] = size
+    if found.branch is not None and points:
+        curves = interpolants(points) if case.common and len(points) > 1 and case.velocity is None else []
+        largest = {dU: max(abs(curve.peak.dU) for curve in curves)} if len(points) >= ENOUGH and curves else {}
+        entries["adaptation"], missed = adaptation_report(case, found.branch, points, largest)
+        size = largest.get(dU, found.branch.largest.get(dU, 0.0))
         moved = moving_errors(case, points, size) if size > ROUNDING else []
         warnings = [*missed, *moved, *(_far_apart(case, curves, size) if size > ROUNDING else [])]
     yield from found.last_events(entries, warnings)
@@ -180,23 +182,3 @@ def _far_apart(case: CurveCase, curves: Sequence[CurveInterpolant], size: float)
         f"{where} the interpolated dU may be off by {part} of its largest value, more than accuracy: {case.accuracy}; "
         f"use {advice}"
     ]
-
-
-def _large_errors_of_one(case: CurveCase, points: list[Point]) -> list[str]:
-    """Warnings of large errors of what is found of a particle on its own."""
-    rows = [point_row(point) | point.estimate.shape_errors for point in points]
-    shape = {"D_1": "D"} if any(case.Ca_es) else {}
-    return large_value_errors(case, rows, {"U_1": "U_error_1", "dp_plus": "dp_plus_error", **shape})
-
-
-def _large_force_errors(case: CurveCase, points: list[Point]) -> list[str]:
-    """Warnings of large errors of the forces that move the particles, relative to themselves."""
-    errors = [
-        ErrorAt(float(error / abs(F)), where(point.parameters), 0.0, float(sharper / abs(F)))
-        for point in points
-        for F, error, sharper in zip(
-            point.observation.F, point.estimate.F_error, point.estimate.F_regularisation, strict=True
-        )
-        if F
-    ]
-    return large_errors(case, "F_error", "F", errors)
