@@ -287,7 +287,7 @@ class _Accuracy:
             case Scale.LARGEST:
                 size = branch.largest[goal] if largest is None else largest
                 sizes = [np.asarray(size)] * len(points)
-                whole = f"the largest |{goal.name}|" if goal.scouted or len(points) > 1 else goal.name
+                whole = f"the largest |{goal.name}|" if goal.scouted or len(points) > 1 else f"|{goal.name}|"
                 what = f"{whole} ({in_unit(case.scales, goal.kind, size, digits=3)})"
         known = [(point, error_at(point, goal, each)) for point, each in zip(points, sizes, strict=True)]
         errors, held = (

@@ -69,7 +69,7 @@ def test_errors_above_accuracy_are_said(question: str) -> None:
         part = 100 * rough.table["D_error"][0] / abs(rough.table["D_1"][0])
         (warning,) = (each for each in rough.warnings if ": D_error is up to " in each)
         assert float(warning.split()[13]) == pytest.approx(part, rel=0.05)
-        assert "% of D (-0.0" in warning
+        assert "% of |D| (0.0" in warning
 
 
 @pytest.mark.slow
