@@ -3,7 +3,6 @@
 usage: .venv/bin/python scripts/docs_reference.py
 
 A test fails where a page is not what this writes. As a hook of mkdocs it lets mkdocstrings make the page on Python.
-docs/reference/files.md is written by hand.
 """
 
 from __future__ import annotations
@@ -26,17 +25,19 @@ from typer.cli import get_docs_for_click
 import pairsim
 from pairsim.api.compute import Computation
 from pairsim.cases.example import write_example
+from pairsim.cases.kinds import has_example
 from pairsim.cli.app import app, command_of
-from pairsim.computing import QUESTIONS
-from pairsim.computing.case_files import FILES, read_case
+from pairsim.computing.case_files import read_case
 from pairsim.computing.question import LAST
 from pairsim.computing.schema import schema_rows
 from pairsim.quantities.kinds import PURE, SECONDS
+from pairsim.questions.registry import QUESTIONS
 from pairsim.results import columns as tables
 from pairsim.results.columns import Column, column
 from pairsim.results.folder import write_text
 from pairsim.runtime import errors
 from pairsim.runtime.errors import RunFailure
+from pairsim.sweeps.files import FILES
 
 ROOT = Path(__file__).resolve().parent.parent
 TEMPLATES, PAGES, CONFIGS = ROOT / "scripts" / "reference", ROOT / "docs" / "reference", ROOT / "configs"
@@ -74,6 +75,17 @@ def table_of_columns(*groups: Iterable[str | Column]) -> str:
     return table(("column", "symbol", "meaning", "unit"), rows)
 
 
+def other_files() -> str:
+    """Rows with the tables and pictures of questions that the page on files does not describe in words of its own."""
+    page, rows = (TEMPLATES / "files.md").read_text(), list[str]()
+    for name, question in QUESTIONS.items():
+        main = f"[its main table](columns.md#{question.table}csv)"
+        tables_ = {f"{each}.csv": main if each == question.table else "a table" for each in question.tables}
+        found = tables_ | {f"{each}.png": caption for each, caption in question.captions.items()}
+        rows += [f"| `{file}` | {name} | {what} |\n" for file, what in found.items() if f"`{file}`" not in page]
+    return "".join(rows)
+
+
 def in_sweeps(name: str) -> str:
     """Columns of results.csv for a sweep of a command over a pair, as text."""
     command, shown = QUESTIONS[name], QUESTIONS[name].in_sweeps
@@ -85,7 +97,7 @@ def in_sweeps(name: str) -> str:
 def command_line() -> str:
     """All commands with their arguments and options."""
     command: Any = typer.main.get_command(app)
-    command.commands |= {name: command_of(name) for name in QUESTIONS}
+    command.commands = {name: command_of(name) for name in command.commands}
     text = get_docs_for_click(obj=command, ctx=typer.Context(command), name="pairsim", title="Command line")
     told = {name: str(each.help).splitlines()[0] for name, each in command.commands.items()}  # whole in the list, too
     text = re.sub(r"^\* `(\w[\w-]*)`: .*$", lambda found: f"* `{found[1]}`: {told[found[1]]}", text, flags=re.MULTILINE)
@@ -170,11 +182,12 @@ def wrapped(text: str) -> str:
 @cache
 def environment() -> Environment:
     """Jinja with all names that the pages use."""
-    functions = (table_of_keys, table_of_columns, in_sweeps, command_line, failures, public_names, stub)
-    keys = {command: schema_rows(command) for command in FILES}
+    functions = (table_of_keys, table_of_columns, other_files, in_sweeps, command_line, failures, public_names, stub)
+    keys = {command: schema_rows(model) for command, model in FILES.items()}
     jinja = Environment(undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     jinja.globals |= {function.__name__: function for function in functions} | {
         "commands": QUESTIONS,
+        "with_example": [*filter(has_example, QUESTIONS)],
         "keys": keys,
         "shared_keys": [row for row in keys["run"] if all(row in keys[command] for command in QUESTIONS)],
         "tables": tables,

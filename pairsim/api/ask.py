@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from pairsim.api.cases import AnyCase, load
+from pairsim.api.cases import load
 from pairsim.api.compute import Computation
 from pairsim.api.draws import range_of_draws
 from pairsim.api.units import units
@@ -18,11 +18,12 @@ from pairsim.cases.case import SceneCase
 from pairsim.cases.coverage import beyond, is_of_its_law, liquid_of_atlas
 from pairsim.cases.inputs import units_of
 from pairsim.cases.keys import keys_of
-from pairsim.computing import QUESTIONS
+from pairsim.computing.loading import AnyCase
 from pairsim.computing.warnings import MOST_DE, beyond_checked
 from pairsim.physics.softest import beyond_steady_shapes, beyond_tension
 from pairsim.quantities.kinds import LENGTH, VELOCITY
 from pairsim.quantities.text import in_unit
+from pairsim.questions.registry import QUESTIONS
 from pairsim.results.curve_table import curve_of, zeros_of
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
@@ -72,7 +73,7 @@ def ask(
             cost = f"pairsim curve computes it ({question.estimate(asked)}), and --compute does that here"
             doubts = "".join(f"; {each}" for each in _doubts(asked))
             raise InputError(SOURCE, "", None, f"the atlas has no answer: {', and '.join(reasons)}; {cost}{doubts}")
-        return Computation[Any](question, "Compute.")(asked, folder=folder, progress=progress)
+        return Computation[Any](question)(asked, folder=folder, progress=progress)
     table = book.table(asked.betas[0], asked.De, asked.Ca_es[0])
     others = [each for each in atlases if each is not book and not beyond(asked, each)]
     record = {"status": "finished", "warnings": _disagreements(asked, table, others), **units_of(asked)}

@@ -12,12 +12,14 @@ from pathlib import Path
 from threading import RLock
 from typing import Any
 
-from pairsim.api.cases import AnyCase, load
 from pairsim.api.results import Result
 from pairsim.cases.estimate import LARGE
 from pairsim.cases.quantities import seconds_of
-from pairsim.computing import Question
+from pairsim.computing.case_files import Files
+from pairsim.computing.loading import AnyCase, case_of
 from pairsim.computing.progress import Reporter
+from pairsim.computing.question import Question, own_files
+from pairsim.questions.registry import QUESTIONS
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import command_line
 from pairsim.runtime.signals import Signals
@@ -31,11 +33,11 @@ ONE_AT_A_TIME = RLock()
 
 
 class Computation[R: Result]:
-    """The Python function of a question, such as `pairsim.run`, about which a line says what it computes of a case."""
+    """The Python function of a question, such as `pairsim.run`. Among `files` it looks for what a case is for."""
 
-    def __init__(self, question: Question[Any], about: str | None) -> None:
-        self.question = question
-        sentence = str(about).splitlines()[0]
+    def __init__(self, question: Question[Any], files: Files | None = None) -> None:
+        self.question, self._files = question, files
+        sentence = question.help.splitlines()[0]
         self.__name__, self.__doc__ = question.name, f"{sentence}\n\n{cleandoc(str(Computation.__call__.__doc__))}"
 
     def __call__(
@@ -76,20 +78,23 @@ class Computation[R: Result]:
         # isort: split
         from pairsim.computing.session import Options, carry_out
 
-        flags = {name: more.pop(name, False) for name in self.question.flags}
-        if flags.get("resume") and folder is None:
+        given = {flag: more.pop(flag.name, False) for flag in self.question.flags}
+        resumed = [flag.name for flag, on in given.items() if flag.resumes and on]
+        flags = {flag.name: on for flag, on in given.items() if not flag.resumes}
+        if resumed and folder is None:
             allowed = "must be left out without a folder, which has the checkpoint"
-            raise InputError(f"pairsim.{self.__name__}", "resume", True, allowed)
-        overwrite = overwrite and not flags.get("resume")
-        checked = load(case, kind=self.__name__, **more)
+            raise InputError(f"pairsim.{self.__name__}", resumed[0], True, allowed)
+        overwrite = overwrite and not resumed
+        checked = case_of(self.question, case, more, self._files)
         reporter = Reporter(progress)
         patience = PATIENCE * max(self.question.estimate(checked).unknowns / LARGE, 1.0)
         title = "" if folder is None else Path(folder).resolve().name
         directory = Path(tempfile.mkdtemp(prefix="pairsim-") if folder is None else folder)
         try:
             with ONE_AT_A_TIME, Signals() if signals is True else nullcontext(signals or None) as caught:
-                options = Options(overwrite, reporter, command_line(), caught, seconds_of(budget), patience, title)
-                outcome = carry_out(self.question, checked, directory, options, **flags)
+                own = own_files(QUESTIONS.values())
+                options = Options(overwrite, reporter, command_line(), own, caught, seconds_of(budget), patience, title)
+                outcome = carry_out(self.question, checked, directory, options, resume=bool(resumed), **flags)
         except BaseException:
             if folder is None:
                 shutil.rmtree(directory, ignore_errors=True)

@@ -9,8 +9,10 @@ from collections.abc import Iterator
 from importlib import metadata
 from pathlib import Path
 
-import pairsim
+from pairsim.api.compute import Computation
+from pairsim.api.results import Result
 from pairsim.fem.compilation import jit
+from pairsim.questions.registry import QUESTIONS
 from pairsim.runtime.errors import EnvironmentFailure
 from pairsim.runtime.version import __version__
 
@@ -47,7 +49,7 @@ def findings() -> Iterator[tuple[str, str]]:
     for package in ("gmsh", "numpy", "scipy", "matplotlib"):
         yield package, metadata.version(package)
 
-    result = pairsim.run(SMALL).check()
+    result = Computation[Result](QUESTIONS["run"])(SMALL).check()
     drop, exact = result.columns["dp"][-1], 32 * LENGTH
     if abs(drop - exact) > 1e-6 * exact:
         raise EnvironmentFailure(f"the pressure drop of the tube is {drop:g} instead of {exact:g}", advice=INSTALL)

@@ -14,7 +14,8 @@ import pandas as pd
 
 from pairsim.api.film_table import Column, FilmTable, read_film_table
 from pairsim.api.tracks import Distances, deviations, distances_of, named, usual_limits
-from pairsim.cases.quantities import a_length, measured, si
+from pairsim.cases.quantities import measured, si
+from pairsim.quantities.measurable import a_length
 from pairsim.runtime.arrays import Array, Indices
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.text import counted

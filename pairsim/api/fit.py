@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pairsim.api.ask import asked_of
-from pairsim.api.cases import AnyCase, content_of, load
+from pairsim.api.cases import load
 from pairsim.api.film import Film, film_of
 from pairsim.api.film_model import FilmModel, Seen, Uncertain
 from pairsim.api.film_search import LEAST, Search
@@ -20,7 +20,8 @@ from pairsim.cases.case import SceneCase
 from pairsim.cases.inputs import inputs_of
 from pairsim.cases.physical import DIFFERENCE, QUANTITIES
 from pairsim.cases.quantities import as_given, percentage, si, unit_in
-from pairsim.physics.material import Dimension
+from pairsim.computing.loading import AnyCase, content_of
+from pairsim.quantities.measurable import Measurable
 from pairsim.quantities.scales import Scales
 from pairsim.results.curve_table import Motion
 from pairsim.results.folder import kind_of, read_record
@@ -220,11 +221,11 @@ def _values(search: Search, unknown: Sequence[str], units: Sequence[str], case: 
     found = {}
     for name, unit, log, reach in zip(unknown, units, search.found.logs, search.reach, strict=True):
         number, power = GIVES[name]
-        dimension = QUANTITIES[name].dimension
-        size = unit_in(dimension.unit, unit)
+        of = QUANTITIES[name]
+        size = unit_in(of.unit, unit)
 
-        def quantity(value: float, dimension: Dimension = dimension, size: float = size, power: int = power) -> float:
-            return (value / dimension.number(size, _scales(case))) ** power
+        def quantity(value: float, of: Measurable = of, size: float = size, power: int = power) -> float:
+            return (value / of.number(size, _scales(case))) ** power
 
         ends = [quantity(float(np.exp(each))) for each in reach]
         if reach[0] <= np.log(LEAST * search.model.atlas.box[number][1]):  # it holds rigid beads, or a Newtonian liquid
@@ -293,24 +294,24 @@ def _case_of(
         raise InputError("pairsim fit", "physical", None, "must be given: the quantities of the experiment")
     others, difference = _difference_of(block)
     if not {"distance", "d", "d0"} & {*block, *content}:  # films have it
-        others["distance"] = QUANTITIES["distance"].dimension.example
+        others["distance"] = QUANTITIES["distance"].example
     numbers = {GIVES[name][0] for name in unknown if name not in block and "young" not in block}
     if numbers & content.keys():  # as of a case that was made without what is unknown
         case = {key: value for key, value in content.items() if key not in numbers}
     values, units = {}, []
     for name in unknown:
-        dimension = QUANTITIES[name].dimension
-        given = block.get(name) or dimension.example
+        of = QUANTITIES[name]
+        given = block.get(name) or of.example
         units.append(as_given(given[0] if isinstance(given, list) else given)[1])
-        values[name] = si(dimension.example, dimension)
+        values[name] = si(of.example, of)
     for _ in range(2):  # the second time with numbers in the middle of the atlas
-        replaced = others | {name: f"{value:.15g} {QUANTITIES[name].dimension.unit}" for name, value in values.items()}
+        replaced = others | {name: f"{value:.15g} {QUANTITIES[name].unit}" for name, value in values.items()}
         if "modulus" in replaced and "young" in block:
             replaced["young"] = None
         book, asked, reasons = asked_of(case, {"physical": replaced}, file)
         for name in unknown:
             number, power = GIVES[name]
-            now = QUANTITIES[name].dimension.number(values[name], _scales(asked))
+            now = QUANTITIES[name].number(values[name], _scales(asked))
             values[name] *= (MIDDLE * book.box[number][1] / now) ** power if book.box[number][1] else 1.0
     if reasons:
         raise InputError("pairsim fit", "", None, f"the atlas has no answer: {' and '.join(reasons)}")
@@ -331,7 +332,7 @@ def _difference_of(block: Mapping[str, Any]) -> tuple[dict[str, str | None], tup
             raise InputError("case", f"physical.{DIFFERENCE.key}", given, str(error)) from None
     if isinstance(particle, list | tuple) and len(particle) == 2:
         with suppress(ValueError):  # wrong ones are named where the case is checked
-            trailing, leading = (si(each, QUANTITIES["particle"].dimension) for each in particle)
+            trailing, leading = (si(each, QUANTITIES["particle"]) for each in particle)
             mean = (trailing + leading) / 2
             if leading != trailing:
                 return {"particle": f"{mean:.15g} m"}, ((leading - trailing) / mean, 0.0)

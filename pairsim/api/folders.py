@@ -11,8 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from pairsim.api.sweeps import SweepResult
-from pairsim.computing import QUESTIONS
-from pairsim.results.folder import FIELDS_XDMF, kind_of
+from pairsim.computing.pictures import draw, no_fields, page_of
+from pairsim.questions.registry import QUESTIONS
+from pairsim.results.folder import kind_of
 from pairsim.runtime.errors import InputError
 
 
@@ -75,8 +76,6 @@ def plot(
     Raises:
         InputError: A folder holds no results, there is nothing to draw yet, or an option is wrong or does not fit.
     """
-    from pairsim.plots.style import Page
-
     if not folders:
         raise InputError("pairsim plot", "", None, "must name a folder of results")
     places = [Path(folder) for folder in folders]
@@ -84,9 +83,7 @@ def plot(
     for option, value in {"--fps": fps, "--pixel": pixel, "--particles": particles}.items():
         if value is not None and not films:
             raise InputError("pairsim plot", option, value, "must be left out: it goes with a film")
-    if animate and formats not in (None, "gif"):
-        raise InputError("--format", "", formats, "must be left out with --animate, which makes a GIF")
-    page = Page.parse("png" if animate or formats is None else formats, width, physical, legend)
+    page = page_of(formats, width, physical, legend, animate)
     target = Path(out) if out is not None else places[0]
     if len(places) > 1:
         if out is None:
@@ -108,18 +105,10 @@ def plot(
     if group is not None and kind != "sweep":
         allowed = f"must be left out: it goes with a sweep or several folders, {directory} holds a {kind}"
         raise InputError("--group", "", group, allowed)
-    question, alone = QUESTIONS.get(kind), animate or field is not None
-    frames = question.frames if question is not None else ""
-    if not frames and alone:
-        allowed = f"must be left out: it goes with a run or a curve, not with a {kind}"
-        raise InputError("--animate" if animate else "--field", "", field, allowed)
-    if question is not None:
-        drawn = [] if alone else question.draw(directory, target, page)
-        if alone or (frames and (directory / FIELDS_XDMF).exists()):
-            from pairsim.plots.fields import draw_fields
-
-            drawn += draw_fields(directory, target, page, curve=frames == "d", field=field, animated=animate)
-        return drawn
+    if kind in QUESTIONS:
+        return draw(QUESTIONS[kind], directory, target, page, field, animate)
+    if animate or field is not None:
+        raise no_fields(kind, field, animate)
     if kind == "sweep":
         from pairsim.sweeps.sweep_plots import plot_sweep
 

@@ -16,7 +16,7 @@ from markupsafe import Markup
 from pairsim.api import folders
 from pairsim.api.results import Result
 from pairsim.api.sweeps import SweepResult
-from pairsim.computing import QUESTIONS
+from pairsim.questions.registry import QUESTIONS
 from pairsim.results.folder import REPORT, kind_of, write_file
 from pairsim.results.scales import scales_in
 from pairsim.results.tables import DIGITS, brief, readable

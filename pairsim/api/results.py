@@ -11,9 +11,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
-from pairsim.api.cases import load
-from pairsim.computing import Question
-from pairsim.computing.question import Tables, rows_in
+from pairsim.computing.loading import case_of
+from pairsim.computing.pictures import draw_result
+from pairsim.computing.question import Question, Tables, rows_in
 from pairsim.results.folder import CHECKPOINT, WAY, read_record, write_json, write_text, write_yaml
 from pairsim.results.scales import no_units, scales_in
 from pairsim.runtime.errors import BranchEnd, BudgetSpent, InputError, failure_of
@@ -179,7 +179,7 @@ class Result:
         Raises:
             InputError: case.yaml is missing, or not valid in this version.
         """
-        return load(self._place / "case.yaml", kind=self.kind)
+        return case_of(self.question, self._place / "case.yaml")
 
     @cached_property
     def _outcome(self) -> Mapping[str, Any]:
@@ -266,6 +266,8 @@ class Result:
 
     def afterwards(self) -> str:
         """What may come next where it has finished."""
+        if not self.question.captions:
+            return f"pairsim table {self.source} prints it"
         return f"pairsim plot {self.source} draws it again"
 
     @property
@@ -296,11 +298,20 @@ class Result:
             return f"Next: pairsim run --resume {directory} continues from the last checkpoint."
         return "Next: the same command with --overwrite computes it again; what was written stands until then."
 
-    def plot(self, folder: Path | str, **options: Any) -> list[Path]:
-        """Draw the result into a folder, which is made if needed, by `pairsim.plot` with its options and errors."""
-        from pairsim.api.folders import plot
-
-        return plot(self._place, out=folder, **options)
+    def plot(
+        self,
+        folder: Path | str,
+        *,
+        formats: str | Sequence[str] | None = None,
+        width: str | float = 170.0,
+        field: str | None = None,
+        animate: bool = False,
+        physical: bool | None = None,
+        legend: bool = True,
+    ) -> list[Path]:
+        """Draw the result into a folder, which is made if needed; options and errors are those of `pairsim.plot`."""
+        look: dict[str, Any] = {"formats": formats, "width": width, "physical": physical, "legend": legend}
+        return draw_result(self.question, self._place, Path(folder), field=field, animate=animate, **look)
 
     @cached_property
     def places(self) -> Array:

@@ -11,7 +11,7 @@ import numpy as np
 
 from pairsim.api.rheometer_files import read_columns
 from pairsim.cases.physical import BLOCK
-from pairsim.cases.quantities import known_unit, si, suited
+from pairsim.cases.quantities import si, suited
 from pairsim.physics.liquids import LAWS
 from pairsim.physics.liquids.viscous import ViscousLaw
 from pairsim.physics.material import Material
@@ -28,6 +28,7 @@ from pairsim.physics.rheometry import (
     scatter,
     tried,
 )
+from pairsim.quantities.kinds import STRESS
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
@@ -85,7 +86,7 @@ def fit_liquid(
     given = {name: float(value) for name, value in numbers.items()}
     for key, text in held.items():
         try:
-            given[key] = si(text, known_unit(ALL[key], numbers))
+            given[key] = si(text, ALL[key].with_parameters(numbers))
         except ValueError as error:
             raise InputError("pairsim units", f"{BLOCK}.{key}", text, str(error)) from None
     columns: dict[str, Array] = {}
@@ -167,7 +168,7 @@ def _keys(fit: Fit) -> dict[str, _Key]:
         default = own.parameters()[name].default if name in own.parameters() else None
         if of is not None and values[name] != default:
             factor = of.size(fit.eta_0) if name != "eta_0" else 1.0
-            unit, size = suited(factor * values[name], known_unit(of, _pure(fit)).unit)
+            unit, size = suited(factor * values[name], of.with_parameters(_pure(fit)).unit)
             found[name] = _Key(of.key, f"{factor * values[name] / size:.4g} {unit}", factor / size)
     return found
 
@@ -235,7 +236,7 @@ def sentences(fits: Sequence[Fit], data: Measured, chosen: bool = False) -> list
 
 def _yield_of(law: type[Material]) -> str:
     """The name of the parameter of a law that is its yield stress; "" without one."""
-    found = (name for name, p in law.parameters().items() if p.dimension is not None and p.dimension.unit == "Pa")
+    found = (name for name, p in law.parameters().items() if p.dimension is not None and p.dimension.kind == STRESS)
     return next(found, "")
 
 

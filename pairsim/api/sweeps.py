@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from pairsim.api.results import Result
 from pairsim.cases.identity import RUNS
-from pairsim.computing import QUESTIONS
+from pairsim.questions.registry import QUESTIONS
 from pairsim.results.columns import column, known
 from pairsim.results.folder import plain
 from pairsim.results.scales import scales_for

@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 from pairsim.api.cases import load
 from pairsim.cases.case import SceneCase
-from pairsim.cases.materials import declared_in, is_viscous
 from pairsim.cases.physical import BLOCK, DENSITY, QUANTITIES, Physical
+from pairsim.cases.pressure import velocity_for
 from pairsim.cases.quantities import si
 from pairsim.cases.run_case import Case
 from pairsim.cases.values import is_name
 from pairsim.cases.yaml_file import yaml_text
-from pairsim.computing import QUESTIONS
 from pairsim.computing.warnings import beyond_checked
 from pairsim.physics.carriers import extrapolated, methyl_cellulose
 from pairsim.physics.homogeneous import falling_stress
@@ -25,6 +24,7 @@ from pairsim.physics.pipe import Pipe
 from pairsim.quantities.kinds import LENGTH, TIME
 from pairsim.quantities.scales import Scales
 from pairsim.quantities.text import in_unit
+from pairsim.questions.registry import QUESTIONS
 from pairsim.results.folder import plain
 from pairsim.runtime.errors import InputError, NoSteadyState
 
@@ -80,7 +80,7 @@ class Units:
         for key, value in {**({"name": name} if is_name(name) else {}), **self.written}.items():
             words = {key: type(self.case).model_fields[key].description or ""}
             if key == BLOCK:
-                words |= {each: QUANTITIES[each].dimension.words for each in value}
+                words |= {each: QUANTITIES[each].words for each in value}
             mode = 0
             for line in yaml_text(plain({key: value}), blocks=True).splitlines():
                 mode += line.lstrip().startswith("- ")
@@ -171,13 +171,11 @@ def units(
             raise InputError("pairsim units", missing, None, allowed)
         for key in quantities.keys() & {"flow_rate", "velocity"}:
             raise InputError("pairsim units", f"{BLOCK}.{key}", quantities[key], "must be left out with --pressure")
-        from pairsim.cases.pressure import velocity_for
-
         quantities["velocity"] = velocity_for(pressure, over, lambda velocity: case_with(velocity=velocity))
     case = case_with()
-    assert case.physical is not None
-    scales = case.physical.scales(dict(case))
-    Re = scales.reynolds(si(quantities.get(DENSITY.key, WATER), DENSITY.dimension))
+    scales = case.scales
+    assert scales is not None
+    Re = scales.reynolds(si(quantities.get(DENSITY.key, WATER), DENSITY))
     numbers, notes = _numbers(case, Re), [*_notes(case, {**given, **quantities}, Re)]
     rows, warnings = _of_flow(case.liquid_model, scales, fit, None if carrier is None else celsius)
     written = {BLOCK: quantities, **given}
@@ -186,14 +184,14 @@ def units(
 
 
 def _numbers(case: SceneCase, Re: float) -> Iterator[Row]:
-    viscous, modes, soft = is_viscous(dict(case)), case.liquid_model.modes, any(case.Ca_es)
+    viscous, modes, soft = case.is_viscous, case.liquid_model.modes, any(case.Ca_es)
     yield "beta", _list(case.beta), "particle over tube diameter, D_p/D_c"
     if not viscous:
         yield "De", f"{case.De:.4g}", "Deborah number lambda U_av/D_c"
     yield "Ca_e", _list(case.Ca_e), "elastic capillary number eta_0 U_av/(D_c G_p)"
     if modes:
         yield "xi", f"{case.xi:.4g}", "solvent over total viscosity"
-    for each in declared_in(dict(case)):
+    for each in case.declared_parameters:
         if each.value is not None and (soft if each.key.startswith("solid") else modes or viscous):
             yield each.key, f"{each.value:.4g}", each.parameter.words
     if case.n > 1:
@@ -270,13 +268,13 @@ def _notes(case: SceneCase, given: Mapping[str, Any], Re: float) -> Iterator[str
 
 def _defaults(case: SceneCase, given: Mapping[str, Any]) -> Iterator[str]:
     modes = case.liquid_model.modes
-    if not modes and not is_viscous(dict(case)):
+    if not modes and not case.is_viscous:
         yield "no relaxation time: the liquid is Newtonian (De = 0)"
     elif modes and case.liquid is None:
         parameters = ", ".join(f"{name} = {value:g}" for name, value in modes[0].numbers.items())
         yield f"liquid: {modes[0].name}" + (f" with {parameters}" if parameters else "")
     elif modes:
-        for each in declared_in(dict(case)):
+        for each in case.declared_parameters:
             if each.value is None and not each.key.startswith("solid"):
                 yield f"{each.key} = {each.parameter.default:g}"
     if modes and "solvent" not in given:

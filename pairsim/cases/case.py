@@ -11,18 +11,18 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from pairsim.cases import values
+from pairsim.cases import kinds, values
 from pairsim.cases.accuracy import DEFAULT, PIPE_CELL, ROW_GRADING, SETTINGS, Accuracy, percent, settings_of
-from pairsim.cases.keys import PARTICLES, Key, Keys, Part, PerParticle, keys_of
+from pairsim.cases.experiment import Experiment
+from pairsim.cases.keys import Key, Keys, Part, PerParticle, keys_of
+from pairsim.cases.laws import Declared, Laws
 from pairsim.cases.material_keys import LIQUIDS, LiquidKey, SolidKey, written
-from pairsim.cases.materials import is_viscous, liquid_block, liquid_of, solids_of
-from pairsim.cases.physical import Physical, far_from_usual
+from pairsim.cases.physical import Physical
 from pairsim.physics import liquids, solids
 from pairsim.physics.liquids import Liquid, Newtonian
 from pairsim.physics.softest import beyond_steady_shapes, beyond_tension
 from pairsim.physics.solids import Solid
 from pairsim.quantities.scales import Scales
-from pairsim.runtime.questions import NAMES, module_of
 
 USUAL = SETTINGS[DEFAULT]
 THINNING = USUAL.in_time["thinning"]
@@ -41,10 +41,32 @@ Ends = Literal["developed", "periodic"]
 ENDS = "ends of the tube: with the developed flow profile, or periodic with imposed flow rate"
 
 
-def _number(name: str, caption: int, required: bool = False) -> Key:
-    """The declaration of a number that all liquids or all solids have."""
+def _number(name: str, caption: int, **more: Any) -> Key:
+    """The declaration of a number that all liquids or all solids have; `more` is what else is declared of it."""
     symbol = {**Liquid.OF_POLYMER, **Solid.OF_ALL}[name].symbol
-    return Key(symbol, part=Part.MATERIAL, caption=caption, required=required)
+    return Key(symbol, part=Part.MATERIAL, caption=caption, **more)
+
+
+def _no_polymer(case: SceneCase) -> str:
+    """Why a case has no viscosity of a solvent apart."""
+    if case.liquid_model.modes:
+        return ""
+    return f"the liquid is {case.liquid_model.label}" + ("" if case.is_viscous else " at De = 0")
+
+
+XI = _number("xi", caption=7, identity=lambda case: bool(case.liquid_model.modes), idle=_no_polymer)
+LIQUID = Key(
+    part=Part.MATERIAL,
+    caption=6,
+    identity=lambda case: not case.liquid_model.newtonian,
+    idle=lambda case: "" if case.is_viscous else _no_polymer(case),
+)
+SOLID = Key(
+    part=Part.MATERIAL,
+    caption=8,
+    identity=lambda case: any(case.Ca_es),
+    idle=lambda case: "" if any(case.Ca_es) else "the particles are rigid",
+)
 
 
 class MeshOptions(Keys):
@@ -118,15 +140,13 @@ class SceneCase(Keys):
     particles: Annotated[values.Whole, Key(caption=5)] = Field(
         2, ge=0, le=50, description="number of particles on the axis"
     )
-    xi: Annotated[values.SolventPart, _number("xi", caption=7)] = Field(
-        0.09, description="solvent viscosity over eta_0 (De > 0)"
-    )
-    liquid: Annotated[LiquidKey, Key(part=Part.MATERIAL, caption=6)] = Field(
+    xi: Annotated[values.SolventPart, XI] = Field(0.09, description="solvent viscosity over eta_0 (De > 0)")
+    liquid: Annotated[LiquidKey, LIQUID] = Field(
         None,
         description=f"constitutive law, or a group with it and its parameters; default: {liquids.DEFAULT.name}, "
         f"{Newtonian.name} at De = 0",
     )
-    solid: Annotated[SolidKey, Key(part=Part.MATERIAL, caption=8)] = Field(
+    solid: Annotated[SolidKey, SOLID] = Field(
         None,
         description="law of the soft particles, or a group with it and its parameters, or a list of these from "
         f"upstream; default: {solids.DEFAULT.name}",
@@ -239,30 +259,55 @@ class SceneCase(Keys):
         return self.in_time
 
     @property
+    def laws(self) -> Laws:
+        """The laws of the liquid and of the particles, with the parameters that are given."""
+        return Laws.of(self.liquid, self.solid)
+
+    @property
+    def is_viscous(self) -> bool:
+        """Whether the liquid has a viscosity alone by its law, and so no De."""
+        return self.laws.liquid.is_viscous
+
+    @property
+    def declared_parameters(self) -> tuple[Declared, ...]:
+        """The parameters of all laws that are named."""
+        return tuple(self.laws.declared())
+
+    @property
     def liquid_model(self) -> Liquid:
-        return liquid_of(dict(self))
+        return self.laws.liquid.model(self.De, self.xi)
+
+    @property
+    def slowest_time(self) -> float:
+        """The longest relaxation time of the liquid over that of De."""
+        return self.laws.liquid.model(1.0, self.xi).longest or 1.0
 
     @property
     def solid_models(self) -> tuple[Solid | None, ...]:
         """The solid of each particle from upstream, None for rigid ones."""
-        return solids_of(dict(self), self.Ca_es)
+        return self.laws.solid_models(self.Ca_es)
+
+    @property
+    def experiment(self) -> Experiment | None:
+        """The quantities of the `physical` block with what follows from them; None without a block."""
+        return Experiment(self.physical.given, self.laws, self.particles) if self.physical is not None else None
 
     @property
     def scales(self) -> Scales | None:
         """The units of length, velocity and stress in SI units, None if the case has no `physical` block."""
-        return self.physical.scales(dict(self)) if self.physical is not None else None
+        return self.experiment.scales if self.experiment is not None else None
 
     @property
     def remarks(self) -> list[str]:
         """Remarks on quantities of the `physical` block that are far from usual."""
-        return far_from_usual(dict(self.physical), dict(self)) if self.physical is not None else []
+        return self.experiment.remarks if self.experiment is not None else []
 
     @property
     def notes(self) -> list[str]:
         """Notes for the user, apart from `remarks`: given keys without effect, and particles without steady shapes."""
         idle = {key: why for key, why in self._idle().items() if self._is_given(key)}
         if "liquid" in idle:
-            idle = {f"liquid: {liquid_block(dict(self))['law']}": idle.pop("liquid"), **idle}
+            idle = {f"liquid: {self.laws.liquid.name}": idle.pop("liquid"), **idle}
         keys = {why: [key for key in idle if idle[key] == why] for why in idle.values()}
         no_effect = [f"{', '.join(k)} {'has' if len(k) == 1 else 'have'} no effect: {why}" for why, k in keys.items()]
         tense = beyond_tension(self.liquid_model, self.betas, self.Ca_es)
@@ -276,17 +321,8 @@ class SceneCase(Keys):
 
     def _idle(self) -> dict[str, str]:
         """Keys without effect in this case, whether they are given or not, and the reason."""
-        idle: dict[str, str] = {}
-        if not self.liquid_model.modes:
-            viscous = is_viscous(dict(self))
-            why = f"the liquid is {self.liquid_model.label}" + ("" if viscous else " at De = 0")
-            idle = dict.fromkeys(("xi",) if viscous else ("liquid", "xi"), why)
-        if self.n == 0:
-            of_particles = [name for name, key in keys_of(type(self)).items() if key.count == PARTICLES]
-            idle |= dict.fromkeys(of_particles, "there are no particles")
-        elif not any(self.Ca_es):
-            idle["solid"] = "the particles are rigid"
-        return idle
+        reasons = {name: key.why_idle(self, self.n) for name, key in keys_of(type(self)).items()}
+        return {name: why for name, why in reasons.items() if why}
 
     @property
     def tube_length(self) -> float:
@@ -319,7 +355,7 @@ class SceneCase(Keys):
     def _slug_parts(self) -> list[str]:
         """The main parameters, for the name of the folder."""
         liquid = self.liquid_model
-        law = [] if is_viscous(dict(self)) and not liquid.newtonian else [f"De{self.De:g}"]
+        law = [] if self.is_viscous and not liquid.newtonian else [f"De{self.De:g}"]
         if not liquid.newtonian and liquid.structure != liquids.DEFAULT.name:
             law += [liquid.structure.replace("/", "-in-")]
         if len(liquid.modes) == 1:
@@ -380,8 +416,8 @@ def known_keys() -> dict[str, Key]:
     Of a key that several kinds have, such as d, it is that of one for which it is a part of the report, if there is
     one.
     """
-    for name in NAMES:  # whose models are subclasses once they are imported
-        module_of(name)
+    for models in kinds.LISTS:
+        models()  # which are subclasses once they are imported
     return _keys_of_all(_kinds_of(SceneCase))
 
 

@@ -10,11 +10,12 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from pairsim.cases.allowed import allowed_in
+from pairsim.cases.experiment import follows_in
 from pairsim.cases.keys import groups_of
+from pairsim.cases.laws import Laws
 from pairsim.cases.material_keys import BLOCKS
-from pairsim.cases.materials import liquid_block, solid_blocks
 from pairsim.cases.mistakes import Mistake, missing
-from pairsim.cases.physical import BLOCK, stands_for
+from pairsim.cases.physical import BLOCK
 from pairsim.cases.quantities import QUANTITY
 from pairsim.cases.values import Range
 from pairsim.physics import liquids, solids
@@ -82,9 +83,9 @@ def _mistake(key: str, problems: list[Any], model: type[BaseModel], data: Mappin
     adapted = ", or ".join(dict.fromkeys(_adapted(each["msg"]) for each in problems)).replace(", or must be", ", or")
     allowed = known or adapted
     if isinstance(value, str) and QUANTITY.fullmatch(value):
-        stem = re.sub(r"\[\d+\]$|\.(start|stop)$", "", "d" if key.startswith("d0") else key)
-        for _, measured in [each for each in stands_for(data) if each[0] == stem][:1]:
-            return Mistake(key, value, f"{allowed}; with a unit it is {BLOCK}.{measured.key}")
+        stem = re.sub(r"\[\d+\]$|\.(start|stop)$", "", key)
+        for each in [each for each in follows_in(Laws.in_case(data)) if stem in each.keys][:1]:
+            return Mistake(key, value, f"{allowed}; with a unit it is {BLOCK}.{each.quantity.key}")
     if isinstance(value, str) and kind in ("float_type", "int_type") and re.search(r"\d", value):
         allowed += "; numbers are written as 90, 0.4 or 1e-3, without quotes or units"
     if kind == "int_type" and isinstance(value, float):
@@ -146,7 +147,8 @@ def _in_its_law(key: str, value: str, data: Mapping[str, Any]) -> str:
     """How a parameter that is given beside its law is written in its block."""
     laws = PARAMETERS[key].laws
     place = "liquid" if laws[0] in liquids.LAWS else "solid" if laws[0] in solids.LAWS else "liquid.yielding"
-    given = [block["law"] for _, block in [("liquid", liquid_block(data)), *solid_blocks(data)]]
+    named = Laws.in_case(data)
+    given = [each.name for each in (named.liquid, *named.solids)]
     law = next((law for law in given if law in laws), laws[0])
     block = f"{place}: {{law: {law}, {key}: {value}}}"
     return f"it is a parameter of the law: write {block}; {place}.{key} in grids and after --set"

@@ -9,12 +9,13 @@ import numpy as np
 from scipy.optimize import brentq
 
 from pairsim.cases.case import SceneCase
-from pairsim.cases.quantities import LENGTH, si
-from pairsim.physics.material import Dimension
+from pairsim.cases.quantities import A_LENGTH, si
 from pairsim.physics.pipe import Pipe
+from pairsim.quantities import kinds
+from pairsim.quantities.measurable import Measurable
 from pairsim.runtime.errors import InputError, NoSteadyState
 
-PRESSURE = Dimension("pressure", "a pressure", "pressure drop", "Pa", "20 kPa", lambda value, _: value)
+PRESSURE = Measurable("pressure", kinds.PRESSURE, "pressure drop", "20 kPa")
 SLOWEST, FASTEST, COUNT = 1e-7, 10.0, 33  # mean velocities among which those that fit are looked for [m/s]; chosen
 
 
@@ -24,7 +25,7 @@ def velocity_for(pressure: str, over: str, case_at: Callable[[str], SceneCase]) 
     Raises:
         InputError: No velocity, or more than one, has this pressure drop.
     """
-    wanted = si(pressure, PRESSURE) / si(over, LENGTH)
+    wanted = si(pressure, PRESSURE) / si(over, A_LENGTH)
 
     def excess(log_velocity: float) -> float:
         """Logarithm of the pressure gradient over the one wanted; not a number where no case or steady flow is."""

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from pairsim.cases.registry import registry
 from pairsim.cases.values import Range, spelled_out
-from pairsim.physics.material import Dimension
+from pairsim.quantities.kinds import PERCENTAGE, TIME
+from pairsim.quantities.measurable import Measurable, a_length
 from pairsim.runtime.errors import InputError
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 LEAST, MOST = 1e-30, 1e30  # limits of a quantity in its SI unit, whose products and ratios double precision can hold
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 QUANTITY = re.compile(rf"({NUMBER})\s*([^\W\d_].*)")  # number and unit
-PERCENTAGE = re.compile(rf"({NUMBER})?\s*%?\s*(?:(?:\+-|\+/-|±)\s*({NUMBER})\s*)?%?")
+PERCENT = re.compile(rf"({NUMBER})?\s*%?\s*(?:(?:\+-|\+/-|±)\s*({NUMBER})\s*)?%?")
 PLUS_MINUS = re.compile(r"\+-|\+/-|±")
 COMMON = {
     "m": {"nm": 1e-9, "um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0},
@@ -44,12 +44,8 @@ METRIC = {"meter", "second", "liter"}
 LARGE = "mega", "giga", "tera", "peta", "exa", "zetta", "yotta", "ronna", "quetta"
 
 
-def a_length(key: str, words: str, example: str = "50 um", symbol: str = "") -> Dimension:
-    """The dimension of a length, whose number is the length over D_c."""
-    return Dimension(key, "a length", words, "m", example, lambda value, scales: value / scales.length, symbol)
-
-
-LENGTH = a_length("length", "length")
+A_LENGTH = a_length("length", "length")
+"""Any length."""
 
 
 def _parsed(text: Any) -> tuple[float, pint.Unit]:
@@ -101,20 +97,13 @@ def rounded(value: float) -> float:
     return float(f"{value:.15g}")
 
 
-def known_unit(of: Dimension, numbers: Mapping[str, Any]) -> Dimension:
-    """A dimension whose unit depends on parameters of its law, with these; without a unit if one is not given."""
-    if any(name not in numbers for name in of.of_unit):
-        return replace(of, unit="")
-    return replace(of, unit=of.unit.format(**numbers), example=of.example.format(**numbers))
-
-
-def si(text: Any, of: Dimension) -> float:
-    """Convert a quantity to its SI unit, that of its dimension.
+def si(text: Any, of: Measurable) -> float:
+    """Convert a quantity that is above 0 to its SI unit.
 
     Raises:
-        ValueError: It is not a positive quantity of this dimension; says what is wrong and what is allowed.
+        ValueError: It is none of this kind; says what is wrong and what is allowed.
     """
-    allowed = f"must be {of.kind} above 0 with its unit, such as {of.example}"
+    allowed = f"must be {of.kind.words} above 0 with its unit, such as {of.example}"
     if isinstance(text, list | tuple):
         raise ValueError(f"is a list; {allowed}{of.if_several}")
     if (value := _in_common(text, of.unit)) is None:
@@ -132,15 +121,20 @@ def si(text: Any, of: Dimension) -> float:
     return value
 
 
-def measured(text: Any, of: Dimension) -> tuple[float, float]:
+def measured(text: Any, of: Measurable) -> tuple[float, float]:
     """Convert a quantity that may have a half-width to its SI unit: 1.5 +- 0.3 kPa, 1.5 kPa +- 300 Pa, 8 ms +- 20 %.
+
+    A percentage, such as 0 +- 1 %, becomes a part.
 
     Returns:
         The quantity, and the half-width of its interval of 95 %, 0 where none is given.
 
     Raises:
-        ValueError: As of `si`, or the half-width is no quantity of this dimension that is smaller than the value.
+        ValueError: As of `si` or `percentage`, or the half-width is no quantity of this kind that is smaller than the
+            value.
     """
+    if of.kind == PERCENTAGE:
+        return percentage(text)
     value, half = _halves(text)
     number = si(value, of)
     if half is None:
@@ -158,7 +152,7 @@ def percentage(text: Any) -> tuple[float, float]:
     Raises:
         ValueError: It is none.
     """
-    match = PERCENTAGE.fullmatch(text.strip()) if isinstance(text, str) and "%" in text else None
+    match = _percent(text)
     if match is not None and any(match.groups()):
         value, half_width = (float(each or 0) / 100 for each in match.groups())
         if abs(value) < 1 and 0 <= half_width < 1:
@@ -174,12 +168,19 @@ def as_given(text: str) -> tuple[float, str]:
     Raises:
         ValueError: It is no quantity.
     """
+    if (percent := _percent(text)) is not None:
+        return float(percent[1] or 0), PERCENTAGE.si
     value = _halves(text)[0]
     match = QUANTITY.fullmatch(value.strip())
     if match is not None and any(match[2] in units for units in COMMON.values()):
         return float(match[1]), match[2]
     number, unit = _parsed(value)
     return number, f"{unit:~C}".replace("\N{GREEK SMALL LETTER MU}", "u").replace("*", ".")
+
+
+def _percent(text: Any) -> re.Match[str] | None:
+    """The value and the half-width of a percentage; None of another text."""
+    return PERCENT.fullmatch(text.strip()) if isinstance(text, str) and "%" in text else None
 
 
 def _halves(text: Any) -> tuple[Any, str | None]:
@@ -221,7 +222,7 @@ def seconds_of(budget: str | None) -> float | None:
     if budget is None:
         return None
     try:
-        return si(budget, Dimension("budget", "a time", "budget", "s", "10 min", lambda value, _: value))
+        return si(budget, Measurable("budget", TIME, "budget", "10 min"))
     except ValueError as error:
         raise InputError("pairsim", "--budget", budget, str(error)) from None
 

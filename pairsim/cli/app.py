@@ -6,6 +6,7 @@ import atexit
 import gc
 import sys
 import traceback
+from importlib import import_module
 from itertools import islice
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
@@ -13,24 +14,44 @@ from typing import Annotated, Any, NoReturn
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from pairsim.cli import ask, folders, preparation, sweeps, units
+from pairsim.cli.made import made
+from pairsim.physics.own_laws import name_file
+from pairsim.questions.registry import FIRST_LINES
 from pairsim.runtime.errors import EnvironmentFailure, InputError, PairsimError
 from pairsim.runtime.interrupts import EXIT_CODE, interrupted
 from pairsim.runtime.launcher import rank
-from pairsim.runtime.questions import NAMES, first_line, module_of
 from pairsim.runtime.version import __version__, commit
 
+COMMANDS = Path(__file__).with_name("commands")
+ORDER = (
+    *("init", "schema", "mesh", "check-law", "doctor", "units", "ask", "fit", "sweep", "study", "atlas"),
+    *("status", "table", "travel", "plot", "report", "moduli"),
+)
+"""The commands that are not those of questions in the order of --help; others follow by name."""
 
-def command_of(question: str) -> Any:
-    """The command of a question, from its file."""
-    return typer.main.get_group(module_of(question).app).commands[question]
+
+def _first_lines() -> dict[str, str]:
+    """The first line of the help of each command by its name."""
+    found = dict[str, str]()
+    for file in COMMANDS.glob("[a-z]*.py"):
+        with file.open(encoding="utf-8") as lines:
+            found[file.stem.replace("_", "-")] = lines.readline().lstrip("r").strip('"\n')
+    order = (*(name for name in ORDER if name in found), *sorted(found.keys() - {*ORDER}))
+    return {**FIRST_LINES, **{name: found[name] for name in order}}
 
 
-class _OfQuestion(TyperCommand):
-    """The command of a question, whose file is imported when it is called; --help lists the first line of the file."""
+def command_of(name: str) -> TyperCommand:
+    """A command, from the record of its question or from its file, which is imported."""
+    if name in FIRST_LINES:
+        from pairsim.cli.compute import command_of_question
 
-    def __init__(self, question: str) -> None:
-        super().__init__(question, help=first_line(question))
+        return command_of_question(name)
+    file = import_module(f"{__package__}.commands.{name.replace('-', '_')}")
+    return made(name, getattr(file, file.__name__.rpartition(".")[2]), str(file.__doc__), file.EXAMPLES)
+
+
+class _OnDemand(TyperCommand):
+    """A command whose file is imported when it is called; --help lists the first line of the file."""
 
     def make_context(self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any) -> Any:
         return command_of(str(self.name)).make_context(info_name, args, parent, **extra)
@@ -41,7 +62,7 @@ class _All(TyperGroup):
 
     def __init__(self, **attributes: Any) -> None:
         super().__init__(**attributes)
-        self.commands = {name: _OfQuestion(name) for name in NAMES} | dict(self.commands)
+        self.commands = {name: _OnDemand(name, help=first) for name, first in _first_lines().items()}
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         own, others = list[str](), list[str]()
@@ -64,8 +85,6 @@ app = typer.Typer(
     help="Soft and rigid spheres on the axis of a tube: do they separate or collide, and how fast?",
     epilog="Example: pairsim run configs/quickstart.yaml",
 )
-for _part in (preparation, units, ask, sweeps, folders):
-    app.add_typer(_part.app)
 
 
 def _version(wanted: bool) -> None:
@@ -89,8 +108,6 @@ def _common(
     ] = None,
 ) -> None:
     if laws:
-        from pairsim.physics.own_laws import name_file
-
         for file in laws:
             name_file(file)
 

@@ -1,25 +1,29 @@
-"""What the command of a question does: check a case, and show its cost, or compute it."""
+"""The commands of questions, made of their records: check a case, and show its cost, or compute it."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
+from inspect import Parameter, Signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Annotated, Any, NoReturn
 
 import typer
+from typer.core import TyperCommand
 
+from pairsim.api.compute import Computation
+from pairsim.api.results import Result
 from pairsim.cases.identity import default_folder
-from pairsim.cli.options import Budget, CaseFile, DryRun, Output, Overwrite, Quiet, Settings
+from pairsim.cli.made import made
+from pairsim.cli.options import Budget, CaseFile, CaseFileOrNone, DryRun, Output, Overwrite, Quiet, Settings
 from pairsim.computing.case_files import read_case
-from pairsim.computing.question import rows_in
+from pairsim.computing.question import Flag, Question, rows_in
+from pairsim.questions.registry import QUESTIONS
 from pairsim.results.folder import FIELDS_XDMF
 from pairsim.runtime.errors import BranchEnd, EnvironmentFailure, InputError, RunFailure
 from pairsim.runtime.launcher import check_single
 from pairsim.runtime.signals import Signals
-
-if TYPE_CHECKING:
-    from pairsim.api.compute import Computation
-    from pairsim.api.results import Result
+from pairsim.sweeps.files import FILES
 
 EXIT_CODES = {"finished": 0, "failed": RunFailure.exit_code, "interrupted": 130}
 """Exit code of a command, by status."""
@@ -27,51 +31,87 @@ REASON_CODES = {kind.reason: kind.exit_code for kind in (EnvironmentFailure, Bra
 """Exit codes of reasons that have their own."""
 
 
-def app_of(computation: Computation[Any], words: str | None, epilog: str) -> typer.Typer:
-    """The command of a question that has the options of all, with its help (`words`) and examples."""
-    app = typer.Typer()
+def command_of_question(name: str) -> TyperCommand:
+    """The command of a question: the options of all with those that it alone has, help and examples of its record."""
+    question = QUESTIONS[name]
 
-    @app.command(computation.question.name, help=words, epilog=epilog)
-    def command(
-        case: CaseFile,
-        output: Output = None,
-        overwrite: Overwrite = False,
-        budget: Budget = None,
-        dry_run: DryRun = False,
-        quiet: Quiet = False,
-        set_: Settings = None,
-    ) -> None:
-        compute(computation, case, output, overwrite, budget, dry_run, quiet, set_)
+    def command(**given: Any) -> None:
+        flags = {flag: given.pop(flag.name) for flag in question.flags}
+        _compute(question, flags, **given)
 
-    return app
+    command.__signature__ = Signature([*_parameters(question)])  # type: ignore[attr-defined]  # which typer reads
+    return made(name, command, question.help, question.examples)
 
 
-def compute(
-    computation: Computation[Any],
-    file: Path,
-    folder: Path | None,
+def _parameters(question: Question[Any]) -> Iterator[Parameter]:
+    """The arguments and options of a question, as parameters of a function."""
+    keyword = Parameter.KEYWORD_ONLY
+    if question.resumable:
+        yield Parameter("case", keyword, default=None, annotation=CaseFileOrNone)
+    else:
+        yield Parameter("case", keyword, annotation=CaseFile)
+    yield Parameter("output", keyword, default=None, annotation=Output)
+    yield Parameter("overwrite", keyword, default=False, annotation=Overwrite)
+    for flag in question.flags:
+        option = f"--{flag.name.replace('_', '-')}"
+        if flag.resumes:
+            folder = Annotated[Path | None, typer.Option(option, metavar="DIR", help=flag.help)]
+            yield Parameter(flag.name, keyword, default=None, annotation=folder)
+        else:
+            yield Parameter(
+                flag.name, keyword, default=False, annotation=Annotated[bool, typer.Option(option, help=flag.help)]
+            )
+    yield Parameter("budget", keyword, default=None, annotation=Budget)
+    yield Parameter("dry_run", keyword, default=False, annotation=DryRun)
+    yield Parameter("quiet", keyword, default=False, annotation=Quiet)
+    yield Parameter("set_", keyword, default=None, annotation=Settings)
+
+
+def _compute(
+    question: Question[Any],
+    flags: Mapping[Flag, Any],
+    case: Path | None,
+    output: Path | None,
     overwrite: bool,
     budget: str | None,
     dry_run: bool,
     quiet: bool,
-    settings: list[str] | None,
-    **flags: bool,
+    set_: list[str] | None,
 ) -> None:
     """Carry out the command of a question; arguments are those of its options, `flags` those that it alone has."""
-
+    file, folder = _places(question, flags, case, output, overwrite)
     check_single()
-    question = computation.question
-    case = read_case(question, file, tuple(settings or ()))
-    directory = folder or default_folder(question.name, case, file.stem)
+    checked = read_case(question, file, tuple(set_ or ()), FILES)
+    directory = folder or default_folder(question.name, checked, file.stem)
     if dry_run:
-        notes = (f"note: {note}" for note in (*case.remarks, *case.notes))
-        typer.echo("\n".join([f"{directory}: {question.estimate(case)}", *notes]))
+        notes = (f"note: {note}" for note in (*checked.remarks, *checked.notes))
+        typer.echo("\n".join([f"{directory}: {question.estimate(checked)}", *notes]))
         return
+    on = {flag.name: bool(value) for flag, value in flags.items()}
     with Signals(final=True) as signals:
-        result = computation(
-            case, folder=directory, overwrite=overwrite, progress=not quiet, signals=signals, budget=budget, **flags
+        result: Result = Computation[Any](question, FILES)(
+            checked, folder=directory, overwrite=overwrite, progress=not quiet, signals=signals, budget=budget, **on
         )
         _end(result, directory, quiet)
+
+
+def _places(
+    question: Question[Any], flags: Mapping[Flag, Any], case: Path | None, output: Path | None, overwrite: bool
+) -> tuple[Path, Path | None]:
+    """The case file, and the folder for the results if one is given: of a computation that goes on, its own."""
+    for flag, folder in flags.items():
+        if not flag.resumes:
+            continue
+        if folder is not None and (overwrite or output is not None):
+            option = "--overwrite" if overwrite else "-o"
+            allowed = f"must be left out with --{flag.name}, which gives the folder"
+            raise InputError(f"pairsim {question.name}", option, None, allowed)
+        if case is None and folder is None:
+            raise typer.BadParameter(f"must be given, or else --{flag.name} DIR", param_hint="CASE")
+        if folder is not None:
+            return case or folder / "case.yaml", folder
+    assert case is not None
+    return case, output
 
 
 def _end(result: Result, directory: Path, quiet: bool) -> NoReturn:

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from pairsim.cases.kinds import has_example
+from pairsim.questions.registry import NAMES
 from pairsim.runtime.errors import InputError
-from pairsim.runtime.questions import NAMES
 
-EXAMPLES = Path(__file__).parents[1] / "cases" / "examples"
 if TYPE_CHECKING:  # mypy cannot know them
     OfQuestion = str
     OfExamples = str
@@ -19,8 +19,10 @@ if TYPE_CHECKING:  # mypy cannot know them
 else:
     OfQuestion = Literal[NAMES]
     OfFiles = Literal[(*NAMES, "sweep", "study", "atlas")]
-    OfExamples = Literal[tuple(name for name in (*NAMES, "sweep") if (EXAMPLES / f"{name}.yaml").is_file())]
-CaseFile = Annotated[Path, typer.Argument(help="Case file (YAML); pairsim schema lists its keys.")]
+    OfExamples = Literal[tuple(name for name in (*NAMES, "sweep") if has_example(name))]
+_CASE_FILE = typer.Argument(help="Case file (YAML); pairsim schema lists its keys.")
+CaseFile = Annotated[Path, _CASE_FILE]
+CaseFileOrNone = Annotated[Path | None, _CASE_FILE]
 Folder = Annotated[Path, typer.Argument(help="Folder of results.", metavar="DIR")]
 Settings = Annotated[
     list[str] | None,
@@ -32,6 +34,11 @@ Output = Annotated[
         "-o", "--output", help="Folder for the results (default: runs/<name>; without a name runs/<file>-<hash>)."
     ),
 ]
+OutputOfMany = Annotated[
+    Path | None, typer.Option("-o", "--output", help="Folder for the results (default: runs/<name>).")
+]
+Workers = Annotated[int, typer.Option(help="Number of cases at the same time, without mpirun.", min=1)]
+CaseTimeout = Annotated[float | None, typer.Option(help="Largest wall time of a case, in seconds.", min=0.0)]
 DryRun = Annotated[
     bool,
     typer.Option("--dry-run", help="Check the case; print its unknowns, and about how long it takes."),

@@ -1,10 +1,9 @@
-"""What questions about one particle over Ca_e share: their keys, the steady states, and a picture."""
+"""What questions about one particle over Ca_e share: their keys and the steady states."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pydantic import Field
@@ -15,12 +14,14 @@ from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.mistakes import Mistake
 from pairsim.cases.values import Values
 from pairsim.computing import events
+from pairsim.computing.warnings import finer
 from pairsim.quantities.text import softness
-from pairsim.results.columns import Column
+from pairsim.results.columns import Column, column
+from pairsim.runtime.message import Message, Text
 from pairsim.runtime.text import counted
+from pairsim.solvers.parameters import Parameters
 
 if TYPE_CHECKING:
-    from pairsim.plots.style import Page
     from pairsim.runtime.monitor import Monitor
     from pairsim.solvers.goals import Goal
     from pairsim.solvers.steady.scene import SteadySolver
@@ -74,9 +75,7 @@ def solve_along(
     """
     from pairsim.computing.problems import steady_problem
     from pairsim.computing.steady import Solutions, adaptation_report, health_columns, point_row
-    from pairsim.computing.warnings import finer
     from pairsim.fem.surface import roughness
-    from pairsim.solvers.parameters import Parameters
 
     what = f"{counted(len(case.series), 'value')} of Ca_e"
     yield events.Begin(what, len(case.series))
@@ -96,7 +95,9 @@ def solve_along(
                 yield events.Row(case.kind, row)
                 if roughness(branch.solver.bodies[0], branch.solver.state()[0]) > WRINKLED:
                     rough.append(f"{Ca_e:.4g}")
-                yield events.Progress(count, f"{softness(Ca_e, case.scales)}  {shown} = {row[shown]:.6g}", count)
+                value = column(shown).unit(row[shown], ".6g")
+                text = Message("{}  {} = {}", softness(Ca_e, case.scales), shown, value)
+                yield events.Progress(count, text, count)
             return events.Outcome("finished", "end", what)
         return found.outcome  # the branch ends before the last Ca_e
     finally:
@@ -104,27 +105,8 @@ def solve_along(
             f"at Ca_e = {', '.join(rough)} the surface has waves as long as its cells, on this mesh alone: D and "
             f"deformation may be off by more than their errors; compare with {finer(case)}"
         )
-        entries, warnings = dict[str, Any](points=len(found.points)), [warning] if rough else []
+        entries, warnings = dict[str, Any](points=len(found.points)), list[Text]([warning] if rough else [])
         if found.branch is not None:
             entries["adaptation"], missed = adaptation_report(case, found.branch, found.points)
             warnings += missed
         yield from found.last_events(entries, warnings)
-
-
-def draw_along(directory: Path, out: Path, page: Page, name: str, errors: Mapping[str, str]) -> list[Path]:
-    """Draw columns of the table `name`, each with that of its errors or "", over Ca_e or the modulus, a panel each."""
-    from pairsim.plots.chart import POINT, Panel, Series, draw_chart
-    from pairsim.plots.labels import parts_along, read_case
-    from pairsim.plots.style import printing
-    from pairsim.plots.units import Units
-    from pairsim.results.table_files import read_table
-
-    units, case = Units.of(directory, page.physical), read_case(directory / "case.yaml")
-    table = units.table(read_table(directory / f"{name}.csv"))
-    (label, x), joined = units.followed(case, "Ca_e", table["Ca_e"]), {"linestyle": "-"}
-    series = [Series(n, x, table[n], table.get(error), mark=POINT, look=joined) for n, error in errors.items()]
-    panels = {n: Panel(label, units.axis_label([n]), wide="x") for n in errors}
-    with printing():
-        parts = parts_along(case, "Ca_e", units.scales is not None)
-        figure, _ = draw_chart(page, panels, series, parts)
-        return page.save(figure, out, name)

@@ -2,7 +2,8 @@
 
 A computation is a generator of these events that returns an `Outcome`. It knows no folder, opens no file, shows nothing
 and catches no signal (`computing/session.py` does), and may end anywhere by a `RunFailure`. What is to be said in
-whichever way it ends, such as its `Summary`, it yields in a `finally`.
+whichever way it ends, such as its `Summary`, it yields in a `finally`. Texts may be messages with quantities in them,
+also those in entries of run.json: the session puts them into the units of the case.
 """
 
 from __future__ import annotations
@@ -10,6 +11,8 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
+
+from pairsim.runtime.message import Text
 
 if TYPE_CHECKING:
     from pairsim.results.checkpoint import Checkpoint
@@ -22,7 +25,7 @@ class Outcome:
 
     status: str  # "finished", "failed" or "interrupted"
     reason: str  # "end", "contact", "max_gap", "no_steady_state", "interrupted", or the `reason` of a `RunFailure`
-    message: str  # one line of text for the user
+    message: Text  # one line of text for the user
 
 
 @dataclass(frozen=True)
@@ -32,7 +35,7 @@ class Begin:
     The goal is in words, such as "to t = 2", and as a number; `Progress.done` says how much of this is done.
     """
 
-    goal: str
+    goal: Text
     total: float
 
 
@@ -40,7 +43,7 @@ class Begin:
 class Note:
     """What the user should know."""
 
-    text: str
+    text: Text
 
 
 @dataclass(frozen=True)
@@ -87,7 +90,7 @@ class Progress:
     """
 
     done: float
-    text: str
+    text: Text
     count: int
     state: Resumable | None = None
 
@@ -97,7 +100,7 @@ class Summary:
     """What run.json says at the end: entries of its own, warnings about the results, wall time of each phase [s]."""
 
     entries: Mapping[str, Any]
-    warnings: Sequence[str] = ()
+    warnings: Sequence[Text] = ()
     phases: Mapping[str, float] = field(default_factory=dict)
 
 

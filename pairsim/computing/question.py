@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
-from operator import getitem
+from dataclasses import dataclass, field
 from pathlib import Path
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
-from pairsim.results.columns import Column, suffixes_in
-from pairsim.results.folder import read_record
+from pairsim.physics.declared import FIELDS
+from pairsim.results.columns import Column, declare, suffixes_in
+from pairsim.results.folder import OWN_FILES, PICTURE_ENDINGS, read_record
 from pairsim.runtime.errors import InputError
 
 if TYPE_CHECKING:
@@ -53,9 +54,9 @@ def shapes_in(table: Mapping[str, Any], row: int, when: str) -> list[str]:
     return [f"Taylor parameters{f' {when}' if when else ''}: {shapes}."] if shapes else []
 
 
-def drawn_by(function: str) -> Callable[[Path, Path, Page], list[Path]]:
-    """A function such as "pairsim.plots.critical:draw_critical", which is imported when it draws, with matplotlib."""
-    return lambda folder, out, page: resolve_name(function)(folder, out, page)
+def no_pictures(folder: Path, out: Path, page: Page) -> list[Path]:
+    """Draw nothing, of a question that has no pictures."""
+    return []
 
 
 @dataclass(frozen=True)
@@ -68,48 +69,76 @@ class InSweeps[C: SceneCase]:
 
 
 @dataclass(frozen=True)
+class Flag:
+    """An option that one question has and others have not: a keyword of its computation, off by default.
+
+    Attributes:
+        name: The keyword, and with two hyphens the option of the command.
+        help: What the option does, for --help.
+        resumes: Whether the computation goes on from the checkpoint of a folder. The option takes this folder in place
+            of -o, and the case file is by default the one in it; the computation takes `earlier`, not the keyword.
+    """
+
+    name: str
+    help: str
+    resumes: bool = False
+
+
+@dataclass(frozen=True)
 class Question[C: SceneCase]:
     """A question that is asked of one case; what is computed for it is in a folder.
 
-    Its functions import large libraries when they are called: `--help` and a mistake in a case file need none.
+    The command and the Python function are made of this record. Its functions import large libraries when they are
+    called: `--help` and a mistake in a case file need none.
 
     Attributes:
+        module: The module that has the record as `QUESTION`, which is `__name__` there. Its docstring is the help of
+            the command, and the first line that of the Python function.
         model: Keys of its case file; `model.kind` is its name.
         check: Yields the mistakes in which keys do not go together.
         estimate: Estimates the size and the duration of a case.
         solve: Its computation, a generator of the events in `computing/events.py`: takes the case, and as keywords its
-            `monitor`, the flags, and `earlier` to resume.
+            `monitor`, its flags, and `earlier` to resume.
         tables: Its tables by name without .csv, the main one first, with the columns that are described in the
             reference: a `Column` where no other question has it.
         result: Its class of results, derived from `pairsim.api.results.Result`: what they have beside a table, and what
             they say in words.
+        in_sweeps: What a sweep shows of it.
+        examples: What stands at the end of the help, such as "Example: pairsim shape case.yaml".
         draw: Draws what the tables of a folder hold into another one, and returns the pictures. Fields are drawn
             elsewhere.
         captions: What is said below each of these pictures in a report, by the name of its file.
-        in_sweeps: What a sweep shows of it.
         frames: What its fields are written at: "t", "d", or "" where it writes none.
-        flags: Keywords of its computation that are off by default; with "resume" it goes on from a checkpoint.
+        flags: The options that it has beside those of all questions.
         draws_from: Rows of its main table from which on its pictures are drawn when it ends; None where they are not.
     """
 
+    module: str
     model: type[C]
     check: Callable[[C], Iterator[Mistake]]
     estimate: Callable[[C], Estimate]
     solve: Callable[..., Events]
     tables: Mapping[str, Sequence[str | Column]]
     result: type[Any]
-    draw: Callable[[Path, Path, Page], list[Path]]
-    captions: Mapping[str, str]
     in_sweeps: InSweeps[C]
+    examples: str
+    draw: Callable[[Path, Path, Page], list[Path]] = no_pictures
+    captions: Mapping[str, str] = field(default_factory=dict)
     frames: str = ""
-    flags: tuple[str, ...] = ()
+    flags: tuple[Flag, ...] = ()
     draws_from: int | None = 1
 
-    def __reduce__(self) -> Any:
-        """Pickled by its name."""
-        from pairsim.computing import QUESTIONS
+    def __post_init__(self) -> None:
+        declare(each for columns in self.tables.values() for each in columns if isinstance(each, Column))
 
-        return getitem, (QUESTIONS, self.name)
+    def __reduce__(self) -> Any:
+        """Pickled by its place."""
+        return resolve_name, (f"{self.module}:QUESTION",)
+
+    @property
+    def help(self) -> str:
+        """The help of its command; the first line says what it computes."""
+        return str(sys.modules[self.module].__doc__)
 
     @property
     def name(self) -> str:
@@ -135,7 +164,11 @@ class Question[C: SceneCase]:
     @property
     def resumable(self) -> bool:
         """Whether it goes on from a checkpoint."""
-        return "resume" in self.flags
+        return any(flag.resumes for flag in self.flags)
+
+    def has_flag(self, name: str) -> bool:
+        """Whether it has a certain option."""
+        return any(flag.name == name for flag in self.flags)
 
     def read_tables(self, directory: Path) -> Tables:
         """Its tables in a folder.
@@ -155,3 +188,12 @@ class Question[C: SceneCase]:
             if tables[self.table]:
                 values = self.in_sweeps.read(tables)
         return values | {key: record[key] for key in RECORDED if key in record}
+
+
+def own_files(questions: Iterable[Question[Any]]) -> tuple[str, ...]:
+    """Every file in folders of results of questions, but for single frames of fields."""
+    known = list(questions)
+    tables = (f"{name}.csv" for question in known for name in question.tables)
+    drawn = [*(name for question in known for name in question.captions), *(f"field-{name}" for name in FIELDS)]
+    pictures = (f"{name}.{end}" for name in drawn for end in PICTURE_ENDINGS)
+    return tuple(dict.fromkeys((*OWN_FILES, *tables, *pictures)))

@@ -12,9 +12,11 @@ import numpy as np
 from pairsim.cases.case import SceneCase
 from pairsim.computing.events import Event, Outcome, Summary, Table
 from pairsim.computing.warnings import ErrorAt, above, common_warnings, moves_on
+from pairsim.quantities.kinds import LENGTH
 from pairsim.quantities.text import in_unit
 from pairsim.results.columns import CURVE_HEALTH, POLYMER_HEALTH, YIELD_HEALTH, names_of, observed, table_row
 from pairsim.runtime.arrays import Array
+from pairsim.runtime.message import Message, Text
 from pairsim.solvers.curves.adaptation import AdaptiveBranch
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.curve import ROUNDING
@@ -22,7 +24,7 @@ from pairsim.solvers.errors.estimate import ErrorEstimate
 from pairsim.solvers.goals import Goal, Scale, dU
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
-from pairsim.solvers.steady.continuation import where
+from pairsim.solvers.steady.continuation import each_of
 from pairsim.solvers.steady.ends import Ended, Passed, SpentOnTheWay
 from pairsim.solvers.steady.first_solution import first_scene, scene_past_end
 
@@ -93,13 +95,13 @@ class Solutions:
         self.branch = AdaptiveBranch(scene, sensitivities, goals=goals, wanted=wanted, places=places, held=held)
         return self.branch
 
-    def last_events(self, entries: Mapping[str, Any], warnings: Sequence[str] = ()) -> Iterator[Event]:
+    def last_events(self, entries: Mapping[str, Any], warnings: Sequence[Text] = ()) -> Iterator[Event]:
         """What run.json says, and a table of the way to parameters that were not reached."""
         yield self.summary(entries, warnings)
         if self.way:
             yield Table("way", ["De", "Ca_e", *names_of(self.case.n, "d", "U", "dU", "D")], [*map(way_row, self.way)])
 
-    def summary(self, entries: Mapping[str, Any], warnings: Sequence[str] = ()) -> Summary:
+    def summary(self, entries: Mapping[str, Any], warnings: Sequence[Text] = ()) -> Summary:
         """What run.json says: `entries` with the costs, and `warnings` with those of mesh, stresses and tube."""
         case, (counts, phases) = self.case, _costs(self.branch)
         seen = [c.s_jump for p in self.points if (c := p.observation.conformation) is not None]
@@ -185,13 +187,13 @@ def error_at(point: Point, goal: Goal, size: Array | float) -> ErrorAt | None:
         return None
     at = int(parts.argmax())
     parts_by = (float(each[at] / sizes[at]) for each in (estimate.ends_error, estimate.regularisation_error))
-    return ErrorAt(float(parts[at]), where(point.parameters), *parts_by)
+    return ErrorAt(float(parts[at]), each_of(point.parameters), *parts_by)
 
 
-def moving_errors(case: SceneCase, points: Sequence[Point], size: float) -> list[str]:
+def moving_errors(case: SceneCase, points: Sequence[Point], size: float) -> list[Text]:
     """Warnings of points at which particles move on too fast for a curve, relative to a velocity."""
     parts = {
-        f"d = {', '.join(f'{d:.4g}' for d in dict.fromkeys(point.gaps))}": float(point.motion.remainder.max()) / size
+        Message("d = {}", LENGTH(dict.fromkeys(point.gaps))): float(point.motion.remainder.max()) / size
         for point in points
     }
     far = [place for place, part in parts.items() if part > case.error_wanted]
@@ -211,16 +213,22 @@ def _costs(branch: Branch | None) -> tuple[dict[str, Any], dict[str, float]]:
     return counts, dict(branch.solver.clock.seconds)
 
 
-def listed(places: Sequence[str]) -> str:
-    """Places as text, such as "De = 1, d = 0.1; d = 0.2": with what is the same everywhere at the first one alone."""
-    parts = [place.split(", ") for place in places]
-    same = sum(1 for _ in takewhile(lambda each: len(set(each)) == 1, zip(*parts, strict=False)))
-    return "; ".join([*places[:1], *(", ".join(part[same:]) for part in parts[1:])])
+def listed(places: Sequence[Sequence[Text]]) -> Message:
+    """Places in words, such as "De = 1, d = 0.1; d = 0.2".
+
+    What is the same at all of them, from the first parameter on, is said at the first one alone.
+
+    Args:
+        places: The parameters of each, such as "De = 1" and "d = 0.1".
+    """
+    same = sum(1 for _ in takewhile(lambda each: len(set(each)) == 1, zip(*places, strict=False)))
+    first, *others = places
+    return Message.joined("; ", (Message.joined(", ", place) for place in (first, *(each[same:] for each in others))))
 
 
 def adaptation_report(
     case: SceneCase, branch: AdaptiveBranch, points: Sequence[Point], largest: Mapping[Goal, float] | None = None
-) -> tuple[dict[str, Any], list[str]]:
+) -> tuple[dict[str, Any], list[Text]]:
     """The entry of run.json, and a warning of the points whose errors are larger than wanted, for each goal.
 
     Args:
@@ -233,7 +241,7 @@ def adaptation_report(
     found = [_Accuracy.of(case, branch, goal, points, (largest or {}).get(goal)) for goal in known]
     reached = {each.goal.name: each.reached for each in found}
     worst = max(reached.values(), default=0.0)
-    held = [at.where for each in found for at in each.held]
+    held = [Message.joined(", ", at.where) for each in found for at in each.held]
     entry = {
         "wanted": case.error_wanted,
         **({"reached": worst, "kept": worst <= case.error_wanted} if points else {}),
@@ -301,19 +309,17 @@ class _Accuracy:
         """The largest error, relative to the size of the goal."""
         return max((each.relative for each in (*self.errors, *self.held)), default=0.0)
 
-    def warnings(self, case: SceneCase) -> Iterator[str]:
+    def warnings(self, case: SceneCase) -> Iterator[Message]:
         """A warning of the points where more than `accuracy` is left."""
         missed = [each.where for each in self.errors if each.relative > case.error_wanted]
         if not missed:
             return
         widest = max(self.errors, key=lambda each: each.relative)
         more = f" and {len(missed) - MOST_NAMED} more" if len(missed) > MOST_NAMED else ""
-        at = f" at {listed(missed[:MOST_NAMED])}{more}" if any(missed) else ""
+        at = Message(" at {}{}", listed(missed[:MOST_NAMED]), more) if any(missed) else ""
         fixed = " and ".join(f"mesh.{name}" for name in sorted(case.held))
         other = widest.no_mesh_helps(case)
         advice = f"; use {other}" if other else f"; leave out {fixed}" if fixed else ""
         percent = above(100 * widest.relative, 100 * case.error_wanted)
-        yield (
-            f"accuracy: {case.accuracy} was not kept{at}: {self.goal.error_column} is up to {percent} % of "
-            f"{self.what}{advice}"
-        )
+        said = "accuracy: {} was not kept{}: {} is up to {} % of {}{}"
+        yield Message(said, case.accuracy, at, self.goal.error_column, percent, self.what, advice)

@@ -20,9 +20,11 @@ import scipy
 from pairsim.physics.conformation import IDENTITY, logarithm, mode_stress, polymer_stress, relaxation
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.liquids.viscous import LEAST_RATE
+from pairsim.quantities.kinds import RATE, TIME
 from pairsim.quantities.scales import TUBE_RADIUS
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import NoSteadyState
+from pairsim.runtime.message import Message
 
 OUT_OF_REACH = 1e9  # end time passed to LSODA, beyond the end of any run (see `Pipe.until`); chosen
 # Gauss points without and with modes. The shear rate of a power law goes as r^(1/n), which 60 points resolve to 7e-8
@@ -223,8 +225,9 @@ class Pipe:
         while solver.t < t_end:
             message = solver.step()
             if solver.status == "failed":
-                what = f"the flow without particles at De = {self.liquid.De:g} was lost at t = {solver.t:g}: {message}"
-                raise NoSteadyState(what, advice="another De or xi")
+                what, De = "the flow without particles at De = {} was lost at t = {}: {}", f"{self.liquid.De:g}"
+                lost = Message(what, De, TIME(solver.t, "g"), message or "")
+                raise NoSteadyState(lost, advice="another De or xi")
             times.append(solver.t)
             pieces.append(solver.dense_output())
         solution = scipy.integrate.OdeSolution(times, pieces)
@@ -279,8 +282,8 @@ class Pipe:
         converged = left <= 1e-8 * np.abs(c).max() / self.liquid.De
         zz, zr, rr, tt = np.moveaxis(c.reshape(-1, 4, len(self.r)), 1, 0)
         if not (converged and (zz * rr > zr**2).all() and np.minimum(zz, tt).min() > 0):
-            where = "in a flow that cannot exist" if converged else f"at dc/dt = {left:.2g}"
-            what = f"no developed flow at De = {self.liquid.De:g}: Newton's method stopped {where}"
+            where = "in a flow that cannot exist" if converged else Message("at dc/dt = {}", RATE(left, ".2g"))
+            what = Message("no developed flow at De = {}: Newton's method stopped {}", f"{self.liquid.De:g}", where)
             advice = "a larger xi: shear stress that decreases with shear rate causes shear bands"
             raise NoSteadyState(what, advice=advice)
         return self._state(c.reshape(-1, len(self.r)))

@@ -19,7 +19,9 @@ from scipy.stats import t as student
 from pairsim.physics.homogeneous import ShearMemory, moduli, steady_shear
 from pairsim.physics.liquids import LAWS, ConformationLaw, Liquid, Newtonian, ViscousLaw
 from pairsim.physics.liquids.viscous import ZERO_SHEAR
-from pairsim.physics.material import Dimension, Material
+from pairsim.physics.material import Material
+from pairsim.quantities.kinds import STRESS, TIME, VISCOSITY
+from pairsim.quantities.measurable import Measurable
 from pairsim.runtime.arrays import Array
 
 CONFIDENCE = 0.95
@@ -166,7 +168,7 @@ def _of_law(law: type[ViscousLaw | ConformationLaw], data: Measured, given: Mapp
         yield best
 
 
-def dimensions_of(law: type[ViscousLaw | ConformationLaw]) -> dict[str, Dimension | None]:
+def dimensions_of(law: type[ViscousLaw | ConformationLaw]) -> dict[str, Measurable | None]:
     """The measurable quantity of each number of a liquid of a law, None for those that are pure numbers."""
     measured = law.measured if issubclass(law, ViscousLaw) else ZERO_SHEAR
     of_polymer = {} if issubclass(law, ViscousLaw) else Liquid.OF_POLYMER
@@ -182,7 +184,7 @@ def _unknowns(law: type[Material], modes: int, data: Measured) -> dict[str, tupl
     largest = max([eta, *(np.hypot(data.storage, data.loss) / data.frequency)])  # of a gel, whose loss is small
     times = FARTHEST[0] / fast, FARTHEST[1] / slow
     # That of a liquid that yields is the viscosity where it flows fast.
-    yields = any(p.dimension is not None and p.dimension.unit == "Pa" for p in law.parameters().values())
+    yields = any(p.dimension is not None and p.dimension.kind == STRESS for p in law.parameters().values())
     found = {"eta_0": (1e-3 * least, 1e3 * largest, least if yields else eta)}
     if modes:
         usual = Liquid.OF_POLYMER["xi"].least
@@ -191,9 +193,9 @@ def _unknowns(law: type[Material], modes: int, data: Measured) -> dict[str, tupl
         ratio = (slow / fast) ** ((i - 1) / modes)
         found |= {f"time_{i}": (times[0] / times[1], 0.9, ratio), f"weight_{i}": (SMALLEST, 1e3, 0.5 ** (i - 1))}
     for name, p in law.parameters().items():
-        if p.dimension is not None and p.dimension.unit == "s":
+        if p.dimension is not None and p.dimension.kind == TIME:
             found[name] = (*times, 1 / middle)
-        elif p.dimension is not None and p.dimension.unit == "Pa":
+        elif p.dimension is not None and p.dimension.kind == STRESS:
             found[name] = (FARTHEST[0] * slow, FARTHEST[1] * fast * eta / least, slow * eta / least)
         elif p.default is None or modes:  # exponents and limits that have a default keep it in liquids without modes
             usual = min(10 * p.least, p.most, 0.5 * (p.least + p.most)) if p.least > 0 else min(0.1 * p.most, 0.2)
@@ -318,7 +320,7 @@ class Fit:
         for name, of in dimensions_of(self.law).items():
             if of is not None and name in self._given and name != "eta_0":
                 known[name] = self._given[name] / of.size(known["eta_0"])
-                known[name] = min(known[name], 1.0) if of.unit == "Pa*s" else known[name]
+                known[name] = min(known[name], 1.0) if of.kind == VISCOSITY else known[name]
         return known
 
     def _deviations(self, x: Array) -> Array:

@@ -9,7 +9,7 @@ from typing import Any
 
 from pairsim.cases.physical import BLOCK
 from pairsim.plots.labels import parameter_label
-from pairsim.quantities.kinds import Unit
+from pairsim.quantities.kinds import Kind
 from pairsim.quantities.scales import Scales
 from pairsim.results.columns import column, known
 from pairsim.results.inputs import quantity_for
@@ -34,11 +34,11 @@ class Units:
         found = scales_for(directories, physical)
         return [Units(each) for each in found] or [Units()] * len(directories)
 
-    def factor(self, unit: Unit) -> float:
+    def factor(self, unit: Kind) -> float:
         """Factor from a unit of the tables to the one that is drawn."""
         return unit.factor(self.scales)
 
-    def name(self, unit: Unit) -> str:
+    def name(self, unit: Kind) -> str:
         """The unit that is drawn for one of the tables (TeX)."""
         if self.scales is None or not unit.physical:
             return f"${unit.tex or '-'}$"

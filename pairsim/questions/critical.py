@@ -11,31 +11,33 @@ system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import Field
 
-from pairsim.api.compute import Computation
 from pairsim.api.results import Result
 from pairsim.cases.case import SceneCase
 from pairsim.cases.checks import check_scene
 from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.keys import Key, Part
-from pairsim.cases.materials import is_viscous
 from pairsim.cases.mistakes import Mistake
 from pairsim.cases.values import FOLLOWED, Distance, Values
-from pairsim.cli.compute import app_of
 from pairsim.computing import events
-from pairsim.computing.question import InSweeps, Question, Tables, Value, drawn_by, rows_in
-from pairsim.quantities.kinds import LENGTH
+from pairsim.computing.question import InSweeps, Question, Tables, Value, rows_in
+from pairsim.computing.warnings import large_errors
+from pairsim.quantities.kinds import LENGTH, VELOCITY
 from pairsim.quantities.text import in_unit
-from pairsim.results.columns import CRITICAL_COLUMNS, text_in_units
+from pairsim.results.columns import CRITICAL_COLUMNS
 from pairsim.results.scales import scales_in
+from pairsim.runtime.message import Message, Text
+from pairsim.solvers.parameters import Parameters
 
 if TYPE_CHECKING:
     from pairsim.computing.warnings import ErrorAt
     from pairsim.physics.liquids import Liquid
     from pairsim.physics.solids import Solid
+    from pairsim.plots.style import Page
     from pairsim.results.curve_table import Zero
     from pairsim.runtime.monitor import Monitor
     from pairsim.solvers.curves.branch import Point
@@ -97,7 +99,7 @@ def _check_along(case: CriticalCase, along: Mapping[str, Sequence[float]]) -> It
         yield Mistake("along", wrong[0], f"must be values of {name} from {least:g} to {most:g}")
     if name == "Ca_e" and case.Ca_e is not None and len({Ca_e for Ca_e in case.Ca_es if Ca_e}) != 1:
         yield Mistake("Ca_e", case.Ca_e, "must be a single value above 0, as along replaces it")
-    if name == "De" and is_viscous(dict(case)):
+    if name == "De" and case.is_viscous:
         yield Mistake("along", dict(along), "must be Ca_e: the liquid has no relaxation time, and so no De")
     elif name == "De" and case.De == 0:
         yield Mistake("De", case.De, "must be above 0, as along replaces it")
@@ -113,12 +115,10 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
     """Find the critical distances, and follow them over the parameter of the case."""
     from pairsim.computing.problems import steady_problem
     from pairsim.computing.steady import Solutions, adaptation_report, error_at, health_columns
-    from pairsim.computing.warnings import large_errors
     from pairsim.solvers.curves.branch import Point
     from pairsim.solvers.curves.critical import find_all, follow_all
     from pairsim.solvers.curves.zero_lines import Critical, End, Followed, Missed, Region
     from pairsim.solvers.goals import CRITICAL
-    from pairsim.solvers.parameters import Parameters
 
     least, most = case.d
     region: Region | None = None  # of parameters and distances in which zeros are followed
@@ -135,12 +135,13 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
         start = region.parameter.at(region.values[0], start)
     count = len(region.values) if region is not None else 1
     # There may be several zeros at a value, and they are looked for at the last one in the end.
-    yield events.Begin(f"zeros of dU from d = {least:g} to d = {most:g}", count + 1)
+    goal = Message("zeros of dU from d = {} to d = {}", LENGTH(least, "g"), LENGTH(most, "g"))
+    yield events.Begin(goal, count + 1)
     found, branches, solved = Solutions(case), set[int](), 0
     wanted: list[Point] = []  # those at requested values, whose error `accuracy` is kept for
     errors: list[ErrorAt] = []  # of parameters where two zeros meet, relative to them
     ends: list[dict[str, Any]] = []
-    warnings: list[str] = []
+    warnings: list[Text] = []
     try:
         with found:
             yield events.Table("critical", [*CRITICAL_COLUMNS, *health_columns(case)])
@@ -151,7 +152,8 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
                 match each:
                     case Point():
                         solved += 1
-                        text = f"search: d = {each.d:.5f}  dU = {each.dU:+.4e}"
+                        d, dU = LENGTH(each.d, ".5f"), VELOCITY(each.dU, "+.4e")
+                        text = Message("search: d = {}  dU = {}", d, dU)
                         yield events.Progress(min(len(wanted), count), text, solved)
                     case Critical():
                         solved += 1
@@ -162,16 +164,18 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
                             size = abs(each.by_parameter) * each.point.parameters.followed
                             errors += filter(None, [error_at(each.point, CRITICAL, size)])
                         yield events.Row("critical", row := critical_row(each))
-                        text = f"Ca_e = {row['Ca_e']:.5g}  De = {row['De']:.5g}  d_cr = {row['d_cr']:.5f}  {each.kind}"
+                        place = f"Ca_e = {row['Ca_e']:.5g}  De = {row['De']:.5g}"
+                        text = Message("{}  d_cr = {}  {}", place, LENGTH(row["d_cr"], ".5f"), each.kind)
                         yield events.Progress(min(len(wanted), count), text, solved)
                     case End():
                         ends.append({**vars(each)})
                         if each.reason != "range":
-                            yield events.Note(f"the critical distances of branch {each.branch} end: {each.message}")
+                            said = "the critical distances of branch {} end: {}"
+                            yield events.Note(Message(said, each.branch, each.message))
                     case Missed():
                         warnings.append(each.message)
-            text = f"critical distances: {len(found.points)}, branches: {max(branches, default=0)}"
-            return events.Outcome("finished", "end", text)
+            counts = f"critical distances: {len(found.points)}, branches: {max(branches, default=0)}"
+            return events.Outcome("finished", "end", counts)
         return found.outcome  # the branch ends before all distances were reached
     finally:
         entries: dict[str, Any] = {"ends": ends}
@@ -206,8 +210,7 @@ def answer_of_critical(zeros: Sequence[Zero], record: Mapping[str, Any]) -> list
             where = f"d = {' to '.join(in_unit(scales, LENGTH, zero.d, zero.error) for zero in ends)}"
             lines.append(f"{len(found)} {kind} critical distance{'s' * (len(found) > 1)}, {where}: {meaning}.")
     early = [end for end in record.get("ends", ()) if end.get("reason") != "range"]  # else it goes on to the last value
-    messages = [text_in_units(str(end["message"]), scales) for end in early]
-    return [*lines, *(f"A line of critical distances ends: {message}." for message in messages)]
+    return [*lines, *(f"A line of critical distances ends: {end['message']}." for end in early)]
 
 
 def read(tables: Tables) -> dict[str, Value]:
@@ -237,7 +240,15 @@ class CriticalResult(Result):
         return answer_of_critical(zeros_in(shown, "d_cr"), self.record)
 
 
+def draw(folder: Path, out: Path, page: Page) -> list[Path]:
+    """Draw the tables of a folder."""
+    from pairsim.plots.critical import draw_critical
+
+    return draw_critical(folder, out, page)
+
+
 QUESTION = Question(
+    __name__,
     model=CriticalCase,
     check=check,
     estimate=estimate,
@@ -245,15 +256,8 @@ QUESTION = Question(
     tables={"critical": (), "way": ()},
     result=CriticalResult,
     in_sweeps=InSweeps(lambda _: ("points", "zeros", "stable"), read),
-    draw=drawn_by("pairsim.plots.critical:draw_critical"),
+    draw=draw,
     captions={"critical": "Critical distances"},
-)
-
-critical: Computation[CriticalResult] = Computation(QUESTION, __doc__)
-"""Find the distances at which dU = 0, and follow them over Ca_e or De, which the case has under `along`."""
-app = app_of(
-    critical,
-    __doc__,
-    "Examples: pairsim critical configs/critical.yaml | "
+    examples="Examples: pairsim critical configs/critical.yaml | "
     "pairsim critical case.yaml --set 'along={Ca_e: [0.02, 0.05, 0.1]}'",
 )

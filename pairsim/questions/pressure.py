@@ -11,17 +11,19 @@ system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
 
 from __future__ import annotations
 
-from typing import ClassVar
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar
 
-from pairsim.api.compute import Computation
 from pairsim.api.results import Result
-from pairsim.cli.compute import app_of
-from pairsim.computing.along import AlongCase, check_along, draw_along, estimate_along, solve_along
+from pairsim.computing.along import AlongCase, check_along, estimate_along, solve_along
 from pairsim.computing.question import InSweeps, Question, rows_in
 from pairsim.quantities.kinds import STRESS
 from pairsim.quantities.text import in_unit, softness
 from pairsim.results.scales import scales_in
 from pairsim.solvers.goals import DP_PLUS, U
+
+if TYPE_CHECKING:
+    from pairsim.plots.style import Page
 
 COLUMNS = ("Ca_e", "dp_plus", "dp_plus_error", "dp_plus_correction", "corrected", "U_1", "U_error_1", "D_1", "newton")
 
@@ -48,17 +50,23 @@ class PressureResult(Result):
         return [f"The particle adds {' to '.join(drops)} to the pressure drop."]
 
 
+def draw(folder: Path, out: Path, page: Page) -> list[Path]:
+    """Draw the table of a folder."""
+    from pairsim.computing.along_picture import draw_along
+
+    return draw_along(folder, out, page, "pressure", {"dp_plus": "dp_plus_error"})
+
+
 QUESTION = Question(
+    __name__,
     model=PressureCase,
     check=check_along,
     estimate=estimate_along,
     solve=lambda case, monitor: solve_along(case, monitor, COLUMNS, "dp_plus", GOALS),
     tables={"pressure": COLUMNS, "way": ()},
     result=PressureResult,
-    draw=lambda folder, out, page: draw_along(folder, out, page, "pressure", {"dp_plus": "dp_plus_error"}),
+    draw=draw,
     captions={"pressure": "Extra pressure drop over the elastic capillary number"},
     in_sweeps=InSweeps(lambda _: ("points", "dp_plus", "dp_plus_error"), parameters=("beta", "De")),
+    examples="Example: pairsim pressure case.yaml -o out --set 'along=[0.02, 0.1]'",
 )
-pressure: Computation[PressureResult] = Computation(QUESTION, __doc__)
-"""Compute the extra pressure drop of one particle at the Ca_e of the case, or at those that it has under `along`."""
-app = app_of(pressure, __doc__, "Example: pairsim pressure case.yaml -o out --set 'along=[0.02, 0.1]'")

@@ -10,14 +10,13 @@ system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
-from pairsim.api.compute import Computation
 from pairsim.api.results import Result
-from pairsim.cli.compute import app_of
-from pairsim.computing.along import AlongCase, check_along, draw_along, estimate_along, solve_along
+from pairsim.computing.along import AlongCase, check_along, estimate_along, solve_along
 from pairsim.computing.question import InSweeps, Question, rows_in
-from pairsim.quantities.kinds import AREA, PURE, VELOCITY, VOLUME, Unit
+from pairsim.quantities.kinds import AREA, PURE, VELOCITY, VOLUME, Kind
 from pairsim.quantities.text import in_unit, softness, with_error
 from pairsim.results.columns import Column
 from pairsim.results.scales import scales_in
@@ -25,6 +24,7 @@ from pairsim.solvers.goals import DEFORMATION, DP_PLUS, D, Goal, U
 
 if TYPE_CHECKING:
     from pairsim.fem.diagnostics import Contour
+    from pairsim.plots.style import Page
     from pairsim.solvers.steady.scene import SteadySolver
 
 
@@ -34,7 +34,7 @@ def _contour(solver: SteadySolver) -> Contour:
     return contour(solver.bodies[0].outline_points(solver.state()[0]))
 
 
-def _measured(name: str, symbol: str, meaning: str, unit: Unit = PURE) -> Column:
+def _measured(name: str, symbol: str, meaning: str, unit: Kind = PURE) -> Column:
     return Column(name, symbol, meaning, unit, value=lambda found: getattr(_contour(found.solver), name))
 
 
@@ -81,7 +81,15 @@ class ShapeResult(Result):
         return [f"D = {' to '.join(shapes)}.", f"It moves at U = {' to '.join(U)}."]
 
 
+def draw(folder: Path, out: Path, page: Page) -> list[Path]:
+    """Draw the table of a folder."""
+    from pairsim.computing.along_picture import draw_along
+
+    return draw_along(folder, out, page, "shape", {"D_1": "D_error", "U_1": "U_error_1"})
+
+
 QUESTION = Question(
+    __name__,
     model=ShapeCase,
     check=check_along,
     estimate=estimate_along,
@@ -89,14 +97,8 @@ QUESTION = Question(
     tables={"shape": COLUMNS, "way": ()},
     result=ShapeResult,
     in_sweeps=InSweeps(lambda _: ("points", "D_1", "D_error"), parameters=("beta", "De")),
-    draw=lambda folder, out, page: draw_along(folder, out, page, "shape", {"D_1": "D_error", "U_1": "U_error_1"}),
+    draw=draw,
     captions={"shape": "Shape and velocity over the elastic capillary number"},
-)
-
-shape: Computation[ShapeResult] = Computation(QUESTION, __doc__)
-"""Compute the steady shape of one particle at the Ca_e of the case, or at those that it has under `along`."""
-app = app_of(
-    shape,
-    __doc__,
-    "Examples: pairsim shape case.yaml | pairsim shape case.yaml -o out --set 'along={start: 0.01, stop: 0.2, num: 8}'",
+    examples="Examples: pairsim shape case.yaml | "
+    "pairsim shape case.yaml -o out --set 'along={start: 0.01, stop: 0.2, num: 8}'",
 )

@@ -7,8 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from pairsim.quantities.kinds import FORCE, LENGTH, POSITION, PURE, RATE, SECONDS, STRESS, TIME, VELOCITY, Unit
-from pairsim.quantities.scales import Scales
+from pairsim.quantities.kinds import FORCE, LENGTH, POSITION, PURE, RATE, SECONDS, STRESS, TIME, VELOCITY, Kind
 
 GAP, PARTICLE = "gap", "particle"
 WORDS: dict[str, dict[str, str]] = {
@@ -24,12 +23,6 @@ WORDS: dict[str, dict[str, str]] = {
 SUFFIX = "_[0-9]+|_[LT]|"
 
 
-NUMBER = r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?"
-QUANTITIES = re.compile(rf"(?<![\w./])(\w+) = ((?>{NUMBER}(?:(?:, | \+- ){NUMBER})*+))(?! (?:um|mm|s|Pa|nN|1/s)\b)")
-"""A name and its numbers in a text, unless they have their unit."""
-COORDINATES = {"z": LENGTH, "r": LENGTH}
-
-
 @dataclass(frozen=True)
 class Column:
     """A quantity in tables, with a column of its own or one for each gap or particle."""
@@ -37,7 +30,7 @@ class Column:
     name: str
     symbol: str  # symbol of the paper (TeX); `{_}`, in a subscript `{,}`, stands for the suffix
     meaning: str  # `{_}` stands for the suffix, `{of}` for the gap or particle
-    unit: Unit = PURE
+    unit: Kind = PURE
     of: str = ""  # what it has a column for each of, `GAP` or `PARTICLE`
     whole: bool = False  # whether its values are whole numbers
     unknown: bool = False  # whether a value may be unknown, nan in the file
@@ -84,18 +77,18 @@ def error_of(name: str) -> str:
     return re.sub(f"({SUFFIX})$", r"_error\1", name, count=1)
 
 
-def _plain(name: str, meaning: str, unit: Unit = PURE, *, whole: bool = False) -> Column:
+def _plain(name: str, meaning: str, unit: Kind = PURE, *, whole: bool = False) -> Column:
     """A column without a symbol."""
     return Column(name, "", meaning, unit, whole=whole)
 
 
-def _correction(of: str, name: str, unit: Unit) -> Column:
+def _correction(of: str, name: str, unit: Kind) -> Column:
     """The estimated discretisation error of a quantity."""
     meaning = f"estimate of exact minus discrete {name}{{_}}, contained in it unless corrected is 0"
     return Column(f"{name}_correction", r"\delta^h{_}", meaning, unit, of, unknown=True)
 
 
-def _error(of: str, name: str, unit: Unit, by: str) -> Column:
+def _error(of: str, name: str, unit: Kind, by: str) -> Column:
     """The half-width of the interval of a quantity."""
     meaning = f"half-width of the interval of {name}{{_}}: error by {by}"
     return Column(f"{name}_error", r"\epsilon{_}", meaning, unit, of, unknown=True)
@@ -107,12 +100,12 @@ def _by(name: str, symbol: str, words: str = "") -> Column:
     return Column(f"by_{name}", symbol, f"derivative of dU{{_}} by {words or name}", VELOCITY, GAP)
 
 
-def _observed(name: str, symbol: str, meaning: str, unit: Unit = PURE) -> Column:
+def _observed(name: str, symbol: str, meaning: str, unit: Kind = PURE) -> Column:
     """A column of the same name as in `Observation`."""
     return Column(name, symbol, meaning, unit, value=lambda o: getattr(o, name))
 
 
-def _of_polymer(name: str, symbol: str, meaning: str, unit: Unit = PURE) -> Column:
+def _of_polymer(name: str, symbol: str, meaning: str, unit: Kind = PURE) -> Column:
     """A column of the same name as in `Observation.conformation`."""
     return Column(name, symbol, meaning, unit, value=lambda o: getattr(o.conformation, name), polymer=True)
 
@@ -306,21 +299,6 @@ def known(name: str) -> Column | None:
         return column(name)
     except KeyError:
         return None
-
-
-def text_in_units(text: str, scales: Scales | None) -> str:
-    """A text with the quantities in it, such as "d = 0.19 +- 0.01", in units of the experiment if there are scales."""
-
-    def converted(match: re.Match[str]) -> str:
-        entry = known(match[1])
-        unit = entry.unit if entry is not None else COORDINATES.get(match[1], PURE)
-        if scales is None or not unit.physical or match[2] == "0":
-            return match[0]
-        size = unit.factor(scales)
-        numbers = re.sub(NUMBER, lambda each: f"{float(each[0]) * size:{'+' * (each[0][0] == '+')}.5g}", match[2])
-        return f"{match[1]} = {numbers} {unit.physical}"
-
-    return QUANTITIES.sub(converted, text)
 
 
 def _suffixes_of(quantity: str, n: int) -> list[str]:

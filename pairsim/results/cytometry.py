@@ -11,7 +11,7 @@ from typing import Any, Literal
 import numpy as np
 
 from pairsim.cases.attributes import Attribute
-from pairsim.cases.materials import liquid_of
+from pairsim.cases.laws import liquid_in
 from pairsim.cases.yaml_file import read_yaml
 from pairsim.physics.carriers import gradient_in_square, wall_rate
 from pairsim.physics.homogeneous import steady_shear
@@ -87,7 +87,7 @@ def look_up_table(directory: Path, channel: Channel = "equivalent") -> tuple[str
         allowed = "must have shapes: a folder of pairsim shape, or a sweep of it"
         raise InputError(str(directory), "--cytometry", None, allowed)
     scales, *others = scales_for(folders, True)
-    liquid, *liquids = (liquid_of(read_yaml(folder / "case.yaml")) for folder in folders)
+    liquid, *liquids = (liquid_in(read_yaml(folder / "case.yaml")) for folder in folders)
     if not all(np.allclose(astuple(each), astuple(scales)) for each in others) or set(liquids) - {liquid}:
         raise InputError(str(directory), "", None, "must have shapes in one tube, one flow and one liquid")
     try:

@@ -9,8 +9,10 @@ from typing import Any, Self
 
 import numpy as np
 
+from pairsim.cases.experiment import follows_in
 from pairsim.cases.inputs import Input
-from pairsim.cases.physical import BLOCK, stands_for
+from pairsim.cases.laws import Laws
+from pairsim.cases.physical import BLOCK
 from pairsim.cases.quantities import as_given, unit_in
 from pairsim.quantities.kinds import VELOCITY
 from pairsim.quantities.scales import Scales
@@ -25,7 +27,8 @@ FINE = 2000  # distances at which the ends of a range are looked at for their si
 def quantity_for(case: Mapping[str, Any], name: str, scales: Scales) -> tuple[str, str, Callable[[Any], Any]]:
     """The quantity that De or Ca_e of a case follows from: its key, its unit as given, and its value by the number."""
     block = case[BLOCK]
-    of = min((each for key, each in stands_for(case) if key == name), key=lambda each: each.key not in block)
+    able = [each.quantity for each in follows_in(Laws.in_case(case)) if name in each.keys]
+    of = min(able, key=lambda each: each.key not in block)
     given = block.get(of.key, of.example)
     unit = as_given(given[0] if isinstance(given, list) else given)[1]
     one, two = (of.number(number * unit_in(of.unit, unit), scales) for number in (1.0, 2.0))

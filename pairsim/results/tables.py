@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from pairsim.cases.yaml_file import read_yaml
-from pairsim.quantities.kinds import PURE, Unit
+from pairsim.quantities.kinds import PURE, Kind
 from pairsim.quantities.scales import Scales
 from pairsim.results.columns import SWEEP_COLUMNS, WHOLE, error_of, known, suffixes_in
 from pairsim.results.curve_table import curve_of, over
@@ -59,7 +59,7 @@ def with_units(table: pd.DataFrame, converted: Collection[str] = ()) -> pd.DataF
     return table
 
 
-def _unit_of(name: str) -> Unit:
+def _unit_of(name: str) -> Kind:
     entry = known(name)
     return entry.unit if entry is not None else IN_SWEEPS.get(re.sub(r"_\d+$", "", name), PURE)
 

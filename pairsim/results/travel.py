@@ -11,11 +11,11 @@ import numpy as np
 from pairsim.quantities.kinds import LENGTH, POSITION, TIME
 from pairsim.quantities.scales import Scales
 from pairsim.quantities.text import in_unit, with_name
-from pairsim.results.columns import text_in_units
 from pairsim.results.curve_table import ROUNDING, Memory, Motion
 from pairsim.results.scales import no_units, scales_in
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
+from pairsim.runtime.message import Message, Text, in_units
 from pairsim.solvers.curves.interpolant import CurveInterpolant
 
 NODES = 4  # of the quadrature between two samples of a curve, which leaves 1e-10 of smooth ones
@@ -125,8 +125,7 @@ def distance_on(curve: CurveInterpolant, given: float | str, option: str, scales
     try:
         d = float(given)
     except ValueError:
-        from pairsim.cases.quantities import LENGTH as A_LENGTH
-        from pairsim.cases.quantities import si  # loads what checks cases
+        from pairsim.cases.quantities import A_LENGTH, si  # loads what checks cases
 
         try:
             length = si(str(given), A_LENGTH)
@@ -138,20 +137,21 @@ def distance_on(curve: CurveInterpolant, given: float | str, option: str, scales
     least, largest = curve.ends
     d = next((end for end in (least, largest) if abs(d - end) < SAME * end), d)
     if not least <= d <= largest:
-        allowed = f"must be between d = {least:g} and d = {largest:g}, the ends of the curve"
+        ends = LENGTH(least, "g"), LENGTH(largest, "g")
+        allowed = Message("must be between d = {} and d = {}, the ends of the curve", *ends)
         raise _refusal(source, option, given, allowed, scales)
     return d
 
 
-def _refusal(source: str, option: str, given: float | str, allowed: str, scales: Scales | None) -> InputError:
+def _refusal(source: str, option: str, given: float | str, allowed: Text, scales: Scales | None) -> InputError:
     """The error that names distances in the units in which the wrong one was given."""
     try:
-        return InputError(source, option, float(given), allowed)
+        return InputError(source, option, float(given), str(allowed))
     except ValueError:
-        return InputError(source, option, given, text_in_units(allowed, scales))
+        return InputError(source, option, given, in_units(allowed, scales))
 
 
-def _obstacle(curve: CurveInterpolant, start: float, stop: float) -> str:
+def _obstacle(curve: CurveInterpolant, start: float, stop: float) -> Text:
     """Why a pair does not move from one distance to another; empty where it does."""
     low, high = sorted((start, stop))
     if start == stop:
@@ -159,13 +159,14 @@ def _obstacle(curve: CurveInterpolant, start: float, stop: float) -> str:
     if abs(curve.peak.dU) < ROUNDING:
         return "must be left out: dU = 0 at every distance, so that the pair keeps its own"
     if zeros := [zero for zero in curve.zeros if low <= zero <= high]:
-        listed = ", ".join(f"{zero:.4g}" for zero in zeros)
-        return f"must be on the same side of the zeros of dU as d = {start:g}: dU = 0 at d = {listed}"
+        side = "must be on the same side of the zeros of dU as d = {}: dU = 0 at d = {}"
+        return Message(side, LENGTH(start, "g"), LENGTH(zeros))
     if (curve.values(np.sqrt(low * high)) > 0) != (stop > start):
         side, motion = ("above", "separates") if stop < start else ("below", "approaches")
-        return f"must be {side} d = {start:g}: the pair {motion} there"
+        return Message("must be {} d = {}: the pair {} there", side, LENGTH(start, "g"), motion)
     samples = curve.samples[0]
     inside = np.array([low, *samples[(low < samples) & (samples < high)], high])
     unsure = inside[np.abs(curve.values(inside)) <= curve.half_widths(inside)]
-    where = f", as at d = {unsure[0]:.4g}" if unsure.size else ""
-    return where and f"must be reached without a distance at which dU may vanish{where}"
+    if not unsure.size:
+        return ""
+    return Message("must be reached without a distance at which dU may vanish, as at d = {}", LENGTH(unsure[0]))

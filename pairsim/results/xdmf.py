@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pairsim.physics.declared import FIELDS
-from pairsim.quantities.kinds import LENGTH, PURE, STRESS, VELOCITY, Unit
+from pairsim.quantities.kinds import LENGTH, PURE, STRESS, VELOCITY, Kind
 from pairsim.results.folder import FIELDS_XDMF, FRAMES, frame_files, write_bytes, write_text
 from pairsim.runtime.errors import InputError
 
@@ -45,7 +45,7 @@ REFERENCE = re.compile(r"(fields/\d+\.h5):/cells")
 """The file of a frame, relative to the folder, in the reference to its cells."""
 
 
-def unit_of_field(name: str) -> Unit:
+def unit_of_field(name: str) -> Kind:
     """The unit of a field by its name in fields.xdmf."""
     others = {"velocity": VELOCITY, "position": LENGTH, "displacement": LENGTH, "tr_c": PURE}
     others |= dict.fromkeys(FIELDS, PURE)

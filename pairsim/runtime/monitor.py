@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 
 from pairsim.runtime.errors import BudgetSpent
+from pairsim.runtime.message import Message, Text
 from pairsim.runtime.signals import Signals
 from pairsim.runtime.text import duration
 
@@ -28,10 +29,10 @@ class Monitor:
         *,
         budget: float | None = None,
         patience: float | None = None,
-        listener: Callable[[str], None] | None = None,
+        listener: Callable[[Text], None] | None = None,
     ) -> None:
         self._signals, self._listener = signals, listener
-        self._place = ""
+        self._place: Text = ""
         self._limits = [_limit(budget, "the budget of {} is spent")] if budget is not None else []
         self._patience = [_limit(patience, "nothing was found within {}")] if patience is not None else []
 
@@ -56,10 +57,10 @@ class Monitor:
         self.check_signals()
         for deadline, message in (*self._limits, *self._patience):
             if time.monotonic() > deadline:
-                place = f", while solving at {self._place}" if self._place else ""
-                raise BudgetSpent(f"{message}{place}", advice="a larger --budget")
+                said = Message("{}, while solving at {}", message, self._place) if self._place else message
+                raise BudgetSpent(said, advice="a larger --budget")
 
-    def at(self, place: str) -> None:
+    def at(self, place: Text) -> None:
         """Tell where the computation is."""
         self._place = place
         if self._listener is not None:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from pairsim.quantities.kinds import FORCE, PURE, STRESS, VELOCITY, Unit
+from pairsim.quantities.kinds import FORCE, PURE, STRESS, VELOCITY, Kind
 
 if TYPE_CHECKING:
     from pairsim.fem.diagnostics import Observation
@@ -73,7 +73,7 @@ class Goal:
     """
 
     name: str
-    kind: Unit
+    kind: Kind
     value: Callable[[SteadySolver, Observation], Array] = field(compare=False)
     functional: Callable[[SteadySolver], Functional] | None = field(default=None, compare=False)
     parent: Goal | None = None

@@ -22,9 +22,11 @@ from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
 from pairsim.fem.scene import Body, Scene, make_bodies
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.solids import Solid
+from pairsim.quantities.kinds import LENGTH
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
 from pairsim.runtime.errors import MeshFailure
+from pairsim.runtime.message import Message
 from pairsim.solvers.mesh_transfer import carry_liquid
 from pairsim.solvers.nonlinear.newton import Newton
 from pairsim.solvers.problems import SceneProblem
@@ -183,7 +185,8 @@ class MeshedScene:
         """
         distances = diagnostics.gaps(self.bodies, h)
         if distances.size and distances.min() <= 0:
-            raise MeshFailure(f"two particles are in contact: their distance is {distances.min():.2g}")
+            least = LENGTH(distances.min(), ".2g")
+            raise MeshFailure(Message("two particles are in contact: their distance is {}", least))
         problem = self.problem
         return Geometry(problem.betas, tuple(map(float, distances)), problem.length, problem.closed)
 

@@ -18,15 +18,15 @@ from pairsim.cases.case import SceneCase
 from pairsim.cases.coverage import beyond
 from pairsim.cases.identity import RUNS
 from pairsim.cases.yaml_file import read_yaml
-from pairsim.computing import QUESTIONS
-from pairsim.computing.case_files import parse_file
-from pairsim.computing.many_cases import AtlasFile, check_atlas
+from pairsim.questions.registry import QUESTIONS
 from pairsim.results.curve_table import curve_of
 from pairsim.results.folder import plain, read_record
 from pairsim.results.table_files import read_table
 from pairsim.runtime.arrays import Array, Flags
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.version import __version__
+from pairsim.sweeps.atlas_file import AtlasFile, check_atlas
+from pairsim.sweeps.files import parse_file
 from pairsim.sweeps.grid import Grid, grid_from, read_base
 from pairsim.sweeps.sweep import Options, Workers, run_sweep
 

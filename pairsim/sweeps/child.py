@@ -16,10 +16,11 @@ from multiprocessing.connection import Connection
 import pairsim.runtime.fenicsx  # noqa: F401  # before everything else that loads MPI or makes threads
 
 # isort: split
-from pairsim.computing import QUESTIONS
 from pairsim.computing.progress import Reporter
+from pairsim.computing.question import own_files
 from pairsim.computing.record import memory
 from pairsim.computing.session import Options, carry_out
+from pairsim.questions.registry import QUESTIONS
 from pairsim.results.folder import CHECKPOINT
 from pairsim.runtime.child_process import end_with_parent
 from pairsim.runtime.errors import InputError, RunFailure
@@ -47,7 +48,7 @@ def compute(task: Task) -> tuple[str, str]:
     try:
         case, outcome = pickle.loads(task.case), None
         with Signals() as signals:
-            options = Options(True, Reporter(), task.line, signals)
+            options = Options(True, Reporter(), task.line, own_files(QUESTIONS.values()), signals)
             if question.resumable and (folder / CHECKPOINT).is_file():
                 with suppress(InputError):  # it cannot be used
                     outcome = carry_out(question, case, folder, options, resume=True, **task.flags)

@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any
 
 from pairsim.cases.yaml_file import yaml_text
-from pairsim.computing import QUESTIONS
 from pairsim.computing.question import Value
+from pairsim.questions.registry import QUESTIONS
 from pairsim.results.folder import plain, read_record, write_json, write_text
 from pairsim.runtime.errors import BranchEnd, InputError
 from pairsim.runtime.locks import command_line, is_locked

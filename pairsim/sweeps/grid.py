@@ -14,19 +14,21 @@ from pathlib import Path
 from typing import Any
 
 from pairsim.cases.case import SceneCase
+from pairsim.cases.conversion import forget_numbers, given_by
 from pairsim.cases.identity import alike, folder_name, identity_of, key_of
 from pairsim.cases.keys import groups_of, keys_of
 from pairsim.cases.mistakes import Mistake, input_error
-from pairsim.cases.physical import BLOCK, forget_numbers, given_by
+from pairsim.cases.physical import BLOCK
 from pairsim.cases.quantities import in_one_unit
 from pairsim.cases.values import is_finite, is_name
 from pairsim.cases.yaml_file import DEFAULT_LAWS, apply_settings, flat, merge, read_yaml
-from pairsim.computing import QUESTIONS, Question
-from pairsim.computing.case_files import parse_case, parse_file
-from pairsim.computing.many_cases import SweepFile, check_sweep
-from pairsim.computing.question import LAST
+from pairsim.computing.case_files import parse_case
+from pairsim.computing.question import LAST, Question
+from pairsim.questions.registry import QUESTIONS
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.text import as_typed
+from pairsim.sweeps.files import FILES, parse_file
+from pairsim.sweeps.grid_file import SweepFile, check_sweep
 
 
 @dataclass(frozen=True)
@@ -97,7 +99,7 @@ def grid_from(path: Path, data: dict[str, Any], settings: Sequence[str] = (), li
                 excluded += 1
                 continue
             entries += 1
-            case = parse_case(question, merged, str(path), name)
+            case = parse_case(question, merged, str(path), name, FILES)
         except InputError as error:
             errors.append(error)
             continue

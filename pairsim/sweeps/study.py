@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from itertools import takewhile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,18 +12,16 @@ import pandas as pd
 from pairsim.cases.identity import RUNS
 from pairsim.cases.mistakes import Mistake, input_error
 from pairsim.cases.yaml_file import read_yaml
-from pairsim.computing import QUESTIONS
-from pairsim.computing.case_files import parse_file
-from pairsim.computing.many_cases import StudyFile, check_study
+from pairsim.questions.registry import QUESTIONS
 from pairsim.results.columns import series_columns
 from pairsim.results.folder import read_record, write_text
 from pairsim.results.table_files import read_table, table_text
+from pairsim.sweeps.files import parse_file
 from pairsim.sweeps.grid import Grid, grid_from
+from pairsim.sweeps.study_file import StudyFile, check_study
+from pairsim.sweeps.study_table import FAMILIES, TABLE, families
 from pairsim.sweeps.sweep import Options, Workers, run_sweep, with_workers
 
-TABLE = "study.csv"
-FAMILIES = {"space": "mesh.", "time": "time."}
-"""Discretisations that differ only in keys with one of these prefixes form a family, for which orders are computed."""
 COUNTS = ("unknowns", "steps", "newton_iterations", "factorisations")
 MEASURED = ("status", "reason", *COUNTS, "wall_time")
 SAME = 1e-9  # relative tolerance at which two times or distances count as equal
@@ -109,24 +106,3 @@ def _measured(folder: Path, file: StudyFile, compared: Sequence[str]) -> dict[st
     nearest = np.abs(axis[:, None] - at).argmin(axis=0)
     reached = np.allclose(axis[nearest], at, rtol=SAME, atol=SAME)
     return row | (dict(zip(compared, series[file.quantity][nearest], strict=True)) if reached else {})
-
-
-def settings_of(columns: Iterable[Any]) -> list[str]:
-    """The columns of study.csv that are keys of the cases."""
-    return list(takewhile(lambda name: name != "status", columns))
-
-
-def families(table: pd.DataFrame, family: str) -> Iterator[pd.DataFrame]:
-    """Rows of study.csv that differ in keys of a family only, the coarsest first, with `order`, from row to row.
-
-    Fixed and controlled steps have different errors and are apart.
-    """
-    counts = table.reindex(columns=["unknowns", "steps"]).astype(float)  # curves have no steps
-    h = counts["unknowns"] ** -0.5 if family == "space" else 1 / counts["steps"]
-    fixed = table["time.fixed_step"].notna() if "time.fixed_step" in table else False
-    sized = table.assign(h=h, fixed=fixed).dropna(subset="h").sort_values("h", ascending=False, kind="stable")
-    others = [key for key in settings_of(table) if not key.startswith(FAMILIES[family])]
-    for _, group in sized.groupby([str(row) for row in sized[[*others, "fixed"]].to_numpy().tolist()]):
-        ratios = group[["error", "h"]].shift() / group[["error", "h"]]
-        order = np.log(ratios["error"]) / np.log(ratios["h"])
-        yield group.assign(order=order.where(np.isfinite(order)))

@@ -15,7 +15,7 @@ from pairsim.results.columns import column
 from pairsim.results.table_files import read_table
 from pairsim.results.tables import frame_of
 from pairsim.runtime.errors import InputError
-from pairsim.sweeps.study import FAMILIES, TABLE, families, settings_of
+from pairsim.sweeps.study_table import FAMILIES, TABLE, families, settings_of
 
 WORDS = "lines: the same but for the cells; dots: the same but for the steps"
 

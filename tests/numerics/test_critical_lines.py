@@ -191,4 +191,4 @@ def test_end_of_a_line_tells_why() -> None:
 
     _, end = followed(Ending(lambda q: float(np.log(0.1) + 0.1 * q), 0.05), [0.05, 0.1])
     assert end.reason == "lost"
-    assert "the shapes end" in end.message
+    assert "the shapes end" in str(end.message)

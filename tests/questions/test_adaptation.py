@@ -47,10 +47,13 @@ def test_a_given_mesh_is_not_adapted_and_named_where_it_does_not_do() -> None:
 
 
 def test_places_have_what_is_the_same_once() -> None:
-    places = [f"De = 0.5, Ca_e = 0.1, d = {d}" for d in (0.1, 0.17)]
-    assert listed(places) == "De = 0.5, Ca_e = 0.1, d = 0.1; d = 0.17"
-    assert listed(places[:1]) == places[0]
-    assert listed(["Ca_e = 0.1, d = 0.2", "Ca_e = 0.2, d = 0.2"]) == "Ca_e = 0.1, d = 0.2; Ca_e = 0.2, d = 0.2"
+    places = [("De = 0.5", "Ca_e = 0.1", f"d = {d}") for d in (0.1, 0.17)]
+    assert str(listed(places)) == "De = 0.5, Ca_e = 0.1, d = 0.1; d = 0.17"
+    assert str(listed(places[:1])) == "De = 0.5, Ca_e = 0.1, d = 0.1"
+    places = [(f"Ca_e = {Ca_e}", "d = 0.2") for Ca_e in (0.1, 0.2)]
+    assert str(listed(places)) == "Ca_e = 0.1, d = 0.2; Ca_e = 0.2, d = 0.2"
+    places = [("De = 1", f"d = 0.1, {d}") for d in (0.2, 0.3)]
+    assert str(listed(places)) == "De = 1, d = 0.1, 0.2; d = 0.1, 0.3", "one of two distances is no place"
 
 
 def test_dU_that_is_zero_asks_for_no_mesh() -> None:

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from support.result_folders import curve_table
 
-from pairsim.computing import QUESTIONS
 from pairsim.quantities.text import with_error
 from pairsim.questions.critical import answer_of_critical
 from pairsim.questions.curve.answer import answer_of_curve
 from pairsim.questions.curve.function import Curve
+from pairsim.questions.registry import QUESTIONS
 from pairsim.questions.run.answer import answer_of_run
 from pairsim.results.curve_table import Zero
 from pairsim.results.folder import prepare_folder
@@ -195,7 +195,7 @@ def test_nobody_is_told_to_repeat_what_fails_in_the_same_way(kind: str, again: s
     for failure in (
         NoSteadyState("no solution was found", advice="a larger mesh.Np"),
         MeshFailure("a cell of the new mesh is inverted", advice="a larger mesh.Np"),
-        NewtonFailure("no convergence", t=0.1, step=3, advice="a larger mesh.Np"),
+        NewtonFailure("no convergence", at="t = 0.1 (step 3)", advice="a larger mesh.Np"),
     ):
         told = advice(kind, "failed", failure.reason, str(failure))
         assert "try a larger mesh.Np; unchanged, the case fails in the same way" in told

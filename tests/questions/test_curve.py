@@ -16,9 +16,9 @@ from support.references import reference
 
 import pairsim
 from pairsim.api.results import Result
-from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import read_case
 from pairsim.plots.frames import outlines
+from pairsim.questions.registry import QUESTIONS
 from pairsim.results.table_files import read_table
 from pairsim.results.xdmf import read_frame
 from pairsim.runtime.arrays import Array

@@ -13,10 +13,10 @@ from scipy.special import ellipe
 from support.commands import Pairsim
 
 import pairsim as api
-from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import read_case
 from pairsim.fem.diagnostics import contour
 from pairsim.quantities.text import with_error
+from pairsim.questions.registry import QUESTIONS
 from pairsim.results.cytometry import read_look_up_table
 
 BEAD = {"particles": 1, "beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": "auto"}

@@ -13,9 +13,10 @@ from scipy.special import ive
 from support.inputs import ROOT
 
 import pairsim
-from pairsim.computing import QUESTIONS, events
+from pairsim.computing import events
 from pairsim.computing.case_files import parse_case
 from pairsim.computing.problems import steady_problem
+from pairsim.questions.registry import QUESTIONS
 from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem

@@ -19,9 +19,9 @@ import pytest
 
 import pairsim
 from pairsim.api.results import _grid_of
-from pairsim.computing import QUESTIONS
 from pairsim.computing.progress import Reporter
 from pairsim.quantities.scales import Scales
+from pairsim.questions.registry import QUESTIONS
 from pairsim.results.table_files import read_table
 from pairsim.results.xdmf import FieldFrame
 

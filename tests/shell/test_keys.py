@@ -16,9 +16,9 @@ from pairsim.cases.identity import identity_of
 from pairsim.cases.keys import Key, Keys, Part, PerGap, PerParticle, keys_of
 from pairsim.cases.run_case import Case
 from pairsim.cases.values import Number
-from pairsim.computing import QUESTIONS
 from pairsim.plots.labels import case_parts, common_parts, parameter_label, varying_keys
 from pairsim.questions.curve import CurveCase
+from pairsim.questions.registry import QUESTIONS
 
 
 class Options(Keys):
@@ -115,8 +115,8 @@ def test_captions_axes_and_folders_have_what_a_key_declares() -> None:
 
 
 def test_what_is_known_of_a_key_does_not_depend_on_what_was_imported() -> None:
-    """In a process of its own, in which no question is imported."""
-    code = "from pairsim.plots.labels import symbol, varying_keys\n"
+    """In a process of its own, in which the questions are listed, and none is imported."""
+    code = "import pairsim.questions.registry\nfrom pairsim.plots.labels import symbol, varying_keys\n"
     code += "print(symbol('after'), varying_keys([{'d': 1, 'fields': 1}, {'d': 2, 'fields': 2}]))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "$T$ []\n"

@@ -12,9 +12,9 @@ from ruamel.yaml import YAML
 from ruamel.yaml.scalarstring import LiteralScalarString
 from support.commands import Pairsim
 
-from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import read_case
 from pairsim.computing.schema import json_schema
+from pairsim.questions.registry import QUESTIONS
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.text import as_typed
 
@@ -75,7 +75,7 @@ def test_usage_errors_end_with_2(words: list[str], pairsim: Pairsim) -> None:
 
 def numbers(command: str) -> Iterator[tuple[str, float, float]]:
     """Keys whose values are numbers, or may be, with their limits; those of groups are dotted."""
-    schema = json.loads(json_schema(command))
+    schema = json.loads(json_schema(command, QUESTIONS[command].model))
     parts = {"": schema} | {
         f"{name}.": schema["$defs"][each["$ref"].rpartition("/")[2]]
         for name, each in schema["properties"].items()

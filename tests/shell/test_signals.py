@@ -119,7 +119,7 @@ def test_signal_after_the_last_file_changes_nothing() -> None:
 ORDERINGS = """
 import os, signal, subprocess, sys
 from pairsim.runtime.fenicsx import MPI
-from pairsim.computing import QUESTIONS
+from pairsim.questions.registry import QUESTIONS
 from pairsim.computing.case_files import parse_case
 from pairsim.computing.problems import problem_of
 from pairsim.solvers.transient.transient import Transient

@@ -12,11 +12,11 @@ from support.commands import Pairsim
 from support.inputs import ROOT, STUDY, examples
 
 from pairsim.cases.yaml_file import read_yaml
-from pairsim.computing.many_cases import StudyFile
 from pairsim.results.table_files import read_table
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.grid import Grid, grid_from, read_grid
 from pairsim.sweeps.study import FAMILIES, families, read_study, study_table
+from pairsim.sweeps.study_file import StudyFile
 from pairsim.sweeps.study_plots import plot_study
 
 

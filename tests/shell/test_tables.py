@@ -27,7 +27,6 @@ from pairsim.results.columns import (
     series_columns,
     suffixes_in,
     table_row,
-    text_in_units,
 )
 from pairsim.results.table_files import TableWriter, read_table, table_text
 from pairsim.results.tables import brief, csv_text, frame_of, in_units, readable, screen_text, table_of, with_units
@@ -191,23 +190,6 @@ def test_forces_have_a_unit_of_the_laboratory(tmp_path: Path) -> None:
     table = in_units(frame_of(read_table(tmp_path / "curve.csv")), [SCALES])
     assert table.attrs["units"] == {"U_1": "um/s", "F_1": "nN"}
     assert table["F_1"][0] == pytest.approx(2 * 0.85 * 10e-3 * 50e-6 * 1e9)
-
-
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("solving easier cases first: De = 1.5, d = 0.19039", "solving easier cases first: De = 1.5, d = 9.5195 um"),
-        ("mesh_failed at t = 0.002 (step 5)", "mesh_failed at t = 1e-05 s (step 5)"),
-        ("ends at d = 0.05 +- 0.001, in a fold", "ends at d = 2.5 +- 0.05 um, in a fold"),
-        ("d = 0.1, 0.2  dU = -1e-3, +2e-3  Newton 3", "d = 5, 10 um  dU = -10, +20 um/s  Newton 3"),
-        ("c grows at z = 1.5, r = 0.1", "c grows at z = 75 um, r = 5 um"),
-        ("dU = 0: unstable at d = 11.4 +- 0.07 um", "dU = 0: unstable at d = 11.4 +- 0.07 um"),
-        ("stopped at dc/dt = 0.2, time.end = 3", "stopped at dc/dt = 0.2, time.end = 3"),
-    ],
-)
-def test_a_message_has_its_quantities_in_units_of_the_experiment(text: str, said: str) -> None:
-    assert text_in_units(text, SCALES) == said
-    assert text_in_units(text, None) == text
 
 
 def a_sweep(folder: Path, times: dict[str, float]) -> Path:

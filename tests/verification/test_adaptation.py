@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from support.scenes import reached
 
-from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case
 from pairsim.computing.problems import steady_problem
 from pairsim.fem.meshes.size_field import AdaptedSizes
+from pairsim.questions.registry import QUESTIONS
 from pairsim.solvers.curves import adaptation
 from pairsim.solvers.curves.adaptation import ROUNDS, AdaptiveBranch, largest_value
 from pairsim.solvers.curves.branch import Branch, Point

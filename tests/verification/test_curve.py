@@ -12,11 +12,11 @@ import pytest
 from support.scenes import reached, traced
 
 import pairsim
-from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case
 from pairsim.computing.problems import steady_problem
 from pairsim.physics.solids import soft
 from pairsim.questions.curve import CurveCase
+from pairsim.questions.registry import QUESTIONS
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.curve import Zero, find_zeros

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from support.scenes import reached
 
-from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case
 from pairsim.computing.problems import steady_problem
 from pairsim.fem.diagnostics import Observation
@@ -17,6 +16,7 @@ from pairsim.fem.recovery.enriched_nodes import EnrichedNodes, nodes_of
 from pairsim.fem.recovery.enriched_residual import EnrichedTests
 from pairsim.fem.recovery.patch_recovery import WIDE, PatchRecovery
 from pairsim.quantities.kinds import STRESS, VELOCITY
+from pairsim.questions.registry import QUESTIONS
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.branch import Branch
 from pairsim.solvers.errors.adjoints import Adjoints

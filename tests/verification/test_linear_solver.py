@@ -8,10 +8,10 @@ from unittest.mock import MagicMock
 import numpy as np
 import pytest
 
-from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case
 from pairsim.computing.problems import steady_problem
 from pairsim.fem.algebra.elimination_order import dependence_on_unknowns, elimination_order, node_of_unknowns
+from pairsim.questions.registry import QUESTIONS
 from pairsim.solvers.nonlinear import factors
 from pairsim.solvers.nonlinear.factors import Factors, MumpsOptions
 from pairsim.solvers.parameters import Parameters

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case
 from pairsim.computing.problems import problem_of
 from pairsim.physics.pipe import Pipe
+from pairsim.questions.registry import QUESTIONS
 from pairsim.solvers.curves.branch import Point
 from pairsim.solvers.goals import dU
 from pairsim.solvers.stepping.step import Step

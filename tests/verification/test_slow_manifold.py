@@ -12,9 +12,9 @@ from scipy.sparse.linalg import LinearOperator, gmres
 from support.scenes import reached
 
 import pairsim
-from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case
 from pairsim.computing.problems import steady_problem
+from pairsim.questions.registry import QUESTIONS
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.slow_manifold import REST, SlowMotion
 from pairsim.solvers.parameters import Parameters

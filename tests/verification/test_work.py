@@ -9,9 +9,9 @@ from __future__ import annotations
 import pytest
 from support.scenes import reached
 
-from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case
 from pairsim.computing.problems import problem_of, steady_problem
+from pairsim.questions.registry import QUESTIONS
 from pairsim.solvers.curves.branch import Branch
 from pairsim.solvers.curves.curve import trace
 from pairsim.solvers.parameters import Parameters

@@ -13,7 +13,6 @@ from support.inputs import ROOT
 from support.result_folders import curve_table
 
 import pairsim
-from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case
 from pairsim.computing.problems import steady_problem
 from pairsim.fem.recovery.viscosity_scatter import _beyond_first_order
@@ -22,6 +21,7 @@ from pairsim.physics.liquids.bingham import Bingham
 from pairsim.physics.liquids.herschel_bulkley import HerschelBulkley
 from pairsim.physics.liquids.power_law import PowerLaw
 from pairsim.questions.curve.answer import answer_of_curve
+from pairsim.questions.registry import QUESTIONS
 from pairsim.questions.run.answer import answer_of_run
 from pairsim.solvers.curves.branch import Branch
 from pairsim.solvers.goals import dU

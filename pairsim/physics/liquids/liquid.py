@@ -10,8 +10,9 @@ from pairsim.physics.liquids.conformation import ConformationLaw, Invariants
 from pairsim.physics.liquids.newtonian import Newtonian
 from pairsim.physics.liquids.viscous import ViscousLaw
 from pairsim.physics.liquids.yielding import YieldLaw
-from pairsim.physics.material import Material, Parameter, a_time, a_viscosity, between
+from pairsim.physics.material import Material, Parameter, between
 from pairsim.physics.operations import sqrt
+from pairsim.quantities.measurable import a_time, a_viscosity
 
 SEVERAL_TIMES = "; several relaxation times are modes, liquid: {law: modes, modes: [...]}"
 LEAST_STRAIN2 = 1e-12  # added to |c_d|^2, so that |tau_d| has a derivative at rest; chosen
@@ -44,8 +45,11 @@ class Liquid:
             "Deborah number lambda U_av/D_c; 0 is a liquid without elasticity",
             1e-6,
             1e4,
-            dimension=replace(
-                a_time("relaxation", "relaxation time lambda; gives De = lambda U_av/D_c", r"\lambda"),
+            dimension=a_time(
+                "relaxation",
+                "relaxation time lambda; gives De = lambda U_av/D_c",
+                r"\lambda",
+                uncertain=True,
                 if_several=SEVERAL_TIMES,
             ),
         ),
@@ -56,7 +60,7 @@ class Liquid:
             1.0,
             default=0.09,
             dimension=a_viscosity(
-                "solvent", "viscosity of the solvent eta_s; gives xi = eta_s/eta_0", symbol=r"\eta_s"
+                "solvent", "viscosity of the solvent eta_s; gives xi = eta_s/eta_0", symbol=r"\eta_s", uncertain=True
             ),
         ),
     }

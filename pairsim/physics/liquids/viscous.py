@@ -8,31 +8,30 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
-from pairsim.physics.material import Dimension, LawField, Material, parameter
+from pairsim.physics.material import LawField, Material, parameter
+from pairsim.quantities.kinds import STRESS
+from pairsim.quantities.measurable import Measurable, Usual, a_viscosity
 
 # Shear rate [U_av/D_c] below which the viscosity is constant: that of a power law would be infinite at rest. Chosen;
 # velocities change by less than 1e-7 from 1e-2 to 1e-6.
 LEAST_RATE = 1e-6
 
-ZERO_SHEAR = Dimension(
+ZERO_SHEAR = a_viscosity(
     "viscosity",
-    "a viscosity",
     "zero-shear viscosity of the liquid eta_0, including that of the solvent",
-    "Pa*s",
     "1 Pa.s",
-    lambda eta, _: eta,
     r"\eta_0",
+    uncertain=True,
 )
 
 
-YIELD_STRESS = Dimension(
+YIELD_STRESS = Measurable(
     "yield_stress",
-    "a stress",
+    STRESS,
     "yield stress tau_y; gives Bn = tau_y D_c/(eta_0 U_av)",
-    "Pa",
     "5 Pa",
-    lambda value, scales: value / scales.stress,
     r"\tau_y",
+    usual=Usual(1e-4, 1e6, "0.1 mPa to 1 MPa"),
 )
 
 
@@ -59,7 +58,7 @@ class ViscousLaw(Material):
     """
 
     linear: ClassVar[bool] = False
-    measured: ClassVar[Dimension] = ZERO_SHEAR
+    measured: ClassVar[Measurable] = ZERO_SHEAR
 
     def viscosity(self, gamma2: Any) -> Any:
         """Viscosity over its unit.

@@ -13,12 +13,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-import typer
 from pydantic import Field
 
-from pairsim.api.compute import Computation
 from pairsim.api.results import Result
 from pairsim.cases.accuracy import DEFAULT, percent
 from pairsim.cases.case import SceneCase
@@ -27,9 +26,7 @@ from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.keys import Key, Part
 from pairsim.cases.mistakes import Mistake, broken, missing
 from pairsim.cases.values import MOST_VALUES, CurveTolerance, Distance, Gaps, Range, Time, Velocity, Whole, spelled_out
-from pairsim.cli.compute import compute
-from pairsim.cli.options import Budget, CaseFile, DryRun, Output, Overwrite, Quiet, Settings
-from pairsim.computing.question import InSweeps, Question, Tables, Value, drawn_by, rows_in
+from pairsim.computing.question import Flag, InSweeps, Question, Tables, Value, rows_in
 from pairsim.results.columns import EQUILIBRIA_COLUMNS, FORCES, GAP, names_of, slope_columns, suffixes, suffixes_in
 from pairsim.runtime.errors import InputError
 from pairsim.solvers.curves.distances import between
@@ -39,6 +36,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from pairsim.computing.events import Events
+    from pairsim.plots.style import Page
     from pairsim.questions.curve.function import Curve
     from pairsim.results.travel import Travel
     from pairsim.runtime.monitor import Monitor
@@ -192,10 +190,9 @@ def estimate(case: CurveCase) -> Estimate:
     """Size and duration of a master curve: the points between those requested, and a third more where dU is curved."""
     points = len(case.places)
     if case.after is not None:
-        from pairsim.questions.curve.from_rest import run_at
-        from pairsim.questions.run import estimate as of_run
+        from pairsim.questions.curve.from_rest import estimate_from_rest
 
-        return of_run(run_at(case, case.places[0]), points)
+        return estimate_from_rest(case, points)
     if case.common and points > 1:
         points = len(between(sorted(case.places), case.max_points))
         points = max(min(points + -(-points // 3), case.max_points), points)
@@ -302,7 +299,15 @@ class CurveResult(Result):
         return f"{command} {'gives the time and tube that a pair needs' if moves else 'draws it'}"
 
 
+def draw(folder: Path, out: Path, page: Page) -> list[Path]:
+    """Draw the tables of a folder."""
+    from pairsim.plots.runs_and_curves import draw_curve
+
+    return draw_curve(folder, out, page)
+
+
 QUESTION = Question(
+    __name__,
     model=CurveCase,
     check=check,
     estimate=estimate,
@@ -310,34 +315,11 @@ QUESTION = Question(
     tables={"curve": (), "equilibria": (), "slopes": slope_columns(3), "way": ()},
     result=CurveResult,
     in_sweeps=InSweeps(result_columns, read),
-    draw=drawn_by("pairsim.plots.runs_and_curves:draw_curve"),
+    draw=draw,
     captions={"curve": "Relative velocity and shapes over distance"},
     frames="d",
     draws_from=2,  # one point is no line, and matplotlib takes as long as a point
-    flags=("sensitivities",),
-)
-
-curve: Computation[CurveResult] = Computation(QUESTION, __doc__)
-"""Compute the quasi-steady master curve dU(d) of a case, which has `d` in place of `d0`, and its zeros."""
-app = typer.Typer()
-
-
-@app.command(
-    "curve",
-    help=__doc__,
-    epilog="Examples: pairsim curve configs/curve.yaml | pairsim curve case.yaml -o out --sensitivities "
+    flags=(Flag("sensitivities", "Add the derivatives of dU with respect to Ca_e, De, xi and beta."),),
+    examples="Examples: pairsim curve configs/curve.yaml | pairsim curve case.yaml -o out --sensitivities "
     "--set 'd={start: 0.02, stop: 1, num: 12}' | pairsim curve gel.yaml --set after=1",
 )
-def _command(
-    case: CaseFile,
-    output: Output = None,
-    overwrite: Overwrite = False,
-    sensitivities: Annotated[
-        bool, typer.Option("--sensitivities", help="Add the derivatives of dU with respect to Ca_e, De, xi and beta.")
-    ] = False,
-    budget: Budget = None,
-    dry_run: DryRun = False,
-    quiet: Quiet = False,
-    set_: Settings = None,
-) -> None:
-    compute(curve, case, output, overwrite, budget, dry_run, quiet, set_, sensitivities=sensitivities)

@@ -12,7 +12,7 @@ import numpy as np
 from pairsim.cases.inputs import Input
 from pairsim.cases.physical import DIFFERENCE
 from pairsim.computing.question import shapes_in
-from pairsim.quantities.kinds import FORCE, LENGTH, TIME, VELOCITY, Unit
+from pairsim.quantities.kinds import FORCE, LENGTH, TIME, VELOCITY, Kind
 from pairsim.quantities.scales import Scales
 from pairsim.quantities.text import in_unit
 from pairsim.results import curve_table as in_tables
@@ -173,7 +173,7 @@ def _to_first_order(
     unknown = " and ".join(key for key, part in parts.items() if not np.isfinite(part).all())
     parts = {key: part for key, part in parts.items() if np.isfinite(part).all()}
 
-    def added(d: float, unit: Unit, steepness: float) -> str:
+    def added(d: float, unit: Kind, steepness: float) -> str:
         """The parts of the inputs at a distance, the largest first, over the steepness of dU."""
         here = {key: float(np.interp(np.log(d), x, part)) / steepness for key, part in parts.items()}
         each = ", ".join(f"{key} {half:.2g}" for key, half in sorted(here.items(), key=lambda item: -item[1]))

@@ -21,13 +21,14 @@ from pairsim.computing.steady import (
     slope_rows,
 )
 from pairsim.computing.warnings import finer
-from pairsim.quantities.kinds import LENGTH
+from pairsim.quantities.kinds import FORCE, LENGTH, VELOCITY
 from pairsim.quantities.text import in_unit
 from pairsim.questions.curve import CurveCase
 from pairsim.results.columns import EQUILIBRIA_COLUMNS, curve_columns, slope_columns
 from pairsim.results.fields import SteadyMoment, frame
 from pairsim.results.xdmf import FieldFrame
 from pairsim.runtime.errors import RunFailure
+from pairsim.runtime.message import Message, Text
 from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.text import counted
 from pairsim.solvers.curves.adaptation import ENOUGH
@@ -103,13 +104,17 @@ def _columns(case: CurveCase, parameters: Sequence[str]) -> list[str]:
     return [*columns, *health_columns(case)]
 
 
-def _shown(point: Point, count: int) -> str:
+def _shown(point: Point, count: int) -> Message:
     """A line of progress for a point."""
     o = point.observation
-    moves = {"F": [f"{F:.6g}" for F in o.F]} if len(o.F) else {"dU": [f"{dU:+.4g}" for dU in o.dU]}
-    shown = {"d": [f"{d:.5g}" for d in point.gaps], **(moves if any(moves.values()) else {"U": [f"{o.U[0]:.4g}"]})}
-    texts = [f"{name} = {', '.join(values)}  " for name, values in shown.items() if values]
-    return f"{''.join(texts)}Newton {point.newton}  point {count}"
+    place = [Message("d = {}", LENGTH(point.gaps, ".5g"))] if point.gaps else []
+    if len(o.F):
+        motion = Message("F = {}", FORCE(o.F, ".6g"))
+    elif len(o.dU):
+        motion = Message("dU = {}", VELOCITY(o.dU, "+.4g"))
+    else:
+        motion = Message("U = {}", VELOCITY(o.U[0]))
+    return Message.joined("  ", [*place, motion, f"Newton {point.newton}", f"point {count}"])
 
 
 def _frame(d: float, solver: SteadySolver) -> FieldFrame:
@@ -143,7 +148,7 @@ def _said(case: CurveCase, zero: Equilibrium) -> str:
 
 def _end(case: CurveCase, found: Solutions) -> Iterator[events.Event]:
     """What run.json says, and the fields of the last state on a way that has not arrived."""
-    points, entries, warnings = found.points, dict[str, Any](points=len(found.points)), list[str]()
+    points, entries, warnings = found.points, dict[str, Any](points=len(found.points)), list[Text]()
     if found.branch is not None and points:
         curves = interpolants(points) if case.common and len(points) > 1 and case.velocity is None else []
         largest = {dU: max(abs(curve.peak.dU) for curve in curves)} if len(points) >= ENOUGH and curves else {}
@@ -159,7 +164,7 @@ def _end(case: CurveCase, found: Solutions) -> Iterator[events.Event]:
         yield events.Frame(shapes)
 
 
-def _far_apart(case: CurveCase, curves: Sequence[CurveInterpolant], size: float) -> list[str]:
+def _far_apart(case: CurveCase, curves: Sequence[CurveInterpolant], size: float) -> list[Text]:
     """Warn of points so far apart that the interpolation error of dU exceeds `accuracy` and the errors at the points.
 
     There is a curve for every gap; `size` is the largest |dU| [U_av].
@@ -172,13 +177,11 @@ def _far_apart(case: CurveCase, curves: Sequence[CurveInterpolant], size: float)
     if errors[worst] <= case.error_wanted:
         return []
     part = f"{100 * errors[worst]:.2g} %" if np.isfinite(errors[worst]) else "any part"
-    where = f"between d = {d[worst]:.4g} and d = {d[worst + 1]:.4g}"
     advice = finer(case)
     if len(d) >= case.max_points:
         advice = f"more points (--set max_points={2 * case.max_points})"
     elif case.tol > case.error_wanted:
         advice = f"points nearer to each other (--set tol={case.error_wanted:g})"
-    return [
-        f"{where} the interpolated dU may be off by {part} of its largest value, more than accuracy: {case.accuracy}; "
-        f"use {advice}"
-    ]
+    said = "between d = {} and d = {} the interpolated dU may be off by {} of its largest value, more than accuracy: {}"
+    between = LENGTH(d[worst]), LENGTH(d[worst + 1])
+    return [Message(said, *between, part, case.accuracy) + f"; use {advice}"]

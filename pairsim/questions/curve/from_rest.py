@@ -6,11 +6,15 @@ from typing import Any
 
 import numpy as np
 
+from pairsim.cases.estimate import Estimate
 from pairsim.cases.run_case import Case
 from pairsim.computing import events
+from pairsim.quantities.kinds import TIME
 from pairsim.questions.curve import CurveCase
+from pairsim.questions.run import estimate
 from pairsim.results.columns import names_of
 from pairsim.results.curve_table import zeros_of
+from pairsim.runtime.message import Message
 from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.text import counted
 
@@ -27,14 +31,18 @@ def run_at(case: CurveCase, place: tuple[float, ...]) -> Case:
     return Case.model_validate(shared | own)
 
 
+def estimate_from_rest(case: CurveCase, points: int) -> Estimate:
+    """Size and duration of a curve from rest with some points."""
+    return estimate(run_at(case, case.places[0]), points)
+
+
 def from_rest(case: CurveCase, monitor: Monitor) -> events.Events:
     """Compute a curve from rest."""
     from pairsim.questions.run.computation import Run
 
     places, rows, summaries = case.in_order, list[dict[str, float]](), list[events.Summary]()
-    yield events.Begin(
-        f"{counted(len(places), 'distance')}, at each from rest to t = {4 * (case.after or 0):g}", len(places)
-    )
+    distances, end = counted(len(places), "distance"), TIME(4 * (case.after or 0), "g")
+    yield events.Begin(Message("{}, at each from rest to t = {}", distances, end), len(places))
     yield events.Table("curve", names_of(case.n, "d", "dU", "dU_error", *EARLIER, "U", "D"), ascending=True)
     try:
         for count, place in enumerate(places):

@@ -13,24 +13,19 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-import typer
-
-from pairsim.api.compute import Computation
 from pairsim.api.results import Result
 from pairsim.cases.estimate import Estimate
 from pairsim.cases.run_case import Case, check_run
-from pairsim.cli.compute import compute
-from pairsim.cli.options import Budget, DryRun, Output, Overwrite, Quiet, Settings
 from pairsim.computing import events
-from pairsim.computing.question import InSweeps, Question, drawn_by, last_row, rows_in
+from pairsim.computing.question import Flag, InSweeps, Question, last_row, rows_in
 from pairsim.results.columns import names_of
 from pairsim.results.folder import CHECKPOINT
 from pairsim.results.scales import scales_in
-from pairsim.runtime.errors import InputError
 
 if TYPE_CHECKING:
+    from pairsim.plots.style import Page
     from pairsim.runtime.monitor import Monitor
 
 
@@ -79,7 +74,15 @@ class RunResult(Result):
         return f"{drawn}; pairsim run --resume {self._place} --set {key}=... continues"
 
 
+def draw(folder: Path, out: Path, page: Page) -> list[Path]:
+    """Draw the tables of a folder."""
+    from pairsim.plots.runs_and_curves import draw_run
+
+    return draw_run(folder, out, page)
+
+
 QUESTION = Question(
+    __name__,
     model=Case,
     check=check_run,
     estimate=estimate,
@@ -87,46 +90,18 @@ QUESTION = Question(
     tables={"series": ()},
     result=RunResult,
     in_sweeps=InSweeps(result_columns, last_row, parameters=("beta", "De", "Ca_e", "d0")),
-    draw=drawn_by("pairsim.plots.runs_and_curves:draw_run"),
+    draw=draw,
     captions={"series": "Velocities and shapes over time, relative velocity over distance"},
     frames="t",
-    flags=("resume",),
+    flags=(
+        Flag(
+            "resume",
+            "Continue the run in this folder from its checkpoint. "
+            "A case file or --set may change name, time.end, limits and output.",
+            resumes=True,
+        ),
+    ),
     draws_from=None,
-)
-
-run: Computation[RunResult] = Computation(QUESTION, __doc__)
-"""Compute a case in time: `run(case, folder=...)`, with the arguments of a `Computation`."""
-app = typer.Typer()
-
-
-@app.command(
-    "run",
-    help=__doc__,
-    epilog="Examples: pairsim run configs/quickstart.yaml | pairsim run case.yaml -o out --set Ca_e=0.05 | "
+    examples="Examples: pairsim run configs/quickstart.yaml | pairsim run case.yaml -o out --set Ca_e=0.05 | "
     "pairsim run --resume out --set time.end=4",
 )
-def _command(
-    case: Annotated[Path | None, typer.Argument(help="Case file (YAML); pairsim schema lists its keys.")] = None,
-    output: Output = None,
-    overwrite: Overwrite = False,
-    resume: Annotated[
-        Path | None,
-        typer.Option(
-            "--resume",
-            metavar="DIR",
-            help="Continue the run in this folder from its checkpoint. "
-            "A case file or --set may change name, time.end, limits and output.",
-        ),
-    ] = None,
-    budget: Budget = None,
-    dry_run: DryRun = False,
-    quiet: Quiet = False,
-    set_: Settings = None,
-) -> None:
-    if resume is not None and (overwrite or output is not None):
-        option, allowed = "--overwrite" if overwrite else "-o", "must be left out with --resume, which gives the folder"
-        raise InputError("pairsim run", option, None, allowed)
-    if case is None and resume is None:
-        raise typer.BadParameter("must be given, or else --resume DIR", param_hint="CASE")
-    file, folder = case or Path(resume or "", "case.yaml"), resume or output
-    compute(run, file, folder, overwrite, budget, dry_run, quiet, set_, resume=resume is not None)

@@ -15,7 +15,7 @@ from pairsim.cases.run_case import Case
 from pairsim.computing import events
 from pairsim.computing.problems import problem_of
 from pairsim.fem.unyielded import bridges
-from pairsim.quantities.kinds import LENGTH
+from pairsim.quantities.kinds import LENGTH, TIME, VELOCITY
 from pairsim.quantities.text import in_unit
 from pairsim.questions.run.warnings import accuracy_of, warnings_of_run
 from pairsim.results.checkpoint import Checkpoint
@@ -24,11 +24,12 @@ from pairsim.results.fields import frame
 from pairsim.results.folder import plain
 from pairsim.results.settled import SETTLED
 from pairsim.runtime.errors import RunFailure, TooManySteps, WallTime
+from pairsim.runtime.message import Message, Text
 from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.signals import Stopped
 from pairsim.solvers.errors.run_errors import RunErrors
 from pairsim.solvers.problems import Problem
-from pairsim.solvers.stepping.step import Step
+from pairsim.solvers.stepping.step import Step, at_step
 from pairsim.solvers.transient.adaptation import RunAdaptation
 from pairsim.solvers.transient.end import reason_to_end, settled
 from pairsim.solvers.transient.state import Counts, Extremes
@@ -67,7 +68,7 @@ class Run:
         ended = end_of(case, self.problem, old.state.history.t[0], old.state.gaps) if old is not None else None
         if self.earlier is not None and self.earlier.finished and ended is not None:
             return ended
-        yield events.Begin(f"to {moment(case.time.end)}", case.time.end)
+        yield events.Begin("to " + moment(case.time.end), case.time.end)
         try:
             if old is not None and ended is not None:  # it was killed after its last checkpoint
                 self._entries |= settled_entry(case, self.problem, old.state.gaps, ended)
@@ -78,7 +79,7 @@ class Run:
             yield events.Table("series", columns, resumed=True)
             if old is not None:
                 at = moment(old.state.history.t[0])
-                yield events.Note(f"resuming from {at} (step {old.state.counts.steps})")
+                yield events.Note(Message("resuming from {} (step {})", at, old.state.counts.steps))
             elif case.adapts:
                 yield events.Note(f"a coarse run first: it tells which cells accuracy: {case.accuracy} needs")
                 self._adapt(RunAdaptation.begin(self.problem, case.error_wanted))
@@ -136,11 +137,11 @@ class Run:
                 return outcome
             self.problem.monitor.check()
             if limits.wall_time is not None and (passed := time.perf_counter() - self._begun) > limits.wall_time:
-                raise WallTime(f"{passed:.0f} s have passed", t=step.t, step=count, advice=ADVICE[WallTime])
+                raise WallTime(f"{passed:.0f} s have passed", at=at_step(step.t, count), advice=ADVICE[WallTime])
             if count >= limits.max_steps:
                 message = f"{limits.max_steps} steps were taken"
-                raise TooManySteps(message, t=step.t, step=count, advice=ADVICE[TooManySteps])
-        return events.Outcome("finished", "end", f"finished at {moment(transient.history.t[0])}")
+                raise TooManySteps(message, at=at_step(step.t, count), advice=ADVICE[TooManySteps])
+        return events.Outcome("finished", "end", "finished at " + moment(transient.history.t[0]))
 
     def _fields(self, transient: Transient) -> Iterator[events.Event]:
         """The fields of the last step, unless they were written."""
@@ -195,9 +196,9 @@ def frames_until(case: Case, t: float, gaps: Sequence[float]) -> int:
     return int(output.frames * passed + ROUNDING)
 
 
-def moment(t: float) -> str:
+def moment(t: float) -> Message:
     """A time in words."""
-    return f"t = {t:.6g}"
+    return Message("t = {}", TIME(t, ".6g"))
 
 
 def end_of(case: Case, problem: Problem, t: float, gaps: Sequence[float]) -> events.Outcome | None:
@@ -205,21 +206,24 @@ def end_of(case: Case, problem: Problem, t: float, gaps: Sequence[float]) -> eve
     at, scales = moment(t), case.scales
     match reason_to_end(problem, t, gaps):
         case "contact":
-            message = f"contact: the gap fell below {in_unit(scales, LENGTH, problem.min_gap)} at {at}"
+            message = Message("contact: the gap fell below {} at {}", in_unit(scales, LENGTH, problem.min_gap), at)
             return events.Outcome("finished", "contact", message)
         case "max_gap":
             widest = in_unit(scales, LENGTH, problem.max_gap or 0.0)
-            return events.Outcome("finished", "max_gap", f"the gap exceeded {widest} at {at}")
+            return events.Outcome("finished", "max_gap", Message("the gap exceeded {} at {}", widest, at))
         case "tube_too_short":
             pace = (sum(gaps) - sum(case.gaps)) / t
             least = math.ceil(case.cluster + max(pace, 0.0) * case.time.end + 2 * case.margin)
-            message = (
-                f"the particles are only {problem.room(gaps):.3g} D_c from the ends of the tube at {at}; try a longer "
-                f"tube (--set length={least}, enough until the end at the present pace), or limits.max_gap"
+            message = Message(
+                "the particles are only {} from the ends of the tube at {}; try a longer tube (--set length={}, enough "
+                "until the end at the present pace), or limits.max_gap",
+                LENGTH(problem.room(gaps), ".3g", named=True),
+                at,
+                least,
             )
             return events.Outcome("failed", "tube_too_short", message)
         case "end":
-            return events.Outcome("finished", "end", f"finished at {at}")
+            return events.Outcome("finished", "end", "finished at " + at)
         case None:
             return None
 
@@ -265,11 +269,13 @@ def row_of(step: Step) -> dict[str, float]:
     return table_row(o.U.size, **values)
 
 
-def _shown(step: Step, count: int) -> str:
+def _shown(step: Step, count: int) -> Message:
     """A line of progress for a step."""
-    o = step.observation
-    gap = f"d = {o.d[0]:.5f}  dU = {o.dU[0]:+.4g}  " if o.d.size == 1 else ""
-    return f"t = {step.t:.4g}  {gap}dt = {step.dt:.2g}  Newton {step.report.iterations}  step {count}"
+    o, texts = step.observation, list[Text]([Message("t = {}", TIME(step.t))])
+    if o.d.size == 1:
+        texts += [Message("d = {}", LENGTH(o.d[0], ".5f")), Message("dU = {}", VELOCITY(o.dU[0], "+.4g"))]
+    texts += [Message("dt = {}", TIME(step.dt, ".2g")), f"Newton {step.report.iterations}", f"step {count}"]
+    return Message.joined("  ", texts)
 
 
 def _summary(counts: Counts, t: float, unknowns: int) -> dict[str, Any]:

@@ -16,11 +16,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from math import inf
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import Field
 
-from pairsim.api.compute import Computation
 from pairsim.api.results import Result
 from pairsim.cases import values
 from pairsim.cases.case import ENDS, Ends, SceneCase
@@ -28,13 +28,13 @@ from pairsim.cases.checks import check_scene
 from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.keys import Keys
 from pairsim.cases.mistakes import Mistake, broken, missing
-from pairsim.cli.compute import app_of
-from pairsim.computing.question import InSweeps, Question, drawn_by, rows_in
+from pairsim.computing.question import InSweeps, Question, rows_in
 from pairsim.quantities.kinds import LENGTH, POSITION, RATE
 from pairsim.results.columns import Column
 
 if TYPE_CHECKING:
     from pairsim.computing.events import Events
+    from pairsim.plots.style import Page
     from pairsim.runtime.monitor import Monitor
 
 # Factor of the time for some meshes and the response of the cell, and that within which it is, as one to three meshes
@@ -209,7 +209,15 @@ class TrainResult(Result):
         return list(self.record.get("sentences", [said if rows_in(self.columns) else "No train was found."]))
 
 
+def draw(folder: Path, out: Path, page: Page) -> list[Path]:
+    """Draw the tables of a folder."""
+    from pairsim.plots.trains import draw_train
+
+    return draw_train(folder, out, page)
+
+
 QUESTION = Question(
+    __name__,
     model=TrainCase,
     check=check,
     estimate=estimate,
@@ -221,7 +229,7 @@ QUESTION = Question(
         "propagator": (BY_FIRST,),
     },
     result=TrainResult,
-    draw=drawn_by("pairsim.plots.trains:draw_train"),
+    draw=draw,
     captions={
         "train": "Growth rates and frequencies of disturbances over their wave number",
         "row": "Distances of a row of beads along the tube, and those at the inlet and at the outlet",
@@ -233,7 +241,5 @@ QUESTION = Question(
             *("verdict", "growth", "growth_error", "diffusion", "diffusion_error", "tube", "tube_least", "tube_most"),
         )
     ),
+    examples="Examples: pairsim train configs/train.yaml | pairsim train case.yaml -o out --set d=0.2",
 )
-train: Computation[TrainResult] = Computation(QUESTION, __doc__)
-"""Compute whether an infinite train of equal beads orders or clusters, and within which length of tube."""
-app = app_of(train, __doc__, "Examples: pairsim train configs/train.yaml | pairsim train case.yaml -o out --set d=0.2")

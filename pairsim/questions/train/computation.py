@@ -18,6 +18,7 @@ from pairsim.questions.train import SPECTRUM, TRAIN, TrainCase, work
 from pairsim.questions.train.row import first_gaps, follow
 from pairsim.results.columns import Column
 from pairsim.runtime.errors import BranchEnd
+from pairsim.runtime.message import Message
 from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.trains.train import Train, on_meshes, transition
@@ -38,7 +39,7 @@ def computation(case: TrainCase, monitor: Monitor) -> events.Events:
         if place is not None:
             d, slope = transition(problem, start, case.train.cell, place)
             done += work.TRANSITION
-            yield events.Progress(done, f"trains change at d = {d:.4g}", 1)
+            yield events.Progress(done, Message("trains change at d = {}", LENGTH(d)), 1)
         meshes = islice(on_meshes(problem, start, case.train.cell, d), len(work.MESHES))
         for refined, found in enumerate(meshes, 1):
             errors = f"errors {100 * found.error:.2g} % of the largest rate"

@@ -8,8 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pairsim.fem.diagnostics import Observation, liquid_distortion
+from pairsim.quantities.kinds import LENGTH
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
+from pairsim.runtime.message import Message
 from pairsim.solvers.curves.locked import Hold, held_together
 from pairsim.solvers.curves.sensitivities import sensitivities
 from pairsim.solvers.curves.slow_manifold import SlowMotion, slow_motion
@@ -225,7 +227,7 @@ class Branch:
                 on_mesh = self.zero_on(parameters.with_gap, point.d, solver.y, settled=False)
                 if on_mesh is not None and left / BESIDE < on_mesh.d < right * BESIDE:
                     return replace(on_mesh, newton=solver.iterations - before)
-            raise NoSteadyState(f"the zero of dU near d = {guess:.5g} was not found")
+            raise NoSteadyState(Message("the zero of dU near d = {} was not found", LENGTH(guess, ".5g")))
         except (NoSteadyState, MeshFailure):
             self.recall(old)
             raise
@@ -309,7 +311,8 @@ class Branch:
         held_slopes = gap_tangents(solver)[:, solver.constraints.fields["U_p"]].T
         t_relax, varied = relaxation_time(solver), solver.parameters.varied
         if not all(np.isfinite(each.correction).all() for each in estimate.values()):
-            raise NoSteadyState(f"the estimate of the error is no number at {where(solver.parameters)}", advice=IN_TIME)
+            said = Message("the estimate of the error is no number at {}", where(solver.parameters))
+            raise NoSteadyState(said, advice=IN_TIME)
         held, errors = estimate.corrected(discrete), estimate[dU].half_width
         motion = slow_motion(solver, held.dU, adjoints, t_relax, float(errors.min(initial=np.inf)))
         undecided = np.abs(np.diff(held.U + motion.U)) <= errors + motion.remainder

@@ -6,6 +6,7 @@ from collections.abc import Generator, Iterator
 
 import numpy as np
 
+from pairsim.runtime.message import Message
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.curve import Zero, find_zeros, trace
 from pairsim.solvers.curves.zero_lines import Critical, End, Follower, Missed, Region
@@ -82,7 +83,8 @@ def follow_all(branch: Branch, region: Region) -> Iterator[Finding]:
                 if isinstance(found, Critical):
                     met = next((c for c in seen if c.branch != count and same_zero(found.point, c.point)), None)
                     if met is not None:
-                        yield End(count, "met", f"branch {met.branch} is met at {where(met.point.parameters)}")
+                        message = Message("branch {} is met at {}", met.branch, where(met.point.parameters))
+                        yield End(count, "met", message)
                         break
                     seen.append(found)
                 yield found

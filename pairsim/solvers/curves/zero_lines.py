@@ -18,6 +18,7 @@ from pairsim.physics.liquids import Liquid
 from pairsim.physics.solids import Solid
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
+from pairsim.runtime.message import Message, Text
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.curve import Zero
 from pairsim.solvers.parameters import Parameters
@@ -100,14 +101,14 @@ class End:
 
     branch: int
     reason: str
-    message: str
+    message: Message
 
 
 @dataclass(frozen=True)
 class Missed:
     """A critical distance that exists but was not found; the message is for log and results."""
 
-    message: str
+    message: Message
 
 
 @dataclass(frozen=True)
@@ -197,11 +198,11 @@ class Follower:
                 point, pose = better, self._pose(pose.tangent)
             yield Critical(point, number, kind)
             if kind == "edge":
-                message = f"the smallest or largest distance is reached at {where(scene.parameters)}"
+                message = Message("the smallest or largest distance is reached at {}", where(scene.parameters))
                 yield End(number, "edge", message)
                 return
-        message = f"the line of zeros has not ended after {MOST_STEPS} steps, at {where(self.branch.solver.parameters)}"
-        yield End(number, "lost", message)
+        last = where(self.branch.solver.parameters)
+        yield End(number, "lost", Message("the line of zeros has not ended after {} steps, at {}", MOST_STEPS, last))
 
     def _step(self, number: int, pose: _Pose, change: Array, step: float) -> End | tuple[Point, Kind, float]:
         """Take one step from a zero, with `change` the derivative of y along the tangent, shape (n_y,).
@@ -212,7 +213,7 @@ class Follower:
         branch, scene, here, tangent = self.branch, self.branch.solver, pose.here, pose.tangent
         ahead = self.values[(self.values - here[1]) * np.sign(tangent[1]) > 1e-9]
         if not len(ahead):
-            return End(number, "range", f"the last value is reached at {where(scene.parameters)}")
+            return End(number, "range", Message("the last value is reached at {}", where(scene.parameters)))
         wanted = ahead[np.argmin(np.abs(ahead - here[1]))]
         edge = self.most if tangent[0] > 0 else self.least
         kind: Kind
@@ -224,7 +225,8 @@ class Follower:
                 length, line, kind, q = (edge - here[0]) / tangent[0], np.array([0.0, 1.0]), "edge", None
             at = here + length * tangent
             at[1] = at[1] if q is None else q
-            before, iterations, why = branch.solver.snapshot, scene.iterations, "Newton's method found no zero"
+            why: Text = "Newton's method found no zero"
+            before, iterations = branch.solver.snapshot, scene.iterations
             try:
                 guess = prepared(scene, self._place(*at), scene.y + length * change)
                 point = branch.zero_on(self._line(at, line), 0.0, guess, settled=kind == "wanted")
@@ -238,7 +240,8 @@ class Follower:
             branch.recall(before)
             step = length / 3
             if step < SHORTEST:
-                return End(number, "lost", f"the zero was not found beyond {where(scene.parameters)}: {why}")
+                message = Message("the zero was not found beyond {}: {}", where(scene.parameters), why)
+                return End(number, "lost", message)
 
     def _landed(self, here: Array, change: Array, before: Snapshot) -> Point | None:
         """The critical distance at the first requested value that the step from `here` has passed, None without one.
@@ -278,7 +281,8 @@ class Follower:
         by_parameter = None if vanishes is None else self._by_parameter()
         sides = (before, slice(top + 1)), (after, slice(None, top - 1 if top else None, -1))
         if vanishes is None:
-            yield Missed(f"the fold at which two zeros meet, near {where(self._place(*fold))}, was not found")
+            near = where(self._place(*fold))
+            yield Missed(Message("the fold at which two zeros meet, near {}, was not found", near))
         ahead: list[Critical] = []
         back = [] if vanishes is None else [Critical(vanishes, number, "vanishes", by_parameter)]
         for found, (start, part) in zip((ahead, back), sides, strict=True):
@@ -291,7 +295,8 @@ class Follower:
                 if point is not None and (np.log(point.d) - fold[0]) * (at[0] - fold[0]) > 0:
                     found.append(Critical(point, number, "wanted"))
                 else:
-                    yield Missed(f"d_cr at {where(self._place(*at))}, next to the fold of two zeros, was not found")
+                    there = where(self._place(*at))
+                    yield Missed(Message("d_cr at {}, next to the fold of two zeros, was not found", there))
         self.branch.recall(after.snapshot)
         yield from (*ahead, *back)
 

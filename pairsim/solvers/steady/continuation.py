@@ -14,8 +14,10 @@ from functools import partial
 
 import numpy as np
 
+from pairsim.quantities.kinds import LENGTH, PURE
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import BranchEnd, BudgetSpent, MeshFailure, NoSteadyState
+from pairsim.runtime.message import Message, Text
 from pairsim.solvers.nonlinear.convergence import Report
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.ends import LAST, Ended, Passed, SpentOnTheWay, end_after
@@ -70,7 +72,8 @@ def begin(steady: SteadySolver) -> None:
     if not report.converged and steady.parameters.liquid.modes:
         report = relax(steady, steady.parameters)
     if not report.converged:
-        message = f"no solution was found from undeformed spheres{place(steady.parameters)}: {report.reason}"
+        found_none = "no solution was found from undeformed spheres{}: {}"
+        message = Message(found_none, place(steady.parameters), report.reason)
         raise NoSteadyState(message, advice=_advice(steady))
     if steady.distorted():
         new_mesh(steady)
@@ -108,7 +111,7 @@ def new_mesh(steady: SteadySolver, *, afresh: bool = False) -> None:
     if not report.converged and steady.parameters.liquid.modes:
         report = relax(steady, steady.parameters)
     if not report.converged:
-        message = f"no solution was found after remeshing{place(steady.parameters)}: {report.reason}"
+        message = Message("no solution was found after remeshing{}: {}", place(steady.parameters), report.reason)
         raise NoSteadyState(message, advice=IN_TIME)
 
 
@@ -162,7 +165,8 @@ def _continued(steady: SteadySolver, target: Parameters, way: list[Passed], *, s
     if start == target:
         return None
     along = partial(start.towards, target)
-    tau, longest, refused, relaxed = 0.0, _first_step(start, target), "", 0
+    refused: Text = ""
+    tau, longest, relaxed = 0.0, _first_step(start, target), 0
     trail: deque[tuple[float, Snapshot]] = deque(maxlen=LAST)
     while tau < 1.0:
         steady.factor()
@@ -191,7 +195,7 @@ def _continued(steady: SteadySolver, target: Parameters, way: list[Passed], *, s
                     relaxed = 0
                     break
             except MeshFailure as failure:
-                refused = str(failure)
+                refused = failure.sentence
             steady.recall(before)
             step /= 3
             if step < SMALLEST:
@@ -240,7 +244,7 @@ def _far(here: Parameters, there: Parameters) -> bool:
 
 
 def _end(
-    steady: SteadySolver, along: Callable[[float], Parameters], trail: deque[tuple[float, Snapshot]], refused: str
+    steady: SteadySolver, along: Callable[[float], Parameters], trail: deque[tuple[float, Snapshot]], refused: Text
 ) -> Ended:
     """Why the continuation stopped: at the end of the branch, or since `refused`."""
     target, end = along(1.0), None
@@ -251,7 +255,8 @@ def _end(
                 end = end_after(steady, trail)
     steady.recall(trail[-1][1])
     if end is None:
-        message = f"the continuation{place(target, ' to ')} stopped{place(steady.parameters)}: {refused}"
+        both = place(target, " to "), place(steady.parameters)
+        message = Message("the continuation{} stopped{}: {}", *both, refused)
         return Ended(NoSteadyState(message, advice=_advice(steady)))
     there, off = _numbers(along(end.at)), _numbers(along(end.at + end.error))
     at = {name: (value, abs(off[name] - value)) for name, value in there.items()}
@@ -275,6 +280,7 @@ def _closer(
     return True
 
 
+KINDS = {"De": PURE, "Ca_e": PURE, "d": LENGTH}  # of the parameters of a continuation
 WHY = {
     "fold": "in a fold",
     "wrinkles": "where the surface of a particle is compressed so much that it wrinkles",
@@ -291,12 +297,12 @@ def ended(kind: str, at: Mapping[str, tuple[float, float]], target: Parameters, 
         spread: What other meshes add to the errors, as a part of the parameter.
     """
     known = {name: (value, error and error + spread * value) for name, (value, error) in at.items()}
-    places = [f"{name} = {value:.4g}" + (f" +- {error:.2g}" if error else "") for name, (value, error) in known.items()]
-    said, wanted = f"steady states end at {', '.join(places)}, {WHY[kind]}", _numbers(target)
+    places = [Message("{} = {}", name, KINDS[name](value, error=error)) for name, (value, error) in known.items()]
+    said, wanted = Message("steady states end at {}, {}", Message.joined(", ", places), WHY[kind]), _numbers(target)
     if all(abs(wanted.get(name, 0.0) - value) <= error for name, (value, error) in known.items()):
-        unknown = NoSteadyState(f"{said}; whether they reach {where(target)} is not known", advice=IN_TIME)
-        return Ended(unknown, kind, at, known)
-    return Ended(BranchEnd(f"{said}, and do not reach {where(target)}"), kind, at, known)
+        unknown = Message("{}; whether they reach {} is not known", said, where(target))
+        return Ended(NoSteadyState(unknown, advice=IN_TIME), kind, at, known)
+    return Ended(BranchEnd(Message("{}, and do not reach {}", said, where(target))), kind, at, known)
 
 
 def _numbers(parameters: Parameters) -> dict[str, float]:
@@ -331,20 +337,21 @@ def _advice(steady: SteadySolver) -> str:
     return IN_TIME if steady.problem.velocity is None else ON_OTHER_CELLS
 
 
-def place(parameters: Parameters, before: str = " at ") -> str:
-    """Parameters as text with those of the viscosity, after a word; "" where there is nothing to say."""
-    said = [f"{name} = {value:.4g}" for name, value in parameters.liquid.solvent.numbers.items()]
-    said += [at] if (at := where(parameters)) else []
-    return before + ", ".join(said) if said else ""
+def place(parameters: Parameters, before: str = " at ") -> Text:
+    """Parameters in words with those of the viscosity, after a word; "" where there is nothing to say."""
+    of_viscosity = [f"{name} = {value:.4g}" for name, value in parameters.liquid.solvent.numbers.items()]
+    said: list[Text] = [*of_viscosity, *each_of(parameters)]
+    return before + Message.joined(", ", said) if said else ""
 
 
-def where(parameters: Parameters) -> str:
-    """Parameters as text, such as "De = 1, Ca_e = 0.1, d = 0.05"."""
+def where(parameters: Parameters) -> Message:
+    """Parameters in words, such as "De = 1, Ca_e = 0.1, d = 0.05"."""
+    return Message.joined(", ", each_of(parameters))
 
-    def shown(values: tuple[float, ...]) -> str:
-        return ", ".join(f"{v:.5g}" for v in dict.fromkeys(values))
 
-    parts = [f"De = {parameters.De:.5g}"] if parameters.De else []
-    parts += [f"Ca_e = {shown(parameters.Ca_es)}"] if any(parameters.Ca_es) else []
-    parts += [f"d = {shown(parameters.gaps)}"] if parameters.gaps else []
-    return ", ".join(parts)
+def each_of(parameters: Parameters) -> tuple[Message, ...]:
+    """Each of the parameters in words that is not 0, such as "De = 1" and "d = 0.05"."""
+    values = {"De": (parameters.De,) if parameters.De else (), "Ca_e": parameters.Ca_es, "d": parameters.gaps}
+    return tuple(
+        Message("{} = {}", name, KINDS[name](dict.fromkeys(each), ".5g")) for name, each in values.items() if any(each)
+    )

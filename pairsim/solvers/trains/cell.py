@@ -11,7 +11,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from pairsim.quantities.kinds import LENGTH
 from pairsim.runtime.errors import NoSteadyState
+from pairsim.runtime.message import Message
 from pairsim.solvers.mesh_transfer import free_unknowns
 from pairsim.solvers.meshed_scene import Cells
 from pairsim.solvers.parameters import Parameters
@@ -52,7 +54,8 @@ def one_particle(problem: SteadyProblem, parameters: Parameters, d: float | None
             return found
         long -= off
         found.close()
-    raise NoSteadyState(f"the spacing at which facing surfaces are {d:.5g} apart was not found")
+    assert d is not None, "any distance is right where none is given"
+    raise NoSteadyState(Message("the spacing at which facing surfaces are {} apart was not found", LENGTH(d, ".5g")))
 
 
 def repeated(one: SteadySolver, count: int) -> SteadySolver:

@@ -9,7 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy
 
+from pairsim.quantities.kinds import LENGTH
 from pairsim.runtime.errors import NoSteadyState
+from pairsim.runtime.message import Message
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.first_solution import coarser
@@ -116,6 +118,7 @@ def transition(
     ends = [growth(d) for d in between]
     if ends[0] * ends[1] >= 0:
         does = "clusters" if ends[0] > 0 else "orders"
-        raise NoSteadyState(f"the train {does} at both d = {between[0]:g} and d = {between[1]:g}")
+        least, largest = (LENGTH(d, "g") for d in between)
+        raise NoSteadyState(Message("the train {} at both d = {} and d = {}", does, least, largest))
     d = float(scipy.optimize.brentq(growth, *between, xtol=PRECISION * (between[1] - between[0])))
     return d, (growth((1 + STEP) * d) - growth((1 - STEP) * d)) / (2 * STEP * d)

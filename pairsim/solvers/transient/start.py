@@ -13,6 +13,7 @@ from pairsim.fem.scene import Scene
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
+from pairsim.runtime.message import Message
 from pairsim.solvers.errors.adjoints import Adjoints
 from pairsim.solvers.errors.estimate import ErrorEstimator
 from pairsim.solvers.goals import dU
@@ -131,7 +132,7 @@ def quasi_steady(problem: Problem, clock: Clock) -> Start:
         if isinstance(steady, Ended):
             raise steady.failure
     except NoSteadyState as failure:
-        message = f"the run has no quasi-steady state to start from: {failure.message}"
+        message = Message("the run has no quasi-steady state to start from: {}", failure.message)
         raise NoSteadyState(message, advice="start: rest") from failure
     try:
         steady.factor()

@@ -8,15 +8,17 @@ from dataclasses import replace
 import numpy as np
 
 from pairsim.fem import diagnostics
+from pairsim.quantities.kinds import TIME
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InvertedCell, MeshFailure, NewtonFailure, StepTooSmall
+from pairsim.runtime.message import Message
 from pairsim.solvers.errors.equation import ErrorEquation
 from pairsim.solvers.errors.run_errors import RunErrors
 from pairsim.solvers.meshed_scene import needs_mesh
 from pairsim.solvers.nonlinear.convergence import Report
 from pairsim.solvers.problems import Problem
 from pairsim.solvers.stepping.history import ErrorHistory, History
-from pairsim.solvers.stepping.step import Step
+from pairsim.solvers.stepping.step import Step, at_step
 from pairsim.solvers.stepping.step_size import Scheme, extrapolation_weights, land, reached, velocity_error
 from pairsim.solvers.transient.scene import StepSolver
 from pairsim.solvers.transient.start import at_rest, quasi_steady, settled_error, settles
@@ -195,9 +197,9 @@ class Transient(StepSolver):
             self.counts.remeshings += 1
             self._on_new_mesh(geometry, self._U_m, self._error.errors if self._error is not None else None)
         except MeshFailure as failure:
-            t, step = self.history.t[0], self.counts.steps
+            at = at_step(self.history.t[0], self.counts.steps)
             advice = "a larger mesh.Np; very soft particles may have no steady shape"
-            raise MeshFailure(failure.message, t=t, step=step, advice=advice) from failure
+            raise MeshFailure(failure.message, at=at, advice=advice) from failure
 
     def steps(self, milestones: Iterator[float]) -> Iterator[Step]:
         """Integrate in time up to the last milestone.
@@ -310,13 +312,14 @@ class Transient(StepSolver):
         return found
 
     def _give_up(self, t: float, report: Report, valid: bool, error: float) -> None:
-        step, fixed = self.counts.steps, self.problem.control.fixed
-        kept = f"the step time.fixed_step = {fixed:g} failed at t = {t:g}: " if fixed is not None else ""
+        at, fixed, kept = at_step(t, self.counts.steps), self.problem.control.fixed, Message("")
+        if fixed is not None:
+            kept = Message("the step time.fixed_step = {} failed at t = {}: ", f"{fixed:g}", TIME(t, "g"))
         advice = "a smaller time.fixed_step, or automatic steps without it" if kept else "a larger mesh.Np"
         if not report.converged:
             advice += "" if kept else " or a smaller time.first_step"
-            raise NewtonFailure(kept + report.reason, t=t, step=step, advice=advice)
+            raise NewtonFailure(kept + report.reason, at=at, advice=advice)
         if not valid:
-            raise InvertedCell(f"{kept}a cell was inverted", t=t, step=step, advice=advice)
+            raise InvertedCell(kept + "a cell was inverted", at=at, advice=advice)
         message = f"the local error is {error:.2g} times the tolerance at the smallest step"
-        raise StepTooSmall(message, t=t, step=step, advice="a larger time.tol")
+        raise StepTooSmall(message, at=at, advice="a larger time.tol")

@@ -1,4 +1,9 @@
-"""`pairsim units`: the dimensionless numbers and scales of an experiment."""
+"""Compute the dimensionless numbers and scales of an experiment; with -o also write a case file.
+
+Every quantity is a number with its unit, such as 50um. Also prints whether
+inertia is negligible, a warning if no steady shape is expected, and each
+default used.
+"""
 
 from __future__ import annotations
 
@@ -11,10 +16,18 @@ from typing import Annotated, Any
 
 import typer
 
+import pairsim
+from pairsim.cases.keys import groups_of
+from pairsim.cases.physical import Physical
+from pairsim.cases.yaml_file import apply_settings
 from pairsim.cli.options import OfQuestion, Settings, check_free
+from pairsim.physics import liquids, solids
+from pairsim.physics.declared import PARAMETERS
+from pairsim.physics.own_laws import file_of
+from pairsim.results.folder import write_file
 from pairsim.runtime.errors import InputError
+from pairsim.sweeps.files import FILES
 
-app = typer.Typer()
 ENDS = {"ends": "developed", "length": "auto"}
 """What a case is given that says nothing of the ends of its tube."""
 Text = str | None
@@ -27,18 +40,22 @@ def quantity(words: str, *names: str) -> Any:
     return typer.Option(*names, metavar="QUANTITY", help=words)
 
 
+TUBE = quantity("Inner diameter of the tube D_c, such as 50um.")
+VISCOSITY = quantity("Zero-shear viscosity eta_0, solvent included, such as 1Pa.s.")
 _law = partial(typer.Option, metavar="LAW")
 _number = partial(typer.Option, metavar="NUMBER")
 
 
-@app.command(
-    epilog="Examples: pairsim units --tube 50um --particle 20um --flow 1ul/min --modulus 5kPa --viscosity 1Pa.s "
+EXAMPLES = (
+    "Examples: pairsim units --tube 50um --particle 20um --flow 1ul/min --modulus 5kPa --viscosity 1Pa.s "
     "--relaxation 2ms --liquid giesekus -o case.yaml | pairsim units --liquid power-law --n 0.6 "
     "--consistency 0.5Pa.s^0.6 --tube 50um --particle 20um --flow 1ul/min --modulus 5kPa"
 )
+
+
 def units(
     *,
-    tube: Annotated[str, quantity("Inner diameter of the tube D_c, such as 50um.")],
+    tube: Annotated[str, TUBE],
     particle: Annotated[list[str], quantity("Diameter of the particles, such as 20um; repeat it, from upstream.")],
     flow_rate: Annotated[Text, quantity("Flow rate Q: U_av = 4 Q/(pi D_c^2), such as 1ul/min.", "--flow")] = None,
     velocity: Annotated[Text, quantity("Mean velocity of the liquid U_av, in place of --flow, such as 5mm/s.")] = None,
@@ -64,7 +81,7 @@ def units(
             "power-law, ptt-linear, ptt-exp, white-metzner, or one of your own."
         ),
     ] = None,
-    viscosity: Annotated[Text, quantity("Zero-shear viscosity eta_0, solvent included, such as 1Pa.s.")] = None,
+    viscosity: Annotated[Text, VISCOSITY] = None,
     consistency: Annotated[Text, quantity("Consistency K: eta_0 = K (U_av/D_c)^(n - 1), such as 0.5Pa.s^0.6.")] = None,
     plastic_viscosity: Annotated[Text, quantity("Plastic viscosity of a Bingham liquid, such as 1Pa.s.")] = None,
     yield_stress: Annotated[Text, quantity("Yield stress tau_y: Bn = tau_y D_c/(eta_0 U_av), such as 5Pa.")] = None,
@@ -102,21 +119,7 @@ def units(
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing case file.")] = False,
     set_: Settings = None,
 ) -> None:
-    """Compute the dimensionless numbers and scales of an experiment; with -o also write a case file.
-
-    Every quantity is a number with its unit, such as 50um. Also prints whether
-    inertia is negligible, a warning if no steady shape is expected, and each
-    default used.
-    """
     options = locals()
-    from pairsim.api.units import units as units_of
-    from pairsim.cases.keys import groups_of
-    from pairsim.cases.physical import Physical
-    from pairsim.cases.yaml_file import apply_settings
-    from pairsim.computing.case_files import model_of
-    from pairsim.physics import liquids, solids
-    from pairsim.physics.own_laws import file_of
-    from pairsim.results.folder import write_file
 
     picture = output.with_name(f"{output.stem}-fit.png") if output and (rheology or spectrum) else None
     for path in (output, picture):
@@ -135,10 +138,10 @@ def units(
         allowed = f"must be given with --relaxation: {elastic}; --rheology FILE finds the one that fits a flow curve"
         raise InputError("pairsim units", "--liquid", None, allowed)
     case = {"physical": quantities, **laws, **ENDS}
-    apply_settings(case, tuple(set_ or ()), groups_of(model_of(kind)))
+    apply_settings(case, tuple(set_ or ()), groups_of(FILES[kind]))
     more: dict[str, Any] = {"pressure": pressure, "over": over, "carrier": carrier, "celsius": celsius}
     try:
-        found = units_of(
+        found = pairsim.units(
             kind=kind,
             rheology=rheology,
             spectrum=spectrum,
@@ -189,7 +192,6 @@ def of_option(command: str, error: InputError, options: Collection[str] | None =
 
     Keys without an option among these, by default of `units`, are set by --set.
     """
-    from pairsim.physics.declared import PARAMETERS
 
     def option(key: re.Match[str]) -> str:
         declared = PARAMETERS.get(key[1])
