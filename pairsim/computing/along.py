@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pydantic import Field
 
@@ -17,7 +17,7 @@ from pairsim.computing import events
 from pairsim.computing.warnings import finer
 from pairsim.quantities.text import softness
 from pairsim.results.columns import Column, column
-from pairsim.runtime.message import Message, Text
+from pairsim.runtime.message import Message
 from pairsim.runtime.text import counted
 from pairsim.solvers.parameters import Parameters
 
@@ -74,7 +74,7 @@ def solve_along(
     one, is taken of a `Found`. Progress shows one of them. The errors of `goals` are kept below `accuracy`.
     """
     from pairsim.computing.problems import steady_problem
-    from pairsim.computing.steady import Solutions, adaptation_report, health_columns, point_row
+    from pairsim.computing.steady import Solutions, health_columns, point_row
     from pairsim.fem.surface import roughness
 
     what = f"{counted(len(case.series), 'value')} of Ca_e"
@@ -83,10 +83,10 @@ def solve_along(
     yield events.Table(case.kind, [*names, *health_columns(case)])
     own = {each.name: each.value for each in columns if isinstance(each, Column) and each.value is not None}
     problem, start = steady_problem(case, 1.0, monitor), Parameters((), case.solid_models, case.liquid_model)
-    found, rough = Solutions(case), list[str]()
+    found, rough = Solutions(case, goals), list[str]()
     try:
         with found:
-            branch = found.begin(problem, start.with_Ca_e(case.series[0]), goals=goals)
+            branch = found.begin(problem, start.with_Ca_e(case.series[0]))
             for count, Ca_e in enumerate(case.series, 1):
                 point = branch.at(start.with_Ca_e(Ca_e))
                 found.points.append(point)
@@ -105,8 +105,4 @@ def solve_along(
             f"at Ca_e = {', '.join(rough)} the surface has waves as long as its cells, on this mesh alone: D and "
             f"deformation may be off by more than their errors; compare with {finer(case)}"
         )
-        entries, warnings = dict[str, Any](points=len(found.points)), list[Text]([warning] if rough else [])
-        if found.branch is not None:
-            entries["adaptation"], missed = adaptation_report(case, found.branch, found.points)
-            warnings += missed
-        yield from found.last_events(entries, warnings)
+        yield from found.last_events({"points": len(found.points)}, [warning] if rough else [])

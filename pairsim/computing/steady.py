@@ -3,47 +3,49 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from itertools import takewhile
 from typing import Any, Self
 
 import numpy as np
 
 from pairsim.cases.case import SceneCase
+from pairsim.computing.accuracy import adaptation_report
 from pairsim.computing.events import Event, Outcome, Summary, Table
-from pairsim.computing.warnings import ErrorAt, above, common_warnings, moves_on
+from pairsim.computing.warnings import common_warnings, moves_on
 from pairsim.quantities.kinds import LENGTH
-from pairsim.quantities.text import in_unit
 from pairsim.results.columns import CURVE_HEALTH, POLYMER_HEALTH, YIELD_HEALTH, names_of, observed, table_row
-from pairsim.runtime.arrays import Array
 from pairsim.runtime.message import Message, Text
 from pairsim.solvers.curves.adaptation import AdaptiveBranch
 from pairsim.solvers.curves.branch import Branch, Point
-from pairsim.solvers.curves.curve import ROUNDING
 from pairsim.solvers.errors.estimate import ErrorEstimate
-from pairsim.solvers.goals import Goal, Scale, dU
+from pairsim.solvers.goals import Goal, dU
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
-from pairsim.solvers.steady.continuation import each_of
 from pairsim.solvers.steady.ends import Ended, Passed, SpentOnTheWay
 from pairsim.solvers.steady.first_solution import first_scene, scene_past_end
-
-MOST_NAMED = 5  # distances that a warning names
 
 
 class Solutions:
     """The quasi-steady solutions of a case, on a branch that is closed at the end of the context.
 
+    The errors of its goals are kept below `accuracy`, or it is said which ones are not.
+
+    Args:
+        case: The case.
+        goals: What it is computed for.
+
     Attributes:
         points: The solutions that are results.
+        judged: Those for which `accuracy` counts: all, unless a question has a list of its own.
+        largest: The largest values of goals, where a question knows them better than from these points.
         branch: The branch; None until `begin`.
         ended: The continuation that has ended the computation; None where all was solved. If it is proven that there is
             no steady state, the context ends without an exception: `outcome` is the answer.
         way: The solutions on the way to parameters that were not reached.
     """
 
-    def __init__(self, case: SceneCase) -> None:
-        self.case, self.points = case, list[Point]()
+    def __init__(self, case: SceneCase, goals: Sequence[Goal]) -> None:
+        self.case, self.goals, self.points = case, goals, list[Point]()
+        self.judged, self.largest = self.points, dict[Goal, float]()
         self.ended: Ended | None = None
         self.way: Sequence[Passed] = ()
         self.branch: AdaptiveBranch | None = None
@@ -73,11 +75,10 @@ class Solutions:
         problem: SteadyProblem,
         first: Parameters,
         *,
-        goals: Sequence[Goal],
         places: Sequence[tuple[float, ...]] = (),
         sensitivities: Collection[str] = (),
     ) -> AdaptiveBranch:
-        """Solve at the first parameters, with cells that follow from the `accuracy` of the goals.
+        """Solve at the first parameters, with cells that follow from `accuracy`.
 
         Keywords are those of `AdaptiveBranch`.
 
@@ -92,7 +93,7 @@ class Solutions:
             self.ended = scene
             raise scene.failure
         wanted, held = self.case.error_wanted, self.case.held
-        self.branch = AdaptiveBranch(scene, sensitivities, goals=goals, wanted=wanted, places=places, held=held)
+        self.branch = AdaptiveBranch(scene, sensitivities, goals=self.goals, wanted=wanted, places=places, held=held)
         return self.branch
 
     def last_events(self, entries: Mapping[str, Any], warnings: Sequence[Text] = ()) -> Iterator[Event]:
@@ -102,13 +103,21 @@ class Solutions:
             yield Table("way", ["De", "Ca_e", *names_of(self.case.n, "d", "U", "dU", "D")], [*map(way_row, self.way)])
 
     def summary(self, entries: Mapping[str, Any], warnings: Sequence[Text] = ()) -> Summary:
-        """What run.json says: `entries` with the costs, and `warnings` with those of mesh, stresses and tube."""
+        """What run.json says.
+
+        Args:
+            entries: To which the costs are added, and whether the accuracy was kept.
+            warnings: To which those of accuracy, mesh, stresses and tube are added.
+        """
         case, (counts, phases) = self.case, _costs(self.branch)
         seen = [c.s_jump for p in self.points if (c := p.observation.conformation) is not None]
         common = common_warnings(case, max(seen, default=0.0), case.cluster)
         end = self.ended if self.ended is not None and self.ended.proven else None
         place = {} if end is None else {"end_of_branch": {"kind": end.kind, **end.at}}
-        return Summary({**entries, **counts, **place}, [*warnings, *common], phases)
+        kept, missed = dict[str, Any](), list[Text]()
+        if self.branch is not None:
+            kept["adaptation"], missed = adaptation_report(case, self.branch, self.judged, self.largest)
+        return Summary({**entries, **kept, **counts, **place}, [*missed, *warnings, *common], phases)
 
 
 def health_columns(case: SceneCase) -> list[str]:
@@ -179,17 +188,6 @@ def way_row(passed: Passed) -> dict[str, float]:
     return table_row(len(U), **parameters, U=U, dU=np.diff(U), D=passed.D)
 
 
-def error_at(point: Point, goal: Goal, size: Array | float) -> ErrorAt | None:
-    """The largest estimated error of a goal at a point, relative to a size; None where the size is no more than 0."""
-    estimate, sizes = point.estimate[goal], np.broadcast_to(size, point.estimate[goal].half_width.shape)
-    parts = np.divide(estimate.half_width, sizes, out=np.full(sizes.shape, -1.0), where=sizes > ROUNDING)
-    if not (parts >= 0).any():
-        return None
-    at = int(parts.argmax())
-    parts_by = (float(each[at] / sizes[at]) for each in (estimate.ends_error, estimate.regularisation_error))
-    return ErrorAt(float(parts[at]), each_of(point.parameters), *parts_by)
-
-
 def moving_errors(case: SceneCase, points: Sequence[Point], size: float) -> list[Text]:
     """Warnings of points at which particles move on too fast for a curve, relative to a velocity."""
     parts = {
@@ -211,115 +209,3 @@ def _costs(branch: Branch | None) -> tuple[dict[str, Any], dict[str, float]]:
         "unknowns": branch.solver.constraints.size,
     }
     return counts, dict(branch.solver.clock.seconds)
-
-
-def listed(places: Sequence[Sequence[Text]]) -> Message:
-    """Places in words, such as "De = 1, d = 0.1; d = 0.2".
-
-    What is the same at all of them, from the first parameter on, is said at the first one alone.
-
-    Args:
-        places: The parameters of each, such as "De = 1" and "d = 0.1".
-    """
-    same = sum(1 for _ in takewhile(lambda each: len(set(each)) == 1, zip(*places, strict=False)))
-    first, *others = places
-    return Message.joined("; ", (Message.joined(", ", place) for place in (first, *(each[same:] for each in others))))
-
-
-def adaptation_report(
-    case: SceneCase, branch: AdaptiveBranch, points: Sequence[Point], largest: Mapping[Goal, float] | None = None
-) -> tuple[dict[str, Any], list[Text]]:
-    """The entry of run.json, and a warning of the points whose errors are larger than wanted, for each goal.
-
-    Args:
-        case: The case.
-        branch: The branch, with its goals.
-        points: Its points for which `accuracy` counts.
-        largest: Values of goals that are known to be larger than those of the branch.
-    """
-    known = [goal for goal in branch.goals if all(point.estimate[goal].half_width.size for point in points)]
-    found = [_Accuracy.of(case, branch, goal, points, (largest or {}).get(goal)) for goal in known]
-    reached = {each.goal.name: each.reached for each in found}
-    worst = max(reached.values(), default=0.0)
-    held = [Message.joined(", ", at.where) for each in found for at in each.held]
-    entry = {
-        "wanted": case.error_wanted,
-        **({"reached": worst, "kept": worst <= case.error_wanted} if points else {}),
-        **({"reached_by": reached} if points and len(found) > 1 else {}),
-        **({"held_together": held} if held else {}),
-        "meshes": [
-            {**_mesh_is_for(place, case), "unknowns": n, "rounds": branch.rounds[place]}
-            for place, n in sorted(branch.unknowns.items())
-        ],
-        **{f"reference_{each.goal.name}": each.size for each in found if each.size is not None},
-    }
-    return entry, [warning for each in found for warning in each.warnings(case)]
-
-
-def _mesh_is_for(place: Sequence[float], case: SceneCase) -> dict[str, float | list[float]]:
-    """The distances that a mesh is made for, or the softness of a particle on its own."""
-    return {"d" if case.n > 1 else "Ca_e": place[0] if len(set(place)) == 1 else list(place)}
-
-
-@dataclass(frozen=True)
-class _Accuracy:
-    """How well the accuracy of a goal was kept.
-
-    Attributes:
-        goal: The goal.
-        size: The value that errors are relative to, if it is that of all points.
-        what: What they are relative to, in words.
-        errors: The largest error of each point.
-        held: Those where unyielded liquid holds particles together, if the goal is creep there: no cells make it more
-            exact, and the answer says what it is.
-    """
-
-    goal: Goal
-    size: float | None
-    what: str
-    errors: list[ErrorAt]
-    held: list[ErrorAt]
-
-    @classmethod
-    def of(
-        cls, case: SceneCase, branch: AdaptiveBranch, goal: Goal, points: Sequence[Point], largest: float | None
-    ) -> Self:
-        """That of a goal at points."""
-        size = None
-        match goal.scale:
-            case Scale.DISTANCE:
-                sizes = [np.asarray(abs(point.slope_at_rest) * point.d) for point in points]
-                what = "itself, that of a critical distance"
-            case Scale.ITSELF:
-                sizes, what = [np.abs(point.values[goal]) for point in points], goal.name
-            case Scale.LARGEST:
-                size = branch.largest[goal] if largest is None else largest
-                sizes = [np.asarray(size)] * len(points)
-                whole = f"the largest |{goal.name}|" if goal.scouted or len(points) > 1 else f"|{goal.name}|"
-                what = f"{whole} ({in_unit(case.scales, goal.kind, size, digits=3)})"
-        known = [(point, error_at(point, goal, each)) for point, each in zip(points, sizes, strict=True)]
-        errors, held = (
-            [at for point, at in known if at is not None and (goal.creeps and point.held_together) == is_held]
-            for is_held in (False, True)
-        )
-        return cls(goal, size, what, errors, held)
-
-    @property
-    def reached(self) -> float:
-        """The largest error, relative to the size of the goal."""
-        return max((each.relative for each in (*self.errors, *self.held)), default=0.0)
-
-    def warnings(self, case: SceneCase) -> Iterator[Message]:
-        """A warning of the points where more than `accuracy` is left."""
-        missed = [each.where for each in self.errors if each.relative > case.error_wanted]
-        if not missed:
-            return
-        widest = max(self.errors, key=lambda each: each.relative)
-        more = f" and {len(missed) - MOST_NAMED} more" if len(missed) > MOST_NAMED else ""
-        at = Message(" at {}{}", listed(missed[:MOST_NAMED]), more) if any(missed) else ""
-        fixed = " and ".join(f"mesh.{name}" for name in sorted(case.held))
-        other = widest.no_mesh_helps(case)
-        advice = f"; use {other}" if other else f"; leave out {fixed}" if fixed else ""
-        percent = above(100 * widest.relative, 100 * case.error_wanted)
-        said = "accuracy: {} was not kept{}: {} is up to {} % of {}{}"
-        yield Message(said, case.accuracy, at, self.goal.error_column, percent, self.what, advice)

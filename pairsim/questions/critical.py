@@ -40,7 +40,6 @@ if TYPE_CHECKING:
     from pairsim.plots.style import Page
     from pairsim.results.curve_table import Zero
     from pairsim.runtime.monitor import Monitor
-    from pairsim.solvers.curves.branch import Point
     from pairsim.solvers.curves.zero_lines import Critical
 
 SHOWN = {"zeros": "d_cr", "stable": "stable"}
@@ -113,8 +112,9 @@ def estimate(case: CriticalCase) -> Estimate:
 
 def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
     """Find the critical distances, and follow them over the parameter of the case."""
+    from pairsim.computing.accuracy import error_at
     from pairsim.computing.problems import steady_problem
-    from pairsim.computing.steady import Solutions, adaptation_report, error_at, health_columns
+    from pairsim.computing.steady import Solutions, health_columns
     from pairsim.solvers.curves.branch import Point
     from pairsim.solvers.curves.critical import find_all, follow_all
     from pairsim.solvers.curves.zero_lines import Critical, End, Followed, Missed, Region
@@ -137,8 +137,8 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
     # There may be several zeros at a value, and they are looked for at the last one in the end.
     goal = Message("zeros of dU from d = {} to d = {}", LENGTH(least, "g"), LENGTH(most, "g"))
     yield events.Begin(goal, count + 1)
-    found, branches, solved = Solutions(case), set[int](), 0
-    wanted: list[Point] = []  # those at requested values, whose error `accuracy` is kept for
+    found, branches, solved = Solutions(case, (CRITICAL,)), set[int](), 0
+    wanted = found.judged = list[Point]()  # those at requested values
     errors: list[ErrorAt] = []  # of parameters where two zeros meet, relative to them
     ends: list[dict[str, Any]] = []
     warnings: list[Text] = []
@@ -146,7 +146,7 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
         with found:
             yield events.Table("critical", [*CRITICAL_COLUMNS, *health_columns(case)])
             # Meshes are adapted to the zeros asked for, not to those between them.
-            branch = found.begin(steady_problem(case, least, monitor), start, goals=(CRITICAL,))
+            branch = found.begin(steady_problem(case, least, monitor), start)
             branch.at(start)
             for each in find_all(branch, least, most) if region is None else follow_all(branch, region):
                 match each:
@@ -178,12 +178,8 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
             return events.Outcome("finished", "end", counts)
         return found.outcome  # the branch ends before all distances were reached
     finally:
-        entries: dict[str, Any] = {"ends": ends}
-        if found.branch is not None:
-            entries["adaptation"], missed = adaptation_report(case, found.branch, wanted)
-            warnings += missed
         warnings += large_errors(case, "the error of a parameter at which two zeros meet", "itself", errors)
-        yield from found.last_events(entries, warnings)
+        yield from found.last_events({"ends": ends}, warnings)
 
 
 def critical_row(critical: Critical) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 import pairsim
-from pairsim.computing.steady import listed
+from pairsim.computing.accuracy import listed
 
 PAIR: dict[str, Any] = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": "auto", "accuracy": "3%"}
 

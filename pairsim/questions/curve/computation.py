@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import closing
-from typing import Any
 
 import numpy as np
 
@@ -14,7 +13,6 @@ from pairsim.computing import events
 from pairsim.computing.problems import steady_problem
 from pairsim.computing.steady import (
     Solutions,
-    adaptation_report,
     health_columns,
     moving_errors,
     point_row,
@@ -46,14 +44,14 @@ def computation(case: CurveCase, monitor: Monitor, sensitivities: bool) -> event
     places, by = case.in_order, _parameters(case, sensitivities)
     expected = len(between(places, case.max_points)) if case.common else len(places)
     yield events.Begin(f"{expected} point{'s' * (expected > 1)}, more as needed", expected)
-    found = Solutions(case)
+    found = Solutions(case, _goals(case))
     points = found.points
     try:
         with found:
             start = Parameters(places[0], case.solid_models, case.liquid_model, varied=case.varied)
             narrowest = min((d for place in places for d in place), default=math.inf)
             problem = steady_problem(case, narrowest, monitor)
-            branch = found.begin(problem, start, goals=_goals(case), places=places, sensitivities=by)
+            branch = found.begin(problem, start, places=places, sensitivities=by)
             yield events.Table("curve", _columns(case, by), ascending=case.common)
             sloping = case.n > 2 and case.velocity is None
             if sloping:
@@ -148,15 +146,15 @@ def _said(case: CurveCase, zero: Equilibrium) -> str:
 
 def _end(case: CurveCase, found: Solutions) -> Iterator[events.Event]:
     """What run.json says, and the fields of the last state on a way that has not arrived."""
-    points, entries, warnings = found.points, dict[str, Any](points=len(found.points)), list[Text]()
-    if found.branch is not None and points:
-        curves = interpolants(points) if case.common and len(points) > 1 and case.velocity is None else []
-        largest = {dU: max(abs(curve.peak.dU) for curve in curves)} if len(points) >= ENOUGH and curves else {}
-        entries["adaptation"], missed = adaptation_report(case, found.branch, points, largest)
-        size = largest.get(dU, found.branch.largest.get(dU, 0.0))
-        moved = moving_errors(case, points, size) if size > ROUNDING else []
-        warnings = [*missed, *moved, *(_far_apart(case, curves, size) if size > ROUNDING else [])]
-    yield from found.last_events(entries, warnings)
+    points, warnings = found.points, list[Text]()
+    if found.branch is not None and points and dU in found.goals:
+        curves = interpolants(points) if case.common and len(points) > 1 else []
+        if len(points) >= ENOUGH and curves:
+            found.largest[dU] = max(abs(curve.peak.dU) for curve in curves)
+        size = found.largest.get(dU, found.branch.largest[dU])
+        if size > ROUNDING:
+            warnings = [*moving_errors(case, points, size), *_far_apart(case, curves, size)]
+    yield from found.last_events({"points": len(points)}, warnings)
     if found.ended is not None and (last := found.ended.last) is not None and case.n > 1:
         last.reopen()
         with closing(last):
