@@ -68,6 +68,7 @@ class Goal:
             modes.
         scouted: Whether it may vanish at the points that are asked for, so that coarse solutions at other distances
             tell its largest value. It is linear in the free unknowns then.
+        everywhere: Whether cells far from the particles have a part in its error, so that all cells have to be smaller.
         creeps: Whether it is creep where unyielded liquid holds particles together, which no cells make more exact.
         error: Name of the column of its half-width, if that is not the usual one.
     """
@@ -87,6 +88,7 @@ class Goal:
     rounding: float = 0.0
     second_order: bool = False
     scouted: bool = False
+    everywhere: bool = False
     creeps: bool = False
     error: str = ""
 
@@ -126,10 +128,14 @@ def _unknowns(name: str) -> Callable[[SteadySolver], Functional]:
     return functional
 
 
-def _of_shape(measure: Callable[[Array], Callable[[Array], float]]) -> Callable[[SteadySolver], Functional]:
+def _of_shape(
+    measure: Callable[[Array], Callable[[Array], float]], reading: Callable[[Array], float] | None = None
+) -> Callable[[SteadySolver], Functional]:
     """A measure of the shape of a single soft particle.
 
-    `measure` makes it, a function of the outline, for shapes near a given outline.
+    Args:
+        measure: Makes it, a function of the outline, for shapes near a given outline.
+        reading: What a better way to measure an outline adds.
     """
 
     def functional(steady: SteadySolver) -> Functional:
@@ -149,7 +155,8 @@ def _of_shape(measure: Callable[[Array], Callable[[Array], float]]) -> Callable[
             outline[node, component] = value
             at = body.start + 2 * body.nodes[node] + component
             by_position[0, at] = (ends[0] - ends[1]) / (2 * step)
-        return Functional(np.asarray((steady.constraints.M.T @ by_position.T).T))
+        better = None if reading is None else np.array([reading(outline)])
+        return Functional(np.asarray((steady.constraints.M.T @ by_position.T).T), better)
 
     return functional
 
@@ -166,6 +173,14 @@ def _deformation_of_hull(outline: Array) -> Callable[[Array], float]:
 
     convex = hull(polygon(outline))
     return lambda changed: measure(polygon(changed)[convex])[1]
+
+
+def _polygons_of_hull(outline: Array) -> float:
+    """What a polygon makes of the deformation falls with the square of the length of its sides."""
+    from pairsim.fem.diagnostics import POINTS, hull, measure, polygon
+
+    fine, coarse = (measure(each[hull(each)])[1] for each in (polygon(outline), polygon(outline, points=POINTS[::2])))
+    return (fine - coarse) / 3
 
 
 def _value_of_hull(steady: SteadySolver, _: Observation) -> Array:
@@ -214,14 +229,20 @@ DEFORMATION = Goal(
     "deformation_hull",
     PURE,
     _value_of_hull,
-    _of_shape(_deformation_of_hull),
+    _of_shape(_deformation_of_hull, _polygons_of_hull),
     added=False,
     left_out_counts=True,
     error="deformation_error",
 )
 """Deformation of the convex hull of a single soft particle."""
 DP_PLUS = Goal(
-    "dp_plus", STRESS, lambda _, o: np.array([o.dp_plus]), _pressure_drop, observed="dp", left_out_counts=True
+    "dp_plus",
+    STRESS,
+    lambda _, o: np.array([o.dp_plus]),
+    _pressure_drop,
+    observed="dp",
+    left_out_counts=True,
+    everywhere=True,
 )
 """The pressure drop that the particles cause."""
 

@@ -86,6 +86,13 @@ def test_shapes_keep_their_accuracy() -> None:
         assert record["reached_by"][name] <= 0.001
 
 
+def test_what_polygons_make_of_a_deformation_is_in_its_half_width() -> None:
+    """Of a stiff sphere on fine cells it is most of the error; the true value is that of N_p 20, 40 and 80."""
+    table = api.shape(BEAD, beta=0.22, Ca_e=0.01, mesh={"Np": 40}).check().table
+    off = table["deformation_hull"][0] - 4.6506e-5
+    assert 4e-8 < off < table["deformation_error"][0] < 3 * off
+
+
 def test_one_softness_is_a_whole_question() -> None:
     for question in (api.shape, api.pressure):
         alone, listed = question(BEAD, **COARSE), question(BEAD, along=[0.1], **COARSE)

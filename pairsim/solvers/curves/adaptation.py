@@ -319,7 +319,7 @@ class AdaptiveBranch(Branch):
         irregular = all(
             each.cells is not None and (each.irregular >= each.by_all_cells).all() for each in found.values()
         )
-        if irregular and not self._held:
+        if irregular and not self._held and not any(goal.everywhere for goal in most):
             self._fields[self._nominal(point)] = self._sizes(point, most)
             sizes = AdaptedSizes(tuple(self._fields.values()))
             return replace(self.problem, mesh=replace(self.problem.mesh, sizes=sizes))
