@@ -111,7 +111,7 @@ class Solutions:
         """
         case, (counts, phases) = self.case, _costs(self.branch)
         seen = [c.s_jump for p in self.points if (c := p.observation.conformation) is not None]
-        common = common_warnings(case, max(seen, default=0.0), case.cluster)
+        common = common_warnings(case, self.goals[0].name, max(seen, default=0.0), case.cluster)
         end = self.ended if self.ended is not None and self.ended.proven else None
         place = {} if end is None else {"end_of_branch": {"kind": end.kind, **end.at}}
         kept, missed = dict[str, Any](), list[Text]()
