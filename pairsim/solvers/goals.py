@@ -68,7 +68,8 @@ class Goal:
             modes.
         scouted: Whether it may vanish at the points that are asked for, so that coarse solutions at other distances
             tell its largest value. It is linear in the free unknowns then.
-        everywhere: Whether cells far from the particles have a part in its error, so that all cells have to be smaller.
+        everywhere: Whether all cells become smaller for it, never those alone that have most of the scatter: cells far
+            from the particles count for a pressure drop, and those that do not resolve the stress for a force.
         creeps: Whether it is creep where unyielded liquid holds particles together, which no cells make more exact.
         error: Name of the column of its half-width, if that is not the usual one.
     """
@@ -221,7 +222,16 @@ dU = Goal(
 """Velocities of the particles relative to their upstream neighbours."""
 CRITICAL = replace(dU, scale=Scale.DISTANCE)
 """dU where it is asked for the distance at which it vanishes."""
-F = Goal("F", FORCE, lambda _, o: o.F, _unknowns("F"), per="particle", scale=Scale.ITSELF, observed="F")
+F = Goal(
+    "F",
+    FORCE,
+    lambda _, o: o.F,
+    _unknowns("F"),
+    per="particle",
+    scale=Scale.ITSELF,
+    observed="F",
+    everywhere=True,
+)
 """Forces that move the particles at a prescribed velocity."""
 D = Goal("D", PURE, lambda _, o: o.D, _of_shape(_taylor_parameter), added=False, left_out_counts=True)
 """Taylor's parameter of a single soft particle."""
