@@ -75,15 +75,15 @@ def table_of_columns(*groups: Iterable[str | Column]) -> str:
     return table(("column", "symbol", "meaning", "unit"), rows)
 
 
-def other_files() -> str:
+def other_files() -> list[str]:
     """Rows with the tables and pictures of questions that the page on files does not describe in words of its own."""
     page, rows = (TEMPLATES / "files.md").read_text(), list[str]()
     for name, question in QUESTIONS.items():
         main = f"[its main table](columns.md#{question.table}csv)"
         tables_ = {f"{each}.csv": main if each == question.table else "a table" for each in question.tables}
         found = tables_ | {f"{each}.png": caption for each, caption in question.captions.items()}
-        rows += [f"| `{file}` | {name} | {what} |\n" for file, what in found.items() if f"`{file}`" not in page]
-    return "".join(rows)
+        rows += [f"| `{file}` | {name} | {what} |" for file, what in found.items() if f"`{file}`" not in page]
+    return rows
 
 
 def in_sweeps(name: str) -> str:

@@ -151,7 +151,7 @@ def units(
         given.setdefault("particles", len(sizes))
     if not quantities.keys() & {"modulus", "young"}:
         given.setdefault("Ca_e", 0)
-    if "distance" not in quantities and kind in QUESTIONS:
+    if not quantities.keys() & {"distance", "spacing"} and kind in QUESTIONS:
         given = {**QUESTIONS[kind].model.usual_distances, **given}
 
     def case_with(**more: str) -> SceneCase:

@@ -26,7 +26,7 @@ POWER = 4.0  # of beta, by which dU is divided: of the order of what dU grows wi
 SLACK = 1e-9  # part of a range by which a value may be outside by rounding
 UNSURE = 0.1  # half-width of a curve over its peak, from which on somewhere its derivatives are not used; chosen
 SMOOTH = np.array([1.5, 1.0, 1.5])  # lengths of what a curve has beside dU; chosen
-ROUNDING = 1e-4  # error of it, relative; chosen
+ERROR_OF_OTHERS = 1e-4  # of what a curve has beside dU, relative to its standard deviation over the curves; chosen
 ENOUGH = 8  # curves with a derivative by the difference of diameters, from which on it is interpolated; chosen
 
 
@@ -111,7 +111,7 @@ class Atlas:
         means, size = values.mean(axis=0), values.std(axis=0).max() or 1.0
         data = np.full((4, *values.shape), np.nan)
         data[0] = values - means
-        return Kriging.of(self.dU.places, data, np.full(data.shape[:2], ROUNDING * size), SMOOTH, False), means
+        return Kriging.of(self.dU.places, data, np.full(data.shape[:2], ERROR_OF_OTHERS * size), SMOOTH, False), means
 
     @cached_property
     def by_difference(self) -> tuple[Kriging, Array] | None:
@@ -124,7 +124,7 @@ class Atlas:
         size = values[known].std(axis=0).max()
         data = np.full((4, *values.shape), np.nan)
         data[0] = values - means
-        errors = np.full(data.shape[:2], ROUNDING * size)
+        errors = np.full(data.shape[:2], ERROR_OF_OTHERS * size)
         return Kriging.of(self.dU.places, data, errors, SMOOTH, False), means
 
     @cached_property

@@ -111,6 +111,7 @@ SETTINGS: dict[str, Settings] = {
     ),
 }
 DEFAULT = "1%"
+USUAL = SETTINGS[DEFAULT]
 
 
 def percent(accuracy: str) -> float:

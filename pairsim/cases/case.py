@@ -12,30 +12,19 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import Field, model_validator
 
 from pairsim.cases import kinds, values
-from pairsim.cases.accuracy import DEFAULT, PIPE_CELL, ROW_GRADING, SETTINGS, Accuracy, percent, settings_of
+from pairsim.cases.accuracy import DEFAULT, Accuracy, percent, settings_of
 from pairsim.cases.experiment import Experiment
 from pairsim.cases.keys import Key, Keys, Part, PerParticle, keys_of
 from pairsim.cases.laws import Declared, Laws
 from pairsim.cases.material_keys import LIQUIDS, LiquidKey, SolidKey, written
+from pairsim.cases.mesh_keys import MeshOptions
 from pairsim.cases.physical import Physical
 from pairsim.physics import liquids, solids
+from pairsim.physics.drive import DEVELOPED, Drive
 from pairsim.physics.liquids import Liquid, Newtonian
 from pairsim.physics.softest import beyond_steady_shapes, beyond_tension
 from pairsim.physics.solids import Solid
 from pairsim.quantities.scales import Scales
-
-USUAL = SETTINGS[DEFAULT]
-THINNING = USUAL.in_time["thinning"]
-
-
-def _defaults(name: str) -> str:
-    """The default values of a cell size, of runs and of quasi-steady solutions."""
-    values = [
-        ", ".join(f"{getattr(cells, name):g}" for cells in each.values()) for each in (USUAL.in_time, USUAL.steady)
-    ]
-    kinds = "a Newtonian liquid, another without a memory, and with one that thins or hardens in extension"
-    return f"default: by accuracy; at {DEFAULT}, in {kinds}: {values[0]} in runs, else {values[1]}"
-
 
 Ends = Literal["developed", "periodic"]
 ENDS = "ends of the tube: with the developed flow profile, or periodic with imposed flow rate"
@@ -67,50 +56,6 @@ SOLID = Key(
     identity=lambda case: any(case.Ca_es),
     idle=lambda case: "" if any(case.Ca_es) else "the particles are rigid",
 )
-
-
-class MeshOptions(Keys):
-    """Cell sizes."""
-
-    Np: Annotated[values.Whole, Key("N_p")] = Field(
-        THINNING.Np,
-        ge=6,
-        le=1000,
-        description=f"least number of cells on the half-circle of each particle ({_defaults('Np')})",
-    )
-    grading: values.Grading = Field(
-        THINNING.grading,
-        description="length of the cells at the poles of a particle over that at its equator, of Np cells in all "
-        "(default: by accuracy; 1 in a liquid without a memory, and in one that hardens in extension)",
-    )
-    growth: values.Growth = Field(0.15, description="growth of the cell size per unit distance from a particle")
-    gap_cells: values.CellCount = Field(0, description="cells across a gap between particles (0: Np/4)")
-    gap_exponent: values.Fraction = Field(
-        0.0, description="below d = 0.1 the number of cells across a gap grows as (0.1/d)^gap_exponent"
-    )
-    wall_cells: values.CellCount = Field(0, description="cells between a particle and the wall (0: Np/4)")
-    max_size: values.CellSize = Field(
-        THINNING.max_size,
-        description=f"largest cell size [D_c] ({_defaults('max_size')}; less beside small particles in viscoelastic "
-        f"liquids, and {PIPE_CELL:g} without particles)",
-    )
-    adapt: bool = Field(
-        True,
-        strict=True,
-        description="make cells smaller where the estimated error is more than accuracy allows (default: true, unless "
-        "Np is given)",
-    )
-    core_growth: values.Growth = Field(0.3, description="growth of the cell size per unit depth inside a particle")
-    rows: values.Rows = Field(
-        THINNING.rows,
-        description="distance from the particles beyond which cells lie in rows along the tube [D_c] (default: by "
-        "accuracy; 0, no rows, without particles)",
-    )
-    row_grading: values.Grading = Field(
-        1.0,
-        description="length of the cells across the tube on the axis over that at the wall, in rows (default: by "
-        f"accuracy; {ROW_GRADING:g} in runs in viscoelastic liquids, else 1)",
-    )
 
 
 class SceneCase(Keys):
@@ -249,9 +194,9 @@ class SceneCase(Keys):
         return (self.De,)
 
     @property
-    def driven(self) -> tuple[float, float | None]:
-        """Mean velocity of the liquid, and that at which all particles are moved, None if no force acts on them."""
-        return 1.0, None
+    def drive(self) -> Drive:
+        """What drives the liquid and the particles."""
+        return DEVELOPED
 
     @property
     def has_history(self) -> bool:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
 
 from pydantic import BaseModel
 
@@ -13,9 +12,10 @@ from pairsim.cases.material_keys import written
 from pairsim.cases.mistakes import Mistake, missing
 from pairsim.cases.physical import BLOCK, EXPERIMENT
 from pairsim.cases.values import is_finite
+from pairsim.cases.yaml_file import Content
 
 
-def missing_numbers(model: type[SceneCase], data: Mapping[str, Any], origins: Mapping[str, str]) -> Iterator[Mistake]:
+def missing_numbers(model: type[SceneCase], data: Content, origins: Mapping[str, str]) -> Iterator[Mistake]:
     """Yield the numbers of particles and gaps that a case lacks, which need not be validated yet, as mistakes.
 
     Those that follow from quantities (`origins`) are checked elsewhere.

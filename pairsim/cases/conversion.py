@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import math
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from contextlib import suppress
 from typing import Any, NamedTuple
 
@@ -14,7 +14,7 @@ from pairsim.cases.laws import Laws
 from pairsim.cases.mistakes import Mistake
 from pairsim.cases.physical import BLOCK, QUANTITIES
 from pairsim.cases.values import is_finite
-from pairsim.cases.yaml_file import within
+from pairsim.cases.yaml_file import Content, within
 from pairsim.quantities.kinds import LENGTH
 
 SAME = 1e-9  # relative tolerance at which two numbers count as equal
@@ -43,7 +43,7 @@ class InNumbers(NamedTuple):
         return Mistake(f"{BLOCK}.{origin}", given[origin], f"{number}; {mistake.allowed}{''.join(remarks)}")
 
 
-def in_numbers(given: Mapping[str, Any], fields: Collection[str]) -> InNumbers:
+def in_numbers(given: Content, fields: Collection[str]) -> InNumbers:
     """Put numbers that follow from the `physical` block of a case beside it, for keys that it may have (`fields`)."""
     data, origins = copy.deepcopy(dict(given)), dict[str, str]()
     experiment = Experiment.in_case(given)
@@ -70,7 +70,7 @@ def in_numbers(given: Mapping[str, Any], fields: Collection[str]) -> InNumbers:
     return InNumbers(data, experiment, origins, mistakes)
 
 
-def given_by(case: Mapping[str, Any], fields: Collection[str]) -> list[str]:
+def given_by(case: Content, fields: Collection[str]) -> list[str]:
     """Those of some dotted keys that quantities of the block of a case stand for."""
     if (experiment := Experiment.in_case(case)) is None:
         return []

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import combinations
 from typing import Any, NamedTuple, Self
 
 from pydantic import ValidationError
@@ -15,6 +16,7 @@ from pairsim.cases.physical import BLOCK, DIFFERENCE, EXPERIMENT, QUANTITIES, RA
 from pairsim.cases.quantities import measured, quantity_range, rounded
 from pairsim.cases.usual import unusual
 from pairsim.cases.values import Range
+from pairsim.cases.yaml_file import Content
 from pairsim.physics.declared import DIMENSIONS
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.liquids.viscous import ZERO_SHEAR
@@ -62,7 +64,7 @@ class Experiment:
     particles: Any = USUAL_COUNT
 
     @classmethod
-    def in_case(cls, case: Mapping[str, Any]) -> Self | None:
+    def in_case(cls, case: Content) -> Self | None:
         """That of a case as keys and values, which need not be validated yet; None without a `physical` block."""
         block = case.get(BLOCK)
         if not isinstance(block, Mapping):
@@ -135,7 +137,11 @@ class Experiment:
         def wrong(key: str, allowed: str) -> Mistake:
             return Mistake(f"{BLOCK}.{key}", self.given[key], allowed)
 
-        for one, other in (("flow_rate", "velocity"), ("modulus", "young")):
+        given = [each for each in follows_in(self.laws) if each.quantity.key in values]
+        rivals = [
+            (one.quantity.key, other.quantity.key) for one, other in combinations(given, 2) if one.key == other.key
+        ]
+        for one, other in [("flow_rate", "velocity"), *rivals]:
             if one in values and other in values:
                 yield wrong(other, f"must be left out if {BLOCK}.{one} is given")
         if "flow_rate" not in values and "velocity" not in values:

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple, Self
 from pydantic import BaseModel
 
 from pairsim.cases.values import is_finite
+from pairsim.cases.yaml_file import Content
 from pairsim.physics import liquids, solids
 from pairsim.physics.declared import LAWS
 from pairsim.physics.liquids import NEWTONIAN, ConformationLaw, Liquid, Newtonian, ViscousLaw
@@ -156,7 +157,7 @@ class Laws:
         )
 
     @classmethod
-    def in_case(cls, case: Mapping[str, Any]) -> Self:
+    def in_case(cls, case: Content) -> Self:
         """Those of a case as keys and values, which need not be validated yet."""
         return cls.of(case.get("liquid"), case.get("solid"))
 
@@ -171,6 +172,6 @@ class Laws:
         return tuple(one.made(solids.LAWS, Ca_e) if Ca_e > 0 else None for one, Ca_e in zip(each, Ca_es, strict=True))
 
 
-def liquid_in(resolved: Mapping[str, Any]) -> Liquid:
+def liquid_in(resolved: Content) -> Liquid:
     """The liquid of a case with all its keys, as in case.yaml of a folder of results."""
     return Laws.in_case(resolved).liquid.model(resolved.get("De", 0.0), resolved.get("xi", 1.0))

@@ -35,6 +35,7 @@ DENSITY = Measurable(
     r"\rho",
     usual=Usual(10.0, 3e4, "10 to 30,000 kg/m^3"),
     in_captions=False,
+    default="water",
 )
 DIFFERENCE = Measurable(
     "particle_difference",
@@ -55,6 +56,7 @@ EXPERIMENT = (
         "Q",
         uncertain=True,
         usual=Usual(1e-18, 1e-2, "1 pl/s to 10 l/s"),
+        short="flow",
     ),
     Measurable(
         "velocity",
@@ -85,6 +87,7 @@ EXPERIMENT = (
         symbol="E",
         times=3.0,
         usual=Usual(1.0, 1e12, "1 Pa to 1000 GPa"),
+        default="",
     ),
     DENSITY,
     a_length(
@@ -112,7 +115,15 @@ EXPERIMENT = (
         r"d_\mathrm{min}",
         gives=("row.min_gap",),
     ),
-    Measurable("end", TIME, "end time of a run; gives time.end", "2 ms", gives=("time.end",), in_captions=False),
+    Measurable(
+        "end",
+        TIME,
+        "end time of a run; gives time.end",
+        "2 ms",
+        gives=("time.end",),
+        in_captions=False,
+        default="by De and Ca_e",
+    ),
 )
 """Quantities that set scales, or give keys of cases."""
 QUANTITIES = {each.key: each for each in (*EXPERIMENT, *DIMENSIONS.values())}

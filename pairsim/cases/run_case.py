@@ -9,8 +9,8 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field
 
 from pairsim.cases import values
-from pairsim.cases.accuracy import settings_of
-from pairsim.cases.case import ENDS, USUAL, SceneCase
+from pairsim.cases.accuracy import USUAL, settings_of
+from pairsim.cases.case import ENDS, SceneCase
 from pairsim.cases.checks import check_scene
 from pairsim.cases.keys import NO_PARTICLES, Key, Keys, Part, PerGap
 from pairsim.cases.mistakes import Mistake, broken

@@ -11,7 +11,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 from typer.core import TyperCommand
 
-from pairsim.api.compute import Computation
+from pairsim.api.questions import function_of
 from pairsim.api.results import Result
 from pairsim.cases.identity import default_folder
 from pairsim.cli.made import made
@@ -89,7 +89,7 @@ def _compute(
         return
     on = {flag.name: bool(value) for flag, value in flags.items()}
     with Signals(final=True) as signals:
-        result: Result = Computation[Any](question, FILES)(
+        result: Result = function_of(question.name)(
             checked, folder=directory, overwrite=overwrite, progress=not quiet, signals=signals, budget=budget, **on
         )
         _end(result, directory, quiet)

@@ -16,7 +16,7 @@ from pairsim.runtime.arrays import Array
 from pairsim.runtime.message import Message, Text
 from pairsim.solvers.curves.adaptation import AdaptiveBranch
 from pairsim.solvers.curves.branch import Point
-from pairsim.solvers.curves.curve import ROUNDING
+from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU
 from pairsim.solvers.goals import Goal, Scale
 from pairsim.solvers.steady.continuation import each_of
 
@@ -125,7 +125,7 @@ class _Accuracy:
 def error_at(point: Point, goal: Goal, size: Array | float) -> ErrorAt | None:
     """The largest estimated error of a goal at a point, relative to a size; None where the size is no more than 0."""
     estimate, sizes = point.estimate[goal], np.broadcast_to(size, point.estimate[goal].half_width.shape)
-    parts = np.divide(estimate.half_width, sizes, out=np.full(sizes.shape, -1.0), where=sizes > ROUNDING)
+    parts = np.divide(estimate.half_width, sizes, out=np.full(sizes.shape, -1.0), where=sizes > NEGLIGIBLE_DU)
     if not (parts >= 0).any():
         return None
     at = int(parts.argmax())

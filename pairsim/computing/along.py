@@ -31,13 +31,13 @@ WRINKLED = 2.0  # roughness of a surface from which it has waves as long as cell
 
 @dataclass(frozen=True)
 class Found:
-    """A steady state: its solver; columns of a question take their `value` of it."""
+    """A steady state, from which the columns of a question take their `value`."""
 
     solver: SteadySolver
 
 
 class AlongCase(SceneCase):
-    """One particle at its Ca_e, or at several."""
+    """The case of one particle, which is solved at its Ca_e or at several."""
 
     along: Values | None = Field(
         None, description="elastic capillary numbers in place of Ca_e: a list or a range; default: Ca_e alone"
@@ -50,7 +50,7 @@ class AlongCase(SceneCase):
 
 
 def check_along(case: AlongCase) -> Iterator[Mistake]:
-    """Check the keys against each other; yields mistakes."""
+    """Yield the mistakes in which keys do not go together."""
     if case.n != 1:
         yield Mistake("particles", case.n, f"must be 1: the {case.kind} is that of a particle on its own")
     elif case.Ca_e == 0:
@@ -70,8 +70,13 @@ def solve_along(
 ) -> events.Events:
     """Solve the steady states in ascending Ca_e.
 
-    The table, which has the name of the question, begins with `columns`: names, and columns whose `value`, if they have
-    one, is taken of a `Found`. Progress shows one of them. The errors of `goals` are kept below `accuracy`.
+    Args:
+        case: The case.
+        monitor: The monitor of the computation.
+        columns: The first columns of the table, which has the name of the question: names of shared columns, and own
+            columns whose `value`, if they have one, is a function of a `Found`.
+        shown: Name of the column that progress shows.
+        goals: What is asked for: `accuracy` is kept of these, or a warning says where it is not.
     """
     from pairsim.computing.problems import steady_problem
     from pairsim.computing.steady import Solutions, health_columns, point_row

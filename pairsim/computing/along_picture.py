@@ -13,7 +13,15 @@ from pairsim.results.table_files import read_table
 
 
 def draw_along(directory: Path, out: Path, page: Page, name: str, errors: Mapping[str, str]) -> list[Path]:
-    """Draw columns of the table `name`, each with that of its errors or "", over Ca_e or the modulus, a panel each."""
+    """Draw columns of a table over Ca_e or, in an experiment, the modulus, a panel for each; returns the pictures.
+
+    Args:
+        directory: Folder of the results.
+        out: Folder of the pictures.
+        page: What they are drawn on, and in which units.
+        name: Name of the table and of the picture.
+        errors: Names of the columns, each with that of the column of its half-widths, "" without one.
+    """
     units, case = Units.of(directory, page.physical), read_case(directory / "case.yaml")
     table = units.table(read_table(directory / f"{name}.csv"))
     (label, x), joined = units.followed(case, "Ca_e", table["Ca_e"]), {"linestyle": "-"}

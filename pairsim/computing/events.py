@@ -30,9 +30,11 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Begin:
-    """The computation begins; the first event. One that returns without it had nothing to do.
+    """The computation begins. This is the first event; a computation that returns without it had nothing to do.
 
-    The goal is in words, such as "to t = 2", and as a number; `Progress.done` says how much of this is done.
+    Attributes:
+        goal: The goal in words, such as "to t = 2".
+        total: The same as a number, such as 2, of which `Progress.done` is a part.
     """
 
     goal: Text
@@ -83,10 +85,13 @@ class Resumable:
 
 @dataclass(frozen=True)
 class Progress:
-    """A step or point was computed, the count-th one, and what it gives has been written.
+    """A step or point was computed, and its rows have been written.
 
-    So much of `Begin.total` is done, of a run the time [D_c/U_av]. The text is the state of the solution. A run can go
-    on from the state; the last one is always kept.
+    Attributes:
+        done: How much of `Begin.total` is done; of a run the time reached [D_c/U_av].
+        text: The solution in words.
+        count: Number of steps or points so far.
+        state: From which a run can go on; the session keeps the last one.
     """
 
     done: float

@@ -78,9 +78,15 @@ class Solutions:
         places: Sequence[tuple[float, ...]] = (),
         sensitivities: Collection[str] = (),
     ) -> AdaptiveBranch:
-        """Solve at the first parameters, with cells that follow from `accuracy`.
+        """Solve at the first parameters; returns the branch, on which other parameters follow.
 
-        Keywords are those of `AdaptiveBranch`.
+        Its meshes are adapted until the errors of the goals are below `accuracy`.
+
+        Args:
+            problem: The problem of the case.
+            first: The first parameters.
+            places: Distances of the case, see `AdaptiveBranch`.
+            sensitivities: Parameters by which dU is differentiated.
 
         Raises:
             NoSteadyState: No solution was found.
@@ -97,17 +103,18 @@ class Solutions:
         return self.branch
 
     def last_events(self, entries: Mapping[str, Any], warnings: Sequence[Text] = ()) -> Iterator[Event]:
-        """What run.json says, and a table of the way to parameters that were not reached."""
+        """The last events: what run.json says, and the solutions on the way to parameters that were not reached."""
         yield self.summary(entries, warnings)
         if self.way:
             yield Table("way", ["De", "Ca_e", *names_of(self.case.n, "d", "U", "dU", "D")], [*map(way_row, self.way)])
 
     def summary(self, entries: Mapping[str, Any], warnings: Sequence[Text] = ()) -> Summary:
-        """What run.json says.
+        """What run.json says at the end.
 
         Args:
-            entries: To which the costs are added, and whether the accuracy was kept.
-            warnings: To which those of accuracy, mesh, stresses and tube are added.
+            entries: Entries of the question, to which the costs, the end of the branch, and whether the accuracy was
+                kept are added.
+            warnings: Warnings of the question, to which those of accuracy and those that all questions share are added.
         """
         case, (counts, phases) = self.case, _costs(self.branch)
         seen = [c.s_jump for p in self.points if (c := p.observation.conformation) is not None]
@@ -182,14 +189,17 @@ def slope_rows(point: Point) -> Iterator[dict[str, float]]:
 
 
 def way_row(passed: Passed) -> dict[str, float]:
-    """The values of a solution on the way to others; velocities are those at held distances."""
+    """The row of way.csv for a solution on the way to others; velocities are those at held distances."""
     place, U = passed.parameters, passed.U
     parameters = {"De": place.De, "Ca_e": max(place.Ca_es, default=0.0), "d": place.gaps}
     return table_row(len(U), **parameters, U=U, dU=np.diff(U), D=passed.D)
 
 
 def moving_errors(case: SceneCase, points: Sequence[Point], size: float) -> list[Text]:
-    """Warnings of points at which particles move on too fast for a curve, relative to a velocity."""
+    """Warnings of points at which particles move on before they have forgotten their start.
+
+    The error of dU that this leaves is compared with `accuracy` times a velocity `size` [U_av].
+    """
     parts = {
         Message("d = {}", LENGTH(dict.fromkeys(point.gaps))): float(point.motion.remainder.max()) / size
         for point in points

@@ -25,7 +25,7 @@ MOST_DE = 2.0  # largest at which dU was compared with finer meshes, docs/explan
 
 
 def beyond_checked(case: SceneCase) -> list[str]:
-    """Warn of particles at a De above all at which dU was compared with finer meshes."""
+    """Warn of a De that is larger than any at which dU was compared with that on finer meshes."""
     slowest = case.slowest_time
     if (De := slowest * max(case.values_of_De)) <= MOST_DE or case.n == 0:
         return []
@@ -83,7 +83,7 @@ class ErrorAt:
     regularisation: float  # that due to the regularisation of the liquid
 
     def no_mesh_helps(self, case: SceneCase) -> str:
-        """What reduces most of the error if that is no finer mesh, as an option of the command line; else ""."""
+        """What reduces most of the error, as an option of the command line; "" where that is a finer mesh."""
         if self.ends > self.relative / 2:
             return _longer(case)
         if self.regularisation > self.relative / 2:
@@ -113,8 +113,10 @@ def large_errors(case: SceneCase, error: str, size: str, errors: Sequence[ErrorA
 def moves_on(case: SceneCase, places: Sequence[Text], part: float) -> list[Text]:
     """Warn of particles that move on before they have forgotten their start.
 
-    At places such as "d = 0.1" an error of dU above `accuracy` is left by that alone, at most `part` of the largest
-    |dU|.
+    Args:
+        case: The case.
+        places: Places such as "d = 0.1", at which that alone leaves an error of dU above `accuracy`.
+        part: The largest of these errors, relative to the largest |dU|.
     """
     if not places:
         return []
@@ -152,6 +154,13 @@ def near_ends(case: SceneCase, span: float, of: str) -> list[Text]:
 
 
 def common_warnings(case: SceneCase, of: str, s_jump: float, span: float) -> list[Text]:
-    """What every question warns of, by the largest change of s in a cell and length of the row of particles [D_c]."""
+    """The warnings that all questions share.
+
+    Args:
+        case: The case.
+        of: Symbol of what it is computed for.
+        s_jump: Largest change of s = log c within a cell.
+        span: Largest length of the row of particles [D_c].
+    """
     resolved = *coarse_mesh(case, of), *unresolved_stress(case, s_jump, of)
     return [*beyond_checked(case), *resolved, *near_ends(case, span, of)]

@@ -206,7 +206,7 @@ def observe(
     conformation = None
     if scene.material.modes:
         liquid = scene.liquid
-        conformation = health(liquid.nodal("s", x), scene.positions(x), liquid.six_node_mesh)
+        conformation = health(scene.log_conformations(x), scene.positions(x), liquid.six_node_mesh)
     return Observation(
         d=gaps(scene.bodies, h),
         U=velocities(scene.bodies, constraints.V @ y, h),

@@ -18,7 +18,9 @@ import numpy as np
 import scipy
 
 from pairsim.physics.conformation import IDENTITY, logarithm, mode_stress, polymer_stress, relaxation
+from pairsim.physics.fields import VELOCITY
 from pairsim.physics.liquids import Liquid
+from pairsim.physics.liquids.conformation import LOG_CONFORMATION
 from pairsim.physics.liquids.viscous import LEAST_RATE
 from pairsim.quantities.kinds import RATE, TIME
 from pairsim.quantities.scales import TUBE_RADIUS
@@ -27,7 +29,7 @@ from pairsim.runtime.errors import NoSteadyState
 from pairsim.runtime.message import Message
 
 OUT_OF_REACH = 1e9  # end time passed to LSODA, beyond the end of any run (see `Pipe.until`); chosen
-# Gauss points without and with modes. The shear rate of a power law goes as r^(1/n), which 60 points resolve to 7e-8
+# Gauss points without and with a memory. The shear rate of a power law goes as r^(1/n), which 60 points resolve to 7e-8
 # and 120 to 1e-8 (n = 1.2); with modes there are 4 equations for each.
 POINTS = 120, 60
 FIRST_GRADIENT = 32.0  # that of a Newtonian liquid at unit mean velocity
@@ -60,9 +62,18 @@ class PipeState:
     p: Array
     wall_rate: float
 
-    def profiles(self, r: Array) -> Array:
-        """Interpolate u and the components of log c to other radii, shape (m,); returns shape (1 + 4 M, m)."""
-        return across(self.r, np.column_stack([self.u, logarithm(self.c)]), r).T
+    @property
+    def fields(self) -> dict[str, Array]:
+        """The fields of the liquid by name, at the radii, (n, components); of the velocity the axial one alone."""
+        conformation = {LOG_CONFORMATION.name: logarithm(self.c)} if self.c.shape[1] else {}
+        return {VELOCITY.name: self.u[:, None], **conformation}
+
+    def profiles(self, r: Array) -> dict[str, Array]:
+        """The fields interpolated to other radii, shape (m,); each of shape (m, components)."""
+        fields = self.fields
+        found = across(self.r, np.column_stack([*fields.values()]), r)
+        ends = np.cumsum([values.shape[1] for values in fields.values()])
+        return dict(zip(fields, np.split(found, ends[:-1], axis=1), strict=True))
 
 
 def across(radii: Array, values: Array, wanted: Array) -> Array:
@@ -95,7 +106,7 @@ class Pipe:
 
     def __init__(self, liquid: Liquid, flow: float = 1.0, *, points: int | None = None) -> None:
         self.liquid, self._flow = liquid, flow
-        x, w = np.polynomial.legendre.leggauss(points or POINTS[bool(liquid.modes)])
+        x, w = np.polynomial.legendre.leggauss(points or POINTS[liquid.has_memory])
         self._inner = (x + 1) / 2 * TUBE_RADIUS
         # The axis and the wall have zero quadrature weight.
         self.r = np.concatenate([[0.0], self._inner, [TUBE_RADIUS]])
@@ -213,7 +224,7 @@ class Pipe:
         Raises:
             NoSteadyState: The time integration failed.
         """
-        if not self.liquid.modes:
+        if not self.liquid.has_memory:
             return self.constant()
         # LSODA chooses its first step from the end time and shortens the last one to reach it. A remote end time is
         # passed and the integration stopped once t_end is exceeded, so that a run that is continued with a later end
@@ -255,7 +266,7 @@ class Pipe:
             NoSteadyState: No steady flow was found. The flow may form shear bands if the shear stress decreases with
                 the shear rate.
         """
-        if not self.liquid.modes:
+        if not self.liquid.has_memory:
             return self._state(np.empty((0, len(self.r))))
         if near is not None:
             c = near.c.T.ravel()

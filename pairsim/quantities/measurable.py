@@ -27,7 +27,7 @@ class Measurable:
     """A quantity that is measured.
 
     Attributes:
-        key: Its key in the `physical` block.
+        key: Its key in the `physical` block, and the name of its option in `pairsim units` unless `short` is another.
         kind: What kind of quantity it is.
         words: What it is.
         example: A value with its unit, in which "{n}" stands for what it does in the unit of its kind.
@@ -43,6 +43,8 @@ class Measurable:
         usual: What is usual; None if all is.
         if_several: What is added to the message of who gives a list, such as what to write instead.
         in_captions: Whether captions have it.
+        short: The name of its option, "" if that is its key.
+        default: What `pairsim units` takes where it is not given, in words.
     """
 
     key: str
@@ -60,6 +62,13 @@ class Measurable:
     usual: Usual | None = None
     if_several: str = ""
     in_captions: bool = True
+    short: str = ""
+    default: str = ""
+
+    @property
+    def option(self) -> str:
+        """Its option in `pairsim units`."""
+        return f"--{self.short or self.key}".replace("_", "-")
 
     @property
     def unit(self) -> str:

@@ -12,9 +12,8 @@ import numpy as np
 
 from pairsim.results.columns import suffixes_in
 from pairsim.runtime.arrays import Array
-from pairsim.solvers.curves.interpolant import CurveInterpolant, Peak, Region, hermite, slopes_of
+from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU, CurveInterpolant, Peak, Region, hermite, slopes_of
 
-ROUNDING = 1e-9  # |dU| that is rounding error, as of equal rigid spheres [U_av]
 FORGOTTEN = 3.0  # decay times after which a start is forgotten; chosen: exp(-3) = .05
 CLOSE = 1e-9  # relative difference of distances that is rounding; chosen
 STEPS = 400  # parts of the way for the integral; chosen
@@ -124,7 +123,7 @@ def regions_of(table: Mapping[str, Array], zeros: Sequence[float]) -> list[Regio
     The table is its curve.csv; zeros of dU are known ones.
     """
     peak, curve = peak_of(table), curve_of(table)
-    if abs(peak.dU) < ROUNDING:
+    if abs(peak.dU) < NEGLIGIBLE_DU:
         return []
     if curve is None:
         return [Region(peak.d, peak.d, int(np.sign(peak.dU)) if abs(peak.dU) > peak.error else 0)]

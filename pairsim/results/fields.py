@@ -11,7 +11,7 @@ from pairsim.fem.meshes.quadrature import assembled
 from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
 from pairsim.fem.scene import Body, Scene
 from pairsim.fem.unyielded import law_fields
-from pairsim.physics.conformation import exponential, polymer_stress, trace
+from pairsim.physics.conformation import polymer_stress, trace
 from pairsim.physics.pipe import PipeState, across
 from pairsim.results.xdmf import FieldFrame
 from pairsim.runtime.arrays import Array
@@ -99,7 +99,7 @@ def frame(step: Step | SteadyMoment, origin: Array, flow: PipeState) -> FieldFra
         del data["tau_s"]
     fields = {"pressure_extra": p - across(flow.r, flow.p, here[:, 1]) + flow.gradient * here[:, 0]}
     if scene.material.modes:
-        c = exponential(liquid.nodal("s", step.x))
+        c = scene.conformations(step.x)
         tau = polymer_stress(scene.material, c)
         alone = polymer_stress(scene.material, across(flow.r, flow.c, here[:, 1]))
         fields |= {"tr_c": trace(c).max(axis=1), "tau_p": tau, "tau_p_zz_extra": (tau - alone)[:, 0]}

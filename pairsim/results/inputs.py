@@ -31,8 +31,8 @@ def quantity_for(case: Mapping[str, Any], name: str, scales: Scales) -> tuple[st
     of = min(able, key=lambda each: each.key not in block)
     given = block.get(of.key, of.example)
     unit = as_given(given[0] if isinstance(given, list) else given)[1]
-    one, two = (of.number(number * unit_in(of.unit, unit), scales) for number in (1.0, 2.0))
-    return of.key, unit, lambda values: (values / one) ** (1.0 if two > one else -1.0)  # De rises with it, Ca_e falls
+    one = of.number(unit_in(of.unit, unit), scales)
+    return of.key, unit, lambda values: (values / one) ** (-1.0 if of.inverse else 1.0)
 
 
 def change_by(table: Mapping[str, Array], scales: Scales, one: Input) -> Array | None:

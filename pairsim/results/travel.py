@@ -11,12 +11,12 @@ import numpy as np
 from pairsim.quantities.kinds import LENGTH, POSITION, TIME
 from pairsim.quantities.scales import Scales
 from pairsim.quantities.text import in_unit, with_name
-from pairsim.results.curve_table import ROUNDING, Memory, Motion
+from pairsim.results.curve_table import Memory, Motion
 from pairsim.results.scales import no_units, scales_in
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.message import Message, Text, in_units
-from pairsim.solvers.curves.interpolant import CurveInterpolant
+from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU, CurveInterpolant
 
 NODES = 4  # of the quadrature between two samples of a curve, which leaves 1e-10 of smooth ones
 SAME = 1e-9  # relative difference of a distance from an end of the curve that is due to rounding
@@ -156,7 +156,7 @@ def _obstacle(curve: CurveInterpolant, start: float, stop: float) -> Text:
     low, high = sorted((start, stop))
     if start == stop:
         return "must differ from --from"
-    if abs(curve.peak.dU) < ROUNDING:
+    if abs(curve.peak.dU) < NEGLIGIBLE_DU:
         return "must be left out: dU = 0 at every distance, so that the pair keeps its own"
     if zeros := [zero for zero in curve.zeros if low <= zero <= high]:
         side = "must be on the same side of the zeros of dU as d = {}: dU = 0 at d = {}"

@@ -213,14 +213,33 @@ def _of_solid(law: Solid) -> Iterator[Statement]:
     yield "G_p is the shear modulus: b_1 - b_2 = 1 at rest", EXACT, at_rest
     yield "the stress has an energy: db_1/dI_2 + db_2/dI_1 = 0", SMALL, curl
     yield "the stress turns with the frame", EXACT, turned
-    sphere = Problem((0.4,), (law,), (), 4.0, False, MeshSettings(Np=8), StepControl(3e-4, 1e-9, 5.0), 0.01 * law.Ca_e)
+    sphere = Problem(
+        betas=(0.4,),
+        solids=(law,),
+        gaps=(),
+        length=4.0,
+        periodic=False,
+        mesh=MeshSettings(Np=8),
+        control=StepControl(3e-4, 1e-9, 5.0),
+        first_step=0.01 * law.Ca_e,
+    )
     yield JACOBIAN, SMALL, lambda: jacobian_off(sphere)
 
 
 def _in_the_tube(liquid: Liquid) -> Iterator[Statement]:
     """A liquid in the tube without particles, from rest."""
-    control = StepControl(2e-3, 1e-8, 2.0)
-    tube = Problem((), (), (), 0.5, False, MeshSettings(max_size=CELLS[0]), control, 1e-3, liquid=liquid, t_end=DE)
+    tube = Problem(
+        betas=(),
+        solids=(),
+        gaps=(),
+        length=0.5,
+        periodic=False,
+        mesh=MeshSettings(max_size=CELLS[0]),
+        control=StepControl(2e-3, 1e-8, 2.0),
+        first_step=1e-3,
+        liquid=liquid,
+        t_end=DE,
+    )
 
     def beside_one_dimension() -> float:
         exact = Pipe(liquid).until(DE)(DE).gradient

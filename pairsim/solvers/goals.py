@@ -140,7 +140,7 @@ def _of_shape(
     """
 
     def functional(steady: SteadySolver) -> Functional:
-        from pairsim.solvers.steady.tangents import DIFFERENCE
+        from pairsim.solvers.steady.linearisation import DIFFERENCE
 
         body, *others = steady.bodies
         if others or body.phase is None:

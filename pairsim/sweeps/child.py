@@ -25,7 +25,7 @@ from pairsim.results.folder import CHECKPOINT
 from pairsim.runtime.child_process import end_with_parent
 from pairsim.runtime.errors import InputError, RunFailure
 from pairsim.runtime.signals import Signals
-from pairsim.sweeps.task import Said, Task
+from pairsim.sweeps.task import ChildReply, Task
 
 IDLE = 60.0
 """Seconds without a case after which the process ends: workers of other executors live on after a sweep."""
@@ -36,7 +36,7 @@ def serve(connection: Connection) -> None:
     connection.send(True)  # ready
     with suppress(EOFError):
         while connection.poll(IDLE):
-            connection.send(Said(*compute(connection.recv()), memory()))
+            connection.send(ChildReply(*compute(connection.recv()), memory()))
 
 
 def compute(task: Task) -> tuple[str, str]:

@@ -80,9 +80,13 @@ def read_grid(path: Path, settings: Sequence[str] = ()) -> Grid:
 
 
 def grid_from(path: Path, data: dict[str, Any], settings: Sequence[str] = (), listed: str = "cases") -> Grid:
-    """As `read_grid`, from the content of a grid file, to whose folder relative paths in it refer.
+    """Validate every case of the content of a grid file, as `read_grid` does.
 
-    In messages the key `cases` is called `listed`.
+    Args:
+        path: The file, which messages name, and in whose folder relative paths begin.
+        data: Its content.
+        settings: See `read_grid`.
+        listed: What messages call the key `cases`, as where a caller has made it from another one.
     """
     file = parse_file("sweep", SweepFile, check_sweep, data, str(path))
     question = QUESTIONS[file.command]
@@ -188,7 +192,7 @@ def _matches(merged: Mapping[str, Any], rule: Mapping[str, Any]) -> bool:
 
 
 def _all_of(errors: Sequence[InputError], cases: int) -> InputError:
-    """One error with each mistake once; what is wrong in all of several cases is so in "every case"."""
+    """One error of the mistakes of all cases, each once; one that all of several cases have is that of "every case"."""
     mistakes: dict[Any, InputError] = {}
     count: Counter[Any] = Counter()
     for each in (mistake for error in errors for mistake in error.mistakes):
@@ -204,10 +208,12 @@ def _all_of(errors: Sequence[InputError], cases: int) -> InputError:
 def _with_parameters(
     varied: Iterable[str], found: Sequence[tuple[SceneCase, dict[str, Any]]], always: Sequence[str]
 ) -> tuple[tuple[str, ...], tuple[SweepCase, ...]]:
-    """The keys whose values differ between cases, and the cases with these values.
+    """The keys that vary in a sweep, and its cases with the values of these keys.
 
-    They are among the dotted keys that the file varies; the values of others are `always` wanted, too. Each case comes
-    with the keys that it was made from.
+    Args:
+        varied: Dotted keys that the grid file varies; those whose values differ between cases are returned.
+        found: The cases, each with the keys that it was made from.
+        always: Keys whose values each case has, too, whether they vary or not.
     """
     values = []
     for case, merged in found:

@@ -1,4 +1,4 @@
-"""What a person sees of a sweep: with --dry-run, while it goes on, and with `pairsim status`, also of a case."""
+"""What a person sees of a sweep: before it begins (--dry-run), while it goes on, and by `pairsim status`."""
 
 from __future__ import annotations
 
@@ -32,7 +32,13 @@ def headline(state: CaseState) -> str:
 
 
 def summarised(cases: Sequence[Mapping[str, Any]]) -> list[str]:
-    """The warnings of all cases of `read_sweep`, each once with its first case and the number of the others."""
+    """The warnings of the cases of a sweep, one of each kind: the first one, its case, and how many more there are.
+
+    Warnings that differ in their numbers alone are of one kind.
+
+    Args:
+        cases: The cases, as of `read_sweep`.
+    """
     kinds: dict[str, list[tuple[str, str]]] = {}
     for case in cases:
         for warning in case["warnings"]:
@@ -43,7 +49,12 @@ def summarised(cases: Sequence[Mapping[str, Any]]) -> list[str]:
 
 
 def status_view(sweep: Mapping[str, Any], working: bool) -> Group:
-    """What `pairsim status` shows of a sweep (`read_sweep`), at work or not: counts, warnings, and what failed."""
+    """What `pairsim status` shows of a sweep: how many cases there are of each status, warnings, and failures.
+
+    Args:
+        sweep: The sweep, as of `read_sweep`.
+        working: Whether a command is computing it now.
+    """
     counts, cases = sweep["counts"], sweep["cases"]
     shown = [Text(f"{count} {status}", style=COLOURS.get(status, "")) for status, count in counts.items() if count]
     title = f"{sweep['name']}: {len(cases)} cases of pairsim {sweep['command']}"

@@ -51,10 +51,15 @@ Workers = Sequence[tuple[Executor, int | None]]
 
 
 def with_workers[T](work: Callable[[Workers], T], executor: Executor | None = None, count: int = 1) -> T:
-    """Call a function with what computes the cases of its sweeps: an executor, or else `count` threads of this process.
+    """Call a function with the workers of its sweeps.
 
-    Under mpirun, where all processes call this, the first one calls it, and the others compute until it has ended. It
-    returns the result of the function, and raises what that raises, on all processes.
+    All processes that mpirun has started call this. The first one of them then calls the function, and the others work
+    until it has ended; each returns its result, or raises its exception.
+
+    Args:
+        work: The function.
+        executor: Computes the cases; by default `count` threads of this process do, or the processes of mpirun.
+        count: Number of threads.
 
     Raises:
         InputError: There are several workers under mpirun.
@@ -87,7 +92,7 @@ def with_workers[T](work: Callable[[Workers], T], executor: Executor | None = No
 
 @contextmanager
 def _signals_left_to_the_first(rank: int) -> Iterator[None]:
-    """Context in which other processes than the first ignore what ends a sweep."""
+    """Context in which only the first process listens to the signals that end a sweep; the others ignore them."""
     before = {number: signal.signal(number, signal.SIG_IGN) for number in (ENDING if rank else ())}
     try:
         yield
@@ -97,10 +102,10 @@ def _signals_left_to_the_first(rank: int) -> Iterator[None]:
 
 
 def run_sweep(grid: Grid, directory: Path, options: Options, workers: Workers) -> tuple[int, str]:
-    """Compute the cases of a grid that are not finished, into a folder that is made, or continued if it exists.
+    """Compute the cases of a grid that are not finished; the folder is made, or else that of an earlier sweep goes on.
 
-    Returns exit code (0: no case has failed; 3: some have; 4: the environment is at fault; 130: interrupted) and
-    message.
+    Returns:
+        Exit code (0: no case has failed; 3: some have; 4: the environment is at fault; 130: interrupted) and message.
 
     Raises:
         InputError: The folder belongs to another grid, or another sweep is writing to it.
@@ -224,7 +229,7 @@ class _Sweep:
 
 
 def _result(future: Future[CaseState], folder: str) -> CaseState:
-    """How the case of a task stands that has ended."""
+    """How a case stands whose task has ended."""
     try:
         return future.result()
     except CancelledError:

@@ -29,12 +29,18 @@ class Options(Keys):
 WEIGHT = Key("W", r"\eta_0 U_{av} D_c", caption=10, slug="W", since="9")
 
 
+OF_SOFT = Key(identity=lambda each: each.Ca_e != 0, idle=lambda each: "" if each.Ca_e else "rigid")
+
+
 class Weighed(Case):
     """A run with keys of its own: one number a particle, one a gap, and a group."""
 
     weight: Annotated[PerParticle[Number], WEIGHT] = Field(0.0, description="weight of each particle")
     charge: Annotated[PerParticle[Number] | None, Key(required=True)] = Field(None, description="charge")
     spring: PerGap[Number] = Field(0.0, description="stiffness of a spring across each gap")
+    thrust: Annotated[
+        Number, Key(identity=lambda each: each.Ca_e != 0, idle=lambda each: "" if each.Ca_e else "rigid")
+    ] = Field(0.0, description="a key that matters to soft particles alone")
     options: Options = Options()
 
 
@@ -79,9 +85,19 @@ def test_equal_values_in_a_list_are_one_value() -> None:
 def test_a_key_of_a_later_version_changes_no_hash_where_it_has_its_default() -> None:
     old = identity_of(Case.model_validate({"beta": 0.4, "Ca_e": 0.1, "d0": 0.1}))
     new = identity_of(case())
-    assert new == old | {"charge": 1, "spring": 0, "options": {"size": 1}}
+    assert new == old | {"charge": 1, "spring": 0, "thrust": 0, "options": {"size": 1}}
     assert identity_of(case(weight=[0, 0])) == new
     assert identity_of(case(options={"late": True}))["options"] == {"size": 1, "late": True}
+
+
+def test_a_key_says_where_it_has_no_effect_and_makes_no_other_case() -> None:
+    assert case(thrust=1).notes == []
+    assert case(Ca_e=0, thrust=1).notes == ["thrust has no effect: rigid"]
+    assert case(particles=0, beta=None, Ca_e=None, d0=None, weight=1).notes == [
+        "weight, charge have no effect: there are no particles"
+    ]
+    assert identity_of(case(thrust=1)) != identity_of(case())
+    assert identity_of(case(Ca_e=0, thrust=1)) == identity_of(case(Ca_e=0))
 
 
 def test_an_atlas_compares_a_key_that_it_does_not_know() -> None:

@@ -375,6 +375,13 @@ def test_units_has_an_option_for_each_quantity_of_a_law_that_ships_and_its_help_
         assert {law.name for law in shipped} <= {*re.split(r"[:,.] *", options[name])}
 
 
+def test_units_has_an_option_for_each_key_of_the_block() -> None:
+    shown = units("--velocity 8mm/s --viscosity 1Pa.s --kind train --spacing 30um --contact 50nm --set row.beads=9")
+    assert "length              50 um" in shown
+    command = command_of("units")
+    assert QUANTITIES.keys() <= {parameter.name for parameter in command.params}
+
+
 @pytest.mark.parametrize("law", ["bingham --plastic-viscosity 1Pa.s", "herschel-bulkley --n 1 --consistency 1Pa.s^1"])
 def test_units_takes_a_yield_stress(law: str) -> None:
     shown = units(f"--flow 1ul/min --modulus 5kPa --yield-stress 5Pa --liquid {law}")

@@ -114,8 +114,7 @@ def test_three_particles_with_their_own_gaps() -> None:
 
 def test_the_matrix_is_the_derivative_of_the_residual(viscoelastic: Branch) -> None:
     scene = viscoelastic.solver
-    scene.factor()
-    y = scene.y
+    y = scene.linearise().y
     direction = np.random.default_rng(3).standard_normal(y.size) * np.maximum(np.abs(y), 1e-3)
     product = scene.newton.jacobian_times(y, direction)
     errors = []
@@ -265,7 +264,7 @@ def test_pseudo_time_reaches_the_steady_solution(viscoelastic: Branch) -> None:
 
 def test_a_steady_solution_does_not_change_in_pseudo_time(viscoelastic: Branch) -> None:
     scene = viscoelastic.solver
-    liquid, left = scene.scene.liquid, scene.residual()
+    liquid, left = scene.scene.liquid, scene.residual_at(scene.parameters, scene.y)
     liquid.set_star(scene.state()[1][: liquid.size])
     liquid.constants["rate"].value = 10.0
     assert scene.newton.residual_at(scene.y) == pytest.approx(left, abs=1e-12)
@@ -311,8 +310,7 @@ def test_the_distance_of_a_given_dU_is_found_by_a_few_iterations_of_newtons_meth
 def test_the_mesh_of_a_solution_is_that_of_its_extension_alone(viscoelastic: Branch) -> None:
     """Assembled in numpy, and from the form in UFL."""
     scene = viscoelastic.solver
-    scene.factor()
-    eta = scene.y[scene.constraints.fields["eta"]]
+    eta = scene.linearise().y[scene.constraints.fields["eta"]]
     assert np.abs(eta).max() > 1e-3
     assert scene.meshed.extend(scene.state()[0])[0] == pytest.approx(eta, abs=1e-12)
 
@@ -334,7 +332,7 @@ def test_a_matrix_that_cannot_be_factored_ends_the_branch() -> None:
     branch = branch_of(case())
     branch.solver.y = np.full_like(branch.solver.y, np.nan)
     with pytest.raises(NoSteadyState, match="singular"):
-        branch.solver.factor()
+        branch.solver.linearise()
     branch.close()
 
 

@@ -43,9 +43,8 @@ def scene_of(keys: dict[str, object], **mesh: float) -> SteadySolver:
 def solved(keys: dict[str, object], **mesh: float) -> tuple[Observation, ErrorEstimate]:
     """What is read off the solution, and the estimate of its errors."""
     scene = scene_of(keys, **mesh)
-    scene.factor()
-    observation = scene.observe()
-    estimate = ErrorEstimator().estimate(scene, Adjoints.of(scene), observation)
+    at, observation = scene.linearise(), scene.observe()
+    estimate = ErrorEstimator().estimate(at, Adjoints.of(at), observation)
     scene.close()
     return observation, estimate
 

@@ -78,7 +78,7 @@ def test_newton_converges_quadratically_in_time(name: str) -> None:
 @pytest.mark.parametrize("liquid", LIQUIDS.values(), ids=LIQUIDS.keys())
 def test_newton_converges_quadratically_on_a_curve(liquid: Liquid) -> None:
     """From a place with stiffer particles and, in a viscoelastic liquid, of a smaller De."""
-    problem = SteadyProblem((0.4, 0.4), 4.0, False, MeshSettings(Np=8), newton=EXACT)
+    problem = SteadyProblem(betas=(0.4, 0.4), length=4.0, periodic=False, mesh=MeshSettings(Np=8), newton=EXACT)
     places = ((0.05, 0.3), (0.08, 0.6))
     start, end = (Parameters((0.1,), soft(Ca_e, Ca_e), liquid.with_De(De)) for Ca_e, De in places)
     steady = SteadySolver(problem, start)

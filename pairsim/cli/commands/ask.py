@@ -18,7 +18,7 @@ import pairsim
 from pairsim.cases.keys import groups_of
 from pairsim.cases.physical import QUANTITIES
 from pairsim.cases.yaml_file import apply_settings
-from pairsim.cli.commands.units import TUBE, VISCOSITY, Text, of_option, quantity
+from pairsim.cli.declared_options import Text, of_option, quantity
 from pairsim.cli.options import Settings
 from pairsim.quantities.kinds import LENGTH, VELOCITY
 from pairsim.quantities.text import in_unit
@@ -38,13 +38,13 @@ def ask(
     atlas: Annotated[
         Path | None, typer.Option(help="File of an atlas, atlas.npz of pairsim atlas (default: those that ship).")
     ] = None,
-    tube: Annotated[Text, TUBE] = None,
-    particle: Annotated[list[str] | None, quantity("Diameter of the particles, such as 20um.")] = None,
-    flow_rate: Annotated[Text, quantity("Flow rate Q, such as 1ul/min.", "--flow")] = None,
-    velocity: Annotated[Text, quantity("Mean velocity of the liquid, in place of --flow, such as 5mm/s.")] = None,
-    modulus: Annotated[Text, quantity("Shear modulus G_p (default: rigid), such as 5kPa.")] = None,
-    viscosity: Annotated[Text, VISCOSITY] = None,
-    relaxation: Annotated[Text, quantity("Relaxation time lambda, such as 2ms.")] = None,
+    tube: Annotated[Text, quantity(QUANTITIES["tube"])] = None,
+    particle: Annotated[list[str] | None, quantity(QUANTITIES["particle"], several=True)] = None,
+    flow_rate: Annotated[Text, quantity(QUANTITIES["flow_rate"])] = None,
+    velocity: Annotated[Text, quantity(QUANTITIES["velocity"])] = None,
+    modulus: Annotated[Text, quantity(QUANTITIES["modulus"])] = None,
+    viscosity: Annotated[Text, quantity(QUANTITIES["viscosity"])] = None,
+    relaxation: Annotated[Text, quantity(QUANTITIES["relaxation"])] = None,
     liquid: Annotated[Text, typer.Option(metavar="LAW", help="Law of the liquid, as for units.")] = None,
     at: Annotated[
         list[str] | None, typer.Option("--at", metavar="D", help="Distance at which dU is wanted, such as 8um; repeat.")
@@ -69,7 +69,7 @@ def ask(
         raise InputError("pairsim ask", "--tube", None, "must be given, or a case file")
     if case is not None and given:
         name, value = next(iter(given.items()))
-        option, key = "--flow" if name == "flow_rate" else f"--{name}", name if name == "liquid" else f"physical.{name}"
+        option, key = ("--liquid", name) if name == "liquid" else (QUANTITIES[name].option, f"physical.{name}")
         allowed = f"must be left out if a case file is given; --set {key}=... replaces its key"
         raise InputError("pairsim ask", option, value, allowed)
     if relaxation and not (liquid or case):

@@ -7,10 +7,8 @@ default used.
 
 from __future__ import annotations
 
-import re
-from collections.abc import Collection
 from functools import partial
-from itertools import chain
+from inspect import Parameter, Signature, signature
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -18,32 +16,21 @@ import typer
 
 import pairsim
 from pairsim.cases.keys import groups_of
-from pairsim.cases.physical import Physical
+from pairsim.cases.physical import QUANTITIES
 from pairsim.cases.yaml_file import apply_settings
+from pairsim.cli.declared_options import Text, of_experiment, of_laws, of_option, pure_numbers
 from pairsim.cli.options import OfQuestion, Settings, check_free
 from pairsim.physics import liquids, solids
-from pairsim.physics.declared import PARAMETERS
-from pairsim.physics.own_laws import file_of
+from pairsim.physics.declared import DIMENSIONS
 from pairsim.results.folder import write_file
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.files import FILES
 
 ENDS = {"ends": "developed", "length": "auto"}
-"""What a case is given that says nothing of the ends of its tube."""
-Text = str | None
-Number = float | None
+"""What a case is given that says nothing of the ends of its tube, unless it is a period."""
 File = Path | None
-
-
-def quantity(words: str, *names: str) -> Any:
-    """An option that is a quantity with its unit."""
-    return typer.Option(*names, metavar="QUANTITY", help=words)
-
-
-TUBE = quantity("Inner diameter of the tube D_c, such as 50um.")
-VISCOSITY = quantity("Zero-shear viscosity eta_0, solvent included, such as 1Pa.s.")
 _law = partial(typer.Option, metavar="LAW")
-_number = partial(typer.Option, metavar="NUMBER")
+_quantity = partial(typer.Option, metavar="QUANTITY")
 
 
 EXAMPLES = (
@@ -55,54 +42,14 @@ EXAMPLES = (
 
 def units(
     *,
-    tube: Annotated[str, TUBE],
-    particle: Annotated[list[str], quantity("Diameter of the particles, such as 20um; repeat it, from upstream.")],
-    flow_rate: Annotated[Text, quantity("Flow rate Q: U_av = 4 Q/(pi D_c^2), such as 1ul/min.", "--flow")] = None,
-    velocity: Annotated[Text, quantity("Mean velocity of the liquid U_av, in place of --flow, such as 5mm/s.")] = None,
-    pressure: Annotated[Text, quantity("Pressure drop in place of --flow, such as 20kPa; with --over.")] = None,
-    over: Annotated[Text, quantity("Length of tube over which it falls, such as 5cm.")] = None,
-    modulus: Annotated[
-        list[str] | None, quantity("Shear modulus G_p (default: rigid; repeat for one value each), such as 5kPa.")
-    ] = None,
-    young: Annotated[list[str] | None, quantity("Young's modulus E = 3 G_p, in place of --modulus.")] = None,
-    density: Annotated[Text, quantity("Density of the liquid (default: water), such as 1000kg/m^3.")] = None,
-    distance: Annotated[
-        list[str] | None,
-        quantity(
-            "Distance between the surfaces, such as 5um (repeat for one value each gap; with --kind curve, for its "
-            "distances; with --kind critical, for the least and the largest one)."
-        ),
-    ] = None,
-    end: Annotated[Text, quantity("End time of the run (default: by De and Ca_e), such as 2ms.")] = None,
-    liquid: Annotated[
-        Text,
-        _law(
-            help="Law of the liquid: newtonian, bingham, carreau, fene-p, giesekus, herschel-bulkley, oldroyd-b, "
-            "power-law, ptt-linear, ptt-exp, white-metzner, or one of your own."
-        ),
-    ] = None,
-    viscosity: Annotated[Text, VISCOSITY] = None,
-    consistency: Annotated[Text, quantity("Consistency K: eta_0 = K (U_av/D_c)^(n - 1), such as 0.5Pa.s^0.6.")] = None,
-    plastic_viscosity: Annotated[Text, quantity("Plastic viscosity of a Bingham liquid, such as 1Pa.s.")] = None,
-    yield_stress: Annotated[Text, quantity("Yield stress tau_y: Bn = tau_y D_c/(eta_0 U_av), such as 5Pa.")] = None,
-    relaxation: Annotated[Text, quantity("Relaxation time lambda: De = lambda U_av/D_c, such as 2ms.")] = None,
-    solvent: Annotated[Text, quantity("Viscosity of the solvent eta_s: xi = eta_s/eta_0, such as 1mPa.s.")] = None,
-    time_constant: Annotated[Text, quantity("Inverse of the rate where thinning begins, such as 2ms.")] = None,
-    viscosity_inf: Annotated[Text, quantity("Viscosity at large shear rates, such as 1mPa.s.")] = None,
-    n: Annotated[Number, _number("--n", help="Flow index of the thinning part.")] = None,
-    a: Annotated[Number, _number("--a", help="Exponent of the transition; 2 is the law of Carreau.")] = None,
-    L2: Annotated[Number, _number("--L2", help="Largest trace of the conformation tensor.")] = None,
-    alpha: Annotated[Number, _number("--alpha", help="Mobility of the Giesekus liquid.")] = None,
-    epsilon: Annotated[Number, _number("--epsilon", help="Extensional parameter of the PTT liquids.")] = None,
+    pressure: Annotated[Text, _quantity(help="Pressure drop in place of --flow, such as 20kPa; with --over.")] = None,
+    over: Annotated[Text, _quantity(help="Length of tube over which it falls, such as 5cm.")] = None,
+    liquid: Annotated[Text, _law(help=f"Law of the liquid: {', '.join(liquids.LAWS)}, or one of your own.")] = None,
     carrier: Annotated[
         Text, typer.Option(help="Carrier of cytometry in place of --liquid, such as '0.59% MC-PBS'.")
     ] = None,
     celsius: Annotated[float, typer.Option(help="Temperature of the carrier in degrees Celsius.")] = 23.0,
-    solid: Annotated[
-        Text, _law(help="Law of the particles: neo-hookean, kelvin-voigt, mooney-rivlin, or one of your own.")
-    ] = None,
-    particle_viscosity: Annotated[Text, quantity("Viscosity of the particles, such as 2Pa.s.")] = None,
-    c: Annotated[Number, _number("--c", help="Part of the second invariant in the shear modulus.")] = None,
+    solid: Annotated[Text, _law(help=f"Law of the particles: {', '.join(solids.LAWS)}, or one of your own.")] = None,
     rheology: Annotated[
         File,
         typer.Option(help="File of a rheometer with a flow curve (shear rate, viscosity or stress, N1), to be fitted."),
@@ -118,27 +65,29 @@ def units(
     output: Annotated[File, typer.Option("-o", "--output", help="Write a case file to this path.")] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing case file.")] = False,
     set_: Settings = None,
+    **declared: Any,
 ) -> None:
-    options = locals()
-
     picture = output.with_name(f"{output.stem}-fit.png") if output and (rheology or spectrum) else None
     for path in (output, picture):
         check_free(path, overwrite)
-    given = {key: value for key, value in options.items() if key in Physical.model_fields and value}
+    given = {key: value for key, value in declared.items() if key in QUANTITIES and value}
     quantities = {key: value[0] if len(value) == 1 else value for key, value in given.items()}
     laws: dict[str, Any] = {}
-    for place, law, known in (("liquid", liquid, liquids.LAWS), ("solid", solid, solids.LAWS)):
-        declared = chain(*(each.parameters().items() for each in known.values() if file_of(each) is None))
-        pure = dict.fromkeys(name for name, parameter in declared if parameter.dimension is None)
-        numbers = {name: options[name] for name in pure if options.get(name) is not None}
+    of_liquids = pure_numbers(liquids.LAWS)
+    of_solids = [name for name in pure_numbers(solids.LAWS) if name not in of_liquids]
+    for place, law, names in (("liquid", liquid, of_liquids), ("solid", solid, of_solids)):
+        numbers = {name: declared[name] for name in names if declared.get(name) is not None}
         if law or numbers:
             laws[place] = {"law": law, **numbers} if numbers else law
-    if relaxation and not (liquid or rheology or spectrum):
+    memory = liquids.Liquid.OF_POLYMER["De"].dimension
+    if memory is not None and memory.key in quantities and not (liquid or rheology or spectrum):
         elastic = ", ".join(name for name, law in liquids.LAWS.items() if issubclass(law, liquids.ConformationLaw))
-        allowed = f"must be given with --relaxation: {elastic}; --rheology FILE finds the one that fits a flow curve"
+        allowed = f"must be given with {memory.option}: {elastic}; --rheology FILE finds the one that fits a flow curve"
         raise InputError("pairsim units", "--liquid", None, allowed)
-    case = {"physical": quantities, **laws, **ENDS}
-    apply_settings(case, tuple(set_ or ()), groups_of(FILES[kind]))
+    model = FILES[kind]
+    ends = ENDS if model.model_fields["ends"].default == ENDS["ends"] else {}
+    case = {"physical": quantities, **laws, **ends}
+    apply_settings(case, tuple(set_ or ()), groups_of(model))
     more: dict[str, Any] = {"pressure": pressure, "over": over, "carrier": carrier, "celsius": celsius}
     try:
         found = pairsim.units(
@@ -173,6 +122,27 @@ def units(
         typer.echo(f"next: pairsim {kind} {output} --dry-run", err=True)
 
 
+def _signature() -> Signature:
+    """The options of the command: its own, and those of all quantities and laws, those of a user's own, too."""
+    whole = signature(units, eval_str=True)
+    own = {name: each for name, each in whole.parameters.items() if name != "declared"}
+    of_solids = {p.dimension.key for law in solids.LAWS.values() for p in law.parameters().values() if p.dimension}
+    before = {
+        "pressure": of_experiment(),
+        "carrier": of_laws(liquids.LAWS, DIMENSIONS.keys() - of_solids),
+        "rheology": of_laws(solids.LAWS),
+    }
+    taken, found = {*own}, list[Parameter]()
+    for name, each in own.items():
+        new = [option for option in before.get(name, ()) if option.name not in taken]
+        found += [*new, each]
+        taken |= {option.name for option in new}
+    return whole.replace(parameters=found)
+
+
+units.__signature__ = _signature()  # type: ignore[attr-defined]
+
+
 def _listener() -> Any:
     """What prints sentences as they become known: what was read and fitted, and on stderr what is being done."""
     from pairsim.api.rheometer import Listener
@@ -185,22 +155,3 @@ def _listener() -> Any:
             typer.echo(sentence, err=True)
 
     return Printer()
-
-
-def of_option(command: str, error: InputError, options: Collection[str] | None = None) -> InputError:
-    """The same error of a command with options in place of the keys of a case that they stand for.
-
-    Keys without an option among these, by default of `units`, are set by --set.
-    """
-
-    def option(key: re.Match[str]) -> str:
-        declared = PARAMETERS.get(key[1])
-        dimension = None if declared is None else declared.parameter.dimension
-        name = key[1] if dimension is None else dimension.key
-        if options is not None and name not in options:
-            return f"--set {name}"
-        return "--flow" if name == "flow_rate" else f"--{name.replace('_', '-')}"
-
-    key, allowed = (re.sub(r"\b(?:physical|liquid|solid)\.(\w+)", option, text) for text in (error.key, error.allowed))
-    key = f"--{key}" if key in ("liquid", "solid", "carrier", "celsius") else key
-    return InputError(command, key, error.value, allowed.removesuffix(" in physical"))

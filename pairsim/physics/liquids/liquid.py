@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Literal
 
-from pairsim.physics.liquids.conformation import ConformationLaw, Invariants
+from pairsim.physics.fields import PRESSURE, VELOCITY, Field
+from pairsim.physics.liquids.conformation import LOG_CONFORMATION, ConformationLaw, Invariants
 from pairsim.physics.liquids.newtonian import Newtonian
 from pairsim.physics.liquids.viscous import ViscousLaw
 from pairsim.physics.liquids.yielding import YieldLaw
@@ -68,7 +69,23 @@ class Liquid:
     @property
     def newtonian(self) -> bool:
         """Whether the stress is that of a Newtonian liquid: linear in the velocity, without a memory."""
-        return self.solvent.linear and not self.modes
+        return self.solvent.linear and not self.has_memory
+
+    @property
+    def transported(self) -> tuple[Field, ...]:
+        """The fields that it carries along, as its laws declare them; the conformations of all modes are one field."""
+        of_modes = (LOG_CONFORMATION.times(len(self.modes)),) if self.modes else ()
+        return *self.solvent.transported, *of_modes
+
+    @property
+    def has_memory(self) -> bool:
+        """Whether its stress depends on what the liquid has gone through, and not on its present motion alone."""
+        return bool(self.transported)
+
+    @property
+    def fields(self) -> tuple[Field, ...]:
+        """Its unknowns, apart from those of its mesh."""
+        return VELOCITY, PRESSURE, *self.transported
 
     @property
     def structure(self) -> str:

@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
+from pairsim.physics.fields import Field
 from pairsim.physics.material import LawField, Material, parameter
 from pairsim.quantities.kinds import STRESS
 from pairsim.quantities.measurable import Measurable, Usual, a_viscosity
@@ -54,10 +55,12 @@ class ViscousLaw(Material):
 
     Attributes:
         linear: Whether the viscosity is constant.
+        transported: Fields on which it depends, and which the liquid carries along; none in most laws.
         measured: The quantity that gives the unit of viscosity eta_0, by `unit_viscosity`.
     """
 
     linear: ClassVar[bool] = False
+    transported: ClassVar[tuple[Field, ...]] = ()
     measured: ClassVar[Measurable] = ZERO_SHEAR
 
     def viscosity(self, gamma2: Any) -> Any:

@@ -26,6 +26,7 @@ MODULUS = Measurable(
     many=True,
     uncertain=True,
     usual=Usual(1.0, 1e11, "1 Pa to 100 GPa"),
+    default="rigid",
 )
 
 

@@ -27,6 +27,7 @@ from pairsim.cases.keys import Key, Part
 from pairsim.cases.mistakes import Mistake, broken, missing
 from pairsim.cases.values import MOST_VALUES, CurveTolerance, Distance, Gaps, Range, Time, Velocity, Whole, spelled_out
 from pairsim.computing.question import Flag, InSweeps, Question, Tables, Value, rows_in
+from pairsim.physics.drive import Drive
 from pairsim.results.columns import EQUILIBRIA_COLUMNS, FORCES, GAP, names_of, slope_columns, suffixes, suffixes_in
 from pairsim.runtime.errors import InputError
 from pairsim.solvers.curves.distances import between
@@ -128,8 +129,8 @@ class CurveCase(SceneCase):
         return self.after is not None
 
     @property
-    def driven(self) -> tuple[float, float | None]:
-        return float(self.flow), self.velocity
+    def drive(self) -> Drive:
+        return Drive(float(self.flow), self.velocity)
 
     @property
     def common(self) -> bool:

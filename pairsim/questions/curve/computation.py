@@ -31,9 +31,9 @@ from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.text import counted
 from pairsim.solvers.curves.adaptation import ENOUGH
 from pairsim.solvers.curves.branch import Branch, Point
-from pairsim.solvers.curves.curve import ROUNDING, Equilibrium, Zero, equilibria, find_zeros, interpolants, trace
+from pairsim.solvers.curves.curve import Equilibrium, Zero, equilibria, find_zeros, interpolants, trace
 from pairsim.solvers.curves.distances import between
-from pairsim.solvers.curves.interpolant import CurveInterpolant
+from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU, CurveInterpolant
 from pairsim.solvers.goals import DP_PLUS, D, F, Goal, U, dU
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.scene import SteadySolver
@@ -152,7 +152,7 @@ def _end(case: CurveCase, found: Solutions) -> Iterator[events.Event]:
         if len(points) >= ENOUGH and curves:
             found.largest[dU] = max(abs(curve.peak.dU) for curve in curves)
         size = found.largest.get(dU, found.branch.largest[dU])
-        if size > ROUNDING:
+        if size > NEGLIGIBLE_DU:
             warnings = [*moving_errors(case, points, size), *_far_apart(case, curves, size)]
     yield from found.last_events({"points": len(points)}, warnings)
     if found.ended is not None and (last := found.ended.last) is not None and case.n > 1:

@@ -39,7 +39,7 @@ ADVICE = {
     WallTime: "a larger limits.wall_time",
     TooManySteps: "a larger limits.max_steps",
 }
-ROUNDING = 1e-9
+NEARLY_DUE = 1e-9  # part of a frame that may be missing by rounding when it is written
 SETTLES = 10.0  # time for the settled state at the end of a run [s], at least: else what the run itself took; chosen
 
 
@@ -193,7 +193,7 @@ def frames_until(case: Case, t: float, gaps: Sequence[float]) -> int:
         passed = max(passed, (start - d) / (start - limits.min_gap))
         if limits.max_gap is not None:
             passed = max(passed, (d - start) / (limits.max_gap - start))
-    return int(output.frames * passed + ROUNDING)
+    return int(output.frames * passed + NEARLY_DUE)
 
 
 def moment(t: float) -> Message:

@@ -21,7 +21,7 @@ from pairsim.fem.meshes.size_field import MOST_FACTOR, AdaptedSizes, CellIndicat
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.solvers.curves.branch import BESIDE, Branch, Point
-from pairsim.solvers.curves.curve import ROUNDING
+from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU
 from pairsim.solvers.errors.estimate import ErrorEstimator
 from pairsim.solvers.goals import Goal, Scale
 from pairsim.solvers.parameters import Parameters
@@ -30,7 +30,6 @@ from pairsim.solvers.steady.continuation import prepared
 from pairsim.solvers.steady.ends import Ended
 from pairsim.solvers.steady.first_solution import FEWEST_CELLS, first_scene, try_from_other_mesh
 from pairsim.solvers.steady.scene import Snapshot, SteadySolver
-from pairsim.solvers.steady.tangents import gap_tangents
 
 # Constants without another origin were chosen.
 ROUNDS = 3
@@ -98,7 +97,10 @@ def largest_value(goal: Goal, known: SteadySolver, places: Sequence[tuple[float,
 
 
 def _carried_over(problem: SteadyProblem, parameters: Parameters, known: SteadySolver) -> SteadySolver | None:
-    """The scene on other cells; None where its solution does not follow at once, as the way to it may be long."""
+    """The scene on other cells; None unless Newton's method converges from the interpolated solution.
+
+    No continuation is tried then: it may take longer than what it is wanted for.
+    """
     solver: SteadySolver | None = None
     with suppress(NoSteadyState, MeshFailure):
         solver = SteadySolver(problem, parameters)
@@ -110,7 +112,7 @@ def _carried_over(problem: SteadyProblem, parameters: Parameters, known: SteadyS
 
 
 def _found_anew(goal: Goal, problem: SteadyProblem, parameters: Parameters) -> float:
-    """The largest value of a solution that no other one leads to, 0 if there is none."""
+    """The largest value of a solution that is found without an earlier one, 0 if none is found."""
     found: SteadySolver | Ended | None = None
     with suppress(NoSteadyState, MeshFailure):
         found = first_scene(problem, parameters)
@@ -122,13 +124,12 @@ def _found_anew(goal: Goal, problem: SteadyProblem, parameters: Parameters) -> f
 
 
 def _moved(scout: SteadySolver, gaps: tuple[float, ...]) -> bool:
-    """Solve at other distances; False where a step on the way there fails, as finding a shorter one may take long."""
+    """Continue to other distances in steps of a given length; False where one fails, as shorter ones may take long."""
     here = np.array(scout.parameters.gaps)
     count = int(np.ceil(np.abs(np.log(np.divide(gaps, here))).max() / np.log(STEP)))
     for part in np.arange(1, count + 1) / count:
         there = replace(scout.parameters, gaps=tuple(map(float, here ** (1 - part) * np.array(gaps) ** part)))
-        scout.factor()
-        step = np.subtract(there.gaps, scout.parameters.gaps) @ gap_tangents(scout)
+        step = np.subtract(there.gaps, scout.parameters.gaps) @ scout.linearise().gap_tangents
         scout.forget()
         if not scout.solve(there, prepared(scout, there, scout.y + step)).converged:
             return False
@@ -155,7 +156,7 @@ class AdaptiveBranch(Branch):
             alone are solved again, not the points among which they are looked for.
         wanted: Largest error of a goal, relative to its scale; infinite to keep the mesh.
         places: Distances of the case.
-        held: Settings of the mesh that stay as they are, among Np and max_size; with Np the whole mesh does.
+        held: Settings of the mesh that the case fixes, of Np and max_size; where Np is fixed the mesh is not adapted.
 
     Attributes:
         largest: Largest value known of each goal.
@@ -226,7 +227,7 @@ class AdaptiveBranch(Branch):
                 return np.asarray(self.wanted * abs(point.slope_at_rest) * point.d)
             case Scale.ITSELF:
                 size = np.abs(point.values[goal])
-                return np.where(size > ROUNDING, self.wanted * size, np.inf)
+                return np.where(size > NEGLIGIBLE_DU, self.wanted * size, np.inf)
             case Scale.LARGEST:
                 return np.asarray(self.wanted * self.largest[goal])
 
@@ -246,7 +247,7 @@ class AdaptiveBranch(Branch):
                 self._looked[goal] = error
                 found = largest_value(goal, self.solver, self._places, error / self.wanted)
                 self.largest[goal] = max(self.largest[goal], found)
-            if self.largest[goal] <= ROUNDING:
+            if self.largest[goal] <= NEGLIGIBLE_DU:
                 return False  # nothing to compare errors with: dU of equal rigid spheres in Newtonian liquids is 0
         return bool((errors > self.allowed(goal, point)).any())
 
@@ -325,7 +326,7 @@ class AdaptiveBranch(Branch):
             return replace(self.problem, mesh=replace(self.problem.mesh, sizes=sizes))
         if "Np" in self._held:
             return None
-        order = ELASTIC_ORDER if point.parameters.liquid.modes else ORDER
+        order = ELASTIC_ORDER if point.parameters.liquid.has_memory else ORDER
         finer = max(float(np.max(each.by_cells / most[goal])) for goal, each in found.items()) ** (1 / order)
         mesh = self.problem.mesh.scaled(1 / float(np.clip(finer, *FACTORS)), FEWEST_CELLS)
         kept = {name: getattr(self.problem.mesh, name) for name in self._held}
@@ -345,7 +346,7 @@ class AdaptiveBranch(Branch):
         mesh = self.problem.mesh
         field = cells.sizes(np.concatenate(allowed), largest_factor, mesh.rows or self.problem.length)
         # Without modes cells that contribute nothing to dU carry the profile, and with it the pressure drop.
-        return field if point.parameters.liquid.modes else field.at_most(mesh.max_size)
+        return field if point.parameters.liquid.has_memory else field.at_most(mesh.max_size)
 
     def _go_on(self, problem: SteadyProblem, parameters: Parameters) -> bool:
         """Carry the solution over to other cells; False, with the old ones kept, if that fails."""
@@ -367,7 +368,8 @@ def _worst(point: Point, allowed: Mapping[Goal, Array]) -> float:
 def _by_chance(point: Point, goals: Sequence[Goal]) -> bool:
     """Whether errors may have grown with finer cells by chance.
 
-    Without modes few cells have most of the scatter, those that the shear rate vanishes in, by where it does.
+    In liquids without a memory most of the scatter is that of a few cells, those in which the shear rate vanishes. How
+    large it is there depends on where in the cell it vanishes.
     """
     found = [point.estimate[goal] for goal in goals]
-    return not point.parameters.liquid.modes and any(bool((e.irregular > e.regular).any()) for e in found)
+    return not point.parameters.liquid.has_memory and any(bool((e.irregular > e.regular).any()) for e in found)

@@ -24,9 +24,9 @@ from pairsim.solvers.steady.bordered import solve_with
 from pairsim.solvers.steady.continuation import IN_TIME, follow, where
 from pairsim.solvers.steady.ends import Ended
 from pairsim.solvers.steady.first_solution import scene_past_end
+from pairsim.solvers.steady.linearisation import Linearisation
 from pairsim.solvers.steady.relaxation import relaxation_time
 from pairsim.solvers.steady.scene import Snapshot, SteadySolver
-from pairsim.solvers.steady.tangents import gap_tangents
 
 # Factor by which a zero may lie outside the interval between two points of opposite sign; chosen.
 BESIDE = 1.05
@@ -50,7 +50,7 @@ class Point:
         parameters: Parameters of the solution.
         discrete: Quantities evaluated from the solution, with the distances held.
         held: The same with the estimates of their errors added, where these are trusted.
-        motion: What moving adds to the velocities.
+        motion: What the motion of the particles adds to the velocities at held distances.
         t_relax: Slowest decay time of a disturbance at held distances [D_c/U_av].
         slopes: Derivative of every dU at held distances when all, or the only one that varies, change equally, (N-1,).
         held_slopes: Derivatives of the velocities (rows) at held distances by each distance (columns), (N, N-1).
@@ -153,7 +153,7 @@ class Branch:
     Attributes:
         goals: What is asked for.
         solver: The solver at the present solution.
-        ended: What the last continuation has come to; None where it arrived.
+        ended: Where and why the last continuation has stopped; None where it arrived.
     """
 
     def __init__(
@@ -182,10 +182,13 @@ class Branch:
         return self._read(before)
 
     def _follow(self, parameters: Parameters) -> None:
-        """Continue to other parameters; that the branch of a single particle ends is told by two meshes.
+        """Continue to other parameters.
+
+        Where the branch of a single particle seems to end, finer cells on the particle are tried, too: they may have a
+        solution beyond that end, with which the branch then goes on.
 
         Raises:
-            NoSteadyState: The continuation did not reach them; `ended` says more.
+            NoSteadyState: The continuation did not reach the parameters; `ended` says where and why.
         """
         self.ended = follow(self.solver, parameters)
         if self.ended is not None and self.ended.kind and not parameters.gaps:
@@ -201,7 +204,8 @@ class Branch:
     def zero(self, left: float, right: float, guess: float) -> Point:
         """The solution at a distance between two others at which dU vanishes, by Newton's method with the slope of dU.
 
-        It is on the mesh for this distance, or where that leads to none on the present one.
+        Every iterate is solved on the mesh for its own distance. Two such meshes may each have their zero at the
+        distance of the other one: then it is the zero on the last mesh.
 
         Args:
             left: Smaller distance.
@@ -298,23 +302,22 @@ class Branch:
 
     def _read(self, iterations_before: int) -> Point:
         solver = self.solver
-        adjoints, discrete, estimate = self._estimated()
+        at, adjoints, discrete, estimate = self._estimated()
         most = {goal: _allowed_to_newton(estimate[goal]) for goal in self.goals}
         if any((np.abs(estimate[goal].newton) > most[goal]).any() for goal in self.goals):
             for _ in range(MOST_STEPS):
                 solver.forget()
-                solver.factor(SHORTER)
-                residual = solver.residual()
+                residual = solver.linearise(SHORTER).residual
                 if all((np.abs(adjoints.change(goal, residual)) <= most[goal]).all() for goal in self.goals):
                     break
-            adjoints, discrete, estimate = self._estimated()
-        held_slopes = gap_tangents(solver)[:, solver.constraints.fields["U_p"]].T
-        t_relax, varied = relaxation_time(solver), solver.parameters.varied
+            at, adjoints, discrete, estimate = self._estimated()
+        held_slopes = at.gap_tangents[:, solver.constraints.fields["U_p"]].T
+        t_relax, varied = relaxation_time(at), solver.parameters.varied
         if not all(np.isfinite(each.correction).all() for each in estimate.values()):
             said = Message("the estimate of the error is no number at {}", where(solver.parameters))
             raise NoSteadyState(said, advice=IN_TIME)
         held, errors = estimate.corrected(discrete), estimate[dU].half_width
-        motion = slow_motion(solver, held.dU, adjoints, t_relax, float(errors.min(initial=np.inf)))
+        motion = slow_motion(at, held.dU, adjoints, t_relax, float(errors.min(initial=np.inf)))
         undecided = np.abs(np.diff(held.U + motion.U)) <= errors + motion.remainder
         moving = _moving(held, motion)
         return Point(
@@ -325,7 +328,7 @@ class Branch:
             t_relax,
             np.diff(held_slopes.sum(axis=1) if varied is None else held_slopes[:, varied]),
             held_slopes,
-            sensitivities(solver, adjoints, held.dU, motion, self._sensitivities) if self._sensitivities else {},
+            sensitivities(at, adjoints, held.dU, motion, self._sensitivities) if self._sensitivities else {},
             estimate,
             {goal: estimate.value(goal, solver, moving) for goal in self.goals},
             Hold.of(solver, undecided),
@@ -334,11 +337,11 @@ class Branch:
             liquid_distortion(solver.scene, solver.state()[1]),
         )
 
-    def _estimated(self) -> tuple[Adjoints, Observation, ErrorEstimate]:
-        """Adjoints, quantities and their errors at the present solution, after a step with the matrix there."""
-        self.solver.factor()
-        adjoints, discrete = Adjoints.of(self.solver, self.goals), self.solver.observe()
-        return adjoints, discrete, self._estimator.estimate(self.solver, adjoints, discrete)
+    def _estimated(self) -> tuple[Linearisation, Adjoints, Observation, ErrorEstimate]:
+        """The present solution after a step with the matrix there: its adjoints, quantities and their errors."""
+        at = self.solver.linearise()
+        adjoints, discrete = Adjoints.of(at, self.goals), self.solver.observe()
+        return at, adjoints, discrete, self._estimator.estimate(at, adjoints, discrete)
 
     def close(self) -> None:
         """Free the memory of the solvers."""

@@ -12,12 +12,11 @@ import numpy as np
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.distances import between
-from pairsim.solvers.curves.interpolant import CurveInterpolant
+from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU, CurveInterpolant
 from pairsim.solvers.steady.scene import Snapshot
 
 # All constants were chosen.
 HALVINGS = 5  # bisections of an interval with a change of sign in which Newton's method finds no zero
-ROUNDING = 1e-10  # |dU| up to which dU and its slopes are rounding error, as for equal rigid spheres [U_av]
 CLOSE = 0.1  # difference of log d below which no point is added between two others: it would show meshes, not dU
 
 
@@ -70,7 +69,7 @@ def _unresolved(points: list[Point], tol: float) -> list[tuple[Point, Point]]:
     """
     if len(points) < 2:
         return []
-    wanted = max(tol * max(float(np.abs(p.dUs).max()) for p in points), ROUNDING)
+    wanted = max(tol * max(float(np.abs(p.dUs).max()) for p in points), NEGLIGIBLE_DU)
     errors = np.array([curve.errors for curve in interpolants(points)]).T
     known = [np.maximum(a.dU_errors, b.dU_errors) for a, b in pairwise(points)]
     return [
@@ -131,7 +130,7 @@ def find_zeros(branch: Branch, points: list[Point]) -> Iterator[Zero]:
         points: Points in ascending d.
     """
     for a, b in pairwise(points):
-        if a.dU * b.dU < 0 and max(abs(a.dU), abs(b.dU)) > ROUNDING:
+        if a.dU * b.dU < 0 and max(abs(a.dU), abs(b.dU)) > NEGLIGIBLE_DU:
             found = _zero_between(branch, a, b)
             if found is not None:
                 yield found
@@ -140,8 +139,8 @@ def find_zeros(branch: Branch, points: list[Point]) -> Iterator[Zero]:
 def _zero_between(branch: Branch, a: Point, b: Point) -> Zero | None:
     """The zero between two points at which dU has different signs.
 
-    Where Newton's method finds none because dU jumps between two meshes, or because its slope is rounding error, it is
-    the point that its interval excludes the least. None where both signs are uncertain then.
+    Newton's method finds none where dU jumps between two meshes, or where its slope is rounding error. Then it is that
+    point whose interval of dU contains 0 or comes nearest to it; None where the intervals of both points contain 0.
     """
     secant = (b.dU - a.dU) / (b.d - a.d)
     for _ in range(HALVINGS):

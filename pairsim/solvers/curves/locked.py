@@ -14,12 +14,12 @@ import numpy as np
 from pairsim.fem.unyielded import bridges
 from pairsim.quantities.scales import TUBE_RADIUS
 from pairsim.runtime.arrays import Array
+from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU
 from pairsim.solvers.steady.scene import SteadySolver
 
 # Exponents -d ln dU/d ln m of creep. Between decades of m from 1e2 to 1e5 those of locked pairs were .74 to 1.0.
 CREEPS = 0.67, 1.33
 APART = 10.0  # factor of the two values of m; chosen
-ROUNDING = 1e-10  # |dU| that is rounding, as of equal rigid spheres [U_av]
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Hold:
 
     @classmethod
     def of(cls, steady: SteadySolver, undecided: np.ndarray) -> Hold:
-        """That at a solution, to which the scene is left.
+        """What unyielded liquid does at the present solution, at which the scene is left.
 
         Args:
             steady: The scene.
@@ -52,7 +52,7 @@ class Hold:
         plug = TUBE_RADIUS * yields_at / max(stress, yields_at) if yields_at else 0.0
         creep = np.full(len(bridge), np.nan)
         fields = steady.constraints.fields["U_p"]
-        asked = undecided & (bridge > 0) & (np.abs(np.diff(steady.y[fields])) > ROUNDING)
+        asked = undecided & (bridge > 0) & (np.abs(np.diff(steady.y[fields])) > NEGLIGIBLE_DU)
         if asked.any():
             here = steady.snapshot
             if steady.solve(steady.parameters.less_regularised(1 / APART)).converged:

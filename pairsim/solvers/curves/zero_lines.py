@@ -24,7 +24,6 @@ from pairsim.solvers.curves.curve import Zero
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.continuation import prepared, reach, where
 from pairsim.solvers.steady.scene import Snapshot
-from pairsim.solvers.steady.tangents import tangent_along
 
 Kind = Literal["wanted", "added", "vanishes", "edge"]
 
@@ -155,9 +154,8 @@ class Follower:
     def _pose(self, onwards: Array) -> _Pose:
         """The present zero, with the tangent oriented such that its product with `onwards` is not negative."""
         scene = self.branch.solver
-        scene.factor()
-        here = self._here()
-        rows = np.array([tangent_along(scene, self._line(here, direction)) for direction in np.eye(2)])
+        at, here = scene.linearise(), self._here()
+        rows = np.array([at.tangent(self._line(here, direction)) for direction in np.eye(2)])
         gradient = rows @ scene.velocity_row()
         tangent = np.array([gradient[1], -gradient[0]]) / np.linalg.norm(gradient)
         return _Pose(here, -tangent if tangent @ onwards < 0 else tangent, rows, self.branch.solver.snapshot)
@@ -303,8 +301,7 @@ class Follower:
     def _by_parameter(self) -> float:
         """Derivative of dU with respect to the parameter at the present zero."""
         scene, here = self.branch.solver, self._here()
-        scene.factor()
-        change = tangent_along(scene, self._line(here, np.array([0.0, 1.0])))
+        change = scene.linearise().tangent(self._line(here, np.array([0.0, 1.0])))
         return float(change @ scene.velocity_row() / np.exp(here[1]))
 
     def _beside(self, start: _Pose, at: Array, kind: Kind, most: float) -> Point | None:

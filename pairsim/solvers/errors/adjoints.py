@@ -13,7 +13,7 @@ import numpy as np
 
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.goals import GOALS, Functional, Goal, U
-from pairsim.solvers.nonlinear.factors import ADJOINT
+from pairsim.solvers.steady.linearisation import Linearisation
 from pairsim.solvers.steady.scene import SteadySolver
 
 
@@ -32,17 +32,17 @@ class Adjoints:
     all: Array
 
     @staticmethod
-    def of(steady: SteadySolver, goals: Collection[Goal] = ()) -> Adjoints:
-        """Solve for them at a solution; its matrix must have been assembled there (`SteadySolver.factor`).
+    def of(at: Linearisation, goals: Collection[Goal] = ()) -> Adjoints:
+        """Solve for them at a solution.
 
         Args:
-            steady: The solution.
+            at: The solution.
             goals: Goals beside those of `GOALS`.
         """
         every = dict.fromkeys([*GOALS, *goals])
-        functionals = {root: _functional(root, steady) for root in dict.fromkeys(goal.root for goal in every)}
+        functionals = {root: _functional(root, at.steady) for root in dict.fromkeys(goal.root for goal in every)}
         rows = np.vstack([each.rows for each in functionals.values()])
-        return Adjoints(tuple(every), functionals, steady.newton.linear_solve(rows, transposed=True, tolerance=ADJOINT))
+        return Adjoints(tuple(every), functionals, at.adjoint(rows))
 
     def __iter__(self) -> Iterator[Goal]:
         return iter(self.goals)

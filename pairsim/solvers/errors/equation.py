@@ -52,7 +52,7 @@ class ErrorEquation:
     Attributes:
         errors: Estimated exact minus discrete values of the last steps.
         irregular_dU: Half-width of every dU of the last step by what its error does to a viscosity that depends on the
-            shear rate, beyond the first order, (N-1,) [U_av]; 0 in a Newtonian liquid and with modes.
+            shear rate, beyond the first order, (N-1,) [U_av]; 0 in a Newtonian liquid and in one with a memory.
     """
 
     def __init__(self, errors: ErrorHistory) -> None:
@@ -126,7 +126,7 @@ class ErrorEquation:
         The adjoints are those of a time step: what changing shapes add is less by the order of Ca_e.
         """
         scene, constraints = newton.scene, newton.constraints
-        if scene.material.modes or scene.material.newtonian or len(scene.bodies) < 2:
+        if scene.material.has_memory or scene.material.newtonian or len(scene.bodies) < 2:
             return np.zeros(max(len(scene.bodies) - 1, 0))
         means = np.zeros((len(scene.bodies), scene.h_size))
         for row, body in zip(means, scene.bodies, strict=True):

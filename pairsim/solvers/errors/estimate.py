@@ -26,6 +26,7 @@ from pairsim.solvers.errors.end_effects import end_effects
 from pairsim.solvers.errors.regularisation import by_regularisation, left_by_regularisation
 from pairsim.solvers.errors.run_errors import OF_POINTS, widening
 from pairsim.solvers.goals import DECIDING, Goal
+from pairsim.solvers.steady.linearisation import Linearisation
 from pairsim.solvers.steady.scene import SteadySolver
 
 # Factors of the scatter in a half-width. Determined on twelve solutions without a memory, and on half of the other
@@ -159,7 +160,7 @@ class ErrorEstimate(Mapping[Goal, GoalEstimate]):
 
 
 class ErrorEstimator:
-    """Estimates the discretisation error of quasi-steady solutions; keeps what a mesh needs for the next one on it.
+    """Estimates the discretisation error of quasi-steady solutions, and keeps what further ones on a mesh share.
 
     Args:
         cells: Goals of whose estimates what single cells contribute is kept.
@@ -170,29 +171,30 @@ class ErrorEstimator:
         self._enriched: EnrichedScene[EnrichedTests] | None = None
         self._recovered: EnrichedScene[EnrichedUnknowns] | None = None
 
-    def estimate(self, steady: SteadySolver, adjoints: Adjoints, discrete: Observation) -> ErrorEstimate:
+    def estimate(self, at: Linearisation, adjoints: Adjoints, discrete: Observation) -> ErrorEstimate:
         """The estimates at a solution: one assembly of the enriched residual.
 
         Args:
-            steady: The solution.
+            at: The solution.
             adjoints: Its adjoints.
             discrete: Its quantities.
         """
+        steady = at.steady
         scene, constraints = steady.scene, steady.constraints
         with steady.clock("jit"):
             if self._enriched is None or self._enriched.scene is not scene:
                 self._enriched = EnrichedScene(scene, EnrichedTests, self._enriched)
-        z, residual = adjoints.all, steady.residual()
+        z, residual = adjoints.all, at.residual
         left = -z @ residual
         changes = -z @ _flow_rate_defect(steady, residual)
         ends = end_effects(steady, z, residual)
-        sharper = by_regularisation(steady, z, adjoints.apart)
+        sharper = by_regularisation(at, z, adjoints.apart)
         with steady.clock("assembly"):
             x = steady.state()[1]
             scene.set(x)
             tested = WeightedResidual.of(self._enriched, x, (constraints.T.T @ z.T).T)
         changes = changes - tested.sums
-        elastic, found = bool(scene.material.modes), dict[Goal, GoalEstimate]()
+        elastic, found = scene.material.has_memory, dict[Goal, GoalEstimate]()
         for goal in adjoints:
             combined = adjoints.combination(goal)
             change, reading = combined @ changes, adjoints.functionals[goal.root].reading
@@ -221,15 +223,16 @@ class ErrorEstimator:
     def _second_order(self, steady: SteadySolver, adjoints: Adjoints, goal: Goal, x: Array, change: Array) -> Array:
         """The term of second order in the half-widths of a goal, where it is known, (k,)."""
         alone = len(steady.bodies) == 1 and steady.bodies[0].phase is not None
-        if not (goal.second_order and alone) or steady.problem.velocity is not None or steady.scene.material.modes:
+        if not (goal.second_order and alone and steady.problem.drive.free) or steady.scene.material.has_memory:
             return np.zeros(len(change))
         return np.asarray(np.abs(self._of_recovered_solution(steady, adjoints[goal], x) - change))
 
     def _of_recovered_solution(self, steady: SteadySolver, z: Array, x: Array) -> Array:
-        """Estimates from the other side, of the residual of the recovered solution tested with discrete adjoints, (k,).
+        """Estimates from the residual of the recovered solution, tested with the discrete adjoints, (k,).
 
-        The term of second order that estimates lack is half of what these differ by. As it is not added it counts
-        twice, with what an estimate of it may leave. It is small but on squeezed cells of soft particles.
+        They differ from those of the discrete solution, tested with the recovered adjoints, by twice the term of second
+        order that both lack. This term is not added, and counts twice in the half-width: once itself, once for the
+        error of its estimate. It is small except on squeezed cells of soft particles.
 
         Args:
             steady: The solution.
@@ -257,7 +260,7 @@ def _indicators(
     if tested.stress_by_cell is None:
         return None
     reference, squares = enriched.scene.reference, (combined @ tested.stress_by_cell).T ** 2
-    order = ORDER if enriched.scene.material.modes else VISCOUS_ORDER
+    order = ORDER if enriched.scene.material.has_memory else VISCOUS_ORDER
     return CellIndicators(reference.geometry, reference.mirrored, tested.corners, squares, order)
 
 
@@ -274,11 +277,11 @@ def _flow_rate_defect(steady: SteadySolver, residual: Array) -> Array:
     cells, and every velocity with it; no residual tells.
     """
     scene = steady.scene
-    if scene.periodic or scene.flow == 0:
+    if scene.periodic or scene.drive.flow == 0:
         return np.zeros(steady.constraints.size)
     x = steady.state()[1]
     index, weight = scene.flow_rate
-    excess = scene.flow * FLOW_RATE / float(weight @ x[index]) - 1
+    excess = scene.drive.flow * FLOW_RATE / float(weight @ x[index]) - 1
     for nodes in (scene.nodes.inlet, scene.nodes.outlet):
         x[scene.liquid.index("u", nodes)] *= 1 + excess
     return steady.newton.reduce(x) - residual

@@ -114,8 +114,7 @@ def end_after(steady: SteadySolver, trail: Sequence[tuple[float, Snapshot]]) -> 
     for tau, snapshot in trail:
         steady.recall(snapshot)
         try:
-            steady.factor()
-            rates.append((tau, 1 / shape_time(steady)[0]))
+            rates.append((tau, 1 / shape_time(steady.linearise())[0]))
         except NoSteadyState:  # the matrix is singular there
             rates.append((tau, 0.0))
     tau, step = rates[-1][0], max((b[0] - a[0] for a, b in pairwise(rates)), default=0.0)

@@ -18,19 +18,19 @@ def place_undeformed(steady: SteadySolver, *, at_rest: bool = False) -> None:
 
     Args:
         steady: The scene.
-        at_rest: Whether the liquid is at rest; only in liquids without modes.
+        at_rest: Whether the liquid is at rest; only in liquids without a memory.
     """
-    liquid, constraints, fixed = steady.scene.liquid, steady.constraints, steady.problem.velocity
+    liquid, constraints, fixed = steady.scene.liquid, steady.constraints, steady.problem.drive.velocity
     x, velocity = steady.meshed.displaced(steady.h_star(steady.parameters)), 0.0
     if not at_rest:
         points = liquid.six_node_mesh.points
         if steady.scene.material.newtonian:
-            liquid.nodal("u", x)[:] = steady.problem.boundary_velocity(points)
+            liquid.nodal("u", x)[:] = steady.scene.boundary_velocity(points)
         else:
             steady.scene.prescribe(x, np.arange(len(points)), steady.developed_flow)
-        on_axis = steady.problem.boundary_velocity(np.zeros((1, 2)))[0, 0]
+        on_axis = steady.scene.boundary_velocity(np.zeros((1, 2)))[0, 0]
         velocity = on_axis * (1 - 2 / 3 * max(steady.problem.betas, default=0.0) ** 2)
-    steady.y = free_unknowns(constraints, x)
+    steady.y = free_unknowns(steady.scene, constraints, x)
     steady.y[constraints.fields["U_p"]] = velocity if fixed is None else fixed
 
 

@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from pairsim.physics.fields import DISPLACEMENT, VELOCITY
 from pairsim.quantities.kinds import LENGTH
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.runtime.message import Message
@@ -66,7 +67,7 @@ def repeated(one: SteadySolver, count: int) -> SteadySolver:
         count: Number of particles.
 
     Raises:
-        NoSteadyState: The solution is none of the cell of several.
+        NoSteadyState: Newton's method does not confirm the repeated solution as one of the cell of several.
     """
     problem, here = one.problem, one.parameters
     parameters = Parameters((distance(one),) * (count - 1), here.solids * count, here.liquid, here.sizes * count)
@@ -76,13 +77,13 @@ def repeated(one: SteadySolver, count: int) -> SteadySolver:
     cells = Cells(insides * count, one.scene.reference.repeated(count), mesh)
     train = SteadySolver(several, parameters, cells)
     (h_one, x_one), x = one.state(), np.zeros(train.scene.size)
-    fields = ["u", "s"] if train.scene.material.modes else ["u"]
+    fields = [VELOCITY, *train.scene.material.transported]
     if train.scene.moving and one.scene.moving:
-        fields.append("eta")
+        fields.append(DISPLACEMENT)
     for at in nodes:
         for field in fields:
-            train.scene.liquid.nodal(field, x)[at] = one.scene.liquid.nodal(field, x_one)
-    y = free_unknowns(train.constraints, x)
+            train.scene.liquid.nodal(field.name, x)[at] = one.scene.liquid.nodal(field.name, x_one)
+    y = free_unknowns(train.scene, train.constraints, x)
     for name in one.constraints.fields.keys() & {"U_p", "p_s"}:
         y[train.constraints.fields[name]] = np.tile(one.y[one.constraints.fields[name]], count)
     axial = np.arange(len(h_one)) % 2 == 0
