@@ -294,7 +294,11 @@ class AdaptiveBranch(Branch):
         # Coarse meshes overestimate what the ends do.
         if self.rounds[self._place(point)] and (room < LEAST_ROOM * allowed).any() and not regularised.any():
             return False
-        return not (regularised > np.maximum(allowed, estimate.by_cells)).any()
+        if (regularised > np.maximum(allowed, estimate.by_cells)).any():
+            return False
+        # As many cells as a pressure drop needs that nearly vanishes are not made.
+        left = ROUNDS - self.rounds[self._place(point)]
+        return not goal.everywhere or self._factor(point, {goal: self._most(goal, point)}) <= FACTORS[1] ** left
 
     def _room(self, goal: Goal, point: Point) -> Array:
         """What other parts of the errors of a goal leave to the cells, (k,)."""
@@ -302,13 +306,19 @@ class AdaptiveBranch(Branch):
         others = estimate.ends_error, estimate.regularisation_error, np.abs(estimate.newton)
         return np.asarray(self.allowed(goal, point) - others[0] - others[1] - others[2])
 
+    def _most(self, goal: Goal, point: Point) -> Array:
+        """What the cells of a finer mesh should leave of a goal, (k,)."""
+        least = np.maximum(LEAST_ROOM * self.allowed(goal, point), point.estimate[goal].regularisation_error / 2)
+        return AIM * np.maximum(self._room(goal, point), least)
+
+    def _factor(self, point: Point, most: Mapping[Goal, Array]) -> float:
+        """The factor by which all cells would have to be smaller to leave no more than `most` of each goal."""
+        order = ELASTIC_ORDER if point.parameters.liquid.has_memory else ORDER
+        return _by_cells(point, most) ** (1 / order)
+
     def _refine(self, point: Point, goals: Sequence[Goal]) -> bool:
         """Go on to a finer mesh for goals at a point; False if there is none."""
-        most = dict[Goal, Array]()
-        for goal in goals:
-            least = np.maximum(LEAST_ROOM * self.allowed(goal, point), point.estimate[goal].regularisation_error / 2)
-            most[goal] = AIM * np.maximum(self._room(goal, point), least)
-        problem = self._finer(point, most)
+        problem = self._finer(point, {goal: self._most(goal, point) for goal in goals})
         if problem is None:
             return False
         self.rounds[self._place(point)] += 1
@@ -326,9 +336,7 @@ class AdaptiveBranch(Branch):
             return replace(self.problem, mesh=replace(self.problem.mesh, sizes=sizes))
         if "Np" in self._held:
             return None
-        order = ELASTIC_ORDER if point.parameters.liquid.has_memory else ORDER
-        finer = max(float(np.max(each.by_cells / most[goal])) for goal, each in found.items()) ** (1 / order)
-        mesh = self.problem.mesh.scaled(1 / float(np.clip(finer, *FACTORS)), FEWEST_CELLS)
+        mesh = self.problem.mesh.scaled(1 / float(np.clip(self._factor(point, most), *FACTORS)), FEWEST_CELLS)
         kept = {name: getattr(self.problem.mesh, name) for name in self._held}
         return replace(self.problem, mesh=replace(mesh, **kept))
 
@@ -341,8 +349,7 @@ class AdaptiveBranch(Branch):
         ]
         largest_factor = MOST_FACTOR
         if self.rounds[self._place(point)]:  # smaller cells where the scatter came from were not enough
-            common = max(float(np.max(each.by_cells / most[goal])) for goal, each in found.items())
-            largest_factor = float(np.clip(common ** (-1 / ORDER), LEAST_COMMON, 1.0))
+            largest_factor = float(np.clip(_by_cells(point, most) ** (-1 / ORDER), LEAST_COMMON, 1.0))
         mesh = self.problem.mesh
         field = cells.sizes(np.concatenate(allowed), largest_factor, mesh.rows or self.problem.length)
         # Without modes cells that contribute nothing to dU carry the profile, and with it the pressure drop.
@@ -363,6 +370,11 @@ class AdaptiveBranch(Branch):
 def _worst(point: Point, allowed: Mapping[Goal, Array]) -> float:
     """The largest error of goals relative to what is allowed."""
     return max(float(np.max(point.estimate[goal].half_width / most)) for goal, most in allowed.items())
+
+
+def _by_cells(point: Point, most: Mapping[Goal, Array]) -> float:
+    """The largest part of the cells in the errors of goals, relative to what it should be."""
+    return max(float(np.max(point.estimate[goal].by_cells / each)) for goal, each in most.items())
 
 
 def _by_chance(point: Point, goals: Sequence[Goal]) -> bool:
