@@ -16,7 +16,7 @@ from pairsim.solvers.curves import adaptation
 from pairsim.solvers.curves.adaptation import ROUNDS, AdaptiveBranch, largest_value
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.errors import estimate
-from pairsim.solvers.goals import CRITICAL, Goal, dU
+from pairsim.solvers.goals import CRITICAL, DP_PLUS, D, Goal, dU
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.first_solution import first_scene
 
@@ -140,3 +140,21 @@ def test_a_zero_is_improved_where_it_is() -> None:
     assert abs(better.dU) < 0.1 * better.dU_errors[0]
     assert better.d == pytest.approx(0.05542, rel=0.01), "accuracy: 0.7%"
     branch.close()
+
+
+def test_no_cells_are_made_for_a_goal_that_three_rounds_would_not_do_for() -> None:
+    """As for a pressure drop that nearly vanishes."""
+    keys = {"particles": 1, "beta": 0.4, "De": 0, "Ca_e": 0.1, "length": 5.0, "mesh": {"Np": 8}}
+    case = parse_case(QUESTIONS["curve"], keys, "test")
+    first = Parameters((), case.solid_models, case.liquid_model)
+
+    def rounds(wanted: float, *goals: Goal) -> int:
+        branch = AdaptiveBranch(reached(first_scene(steady_problem(case, np.inf), first)), goals=goals, wanted=wanted)
+        point = branch.at(first)
+        branch.close()
+        kept = all((point.estimate[goal].half_width <= wanted * abs(point.values[goal])).all() for goal in goals)
+        assert kept == (wanted > 0.01)
+        return max(branch.rounds.values(), default=0)
+
+    assert rounds(1e-6, DP_PLUS) == 0
+    assert 1 <= rounds(0.1, DP_PLUS, D) <= ROUNDS
