@@ -11,8 +11,8 @@ import inspect
 import re
 import textwrap
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from functools import cache
-from itertools import chain
 from pathlib import Path
 from pkgutil import resolve_name
 from tempfile import TemporaryDirectory
@@ -28,12 +28,13 @@ from pairsim.cases.example import write_example
 from pairsim.cases.kinds import has_example
 from pairsim.cli.app import app, command_of
 from pairsim.computing.case_files import read_case
-from pairsim.computing.question import LAST
 from pairsim.computing.schema import schema_rows
 from pairsim.quantities.kinds import PURE, SECONDS
 from pairsim.questions.registry import QUESTIONS
-from pairsim.results import columns as tables
-from pairsim.results.columns import Column, column
+from pairsim.results import columns as shared
+from pairsim.results import series
+from pairsim.results.column import Column, Columns
+from pairsim.results.columns import COST
 from pairsim.results.folder import write_text
 from pairsim.runtime import errors
 from pairsim.runtime.errors import RunFailure
@@ -66,13 +67,18 @@ def table_of_keys(rows: Iterable[tuple[str, str, str, str]]) -> str:
     return table(("key", "allowed", "default", "meaning"), cells)
 
 
-def table_of_columns(*groups: Iterable[str | Column]) -> str:
-    """Table with name, symbol, meaning and unit of columns."""
-    rows = []
-    for entry in (column(each) if isinstance(each, str) else each for each in chain(*groups)):
+def table_of_columns(*groups: Column | Iterable[Column], n: int = 2) -> str:
+    """Table with name, symbol, meaning and unit of the columns of tables of `n` particles."""
+    rows, columns = [], Columns(*groups)
+    for entry in map(columns.column, columns.named(n)):
         unit = entry.unit.name if entry.unit in (PURE, SECONDS) else f"${entry.unit.tex}$"
         rows.append((code(entry.name), f"${entry.symbol}$" if entry.symbol else "", escaped(entry.meaning), unit))
     return table(("column", "symbol", "meaning", "unit"), rows)
+
+
+def numbered(columns: Iterable[Column]) -> list[Column]:
+    """Those of the columns that every gap or particle has, with their number."""
+    return [replace(entry.with_suffix("_i"), of="") for entry in columns if entry.of]
 
 
 def other_files() -> list[str]:
@@ -91,7 +97,7 @@ def in_sweeps(name: str) -> str:
     command, shown = QUESTIONS[name], QUESTIONS[name].in_sweeps
     with TemporaryDirectory() as folder:
         columns = shown.columns(read_case(command, write_example(name, name, Path(folder))))
-    return ", ".join(code(entry) for entry in (*shown.parameters, *columns, *LAST))
+    return ", ".join(code(entry) for entry in (*shown.parameters, *columns, *(column.name for column in COST)))
 
 
 def command_line() -> str:
@@ -190,9 +196,9 @@ def environment() -> Environment:
         "with_example": [*filter(has_example, QUESTIONS)],
         "keys": keys,
         "shared_keys": [row for row in keys["run"] if all(row in keys[command] for command in QUESTIONS)],
-        "tables": tables,
-        "curve_columns": tables.curve_columns(2, True, ("Ca_e", "De", "beta"), True),
-        "numbered_columns": [entry.with_suffix("_i") for entry in tables.COLUMNS if entry.of],
+        "shared": shared,
+        "series": series,
+        "numbered": numbered,
         "examples": {path.name: path.read_text() for path in sorted(CONFIGS.glob("*.yaml"))},
     }
     return jinja

@@ -12,6 +12,7 @@ import numpy as np
 from pairsim.api.cases import load
 from pairsim.api.compute import Computation
 from pairsim.api.draws import range_of_draws
+from pairsim.api.results import Content
 from pairsim.api.units import units
 from pairsim.atlas.atlas import SHIPPED, Atlas
 from pairsim.cases.case import SceneCase
@@ -24,8 +25,10 @@ from pairsim.physics.softest import beyond_steady_shapes, beyond_tension
 from pairsim.quantities.kinds import LENGTH, VELOCITY
 from pairsim.quantities.text import in_unit
 from pairsim.questions.registry import QUESTIONS
-from pairsim.results.curve_table import curve_of, zeros_of
-from pairsim.runtime.arrays import Array
+from pairsim.results.columns import DISTANCE, DU, DU_ERROR
+from pairsim.results.curve import Curve
+from pairsim.results.inputs import DRAWN
+from pairsim.results.record import NOTES, STATUS, WARNINGS, Record
 from pairsim.runtime.errors import InputError
 
 SOURCE = "pairsim ask"
@@ -74,15 +77,20 @@ def ask(
             doubts = "".join(f"; {each}" for each in _doubts(asked))
             raise InputError(SOURCE, "", None, f"the atlas has no answer: {', and '.join(reasons)}; {cost}{doubts}")
         return Computation[Any](question)(asked, folder=folder, progress=progress)
-    table = book.table(asked.betas[0], asked.De, asked.Ca_es[0])
+    curve = _curve_of(asked, book)
     others = [each for each in atlases if each is not book and not beyond(asked, each)]
-    record = {"status": "finished", "warnings": _disagreements(asked, table, others), **units_of(asked)}
+    record = Record.of({STATUS: "finished", WARNINGS: _disagreements(asked, curve, others)}) | units_of(asked)
     if asked.De:
-        record["notes"] = [f"The liquid of the atlas is {liquid_of_atlas(book, type(asked))}."]
-    if any(each["half_width"] for each in record.get("inputs", ())):
-        record["dU_inputs"] = range_of_draws(asked, book)
-    tables = {"curve": table, "equilibria": zeros_of(table)}
-    return question.result.of_tables(question, tables, record, asked, SOURCE)
+        record = record.with_entries({NOTES: [f"The liquid of the atlas is {liquid_of_atlas(book, type(asked))}."]})
+    if any(each.half_width for each in record.inputs):
+        record = record.with_entries({DRAWN: range_of_draws(asked, book)})
+    content = Content({"curve": curve.table, "equilibria": curve.equilibria}, record, asked)
+    return question.result(question, content=content, source=SOURCE)
+
+
+def _curve_of(case: SceneCase, atlas: Atlas) -> Curve:
+    """The curve of an atlas for a case of a pair in its box."""
+    return Curve.of_atlas(atlas, beta=case.betas[0], De=case.De, Ca_e=case.Ca_es[0])
 
 
 def asked_of(
@@ -122,23 +130,22 @@ def _doubts(case: SceneCase) -> Iterator[str]:
     yield from beyond_tension(case.liquid_model, case.betas, case.Ca_es)
 
 
-def _disagreements(case: SceneCase, table: Mapping[str, Array], others: Sequence[Atlas]) -> list[str]:
-    """Where other atlases with an answer are off its table by more than both half-widths, in words."""
-    found, d = [], table["d"]
+def _disagreements(case: SceneCase, curve: Curve, others: Sequence[Atlas]) -> list[str]:
+    """Where other atlases with an answer are off its curve by more than both half-widths, in words."""
+    found, (d, ours, error_of_ours) = [], (curve.table[each] for each in (DISTANCE, DU, DU_ERROR))
     for other in others:
-        theirs = curve_of(other.table(case.betas[0], case.De, case.Ca_es[0]))
-        assert theirs is not None
+        theirs = _curve_of(case, other).of()
         shared = (d >= theirs.d[0]) & (d <= theirs.d[-1])
         values, half_widths = (
             np.where(shared, each(np.clip(d, *theirs.ends)), np.nan) for each in (theirs.values, theirs.half_widths)
         )
-        apart = np.abs(values - table["dU"]) - half_widths - table["dU_error"]
+        apart = np.abs(values - ours) - half_widths - error_of_ours
         if not np.any(apart > 0):
             continue
         at = int(np.nanargmax(apart))
         one, two = (
             in_unit(case.scales, VELOCITY, float(dU[at]), float(error[at]), "+")
-            for dU, error in ((table["dU"], table["dU_error"]), (values, half_widths))
+            for dU, error in ((ours, error_of_ours), (values, half_widths))
         )
         place = in_unit(case.scales, LENGTH, float(d[at]))
         found.append(

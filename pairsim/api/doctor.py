@@ -13,6 +13,7 @@ from pairsim.api.compute import Computation
 from pairsim.api.results import Result
 from pairsim.fem.compilation import jit
 from pairsim.questions.registry import QUESTIONS
+from pairsim.results.columns import DP
 from pairsim.runtime.errors import EnvironmentFailure
 from pairsim.runtime.version import __version__
 
@@ -50,7 +51,7 @@ def findings() -> Iterator[tuple[str, str]]:
         yield package, metadata.version(package)
 
     result = Computation[Result](QUESTIONS["run"])(SMALL).check()
-    drop, exact = result.columns["dp"][-1], 32 * LENGTH
+    drop, exact = result.columns[DP][-1], 32 * LENGTH
     if abs(drop - exact) > 1e-6 * exact:
         raise EnvironmentFailure(f"the pressure drop of the tube is {drop:g} instead of {exact:g}", advice=INSTALL)
-    yield "a small case", f"dp = {drop:g}, exact {exact:g}, in {result.record['wall_time']:.1f} s"
+    yield "a small case", f"dp = {drop:g}, exact {exact:g}, in {result.record.wall_time:.1f} s"

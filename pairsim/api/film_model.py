@@ -10,8 +10,11 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy
 
-from pairsim.atlas.atlas import Atlas
-from pairsim.results.curve_table import Motion, path_by
+from pairsim.atlas.atlas import PARAMETERS, Atlas
+from pairsim.results.columns import BY_DIFFERENCE, DISTANCE, DU, DU_ERROR, SENSITIVITIES, SLOPE, STRETCH, T_RELAX
+from pairsim.results.curve import Curve
+from pairsim.results.motion import path_by
+from pairsim.results.table import Table
 from pairsim.runtime.arrays import Array
 
 NORMAL = float(scipy.stats.norm.ppf(0.975))  # half-width of an interval of 95 % over the standard deviation
@@ -74,19 +77,19 @@ class Changes:
     parts: Array
 
 
-class Table(NamedTuple):
+class Place(NamedTuple):
     """The atlas at one place.
 
     Attributes:
         here: beta, De and Ca_e.
-        columns: Those of a curve, shape (distances,) each.
+        curve: Its curve.
         x: Logarithms of distances, shape (nodes,).
         rates: Their rates of change in time at these distances [U_av/D_c], shape (nodes,).
         by_difference: Derivatives of these by the difference of the diameters over their mean, shape (nodes,).
     """
 
     here: Mapping[str, float]
-    columns: Mapping[str, Array]
+    curve: Curve
     x: Array
     rates: Array
     by_difference: Array
@@ -109,7 +112,7 @@ class FilmModel:
     films: Sequence[Seen]
     uncertain: Sequence[Uncertain] = ()
     difference: tuple[float, float] = (0.0, 0.0)
-    _tables: dict[Any, Table] = field(default_factory=dict, repr=False)
+    _places: dict[Any, Place] = field(default_factory=dict, repr=False)
 
     @property
     def names(self) -> list[str]:
@@ -139,21 +142,20 @@ class FilmModel:
         """The difference of the diameters over their mean."""
         return float(self.difference[0] + self.difference[1] / NORMAL * (state[-1] if self.differs else 0.0))
 
-    def table(self, numbers: Mapping[str, float]) -> Table:
+    def place(self, numbers: Mapping[str, float]) -> Place:
         """The atlas at numbers that replace those of the case; kept for further calls."""
         key = tuple(numbers.items())
-        if key not in self._tables:
-            columns = self.atlas.table(**{**self.numbers, **numbers})
-            motion = Motion.of(columns)
-            assert motion is not None, "an atlas has many distances"
-            x, rates = motion.rates
+        if key not in self._places:
+            here = {**self.numbers, **numbers}
+            curve = Curve.of_atlas(self.atlas, beta=here["beta"], De=here["De"], Ca_e=here["Ca_e"])
+            assert curve.motion is not None, "an atlas has many distances"
+            x, rates = curve.motion.rates
             by_difference = np.zeros_like(rates)
             if any(self.difference):
-                by_difference = np.interp(
-                    x, np.log(columns["d"]), columns["by_difference"] / columns["stretch"]
-                ) / np.exp(x)
-            self._tables[key] = Table({**self.numbers, **numbers}, columns, x, rates, by_difference)
-        return self._tables[key]
+                slopes = curve.table[BY_DIFFERENCE] / curve.table[STRETCH]
+                by_difference = np.interp(x, np.log(curve.table[DISTANCE]), slopes) / np.exp(x)
+            self._places[key] = Place(here, curve, x, rates, by_difference)
+        return self._places[key]
 
     def changes(self, numbers: Mapping[str, float], state: Array) -> Changes:
         """What the films would show, less what they do, with unknown numbers and a state as of `states`."""
@@ -168,9 +170,9 @@ class FilmModel:
         return self._residuals(self._paths(numbers, state))
 
     def _paths(self, numbers: Mapping[str, float], state: Array) -> list[Path]:
-        table, difference = self.table(numbers), self.difference_at(state)
+        place, difference = self.place(numbers), self.difference_at(state)
         starts = state[: len(self.films)].tolist()
-        return [Path(self, seen, table, difference, start) for seen, start in zip(self.films, starts, strict=True)]
+        return [Path(self, seen, place, difference, start) for seen, start in zip(self.films, starts, strict=True)]
 
     def _residuals(self, paths: Sequence[Path]) -> tuple[Array, Array]:
         by_state = scipy.linalg.block_diag(*(path.by_start[:, None] for path in paths))
@@ -198,9 +200,14 @@ class Path:
 
     model: FilmModel
     seen: Seen
-    table: Table
+    place: Place
     difference: float  # of the diameters over their mean
     start: float  # distance at the first frame [D_c]
+
+    @property
+    def _columns(self) -> Table:
+        """The columns of the curve, shape (distances,) each."""
+        return self.place.curve.table
 
     @cached_property
     def times(self) -> Array:
@@ -211,18 +218,18 @@ class Path:
     def rates(self) -> Array:
         """Rates of the logarithm of the distance, shape (nodes,)."""
         side = -1.0 if self.seen.exchanged else 1.0
-        return np.asarray(self.table.rates + side * self.difference * self.table.by_difference)
+        return np.asarray(self.place.rates + side * self.difference * self.place.by_difference)
 
     @cached_property
     def distances(self) -> Array:
         """Distances at these times, of the same shape."""
-        return path_by(self.table.x, self.rates, self.start, self.times)
+        return path_by(self.place.x, self.rates, self.start, self.times)
 
     @cached_property
     def grown(self) -> Array:
         """What a change of the first distance has become at these times, of the same shape."""
-        growth = self.rates + np.gradient(self.rates, self.table.x)  # derivative of the rate of d by d
-        return np.exp(_integral(np.interp(np.log(self.distances), self.table.x, growth), self.times))
+        growth = self.rates + np.gradient(self.rates, self.place.x)  # derivative of the rate of d by d
+        return np.exp(_integral(np.interp(np.log(self.distances), self.place.x, growth), self.times))
 
     @cached_property
     def by_start(self) -> Array:
@@ -233,7 +240,7 @@ class Path:
     def by_difference(self) -> Array:
         """The change at the frames by the difference of the diameters, shape (frames,)."""
         side = -1.0 if self.seen.exchanged else 1.0
-        return side * self.shifts(self.table.columns["by_difference"])[:, 0]
+        return side * self.shifts(self._columns[BY_DIFFERENCE])[:, 0]
 
     @property
     def residuals(self) -> Array:
@@ -242,8 +249,8 @@ class Path:
 
     def shifts(self, velocities: Array) -> Array:
         """What changes of dU, shape (columns, distances), change at the frames, shape (frames, columns)."""
-        x, nodes = np.log(self.distances), np.log(self.table.columns["d"])
-        stretch = np.interp(x, nodes, self.table.columns["stretch"])
+        x, nodes = np.log(self.distances), np.log(self._columns[DISTANCE])
+        stretch = np.interp(x, nodes, self._columns[STRETCH])
         along = np.array([np.interp(x, nodes, each) for each in np.atleast_2d(velocities)])
         moved = self.grown * _integral(along / (stretch * self.grown), self.times)
         return np.array([np.interp(self.seen.times, self.times, each) for each in moved]).T
@@ -255,7 +262,7 @@ class Path:
         if model.uncertain:
             of_inputs = self.shifts(np.array([self._velocity_change(each) for each in model.uncertain]))
             if seen.centres is not None:  # distances are those of the centres less a diameter
-                of_inputs += self.table.here["beta"] * np.array(
+                of_inputs += self.place.here["beta"] * np.array(
                     [each.powers.get("beta", 0.0) for each in model.uncertain]
                 )
             columns.append(of_inputs * [each.half_width / NORMAL for each in model.uncertain])
@@ -263,26 +270,27 @@ class Path:
             whole = seen.distances if seen.centres is None else seen.centres
             columns.append(-whole[:, None] * seen.pixel / NORMAL)
         if any(each.centres is not None for each in model.films):
-            shape = SHAPE * self.table.here["beta"] if seen.centres is not None else 0.0
+            shape = SHAPE * self.place.here["beta"] if seen.centres is not None else 0.0
             columns.append(np.full((frames, 1), shape / NORMAL))
-        errors = self.table.columns["dU_error"] * model.errors
+        errors = self._columns[DU_ERROR] * model.errors
         if any(model.difference):
-            off = OF_DERIVATIVE * self.difference * self.table.columns["by_difference"]
+            off = OF_DERIVATIVE * self.difference * self._columns[BY_DIFFERENCE]
             errors = np.concatenate([errors, off * model.errors])
         return [*columns, self.shifts(errors / NORMAL)]
 
     def left_of_start(self) -> Array:
         """What may be left of the start: exponentials of the slowest decay time and of faster ones, (frames, MODES)."""
-        columns = self.table.columns
-        slowest = float(np.interp(np.log(self.start), np.log(columns["d"]), columns["t_relax"]))
+        slowest = self.place.curve.interpolated(self._columns[T_RELAX], self.start)
         return np.asarray(START * np.exp(-np.outer(self.seen.times / max(slowest, SHORTEST), MODES)))
 
     def _velocity_change(self, one: Uncertain) -> Array:
         """Derivative of dU by the logarithm of a quantity at a distance that is constant in units, (distances,)."""
-        table, powers = self.table.columns, one.powers
-        change = table["dU"] * powers.get("velocity", 0.0) - table["d"] * table["slope"] * powers.get("length", 0.0)
-        numbers = ((name, powers[name]) for name in ("beta", "De", "Ca_e") if powers.get(name))
-        return np.asarray(change + sum(self.table.here[name] * power * table[f"by_{name}"] for name, power in numbers))
+        table, powers = self._columns, one.powers
+        along = table[DISTANCE] * table[SLOPE] * powers.get("length", 0.0)
+        change = table[DU] * powers.get("velocity", 0.0) - along
+        numbers = ((name, powers[name]) for name in PARAMETERS if powers.get(name))
+        here = self.place.here
+        return np.asarray(change + sum(here[name] * power * table[SENSITIVITIES[name]] for name, power in numbers))
 
 
 def _integral(values: Array, times: Array) -> Array:

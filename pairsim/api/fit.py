@@ -23,10 +23,11 @@ from pairsim.cases.quantities import as_given, percentage, si, unit_in
 from pairsim.computing.loading import AnyCase, content_of
 from pairsim.quantities.measurable import Measurable
 from pairsim.quantities.scales import Scales
-from pairsim.results.curve_table import Motion
-from pairsim.results.folder import kind_of, read_record
-from pairsim.results.scales import scales_in
-from pairsim.results.table_files import read_table
+from pairsim.results.columns import DISTANCE
+from pairsim.results.curve import Curve
+from pairsim.results.folder import kind_of
+from pairsim.results.record import Record
+from pairsim.results.series import Series
 from pairsim.runtime.arrays import Array, Flags
 from pairsim.runtime.errors import InputError
 
@@ -272,7 +273,7 @@ def _model_of(
             name: change / numbers.get(name, 1.0) for name, change in each.changes.items() if numbers.get(name, 1.0)
         }
         uncertain.append(Uncertain(each.key, each.half_width / each.value, powers))
-    if "by_difference" not in book.table(**numbers):
+    if book.at(**numbers).by_difference is None:
         difference = (0.0, 0.0)
         notes.append("This atlas does not know what a difference of the diameters does: they are taken to be equal.")
     return FilmModel(book, numbers, seen, uncertain, difference), notes
@@ -356,17 +357,29 @@ def overlay_film(film: Film, folders: Sequence[Path], out: Path, page: Page) -> 
     t, d = film.seconds - film.seconds[0], film.metres
     lines: dict[str, tuple[Array, Array]] = {}
     for folder in folders:
-        kind, scales = kind_of(folder), scales_in(read_record(folder))
+        kind, scales = kind_of(folder), Record.read(folder).scales
         if kind not in ("run", "curve") or scales is None:
             raise InputError(str(folder), "", None, "must be a run or a curve with a physical block, to go with a film")
         if film.from_centres and not lines:
             d = film.gaps(float(np.mean(load(folder / "case.yaml", kind=kind).betas)) * scales.length)
-        table = read_table(folder / f"{'series' if kind == 'run' else kind}.csv")
         if kind == "curve":
-            if not table["d"][0] <= d[0] / scales.length <= table["d"][-1]:
-                raise InputError(str(folder), "", None, "must be a curve that has the first distance of the film")
-            if (motion := Motion.of(table)) is None:
-                raise InputError(str(folder), "", None, "must be the curve of a pair in steady states")
-            table = {"t": t / scales.time, "d": motion.path(d[0] / scales.length, t / scales.time)}
-        lines[f"{kind} {folder.name}"] = scales.time * table["t"], 1e6 * scales.length * table["d"]
+            times, distances = t / scales.time, _path_of(folder, d[0] / scales.length, t / scales.time)
+        else:
+            series = Series.read(folder)
+            times, distances = series.t, series.d()
+        lines[f"{kind} {folder.name}"] = scales.time * times, 1e6 * scales.length * distances
     return draw_film((t, 1e6 * d), lines, out, page)
+
+
+def _path_of(folder: Path, start: float, times: Array) -> Array:
+    """The distances [D_c] by the curve of a folder at times [D_c/U_av], from a first one on, shape (times,).
+
+    Raises:
+        InputError: It is no curve that has the first distance.
+    """
+    curve = Curve.read(folder)
+    if (d := curve.table.known(DISTANCE)) is not None and not d[0] <= start <= d[-1]:
+        raise InputError(str(folder), "", None, "must be a curve that has the first distance of the film")
+    if curve.motion is None:
+        raise InputError(str(folder), "", None, "must be the curve of a pair in steady states")
+    return curve.motion.path(start, times)

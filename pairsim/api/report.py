@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import tempfile
 import time
-from collections.abc import Mapping
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -18,12 +17,11 @@ from pairsim.api.results import Result
 from pairsim.api.sweeps import SweepResult
 from pairsim.questions.registry import QUESTIONS
 from pairsim.results.folder import REPORT, kind_of, write_file
-from pairsim.results.scales import scales_in
+from pairsim.results.record import Record
 from pairsim.results.tables import DIGITS, brief, readable
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.text import duration
 from pairsim.runtime.version import __version__
-from pairsim.sweeps.folder import without_result
 
 CAPTIONS = {
     "fields": "What the particles change in the liquid, and the axial elastic stress in soft ones",
@@ -82,12 +80,12 @@ def report(folder: str | PathLike[str]) -> Path:
 def _of_result(result: Result | SweepResult) -> dict[str, Any]:
     """What the page says of a result."""
     if isinstance(result, SweepResult):
-        first, file = result.cases[0].record if result.cases else {}, "results.csv"
-        record = {name: value for name, value in first.items() if name not in OF_A_CASE}
+        first, file = result.cases[0].record if result.cases else Record(), "results.csv"
+        record = Record({name: value for name, value in first.items() if name not in OF_A_CASE})
         table = result.frame("results", physical=None)
-        answer = [", ".join(f"{count} {status}" for status, count in result.record["counts"].items() if count)]
-        failed = without_result(result.record["cases"])
-        warnings = [f"{case['folder']}: {case['message'] or case['reason']}" for case in failed] + result.warnings
+        answer = [", ".join(f"{count} {status}" for status, count in result.record.counts.items() if count)]
+        failed = ((case.folder, case.state) for case in result.record.without_result)
+        warnings = [f"{folder}: {state.message or state.reason}" for folder, state in failed] + result.warnings
     else:
         record, file = result.record, f"{result.question.table}.csv"
         answer = [line for line in result.answer.splitlines() if not line.startswith("Warning: ")]
@@ -98,22 +96,22 @@ def _of_result(result: Result | SweepResult) -> dict[str, Any]:
         "answer": answer,
         "warnings": warnings,
         "table": table,
-        "physical": scales_in(record) is not None,
+        "physical": record.scales is not None,
         "file": file,
         "provenance": _provenance(record),
     }
 
 
-def _provenance(record: Mapping[str, Any]) -> dict[str, str]:
+def _provenance(record: Record) -> dict[str, str]:
     """Command, time, machine and versions, as far as run.json has them."""
     found = {
-        "command": record.get("command"),
-        "started": record.get("started"),
-        "wall time": duration(float(record["wall_time"])) if "wall_time" in record else None,
-        "largest memory": f"{record['peak_memory'] / 2**20:.0f} MiB" if "peak_memory" in record else None,
-        "unknowns": record.get("unknowns"),
-        "machine": ", ".join(record.get("machine", {}).values()),
-        "versions": ", ".join(f"{name} {number}" for name, number in record.get("versions", {}).items()),
+        "command": record.command,
+        "started": record.started,
+        "wall time": duration(record.wall_time) if record.wall_time is not None else None,
+        "largest memory": f"{record.peak_memory / 2**20:.0f} MiB" if record.peak_memory is not None else None,
+        "unknowns": record.unknowns,
+        "machine": ", ".join(record.machine.values()),
+        "versions": ", ".join(f"{name} {number}" for name, number in record.versions.items()),
     }
     return {name: str(value) for name, value in found.items() if value}
 

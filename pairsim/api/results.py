@@ -7,15 +7,21 @@ import shutil
 import tempfile
 import weakref
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
+from pairsim.cases.yaml_file import read_yaml
 from pairsim.computing.loading import case_of
 from pairsim.computing.pictures import draw_result
-from pairsim.computing.question import Question, Tables, rows_in
-from pairsim.results.folder import CHECKPOINT, WAY, read_record, write_json, write_text, write_yaml
-from pairsim.results.scales import no_units, scales_in
+from pairsim.computing.question import Question, Tables
+from pairsim.results.curve import Curve
+from pairsim.results.folder import CHECKPOINT, WAY, write_text, write_yaml
+from pairsim.results.inputs import quantity_for
+from pairsim.results.record import KIND, Record
+from pairsim.results.table import Table
 from pairsim.runtime.errors import BranchEnd, BudgetSpent, InputError, failure_of
 from pairsim.runtime.locks import is_locked
 from pairsim.runtime.text import counted, duration
@@ -49,12 +55,30 @@ KILLED = {
 """How a command ended whose run.json says that it is running, although no process is at work."""
 
 
+@dataclass(frozen=True)
+class Content:
+    """What a result is made of where it is not read from a folder.
+
+    Attributes:
+        tables: The columns of its tables, by the name of the table.
+        record: How it was found.
+        case: The case; None where that of a folder is not valid in this version.
+        files: Further files by their names in a folder, such as fields.
+    """
+
+    tables: Mapping[str, Mapping[str, Array]]
+    record: Record
+    case: SceneCase | None
+    files: Mapping[str, bytes] = field(default_factory=dict)
+
+
 class Result:
     """The result of a computation; returned by the functions of questions such as `curve`, and by `open`.
 
-    It is that of a folder, whose files are read when first accessed, and only once; or it is made of its tables, its
-    record and its case (`of_tables`). To see the progress of a running computation, `open` its folder again. Where an
+    It has the data of a folder, whose files are read when first accessed, and only once; or its `content`, of which a
+    folder is made where one is needed. To see the progress of a running computation, `open` its folder again. Where an
     `ending` is given, status, reason and message are not those of run.json: a sweep also records crashes and timeouts.
+    Pickled it keeps its tables, its record and its case.
 
     Attributes:
         folder: The folder; None without one, and for one that is temporary and goes with the result.
@@ -63,53 +87,63 @@ class Result:
     """
 
     def __init__(
-        self, question: Question[Any], folder: Path, ending: Mapping[str, Any] | None = None, temporary: bool = False
+        self,
+        question: Question[Any],
+        folder: Path | None = None,
+        ending: Mapping[str, Any] | None = None,
+        *,
+        temporary: bool = False,
+        content: Content | None = None,
+        source: str = "",
     ) -> None:
         self.folder = None if temporary else folder
-        self.question, self._ending, self._place, self.source = question, ending, folder, str(folder)
-        self._of_folder = True
-        if temporary:
+        self.question, self._ending, self._content = question, ending, content
+        self.source = source or str(folder)
+        if folder is not None and (content is None or folder.is_dir()):
+            self._place = folder
+        if folder is not None and temporary:
             weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
-
-    @classmethod
-    def of_tables(
-        cls, question: Question[Any], tables: Tables, record: Mapping[str, Any], case: SceneCase | None, source: str
-    ) -> Self:
-        """A result without a folder, of the tables, the run.json and the case that it would have."""
-        found = cls.__new__(cls)
-        found.folder, found.question, found._ending, found.source = None, question, None, source
-        found._of_folder = False
-        vars(found).update(tables=tables, record=record, case=case)
-        return found
 
     @cached_property
     def _place(self) -> Path:
-        """The folder with the files of the result; they are written when a result without one needs them."""
+        """The folder with the files of the result, which are written when a result without one needs them."""
         from pairsim.results.table_files import table_text
 
-        place = Path(tempfile.mkdtemp(prefix="pairsim-"))
+        place, content = Path(tempfile.mkdtemp(prefix="pairsim-")), self._content
         weakref.finalize(self, shutil.rmtree, place, ignore_errors=True)
-        for name, columns in self.tables.items():
-            if columns:
-                write_text(place / f"{name}.csv", table_text(columns, zip(*columns.values(), strict=True)))
-        write_json(place / "run.json", {"kind": self.kind, **self.record})
-        if self.case is not None:
-            write_yaml(place / "case.yaml", self.case.resolved())
+        assert content is not None, "a result has a folder or its content"
+        for name, table in self.tables.items():
+            if table:
+                write_text(place / f"{name}.csv", table_text(table, zip(*table.values(), strict=True)))
+        (Record.of({KIND: self.kind}) | content.record).write(place)
+        if content.case is not None:
+            write_yaml(place / "case.yaml", content.case.resolved())
+        for file, text in content.files.items():  # of a folder that was temporary: all of them
+            (place / file).parent.mkdir(exist_ok=True)
+            (place / file).write_bytes(text)
         return place
 
     def __reduce__(self) -> Any:
-        """Pickled by its folder, or with its tables, or with all files of a folder that is temporary."""
-        if self.folder is not None:
-            return type(self), (self.question, self.folder, self._ending)
-        if not self._of_folder:
-            return type(self).of_tables, (self.question, self.tables, self.record, self.case, self.source)
-        files = {path.relative_to(self._place): path.read_bytes() for path in self._place.rglob("*") if path.is_file()}
-        return _with_files, (type(self), self.question, self._ending, files)
+        known = {"content": self._packed(), "source": self.source}
+        return _unpickled, (type(self), self.question, self.folder, self._ending, known)
+
+    def _packed(self) -> Content | None:
+        """The content, with all files of a temporary folder; None where the tables of a folder are no tables."""
+        tables: dict[str, Mapping[str, Array]] = {}
+        case = None
+        with suppress(InputError):
+            tables = {name: dict(table) for name, table in self.tables.items()}
+        with suppress(InputError):
+            case = self.case
+        of_temporary = self.folder is None and "_place" in vars(self)
+        files = [path for path in self._place.rglob("*") if path.is_file()] if of_temporary else []
+        read = {str(path.relative_to(self._place)): path.read_bytes() for path in files}
+        return Content(tables, self.record, case, read) if tables else None
 
     @cached_property
-    def record(self) -> dict[str, Any]:
+    def record(self) -> Record:
         """The content of run.json: outcome, cost, versions and machine; empty if the file is missing or invalid."""
-        return read_record(self._place)
+        return Record.read(self._place) if self._content is None else self._content.record
 
     @cached_property
     def table(self) -> pd.DataFrame:
@@ -122,14 +156,16 @@ class Result:
         return frame_of(self.columns)
 
     @cached_property
-    def columns(self) -> Mapping[str, Array]:
+    def columns(self) -> Table:
         """The columns of the main table as arrays by name."""
         return self.tables[self.question.table]
 
     @cached_property
     def tables(self) -> Tables:
         """The columns of all tables as arrays by name, by the name of the table."""
-        return self.question.read_tables(self._place)
+        if self._content is None:
+            return self.question.read_tables(self._place)
+        return {name: Table(self._content.tables.get(name), columns) for name, columns in self.question.tables.items()}
 
     @property
     def scales(self) -> Scales:
@@ -138,9 +174,7 @@ class Result:
         Raises:
             InputError: The case has no `physical` block.
         """
-        if (found := scales_in(self.record)) is None:
-            raise no_units(self.source)
-        return found
+        return self.record.scales_of(self.source)
 
     def frame(
         self, name: str | None = None, *, physical: bool | None = False, at: Sequence[float | str] = ()
@@ -155,12 +189,44 @@ class Result:
         Raises:
             InputError: There is no such table or distance, or `physical` is set and the case has no `physical` block.
         """
-        from pairsim.results.tables import table_from, table_of
+        from pairsim.results.tables import frame_of, in_units
 
         name = self.question.table_named(name, self.source)
-        if self._of_folder:
-            return table_of(self._place, name, physical, at)
-        return table_from(self.tables[name], self.record, self.source, physical, at)
+        table = self._table_named(name)
+        if at:
+            table = Curve(table, {}, self.record, self.source).at(at)
+        frame = frame_of(table)
+        scales = None if physical is False else self.scales if physical else self.record.scales
+        if scales is None:
+            return frame
+        try:
+            frame = in_units(frame, table.declared, [scales] * len(frame))
+        except TypeError as error:
+            file = str(self._place / f"{name}.csv")
+            raise InputError(file, "", None, f"must have numbers in its rows ({error})") from None
+        return self._with_quantity(frame, scales)
+
+    def _table_named(self, name: str) -> Table:
+        """A table, which a folder must have.
+
+        Raises:
+            InputError: The folder does not have it.
+        """
+        if self._content is not None or self.tables[name]:
+            return self.tables[name]
+        from pairsim.results.table_files import read_table
+
+        return read_table(self._place / f"{name}.csv", self.question.tables[name])  # says what is missing
+
+    def _with_quantity(self, frame: pd.DataFrame, scales: Scales) -> pd.DataFrame:
+        """The frame with the quantity of the experiment that gives the number which is followed, if one is."""
+        case = read_yaml(self._place / "case.yaml") if self._content is None else self.case.resolved()
+        if along := case.get("along"):
+            number = "De" if "De" in along else "Ca_e"
+            key, unit, value_of = quantity_for(case, number, scales)
+            frame.insert(list(frame).index(number), key, value_of(frame[number]))
+            frame.attrs["units"][key] = unit
+        return frame
 
     @property
     def physical(self) -> pd.DataFrame:
@@ -179,6 +245,8 @@ class Result:
         Raises:
             InputError: case.yaml is missing, or not valid in this version.
         """
+        if self._content is not None and self._content.case is not None:
+            return self._content.case
         return case_of(self.question, self._place / "case.yaml")
 
     @cached_property
@@ -205,7 +273,7 @@ class Result:
     @property
     def warnings(self) -> list[str]:
         """Warnings about the results."""
-        return list(self.record.get("warnings", ()))
+        return list(self.record.warnings)
 
     def check(self) -> Self:
         """Raise an exception unless the computation has finished.
@@ -234,9 +302,9 @@ class Result:
         after = [self.advice] if ended and self.folder is not None and self.status != "running" else []
         if proven := self.reason == BranchEnd.reason:
             ended = [f"There is no steady state: {self.message}."]
-        known = not self._of_folder or self._place.is_dir()
-        found = self.findings() if known and (rows_in(self.columns) or not proven) else []
-        symbols = self._symbols("\n".join(found)) if self.folder is not None and rows_in(self.columns) else []
+        known = self._content is not None or self._place.is_dir()
+        found = self.findings() if known and (self.columns.rows or not proven) else []
+        symbols = self._symbols("\n".join(found)) if self.folder is not None and self.columns.rows else []
         return "\n".join([*ended, *found, *symbols, *warnings, *self._cost(), *after])
 
     @property
@@ -251,18 +319,19 @@ class Result:
     def _symbols(self, text: str) -> list[str]:
         """What symbols in a text mean, and in which units its numbers are without a `physical` block."""
         said = [words for pattern, words in SYMBOLS.items() if re.search(pattern, text)]
-        if scales_in(self.record) is None:
+        if self.record.scales is None:
             said.append(", ".join(words for pattern, words in UNITS.items() if pattern in text))
         return [f"Here {'; '.join(said)}."] if said else []
 
     def _cost(self) -> list[str]:
         """Wall time and work."""
-        if "wall_time" not in (record := self.record):
+        if (record := self.record).wall_time is None:
             return []
-        parts = [counted(record[f"{noun}s"], noun) for noun in ("step", "point") if f"{noun}s" in record]
-        parts += [f"{record['unknowns']:,} unknowns"] if "unknowns" in record else []
+        counts = {"step": record.steps, "point": record.points}
+        parts = [counted(count, noun) for noun, count in counts.items() if count is not None]
+        parts += [f"{record.unknowns:,} unknowns"] if record.unknowns is not None else []
         work = f" ({', '.join(parts)})" if parts else ""
-        return [f"Took {duration(float(record['wall_time']))}{work}."]
+        return [f"Took {duration(float(record.wall_time))}{work}."]
 
     def afterwards(self) -> str:
         """What may come next where it has finished."""
@@ -353,15 +422,15 @@ class Result:
         return f"<pairsim {self.kind}: {self.status}{reason}, {len(self.table)} rows{where}>"
 
 
-def _with_files[R: Result](
-    kind: type[R], question: Question[Any], ending: Mapping[str, Any] | None, files: Mapping[Path, bytes]
+def _unpickled[R: Result](
+    kind: type[R],
+    question: Question[Any],
+    folder: Path | None,
+    ending: Mapping[str, Any] | None,
+    known: Mapping[str, Any],
 ) -> R:
-    """A result whose files are in a temporary folder that goes with it."""
-    place = Path(tempfile.mkdtemp(prefix="pairsim-"))
-    for name, content in files.items():
-        (place / name).parent.mkdir(exist_ok=True)
-        (place / name).write_bytes(content)
-    return kind(question, place, ending, temporary=True)
+    """A result that was pickled."""
+    return kind(question, folder, ending, **known)
 
 
 def _grid_of(frame: FieldFrame, scales: Scales | None) -> pv.UnstructuredGrid:

@@ -13,14 +13,12 @@ from typing import TYPE_CHECKING, Any
 
 from pairsim.api.results import Result
 from pairsim.cases.identity import RUNS
-from pairsim.questions.registry import QUESTIONS
-from pairsim.results.columns import column, known
 from pairsim.results.folder import plain
-from pairsim.results.scales import scales_for
+from pairsim.results.record import scales_for
 from pairsim.runtime.errors import EnvironmentFailure, InputError
 from pairsim.runtime.locks import is_locked
 from pairsim.runtime.signals import Signals
-from pairsim.sweeps.folder import ENDED, read_sweep, rows_of
+from pairsim.sweeps.folder import SweepRecord, read_sweep
 from pairsim.sweeps.grid import grid_from, read_grid
 from pairsim.sweeps.sweep import Options, Workers, run_sweep, with_workers
 
@@ -41,7 +39,7 @@ class SweepResult:
         self.folder, self.exit_code, self.message = folder, exit_code, message
 
     @cached_property
-    def record(self) -> dict[str, Any]:
+    def record(self) -> SweepRecord:
         """The content of sweep.json, with how each case stands by its folder, and `counts` by status."""
         return read_sweep(self.folder)
 
@@ -50,10 +48,10 @@ class SweepResult:
         """results.csv: a row for each case that has ended, with parameters and main results; lists are lists."""
         import pandas as pd
 
-        from pairsim.results.tables import whole_numbers
+        from pairsim.results.tables import described
 
-        header, rows = rows_of(self.record)
-        return whole_numbers(pd.DataFrame(rows, columns=header))
+        header, rows = self.record.results()
+        return described(pd.DataFrame(rows, columns=header), self.record.question.sweep_columns)
 
     def frame(
         self, name: str | None = None, *, physical: bool | None = False, at: Sequence[float | str] = ()
@@ -63,28 +61,25 @@ class SweepResult:
         Arguments and errors are those of `Result.frame`; there is an error, too, if no case has the table yet. The
         name "results" stands for `table`.
         """
-        import pandas as pd
+        from pairsim.results.tables import in_units, stacked
 
-        from pairsim.results.tables import in_units, table_of, with_units
-
+        question = self.record.question
         if name == "results":
-            scales = scales_for([self.folder / each for each in self.table["folder"]], physical)
-            keys = self.record["parameters"]
-            return in_units(self.table, scales, keys) if scales else with_units(self.table.copy())
-        name = QUESTIONS[self.record["command"]].table_named(name, str(self.folder))
-        having = [case for case in self.record["cases"] if (self.folder / case["folder"] / f"{name}.csv").is_file()]
-        physical = bool(scales_for([self.folder / case["folder"] for case in having], physical))
+            scales = scales_for([self.folder / case.folder for case in self.record.ended], physical)
+            table = self.table.copy()
+            return in_units(table, question.sweep_columns, scales, self.record.parameters) if scales else table
+        name = question.table_named(name, str(self.folder))
+        having = [case for case in self.record.cases if (self.folder / case.folder / f"{name}.csv").is_file()]
+        physical = bool(scales_for([self.folder / case.folder for case in having], physical))
         parts = []
         for case in having:
-            part = table_of(self.folder / case["folder"], name, physical, at)
-            for place, key in enumerate(key for key in self.record["varying"] if key not in part):
-                part.insert(place, key, [case["parameters"].get(key)] * len(part))
+            part = question.result(question, self.folder / case.folder).frame(name, physical=physical, at=at)
+            for place, key in enumerate(key for key in self.record.varying if key not in part):
+                part.insert(place, key, [case.parameters.get(key)] * len(part))
             parts.append(part)
         if not parts:
             raise InputError(str(self.folder), "", None, f"has no case with {name}.csv yet")
-        found = pd.concat(parts, ignore_index=True)
-        found.attrs["units"] = {key: parts[0].attrs["units"].get(key, "") for key in found}
-        return found
+        return stacked(parts)
 
     def to_xarray(self, name: str | None = None, *, physical: bool | None = False) -> xr.Dataset:
         """The tables of all cases as one data set, of places (times, distances) that all of them have.
@@ -99,7 +94,7 @@ class SweepResult:
             raise EnvironmentFailure("there is no xarray", advice="pip install 'pairsim[netcdf]'")
         frame = self.frame(name, physical=physical)
         units = frame.attrs["units"]
-        keys = [key for key in self.record["varying"] if key in frame]
+        keys = [key for key in self.record.varying if key in frame]
         along = next(str(name) for name in frame if name not in keys)
         case = frame.groupby(keys, sort=False, dropna=False).ngroup() if keys else 0 * frame.index
         frame = frame.assign(case=case).groupby(along).filter(lambda rows: rows["case"].nunique() == case.max() + 1)
@@ -110,21 +105,23 @@ class SweepResult:
         left_out = ["case"] if full else keys
         found = frame.drop(columns=left_out).set_index([*(keys if full else ["case"]), along]).to_xarray()
         found = found if full else found.assign_coords(of_cases.data_vars)
-        for each in filter(known, map(str, found.variables)):
-            found[each].attrs.update(units=units.get(each, ""), long_name=column(each).meaning)
-        return found.assign_attrs(name=self.record["name"], command=self.record["command"], **self.record["versions"])
+        question = self.record.question
+        declared = question.tables[question.table_named(name, str(self.folder))]
+        for each in map(str, found.variables):
+            if (column := declared.get(each)) is not None:
+                found[each].attrs.update(units=units.get(each, ""), long_name=column.meaning)
+        return found.assign_attrs(name=self.record.name, command=question.name, **self.record.versions)
 
     @cached_property
     def cases(self) -> list[Result]:
         """Results of the cases that have ended, in the order of `table`."""
-        question = QUESTIONS[self.record["command"]]
-        ended = [entry for entry in self.record["cases"] if entry["status"] in ENDED]
-        return [question.result(question, self.folder / entry["folder"], entry) for entry in ended]
+        question, ended = self.record.question, self.record.ended
+        return [question.result(question, self.folder / case.folder, vars(case.state)) for case in ended]
 
     @property
     def status(self) -> str:
         """One of "failed" (a case has failed), "finished" (all cases), "running" and "interrupted"."""
-        counts = self.record["counts"]
+        counts = self.record.counts
         if counts["failed"]:
             return "failed"
         if not counts["pending"] + counts["running"]:
@@ -134,7 +131,7 @@ class SweepResult:
     @property
     def reason(self) -> str:
         """Reasons of the cases that failed, separated by commas."""
-        return ", ".join(sorted({case["reason"] for case in self.record["cases"] if case["status"] == "failed"}))
+        return ", ".join(sorted({case.state.reason for case in self.record.cases if case.state.status == "failed"}))
 
     @property
     def warnings(self) -> list[str]:
@@ -142,8 +139,8 @@ class SweepResult:
         return [f"{case.folder.name}: {warning}" for case in self.cases if case.folder for warning in case.warnings]
 
     def __repr__(self) -> str:
-        counts = ", ".join(f"{count} {status}" for status, count in self.record["counts"].items() if count)
-        return f"<pairsim sweep {self.record['name']}: {counts}, {self.folder}>"
+        counts = ", ".join(f"{count} {status}" for status, count in self.record.counts.items() if count)
+        return f"<pairsim sweep {self.record.name}: {counts}, {self.folder}>"
 
 
 def sweep(

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pairsim.api.cases import load
 from pairsim.cases.case import SceneCase
+from pairsim.cases.keys import keys_of
 from pairsim.cases.physical import BLOCK, DENSITY, QUANTITIES, Physical
 from pairsim.cases.pressure import velocity_for
 from pairsim.cases.quantities import si
 from pairsim.cases.run_case import Case
 from pairsim.cases.values import is_name
-from pairsim.cases.yaml_file import yaml_text
+from pairsim.cases.yaml_file import Content, yaml_text
 from pairsim.computing.warnings import beyond_checked
 from pairsim.physics.carriers import extrapolated, methyl_cellulose
 from pairsim.physics.homogeneous import falling_stress
@@ -56,7 +57,7 @@ class Units:
     """
 
     case: SceneCase
-    written: Mapping[str, Any]
+    written: Content
     numbers: Sequence[Row]
     scales: Sequence[Row]
     notes: Sequence[str]
@@ -152,7 +153,9 @@ def units(
     if not quantities.keys() & {"modulus", "young"}:
         given.setdefault("Ca_e", 0)
     if not quantities.keys() & {"distance", "spacing"} and kind in QUESTIONS:
-        given = {**QUESTIONS[kind].model.usual_distances, **given}
+        model: type[SceneCase] = QUESTIONS[kind].model
+        usual = {name: key.usual for name, key in keys_of(model).items() if key.usual is not None}
+        given = usual | given
 
     def case_with(**more: str) -> SceneCase:
         try:
@@ -250,7 +253,7 @@ def _list(value: Any) -> str:
     return ", ".join(f"{entry:.4g}" for entry in (value if isinstance(value, tuple) else (value,)))
 
 
-def _notes(case: SceneCase, given: Mapping[str, Any], Re: float) -> Iterator[str]:
+def _notes(case: SceneCase, given: Container[str], Re: float) -> Iterator[str]:
     """Whether inertia is negligible, the defaults used for quantities that were not given, and warnings."""
     of_particle, drive = Re * max(case.betas) ** 2, max(*case.Ca_es, case.De)
     small = Re <= SMALL_RE and of_particle <= SMALL_PART * drive
@@ -266,7 +269,7 @@ def _notes(case: SceneCase, given: Mapping[str, Any], Re: float) -> Iterator[str
         yield f"warning: {INERTIA}"
 
 
-def _defaults(case: SceneCase, given: Mapping[str, Any]) -> Iterator[str]:
+def _defaults(case: SceneCase, given: Container[str]) -> Iterator[str]:
     modes = case.liquid_model.modes
     if not modes and not case.is_viscous:
         yield "no relaxation time: the liquid is Newtonian (De = 0)"

@@ -66,6 +66,21 @@ class Curves:
 
 
 @dataclass(frozen=True)
+class Interpolated:
+    """A master curve at one place in the box, shape (distances,) each."""
+
+    d: Array  # distances [D_c]
+    dU: Array  # dU on the slow manifold [U_av]
+    half_widths: Array  # of the intervals of dU
+    slope: Array  # derivative of dU by the distance
+    U: Array  # mean velocity of the pair
+    stretch: Array  # motion of the centres over that of d
+    t_relax: Array  # decay time [D_c/U_av]
+    sensitivities: Mapping[str, Array]  # derivatives of dU by beta, De and Ca_e
+    by_difference: Array | None  # that by the difference of the diameters over their mean; None where not known
+
+
+@dataclass(frozen=True)
 class Atlas:
     """Master curves over a box of parameters."""
 
@@ -179,8 +194,8 @@ class Atlas:
         (smooth, means), places = self.by_difference, np.asarray(places, dtype=float)
         return np.asarray(places[:, :1] ** 2 * (smooth(scaled(self.box, places)[0])[0][0] + means))
 
-    def table(self, beta: float, De: float, Ca_e: float) -> dict[str, Array]:
-        """The columns of curve.csv that it has, with derivatives of dU, shape (distances,) each.
+    def at(self, beta: float, De: float, Ca_e: float) -> Interpolated:
+        """The curve at a place in the box.
 
         Raises:
             InputError: The place is outside of the box.
@@ -195,11 +210,11 @@ class Atlas:
         others, means = self.others
         U, stretch, t_relax = (others(x)[0][0, 0] + means).reshape(3, -1)
         slope = np.gradient(dU, np.log(self.d), edge_order=2) / self.d
-        columns = {"d": self.d, "dU": dU, "dU_held": dU, "dU_discrete": dU, "dU_error": half_width, "slope": slope}
-        columns |= {"U_L": U + dU / 2, "U_T": U - dU / 2, "stretch": stretch, "t_relax": np.maximum(t_relax, De)}
-        if (by_difference := self.changes_by_difference(place)) is not None:
-            columns["by_difference"] = by_difference[0]
-        return columns | {f"by_{name}": each for name, each in zip(PARAMETERS, by, strict=True)}
+        changes = self.changes_by_difference(place)
+        by_difference = None if changes is None else changes[0]
+        sensitivities = dict(zip(PARAMETERS, by, strict=True))
+        t_relax = np.maximum(t_relax, De)
+        return Interpolated(self.d, dU, half_width, slope, U, stretch, t_relax, sensitivities, by_difference)
 
 
 def scaled(box: Mapping[str, Sequence[float]], places: Array) -> tuple[Array, Array]:

@@ -67,8 +67,6 @@ class SceneCase(Keys):
     """Whether it is solved in time, for which `accuracy` has other cells than for steady states."""
     named_by_kind: ClassVar[bool] = True
     """Whether folders of cases without a name begin with the command."""
-    usual_distances: ClassVar[dict[str, Any]] = {}
-    """Distances of a case that is made without any, by their key."""
 
     beta: Annotated[PerParticle[values.Diameter] | None, Key(r"\beta", caption=1, required=True)] = Field(
         None, description="particle over tube diameter D_p/D_c, between 0 and 1"
@@ -126,7 +124,7 @@ class SceneCase(Keys):
         return {"mesh": self._cells | {"adapt": "Np" not in self.mesh.model_fields_set}}
 
     @property
-    def _cells(self) -> dict[str, Any]:
+    def _cells(self) -> dict[str, float]:
         """The cells that `accuracy` sets."""
         return settings_of(self.accuracy).mesh(self.liquid_model.cells, self.betas, self.in_time)
 

@@ -71,6 +71,7 @@ class Key:
             each particle has none without particles.
         since: The version that brought it, where hashes of older cases are to stay: it is in the hash of those cases
             alone in which it is not its default.
+        usual: What `pairsim units` gives in a case that says nothing of it; None: nothing.
         name: Its name, with that of its group; from its field, as what follows.
         default: Its default; None in a key without one.
         count: How many values a list has; None in a key with one value for the case.
@@ -85,6 +86,7 @@ class Key:
     identity: bool | Callable[[Any], bool] = True
     idle: Callable[[Any], str] | None = None
     since: str = ""
+    usual: Any = None
     name: str = ""
     default: Any = None
     count: Count | None = None

@@ -91,7 +91,7 @@ class OutputOptions(Keys):
     )
 
 
-D0 = Key("d_0", "D_c", part=Part.START, caption=4, slug="d", required=True, idle=_without_gaps)
+D0 = Key("d_0", "D_c", part=Part.START, caption=4, slug="d", required=True, usual=0.1, idle=_without_gaps)
 
 
 class Case(SceneCase):
@@ -100,7 +100,6 @@ class Case(SceneCase):
     kind: ClassVar[str] = "run"
     in_time: ClassVar[bool] = True
     named_by_kind: ClassVar[bool] = False
-    usual_distances: ClassVar[dict[str, Any]] = {"d0": 0.1}
 
     d0: Annotated[PerGap[values.Distance] | None, D0] = Field(
         None, description="initial distance between the facing surfaces [D_c]"

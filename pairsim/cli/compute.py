@@ -17,7 +17,7 @@ from pairsim.cases.identity import default_folder
 from pairsim.cli.made import made
 from pairsim.cli.options import Budget, CaseFile, CaseFileOrNone, DryRun, Output, Overwrite, Quiet, Settings
 from pairsim.computing.case_files import read_case
-from pairsim.computing.question import Flag, Question, rows_in
+from pairsim.computing.question import Flag, Question
 from pairsim.questions.registry import QUESTIONS
 from pairsim.results.folder import FIELDS_XDMF
 from pairsim.runtime.errors import BranchEnd, EnvironmentFailure, InputError, RunFailure
@@ -118,7 +118,7 @@ def _end(result: Result, directory: Path, quiet: bool) -> NoReturn:
     """Draw, give the folder (stdout) and what to do next (stderr), and exit with the code of the outcome."""
 
     least, code = result.question.draws_from, REASON_CODES.get(result.reason, EXIT_CODES[result.status])
-    drawn = least is not None and (rows_in(result.columns) >= least or (directory / FIELDS_XDMF).exists())
+    drawn = least is not None and (result.columns.rows >= least or (directory / FIELDS_XDMF).exists())
     if result.status == "finished" and drawn:
         try:
             result.plot(directory)

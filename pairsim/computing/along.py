@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from pydantic import Field
@@ -14,9 +13,12 @@ from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.mistakes import Mistake
 from pairsim.cases.values import Values
 from pairsim.computing import events
+from pairsim.computing.found import Found
 from pairsim.computing.warnings import finer
 from pairsim.quantities.text import softness
-from pairsim.results.columns import Column, column
+from pairsim.results.column import Columns
+from pairsim.results.columns import CA_E
+from pairsim.results.record import POINTS
 from pairsim.runtime.message import Message
 from pairsim.runtime.text import counted
 from pairsim.solvers.parameters import Parameters
@@ -24,16 +26,8 @@ from pairsim.solvers.parameters import Parameters
 if TYPE_CHECKING:
     from pairsim.runtime.monitor import Monitor
     from pairsim.solvers.goals import Goal
-    from pairsim.solvers.steady.scene import SteadySolver
 
 WRINKLED = 2.0  # roughness of a surface from which it has waves as long as cells (`pairsim.fem.surface.roughness`)
-
-
-@dataclass(frozen=True)
-class Found:
-    """A steady state, from which the columns of a question take their `value`."""
-
-    solver: SteadySolver
 
 
 class AlongCase(SceneCase):
@@ -66,27 +60,26 @@ def estimate_along(case: AlongCase) -> Estimate:
 
 
 def solve_along(
-    case: AlongCase, monitor: Monitor, columns: Sequence[str | Column], shown: str, goals: Sequence[Goal]
+    case: AlongCase, monitor: Monitor, columns: Columns, shown: str, goals: Sequence[Goal]
 ) -> events.Events:
     """Solve the steady states in ascending Ca_e.
 
     Args:
         case: The case.
         monitor: The monitor of the computation.
-        columns: The first columns of the table, which has the name of the question: names of shared columns, and own
-            columns whose `value`, if they have one, is a function of a `Found`.
+        columns: The first columns of the table, which has the name of the question; own ones have a `value` of a
+            `Found`.
         shown: Name of the column that progress shows.
         goals: What is asked for: `accuracy` is kept of these, or a warning says where it is not.
     """
     from pairsim.computing.problems import steady_problem
-    from pairsim.computing.steady import Solutions, health_columns, point_row
+    from pairsim.computing.steady import Solutions, health_columns
     from pairsim.fem.surface import roughness
+    from pairsim.results.rows import point_row
 
     what = f"{counted(len(case.series), 'value')} of Ca_e"
     yield events.Begin(what, len(case.series))
-    names = [each.name if isinstance(each, Column) else each for each in columns]
-    yield events.Table(case.kind, [*names, *health_columns(case)])
-    own = {each.name: each.value for each in columns if isinstance(each, Column) and each.value is not None}
+    yield events.Table(case.kind, [*columns.named(case.n), *health_columns(case)])
     problem, start = steady_problem(case, 1.0, monitor), Parameters((), case.solid_models, case.liquid_model)
     found, rough = Solutions(case, goals), list[str]()
     try:
@@ -95,12 +88,12 @@ def solve_along(
             for count, Ca_e in enumerate(case.series, 1):
                 point = branch.at(start.with_Ca_e(Ca_e))
                 found.points.append(point)
-                row, state = point_row(point) | {"Ca_e": Ca_e}, Found(branch.solver)
-                row |= {name: float(value(state)) for name, value in own.items()}
+                row = point_row(point) | {CA_E.name: Ca_e}
+                row |= columns.own_row(case.n, Found(point, branch.solver))
                 yield events.Row(case.kind, row)
                 if roughness(branch.solver.bodies[0], branch.solver.state()[0]) > WRINKLED:
                     rough.append(f"{Ca_e:.4g}")
-                value = column(shown).unit(row[shown], ".6g")
+                value = columns.column(shown).unit(row[shown], ".6g")
                 text = Message("{}  {} = {}", softness(Ca_e, case.scales), shown, value)
                 yield events.Progress(count, text, count)
             return events.Outcome("finished", "end", what)
@@ -110,4 +103,4 @@ def solve_along(
             f"at Ca_e = {', '.join(rough)} the surface has waves as long as its cells, on this mesh alone: D and "
             f"deformation may be off by more than their errors; compare with {finer(case)}"
         )
-        yield from found.last_events({"points": len(found.points)}, [warning] if rough else [])
+        yield from found.last_events({POINTS: len(found.points)}, [warning] if rough else [])

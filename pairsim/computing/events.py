@@ -16,6 +16,7 @@ from pairsim.runtime.message import Text
 
 if TYPE_CHECKING:
     from pairsim.results.checkpoint import Checkpoint
+    from pairsim.results.record import Entries
     from pairsim.results.xdmf import FieldFrame
 
 
@@ -104,7 +105,7 @@ class Progress:
 class Summary:
     """What run.json says at the end: entries of its own, warnings about the results, wall time of each phase [s]."""
 
-    entries: Mapping[str, Any]
+    entries: Entries
     warnings: Sequence[Text] = ()
     phases: Mapping[str, float] = field(default_factory=dict)
 

@@ -11,8 +11,10 @@ from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
 from pairsim.physics.declared import FIELDS
-from pairsim.results.columns import Column, declare, suffixes_in
-from pairsim.results.folder import OWN_FILES, PICTURE_ENDINGS, read_record
+from pairsim.results.column import Columns
+from pairsim.results.columns import COST, STEPS, SWEEP_COLUMNS
+from pairsim.results.folder import OWN_FILES, PICTURE_ENDINGS
+from pairsim.results.record import Entry, Record
 from pairsim.runtime.errors import InputError
 
 if TYPE_CHECKING:
@@ -21,37 +23,18 @@ if TYPE_CHECKING:
     from pairsim.cases.mistakes import Mistake
     from pairsim.computing.events import Events
     from pairsim.plots.style import Page
+    from pairsim.results.table import Table
 
 Value = float | int | str | list[float] | list[bool] | None  # a value in results.csv
-Tables = Mapping[str, Mapping[str, Any]]
-"""Tables of a folder by name, each its columns as arrays by name; one that is not there has none."""
-LAST = ("unknowns", "wall_time")  # the last columns of results.csv
-RECORDED = ("steps", *LAST)  # columns of results.csv that are entries of run.json
-MOST_SHAPES = 4  # that an answer tells each
+type Tables = Mapping[str, Table]
+"""Tables of a folder by name; one that is not there has no columns."""
 
 
 def last_row(tables: Tables) -> dict[str, Value]:
     """The number of rows of the main table, and the values of the last one."""
-    columns = next(iter(tables.values()))
-    last = {name: values[-1].item() for name, values in columns.items() if len(values)}
-    return {"points": rows_in(columns), **last}
-
-
-def rows_in(columns: Mapping[str, Any]) -> int:
-    """The number of rows of a table."""
-    return len(next(iter(columns.values()), ()))
-
-
-def shapes_in(table: Mapping[str, Any], row: int, when: str) -> list[str]:
-    """The Taylor parameters in a row."""
-    values = {f"D{each}": float(table[f"D{each}"][row]) for each in suffixes_in(table, "D")}
-    said = [f"{name} = {values[name]:.3g}" for name in sorted(values, key=lambda name: values[name])]
-    shapes = (
-        f"from {said[0]} to {said[-1]}"
-        if len(said) > MOST_SHAPES
-        else ", ".join(f"{name} = {value:.3g}" for name, value in values.items())
-    )
-    return [f"Taylor parameters{f' {when}' if when else ''}: {shapes}."] if shapes else []
+    main = next(iter(tables.values()))
+    last = {name: values[-1].item() for name, values in main.items() if len(values)}
+    return {"points": main.rows, **last}
 
 
 def no_pictures(folder: Path, out: Path, page: Page) -> list[Path]:
@@ -63,7 +46,7 @@ def no_pictures(folder: Path, out: Path, page: Page) -> list[Path]:
 class InSweeps[C: SceneCase]:
     """What a sweep shows of a question, in results.csv."""
 
-    columns: Callable[[C], Sequence[str]]  # of the results of a case, before `LAST`
+    columns: Callable[[C], Sequence[str]]  # of the results of a case, before `COST`
     read: Callable[[Tables], dict[str, Value]] = last_row  # takes those that are there from the tables of a folder
     parameters: tuple[str, ...] = ("beta", "De", "Ca_e")  # keys that results.csv always has, also if they do not vary
 
@@ -99,8 +82,8 @@ class Question[C: SceneCase]:
         estimate: Estimates the size and the duration of a case.
         solve: Its computation, a generator of the events in `computing/events.py`: takes the case, and as keywords its
             `monitor`, its flags, and `earlier` to resume.
-        tables: Its tables by name without .csv, the main one first, with the columns that are described in the
-            reference: a `Column` where no other question has it.
+        tables: Its tables by name without .csv, the main one first, with the columns that they may have.
+        entries: What its computation adds to the record, run.json.
         result: Its class of results, derived from `pairsim.api.results.Result`: what they have beside a table, and what
             they say in words.
         in_sweeps: What a sweep shows of it.
@@ -118,7 +101,7 @@ class Question[C: SceneCase]:
     check: Callable[[C], Iterator[Mistake]]
     estimate: Callable[[C], Estimate]
     solve: Callable[..., Events]
-    tables: Mapping[str, Sequence[str | Column]]
+    tables: Mapping[str, Columns]
     result: type[Any]
     in_sweeps: InSweeps[C]
     examples: str
@@ -126,10 +109,8 @@ class Question[C: SceneCase]:
     captions: Mapping[str, str] = field(default_factory=dict)
     frames: str = ""
     flags: tuple[Flag, ...] = ()
+    entries: tuple[Entry[Any], ...] = ()
     draws_from: int | None = 1
-
-    def __post_init__(self) -> None:
-        declare(each for columns in self.tables.values() for each in columns if isinstance(each, Column))
 
     def __reduce__(self) -> Any:
         """Pickled by its place."""
@@ -162,6 +143,11 @@ class Question[C: SceneCase]:
         return name or self.table
 
     @property
+    def sweep_columns(self) -> Columns:
+        """The columns that results.csv of a sweep of it may have."""
+        return Columns(SWEEP_COLUMNS, self.tables[self.table])
+
+    @property
     def resumable(self) -> bool:
         """Whether it goes on from a checkpoint."""
         return any(flag.resumes for flag in self.flags)
@@ -178,16 +164,17 @@ class Question[C: SceneCase]:
         """
         from pairsim.results.table_files import read_table
 
-        return {name: read_table(directory / f"{name}.csv", missing_ok=True) for name in self.tables}
+        files = {name: (directory / f"{name}.csv", columns) for name, columns in self.tables.items()}
+        return {name: read_table(path, columns, missing_ok=True) for name, (path, columns) in files.items()}
 
     def values(self, directory: Path) -> dict[str, Value]:
         """Values of a folder for the columns of results.csv, none where a table cannot be read."""
-        record, values = read_record(directory), dict[str, Value]()
+        record, values = Record.read(directory), dict[str, Value]()
         with suppress(InputError, ValueError, KeyError):
             tables = self.read_tables(directory)
             if tables[self.table]:
                 values = self.in_sweeps.read(tables)
-        return values | {key: record[key] for key in RECORDED if key in record}
+        return values | record.cost(STEPS, *COST)
 
 
 def own_files(questions: Iterable[Question[Any]]) -> tuple[str, ...]:

@@ -9,8 +9,8 @@ import time
 from functools import cache
 from importlib import metadata
 from pathlib import Path
-from typing import Any
 
+from pairsim.results.record import COMMAND, MACHINE, STARTED, VERSIONS, Entries
 from pairsim.runtime.fenicsx import petsc_version
 from pairsim.runtime.version import __version__
 
@@ -42,11 +42,11 @@ def memory() -> int:
     return pages * resource.getpagesize()
 
 
-def about(command: str) -> dict[str, Any]:
+def about(command: str) -> Entries:
     """The entries of run.json that do not depend on the case: when and with which command, machine and versions."""
     return {
-        "started": time.strftime("%Y-%m-%dT%H:%M:%S%z"),
-        "command": command,
-        "machine": {"node": platform.node(), "system": platform.platform(), "processor": platform.machine()},
-        "versions": _versions(),
+        STARTED: time.strftime("%Y-%m-%dT%H:%M:%S%z"),
+        COMMAND: command,
+        MACHINE: {"node": platform.node(), "system": platform.platform(), "processor": platform.machine()},
+        VERSIONS: _versions(),
     }

@@ -22,7 +22,20 @@ from pairsim.computing.record import about, peak_memory
 from pairsim.fem.compilation import jit
 from pairsim.quantities.kinds import TIME
 from pairsim.results.checkpoint import Checkpoint, check_same, load
-from pairsim.results.folder import CHECKPOINT, kind_of, plain, prepare_folder, read_record, write_json, write_yaml
+from pairsim.results.folder import CHECKPOINT, kind_of, plain, prepare_folder, write_yaml
+from pairsim.results.record import (
+    KEY,
+    KIND,
+    MESSAGE,
+    PEAK_MEMORY,
+    PHASES,
+    REASON,
+    SECONDS,
+    STATUS,
+    WARNINGS,
+    Entry,
+    Record,
+)
 from pairsim.results.table_files import TableWriter, read_table
 from pairsim.results.xdmf import FieldsWriter
 from pairsim.runtime.errors import BranchEnd, EnvironmentFailure, InputError, RunFailure, WriteFailure
@@ -76,7 +89,7 @@ def carry_out[C: SceneCase](
         elif resume:
             notes.append("no checkpoint: starting at t = 0")
         old = earlier.checkpoint if earlier is not None else None
-        session = _Session(case, directory, options, notes, old, question.resumable)
+        session = _Session(question, case, directory, options, notes, old)
         computation = question.solve(case, monitor=session.monitor, **more)  # which may refuse a keyword
         if earlier is None:
             prepare_folder(directory, options.overwrite or resume, options.own_files)
@@ -91,12 +104,12 @@ def _earlier(case: SceneCase, directory: Path, table: str) -> events.Earlier | N
             or has some without a checkpoint.
     """
     found, path = load(directory), directory / table
-    rows = len(next(iter(read_table(path).values()))) if path.exists() else 0
+    rows = read_table(path).rows if path.exists() else 0
     if found is not None:
         check_same(found.case, plain(case.resolved() | sources_of(case)), str(directory / CHECKPOINT))
         if rows < found.rows:
             raise InputError(str(path), "", None, f"must have at least {found.rows} rows, to fit the checkpoint")
-        return events.Earlier(found, read_record(directory).get("status") == "finished")
+        return events.Earlier(found, Record.read(directory).status == "finished")
     files = [file.name for file in directory.iterdir() if not file.name.startswith(".") and file.name != "case.yaml"]
     if files and kind_of(directory) != case.kind:
         allowed = f"must be the folder of a {case.kind}, but holds results of another command"
@@ -112,15 +125,15 @@ class _Session:
 
     def __init__(
         self,
+        question: Question[Any],
         case: SceneCase,
         folder: Path,
         options: Options,
         notes: Sequence[str],
         old: Checkpoint | None,
-        resumable: bool,
     ) -> None:
         self.case, self.folder, self.reporter = case, folder, options.reporter
-        self.old, self.resumable = old, resumable
+        self.old, self.resumable, self._declared = old, question.resumable, question.tables
         self._options, self._notes, self._about = options, notes, about(options.command)
         self._start = time.monotonic()
         self.monitor = Monitor(
@@ -241,11 +254,11 @@ class _Session:
         path, rows = self.folder / f"{table.name}.csv", table.rows
         with self._writing():
             if table.resumed and self.old is not None:
-                columns = read_table(path)
-                rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
-                rows = rows[: self.old.rows]
+                rows = read_table(path).records()[: self.old.rows]
                 self._fields = FieldsWriter(self.folder, self.old.frames)
-            self._tables[table.name] = writer = TableWriter(path, table.columns, rows, ascending=table.ascending)
+            declared = self._declared[table.name]
+            writer = TableWriter(path, table.columns, rows, declared=declared, ascending=table.ascending)
+            self._tables[table.name] = writer
             self._resumed = writer if table.resumed else self._resumed
 
     def _keep(self, state: events.Resumable) -> None:
@@ -277,15 +290,19 @@ class _Session:
     def _write_record(self, outcome: Outcome | None) -> None:
         """Write run.json; of a computation that goes on, `outcome` is None."""
         case, summary, wall = self.case, self._summary, self.passed
-        content = {"kind": case.kind, **vars(outcome or Outcome("running", "", "")), **self._about}
-        content |= {"wall_time": wall, "peak_memory": peak_memory()}
-        content |= {"key": key_of(case.kind, identity_of(case)), **sources_of(case)}
+        ended = outcome or Outcome("running", "", "")
+        entries: dict[Entry[Any], Any] = {KIND: case.kind, STATUS: ended.status, REASON: ended.reason}
+        entries |= {MESSAGE: ended.message, **self._about, SECONDS: wall, PEAK_MEMORY: peak_memory()}
+        entries |= {KEY: key_of(case.kind, identity_of(case))}
+        record = Record.of(entries) | sources_of(case)
         if outcome is not None:
-            content |= entries_in_units({**summary.entries, "warnings": summary.warnings}, case.scales)
-        content |= units_of(case)
+            said = Record.of({**summary.entries, WARNINGS: summary.warnings})
+            record |= entries_in_units({**said}, case.scales)
+        record |= units_of(case)
         if summary.phases:
-            content["wall_time_by_phase"] = {**summary.phases, "other": wall - sum(summary.phases.values())}
-        write_json(self.folder / "run.json", content)
+            phases = {**summary.phases, "other": wall - sum(summary.phases.values())}
+            record = record.with_entries({PHASES: phases})
+        record.write(self.folder)
 
     @contextmanager
     def _writing(self) -> Iterator[None]:

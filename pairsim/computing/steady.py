@@ -2,22 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from typing import Any, Self
-
-import numpy as np
 
 from pairsim.cases.case import SceneCase
 from pairsim.computing.accuracy import adaptation_report
 from pairsim.computing.events import Event, Outcome, Summary, Table
 from pairsim.computing.warnings import common_warnings, moves_on
 from pairsim.quantities.kinds import LENGTH
-from pairsim.results.columns import CURVE_HEALTH, POLYMER_HEALTH, YIELD_HEALTH, names_of, observed, table_row
+from pairsim.results.column import names_of
+from pairsim.results.columns import POLYMER_HEALTH, STEADY_HEALTH, WAY_COLUMNS, YIELD_HEALTH
+from pairsim.results.record import (
+    ADAPTATION,
+    END_OF_BRANCH,
+    FACTORISATIONS,
+    MESH_COUNT,
+    NEWTON_ITERATIONS,
+    SIZE,
+    Entries,
+    Entry,
+)
+from pairsim.results.rows import way_row
 from pairsim.runtime.message import Message, Text
 from pairsim.solvers.curves.adaptation import AdaptiveBranch
 from pairsim.solvers.curves.branch import Branch, Point
-from pairsim.solvers.errors.estimate import ErrorEstimate
-from pairsim.solvers.goals import Goal, dU
+from pairsim.solvers.goals import Goal
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.ends import Ended, Passed, SpentOnTheWay
@@ -102,13 +111,13 @@ class Solutions:
         self.branch = AdaptiveBranch(scene, sensitivities, goals=self.goals, wanted=wanted, places=places, held=held)
         return self.branch
 
-    def last_events(self, entries: Mapping[str, Any], warnings: Sequence[Text] = ()) -> Iterator[Event]:
+    def last_events(self, entries: Entries, warnings: Sequence[Text] = ()) -> Iterator[Event]:
         """The last events: what run.json says, and the solutions on the way to parameters that were not reached."""
         yield self.summary(entries, warnings)
         if self.way:
-            yield Table("way", ["De", "Ca_e", *names_of(self.case.n, "d", "U", "dU", "D")], [*map(way_row, self.way)])
+            yield Table("way", WAY_COLUMNS.named(self.case.n), [*map(way_row, self.way)])
 
-    def summary(self, entries: Mapping[str, Any], warnings: Sequence[Text] = ()) -> Summary:
+    def summary(self, entries: Entries, warnings: Sequence[Text] = ()) -> Summary:
         """What run.json says at the end.
 
         Args:
@@ -120,10 +129,10 @@ class Solutions:
         seen = [c.s_jump for p in self.points if (c := p.observation.conformation) is not None]
         common = common_warnings(case, self.goals[0].name, max(seen, default=0.0), case.cluster)
         end = self.ended if self.ended is not None and self.ended.proven else None
-        place = {} if end is None else {"end_of_branch": {"kind": end.kind, **end.at}}
-        kept, missed = dict[str, Any](), list[Text]()
+        place: Entries = {} if end is None else {END_OF_BRANCH: {"kind": end.kind, **end.at}}
+        kept, missed = dict[Entry[Any], Any](), list[Text]()
         if self.branch is not None:
-            kept["adaptation"], missed = adaptation_report(case, self.branch, self.judged, self.largest)
+            kept[ADAPTATION], missed = adaptation_report(case, self.branch, self.judged, self.largest)
         return Summary({**entries, **kept, **counts, **place}, [*missed, *warnings, *common], phases)
 
 
@@ -131,68 +140,7 @@ def health_columns(case: SceneCase) -> list[str]:
     """Diagnostic columns in a table of quasi-steady solutions."""
     liquid = case.liquid_model
     of_liquid = [*(POLYMER_HEALTH if liquid.modes else ()), *(YIELD_HEALTH if liquid.regularisation else ())]
-    return names_of(case.n, *CURVE_HEALTH, *of_liquid)
-
-
-def point_row(point: Point) -> dict[str, float]:
-    """All values of a quasi-steady solution by the names of their columns."""
-    o, estimate = point.observation, point.estimate
-    values: dict[str, Any] = {
-        "d": point.gaps,
-        "U": o.U,
-        "dU": o.dU,
-        "D": o.D,
-        "F": o.F,
-        "dp": o.dp,
-        "dp_plus": o.dp_plus,
-        "newton": point.newton,
-        "dU_held": point.held_dUs,
-        "stretch": point.motion.stretch,
-        "from_rest": point.motion.from_rest,
-        "dU_discrete": point.discrete.dU,
-        "ends_error": estimate[dU].ends_error,
-        "regularisation_error": estimate[dU].regularisation_error,
-        "bridge": point.hold.bridge,
-        "creep": point.hold.creep,
-        "plug": point.hold.plug,
-        "slope": point.slopes,
-        **{f"by_{name}": change for name, change in point.sensitivities.items()},
-        **dict(_errors(estimate)),
-        "dU_error": point.dU_errors,
-        "corrected": estimate.trusted,
-        "t_relax": point.t_relax if np.isfinite(point.t_relax) else np.nan,
-        "meshes": point.meshes,
-        **observed(o),
-        "distortion": point.distortion,
-    }
-    return table_row(
-        o.U.size, **{name: value for name, value in values.items() if value is not None and np.size(value)}
-    )
-
-
-def _errors(estimate: ErrorEstimate) -> Iterator[tuple[str, Any]]:
-    """The half-widths of all goals, and the corrections of those that are corrected, by quantity."""
-    for goal, found in estimate.items():
-        if found.correction.size:
-            columns = {goal.error_column: found.half_width}
-            if goal.added:
-                columns[f"{goal.name}_correction"] = found.correction
-            for name, each in columns.items():
-                yield name, each if goal.per else float(each[0])
-
-
-def slope_rows(point: Point) -> Iterator[dict[str, float]]:
-    """The rows of slopes.csv for a quasi-steady solution, one for each distance."""
-    slopes = zip(point.velocity_slopes.T, point.held_slopes.T, strict=True)
-    for gap, (moving, held) in enumerate(slopes, 1):
-        yield table_row(len(moving), d=point.gaps, gap=gap, U_slope=moving, U_slope_held=held)
-
-
-def way_row(passed: Passed) -> dict[str, float]:
-    """The row of way.csv for a solution on the way to others; velocities are those at held distances."""
-    place, U = passed.parameters, passed.U
-    parameters = {"De": place.De, "Ca_e": max(place.Ca_es, default=0.0), "d": place.gaps}
-    return table_row(len(U), **parameters, U=U, dU=np.diff(U), D=passed.D)
+    return names_of(case.n, *STEADY_HEALTH, *of_liquid)
 
 
 def moving_errors(case: SceneCase, points: Sequence[Point], size: float) -> list[Text]:
@@ -208,14 +156,14 @@ def moving_errors(case: SceneCase, points: Sequence[Point], size: float) -> list
     return moves_on(case, far, max(parts.values()))
 
 
-def _costs(branch: Branch | None) -> tuple[dict[str, Any], dict[str, float]]:
+def _costs(branch: Branch | None) -> tuple[Entries, dict[str, float]]:
     """Cost of a branch: counts, and the wall time of each phase [s]."""
     if branch is None:
         return {}, {}
     counts = {
-        "newton_iterations": branch.solver.iterations,
-        "factorisations": branch.solver.factorisations,
-        "meshes": branch.solver.meshes,
-        "unknowns": branch.solver.constraints.size,
+        NEWTON_ITERATIONS: branch.solver.iterations,
+        FACTORISATIONS: branch.solver.factorisations,
+        MESH_COUNT: branch.solver.meshes,
+        SIZE: branch.solver.constraints.size,
     }
     return counts, dict(branch.solver.clock.seconds)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.colors import LogNorm
 
-from pairsim.plots.chart import POINT, Panel, Series, draw_chart
+from pairsim.plots.chart import POINT, Line, Panel, draw_chart
 from pairsim.plots.style import COLOURS, GREY, LINES, ORDERED, Page, colour_bar, printing
 from pairsim.results.cytometry import modulus_at
 from pairsim.runtime.arrays import Array
@@ -33,11 +33,11 @@ def draw_film(film: tuple[Array, Array], lines: Mapping[str, tuple[Array, Array]
     """Draw `film`: its distances [um] over times [s], lines of models by their names, and by how much these are off."""
     panels = {"d": Panel("$t$  [s]", "$d$  [µm]"), "off": Panel("$t$  [s]", "model - film  [µm]")}
     hollow: dict[str, Any] = {"marker": "o", "markerfacecolor": "none", "markersize": 3}
-    series = [Series("d", *film, look=hollow | {"color": "0.5"}, mark=POINT, label="film")]
+    series = [Line("d", *film, look=hollow | {"color": "0.5"}, mark=POINT, label="film")]
     for (name, (t, d)), colour, line in zip(lines.items(), COLOURS, LINES, strict=False):
         times, seen = (each[(t[0] <= film[0]) & (film[0] <= t[-1])] for each in film)
-        series.append(Series("d", t, d, look={"color": colour, "linestyle": line}, label=name))
-        series.append(Series("off", times, np.interp(times, t, d) - seen, look=hollow | {"color": colour}, mark=POINT))
+        series.append(Line("d", t, d, look={"color": colour, "linestyle": line}, label=name))
+        series.append(Line("off", times, np.interp(times, t, d) - seen, look=hollow | {"color": colour}, mark=POINT))
     figure, _ = draw_chart(page, panels, series, [])
     return page.save(figure, out, "film")
 
@@ -53,8 +53,8 @@ def draw_fit(fit: Fit, data: Measured, out: Path) -> None:
         panels[over] = Panel(over, "" if label else words, logarithmic=True)
         fine = np.geomspace(x.min(), x.max(), 80)
         hollow: dict[str, Any] = {"color": COLOURS[i], "marker": marker, "markerfacecolor": "none", "markersize": 3.5}
-        series.append(Series(over, x, y, look=hollow, mark=POINT, label=label))
-        series.append(Series(over, fine, fit.of(name, fine), look={"color": COLOURS[i], "linestyle": LINES[i]}))
+        series.append(Line(over, x, y, look=hollow, mark=POINT, label=label))
+        series.append(Line(over, fine, fit.of(name, fine), look={"color": COLOURS[i], "linestyle": LINES[i]}))
     page = Page()
     figure, _ = draw_chart(page, panels, series, [f"{fit.law.label}: points measured, lines fitted"])
     page.save(figure, out.parent, out.stem)

@@ -24,12 +24,34 @@ from pairsim.cases.keys import Key, Part
 from pairsim.cases.mistakes import Mistake
 from pairsim.cases.values import FOLLOWED, Distance, Values
 from pairsim.computing import events
-from pairsim.computing.question import InSweeps, Question, Tables, Value, rows_in
+from pairsim.computing.question import InSweeps, Question, Tables, Value
 from pairsim.computing.warnings import large_errors
 from pairsim.quantities.kinds import LENGTH, VELOCITY
 from pairsim.quantities.text import in_unit
-from pairsim.results.columns import CRITICAL_COLUMNS
-from pairsim.results.scales import scales_in
+from pairsim.results.column import Column, Columns
+from pairsim.results.columns import (
+    BRANCH,
+    CA_E,
+    CORRECTED,
+    D_CR,
+    D_ERROR,
+    DE,
+    DP,
+    DP_PLUS,
+    DU_CORRECTION,
+    DU_ERROR,
+    ENDS_ERROR,
+    KIND,
+    NEWTON,
+    PARAMETER_ERROR,
+    SLOPE,
+    STABLE,
+    STEADY,
+    TAYLOR,
+    WAY_COLUMNS,
+)
+from pairsim.results.curve import Zero, zeros_in
+from pairsim.results.record import OF_STEADY, Entry, Record
 from pairsim.runtime.message import Message, Text
 from pairsim.solvers.parameters import Parameters
 
@@ -38,18 +60,23 @@ if TYPE_CHECKING:
     from pairsim.physics.liquids import Liquid
     from pairsim.physics.solids import Solid
     from pairsim.plots.style import Page
-    from pairsim.results.curve_table import Zero
     from pairsim.runtime.monitor import Monitor
     from pairsim.solvers.curves.zero_lines import Critical
 
-SHOWN = {"zeros": "d_cr", "stable": "stable"}
+SHOWN = {"zeros": D_CR, "stable": STABLE}
+U = Column("U", "U", "velocity of the pair", VELOCITY)
+CRITICAL_COLUMNS = Columns(
+    *(CA_E, DE, D_CR, STABLE, KIND, BRANCH, SLOPE, U, TAYLOR, DP, DP_PLUS),
+    *(NEWTON, DU_CORRECTION, CORRECTED, DU_ERROR, ENDS_ERROR, D_ERROR, PARAMETER_ERROR),
+)
+"""The columns that critical.csv begins with."""
+ENDS = Entry[list[dict[str, Any]]]("ends", "where each branch of critical distances ends, and why")
 
 
 class CriticalCase(SceneCase):
     """Critical distances: zeros of dU(d), optionally followed over a parameter."""
 
     kind: ClassVar[str] = "critical"
-    usual_distances: ClassVar[dict[str, Any]] = {"d": [0.02, 0.8]}
 
     along: dict[str, Values] | None = Field(
         None,
@@ -57,7 +84,7 @@ class CriticalCase(SceneCase):
         "range); default: the values of the case only",
         examples=["{Ca_e: [0.05, 0.1]}"],
     )
-    d: Annotated[tuple[Distance, Distance], Key(part=Part.REPORT)] = Field(
+    d: Annotated[tuple[Distance, Distance], Key(part=Part.REPORT, usual=[0.02, 0.8])] = Field(
         (0.02, 0.8), description="least and largest distance of the search for zeros of dU [D_c]"
     )
 
@@ -120,7 +147,7 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
     from pairsim.solvers.curves.zero_lines import Critical, End, Followed, Missed, Region
     from pairsim.solvers.goals import CRITICAL
 
-    least, most = case.d
+    own, (least, most) = QUESTION.tables["critical"].own, case.d
     region: Region | None = None  # of parameters and distances in which zeros are followed
     if case.along is not None:
         name, values = next(iter(case.along.items()))
@@ -144,7 +171,7 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
     warnings: list[Text] = []
     try:
         with found:
-            yield events.Table("critical", [*CRITICAL_COLUMNS, *health_columns(case)])
+            yield events.Table("critical", [*CRITICAL_COLUMNS.named(2), *health_columns(case), *own.named(2)])
             # Meshes are adapted to the zeros asked for, not to those between them.
             branch = found.begin(steady_problem(case, least, monitor), start)
             branch.at(start)
@@ -163,7 +190,7 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
                         if each.by_parameter is not None and region is not None:
                             size = abs(each.by_parameter) * each.point.parameters.followed
                             errors += filter(None, [error_at(each.point, CRITICAL, size)])
-                        yield events.Row("critical", row := critical_row(each))
+                        yield events.Row("critical", row := critical_row(each) | own.own_row(2, each))
                         place = f"Ca_e = {row['Ca_e']:.5g}  De = {row['De']:.5g}"
                         text = Message("{}  d_cr = {}  {}", place, LENGTH(row["d_cr"], ".5f"), each.kind)
                         yield events.Progress(min(len(wanted), count), text, solved)
@@ -179,12 +206,12 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
         return found.outcome  # the branch ends before all distances were reached
     finally:
         warnings += large_errors(case, "the error of a parameter at which two zeros meet", "itself", errors)
-        yield from found.last_events({"ends": ends}, warnings)
+        yield from found.last_events({ENDS: ends}, warnings)
 
 
 def critical_row(critical: Critical) -> dict[str, Any]:
     """The row of a critical distance. Where two zeros meet, the slope vanishes, and the parameter has the error."""
-    from pairsim.computing.steady import point_row
+    from pairsim.results.rows import point_row
 
     point, row = critical.point, dict[str, Any](point_row(critical.point))
     place, slope, change = point.parameters, point.slope_at_rest, critical.by_parameter
@@ -195,25 +222,25 @@ def critical_row(critical: Critical) -> dict[str, Any]:
     return row
 
 
-def answer_of_critical(zeros: Sequence[Zero], record: Mapping[str, Any]) -> list[str]:
+def answer_of_critical(zeros: Sequence[Zero], record: Record) -> list[str]:
     """The answer of a search that has found critical distances."""
     lines = []
-    scales = scales_in(record)
+    scales = record.scales
     for stable, meaning in ((False, "closer pairs come together, wider ones separate"), (True, "pairs come to rest")):
         found = sorted((zero for zero in zeros if zero.stable == stable), key=lambda zero: zero.d)
         if found:
             kind, ends = found[0].kind, found[:: max(len(found) - 1, 1)]
             where = f"d = {' to '.join(in_unit(scales, LENGTH, zero.d, zero.error) for zero in ends)}"
             lines.append(f"{len(found)} {kind} critical distance{'s' * (len(found) > 1)}, {where}: {meaning}.")
-    early = [end for end in record.get("ends", ()) if end.get("reason") != "range"]  # else it goes on to the last value
+    early = [end for end in ENDS.of(record) or () if end.get("reason") != "range"]  # else it goes on to the last value
     return [*lines, *(f"A line of critical distances ends: {end['message']}." for end in early)]
 
 
 def read(tables: Tables) -> dict[str, Value]:
     """The result columns; lists in the order of critical.csv."""
     table = tables["critical"]
-    wanted = table["kind"] == "wanted"
-    return {"points": rows_in(table), **{name: table[of][wanted].tolist() for name, of in SHOWN.items()}}
+    wanted = table[KIND] == "wanted"
+    return {"points": table.rows, **{name: table[of][wanted].tolist() for name, of in SHOWN.items()}}
 
 
 class CriticalResult(Result):
@@ -222,18 +249,15 @@ class CriticalResult(Result):
     @property
     def ends(self) -> list[dict[str, Any]]:
         """For each end of a branch: where it is, and why the branch ends there."""
-        return list(self.record.get("ends", ()))
+        return list(ENDS.of(self.record) or ())
 
     def findings(self) -> list[str]:
         """Which critical distances there are, and where branches of them end."""
-        from pairsim.results.curve_table import zeros_in
-
         table = self.tables["critical"]
-        if not rows_in(table):
+        if not table.rows:
             return ["No critical distance was found in the given range: dU keeps its sign."]
-        asked = table["kind"] == "wanted"  # at the values of the case, not where a line bends between them
-        shown = {name: values[asked] for name, values in table.items()} if asked.any() else table
-        return answer_of_critical(zeros_in(shown, "d_cr"), self.record)
+        asked = table[KIND] == "wanted"  # at the values of the case, not where a line bends between them
+        return answer_of_critical(zeros_in(table.where(asked) if asked.any() else table, D_CR), self.record)
 
 
 def draw(folder: Path, out: Path, page: Page) -> list[Path]:
@@ -249,7 +273,8 @@ QUESTION = Question(
     check=check,
     estimate=estimate,
     solve=solve,
-    tables={"critical": (), "way": ()},
+    tables={"critical": Columns(CRITICAL_COLUMNS, STEADY), "way": WAY_COLUMNS},
+    entries=(*OF_STEADY, ENDS),
     result=CriticalResult,
     in_sweeps=InSweeps(lambda _: ("points", "zeros", "stable"), read),
     draw=draw,

@@ -18,8 +18,7 @@ from pairsim.physics.homogeneous import steady_shear
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.pipe import Pipe
 from pairsim.quantities.scales import FLOW_RATE, Scales
-from pairsim.results.folder import read_record
-from pairsim.results.scales import scales_for
+from pairsim.results.record import Record, scales_for
 from pairsim.results.table_files import read_table
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
@@ -82,7 +81,7 @@ def look_up_table(directory: Path, channel: Channel = "equivalent") -> tuple[str
         InputError: There are no shapes, or a case has no `physical` block, or another tube, flow or liquid.
     """
     files = [directory / TABLE, *sorted(directory.glob(f"*/{TABLE}"))]
-    folders = [file.parent for file in files if file.is_file() and read_record(file.parent).get("status") in ENDED]
+    folders = [file.parent for file in files if file.is_file() and Record.read(file.parent).status in ENDED]
     if not folders:
         allowed = "must have shapes: a folder of pairsim shape, or a sweep of it"
         raise InputError(str(directory), "--cytometry", None, allowed)

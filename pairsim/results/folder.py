@@ -185,7 +185,7 @@ def kind_of(directory: Path) -> str:
     for name, kind in MARKS.items():
         if (directory / name).is_file():
             return kind
-    if isinstance(named := read_record(directory).get("kind"), str):
+    if isinstance(named := read_json(directory / "run.json").get("kind"), str):
         return named
     content = "has no run.json, sweep.json or study.csv" if any(directory.iterdir()) else "is empty"
     inside = sorted({path.parent.name for path in directory.glob("*/run.json")})
@@ -194,10 +194,10 @@ def kind_of(directory: Path) -> str:
     raise InputError(str(directory), "", None, f"must be a folder of results, but {content}{hint}")
 
 
-def read_record(directory: Path) -> dict[str, Any]:
-    """Read run.json of a folder; returns an empty dict if it is missing or invalid."""
+def read_json(path: Path) -> dict[str, Any]:
+    """The content of a JSON file with entries by name; none if it is missing or invalid."""
     try:
-        record = json.loads((directory / "run.json").read_text(encoding="utf-8"))
+        content = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return {}
-    return record if isinstance(record, dict) else {}
+    return content if isinstance(content, dict) else {}

@@ -1,4 +1,4 @@
-"""The quantities that a case is given by: what they change of its curve, and their values on axes."""
+"""The quantities that a case is given by: the range of dU in their draws, and their values on axes."""
 
 from __future__ import annotations
 
@@ -10,17 +10,18 @@ from typing import Any, Self
 import numpy as np
 
 from pairsim.cases.experiment import follows_in
-from pairsim.cases.inputs import Input
 from pairsim.cases.laws import Laws
 from pairsim.cases.physical import BLOCK
 from pairsim.cases.quantities import as_given, unit_in
 from pairsim.quantities.kinds import VELOCITY
 from pairsim.quantities.scales import Scales
+from pairsim.results.record import Entry, Record
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.interpolant import hermite, slopes_of
 
 COVERED = 0.95  # part of the draws of the inputs that a range holds
 MANY = 1e-3  # part of the draws beyond an end of the atlas from which on it is told; chosen
+DRAWN = Entry[Mapping[str, Any]]("dU_inputs", "of an answer of an atlas, the range that holds most draws of the inputs")
 FINE = 2000  # distances at which the ends of a range are looked at for their signs; chosen
 
 
@@ -33,33 +34,6 @@ def quantity_for(case: Mapping[str, Any], name: str, scales: Scales) -> tuple[st
     unit = as_given(given[0] if isinstance(given, list) else given)[1]
     one = of.number(unit_in(of.unit, unit), scales)
     return of.key, unit, lambda values: (values / one) ** (-1.0 if of.inverse else 1.0)
-
-
-def change_by(table: Mapping[str, Array], scales: Scales, one: Input) -> Array | None:
-    """Derivative of dU at constant distance in units by an input's logarithm, or by a percentage [um/s], (points,).
-
-    The curve is that of a pair with sensitivities; None where the input changes numbers by which there are none.
-    """
-    numbers = {name: change for name, change in one.changes.items() if change and name not in ("length", "velocity")}
-    if any(f"by_{name}" not in table for name in numbers):
-        return None
-    velocity, length = (one.changes.get(name, 0.0) for name in ("velocity", "length"))
-    dU = table["dU"] * velocity - table["d"] * table["slope"] * length
-    return VELOCITY.factor(scales) * (dU + sum(change * table[f"by_{name}"] for name, change in numbers.items()))
-
-
-def half_widths_by(table: Mapping[str, Array], scales: Scales, inputs: list[Input]) -> dict[str, Array]:
-    """The part of each input in the half-width of dU, as of `change_by`; infinite where it is not known.
-
-    Quantities are independent, so that squares add up.
-    """
-    found = {}
-    for one in inputs:
-        if one.half_width:
-            change = change_by(table, scales, one)
-            unknown = np.full_like(table["dU"], np.inf)
-            found[one.key] = unknown if change is None else np.abs(change) * one.half_width / one.size
-    return found
 
 
 @dataclass(frozen=True)
@@ -78,9 +52,9 @@ class DrawnRange:
     missing: str  # numbers that differ from draw to draw, but for which the atlas has one value alone
 
     @classmethod
-    def of(cls, record: Mapping[str, Any]) -> Self | None:
+    def of(cls, record: Record) -> Self | None:
         """That of a curve, in its run.json; None if it has none."""
-        if (entry := record.get("dU_inputs")) is None:
+        if (entry := DRAWN.of(record)) is None:
             return None
         arrays = {name: np.asarray(entry[name], dtype=float) for name in ("d", "least", "largest", "outside")}
         return cls(**arrays, beyond=entry["beyond"], missing=entry["missing"])

@@ -8,9 +8,22 @@ from typing import Any
 
 import numpy as np
 
-from pairsim.results.curve_table import FORGOTTEN
+from pairsim.results.motion import FORGOTTEN
+from pairsim.results.record import ADAPTATION, FACTORISATIONS, NEWTON_ITERATIONS, SIZE, TIME_STEPS, Entry, Record
 
-SETTLED = "settled"  # entry of run.json
+SETTLED = Entry[Mapping[str, Any]](
+    "settled", "of a run with two particles or more, what is quasi-steady at its last distances"
+)
+START = Entry[str]("start", "how a run began: from rest, or in a steady state")
+HOLD = Entry[bool]("hold", "whether distances were held in a run")
+REACHED = Entry[float]("t", "time that a run has reached")
+REJECTED = Entry[int]("rejected_steps", "time steps that were repeated with a smaller size")
+REMESHINGS = Entry[int]("remeshings", "new meshes in a run")
+OF_RUNS = (
+    *(REACHED, SIZE, TIME_STEPS, REJECTED, NEWTON_ITERATIONS, FACTORISATIONS, REMESHINGS),
+    *(START, HOLD, SETTLED, ADAPTATION),
+)
+"""The entries of runs."""
 NOTHING = 1e-9  # |dU| of particles that keep their distance [U_av]; chosen
 
 
@@ -27,9 +40,9 @@ class Settled:
     held_together: bool = False  # whether unyielded liquid holds the particles together
 
     @staticmethod
-    def of(record: Mapping[str, Any], gap: int) -> Settled | None:
+    def of(record: Record, gap: int) -> Settled | None:
         """What run.json has of a gap, counted from 0; None if there is no quasi-steady solution."""
-        entry = record.get(SETTLED, {})
+        entry = SETTLED.of(record) or {}
         if "dU" not in entry:
             return None
         from_rest, accuracy = entry["start"] == "rest", entry["accuracy"]
@@ -65,9 +78,3 @@ class Settled:
         end = max(t + self.t_relax * np.log(2 * excess), self.least_end)
         scale = 10.0 ** (np.floor(np.log10(end)) - 1)
         return float(scale * np.ceil(end / scale))
-
-
-def start_up(record: Mapping[str, Any]) -> float:
-    """Time up to which a run is starting up, at least [D_c/U_av]; 0 where it is not known or starts from no rest."""
-    settled = Settled.of(record, 0)
-    return settled.least_end if settled is not None else 0.0

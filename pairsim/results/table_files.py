@@ -13,19 +13,21 @@ from typing import Any
 
 import numpy as np
 
-from pairsim.results.columns import known
+from pairsim.results.column import Columns
 from pairsim.results.folder import naming, write_text
+from pairsim.results.table import NOTHING_DECLARED, Table
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
 FLAGS = {"true": True, "false": False}
 
 
-def read_table(path: Path | str, *, missing_ok: bool = False) -> dict[str, Array]:
+def read_table(path: Path | str, declared: Columns = NOTHING_DECLARED, *, missing_ok: bool = False) -> Table:
     """Read a table, also while it is being written: an incomplete last line is skipped.
 
     Args:
         path: The CSV file.
+        declared: The columns that it may have.
         missing_ok: Whether a file that is not there is a table without columns.
 
     Returns:
@@ -37,14 +39,14 @@ def read_table(path: Path | str, *, missing_ok: bool = False) -> dict[str, Array
     """
     file = Path(path)
     if missing_ok and not file.exists():
-        return {}
+        return Table({}, declared)
     try:
         text = file.read_text(encoding="utf-8-sig")  # spreadsheets put a mark in front, and write TRUE
         names, *rows = csv.reader(text[: text.rfind("\n") + 1].splitlines()) if "\n" in text else [[]]
         if not names or not all(names):
             raise ValueError("no names of columns")
         columns = zip(*rows, strict=True) if rows else ((),) * len(names)
-        return {name: _typed(entries) for name, entries in zip(names, columns, strict=True)}
+        return Table({name: _typed(entries) for name, entries in zip(names, columns, strict=True)}, declared)
     except (OSError, ValueError, csv.Error) as error:
         allowed = f"must be a table of pairsim: names, and values below them, separated by commas ({error})"
         raise InputError(str(file), "", None, allowed) from error
@@ -83,7 +85,7 @@ class TableWriter:
     """Writes a table row by row; after each row the file, which is replaced at first, holds them all: `count` rows.
 
     If `ascending`, rows are kept in order of the first columns, and the file is replaced at each row, to which rows are
-    otherwise appended.
+    otherwise appended. A number may be unknown in those columns whose declaration says so.
 
     Raises:
         ValueError: As for `row`.
@@ -91,10 +93,16 @@ class TableWriter:
     """
 
     def __init__(
-        self, path: Path, columns: Sequence[str], rows: Iterable[Mapping[str, Any]] = (), *, ascending: bool = False
+        self,
+        path: Path,
+        columns: Sequence[str],
+        rows: Iterable[Mapping[str, Any]] = (),
+        *,
+        declared: Columns = NOTHING_DECLARED,
+        ascending: bool = False,
     ) -> None:
         self._path, self._columns, self._ascending = path, tuple(columns), ascending
-        self._unknown = {name for name in columns if (entry := known(name)) is not None and entry.unknown}
+        self._unknown = {name for name in columns if (entry := declared.get(name)) is not None and entry.unknown}
         first = [self._values(row) for row in rows]
         self._sorted = sorted(first) if ascending else []
         self.count = len(first)

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from pairsim.quantities.kinds import LENGTH, POSITION, TIME
 from pairsim.quantities.scales import Scales
 from pairsim.quantities.text import in_unit, with_name
-from pairsim.results.curve_table import Memory, Motion
-from pairsim.results.scales import no_units, scales_in
+from pairsim.results.motion import Motion
+from pairsim.results.record import no_units
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.message import Message, Text, in_units
@@ -68,26 +66,13 @@ class Travel:
         return "\n".join(lines)
 
 
-def travel(
-    table: Mapping[str, Array],
-    start: float | str,
-    stop: float | str,
-    source: str,
-    record: Mapping[str, Any] | None = None,
-) -> Travel:
-    """Integrate a master curve from one distance to another, see `pairsim.CurveResult.travel`.
-
-    The table is curve.csv in ascending d, each column of shape (points,); the record, run.json, has the units of the
-    case. Messages name `source`.
+def travel(motion: Motion, start: float | str, stop: float | str, source: str, scales: Scales | None) -> Travel:
+    """Integrate the motion of a pair from one distance to another, see `Curve.travel`.
 
     Raises:
-        InputError: The curve is not that of a pair, a distance is outside the curve, there is a zero of dU between the
-            distances or there may be one, or the pair moves in the other direction.
+        InputError: A distance is outside the curve, there is a zero of dU between the distances or there may be one, or
+            the pair moves in the other direction. Messages name `source`.
     """
-    motion = Motion.of(table)
-    if motion is None:
-        raise InputError(source, "", None, "must be the curve of a pair in steady states, with at least two points")
-    scales = scales_in(record or {})
     curve = motion.curve
     begin, end = (distance_on(curve, d, option, scales, source) for option, d in (("--from", start), ("--to", stop)))
     if why := _obstacle(curve, begin, end):
@@ -107,7 +92,7 @@ def travel(
         return value, max(value - least, most - value)
 
     (time, time_error), (length, length_error) = with_half_width(1.0), with_half_width(motion.velocity(d))
-    memory = Memory.after(motion, begin)
+    memory = motion.memory(begin)
     forgotten = memory.forgotten if memory is not None else None
     behind = motion.from_rest(begin) if motion.from_rest is not None else None
     start_error = None if behind is None else float(behind / abs(curve.values(begin)))

@@ -19,9 +19,10 @@ from pairsim.cases.coverage import beyond
 from pairsim.cases.identity import RUNS
 from pairsim.cases.yaml_file import read_yaml
 from pairsim.questions.registry import QUESTIONS
-from pairsim.results.curve_table import curve_of
-from pairsim.results.folder import plain, read_record
-from pairsim.results.table_files import read_table
+from pairsim.results.columns import BY_DIFFERENCE, DISTANCE, SENSITIVITIES, STRETCH, T_RELAX, U
+from pairsim.results.curve import Curve
+from pairsim.results.folder import plain
+from pairsim.results.record import Record
 from pairsim.runtime.arrays import Array, Flags
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.version import __version__
@@ -149,7 +150,7 @@ def joined(atlas: Atlas, other: Atlas, case_at: Callable[[Array], SceneCase], so
 def curve_folders(sweep: Path) -> list[Path]:
     """The folders of all curves of a sweep that have finished."""
     found = sorted(path.parent for path in sweep.glob("*/run.json"))
-    return [each for each in found if read_record(each).get("status") == "finished"]
+    return [each for each in found if Record.read(each).status == "finished"]
 
 
 def curves_in(folders: Sequence[Path], d: Array, drawn: Array) -> Curves:
@@ -162,17 +163,17 @@ def curves_in(folders: Sequence[Path], d: Array, drawn: Array) -> Curves:
     """
     places, rows = [], []
     for folder in folders:
-        table, case = read_table(folder / "curve.csv", missing_ok=True), read_yaml(folder / "case.yaml")
-        curve = curve_of(table)
+        found, case = Curve.read(folder, missing_ok=True), read_yaml(folder / "case.yaml")
+        table, curve = found.table, found.interpolant()
         if curve is None or curve.d[0] > d[0] * (1 + 1e-9) or curve.d[-1] < d[-1] * (1 - 1e-9):
-            message = read_record(folder).get("message")
+            message = found.record.message
             allowed = f"must be a curve over all distances of the atlas ({message}): make the box smaller"
             raise InputError(str(folder), "", None, allowed)
-        inside, unknown = np.clip(d, *curve.ends), np.full_like(table["d"], np.nan)
-        columns = [table.get(f"by_{name}", unknown) for name in PARAMETERS]
-        columns += [(table["U_L"] + table["U_T"]) / 2, table["stretch"], table["t_relax"]]
-        columns += [table.get("by_difference", unknown)]
-        x, at = np.log(table["d"]), np.log(inside)
+        inside, unknown = np.clip(d, *curve.ends), np.full_like(table[DISTANCE], np.nan)
+        known = [table.known(column) for column in (*(SENSITIVITIES[name] for name in PARAMETERS), BY_DIFFERENCE)]
+        *by, by_difference = (unknown if each is None else each for each in known)
+        columns = [*by, (table.of(U, "_L") + table.of(U, "_T")) / 2, table[STRETCH], table[T_RELAX], by_difference]
+        x, at = np.log(table[DISTANCE]), np.log(inside)
         smooth = [CubicSpline(x, each)(at) if np.isfinite(each).all() else np.full_like(d, np.nan) for each in columns]
         places.append([float(case[name]) for name in PARAMETERS])
         rows.append([curve.values(inside), curve.half_widths(inside), *smooth])

@@ -23,8 +23,9 @@ from pairsim.cases.quantities import in_one_unit
 from pairsim.cases.values import is_finite, is_name
 from pairsim.cases.yaml_file import DEFAULT_LAWS, apply_settings, flat, merge, read_yaml
 from pairsim.computing.case_files import parse_case
-from pairsim.computing.question import LAST, Question
+from pairsim.computing.question import Question
 from pairsim.questions.registry import QUESTIONS
+from pairsim.results.columns import COST
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.text import as_typed
 from pairsim.sweeps.files import FILES, parse_file
@@ -67,7 +68,8 @@ class Grid:
     def columns(self) -> tuple[str, ...]:
         """Result columns of all cases, in the order of their first appearance."""
         shown = self.question.in_sweeps
-        return tuple(dict.fromkeys((*(name for each in self.cases for name in shown.columns(each.case)), *LAST)))
+        own = (name for each in self.cases for name in shown.columns(each.case))
+        return tuple(dict.fromkeys((*own, *(column.name for column in COST))))
 
 
 def read_grid(path: Path, settings: Sequence[str] = ()) -> Grid:

@@ -13,8 +13,10 @@ from pairsim.cases.identity import RUNS
 from pairsim.cases.mistakes import Mistake, input_error
 from pairsim.cases.yaml_file import read_yaml
 from pairsim.questions.registry import QUESTIONS
-from pairsim.results.columns import series_columns
-from pairsim.results.folder import read_record, write_text
+from pairsim.results.column import names_of
+from pairsim.results.folder import write_text
+from pairsim.results.record import STATUS, Record
+from pairsim.results.series import STATE_COLUMNS
 from pairsim.results.table_files import read_table, table_text
 from pairsim.sweeps.files import parse_file
 from pairsim.sweeps.grid import Grid, grid_from
@@ -39,7 +41,7 @@ def read_study(path: Path, settings: Sequence[str] = ()) -> tuple[StudyFile, Gri
     cases = [entry | at for entry in file.discretisations]
     shared = {key: data[key] for key in ("name", "base", "command") if key in data}
     grid = grid_from(path, shared | {"cases": cases}, settings, "discretisations")
-    if file.quantity not in (known := series_columns(grid.cases[0].case.n)[1:]):
+    if file.quantity not in (known := names_of(grid.cases[0].case.n, *STATE_COLUMNS[1:])):
         raise input_error([Mistake("quantity", file.quantity, f"must be one of {', '.join(known)}")], data, str(path))
     if grid.duplicates:
         allowed = f"must all differ; {grid.duplicates} are equal to an earlier one"
@@ -96,9 +98,9 @@ def study_table(file: StudyFile, grid: Grid, directory: Path) -> pd.DataFrame:
 
 def _measured(folder: Path, file: StudyFile, compared: Sequence[str]) -> dict[str, Any]:
     """Status and counts of a discretisation, and its compared values once it has finished."""
-    record = {"status": "pending", **read_record(folder)}
+    record = Record.of({STATUS: "pending"}) | Record.read(folder)
     row = {name: record.get(name) for name in MEASURED}
-    if row["status"] != "finished":
+    if record.status != "finished":
         return row
     series = read_table(folder / f"{QUESTIONS[file.command].table}.csv")
     axis = next(iter(series.values()))

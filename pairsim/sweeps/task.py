@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from pairsim.results.folder import read_record, write_json
+from pairsim.results.record import COMMAND, KEY, KIND, MESSAGE, REASON, SECONDS, STATUS, Entries, Record
 from pairsim.runtime.child_process import clean_environment, module_command
 from pairsim.runtime.errors import EnvironmentFailure
 from pairsim.sweeps.folder import STOP, CaseState, read_state
@@ -144,7 +144,7 @@ def _compute(task: Task) -> CaseState | None:
     folder, key, begin = task.folder, task.key, time.monotonic()
     child, said, why = _ask(task)
     if said is not None:
-        interrupted = read_record(folder).get("status") == "interrupted"
+        interrupted = Record.read(folder).status == "interrupted"
     else:
         interrupted = -child.process.returncode in STOPPING
     if said is None or why or interrupted or said.memory > MOST_MEMORY:
@@ -159,12 +159,14 @@ def _compute(task: Task) -> CaseState | None:
     if reason == "refused":  # the folder is someone else's
         return CaseState(folder.name, "failed", reason, message)
     if reason:
-        record = read_record(folder)
-        about = {"kind": task.command, "command": task.line, "key": key}
-        record = {**(record if record.get("key") == key else about), "wall_time": time.monotonic() - begin}
+        record = Record.read(folder)
+        if record.key != key:
+            record = Record.of({KIND: task.command, COMMAND: task.line, KEY: key})
+        failed: Entries = {STATUS: "failed", REASON: reason, MESSAGE: message}
+        record = record.with_entries({SECONDS: time.monotonic() - begin, **failed})
         try:
             folder.mkdir(exist_ok=True)
-            write_json(folder / "run.json", {**record, "status": "failed", "reason": reason, "message": message})
+            record.write(folder)
         except OSError as error:
             return CaseState(folder.name, "failed", "write_failed", str(error))
     return None

@@ -19,6 +19,7 @@ import pairsim as api
 from pairsim.atlas.atlas import Atlas
 from pairsim.cases.coverage import beyond
 from pairsim.questions.curve import CurveCase
+from pairsim.results.curve import Curve
 from pairsim.results.inputs import DrawnRange
 from pairsim.runtime.errors import InputError
 
@@ -28,7 +29,7 @@ ELASTIC = {**BENCH, "relaxation": "2ms", "liquid": "giesekus"}
 
 def test_an_answer_is_that_of_the_atlas_in_units(atlas: Path) -> None:
     answer, case = api.ask(**ELASTIC, atlas=atlas), api.units(kind="curve", **ELASTIC).case
-    table = Atlas.load(atlas).table(case.betas[0], case.De, case.Ca_es[0])
+    table = Curve.of_atlas(Atlas.load(atlas), beta=case.betas[0], De=case.De, Ca_e=case.Ca_es[0]).table
     at = 20  # an inner point
     assert answer.curve(table["d"][at]) == pytest.approx((table["dU"][at], table["dU_error"][at]), rel=0.01)
     assert answer.dU(f"{50 * table['d'][at]:.12g}um") == pytest.approx(table["dU"][at])

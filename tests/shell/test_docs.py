@@ -14,13 +14,12 @@ from support.inputs import ROOT
 
 from pairsim.cases.example import write_example
 from pairsim.cases.kinds import has_example
-from pairsim.cases.run_case import Case
 from pairsim.cli.app import app
 from pairsim.computing.case_files import read_case
-from pairsim.computing.question import LAST, own_files
+from pairsim.computing.question import own_files
 from pairsim.computing.schema import schema_rows
 from pairsim.questions.registry import QUESTIONS
-from pairsim.results.columns import STUDY_COLUMNS, SWEEP_COLUMNS, column
+from pairsim.results.columns import STUDY_COLUMNS
 from pairsim.results.folder import PICTURE_ENDINGS
 from pairsim.sweeps.files import FILES
 from pairsim.sweeps.study import COUNTS
@@ -72,10 +71,9 @@ def test_every_file_is_described() -> None:
 
 @pytest.mark.parametrize("name", filter(has_example, QUESTIONS))
 def test_columns_of_sweeps_are_described(name: str, tmp_path: Path) -> None:
-    known = {each.name for each in SWEEP_COLUMNS} | Case.model_fields.keys()
-    shown = QUESTIONS[name].in_sweeps
-    columns = shown.columns(read_case(QUESTIONS[name], write_example(name, name, tmp_path)))
-    assert all(column(entry) for entry in (*shown.parameters, *columns, *LAST) if entry not in known)
+    question = QUESTIONS[name]
+    columns = question.in_sweeps.columns(read_case(question, write_example(name, name, tmp_path)))
+    assert all(question.sweep_columns.column(entry).meaning for entry in columns)
 
 
 def test_counts_of_studies_are_described() -> None:

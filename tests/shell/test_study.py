@@ -94,7 +94,7 @@ def test_a_study_of_curves_is_drawn_and_one_of_version_0_2_refused(tmp_path: Pat
     (tmp_path / "study.csv").write_text(f"mesh.Np,status,unknowns,wall_time,dU@0.2,error\n{rows}")
     with pytest.raises(InputError, match="must be the folder of a study of this version"):
         plot_study(tmp_path)
-    (tmp_path / "sweep.json").touch()
+    (tmp_path / "sweep.json").write_text('{"name": "study", "command": "curve", "cases": []}')
     assert plot_study(tmp_path) == [tmp_path / "study.png"]
 
 

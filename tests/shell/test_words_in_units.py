@@ -24,6 +24,7 @@ from pairsim.physics.liquids.bingham import Bingham
 from pairsim.physics.solids import soft
 from pairsim.quantities.kinds import FORCE, LENGTH, PURE, RATE, TIME, VELOCITY
 from pairsim.quantities.scales import Scales
+from pairsim.questions.critical import ENDS
 from pairsim.questions.registry import QUESTIONS
 from pairsim.questions.run.computation import end_of
 from pairsim.questions.run.warnings import narrow_gap, unknown_run_error
@@ -214,7 +215,7 @@ def test_all_that_a_computation_says_is_put_into_units(tmp_path: Path, capsys: p
         yield events.Begin("goal at " + d, 2.0)
         yield events.Note("note at " + d)
         yield events.Progress(1.0, "step at " + d, 1)
-        yield events.Summary({"ends": [{"message": "end at " + d}]}, ["warning at " + d])
+        yield events.Summary({ENDS: [{"message": "end at " + d}]}, ["warning at " + d])
         return events.Outcome("finished", "end", "outcome at " + d)
 
     options = Options(False, Reporter(shown=True), "pairsim run", ())

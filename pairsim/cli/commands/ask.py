@@ -22,7 +22,6 @@ from pairsim.cli.declared_options import Text, of_option, quantity
 from pairsim.cli.options import Settings
 from pairsim.quantities.kinds import LENGTH, VELOCITY
 from pairsim.quantities.text import in_unit
-from pairsim.results.scales import scales_in
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.files import FILES
 
@@ -58,8 +57,6 @@ def ask(
     set_: Settings = None,
 ) -> None:
     options = locals()
-    from pairsim.results.inputs import DrawnRange
-    from pairsim.results.travel import distance_on, travel
 
     names = [name for name in options if name in QUANTITIES or name == "liquid"]
     given = {name: options[name] for name in names if options[name]}
@@ -82,11 +79,12 @@ def ask(
     except InputError as error:
         of_options = (of_option("pairsim ask", each, names) if each.file == "case" else each for each in error.mistakes)
         raise InputError.of_all(of_options) from None
-    scales, drawn = scales_in(answer.record), DrawnRange.of(answer.record)
+    curve = answer.curve.named("pairsim ask")
+    scales, drawn = curve.scales, curve.drawn
     lines = [*answer.findings(), *(f"Warning: {warning}" for warning in answer.warnings)]
     for place in at or ():
-        d = distance_on(answer.curve.of(), place, "--at", scales, "pairsim ask")
-        dU, half_width = answer.curve(d)
+        d = curve.distance(place, "--at")
+        dU, half_width = curve(d)
         value = in_unit(scales, VELOCITY, dU, half_width, "+")
         part = "" if drawn is None else f"; by the inputs {drawn.words(d)}"
         if drawn is not None and (outside := drawn.outside_at(d)):
@@ -94,9 +92,9 @@ def ask(
         lines.append(f"At d = {in_unit(scales, LENGTH, d)}: dU = {value}{part}.")
     for option, end in (("--from", start), ("--to", stop)):
         if end is not None:
-            distance_on(answer.curve.of(), end, option, scales, "pairsim ask")
+            curve.distance(end, option)
     typer.echo("\n".join(lines))  # also where the pair does not make the travel
     if start is not None and stop is not None:
-        typer.echo(str(travel(answer.columns, start, stop, "pairsim ask", answer.record)))
+        typer.echo(str(curve.travel(start, stop)))
         if drawn is not None:
             typer.echo("The half-widths of the inputs are not in the +- of this travel.")

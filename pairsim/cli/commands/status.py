@@ -25,7 +25,7 @@ def status(directory: Folder) -> None:
     else:
         result = pairsim.open(directory)
         reason = f" ({result.reason})" if result.reason not in ("", result.status) else ""
-        cost = f"{result.record.get('wall_time', 0.0):.3g} s of wall time, by: {result.record.get('command', '')}"
+        cost = f"{result.record.wall_time or 0.0:.3g} s of wall time, by: {result.record.command}"
         warnings = (f"warning: {warning}" for warning in result.warnings)
         after = result.advice if result.status not in ("finished", "running") else ""
         lines = (f"{directory}: {result.status}{reason}", result.happened, cost, *warnings, after)

@@ -26,9 +26,13 @@ from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.keys import Key, Part
 from pairsim.cases.mistakes import Mistake, broken, missing
 from pairsim.cases.values import MOST_VALUES, CurveTolerance, Distance, Gaps, Range, Time, Velocity, Whole, spelled_out
-from pairsim.computing.question import Flag, InSweeps, Question, Tables, Value, rows_in
+from pairsim.computing.question import Flag, InSweeps, Question, Tables, Value
 from pairsim.physics.drive import Drive
-from pairsim.results.columns import EQUILIBRIA_COLUMNS, FORCES, GAP, names_of, slope_columns, suffixes, suffixes_in
+from pairsim.quantities.kinds import RATE
+from pairsim.results.column import PARTICLE, Column, Columns, names_of
+from pairsim.results.columns import DISTANCE, DU, FORCES, WAY_COLUMNS
+from pairsim.results.curve import CURVE_COLUMNS, EQUILIBRIA_COLUMNS, Curve
+from pairsim.results.record import OF_STEADY, TIME_STEPS, Entry
 from pairsim.runtime.errors import InputError
 from pairsim.solvers.curves.distances import between
 from pairsim.solvers.parameters import Parameters
@@ -38,20 +42,32 @@ if TYPE_CHECKING:
 
     from pairsim.computing.events import Events
     from pairsim.plots.style import Page
-    from pairsim.questions.curve.function import Curve
     from pairsim.results.travel import Travel
     from pairsim.runtime.monitor import Monitor
 
 FORCE = names_of(1, *FORCES)  # columns of the only point of a single particle that is moved
+GAP_OF_SLOPE = Column("gap", "", "the distance by which is derived, counted from upstream", whole=True)
+U_SLOPE = Column(
+    "U_slope",
+    r"\partial U{_}/\partial d",
+    "derivative of U{_} by a distance, to first order in what moving changes: exact where dU = 0",
+    RATE,
+    PARTICLE,
+)
+U_SLOPE_HELD = Column(
+    "U_slope_held", r"\partial U_{h{,}}/\partial d", "the same of velocities at held distances", RATE, PARTICLE
+)
+SLOPES = Columns(DISTANCE, GAP_OF_SLOPE, U_SLOPE, U_SLOPE_HELD)
+"""The columns of slopes.csv."""
+AFTER = Entry[float]("after", "of a curve from rest, a quarter of the time after which dU is taken [D_c/U_av]")
 
 
 class CurveCase(SceneCase):
     """A master curve dU(d): quasi-steady solutions at many distances d."""
 
     kind: ClassVar[str] = "curve"
-    usual_distances: ClassVar[dict[str, Any]] = {"d": {"start": 0.02, "stop": 0.8, "num": 9}}
 
-    d: Annotated[Gaps | None, Key(part=Part.REPORT)] = Field(
+    d: Annotated[Gaps | None, Key(part=Part.REPORT, usual={"start": 0.02, "stop": 0.8, "num": 9})] = Field(
         None,
         description="distances between the facing surfaces [D_c]: a list of numbers (or of lists, one number for each "
         "gap), or a range, or one number for each gap and a range of one of them; a curve has points at other "
@@ -219,20 +235,18 @@ def result_columns(case: CurveCase) -> tuple[str, ...]:
     names = ["d_peak{}", "d_peak_error{}", "dU_peak{}", "dU_error{}"]
     others = FORCE if case.n == 1 and case.velocity is not None else []
     others = ["zeros", "zeros_error", "stable"] if case.n == 2 else others
-    return ("points", *others, *(name.format(gap) for gap in suffixes(GAP, case.n) for name in names))
+    return ("points", *others, *(name.format(gap) for gap in DU.suffixes(case.n) for name in names))
 
 
 def read(tables: Tables) -> dict[str, Value]:
     """The result columns; `zeros` and what belongs to them are lists in ascending d."""
-    from pairsim.results.curve_table import peak_of
-
-    table, zeros = tables["curve"], tables["equilibria"]
-    values: dict[str, Value] = {"points": rows_in(table)}
+    curve = Curve(tables["curve"], zeros := tables["equilibria"])
+    values: dict[str, Value] = {"points": curve.table.rows}
     if not values["points"]:
         return values
-    values |= {name: float(table[name][0]) for name in FORCE if name in table}
-    for gap in suffixes_in(table, "dU"):
-        peak = peak_of(table, gap)
+    values |= {name: float(curve.table[name][0]) for name in FORCE if name in curve.table}
+    for gap in curve.gaps:
+        peak = curve.peak_of(gap)
         found = {"d_peak": peak.d, "d_peak_error": peak.d_error, "dU_peak": peak.dU, "dU_error": peak.error}
         values |= {column + gap: value for column, value in found.items()}
     shown = {"zeros": "d", "zeros_error": "d_error", "stable": "stable"}
@@ -248,14 +262,12 @@ class CurveResult(Result):
         from pairsim.results.tables import frame_of
 
         found = frame_of(self.tables["equilibria"])
-        return found if len(found.columns) else found.reindex(columns=list(EQUILIBRIA_COLUMNS))
+        return found if len(found.columns) else found.reindex(columns=EQUILIBRIA_COLUMNS.named(2))
 
     @cached_property
     def curve(self) -> Curve:
         """dU as a function of the distance: `dU, half_width = result.curve(d)`."""
-        from pairsim.questions.curve.function import Curve
-
-        return Curve(self.columns, [float(d) for d in self.tables["equilibria"].get("d", ())], self.record)
+        return Curve(self.tables["curve"], self.tables["equilibria"], self.record, self.source)
 
     def dU(self, d: Any, gap: int = 1) -> Any:
         """dU at any distance of the curve [U_av]; see `curve`, which returns the half-width of its interval, too."""
@@ -274,28 +286,21 @@ class CurveResult(Result):
         Raises:
             InputError: A distance is outside the curve, or the pair does not move from the one to the other.
         """
-        from pairsim.results.travel import travel
-
-        return travel(self.columns, start, stop, self.source, self.record)
+        return self.curve.travel(start, stop)
 
     def findings(self) -> list[str]:
         """Where particles separate and come closer, and how fast; of an atlas, also in which liquid."""
         from pairsim.questions.curve.answer import answer_of_curve
-        from pairsim.results.curve_table import zeros_in
 
-        if not rows_in(self.tables["curve"]):
+        if not self.curve.table.rows:
             return ["No point was solved."]
-        said = answer_of_curve(self.tables["curve"], zeros_in(self.tables["equilibria"]), self.record)
-        return [*said, *self.record.get("notes", ())]
+        return [*answer_of_curve(self.curve), *self.record.notes]
 
     def afterwards(self) -> str:
-        from pairsim.results.curve_table import regions_of
-
-        steady = rows_in(self.columns) > 1 and {"dU", "dU_held"} <= self.columns.keys()
-        regions = regions_of(self.columns, self.tables["equilibria"].get("d", ())) if steady else []
+        regions = self.curve.regions if self.curve.steady and self.curve.table.rows > 1 else []
         moves = any(each.sign and each.start < each.stop for each in regions)
         command = f"pairsim travel {self.source} --from D --to D" if moves else f"pairsim plot {self.source}"
-        if not self._of_folder:
+        if self.folder is None:
             command = "travel(start, stop)" if moves else "plot(folder)"
         return f"{command} {'gives the time and tube that a pair needs' if moves else 'draws it'}"
 
@@ -313,7 +318,8 @@ QUESTION = Question(
     check=check,
     estimate=estimate,
     solve=solve,
-    tables={"curve": (), "equilibria": (), "slopes": slope_columns(3), "way": ()},
+    tables={"curve": CURVE_COLUMNS, "equilibria": EQUILIBRIA_COLUMNS, "slopes": SLOPES, "way": WAY_COLUMNS},
+    entries=(*OF_STEADY, TIME_STEPS, AFTER),
     result=CurveResult,
     in_sweeps=InSweeps(result_columns, read),
     draw=draw,

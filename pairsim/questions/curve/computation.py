@@ -10,20 +10,33 @@ import numpy as np
 
 from pairsim.cases.inputs import inputs_of
 from pairsim.computing import events
+from pairsim.computing.found import Found
 from pairsim.computing.problems import steady_problem
 from pairsim.computing.steady import (
     Solutions,
-    health_columns,
     moving_errors,
-    point_row,
-    slope_rows,
 )
 from pairsim.computing.warnings import finer
 from pairsim.quantities.kinds import FORCE, LENGTH, VELOCITY
 from pairsim.quantities.text import in_unit
-from pairsim.questions.curve import CurveCase
-from pairsim.results.columns import EQUILIBRIA_COLUMNS, curve_columns, slope_columns
+from pairsim.questions.curve import GAP_OF_SLOPE, QUESTION, SLOPES, U_SLOPE, U_SLOPE_HELD, CurveCase
+from pairsim.results.column import Column, names_of, table_row
+from pairsim.results.columns import (
+    DISTANCE,
+    DU_HALF,
+    DU_QUARTER,
+    FORCES,
+    POLYMER_HEALTH,
+    SENSITIVITIES,
+    SLOPE,
+    STABLE,
+    WANTED,
+    YIELD_HEALTH,
+)
+from pairsim.results.curve import EQUILIBRIA_COLUMNS, Curve
 from pairsim.results.fields import SteadyMoment, frame
+from pairsim.results.record import POINTS
+from pairsim.results.rows import point_row
 from pairsim.results.xdmf import FieldFrame
 from pairsim.runtime.errors import RunFailure
 from pairsim.runtime.message import Message, Text
@@ -31,7 +44,7 @@ from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.text import counted
 from pairsim.solvers.curves.adaptation import ENOUGH
 from pairsim.solvers.curves.branch import Branch, Point
-from pairsim.solvers.curves.curve import Equilibrium, Zero, equilibria, find_zeros, interpolants, trace
+from pairsim.solvers.curves.curve import Equilibrium, Zero, equilibria, find_zeros, trace
 from pairsim.solvers.curves.distances import between
 from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU, CurveInterpolant
 from pairsim.solvers.goals import DP_PLUS, D, F, Goal, U, dU
@@ -55,13 +68,14 @@ def computation(case: CurveCase, monitor: Monitor, sensitivities: bool) -> event
             yield events.Table("curve", _columns(case, by), ascending=case.common)
             sloping = case.n > 2 and case.velocity is None
             if sloping:
-                yield events.Table("slopes", slope_columns(case.n), ascending=case.common)
+                yield events.Table("slopes", SLOPES.named(case.n), ascending=case.common)
             for point, wanted in trace(branch, places, case.tol, case.max_points):
                 points.append(point)
                 if case.common:
                     points.sort(key=lambda p: p.d)
                 count = len(points)
-                yield events.Row("curve", point_row(point) | {"wanted": float(wanted)})
+                own = QUESTION.tables["curve"].own_row(case.n, Found(point, branch.solver))
+                yield events.Row("curve", point_row(point) | {WANTED.name: float(wanted)} | own)
                 for row in slope_rows(point) if sloping else ():
                     yield events.Row("slopes", row)
                 if any(abs(point.d - d) < 1e-9 * d for d in case.fields):
@@ -97,9 +111,21 @@ def _goals(case: CurveCase) -> Sequence[Goal]:
 
 
 def _columns(case: CurveCase, parameters: Sequence[str]) -> list[str]:
-    """The columns of curve.csv."""
-    columns = curve_columns(case.n, case.common, parameters, case.velocity is not None)
-    return [*columns, *health_columns(case)]
+    """The columns of curve.csv: a curve over one distance in common has slopes, moved particles have forces."""
+    left_out: set[Column] = {DU_HALF, DU_QUARTER}  # of curves from rest
+    left_out |= {column for name, column in SENSITIVITIES.items() if name not in parameters}
+    left_out |= set() if case.common else {SLOPE}
+    left_out |= set() if case.velocity is not None else {*FORCES}
+    left_out |= set() if case.liquid_model.modes else {*POLYMER_HEALTH}
+    left_out |= set() if case.liquid_model.regularisation else {*YIELD_HEALTH}
+    return names_of(case.n, *(column for column in QUESTION.tables["curve"] if column not in left_out))
+
+
+def slope_rows(point: Point) -> Iterator[dict[str, float]]:
+    """The rows of slopes.csv for a quasi-steady solution, one for each distance."""
+    slopes = zip(point.velocity_slopes.T, point.held_slopes.T, strict=True)
+    for gap, (moving, held) in enumerate(slopes, 1):
+        yield table_row(len(moving), {DISTANCE: point.gaps, GAP_OF_SLOPE: gap, U_SLOPE: moving, U_SLOPE_HELD: held})
 
 
 def _shown(point: Point, count: int) -> Message:
@@ -132,7 +158,8 @@ def _zeros(branch: Branch, points: list[Point]) -> Generator[events.Event, None,
     except RunFailure as error:
         failure = error
     result = equilibria(zeros, points)
-    yield events.Table("equilibria", EQUILIBRIA_COLUMNS, [vars(zero) | {"stable": zero.stable} for zero in result])
+    rows = [vars(zero) | {STABLE.name: zero.stable} for zero in result]
+    yield events.Table("equilibria", EQUILIBRIA_COLUMNS.named(2), rows)
     if failure is not None:
         raise failure
     return result
@@ -148,13 +175,14 @@ def _end(case: CurveCase, found: Solutions) -> Iterator[events.Event]:
     """What run.json says, and the fields of the last state on a way that has not arrived."""
     points, warnings = found.points, list[Text]()
     if found.branch is not None and points and dU in found.goals:
-        curves = interpolants(points) if case.common and len(points) > 1 else []
+        curve = Curve.of_points(points)
+        curves = [curve.of(gap) for gap in range(1, case.n)] if case.common and len(points) > 1 else []
         if len(points) >= ENOUGH and curves:
             found.largest[dU] = max(abs(curve.peak.dU) for curve in curves)
         size = found.largest.get(dU, found.branch.largest[dU])
         if size > NEGLIGIBLE_DU:
             warnings = [*moving_errors(case, points, size), *_far_apart(case, curves, size)]
-    yield from found.last_events({"points": len(points)}, warnings)
+    yield from found.last_events({POINTS: len(points)}, warnings)
     if found.ended is not None and (last := found.ended.last) is not None and case.n > 1:
         last.reopen()
         with closing(last):

@@ -12,6 +12,7 @@ interrupted.
 from __future__ import annotations
 
 import math
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,10 +20,12 @@ from pairsim.api.results import Result
 from pairsim.cases.estimate import Estimate
 from pairsim.cases.run_case import Case, check_run
 from pairsim.computing import events
-from pairsim.computing.question import Flag, InSweeps, Question, last_row, rows_in
-from pairsim.results.columns import names_of
+from pairsim.computing.question import Flag, InSweeps, Question, last_row
+from pairsim.results.column import names_of
+from pairsim.results.columns import DISTANCE, DP, DU, DU_ERROR, STEPS, TAYLOR, T, U, Z
 from pairsim.results.folder import CHECKPOINT
-from pairsim.results.scales import scales_in
+from pairsim.results.series import SERIES_COLUMNS, Series
+from pairsim.results.settled import OF_RUNS
 
 if TYPE_CHECKING:
     from pairsim.plots.style import Page
@@ -51,25 +54,30 @@ def solve(case: Case, *, monitor: Monitor, earlier: events.Earlier | None = None
 
 def result_columns(case: Case) -> tuple[str, ...]:
     """Result columns of a run: those of the last row of series.csv, and the number of steps."""
-    return ("t", *names_of(case.n, "z", "d", "dU", "dU_error", "U", "D"), "dp", "steps")
+    return tuple(names_of(case.n, T, Z, DISTANCE, DU, DU_ERROR, U, TAYLOR, DP, STEPS))
 
 
 class RunResult(Result):
     """The result of a run in time. `table` is series.csv, with a row for each accepted step."""
 
+    @cached_property
+    def series(self) -> Series:
+        """What the particles do over time: distances, velocities, and whether the start-up has decayed."""
+        return Series(self.tables["series"], self.record)
+
     def findings(self) -> list[str]:
         """What the particles do at the end."""
         from pairsim.questions.run.answer import answer_of_run
 
-        if not rows_in(self.columns):
+        if not self.series.table.rows:
             return ["No step was completed."]
-        return answer_of_run(self.columns, self.record)
+        return answer_of_run(self.series)
 
     def afterwards(self) -> str:
         drawn = f"pairsim plot {self._place} draws it"
         if self.reason == "contact" or not (self._place / CHECKPOINT).is_file():
             return drawn
-        end = "time.end" if scales_in(self.record) is None else "physical.end"
+        end = "time.end" if self.record.scales is None else "physical.end"
         key = "limits.max_gap" if self.reason == "max_gap" else end
         return f"{drawn}; pairsim run --resume {self._place} --set {key}=... continues"
 
@@ -87,7 +95,8 @@ QUESTION = Question(
     check=check_run,
     estimate=estimate,
     solve=solve,
-    tables={"series": ()},
+    tables={"series": SERIES_COLUMNS},
+    entries=OF_RUNS,
     result=RunResult,
     in_sweeps=InSweeps(result_columns, last_row, parameters=("beta", "De", "Ca_e", "d0")),
     draw=draw,

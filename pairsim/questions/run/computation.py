@@ -17,12 +17,35 @@ from pairsim.computing.problems import problem_of
 from pairsim.fem.unyielded import bridges
 from pairsim.quantities.kinds import LENGTH, TIME, VELOCITY
 from pairsim.quantities.text import in_unit
+from pairsim.questions.run import QUESTION
 from pairsim.questions.run.warnings import accuracy_of, warnings_of_run
 from pairsim.results.checkpoint import Checkpoint
-from pairsim.results.columns import HEALTH, POLYMER_HEALTH, error_columns, names_of, observed, series_columns, table_row
+from pairsim.results.column import Column, names_of, table_row
+from pairsim.results.columns import (
+    BRIDGE,
+    DISTANCE,
+    DISTORTION,
+    DP,
+    DP_PLUS,
+    DT,
+    DU,
+    DU_CORRECTION,
+    DU_DISCRETE,
+    DU_ERROR,
+    MESH,
+    NEWTON,
+    POLYMER_HEALTH,
+    TAYLOR,
+    T,
+    U,
+    Z,
+    observed,
+)
 from pairsim.results.fields import frame
 from pairsim.results.folder import plain
-from pairsim.results.settled import SETTLED
+from pairsim.results.record import ADAPTATION, FACTORISATIONS, NEWTON_ITERATIONS, SIZE, TIME_STEPS, Entries, Entry
+from pairsim.results.series import ERROR_COLUMNS, HEALTH, STATE_COLUMNS
+from pairsim.results.settled import HOLD, REACHED, REJECTED, REMESHINGS, SETTLED, START
 from pairsim.runtime.errors import RunFailure, TooManySteps, WallTime
 from pairsim.runtime.message import Message, Text
 from pairsim.runtime.monitor import Monitor
@@ -51,9 +74,10 @@ class Run:
         self.old = old = earlier.checkpoint if earlier is not None else None
         self.transient: Transient | None = None
         self._adapt(old.adaptation if old is not None else None)
-        known = names_of(case.n, "dU_error") if case.start == "steady" else []
-        self._errors = error_columns(case.n) if case.estimates_error else known
-        self._entries: dict[str, Any] = {}
+        known = (DU_ERROR,) if case.start == "steady" else ()
+        self._errors = ERROR_COLUMNS if case.estimates_error else known
+        self._own = QUESTION.tables["series"].own
+        self._entries: dict[Entry[Any], Any] = {}
         self._pending: Step | None = None  # its fields are not written
         self._begun = time.perf_counter() - (old.wall if old else 0.0)
 
@@ -74,9 +98,9 @@ class Run:
                 self._entries |= settled_entry(case, self.problem, old.state.gaps, ended)
                 return self._with_accuracy(ended, old.state.run_errors)
             polymer = POLYMER_HEALTH if case.liquid_model.modes else ()
-            yielding = names_of(case.n, "bridge") if case.liquid_model.plastic.yield_stress else ()
-            columns = [*series_columns(case.n), *self._errors, *yielding, *names_of(case.n, *HEALTH, *polymer)]
-            yield events.Table("series", columns, resumed=True)
+            yielding = (BRIDGE,) if case.liquid_model.plastic.yield_stress else ()
+            columns = (*STATE_COLUMNS, *self._errors, *yielding, *HEALTH, *polymer, *self._own)
+            yield events.Table("series", names_of(case.n, *columns), resumed=True)
             if old is not None:
                 at = moment(old.state.history.t[0])
                 yield events.Note(Message("resuming from {} (step {})", at, old.state.counts.steps))
@@ -123,7 +147,7 @@ class Run:
         for step in transient.steps(iter(wanted)):
             count = transient.counts.steps
             with transient.clock("output"):
-                yield events.Row("series", row_of(step))
+                yield events.Row("series", row_of(step) | self._own.own_row(case.n, step))
                 self._pending = step
                 at_output = any(abs(step.t - t) <= 1e-9 * max(1.0, t) for t in wanted)
                 after = frames_until(case, step.t, transient.gaps)
@@ -151,7 +175,7 @@ class Run:
 
     def _end(self) -> Iterator[events.Event]:
         """What run.json says, and the last fields."""
-        entries, seconds = dict[str, Any](), dict[str, float]()
+        entries, seconds = dict[Entry[Any], Any](), dict[str, float]()
         errors, extremes = RunErrors.of(self.problem.liquid), Extremes()
         if (transient := self.transient) is not None:
             entries = _summary(transient.counts, transient.history.t[0], transient.constraints.size)
@@ -160,11 +184,11 @@ class Run:
             state = self.old.state
             entries = _summary(state.counts, state.history.t[0], state.history.y[0].size)
             seconds, errors, extremes = state.seconds, state.run_errors, state.extremes
-        entries |= {"start": self.case.start, "hold": self.case.hold, **self._entries}
+        entries |= {START: self.case.start, HOLD: self.case.hold, **self._entries}
         if (first := self.adaptation) is not None:
             coarse = {"t": first.t, "unknowns": first.unknowns, "dU": first.dU, "dU_error": first.error}
             entry = {"wanted": first.wanted, "cells": first.factor, "coarse_run": coarse}
-            entries["adaptation"] = entry | accuracy_of(self.case, errors)[0]
+            entries[ADAPTATION] = entry | accuracy_of(self.case, errors)[0]
         yield events.Summary(entries, warnings_of_run(self.case, errors, extremes), seconds)
         if transient is not None:
             yield from self._fields(transient)
@@ -228,7 +252,7 @@ def end_of(case: Case, problem: Problem, t: float, gaps: Sequence[float]) -> eve
             return None
 
 
-def settled_entry(case: Case, problem: Problem, gaps: tuple[float, ...], ended: events.Outcome) -> dict[str, Any]:
+def settled_entry(case: Case, problem: Problem, gaps: tuple[float, ...], ended: events.Outcome) -> Entries:
     """The quasi-steady solution at the last distances of a run [D_c], N-1 values, on the cells of its problem.
 
     Returns the entry of run.json: dU with its error at every gap [U_av], the decay time of a disturbance [D_c/U_av],
@@ -257,16 +281,16 @@ def settled_entry(case: Case, problem: Problem, gaps: tuple[float, ...], ended: 
 def row_of(step: Step) -> dict[str, float]:
     """The row of a step in series.csv."""
     o = step.observation
-    values: dict[str, Any] = {"t": step.t, "z": step.z, "d": o.d, "U": step.U, "dU": step.dU, "D": o.D}
-    values |= {"dp": o.dp, "dp_plus": o.dp_plus, "dt": step.dt, "newton": step.report.iterations}
-    values |= {"mesh": step.mesh_id, "distortion": step.distortion, **observed(o)}
+    values: dict[Column, Any] = {T: step.t, Z: step.z, DISTANCE: o.d, U: step.U, DU: step.dU, TAYLOR: o.D}
+    values |= {DP: o.dp, DP_PLUS: o.dp_plus, DT: step.dt, NEWTON: step.report.iterations}
+    values |= {MESH: step.mesh_id, DISTORTION: step.distortion, **observed(o)}
     if step.dU_error is not None:
-        values["dU_error"] = step.dU_error
+        values[DU_ERROR] = step.dU_error
     if step.scene.material.plastic.yield_stress:
-        values["bridge"] = bridges(step.scene, step.x, step.h)
+        values[BRIDGE] = bridges(step.scene, step.x, step.h)
     if step.dU_correction is not None:
-        values |= {"dU_discrete": step.dU_discrete, "dU_correction": step.dU_correction}
-    return table_row(o.U.size, **values)
+        values |= {DU_DISCRETE: step.dU_discrete, DU_CORRECTION: step.dU_correction}
+    return table_row(o.U.size, values)
 
 
 def _shown(step: Step, count: int) -> Message:
@@ -278,14 +302,14 @@ def _shown(step: Step, count: int) -> Message:
     return Message.joined("  ", texts)
 
 
-def _summary(counts: Counts, t: float, unknowns: int) -> dict[str, Any]:
+def _summary(counts: Counts, t: float, unknowns: int) -> dict[Entry[Any], Any]:
     """Entries of run.json: time, unknowns and counts."""
     return {
-        "t": t,
-        "unknowns": unknowns,
-        "steps": counts.steps,
-        "rejected_steps": counts.rejected,
-        "newton_iterations": counts.newton,
-        "factorisations": counts.factorisations,
-        "remeshings": counts.remeshings,
+        REACHED: t,
+        SIZE: unknowns,
+        TIME_STEPS: counts.steps,
+        REJECTED: counts.rejected,
+        NEWTON_ITERATIONS: counts.newton,
+        FACTORISATIONS: counts.factorisations,
+        REMESHINGS: counts.remeshings,
     }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from itertools import islice
 from math import inf, isfinite, nan, pi
 from typing import Any
@@ -14,9 +14,9 @@ from pairsim.computing.problems import steady_problem
 from pairsim.computing.warnings import beyond_checked, coarse_mesh
 from pairsim.quantities.kinds import LENGTH, POSITION, RATE, VELOCITY
 from pairsim.quantities.text import in_unit, with_name
-from pairsim.questions.train import SPECTRUM, TRAIN, TrainCase, work
+from pairsim.questions.train import SENTENCES, SPECTRUM, TRAIN, TrainCase, work
 from pairsim.questions.train.row import first_gaps, follow
-from pairsim.results.columns import Column
+from pairsim.results.record import SIZE
 from pairsim.runtime.errors import BranchEnd
 from pairsim.runtime.message import Message
 from pairsim.runtime.monitor import Monitor
@@ -54,19 +54,16 @@ def computation(case: TrainCase, monitor: Monitor) -> events.Events:
         yield events.Summary({})
         return events.Outcome("finished", end.reason, end.message)
     row = _row(found, slope)
-    yield events.Table("train", _names(TRAIN))
-    yield events.Row("train", dict.fromkeys(_names(TRAIN)) | row)  # the result that is waited for
+    names = TRAIN.named(1)
+    yield events.Table("train", names)
+    yield events.Row("train", dict.fromkeys(names) | row)  # the result that is waited for
     waves = [wave._asdict() for wave in found.spectrum.of_cell]
-    yield events.Table("spectrum", _names(SPECTRUM), waves)
+    yield events.Table("spectrum", SPECTRUM.named(1), waves)
     sentences = list(_said(case, row, slope))  # to which those of a row are added
-    yield events.Summary({"unknowns": found.unknowns, "sentences": sentences}, _warnings(case, found))
+    yield events.Summary({SIZE: found.unknowns, SENTENCES: sentences}, _warnings(case, found))
     if (gaps := first_gaps(case, found.d)).size:
         sentences += yield from follow(case, problem, start, gaps, found, done, sum(work.MESHES[refined:]))
     return events.Outcome("finished", "end", f"verdict: {verdict}")
-
-
-def _names(columns: Sequence[str | Column]) -> list[str]:
-    return [each if isinstance(each, str) else each.name for each in columns]
 
 
 def _row(found: Train, slope: float) -> dict[str, Any]:
