@@ -254,6 +254,7 @@ class AdaptiveBranch(Branch):
     def _kept(self, solve: Callable[[Point | None], Point]) -> Point:
         """Solve for a point, and again on finer meshes while its errors are too large and become smaller."""
         before, point = self.solver.iterations, solve(None)
+        self.problem.monitor.has_result()  # finer cells only make it better, and may take long
         while goals := self._improvable(point):
             coarser, fields, allowed = self.problem, dict(self._fields), {g: self.allowed(g, point) for g in goals}
             error = _worst(point, allowed)
