@@ -32,12 +32,12 @@ from pairsim.computing.schema import schema_rows
 from pairsim.quantities.kinds import PURE, SECONDS
 from pairsim.questions.registry import QUESTIONS
 from pairsim.results import columns as shared
-from pairsim.results import series
 from pairsim.results.column import Column, Columns
 from pairsim.results.columns import COST
 from pairsim.results.folder import write_text
 from pairsim.runtime import errors
 from pairsim.runtime.errors import RunFailure
+from pairsim.sweeps import study_table
 from pairsim.sweeps.files import FILES
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -197,7 +197,7 @@ def environment() -> Environment:
         "keys": keys,
         "shared_keys": [row for row in keys["run"] if all(row in keys[command] for command in QUESTIONS)],
         "shared": shared,
-        "series": series,
+        "study": study_table,
         "numbered": numbered,
         "examples": {path.name: path.read_text() for path in sorted(CONFIGS.glob("*.yaml"))},
     }

@@ -27,8 +27,8 @@ from pairsim.quantities.text import in_unit
 from pairsim.questions.registry import QUESTIONS
 from pairsim.results.columns import DISTANCE, DU, DU_ERROR
 from pairsim.results.curve import Curve
-from pairsim.results.inputs import DRAWN
-from pairsim.results.record import NOTES, STATUS, WARNINGS, Record
+from pairsim.results.entries import DRAWN, NOTES, STATUS, WARNINGS
+from pairsim.results.record import Record
 from pairsim.runtime.errors import InputError
 
 SOURCE = "pairsim ask"

@@ -17,11 +17,9 @@ from pairsim.cases.yaml_file import read_yaml
 from pairsim.computing.loading import case_of
 from pairsim.computing.pictures import draw_result
 from pairsim.computing.question import Question, Tables
-from pairsim.results.curve import Curve
+from pairsim.results.entries import KIND
 from pairsim.results.folder import CHECKPOINT, WAY, write_text, write_yaml
-from pairsim.results.inputs import quantity_for
-from pairsim.results.record import KIND, Record
-from pairsim.results.table import Table
+from pairsim.results.record import Record
 from pairsim.runtime.errors import BranchEnd, BudgetSpent, InputError, failure_of
 from pairsim.runtime.locks import is_locked
 from pairsim.runtime.text import counted, duration
@@ -32,6 +30,7 @@ if TYPE_CHECKING:
 
     from pairsim.cases.case import SceneCase
     from pairsim.quantities.scales import Scales
+    from pairsim.results.table import Table
     from pairsim.results.xdmf import FieldFrame
     from pairsim.runtime.arrays import Array
 
@@ -165,6 +164,8 @@ class Result:
         """The columns of all tables as arrays by name, by the name of the table."""
         if self._content is None:
             return self.question.read_tables(self._place)
+        from pairsim.results.table import Table  # loads numpy
+
         return {name: Table(self._content.tables.get(name), columns) for name, columns in self.question.tables.items()}
 
     @property
@@ -194,6 +195,8 @@ class Result:
         name = self.question.table_named(name, self.source)
         table = self._table_named(name)
         if at:
+            from pairsim.results.curve import Curve
+
             table = Curve(table, {}, self.record, self.source).at(at)
         frame = frame_of(table)
         scales = None if physical is False else self.scales if physical else self.record.scales
@@ -222,6 +225,8 @@ class Result:
         """The frame with the quantity of the experiment that gives the number which is followed, if one is."""
         case = read_yaml(self._place / "case.yaml") if self._content is None else self.case.resolved()
         if along := case.get("along"):
+            from pairsim.results.inputs import quantity_for
+
             number = "De" if "De" in along else "Ca_e"
             key, unit, value_of = quantity_for(case, number, scales)
             frame.insert(list(frame).index(number), key, value_of(frame[number]))

@@ -6,11 +6,9 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from scipy.optimize import brentq
 
 from pairsim.cases.case import SceneCase
 from pairsim.cases.quantities import A_LENGTH, si
-from pairsim.physics.pipe import Pipe
 from pairsim.quantities import kinds
 from pairsim.quantities.measurable import Measurable
 from pairsim.runtime.errors import InputError, NoSteadyState
@@ -25,6 +23,10 @@ def velocity_for(pressure: str, over: str, case_at: Callable[[str], SceneCase]) 
     Raises:
         InputError: No velocity, or more than one, has this pressure drop.
     """
+    from scipy.optimize import brentq  # takes longer to load than an atlas to answer
+
+    from pairsim.physics.pipe import Pipe
+
     wanted = si(pressure, PRESSURE) / si(over, A_LENGTH)
 
     def excess(log_velocity: float) -> float:

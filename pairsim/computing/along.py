@@ -18,7 +18,7 @@ from pairsim.computing.warnings import finer
 from pairsim.quantities.text import softness
 from pairsim.results.column import Columns
 from pairsim.results.columns import CA_E
-from pairsim.results.record import POINTS
+from pairsim.results.entries import POINTS
 from pairsim.runtime.message import Message
 from pairsim.runtime.text import counted
 from pairsim.solvers.parameters import Parameters
@@ -76,6 +76,7 @@ def solve_along(
     from pairsim.computing.steady import Solutions, health_columns
     from pairsim.fem.surface import roughness
     from pairsim.results.rows import point_row
+    from pairsim.solvers.steady.ends import Ended
 
     what = f"{counted(len(case.series), 'value')} of Ca_e"
     yield events.Begin(what, len(case.series))
@@ -85,8 +86,12 @@ def solve_along(
     try:
         with found:
             branch = found.begin(problem, start.with_Ca_e(case.series[0]))
+            if isinstance(branch, Ended):
+                return found.outcome_of(branch)
             for count, Ca_e in enumerate(case.series, 1):
                 point = branch.at(start.with_Ca_e(Ca_e))
+                if isinstance(point, Ended):
+                    return found.outcome_of(point)
                 found.points.append(point)
                 row = point_row(point) | {CA_E.name: Ca_e}
                 row |= columns.own_row(case.n, Found(point, branch.solver))
@@ -97,7 +102,6 @@ def solve_along(
                 text = Message("{}  {} = {}", softness(Ca_e, case.scales), shown, value)
                 yield events.Progress(count, text, count)
             return events.Outcome("finished", "end", what)
-        return found.outcome  # the branch ends before the last Ca_e
     finally:
         warning = (
             f"at Ca_e = {', '.join(rough)} the surface has waves as long as its cells, on this mesh alone: D and "

@@ -12,11 +12,11 @@ from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from pairsim.results.entries import Entries
 from pairsim.runtime.message import Text
 
 if TYPE_CHECKING:
     from pairsim.results.checkpoint import Checkpoint
-    from pairsim.results.record import Entries
     from pairsim.results.xdmf import FieldFrame
 
 

@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Any
 from pairsim.physics.declared import FIELDS
 from pairsim.results.column import Columns
 from pairsim.results.columns import COST, STEPS, SWEEP_COLUMNS
+from pairsim.results.entries import Entry
 from pairsim.results.folder import OWN_FILES, PICTURE_ENDINGS
-from pairsim.results.record import Entry, Record
+from pairsim.results.record import Record
 from pairsim.runtime.errors import InputError
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from functools import cache
 from importlib import metadata
 from pathlib import Path
 
-from pairsim.results.record import COMMAND, MACHINE, STARTED, VERSIONS, Entries
+from pairsim.results.entries import COMMAND, MACHINE, STARTED, VERSIONS, Entries
 from pairsim.runtime.fenicsx import petsc_version
 from pairsim.runtime.version import __version__
 

@@ -22,20 +22,9 @@ from pairsim.computing.record import about, peak_memory
 from pairsim.fem.compilation import jit
 from pairsim.quantities.kinds import TIME
 from pairsim.results.checkpoint import Checkpoint, check_same, load
+from pairsim.results.entries import KEY, KIND, MESSAGE, PEAK_MEMORY, PHASES, REASON, SECONDS, STATUS, WARNINGS, Entry
 from pairsim.results.folder import CHECKPOINT, kind_of, plain, prepare_folder, write_yaml
-from pairsim.results.record import (
-    KEY,
-    KIND,
-    MESSAGE,
-    PEAK_MEMORY,
-    PHASES,
-    REASON,
-    SECONDS,
-    STATUS,
-    WARNINGS,
-    Entry,
-    Record,
-)
+from pairsim.results.record import Record
 from pairsim.results.table_files import TableWriter, read_table
 from pairsim.results.xdmf import FieldsWriter
 from pairsim.runtime.errors import BranchEnd, EnvironmentFailure, InputError, RunFailure, WriteFailure

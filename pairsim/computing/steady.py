@@ -12,7 +12,7 @@ from pairsim.computing.warnings import common_warnings, moves_on
 from pairsim.quantities.kinds import LENGTH
 from pairsim.results.column import names_of
 from pairsim.results.columns import POLYMER_HEALTH, STEADY_HEALTH, WAY_COLUMNS, YIELD_HEALTH
-from pairsim.results.record import (
+from pairsim.results.entries import (
     ADAPTATION,
     END_OF_BRANCH,
     FACTORISATIONS,
@@ -47,8 +47,7 @@ class Solutions:
         judged: Those for which `accuracy` counts: all, unless a question has a list of its own.
         largest: The largest values of goals, where a question knows them better than from these points.
         branch: The branch; None until `begin`.
-        ended: The continuation that has ended the computation; None where all was solved. If it is proven that there is
-            no steady state, the context ends without an exception: `outcome` is the answer.
+        ended: The continuation that has ended the computation; None where all was solved.
         way: The solutions on the way to parameters that were not reached.
     """
 
@@ -62,22 +61,22 @@ class Solutions:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, failure: BaseException | None, *_: object) -> bool:
-        ended = self.branch.ended if self.branch is not None else self.ended
-        self.ended = ended if ended is not None and ended.failure is failure else None
-        if self.ended is not None:
-            self.way = self.ended.way
-        elif isinstance(failure, SpentOnTheWay):
+    def __exit__(self, kind: type[BaseException] | None, failure: BaseException | None, *_: object) -> None:
+        if isinstance(failure, SpentOnTheWay):
             self.way = failure.way
         if self.branch is not None:
             self.branch.close()
-        return self.ended is not None and self.ended.proven
 
-    @property
-    def outcome(self) -> Outcome:
-        """The outcome where it is proven that there is no steady state."""
-        assert self.ended is not None, "a branch has ended"
-        return Outcome("finished", self.ended.failure.reason, self.ended.failure.message)
+    def outcome_of(self, ended: Ended) -> Outcome:
+        """The outcome where a continuation has ended before all was solved: that there is no steady state, if proven.
+
+        Raises:
+            NoSteadyState: It is not.
+        """
+        self.ended, self.way = ended, ended.way
+        if not ended.proven:
+            raise ended.failure
+        return Outcome("finished", ended.failure.reason, ended.failure.message)
 
     def begin(
         self,
@@ -86,8 +85,8 @@ class Solutions:
         *,
         places: Sequence[tuple[float, ...]] = (),
         sensitivities: Collection[str] = (),
-    ) -> AdaptiveBranch:
-        """Solve at the first parameters; returns the branch, on which other parameters follow.
+    ) -> AdaptiveBranch | Ended:
+        """Solve at the first parameters, from which others follow on the branch.
 
         Its meshes are adapted until the errors of the goals are below `accuracy`.
 
@@ -97,6 +96,9 @@ class Solutions:
             places: Distances of the case, see `AdaptiveBranch`.
             sensitivities: Parameters by which dU is differentiated.
 
+        Returns:
+            The branch, or why the first parameters were not reached.
+
         Raises:
             NoSteadyState: No solution was found.
             MeshFailure: A mesh could not be generated.
@@ -105,8 +107,7 @@ class Solutions:
         if isinstance(scene, Ended) and scene.kind and not first.gaps:
             scene = scene_past_end(problem, first, scene)
         if isinstance(scene, Ended):
-            self.ended = scene
-            raise scene.failure
+            return scene
         wanted, held = self.case.error_wanted, self.case.held
         self.branch = AdaptiveBranch(scene, sensitivities, goals=self.goals, wanted=wanted, places=places, held=held)
         return self.branch

@@ -51,7 +51,8 @@ from pairsim.results.columns import (
     WAY_COLUMNS,
 )
 from pairsim.results.curve import Zero, zeros_in
-from pairsim.results.record import OF_STEADY, Entry, Record
+from pairsim.results.entries import OF_STEADY, Entry
+from pairsim.results.record import Record
 from pairsim.runtime.message import Message, Text
 from pairsim.solvers.parameters import Parameters
 
@@ -60,6 +61,7 @@ if TYPE_CHECKING:
     from pairsim.physics.liquids import Liquid
     from pairsim.physics.solids import Solid
     from pairsim.plots.style import Page
+    from pairsim.results.curve import Zero
     from pairsim.runtime.monitor import Monitor
     from pairsim.solvers.curves.zero_lines import Critical
 
@@ -146,6 +148,7 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
     from pairsim.solvers.curves.critical import find_all, follow_all
     from pairsim.solvers.curves.zero_lines import Critical, End, Followed, Missed, Region
     from pairsim.solvers.goals import CRITICAL
+    from pairsim.solvers.steady.ends import Ended
 
     own, (least, most) = QUESTION.tables["critical"].own, case.d
     region: Region | None = None  # of parameters and distances in which zeros are followed
@@ -174,7 +177,10 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
             yield events.Table("critical", [*CRITICAL_COLUMNS.named(2), *health_columns(case), *own.named(2)])
             # Meshes are adapted to the zeros asked for, not to those between them.
             branch = found.begin(steady_problem(case, least, monitor), start)
-            branch.at(start)
+            if isinstance(branch, Ended):
+                return found.outcome_of(branch)
+            if isinstance(first := branch.at(start), Ended):
+                return found.outcome_of(first)
             for each in find_all(branch, least, most) if region is None else follow_all(branch, region):
                 match each:
                     case Point():
@@ -201,9 +207,10 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
                             yield events.Note(Message(said, each.branch, each.message))
                     case Missed():
                         warnings.append(each.message)
+                    case Ended():
+                        return found.outcome_of(each)
             counts = f"critical distances: {len(found.points)}, branches: {max(branches, default=0)}"
             return events.Outcome("finished", "end", counts)
-        return found.outcome  # the branch ends before all distances were reached
     finally:
         warnings += large_errors(case, "the error of a parameter at which two zeros meet", "itself", errors)
         yield from found.last_events({ENDS: ends}, warnings)
@@ -256,6 +263,7 @@ class CriticalResult(Result):
         table = self.tables["critical"]
         if not table.rows:
             return ["No critical distance was found in the given range: dU keeps its sign."]
+
         asked = table[KIND] == "wanted"  # at the values of the case, not where a line bends between them
         return answer_of_critical(zeros_in(table.where(asked) if asked.any() else table, D_CR), self.record)
 

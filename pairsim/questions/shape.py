@@ -35,7 +35,7 @@ from pairsim.results.columns import (
     WAY_COLUMNS,
     U,
 )
-from pairsim.results.record import OF_STEADY
+from pairsim.results.entries import OF_STEADY
 from pairsim.solvers import goals
 from pairsim.solvers.goals import Goal
 

@@ -244,6 +244,23 @@ STEADY = (*STEADY_HEALTH, *POLYMER_HEALTH, *YIELD_HEALTH)
 """All diagnostics of quasi-steady solutions."""
 WAY_COLUMNS = Columns(DE, CA_E, DISTANCE, U, DU, TAYLOR)
 """The columns of way.csv: steady states on the way to parameters that were not reached."""
+CURVE_COLUMNS = Columns(
+    *MOTION,
+    *(NEWTON, DU_HELD, DU_DISCRETE, DU_HALF, DU_QUARTER, STRETCH, FROM_REST, DU_CORRECTION, DU_ERROR, ENDS_ERROR),
+    *(SLOPE, SENSITIVITIES.values(), U_CORRECTION, U_ERROR, DP_PLUS_CORRECTION, DP_PLUS_ERROR, FORCES),
+    *(CORRECTED, WANTED, STEADY_HEALTH, POLYMER_HEALTH, YIELD_HEALTH),
+)
+"""The columns that curve.csv may have, in their order."""
+EQUILIBRIA_COLUMNS = Columns(DISTANCE, STABLE, SLOPE, PEAK, D_ERROR, CERTAIN)
+"""The columns of equilibria.csv."""
+STATE_COLUMNS = (T, *MOTION, Z)
+"""The columns that series.csv begins with."""
+ERROR_COLUMNS = (DU_DISCRETE, DU_CORRECTION, DU_ERROR)
+"""Those of the error of dU, which follow where it is estimated."""
+RUN_HEALTH = (DT, NEWTON, MESH, *OBSERVED, DISTORTION)
+"""Diagnostics of a run, before those of a viscoelastic liquid."""
+SERIES_COLUMNS = Columns(STATE_COLUMNS, ERROR_COLUMNS, BRIDGE, RUN_HEALTH, POLYMER_HEALTH)
+"""The columns that series.csv may have, in their order."""
 
 SHARED = Columns([each for each in vars().values() if isinstance(each, Column)], POLYMER_HEALTH)
 """All of them."""
@@ -256,49 +273,35 @@ def observed(observation: Any) -> dict[Column, Any]:
     return values | {each: getattr(observation.conformation, each.name) for each in polymer}
 
 
-def _of_cases(name: str, meaning: str, unit: Kind = PURE, of: str = "", *, whole: bool = False) -> Column:
+def of_cases(name: str, meaning: str, unit: Kind = PURE, of: str = "", *, whole: bool = False) -> Column:
     """A column of the tables of many cases."""
     return Column(name, "", meaning, unit, of, Shown.ALWAYS, whole=whole)
 
 
-STEPS = _of_cases("steps", "accepted time steps of a run", whole=True)
-UNKNOWNS = _of_cases("unknowns", "unknowns of the largest linear system", whole=True)
-WALL_TIME = _of_cases("wall_time", "wall time, without the start of Python; the median of all repetitions", SECONDS)
+STEPS = of_cases("steps", "accepted time steps of a run", whole=True)
+UNKNOWNS = of_cases("unknowns", "unknowns of the largest linear system", whole=True)
+WALL_TIME = of_cases("wall_time", "wall time, without the start of Python; the median of all repetitions", SECONDS)
 COST = (UNKNOWNS, WALL_TIME)
 """The last columns of results.csv. Like `STEPS` they are entries of run.json."""
-_OF_CASES = (
-    _of_cases("status", "pending, finished or failed; the worst of all repetitions"),
-    _of_cases("reason", "why the case ended"),
-    _of_cases("points", "points of the curve or of the lines of critical distances", whole=True),
-    STEPS,
-    *COST,
-)
-ZEROS = _of_cases(
+HOW_IT_STANDS = of_cases("status", "pending, finished or failed; the worst of all repetitions")
+WHY = of_cases("reason", "why the case ended")
+POINT_COUNT = of_cases("points", "points of the curve or of the lines of critical distances", whole=True)
+OF_CASES = (HOW_IT_STANDS, WHY, POINT_COUNT, STEPS, *COST)
+"""The columns that all tables of many cases may have."""
+ZEROS = of_cases(
     "zeros", "zeros of dU from the smallest d on, or the critical distances asked for, spaces between", LENGTH
 )
-ZEROS_ERROR = _of_cases("zeros_error", "error of each of them, half-width, with spaces between", LENGTH)
+ZEROS_ERROR = of_cases("zeros_error", "error of each of them, half-width, with spaces between", LENGTH)
 SWEEP_COLUMNS = Columns(
-    _of_cases("folder", "folder of the case within that of the sweep"),
-    _OF_CASES,
-    _of_cases("warnings", "what run.json of the case warns of, separated by semicolons"),
+    of_cases("folder", "folder of the case within that of the sweep"),
+    OF_CASES,
+    of_cases("warnings", "what run.json of the case warns of, separated by semicolons"),
     ZEROS,
-    _of_cases("stable", "whether each of them is stable: true or false"),
+    of_cases("stable", "whether each of them is stable: true or false"),
     ZEROS_ERROR,
-    _of_cases("d_peak", "distance of the largest |dU| of the curve, which may lie between two points", LENGTH, GAP),
-    _of_cases("d_peak_error", "error of d_peak, half-width", LENGTH, GAP),
-    _of_cases("dU_peak", "dU there", VELOCITY, GAP),
-    _of_cases("dU_error", "error of dU_peak, of a run that of dU, half-width", VELOCITY, GAP),
+    of_cases("d_peak", "distance of the largest |dU| of the curve, which may lie between two points", LENGTH, GAP),
+    of_cases("d_peak_error", "error of d_peak, half-width", LENGTH, GAP),
+    of_cases("dU_peak", "dU there", VELOCITY, GAP),
+    of_cases("dU_error", "error of dU_peak, of a run that of dU, half-width", VELOCITY, GAP),
 )
 """Columns that only results.csv has, beside those of the main table of its question."""
-STUDY_COLUMNS = Columns(
-    _OF_CASES,
-    _of_cases("newton_iterations", "total number of Newton iterations", whole=True),
-    _of_cases("factorisations", "total number of factorisations of Newton's matrix", whole=True),
-    _of_cases("*@*", "the compared column at each entry of `at`, such as dU@0.5; its last value without `at`"),
-    _of_cases("error", "largest difference from the reference, over all entries of `at`"),
-    _of_cases("relative_error", "error relative to the largest value of the reference"),
-    _of_cases("reference", "whether this row is the reference"),
-    _of_cases("order_space", "observed order in space, from the next coarser mesh: of error over unknowns^-1/2"),
-    _of_cases("order_time", "observed order in time, from the next larger steps: of error over 1/steps"),
-)
-"""Columns that only study.csv has; `*` stands for a variable part of the name."""

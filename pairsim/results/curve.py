@@ -14,46 +14,31 @@ import numpy as np
 from pairsim.cases.inputs import Input
 from pairsim.quantities.kinds import VELOCITY
 from pairsim.quantities.scales import Scales
-from pairsim.results.column import Column, Columns, error_of
+from pairsim.results.column import Column, error_of
 from pairsim.results.columns import (
     BRIDGE,
     BY_DIFFERENCE,
-    CERTAIN,
-    CORRECTED,
     CREEP,
+    CURVE_COLUMNS,
     D_ERROR,
     DISTANCE,
-    DP_PLUS_CORRECTION,
-    DP_PLUS_ERROR,
     DU,
-    DU_CORRECTION,
     DU_DISCRETE,
     DU_ERROR,
     DU_HALF,
     DU_HELD,
-    DU_QUARTER,
-    ENDS_ERROR,
-    FORCES,
-    FROM_REST,
-    MOTION,
-    NEWTON,
-    PEAK,
-    POLYMER_HEALTH,
+    EQUILIBRIA_COLUMNS,
     SENSITIVITIES,
     SLOPE,
     STABLE,
-    STEADY_HEALTH,
     STRETCH,
     T_RELAX,
-    U_CORRECTION,
-    U_ERROR,
-    WANTED,
-    YIELD_HEALTH,
     U,
 )
 from pairsim.results.inputs import DrawnRange
 from pairsim.results.motion import Memory, Motion
 from pairsim.results.record import Record
+from pairsim.results.rows import point_row
 from pairsim.results.table import Table
 from pairsim.results.table_files import read_table
 from pairsim.results.travel import Travel, distance_on, travel
@@ -66,16 +51,6 @@ if TYPE_CHECKING:
     from pairsim.solvers.curves.branch import Point
 
 CLOSE = 1e-9  # relative difference of distances that is rounding; chosen
-
-CURVE_COLUMNS = Columns(
-    *MOTION,
-    *(NEWTON, DU_HELD, DU_DISCRETE, DU_HALF, DU_QUARTER, STRETCH, FROM_REST, DU_CORRECTION, DU_ERROR, ENDS_ERROR),
-    *(SLOPE, SENSITIVITIES.values(), U_CORRECTION, U_ERROR, DP_PLUS_CORRECTION, DP_PLUS_ERROR, FORCES),
-    *(CORRECTED, WANTED, STEADY_HEALTH, POLYMER_HEALTH, YIELD_HEALTH),
-)
-"""The columns that curve.csv may have, in their order."""
-EQUILIBRIA_COLUMNS = Columns(DISTANCE, STABLE, SLOPE, PEAK, D_ERROR, CERTAIN)
-"""The columns of equilibria.csv."""
 
 
 @dataclass(frozen=True)
@@ -119,8 +94,6 @@ class Curve:
     @classmethod
     def of_points(cls, points: Sequence[Point]) -> Self:
         """That of quasi-steady solutions in ascending distance."""
-        from pairsim.results.rows import point_row  # loads what solves
-
         return cls(Table.of_rows(map(point_row, points)))
 
     @classmethod

@@ -15,13 +15,13 @@ from pairsim.cases.physical import BLOCK
 from pairsim.cases.quantities import as_given, unit_in
 from pairsim.quantities.kinds import VELOCITY
 from pairsim.quantities.scales import Scales
-from pairsim.results.record import Entry, Record
+from pairsim.results.entries import DRAWN
+from pairsim.results.record import Record
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.interpolant import hermite, slopes_of
 
 COVERED = 0.95  # part of the draws of the inputs that a range holds
 MANY = 1e-3  # part of the draws beyond an end of the atlas from which on it is told; chosen
-DRAWN = Entry[Mapping[str, Any]]("dU_inputs", "of an answer of an atlas, the range that holds most draws of the inputs")
 FINE = 2000  # distances at which the ends of a range are looked at for their signs; chosen
 
 

@@ -10,42 +10,24 @@ from typing import Any, Self
 import numpy as np
 
 from pairsim.quantities.scales import Scales
-from pairsim.results.column import Columns
 from pairsim.results.columns import (
     BRIDGE,
     DISTANCE,
-    DISTORTION,
-    DT,
     DU,
-    DU_CORRECTION,
-    DU_DISCRETE,
-    DU_ERROR,
-    MESH,
-    MOTION,
-    NEWTON,
-    OBSERVED,
-    POLYMER_HEALTH,
+    SERIES_COLUMNS,
     T,
     Z,
 )
+from pairsim.results.entries import HOLD, SETTLED, START
 from pairsim.results.folder import SERIES
 from pairsim.results.record import Record
-from pairsim.results.settled import HOLD, NOTHING, SETTLED, START, Settled
+from pairsim.results.settled import NOTHING, Settled
 from pairsim.results.table import Table
 from pairsim.results.table_files import read_table
 from pairsim.runtime.arrays import Array
 
 CONTACT = "contact"  # the reason for which a run ends that closes a gap
 OPEN = ("running", "interrupted", "failed")  # how a run stands that is not judged by its quasi-steady solution
-
-STATE_COLUMNS = (T, *MOTION, Z)
-"""The columns that series.csv begins with."""
-ERROR_COLUMNS = (DU_DISCRETE, DU_CORRECTION, DU_ERROR)
-"""Those of the error of dU, which follow where it is estimated."""
-HEALTH = (DT, NEWTON, MESH, *OBSERVED, DISTORTION)
-"""Diagnostics of a run, before those of a viscoelastic liquid."""
-SERIES_COLUMNS = Columns(STATE_COLUMNS, ERROR_COLUMNS, BRIDGE, HEALTH, POLYMER_HEALTH)
-"""The columns that series.csv may have, in their order."""
 
 
 class Series:

@@ -2,28 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from pairsim.results.entries import SETTLED
 from pairsim.results.motion import FORGOTTEN
-from pairsim.results.record import ADAPTATION, FACTORISATIONS, NEWTON_ITERATIONS, SIZE, TIME_STEPS, Entry, Record
+from pairsim.results.record import Record
 
-SETTLED = Entry[Mapping[str, Any]](
-    "settled", "of a run with two particles or more, what is quasi-steady at its last distances"
-)
-START = Entry[str]("start", "how a run began: from rest, or in a steady state")
-HOLD = Entry[bool]("hold", "whether distances were held in a run")
-REACHED = Entry[float]("t", "time that a run has reached")
-REJECTED = Entry[int]("rejected_steps", "time steps that were repeated with a smaller size")
-REMESHINGS = Entry[int]("remeshings", "new meshes in a run")
-OF_RUNS = (
-    *(REACHED, SIZE, TIME_STEPS, REJECTED, NEWTON_ITERATIONS, FACTORISATIONS, REMESHINGS),
-    *(START, HOLD, SETTLED, ADAPTATION),
-)
-"""The entries of runs."""
 NOTHING = 1e-9  # |dU| of particles that keep their distance [U_av]; chosen
 
 

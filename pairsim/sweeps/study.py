@@ -14,18 +14,17 @@ from pairsim.cases.mistakes import Mistake, input_error
 from pairsim.cases.yaml_file import read_yaml
 from pairsim.questions.registry import QUESTIONS
 from pairsim.results.column import names_of
+from pairsim.results.columns import STATE_COLUMNS, STEPS, UNKNOWNS
+from pairsim.results.entries import STATUS
 from pairsim.results.folder import write_text
-from pairsim.results.record import STATUS, Record
-from pairsim.results.series import STATE_COLUMNS
+from pairsim.results.record import Record
 from pairsim.results.table_files import read_table, table_text
 from pairsim.sweeps.files import parse_file
 from pairsim.sweeps.grid import Grid, grid_from
 from pairsim.sweeps.study_file import StudyFile, check_study
-from pairsim.sweeps.study_table import FAMILIES, TABLE, families
+from pairsim.sweeps.study_table import ERROR, FAMILIES, MEASURED, ORDERS, REFERENCE, RELATIVE_ERROR, TABLE, families
 from pairsim.sweeps.sweep import Options, Workers, run_sweep, with_workers
 
-COUNTS = ("unknowns", "steps", "newton_iterations", "factorisations")
-MEASURED = ("status", "reason", *COUNTS, "wall_time")
 SAME = 1e-9  # relative tolerance at which two times or distances count as equal
 
 
@@ -79,27 +78,27 @@ def study_table(file: StudyFile, grid: Grid, directory: Path) -> pd.DataFrame:
     """The columns of study.csv, with a row for each discretisation in the order of the file."""
     compared = [f"{file.quantity}@{place:g}" for place in file.places] or [file.quantity]
     rows = [{**case.parameters, **_measured(directory / case.folder, file, compared)} for case in grid.cases]
-    table = pd.DataFrame(rows, columns=[*grid.varying, *MEASURED, *compared])
+    table = pd.DataFrame(rows, columns=[*grid.varying, *(column.name for column in MEASURED), *compared])
     values = table[compared].astype(float)
     whole = values.notna().all(axis=1)
     reference: Any = file.reference
     if reference == "finest":
-        by_size = table[whole].fillna({"steps": 0}).sort_values(["unknowns", "steps"])
+        by_size = table[whole].fillna({STEPS.name: 0}).sort_values([UNKNOWNS.name, STEPS.name])
         reference = by_size.index[-1] if len(by_size) else None
-    table["reference"] = table.index == reference
+    table[REFERENCE.name] = table.index == reference
     exact = values.loc[reference] if reference is not None else values.max() * np.nan
-    table["error"] = (values[whole & ~table["reference"]] - exact).abs().max(axis=1)
-    table["relative_error"] = table["error"] / (exact.abs().max() or np.nan)
+    table[ERROR.name] = (values[whole & ~table[REFERENCE.name]] - exact).abs().max(axis=1)
+    table[RELATIVE_ERROR.name] = table[ERROR.name] / (exact.abs().max() or np.nan)
     for family in FAMILIES:
         for group in families(table[whole], family):
-            table.loc[group.index, f"order_{family}"] = group["order"]
+            table.loc[group.index, ORDERS[family].name] = group["order"]
     return table
 
 
 def _measured(folder: Path, file: StudyFile, compared: Sequence[str]) -> dict[str, Any]:
     """Status and counts of a discretisation, and its compared values once it has finished."""
     record = Record.of({STATUS: "pending"}) | Record.read(folder)
-    row = {name: record.get(name) for name in MEASURED}
+    row = {column.name: record.get(column.name) for column in MEASURED}
     if record.status != "finished":
         return row
     series = read_table(folder / f"{QUESTIONS[file.command].table}.csv")

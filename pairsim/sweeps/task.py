@@ -19,7 +19,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from pairsim.results.record import COMMAND, KEY, KIND, MESSAGE, REASON, SECONDS, STATUS, Entries, Record
+from pairsim.results.entries import COMMAND, KEY, KIND, MESSAGE, REASON, SECONDS, STATUS, Entries
+from pairsim.results.record import Record
 from pairsim.runtime.child_process import clean_environment, module_command
 from pairsim.runtime.errors import EnvironmentFailure
 from pairsim.sweeps.folder import STOP, CaseState, read_state

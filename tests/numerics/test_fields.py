@@ -12,8 +12,9 @@ from support.scenes import march, soft_pair
 
 from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.physics.fields import PRESSURE, VELOCITY, Field
-from pairsim.physics.liquids import LAWS, Liquid, Newtonian, ViscousLaw, liquid
+from pairsim.physics.liquids import LAWS, Liquid, Newtonian, liquid
 from pairsim.physics.liquids.conformation import LOG_CONFORMATION
+from pairsim.physics.liquids.structured import StructuredLaw
 from pairsim.physics.pipe import Pipe
 from pairsim.solvers.mesh_transfer import carry_liquid, free_unknowns
 from pairsim.solvers.stepping.step_size import StepControl
@@ -25,7 +26,7 @@ STRUCTURE = Field("lambda", 2, transported=True, rest=1.0)
 
 
 @dataclass(frozen=True)
-class Structured(ViscousLaw):
+class Structured(StructuredLaw):
     """A viscosity law that declares a field."""
 
     transported: ClassVar[tuple[Field, ...]] = (STRUCTURE,)

@@ -19,10 +19,10 @@ from pairsim.questions.curve.answer import answer_of_curve
 from pairsim.questions.registry import QUESTIONS
 from pairsim.questions.run.answer import answer_of_run
 from pairsim.results.curve import Zero
+from pairsim.results.entries import SETTLED
 from pairsim.results.folder import prepare_folder
 from pairsim.results.record import Record
 from pairsim.results.series import Series
-from pairsim.results.settled import SETTLED
 from pairsim.runtime.errors import (
     BranchEnd,
     BudgetSpent,

@@ -90,3 +90,15 @@ def test_a_column_of_the_page_is_declared_in_the_record_of_its_question_alone(
     assert result.columns.of(lead, "_1")[0] == frame["lead_1"][0]
     meaning = result.columns.declared.column("lead_1").meaning
     assert meaning == "velocity of particle i (counted from upstream) beyond the mean velocity of the liquid"
+
+
+def test_declarations_load_no_numpy() -> None:
+    """Its threads begin while SIGTERM is blocked (`runtime/fenicsx.py`), which a question is asked before."""
+    script = "import sys\nfrom pairsim.questions.registry import QUESTIONS\n[*QUESTIONS.values()]\n"
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", script + "print('numpy' in sys.modules)"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout == "False\n"

@@ -19,10 +19,8 @@ from pairsim.computing.case_files import read_case
 from pairsim.computing.question import own_files
 from pairsim.computing.schema import schema_rows
 from pairsim.questions.registry import QUESTIONS
-from pairsim.results.columns import STUDY_COLUMNS
 from pairsim.results.folder import PICTURE_ENDINGS
 from pairsim.sweeps.files import FILES
-from pairsim.sweeps.study import COUNTS
 
 sys.path.append(str(ROOT / "scripts"))
 
@@ -74,10 +72,6 @@ def test_columns_of_sweeps_are_described(name: str, tmp_path: Path) -> None:
     question = QUESTIONS[name]
     columns = question.in_sweeps.columns(read_case(question, write_example(name, name, tmp_path)))
     assert all(question.sweep_columns.column(entry).meaning for entry in columns)
-
-
-def test_counts_of_studies_are_described() -> None:
-    assert not set(COUNTS) - {column.name for column in STUDY_COLUMNS}
 
 
 def test_pages_that_files_name_exist() -> None:

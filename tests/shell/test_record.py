@@ -10,7 +10,8 @@ import pytest
 from support.inputs import ROOT
 
 from pairsim.questions.registry import QUESTIONS
-from pairsim.results.record import AT_THE_END, COMMON, KIND, STATUS, Entry, Record
+from pairsim.results.entries import AT_THE_END, COMMON, KIND, STATUS, Entry
+from pairsim.results.record import Record
 
 KINDS = "run", "curve", "critical", "train"
 

@@ -20,9 +20,22 @@ from pairsim.fem.diagnostics import Health
 from pairsim.quantities.scales import Scales
 from pairsim.questions.registry import QUESTIONS
 from pairsim.results.column import names_of, suffixes_in, table_row
-from pairsim.results.columns import DISTANCE, DP, DP_PLUS, DU, POLYMER_HEALTH, SHARED, SWEEP_COLUMNS, TAYLOR, T, U, Z
-from pairsim.results.curve import EQUILIBRIA_COLUMNS
-from pairsim.results.series import SERIES_COLUMNS, STATE_COLUMNS
+from pairsim.results.columns import (
+    DISTANCE,
+    DP,
+    DP_PLUS,
+    DU,
+    EQUILIBRIA_COLUMNS,
+    POLYMER_HEALTH,
+    SERIES_COLUMNS,
+    SHARED,
+    STATE_COLUMNS,
+    SWEEP_COLUMNS,
+    TAYLOR,
+    T,
+    U,
+    Z,
+)
 from pairsim.results.table_files import TableWriter, read_table, table_text
 from pairsim.results.tables import brief, csv_text, frame_of, in_units, readable, screen_text, with_units
 from pairsim.runtime.errors import EnvironmentFailure, InputError

@@ -11,10 +11,9 @@ import numpy as np
 import yaml
 
 from pairsim.results.column import names_of, table_row
-from pairsim.results.columns import DISTANCE, DP, DP_PLUS, DT, DU, TAYLOR, T, U, Z
+from pairsim.results.columns import DISTANCE, DP, DP_PLUS, DT, DU, STATE_COLUMNS, TAYLOR, T, U, Z
 from pairsim.results.curve import Curve, Zero
 from pairsim.results.record import Record
-from pairsim.results.series import STATE_COLUMNS
 from pairsim.results.table_files import TableWriter, table_text
 from pairsim.results.xdmf import FieldFrame, FieldsWriter
 

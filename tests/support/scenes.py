@@ -17,8 +17,7 @@ from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.curve import trace
 from pairsim.solvers.nonlinear.newton import Newton
 from pairsim.solvers.problems import Problem
-from pairsim.solvers.steady.ends import Ended
-from pairsim.solvers.steady.scene import SteadySolver
+from pairsim.solvers.steady.ends import arrived
 from pairsim.solvers.stepping.step import Step
 from pairsim.solvers.stepping.step_size import StepControl
 from pairsim.solvers.transient.transient import Transient
@@ -90,10 +89,4 @@ def dU(step: Step) -> float:
 
 def traced(solver: Branch, places: list[tuple[float, ...]], tol: float, max_points: int) -> list[Point]:
     """The points of a curve in ascending d."""
-    return sorted((point for point, _ in trace(solver, places, tol, max_points)), key=lambda point: point.d)
-
-
-def reached(found: SteadySolver | Ended) -> SteadySolver:
-    """The scene of a continuation that has arrived."""
-    assert isinstance(found, SteadySolver), found.failure
-    return found
+    return sorted((point for point, _ in map(arrived, trace(solver, places, tol, max_points))), key=lambda p: p.d)

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.scenes import reached
 
 from pairsim.computing.case_files import parse_case
 from pairsim.computing.problems import steady_problem
@@ -18,6 +17,7 @@ from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.errors import estimate
 from pairsim.solvers.goals import CRITICAL, DP_PLUS, D, Goal, dU
 from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.steady.ends import arrived
 from pairsim.solvers.steady.first_solution import first_scene
 
 TUBE = {"beta": 0.4, "d": [0.4], "ends": "developed", "length": "auto"}
@@ -28,7 +28,7 @@ def adaptive(wanted: float, goal: Goal = dU, **keys: object) -> tuple[AdaptiveBr
     case = parse_case(QUESTIONS["curve"], TUBE | keys, "test")
     first = Parameters(case.places[0], case.solid_models, case.liquid_model)
     problem = steady_problem(case, first.gaps[0])
-    scene = reached(first_scene(problem, first))
+    scene = arrived(first_scene(problem, first))
     return AdaptiveBranch(scene, goals=(goal,), wanted=wanted, places=case.places), first
 
 
@@ -82,7 +82,7 @@ def test_all_cells_become_smaller_where_the_signed_part_of_the_error_prevails(mo
 
 
 @pytest.mark.slow
-def test_what_cannot_be_kept_ends_with_the_error_reached(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_cannot_be_kept_ends_with_the_error_arrived(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(adaptation, "ROUNDS", 1)
     branch, first = adaptive(1e-7, De=0, Ca_e=0.1, d=[0.1], mesh={"Np": 6})
     before = branch.solver.constraints.size
@@ -120,11 +120,10 @@ def test_the_size_of_dU_at_a_single_distance_is_that_of_the_curve_it_lies_on(
     """Also of very soft particles far apart, whose solution on coarse cells does not follow from that on fine ones."""
     case = parse_case(QUESTIONS["curve"], TUBE | {"De": 0, "Ca_e": Ca_e, "d": [d], "mesh": {"Np": 18}}, "test")
     first = Parameters(case.places[0], case.solid_models, case.liquid_model)
-    branch = Branch(reached(first_scene(steady_problem(case, d), first)))
-    assert largest_value(dU, branch.solver, case.places, np.inf) == pytest.approx(largest, rel=0.05), (
-        "finer cells, d = .1"
-    )
-    assert largest_value(dU, branch.solver, case.places, 1e-4) < 0.95 * largest, "larger ones are not looked for"
+    branch = Branch(arrived(first_scene(steady_problem(case, d), first)))
+    known = dU, branch.solver, case.places
+    assert largest_value(*known, np.inf) == pytest.approx(largest, rel=0.05), "finer cells, d = .1"
+    assert largest_value(*known, 1e-4) < 0.95 * largest, "larger ones are not looked for"
     branch.close()
 
 
@@ -149,7 +148,7 @@ def test_no_cells_are_made_for_a_goal_that_three_rounds_would_not_do_for() -> No
     first = Parameters((), case.solid_models, case.liquid_model)
 
     def rounds(wanted: float, *goals: Goal) -> int:
-        branch = AdaptiveBranch(reached(first_scene(steady_problem(case, np.inf), first)), goals=goals, wanted=wanted)
+        branch = AdaptiveBranch(arrived(first_scene(steady_problem(case, np.inf), first)), goals=goals, wanted=wanted)
         point = branch.at(first)
         branch.close()
         kept = all((point.estimate[goal].half_width <= wanted * abs(point.values[goal])).all() for goal in goals)

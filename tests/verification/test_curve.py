@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from support.scenes import reached, traced
+from support.scenes import traced
 
 import pairsim
 from pairsim.computing.case_files import parse_case
@@ -25,6 +25,7 @@ from pairsim.solvers.nonlinear.newton import STEADY
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.bordered import solve_with
 from pairsim.solvers.steady.continuation import follow
+from pairsim.solvers.steady.ends import arrived
 from pairsim.solvers.steady.first_solution import by_continuation, first_scene, try_from_other_mesh
 from pairsim.solvers.steady.pseudo_time import relax
 from pairsim.solvers.steady.scene import SteadySolver
@@ -45,7 +46,7 @@ def branch_of(made: CurveCase, *, sensitivities: Collection[str] = ()) -> Branch
     places = made.places
     start = Parameters(places[0], made.solid_models, made.liquid_model)
     narrowest = min((d for place in places for d in place), default=np.inf)
-    return Branch(reached(first_scene(steady_problem(made, narrowest), start)), sensitivities)
+    return Branch(arrived(first_scene(steady_problem(made, narrowest), start)), sensitivities)
 
 
 def points(**keys: object) -> list[Point]:
@@ -208,8 +209,8 @@ def test_the_first_solution_does_not_depend_on_the_way_to_it() -> None:
     made, larger = (case(**keys, mesh={"Np": Np, "max_size": 0.08}) for Np in (12, 10))
     start = Parameters((0.1,), made.solid_models, made.liquid_model)
     problem = replace(steady_problem(made, 0.1), newton=replace(STEADY, tolerance=1e-11))
-    scout = reached(by_continuation(steady_problem(larger, 0.1), start))
-    short, long = SteadySolver(problem, start), reached(by_continuation(problem, start))
+    scout = arrived(by_continuation(steady_problem(larger, 0.1), start))
+    short, long = SteadySolver(problem, start), arrived(by_continuation(problem, start))
     assert try_from_other_mesh(short, start, scout)
     assert short.factorisations <= 3 < long.factorisations
     for name, unknowns in short.constraints.fields.items():
@@ -353,7 +354,7 @@ def test_a_problem_remembers_its_narrowest_distance() -> None:
     wide, narrow = steady_problem(made, 0.3), steady_problem(made, 0.01)
     arcs = []
     for problem in (wide, narrow):
-        branch = Branch(reached(first_scene(problem, Parameters((0.3,), soft(0.0, 0.0)))))
+        branch = Branch(arrived(first_scene(problem, Parameters((0.3,), soft(0.0, 0.0)))))
         arcs.append(len(branch.solver.meshed.outlines[0].angles))
         branch.close()
     assert arcs[1] > arcs[0]

@@ -6,7 +6,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from support.scenes import reached
 
 from pairsim.computing.case_files import parse_case
 from pairsim.computing.problems import steady_problem
@@ -23,6 +22,7 @@ from pairsim.solvers.errors.adjoints import Adjoints
 from pairsim.solvers.errors.estimate import ELASTIC, VISCOUS, ErrorEstimate, ErrorEstimator, GoalEstimate
 from pairsim.solvers.goals import DP_PLUS, ROUNDING, Functional, Goal, U, dU
 from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.steady.ends import arrived
 from pairsim.solvers.steady.first_solution import by_continuation
 from pairsim.solvers.steady.scene import SteadySolver
 
@@ -37,7 +37,7 @@ def scene_of(keys: dict[str, object], **mesh: float) -> SteadySolver:
     """The solution of the last place of a case with developed ends."""
     case = parse_case(QUESTIONS["curve"], {"ends": "developed", "length": 5.0, "mesh": mesh, **keys}, "test")
     start = Parameters(case.places[-1], case.solid_models, case.liquid_model)
-    return reached(by_continuation(steady_problem(case, min(case.places[0], default=np.inf)), start))
+    return arrived(by_continuation(steady_problem(case, min(case.places[0], default=np.inf)), start))
 
 
 def solved(keys: dict[str, object], **mesh: float) -> tuple[Observation, ErrorEstimate]:

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 from scipy.sparse.linalg import LinearOperator, gmres
-from support.scenes import reached
 
 import pairsim
 from pairsim.computing.case_files import parse_case
@@ -18,6 +17,7 @@ from pairsim.questions.registry import QUESTIONS
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.slow_manifold import REST, SlowMotion
 from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.steady.ends import arrived
 from pairsim.solvers.steady.first_solution import first_scene
 from pairsim.solvers.steady.motion import moving_residual
 from pairsim.solvers.steady.relaxation import _late_time, relaxation_time
@@ -30,7 +30,7 @@ def solved(**keys: Any) -> tuple[Branch, Point]:
     case = parse_case(QUESTIONS["curve"], {**PAIR, "d": (0.1,), **keys}, "test")
     narrowest = min((d for place in case.places for d in place), default=np.inf)
     start = Parameters(case.places[0], case.solid_models, case.liquid_model)
-    branch = Branch(reached(first_scene(steady_problem(case, narrowest), start)))
+    branch = Branch(arrived(first_scene(steady_problem(case, narrowest), start)))
     return branch, branch.at(start)
 
 

@@ -14,11 +14,12 @@ from numpy.typing import NDArray
 
 from pairsim.fem.phases.compiled_form import CompiledForm, compiled
 from pairsim.physics.fields import DISPLACEMENT, MESH_VELOCITY, PRESSURE_OF_SOLID, Field
-from pairsim.physics.forms import constitutive, continuity, extra_stress, mesh_motion
+from pairsim.physics.forms import constitutive, continuity, extra_stress, mesh_motion, transport
 from pairsim.physics.forms.momentum import momentum
 from pairsim.physics.kinematics import Expr, Kinematics
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.liquids.conformation import LOG_CONFORMATION
+from pairsim.physics.liquids.structured import StructuredLaw
 from pairsim.physics.log_conformation import LogConformation
 from pairsim.physics.solids import Solid
 from pairsim.runtime.arrays import Indices
@@ -188,7 +189,8 @@ def liquid_phase(liquid: Liquid, moving: bool, steady: bool = False) -> Compiled
         x, star, test, k, dX = terms.x, terms.star, terms.test, terms.constants, terms.dX
         kin = Kinematics.of(terms.mesh, x.get("eta"))
         here = liquid.with_numbers({name: k[name] for name in liquid.numbers})
-        u, stress = x["u"], extra_stress.solvent(kin, x["u"], here)
+        u, state = x["u"], [x[f.name] for f in here.solvent.transported]
+        stress = extra_stress.solvent(kin, u, here, *state)
         logs = [LogConformation.of(mode_part(x[LOG_CONFORMATION.name], i)) for i in range(len(here.modes))]
         for law, s in zip(here.modes, logs, strict=True):
             tau = extra_stress.mode(kin, s, u, here, law)
@@ -207,6 +209,11 @@ def liquid_phase(liquid: Liquid, moving: bool, steady: bool = False) -> Compiled
             if moving:
                 v = v - ufl.as_vector([k["U_m"], 0]) - (x["eta"] - star["eta"]) / k["g"]
         rates = {name: change + ufl.dot(kin.grad(x[name]), v) for name, change in changes.items()}
+        if isinstance(here.solvent, StructuredLaw):
+            own = here.solvent.rates(extra_stress.gamma2(kin, u), *state)
+            time = constitutive.upwind_time(terms.mesh, v, here.solvent.memory, UPWIND_SCALE)
+            for f, rate in zip(here.solvent.transported, own, strict=True):
+                form += transport.scalar(kin, rates[f.name] - rate, test[f.name], v, time, dX)
         for i, (law, s) in enumerate(zip(here.modes, logs, strict=True)):
             rate, De = LogConformation.of(mode_part(rates[LOG_CONFORMATION.name], i)), here.relaxation_time(law)
             relaxed = constitutive.relaxation(kin, s, u, here, law)

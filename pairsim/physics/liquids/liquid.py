@@ -180,8 +180,8 @@ class Liquid:
 
     @property
     def longest(self) -> float:
-        """The longest relaxation time [D_c/U_av], 0 without modes."""
-        return max((float(self.relaxation_time(mode)) for mode in self.modes), default=0.0)
+        """The longest time in which it forgets, mostly a relaxation time [D_c/U_av]; 0 without a memory."""
+        return max([float(self.solvent.memory), *(float(self.relaxation_time(mode)) for mode in self.modes)])
 
     @property
     def cells(self) -> Literal["newtonian", "viscous", "thinning", "hardening"]:

@@ -55,7 +55,8 @@ class ViscousLaw(Material):
 
     Attributes:
         linear: Whether the viscosity is constant.
-        transported: Fields on which it depends, and which the liquid carries along; none in most laws.
+        transported: Scalar fields on which it depends, and which the liquid carries along; a law that has some is a
+            `StructuredLaw`.
         measured: The quantity that gives the unit of viscosity eta_0, by `unit_viscosity`.
     """
 
@@ -74,6 +75,15 @@ class ViscousLaw(Material):
     @property
     def yield_stress(self) -> Any:
         """Stress [eta_0 U_av/D_c] up to which the liquid does not flow but for the regularisation."""
+        return 0.0
+
+    def viscosity_at(self, gamma2: Any, *state: Any) -> Any:
+        """The same where the liquid carries scalars along, on which it may depend, too."""
+        return self.viscosity(gamma2)
+
+    @property
+    def memory(self) -> Any:
+        """Time in which these scalars forget [D_c/U_av]; 0 without any."""
         return 0.0
 
     def easier(self) -> Self:

@@ -30,9 +30,8 @@ from pairsim.computing.question import Flag, InSweeps, Question, Tables, Value
 from pairsim.physics.drive import Drive
 from pairsim.quantities.kinds import RATE
 from pairsim.results.column import PARTICLE, Column, Columns, names_of
-from pairsim.results.columns import DISTANCE, DU, FORCES, WAY_COLUMNS
-from pairsim.results.curve import CURVE_COLUMNS, EQUILIBRIA_COLUMNS, Curve
-from pairsim.results.record import OF_STEADY, TIME_STEPS, Entry
+from pairsim.results.columns import CURVE_COLUMNS, DISTANCE, DU, EQUILIBRIA_COLUMNS, FORCES, WAY_COLUMNS
+from pairsim.results.entries import OF_STEADY, TIME_STEPS, Entry
 from pairsim.runtime.errors import InputError
 from pairsim.solvers.curves.distances import between
 from pairsim.solvers.parameters import Parameters
@@ -42,6 +41,7 @@ if TYPE_CHECKING:
 
     from pairsim.computing.events import Events
     from pairsim.plots.style import Page
+    from pairsim.results.curve import Curve
     from pairsim.results.travel import Travel
     from pairsim.runtime.monitor import Monitor
 
@@ -240,6 +240,8 @@ def result_columns(case: CurveCase) -> tuple[str, ...]:
 
 def read(tables: Tables) -> dict[str, Value]:
     """The result columns; `zeros` and what belongs to them are lists in ascending d."""
+    from pairsim.results.curve import Curve  # loads numpy
+
     curve = Curve(tables["curve"], zeros := tables["equilibria"])
     values: dict[str, Value] = {"points": curve.table.rows}
     if not values["points"]:
@@ -267,6 +269,8 @@ class CurveResult(Result):
     @cached_property
     def curve(self) -> Curve:
         """dU as a function of the distance: `dU, half_width = result.curve(d)`."""
+        from pairsim.results.curve import Curve
+
         return Curve(self.tables["curve"], self.tables["equilibria"], self.record, self.source)
 
     def dU(self, d: Any, gap: int = 1) -> Any:

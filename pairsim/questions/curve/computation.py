@@ -25,6 +25,7 @@ from pairsim.results.columns import (
     DISTANCE,
     DU_HALF,
     DU_QUARTER,
+    EQUILIBRIA_COLUMNS,
     FORCES,
     POLYMER_HEALTH,
     SENSITIVITIES,
@@ -33,9 +34,9 @@ from pairsim.results.columns import (
     WANTED,
     YIELD_HEALTH,
 )
-from pairsim.results.curve import EQUILIBRIA_COLUMNS, Curve
+from pairsim.results.curve import Curve
+from pairsim.results.entries import POINTS
 from pairsim.results.fields import SteadyMoment, frame
-from pairsim.results.record import POINTS
 from pairsim.results.rows import point_row
 from pairsim.results.xdmf import FieldFrame
 from pairsim.runtime.errors import RunFailure
@@ -49,6 +50,7 @@ from pairsim.solvers.curves.distances import between
 from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU, CurveInterpolant
 from pairsim.solvers.goals import DP_PLUS, D, F, Goal, U, dU
 from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.steady.ends import Ended
 from pairsim.solvers.steady.scene import SteadySolver
 
 
@@ -65,11 +67,16 @@ def computation(case: CurveCase, monitor: Monitor, sensitivities: bool) -> event
             narrowest = min((d for place in places for d in place), default=math.inf)
             problem = steady_problem(case, narrowest, monitor)
             branch = found.begin(problem, start, places=places, sensitivities=by)
+            if isinstance(branch, Ended):
+                return found.outcome_of(branch)
             yield events.Table("curve", _columns(case, by), ascending=case.common)
             sloping = case.n > 2 and case.velocity is None
             if sloping:
                 yield events.Table("slopes", SLOPES.named(case.n), ascending=case.common)
-            for point, wanted in trace(branch, places, case.tol, case.max_points):
+            for traced in trace(branch, places, case.tol, case.max_points):
+                if isinstance(traced, Ended):
+                    return found.outcome_of(traced)
+                point, wanted = traced
                 points.append(point)
                 if case.common:
                     points.sort(key=lambda p: p.d)
@@ -84,10 +91,11 @@ def computation(case: CurveCase, monitor: Monitor, sensitivities: bool) -> event
             message = counted(len(points), "point")
             if case.n == 2 and case.velocity is None:
                 zeros = yield from _zeros(branch, points)
+                if isinstance(zeros, Ended):
+                    return found.outcome_of(zeros)
                 found_zeros = ", ".join(_said(case, zero) for zero in zeros)
                 message += f"; dU = 0: {found_zeros or 'at no d'}"
             return events.Outcome("finished", "end", message)
-        return found.outcome  # the branch ends before all distances were reached
     finally:
         yield from _end(case, found)
 
@@ -148,13 +156,16 @@ def _frame(d: float, solver: SteadySolver) -> FieldFrame:
     return frame(moment, solver.h_star(solver.parameters), flow)
 
 
-def _zeros(branch: Branch, points: list[Point]) -> Generator[events.Event, None, Sequence[Equilibrium]]:
-    """Find the zeros of the curve of a pair; those found before a failure are written, too."""
-    zeros: list[Zero] = []
+def _zeros(branch: Branch, points: list[Point]) -> Generator[events.Event, None, Sequence[Equilibrium] | Ended]:
+    """Find the zeros of the curve of a pair; those found before an end or a failure are written, too."""
+    zeros, ended = list[Zero](), None
     failure: RunFailure | None = None
     try:
         for zero in find_zeros(branch, points):
-            zeros.append(zero)
+            if isinstance(zero, Ended):
+                ended = zero
+            else:
+                zeros.append(zero)
     except RunFailure as error:
         failure = error
     result = equilibria(zeros, points)
@@ -162,7 +173,7 @@ def _zeros(branch: Branch, points: list[Point]) -> Generator[events.Event, None,
     yield events.Table("equilibria", EQUILIBRIA_COLUMNS.named(2), rows)
     if failure is not None:
         raise failure
-    return result
+    return ended or result
 
 
 def _said(case: CurveCase, zero: Equilibrium) -> str:

@@ -15,7 +15,7 @@ from pairsim.questions.run import estimate
 from pairsim.results.column import names_of
 from pairsim.results.columns import DISTANCE, DU, DU_ERROR, DU_HALF, DU_QUARTER, TAYLOR, T, U
 from pairsim.results.curve import Curve
-from pairsim.results.record import POINTS, SIZE, TIME_STEPS, Entries
+from pairsim.results.entries import POINTS, SIZE, TIME_STEPS, Entries
 from pairsim.results.table import Table
 from pairsim.runtime.message import Message
 from pairsim.runtime.monitor import Monitor

@@ -22,13 +22,13 @@ from pairsim.cases.run_case import Case, check_run
 from pairsim.computing import events
 from pairsim.computing.question import Flag, InSweeps, Question, last_row
 from pairsim.results.column import names_of
-from pairsim.results.columns import DISTANCE, DP, DU, DU_ERROR, STEPS, TAYLOR, T, U, Z
+from pairsim.results.columns import DISTANCE, DP, DU, DU_ERROR, SERIES_COLUMNS, STEPS, TAYLOR, T, U, Z
+from pairsim.results.entries import OF_RUNS
 from pairsim.results.folder import CHECKPOINT
-from pairsim.results.series import SERIES_COLUMNS, Series
-from pairsim.results.settled import OF_RUNS
 
 if TYPE_CHECKING:
     from pairsim.plots.style import Page
+    from pairsim.results.series import Series
     from pairsim.runtime.monitor import Monitor
 
 
@@ -63,6 +63,8 @@ class RunResult(Result):
     @cached_property
     def series(self) -> Series:
         """What the particles do over time: distances, velocities, and whether the start-up has decayed."""
+        from pairsim.results.series import Series  # loads numpy
+
         return Series(self.tables["series"], self.record)
 
     def findings(self) -> list[str]:

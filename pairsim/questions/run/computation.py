@@ -32,20 +32,35 @@ from pairsim.results.columns import (
     DU_CORRECTION,
     DU_DISCRETE,
     DU_ERROR,
+    ERROR_COLUMNS,
     MESH,
     NEWTON,
     POLYMER_HEALTH,
+    RUN_HEALTH,
+    STATE_COLUMNS,
     TAYLOR,
     T,
     U,
     Z,
     observed,
 )
+from pairsim.results.entries import (
+    ADAPTATION,
+    FACTORISATIONS,
+    HOLD,
+    NEWTON_ITERATIONS,
+    REACHED,
+    REJECTED,
+    REMESHINGS,
+    SETTLED,
+    SIZE,
+    START,
+    TIME_STEPS,
+    Entries,
+    Entry,
+)
 from pairsim.results.fields import frame
 from pairsim.results.folder import plain
-from pairsim.results.record import ADAPTATION, FACTORISATIONS, NEWTON_ITERATIONS, SIZE, TIME_STEPS, Entries, Entry
-from pairsim.results.series import ERROR_COLUMNS, HEALTH, STATE_COLUMNS
-from pairsim.results.settled import HOLD, REACHED, REJECTED, REMESHINGS, SETTLED, START
 from pairsim.runtime.errors import RunFailure, TooManySteps, WallTime
 from pairsim.runtime.message import Message, Text
 from pairsim.runtime.monitor import Monitor
@@ -99,7 +114,7 @@ class Run:
                 return self._with_accuracy(ended, old.state.run_errors)
             polymer = POLYMER_HEALTH if case.liquid_model.modes else ()
             yielding = (BRIDGE,) if case.liquid_model.plastic.yield_stress else ()
-            columns = (*STATE_COLUMNS, *self._errors, *yielding, *HEALTH, *polymer, *self._own)
+            columns = (*STATE_COLUMNS, *self._errors, *yielding, *RUN_HEALTH, *polymer, *self._own)
             yield events.Table("series", names_of(case.n, *columns), resumed=True)
             if old is not None:
                 at = moment(old.state.history.t[0])

@@ -32,7 +32,7 @@ from pairsim.computing.question import InSweeps, Question
 from pairsim.quantities.kinds import LENGTH, POSITION, RATE
 from pairsim.results.column import GAP, Column, Columns, Shown
 from pairsim.results.columns import D_ERROR, DISTANCE, DU, DU_ERROR, T_RELAX, U_ERROR, T, U, Z
-from pairsim.results.record import SIZE, Entry
+from pairsim.results.entries import SIZE, Entry
 
 if TYPE_CHECKING:
     from pairsim.computing.events import Events

@@ -190,13 +190,13 @@ class AdaptiveBranch(Branch):
         """The problem with the cells of the present mesh."""
         return self.solver.problem
 
-    def at(self, parameters: Parameters) -> Point:
-        """The solution at given parameters, on a mesh that keeps its error small where one was found."""
+    def at(self, parameters: Parameters) -> Point | Ended:
+        """As `Branch.at`, on a mesh that keeps the error small where one was found."""
         if self._zeros_only:
             return super().at(parameters)
         return self._kept(lambda _: super(AdaptiveBranch, self).at(parameters))
 
-    def zero(self, left: float, right: float, guess: float) -> Point:
+    def zero(self, left: float, right: float, guess: float) -> Point | None:
         """A zero of dU as by `Branch.zero`, on a mesh that keeps the error of dU small where one was found."""
         again = super().zero
         return self._kept(lambda last: again(left, right, last.d if last else guess))
@@ -206,7 +206,8 @@ class AdaptiveBranch(Branch):
         if not self._missed(zero):
             return zero
         again = super().zero
-        return self._kept(lambda last: again(last.d / BESIDE, last.d * BESIDE, last.d) if last else zero)
+        better = self._kept(lambda last: again(last.d / BESIDE, last.d * BESIDE, last.d) if last else zero)
+        return better or zero
 
     def recall(self, snapshot: Snapshot) -> None:
         """Restore a stored solution; one that was stored with other cells is solved for with the present ones.
@@ -218,7 +219,8 @@ class AdaptiveBranch(Branch):
             super().recall(snapshot)
         else:
             self._nearest(snapshot.parameters)
-            self._follow(snapshot.parameters)
+            if (ended := self._follow(snapshot.parameters)) is not None:
+                raise ended.failure
 
     def allowed(self, goal: Goal, point: Point) -> Array:
         """The largest errors of a goal at a point that are not too large, as far as its scale is known, (k,) or ()."""
@@ -251,17 +253,25 @@ class AdaptiveBranch(Branch):
                 return False  # nothing to compare errors with: dU of equal rigid spheres in Newtonian liquids is 0
         return bool((errors > self.allowed(goal, point)).any())
 
-    def _kept(self, solve: Callable[[Point | None], Point]) -> Point:
-        """Solve for a point, and again on finer meshes while its errors are too large and become smaller."""
+    def _kept[R: (Ended, None)](self, solve: Callable[[Point | None], Point | R]) -> Point | R:
+        """Solve for a point, and again on finer meshes while its errors are too large and become smaller.
+
+        Args:
+            solve: Solves for it, from the point on coarser cells if there is one.
+
+        Returns:
+            The point, or what `solve` returned in its place at first.
+        """
         before, point = self.solver.iterations, solve(None)
+        if not isinstance(point, Point):
+            return point
         self.problem.monitor.has_result()  # finer cells only make it better, and may take long
         while goals := self._improvable(point):
             coarser, fields, allowed = self.problem, dict(self._fields), {g: self.allowed(g, point) for g in goals}
             error = _worst(point, allowed)
             if not self._refine(point, goals):
                 break
-            with suppress(NoSteadyState, MeshFailure):
-                point = solve(point)
+            point = self._again(solve, point)
             finer_error = _worst(point, allowed)
             if _by_chance(point, goals):
                 continue
@@ -270,10 +280,16 @@ class AdaptiveBranch(Branch):
             if finer_error > error and self._go_on(coarser, point.parameters):
                 # Near the softest shapes the finer mesh may be close to wrinkles that the coarser one does not resolve.
                 self._fields = fields
-                with suppress(NoSteadyState, MeshFailure):
-                    point = solve(point)
+                point = self._again(solve, point)
         self.unknowns[self._place(point)] = self.solver.constraints.size
         return replace(point, newton=self.solver.iterations - before)
+
+    def _again(self, solve: Callable[[Point | None], Point | Ended | None], point: Point) -> Point:
+        """The point on the present cells, or as it was if it is not found on them."""
+        with suppress(NoSteadyState, MeshFailure):
+            found = solve(point)
+            return found if isinstance(found, Point) else point
+        return point
 
     def _place(self, point: Point) -> Place:
         return self._nominal(point) or point.parameters.Ca_es

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pairsim.fem.diagnostics import Observation, liquid_distortion
-from pairsim.quantities.kinds import LENGTH
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.runtime.message import Message
@@ -153,7 +152,6 @@ class Branch:
     Attributes:
         goals: What is asked for.
         solver: The solver at the present solution.
-        ended: Where and why the last continuation has stopped; None where it arrived.
     """
 
     def __init__(
@@ -162,46 +160,40 @@ class Branch:
         self.goals, self._sensitivities, self._estimator = goals, sensitivities, ErrorEstimator()
         self._at_zero = 0.0  # what is added to dU at the last zero, or expected to be at the next one
         self.solver = solver
-        self.ended: Ended | None = None
         self._known = [self.solver.snapshot]
 
-    def at(self, parameters: Parameters) -> Point:
-        """The solution at given parameters.
-
-        Args:
-            parameters: The parameters.
+    def at(self, parameters: Parameters) -> Point | Ended:
+        """The solution at given parameters, or why the continuation did not reach them.
 
         Raises:
-            NoSteadyState: The continuation did not reach the parameters, or the error there cannot be estimated.
+            NoSteadyState: The error there cannot be estimated, or the matrix is singular.
         """
         before = self.solver.iterations
         self._nearest(parameters)
-        self._follow(parameters)
+        if (ended := self._follow(parameters)) is not None:
+            return ended
         if min(_apart(snapshot.parameters, parameters) for snapshot in self._known) > SPACING:
             self._known.append(self.solver.snapshot)
         return self._read(before)
 
-    def _follow(self, parameters: Parameters) -> None:
-        """Continue to other parameters.
+    def _follow(self, parameters: Parameters) -> Ended | None:
+        """Continue to other parameters; None where they are reached.
 
         Where the branch of a single particle seems to end, finer cells on the particle are tried, too: they may have a
         solution beyond that end, with which the branch then goes on.
-
-        Raises:
-            NoSteadyState: The continuation did not reach the parameters; `ended` says where and why.
         """
-        self.ended = follow(self.solver, parameters)
-        if self.ended is not None and self.ended.kind and not parameters.gaps:
-            found = scene_past_end(self.solver.problem, parameters, self.ended)
-            self.ended = found if isinstance(found, Ended) else None
-            if isinstance(found, SteadySolver):
-                found.take_over_costs(self.solver)
-                self.solver.close()
-                self.solver, self._known = found, [found.snapshot]
-        if self.ended is not None:
-            raise self.ended.failure
+        ended = follow(self.solver, parameters)
+        if ended is None or not ended.kind or parameters.gaps:
+            return ended
+        found = scene_past_end(self.solver.problem, parameters, ended)
+        if isinstance(found, Ended):
+            return found
+        found.take_over_costs(self.solver)
+        self.solver.close()
+        self.solver, self._known = found, [found.snapshot]
+        return None
 
-    def zero(self, left: float, right: float, guess: float) -> Point:
+    def zero(self, left: float, right: float, guess: float) -> Point | None:
         """The solution at a distance between two others at which dU vanishes, by Newton's method with the slope of dU.
 
         Every iterate is solved on the mesh for its own distance. Two such meshes may each have their zero at the
@@ -212,14 +204,20 @@ class Branch:
             right: Larger distance.
             guess: First guess of the zero.
 
+        Returns:
+            The zero; None if none was found, and the previous solution is restored.
+
         Raises:
-            NoSteadyState: No zero was found; the previous solutions are restored.
+            NoSteadyState, MeshFailure: As of `at`, with the previous solution restored.
         """
         solver, old = self.solver, self.solver.snapshot
         before, parameters, d = solver.iterations, solver.parameters, guess
         try:
             for _ in range(MOST_CORRECTIONS):
-                point = Branch.at(self, parameters.with_gap(d))
+                found = Branch.at(self, parameters.with_gap(d))
+                if isinstance(found, Ended):
+                    break
+                point = found
                 left_over = float(point.held_dUs[0])
                 if abs(left_over) <= ZERO_TOLERANCE * point.estimate[dU].half_width[0]:
                     return replace(point, newton=solver.iterations - before)
@@ -231,10 +229,11 @@ class Branch:
                 on_mesh = self.zero_on(parameters.with_gap, point.d, solver.y, settled=False)
                 if on_mesh is not None and left / BESIDE < on_mesh.d < right * BESIDE:
                     return replace(on_mesh, newton=solver.iterations - before)
-            raise NoSteadyState(Message("the zero of dU near d = {} was not found", LENGTH(guess, ".5g")))
         except (NoSteadyState, MeshFailure):
             self.recall(old)
             raise
+        self.recall(old)
+        return None
 
     def improved(self, zero: Point) -> Point:
         """The present zero on a mesh that keeps its error small; without adaptation the zero itself."""

@@ -46,7 +46,7 @@ def relaxation_time(at: Linearisation) -> float:
     """Slowest decay time of a disturbance of a solution at held distances [D_c/U_av]."""
     liquid, (tau_0, of_solids) = at.parameters.liquid, shape_time(at)
     if not liquid.modes or math.isinf(tau_0):
-        return tau_0
+        return max(tau_0, float(liquid.solvent.memory))
     tau_s, tau_l = tau_0 * of_solids, tau_0 * (1 - of_solids)
     # t - tau_s - tau_l [xi + sum_i G_i De_i t/(t - De_i)] = 0, times all t - De_i.
     times = [float(liquid.relaxation_time(mode)) for mode in liquid.modes]

@@ -19,7 +19,7 @@ from pairsim.solvers.mesh_transfer import free_unknowns
 from pairsim.solvers.meshed_scene import Cells
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
-from pairsim.solvers.steady.ends import Ended
+from pairsim.solvers.steady.ends import arrived
 from pairsim.solvers.steady.first_solution import first_scene
 from pairsim.solvers.steady.scene import SteadySolver
 
@@ -48,9 +48,7 @@ def one_particle(problem: SteadyProblem, parameters: Parameters, d: float | None
     """
     problem, long = replace(problem, closed=True, periodic=True), problem.betas[0]  # of a particle along the axis
     for _ in range(MOST_SPACINGS):
-        found = first_scene(problem if d is None else replace(problem, length=d + long), parameters)
-        if isinstance(found, Ended):
-            raise found.failure
+        found = arrived(first_scene(problem if d is None else replace(problem, length=d + long), parameters))
         if d is None or abs(off := distance(found) - d) <= SAME_DISTANCE * d:
             return found
         long -= off

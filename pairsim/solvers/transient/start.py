@@ -21,7 +21,7 @@ from pairsim.solvers.mesh_transfer import free_unknowns
 from pairsim.solvers.meshed_scene import cut_particles
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import Problem, SteadyProblem
-from pairsim.solvers.steady.ends import Ended
+from pairsim.solvers.steady.ends import arrived
 from pairsim.solvers.steady.first_solution import first_scene
 from pairsim.solvers.steady.linearisation import Linearisation
 
@@ -129,9 +129,7 @@ def quasi_steady(problem: Problem, clock: Clock) -> Start:
         MeshFailure: A mesh could not be generated.
     """
     try:
-        steady = first_scene(*steady_scene(problem, problem.gaps))
-        if isinstance(steady, Ended):
-            raise steady.failure
+        steady = arrived(first_scene(*steady_scene(problem, problem.gaps)))
     except NoSteadyState as failure:
         message = Message("the run has no quasi-steady state to start from: {}", failure.message)
         raise NoSteadyState(message, advice="start: rest") from failure
