@@ -11,8 +11,8 @@ import numpy as np
 
 from pairsim.api.cases import load
 from pairsim.api.compute import Computation
+from pairsim.api.content import Content
 from pairsim.api.draws import range_of_draws
-from pairsim.api.results import Content
 from pairsim.api.units import units
 from pairsim.atlas.atlas import SHIPPED, Atlas
 from pairsim.cases.case import SceneCase

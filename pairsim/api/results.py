@@ -8,17 +8,16 @@ import tempfile
 import weakref
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
+from pairsim.api.content import Content, files_in
 from pairsim.cases.yaml_file import read_yaml
 from pairsim.computing.loading import case_of
 from pairsim.computing.pictures import draw_result
 from pairsim.computing.question import Question, Tables
-from pairsim.results.entries import KIND
-from pairsim.results.folder import CHECKPOINT, WAY, write_text, write_yaml
+from pairsim.results.folder import CHECKPOINT, WAY
 from pairsim.results.record import Record
 from pairsim.runtime.errors import BranchEnd, BudgetSpent, InputError, failure_of
 from pairsim.runtime.locks import is_locked
@@ -31,7 +30,6 @@ if TYPE_CHECKING:
     from pairsim.cases.case import SceneCase
     from pairsim.quantities.scales import Scales
     from pairsim.results.table import Table
-    from pairsim.results.xdmf import FieldFrame
     from pairsim.runtime.arrays import Array
 
 SYMBOLS = {
@@ -52,23 +50,6 @@ KILLED = {
     "message": "the command was killed",
 }
 """How a command ended whose run.json says that it is running, although no process is at work."""
-
-
-@dataclass(frozen=True)
-class Content:
-    """What a result is made of where it is not read from a folder.
-
-    Attributes:
-        tables: The columns of its tables, by the name of the table.
-        record: How it was found.
-        case: The case; None where that of a folder is not valid in this version.
-        files: Further files by their names in a folder, such as fields.
-    """
-
-    tables: Mapping[str, Mapping[str, Array]]
-    record: Record
-    case: SceneCase | None
-    files: Mapping[str, bytes] = field(default_factory=dict)
 
 
 class Result:
@@ -106,38 +87,27 @@ class Result:
     @cached_property
     def _place(self) -> Path:
         """The folder with the files of the result, which are written when a result without one needs them."""
-        from pairsim.results.table_files import table_text
-
-        place, content = Path(tempfile.mkdtemp(prefix="pairsim-")), self._content
+        assert self._content is not None, "a result has a folder or its content"
+        place = Path(tempfile.mkdtemp(prefix="pairsim-"))
         weakref.finalize(self, shutil.rmtree, place, ignore_errors=True)
-        assert content is not None, "a result has a folder or its content"
-        for name, table in self.tables.items():
-            if table:
-                write_text(place / f"{name}.csv", table_text(table, zip(*table.values(), strict=True)))
-        (Record.of({KIND: self.kind}) | content.record).write(place)
-        if content.case is not None:
-            write_yaml(place / "case.yaml", content.case.resolved())
-        for file, text in content.files.items():  # of a folder that was temporary: all of them
-            (place / file).parent.mkdir(exist_ok=True)
-            (place / file).write_bytes(text)
+        self._content.write(place, self.kind)
         return place
 
     def __reduce__(self) -> Any:
-        known = {"content": self._packed(), "source": self.source}
-        return _unpickled, (type(self), self.question, self.folder, self._ending, known)
+        made = partial(type(self), content=self._packed(), source=self.source)
+        return made, (self.question, self.folder, self._ending)
 
     def _packed(self) -> Content | None:
-        """The content, with all files of a temporary folder; None where the tables of a folder are no tables."""
-        tables: dict[str, Mapping[str, Array]] = {}
-        case = None
+        """Its data, with all files of a temporary folder; None of a folder that is not there, or has no tables."""
+        if self._content is None and not self._place.is_dir():
+            return None
+        tables, case = dict[str, Any](), None
         with suppress(InputError):
             tables = {name: dict(table) for name, table in self.tables.items()}
         with suppress(InputError):
             case = self.case
         of_temporary = self.folder is None and "_place" in vars(self)
-        files = [path for path in self._place.rglob("*") if path.is_file()] if of_temporary else []
-        read = {str(path.relative_to(self._place)): path.read_bytes() for path in files}
-        return Content(tables, self.record, case, read) if tables else None
+        return Content(tables, self.record, case, files_in(self._place) if of_temporary else {}) if tables else None
 
     @cached_property
     def record(self) -> Record:
@@ -193,13 +163,13 @@ class Result:
         from pairsim.results.tables import frame_of, in_units
 
         name = self.question.table_named(name, self.source)
+        scales = None if physical is False else self.scales if physical else self.record.scales
         table = self._table_named(name)
         if at:
             from pairsim.results.curve import Curve
 
             table = Curve(table, {}, self.record, self.source).at(at)
         frame = frame_of(table)
-        scales = None if physical is False else self.scales if physical else self.record.scales
         if scales is None:
             return frame
         try:
@@ -411,6 +381,7 @@ class Result:
         """
         import numpy as np
 
+        from pairsim.api.grid import grid_of
         from pairsim.results.xdmf import read_frame
 
         hits = np.flatnonzero(np.isclose(self.places, at, rtol=1e-9, atol=1e-12))
@@ -419,38 +390,9 @@ class Result:
             key = "fields: [...]" if self.question.frames == "d" else "output.fields: true"
             allowed = f"must be one of {listed}" if listed else f"was not written; the case needs `{key}` for fields"
             raise InputError("fields", self.question.frames, at, allowed)
-        return _grid_of(read_frame(self._place, int(hits[0])), self.scales if physical else None)
+        return grid_of(read_frame(self._place, int(hits[0])), self.scales if physical else None)
 
     def __repr__(self) -> str:
         reason = f" ({self.reason})" if self.reason not in ("", "end") else ""
         where = f", {self.folder}" if self.folder is not None else ""
         return f"<pairsim {self.kind}: {self.status}{reason}, {len(self.table)} rows{where}>"
-
-
-def _unpickled[R: Result](
-    kind: type[R],
-    question: Question[Any],
-    folder: Path | None,
-    ending: Mapping[str, Any] | None,
-    known: Mapping[str, Any],
-) -> R:
-    """A result that was pickled."""
-    return kind(question, folder, ending, **known)
-
-
-def _grid_of(frame: FieldFrame, scales: Scales | None) -> pv.UnstructuredGrid:
-    import numpy as np
-    import pyvista as pv
-
-    from pairsim.results.xdmf import ELASTIC, OF_LIQUID, unit_of_field
-
-    fields = {name: values * unit_of_field(name).factor(scales) for name, values in frame.stored.items()}
-    in_liquid = np.isin(np.arange(len(frame.points)), frame.cells[frame.region == 0])
-    for name in fields:
-        if name.startswith((ELASTIC, *OF_LIQUID)):
-            fields[name][in_liquid == name.startswith(ELASTIC)] = np.nan
-    grid = pv.UnstructuredGrid({pv.CellType.QUADRATIC_TRIANGLE: frame.cells}, fields.pop("position"))
-    grid.point_data.update(fields)
-    grid.cell_data["region"] = frame.region
-    grid.field_data["t"] = [frame.t]
-    return grid

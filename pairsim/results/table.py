@@ -66,13 +66,13 @@ class Table(Mapping[str, Array]):
         """
         return self._arrays[column.name + suffix]
 
+    def known(self, column: Column, suffix: str = "") -> Array | None:
+        """The same; None where the table does not have it."""
+        return self._arrays.get(column.name + suffix)
+
     def has(self, column: Column, suffix: str = "") -> bool:
         """Whether the table has the column of a gap or particle."""
         return column.name + suffix in self._arrays
-
-    def known(self, column: Column, suffix: str = "") -> Array | None:
-        """The same, None where the table does not have it."""
-        return self._arrays.get(column.name + suffix)
 
     def half_widths(self, column: Column, suffix: str = "") -> Array | None:
         """Half-widths of the intervals of a column; None where the table does not have them."""

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from support.result_folders import curve_of, curve_table
 
-from pairsim.api.results import Content
+from pairsim.api.content import Content
 from pairsim.quantities.text import with_error
 from pairsim.questions.critical import answer_of_critical
 from pairsim.questions.curve.answer import answer_of_curve

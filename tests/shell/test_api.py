@@ -18,7 +18,7 @@ import pandas as pd
 import pytest
 
 import pairsim
-from pairsim.api.results import _grid_of
+from pairsim.api.grid import grid_of
 from pairsim.computing.progress import Reporter
 from pairsim.quantities.scales import Scales
 from pairsim.questions.registry import QUESTIONS
@@ -178,7 +178,7 @@ def test_fields_are_in_units_on_demand_and_unknown_where_there_are_none() -> Non
     names = ("velocity", "tau_s", "tau_p", "tr_c", "pressure")
     fields = [np.ones((12, 2)), np.ones((12, 4)), np.ones((12, 4)), np.ones(12), np.ones(12)]
     frame = FieldFrame(0.1, np.ones((12, 2)), cells, region, dict(zip(names, fields, strict=True)))
-    grid = _grid_of(frame, Scales(50e-6, 10e-3, 0.85))
+    grid = grid_of(frame, Scales(50e-6, 10e-3, 0.85))
     shown = {name: np.unique(values.T[0] if values.ndim > 1 else values) for name, values in grid.point_data.items()}
     assert grid.points[0] == pytest.approx([50, 50, 0])
     assert (shown["velocity"], shown["pressure"]) == (pytest.approx([1e4]), pytest.approx([170]))
