@@ -13,14 +13,14 @@ import numpy as np
 import pytest
 from support.inputs import ROOT
 
-from pairsim.api.compute import Computation
 from pairsim.computing.question import Question
 from pairsim.quantities.kinds import LENGTH, VELOCITY
+from pairsim.questions.compute import Computation
 from pairsim.questions.registry import QUESTIONS
-from pairsim.results.column import PARTICLE, Column, Columns
-from pairsim.results.columns import DU, SHARED
-from pairsim.results.table import Table
-from pairsim.results.tables import frame_of
+from pairsim.record.column import PARTICLE, Column, Columns
+from pairsim.record.columns import DU, SHARED
+from pairsim.record.table import Table
+from pairsim.record.tables import frame_of
 
 SAYS = """
 from pairsim.questions.registry import QUESTIONS
