@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from pydantic import Field
@@ -25,6 +25,7 @@ from pairsim.solvers.parameters import Parameters
 
 if TYPE_CHECKING:
     from pairsim.runtime.monitor import Monitor
+    from pairsim.solvers.goals import Goal
 
 WRINKLED = 2.0  # roughness of a surface from which it has waves as long as cells (`pairsim.fem.surface.roughness`)
 
@@ -59,11 +60,9 @@ def estimate_along(case: AlongCase) -> Estimate:
 
 
 def solve_along(
-    case: AlongCase, monitor: Monitor, columns: Columns, shown: str, errors: Mapping[str, str]
+    case: AlongCase, monitor: Monitor, columns: Columns, shown: str, goals: Sequence[Goal]
 ) -> events.Events:
     """Solve the steady states in ascending Ca_e.
-
-    `accuracy` sets the cells; they are not adapted to the solution here, but a warning says where errors exceed it.
 
     Args:
         case: The case.
@@ -71,10 +70,10 @@ def solve_along(
         columns: The first columns of the table, which has the name of the question; own ones have a `value` of a
             `Found`.
         shown: Name of the column that progress shows.
-        errors: Names of the columns that are warned of, each with that of the column of its half-widths.
+        goals: What is asked for: `accuracy` is kept of these, or a warning says where it is not.
     """
     from pairsim.computing.problems import steady_problem
-    from pairsim.computing.steady import Solutions, health_columns, large_value_errors
+    from pairsim.computing.steady import Solutions, health_columns
     from pairsim.fem.surface import roughness
     from pairsim.results.rows import point_row
     from pairsim.solvers.steady.ends import Ended
@@ -83,7 +82,7 @@ def solve_along(
     yield events.Begin(what, len(case.series))
     yield events.Table(case.kind, [*columns.named(case.n), *health_columns(case)])
     problem, start = steady_problem(case, 1.0, monitor), Parameters((), case.solid_models, case.liquid_model)
-    found, rough, rows = Solutions(case), list[str](), list[dict[str, float]]()
+    found, rough = Solutions(case, goals), list[str]()
     try:
         with found:
             branch = found.begin(problem, start.with_Ca_e(case.series[0]))
@@ -96,7 +95,6 @@ def solve_along(
                 found.points.append(point)
                 row = point_row(point) | {CA_E.name: Ca_e}
                 row |= columns.own_row(case.n, Found(point, branch.solver))
-                rows.append(row)
                 yield events.Row(case.kind, row)
                 if roughness(branch.solver.bodies[0], branch.solver.state()[0]) > WRINKLED:
                     rough.append(f"{Ca_e:.4g}")
@@ -109,5 +107,4 @@ def solve_along(
             f"at Ca_e = {', '.join(rough)} the surface has waves as long as its cells, on this mesh alone: D and "
             f"deformation may be off by more than their errors; compare with {finer(case)}"
         )
-        warnings = [*([warning] if rough else []), *large_value_errors(case, rows, errors)]
-        yield from found.last_events({POINTS: len(found.points)}, warnings)
+        yield from found.last_events({POINTS: len(found.points)}, [warning] if rough else [])

@@ -1,4 +1,7 @@
-"""Warnings about results that may be less accurate than requested, for run.json and the terminal."""
+"""Warnings about results that may be less accurate than requested, for run.json and the terminal.
+
+`of` is the symbol of what a case is computed for, such as dU.
+"""
 
 from __future__ import annotations
 
@@ -40,20 +43,13 @@ def above(value: float, limit: float) -> str:
     return next((text for text in texts if float(text) > limit), f"{value}")
 
 
-def asked_for(case: SceneCase) -> str:
-    """Symbol of what a case is computed for: F of particles that are moved, dU of several, U of a single one."""
-    if not case.drive.free:
-        return "F"
-    return "dU" if case.n > 1 else "U"
-
-
-def coarse_mesh(case: SceneCase) -> list[str]:
+def coarse_mesh(case: SceneCase, of: str) -> list[str]:
     """Warn of a mesh that is coarser than any whose error was measured."""
     measured = SETTINGS[COARSEST].mesh(case.liquid_model.cells, case.betas, case.in_time)
     coarse = {"Np": case.mesh.Np < measured["Np"], "max_size": case.mesh.max_size > measured["max_size"]}
     return [
         f"mesh.{name} = {getattr(case.mesh, name):g} is coarser than accuracy: {COARSEST} ({measured[name]:g}): the "
-        f"error of {asked_for(case)} may exceed {COARSEST} of its largest value"
+        f"error of {of} may exceed {COARSEST} of its largest value"
         for name, is_coarse in coarse.items()
         if case.n and is_coarse
     ]
@@ -65,14 +61,14 @@ def finer(case: SceneCase) -> str:
     return f"a finer mesh ({' '.join(f'--set mesh.{name}={size}' for name, size in sizes.items())})"
 
 
-def unresolved_stress(case: SceneCase, s_jump: float) -> list[str]:
+def unresolved_stress(case: SceneCase, s_jump: float, of: str) -> list[str]:
     """Warn of a polymer stress that the mesh does not resolve; `s_jump` is the largest change of s within a cell."""
     allowed = settings_of(case.accuracy).s_jump
     if s_jump <= allowed:
         return []
     return [
         f"s = log c changes by {above(s_jump, allowed)} within one cell: the polymer stress is not resolved there. "
-        f"Above {allowed:g}, the error of {asked_for(case)} may exceed {case.accuracy} of its largest value "
+        f"Above {allowed:g}, the error of {of} may exceed {case.accuracy} of its largest value "
         f"(docs/how-to/accuracy.md); compare with {finer(case)}"
     ]
 
@@ -134,7 +130,7 @@ def moves_on(case: SceneCase, places: Sequence[Text], part: float) -> list[Text]
     return [Message(said, at, above(100 * part, 100 * case.error_wanted), case.accuracy)]
 
 
-def near_ends(case: SceneCase, span: float) -> list[Text]:
+def near_ends(case: SceneCase, span: float, of: str) -> list[Text]:
     """Warn of a row of particles, whose largest length is `span` [D_c], that comes too near the ends of the tube.
 
     The measured errors are in docs/explanation/decisions.md, "Tube and ends".
@@ -143,14 +139,13 @@ def near_ends(case: SceneCase, span: float) -> list[Text]:
     left, least = (case.tube_length - span) / 2, part * case.margin
     if not case.n or case.closed or left >= least:
         return []
-    affected = asked_for(case)
     message = Message(
         "there are {} of tube on each side of the particles, less than {}: the ends affect {}",
         LENGTH(left, ".3g", named=True),
         LENGTH(least, ".3g"),
-        affected,
+        of,
     )
-    if case.liquid_model.modes and affected == "dU":
+    if case.liquid_model.modes and of == "dU":
         off = next(error for below, error in ENDS_ERRORS if left < below * case.margin)
         message += f", by up to {off} % of the largest |dU| in the tubes measured"
     if left < FREE_ENDS:  # a run has ended there, and says which length is enough
@@ -158,12 +153,14 @@ def near_ends(case: SceneCase, span: float) -> list[Text]:
     return [message + f"; use {_longer(case)}, or limits.max_gap in a run"]
 
 
-def common_warnings(case: SceneCase, s_jump: float, span: float) -> list[Text]:
+def common_warnings(case: SceneCase, of: str, s_jump: float, span: float) -> list[Text]:
     """The warnings that all questions share.
 
     Args:
         case: The case.
+        of: Symbol of what it is computed for.
         s_jump: Largest change of s = log c within a cell.
         span: Largest length of the row of particles [D_c].
     """
-    return [*beyond_checked(case), *coarse_mesh(case), *unresolved_stress(case, s_jump), *near_ends(case, span)]
+    resolved = *coarse_mesh(case, of), *unresolved_stress(case, s_jump, of)
+    return [*beyond_checked(case), *resolved, *near_ends(case, span, of)]

@@ -50,7 +50,8 @@ from pairsim.results.columns import (
     TAYLOR,
     WAY_COLUMNS,
 )
-from pairsim.results.entries import ADAPTATION, OF_STEADY, Entry
+from pairsim.results.curve import Zero, zeros_in
+from pairsim.results.entries import OF_STEADY, Entry
 from pairsim.results.record import Record
 from pairsim.runtime.message import Message, Text
 from pairsim.solvers.parameters import Parameters
@@ -62,7 +63,6 @@ if TYPE_CHECKING:
     from pairsim.plots.style import Page
     from pairsim.results.curve import Zero
     from pairsim.runtime.monitor import Monitor
-    from pairsim.solvers.curves.branch import Point
     from pairsim.solvers.curves.zero_lines import Critical
 
 SHOWN = {"zeros": D_CR, "stable": STABLE}
@@ -141,11 +141,13 @@ def estimate(case: CriticalCase) -> Estimate:
 
 def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
     """Find the critical distances, and follow them over the parameter of the case."""
+    from pairsim.computing.accuracy import error_at
     from pairsim.computing.problems import steady_problem
-    from pairsim.computing.steady import Solutions, adaptation_report, error_at, health_columns
+    from pairsim.computing.steady import Solutions, health_columns
     from pairsim.solvers.curves.branch import Point
     from pairsim.solvers.curves.critical import find_all, follow_all
     from pairsim.solvers.curves.zero_lines import Critical, End, Followed, Missed, Region
+    from pairsim.solvers.goals import CRITICAL
     from pairsim.solvers.steady.ends import Ended
 
     own, (least, most) = QUESTION.tables["critical"].own, case.d
@@ -165,8 +167,8 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
     # There may be several zeros at a value, and they are looked for at the last one in the end.
     goal = Message("zeros of dU from d = {} to d = {}", LENGTH(least, "g"), LENGTH(most, "g"))
     yield events.Begin(goal, count + 1)
-    found, branches, solved = Solutions(case), set[int](), 0
-    wanted: list[Point] = []  # those at requested values, whose error `accuracy` is kept for
+    found, branches, solved = Solutions(case, (CRITICAL,)), set[int](), 0
+    wanted = found.judged = list[Point]()  # those at requested values
     errors: list[ErrorAt] = []  # of parameters where two zeros meet, relative to them
     ends: list[dict[str, Any]] = []
     warnings: list[Text] = []
@@ -174,7 +176,7 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
         with found:
             yield events.Table("critical", [*CRITICAL_COLUMNS.named(2), *health_columns(case), *own.named(2)])
             # Meshes are adapted to the zeros asked for, not to those between them.
-            branch = found.begin(steady_problem(case, least, monitor), start, zeros_only=True)
+            branch = found.begin(steady_problem(case, least, monitor), start)
             if isinstance(branch, Ended):
                 return found.outcome_of(branch)
             if isinstance(first := branch.at(start), Ended):
@@ -193,7 +195,7 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
                         wanted += [each.point] if each.kind == "wanted" else []
                         if each.by_parameter is not None and region is not None:
                             size = abs(each.by_parameter) * each.point.parameters.followed
-                            errors.append(error_at(each.point, 0, size))
+                            errors += filter(None, [error_at(each.point, CRITICAL, size)])
                         yield events.Row("critical", row := critical_row(each) | own.own_row(2, each))
                         place = f"Ca_e = {row['Ca_e']:.5g}  De = {row['De']:.5g}"
                         text = Message("{}  d_cr = {}  {}", place, LENGTH(row["d_cr"], ".5f"), each.kind)
@@ -210,14 +212,8 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
             counts = f"critical distances: {len(found.points)}, branches: {max(branches, default=0)}"
             return events.Outcome("finished", "end", counts)
     finally:
-        entries: dict[Entry[Any], Any] = {ENDS: ends}
-        if found.branch is not None:
-            sizes = [abs(point.slope_at_rest) * point.d for point in wanted]
-            what = "itself, that of a critical distance"
-            entries[ADAPTATION], missed = adaptation_report(case, found.branch, wanted, sizes, what)
-            warnings += missed
         warnings += large_errors(case, "the error of a parameter at which two zeros meet", "itself", errors)
-        yield from found.last_events(entries, warnings)
+        yield from found.last_events({ENDS: ends}, warnings)
 
 
 def critical_row(critical: Critical) -> dict[str, Any]:
@@ -267,7 +263,6 @@ class CriticalResult(Result):
         table = self.tables["critical"]
         if not table.rows:
             return ["No critical distance was found in the given range: dU keeps its sign."]
-        from pairsim.results.curve import zeros_in
 
         asked = table[KIND] == "wanted"  # at the values of the case, not where a line bends between them
         return answer_of_critical(zeros_in(table.where(asked) if asked.any() else table, D_CR), self.record)

@@ -34,6 +34,7 @@ from pairsim.results.columns import (
     U,
 )
 from pairsim.results.entries import OF_STEADY
+from pairsim.solvers import goals
 
 if TYPE_CHECKING:
     from pairsim.plots.style import Page
@@ -42,8 +43,8 @@ COLUMNS = Columns(CA_E, DP_PLUS, DP_PLUS_ERROR, DP_PLUS_CORRECTION, CORRECTED, U
 """The columns that pressure.csv begins with."""
 TABLE = Columns(COLUMNS, STEADY)
 
-ERRORS = {"dp_plus": "dp_plus_error", "U_1": "U_error_1"}
-"""Values, each with its half-width."""
+GOALS = (goals.DP_PLUS, goals.U)
+"""What pressure drops are computed for."""
 
 
 class PressureCase(AlongCase):
@@ -77,7 +78,7 @@ QUESTION = Question(
     model=PressureCase,
     check=check_along,
     estimate=estimate_along,
-    solve=lambda case, monitor: solve_along(case, monitor, COLUMNS, "dp_plus", ERRORS),
+    solve=lambda case, monitor: solve_along(case, monitor, COLUMNS, "dp_plus", GOALS),
     tables={"pressure": TABLE, "way": WAY_COLUMNS},
     entries=OF_STEADY,
     result=PressureResult,

@@ -36,6 +36,8 @@ from pairsim.results.columns import (
     U,
 )
 from pairsim.results.entries import OF_STEADY
+from pairsim.solvers import goals
+from pairsim.solvers.goals import Goal
 
 if TYPE_CHECKING:
     from pairsim.fem.diagnostics import Contour
@@ -53,17 +55,17 @@ def _of_contour(name: str, found: Found) -> float:
     return float(getattr(_contour(found.solver), name))
 
 
-def _half_width(of: str, found: Found) -> float:
-    return float(found.point.estimate.shape_errors[of])
+def _half_width(goal: Goal, found: Found) -> float:
+    return float(found.point.estimate[goal].half_width[0])
 
 
 def _measured(name: str, symbol: str, meaning: str, unit: Kind = PURE) -> Column:
     return Column(name, symbol, meaning, unit, value=partial(_of_contour, name))
 
 
-def _error(name: str, symbol: str, of: str) -> Column:
-    meaning = f"half-width of the interval of {of}: error by mesh, ends and Newton's method"
-    return Column(name, symbol, meaning, value=partial(_half_width, of))
+def _error(goal: Goal, symbol: str) -> Column:
+    meaning = f"half-width of the interval of {goal.name}: error by mesh, ends and Newton's method"
+    return Column(goal.error_column, symbol, meaning, value=partial(_half_width, goal))
 
 
 CONTOUR = (
@@ -71,19 +73,19 @@ CONTOUR = (
     _measured("deformation", r"\mathrm{Def}", "1 - 2 sqrt(pi area)/perimeter of the meridional section"),
     _measured("area_hull", r"A_c", "area of the convex hull of the section", AREA),
     _measured("deformation_hull", r"\mathrm{Def}_c", "deformation of the convex hull, as cytometry measures it"),
-    _error("deformation_error", r"\epsilon_\mathrm{Def}", "deformation_hull"),
+    _error(goals.DEFORMATION, r"\epsilon_\mathrm{Def}"),
     _measured("inertia_ratio_hull", "I_c", "root of the hull's second moment of area along the axis over that across"),
     _measured("volume", "V", "volume of the particle", VOLUME),
 )
-D_ERROR = _error("D_error", r"\epsilon_D", "D")
+D_ERROR = _error(goals.D, r"\epsilon_D")
 COLUMNS = Columns(
     *(CA_E, TAYLOR, D_ERROR, CONTOUR, U, U_CORRECTION, U_ERROR),
     *(DP_PLUS, DP_PLUS_ERROR, DP_PLUS_CORRECTION, CORRECTED, NEWTON),
 )
 """The columns that shape.csv begins with."""
 TABLE = Columns(COLUMNS, STEADY)
-ERRORS = {"D_1": "D_error", "deformation_hull": "deformation_error", "U_1": "U_error_1", "dp_plus": "dp_plus_error"}
-"""Values, each with its half-width."""
+GOALS = (goals.D, goals.DEFORMATION, goals.U, goals.DP_PLUS)
+"""What shapes are computed for."""
 
 
 class ShapeCase(AlongCase):
@@ -118,7 +120,7 @@ QUESTION = Question(
     model=ShapeCase,
     check=check_along,
     estimate=estimate_along,
-    solve=lambda case, monitor: solve_along(case, monitor, COLUMNS, "D_1", ERRORS),
+    solve=lambda case, monitor: solve_along(case, monitor, COLUMNS, "D_1", GOALS),
     tables={"shape": TABLE, "way": WAY_COLUMNS},
     entries=OF_STEADY,
     result=ShapeResult,

@@ -25,7 +25,8 @@ from pairsim.results.columns import (
     DU_ERROR,
     DU_HELD,
     ENDS_ERROR,
-    FORCES,
+    F_CORRECTION,
+    F_ERROR,
     FROM_REST,
     MESHES,
     NEWTON,
@@ -38,13 +39,25 @@ from pairsim.results.columns import (
     TAYLOR,
     U_CORRECTION,
     U_ERROR,
+    F,
     U,
     observed,
 )
+from pairsim.solvers import goals
 
 if TYPE_CHECKING:
+    from pairsim.runtime.arrays import Array
     from pairsim.solvers.curves.branch import Point
     from pairsim.solvers.steady.ends import Passed
+
+
+ERRORS = {
+    goals.dU: (DU_CORRECTION, DU_ERROR),
+    goals.U: (U_CORRECTION, U_ERROR),
+    goals.F: (F_CORRECTION, F_ERROR),
+    goals.DP_PLUS: (DP_PLUS_CORRECTION, DP_PLUS_ERROR),
+}
+"""The columns of the correction and the half-width of goals; others have columns of their questions."""
 
 
 def point_row(point: Point) -> dict[str, float]:
@@ -62,20 +75,17 @@ def point_row(point: Point) -> dict[str, float]:
         STRETCH: point.motion.stretch,
         FROM_REST: point.motion.from_rest,
         DU_DISCRETE: point.discrete.dU,
-        DU_CORRECTION: estimate.dU,
-        DU_ERROR: point.dU_errors,
-        ENDS_ERROR: estimate.ends_error,
-        REGULARISATION_ERROR: estimate.regularisation_error,
+        F: o.F,
+        ENDS_ERROR: estimate[goals.dU].ends_error,
+        REGULARISATION_ERROR: estimate[goals.dU].regularisation_error,
         BRIDGE: point.hold.bridge,
         CREEP: point.hold.creep,
         PLUG: point.hold.plug,
         SLOPE: point.slopes,
         **{SENSITIVITIES[name]: change for name, change in point.sensitivities.items()},
-        U_CORRECTION: estimate.U,
-        U_ERROR: estimate.U_error,
-        DP_PLUS_CORRECTION: estimate.dp_plus,
-        DP_PLUS_ERROR: estimate.dp_plus_error,
-        **dict(zip(FORCES, (o.F, estimate.F, estimate.F_error), strict=True)),
+        **{column: _of_column(column, estimate[goal].correction) for goal, (column, _) in ERRORS.items()},
+        **{column: _of_column(column, estimate[goal].half_width) for goal, (_, column) in ERRORS.items()},
+        DU_ERROR: point.dU_errors,
         CORRECTED: estimate.trusted,
         T_RELAX: point.t_relax if np.isfinite(point.t_relax) else np.nan,
         MESHES: point.meshes,
@@ -85,6 +95,11 @@ def point_row(point: Point) -> dict[str, float]:
     return table_row(
         o.U.size, {column: value for column, value in values.items() if value is not None and np.size(value)}
     )
+
+
+def _of_column(column: Column, values: Array) -> Array | float:
+    """The values of a goal as those of a column: an array where it has a value for each particle or gap."""
+    return values if column.of else float(values[0])
 
 
 def way_row(passed: Passed) -> dict[str, float]:

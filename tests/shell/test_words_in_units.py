@@ -112,7 +112,7 @@ SENTENCES: dict[str, tuple[Callable[[], Text], str, str]] = {
         "accurate to a few percent only; use shorter ones (--set mesh.Np=60), or pairsim curve at that d",
     ),
     "a length of tube without a name": (
-        lambda: near_ends(PAIR, PAIR.tube_length - 1.8)[0],
+        lambda: near_ends(PAIR, PAIR.tube_length - 1.8, "dU")[0],
         "there are 0.9 D_c of tube on each side of the particles, less than 1: the ends affect dU; use a longer tube "
         "(--set length=7.35), or limits.max_gap in a run",
         "there are 45 um of tube on each side of the particles, less than 50 um: the ends affect dU; use a longer tube "

@@ -26,6 +26,7 @@ from pairsim.questions.run.answer import answer_of_run
 from pairsim.results.record import Record
 from pairsim.results.series import Series
 from pairsim.solvers.curves.branch import Branch
+from pairsim.solvers.goals import dU
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.first_solution import first_scene
 from pairsim.solvers.steady.scene import SteadySolver
@@ -77,11 +78,11 @@ def test_the_regularisation_is_a_part_of_the_half_width() -> None:
     at, *ends = (branch.at(wanted.less_regularised(factor)) for factor in (1.0, math.exp(0.02), math.exp(-0.02)))
     branch.close()
     slope = (ends[0].discrete.dU - ends[1].discrete.dU) / 0.04
-    slopes = [np.diff(end.estimate.by_regularisation)[0] for end in ends]
-    first, second = np.diff(at.estimate.by_regularisation)
+    slopes = [end.estimate[dU].by_regularisation[0] for end in ends]
+    first, second = at.estimate[dU].by_regularisation
     assert first == pytest.approx(slope, rel=2e-3)
     assert second == pytest.approx((slopes[0] - slopes[1]) / 0.04, rel=1e-2)
-    assert (at.estimate.dU_error > abs(slope)).all()
+    assert (at.estimate[dU].half_width > abs(slope)).all()
 
 
 @pytest.mark.slow

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import closing
-from typing import Any
 
 import numpy as np
 
@@ -15,11 +14,9 @@ from pairsim.computing.found import Found
 from pairsim.computing.problems import steady_problem
 from pairsim.computing.steady import (
     Solutions,
-    adaptation_report,
-    large_value_errors,
     moving_errors,
 )
-from pairsim.computing.warnings import ErrorAt, finer, large_errors
+from pairsim.computing.warnings import finer
 from pairsim.quantities.kinds import FORCE, LENGTH, VELOCITY
 from pairsim.quantities.text import in_unit
 from pairsim.questions.curve import GAP_OF_SLOPE, QUESTION, SLOPES, U_SLOPE, U_SLOPE_HELD, CurveCase
@@ -38,7 +35,7 @@ from pairsim.results.columns import (
     YIELD_HEALTH,
 )
 from pairsim.results.curve import Curve
-from pairsim.results.entries import ADAPTATION, POINTS, Entry
+from pairsim.results.entries import POINTS
 from pairsim.results.fields import SteadyMoment, frame
 from pairsim.results.rows import point_row
 from pairsim.results.xdmf import FieldFrame
@@ -51,8 +48,8 @@ from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.curve import Equilibrium, Zero, equilibria, find_zeros, trace
 from pairsim.solvers.curves.distances import between
 from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU, CurveInterpolant
+from pairsim.solvers.goals import DP_PLUS, D, F, Goal, U, dU
 from pairsim.solvers.parameters import Parameters
-from pairsim.solvers.steady.continuation import each_of
 from pairsim.solvers.steady.ends import Ended
 from pairsim.solvers.steady.scene import SteadySolver
 
@@ -62,7 +59,7 @@ def computation(case: CurveCase, monitor: Monitor, sensitivities: bool) -> event
     places, by = case.in_order, _parameters(case, sensitivities)
     expected = len(between(places, case.max_points)) if case.common else len(places)
     yield events.Begin(f"{expected} point{'s' * (expected > 1)}, more as needed", expected)
-    found = Solutions(case)
+    found = Solutions(case, _goals(case))
     points = found.points
     try:
         with found:
@@ -110,6 +107,15 @@ def _parameters(case: CurveCase, sensitivities: bool) -> list[str]:
         return ["difference"] if of_pair and case.physical is not None else []
     values = ("Ca_e", max(case.Ca_es)), ("De", case.De), ("xi", case.De and case.xi), ("beta", 1.0)
     return [name for name, value in values if value] + ["difference"] * of_pair
+
+
+def _goals(case: CurveCase) -> Sequence[Goal]:
+    """What a curve is computed for."""
+    if case.velocity is not None:
+        return (F,)
+    if case.n > 1:
+        return (dU,)
+    return (U, DP_PLUS, D) if any(case.Ca_es) else (U, DP_PLUS)
 
 
 def _columns(case: CurveCase, parameters: Sequence[str]) -> list[str]:
@@ -179,21 +185,15 @@ def _said(case: CurveCase, zero: Equilibrium) -> str:
 def _end(case: CurveCase, found: Solutions) -> Iterator[events.Event]:
     """What run.json says, and the fields of the last state on a way that has not arrived."""
     points, warnings = found.points, list[Text]()
-    entries: dict[Entry[Any], Any] = {POINTS: len(points)}
-    if case.velocity is not None:
-        warnings = _large_force_errors(case, points)
-    elif case.n == 1:
-        warnings = _large_errors_of_one(case, points)
-    elif found.branch is not None and case.n > 1 and points:
+    if found.branch is not None and points and dU in found.goals:
         curve = Curve.of_points(points)
         curves = [curve.of(gap) for gap in range(1, case.n)] if case.common and len(points) > 1 else []
-        size = max(abs(curve.peak.dU) for curve in curves) if len(points) >= ENOUGH and curves else found.branch.dU
-        largest = f"the largest |dU| ({in_unit(case.scales, VELOCITY, size, digits=3)})"
-        report, missed = adaptation_report(case, found.branch, points, [size] * len(points), largest)
-        entries[ADAPTATION] = report | {"reference_dU": size}
-        moved = moving_errors(case, points, size) if size > NEGLIGIBLE_DU else []
-        warnings = [*missed, *moved, *(_far_apart(case, curves, size) if size > NEGLIGIBLE_DU else [])]
-    yield from found.last_events(entries, warnings)
+        if len(points) >= ENOUGH and curves:
+            found.largest[dU] = max(abs(curve.peak.dU) for curve in curves)
+        size = found.largest.get(dU, found.branch.largest[dU])
+        if size > NEGLIGIBLE_DU:
+            warnings = [*moving_errors(case, points, size), *_far_apart(case, curves, size)]
+    yield from found.last_events({POINTS: len(points)}, warnings)
     if found.ended is not None and (last := found.ended.last) is not None and case.n > 1:
         last.reopen()
         with closing(last):
@@ -222,23 +222,3 @@ def _far_apart(case: CurveCase, curves: Sequence[CurveInterpolant], size: float)
     said = "between d = {} and d = {} the interpolated dU may be off by {} of its largest value, more than accuracy: {}"
     between = LENGTH(d[worst]), LENGTH(d[worst + 1])
     return [Message(said, *between, part, case.accuracy) + f"; use {advice}"]
-
-
-def _large_errors_of_one(case: CurveCase, points: list[Point]) -> list[Text]:
-    """Warnings of large errors of what is found of a particle on its own."""
-    rows = [point_row(point) | point.estimate.shape_errors for point in points]
-    shape = {"D_1": "D"} if any(case.Ca_es) else {}
-    return large_value_errors(case, rows, {"U_1": "U_error_1", "dp_plus": "dp_plus_error", **shape})
-
-
-def _large_force_errors(case: CurveCase, points: list[Point]) -> list[Text]:
-    """Warnings of large errors of the forces that move the particles, relative to themselves."""
-    errors = [
-        ErrorAt(float(error / abs(F)), each_of(point.parameters), 0.0, float(sharper / abs(F)))
-        for point in points
-        for F, error, sharper in zip(
-            point.observation.F, point.estimate.F_error, point.estimate.F_regularisation, strict=True
-        )
-        if F
-    ]
-    return large_errors(case, "F_error", "F", errors)

@@ -13,6 +13,7 @@ from pairsim.quantities.kinds import LENGTH, TIME
 from pairsim.runtime.message import Message, Text
 from pairsim.solvers.errors.run_errors import RunErrors
 from pairsim.solvers.errors.time_error import LEAST
+from pairsim.solvers.goals import U, dU
 from pairsim.solvers.transient.state import Extremes
 
 LONG_ARC = 1.5  # allowed length of an arc over the gap beside it; dU is 2.5 % off at 3 (N_p 40, gap 0.005)
@@ -70,7 +71,7 @@ def warnings_of_run(case: Case, errors: RunErrors, extremes: Extremes) -> list[T
         *large_run_error(case, errors.part),
         *unknown_run_error(case, errors.lost),
         *narrow_gap(case, *extremes.narrowest),
-        *common_warnings(case, extremes.s_jump, extremes.span),
+        *common_warnings(case, (dU if case.n > 1 else U).name, extremes.s_jump, extremes.span),
     ]
 
 

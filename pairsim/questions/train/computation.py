@@ -20,6 +20,7 @@ from pairsim.results.entries import SIZE
 from pairsim.runtime.errors import BranchEnd
 from pairsim.runtime.message import Message
 from pairsim.runtime.monitor import Monitor
+from pairsim.solvers.goals import U
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.trains.train import Train, on_meshes, transition
 
@@ -113,7 +114,10 @@ def _said(case: TrainCase, row: Mapping[str, Any], slope: float) -> Iterator[str
 
 def _warnings(case: TrainCase, found: Train) -> list[str]:
     """Warnings of errors larger than wanted, and of beads that move while they remember."""
-    warnings, part = [*beyond_checked(case), *coarse_mesh(case)], abs(found.spectrum.rates).max() * found.t_relax
+    warnings, part = (
+        [*beyond_checked(case), *coarse_mesh(case, U.name)],
+        abs(found.spectrum.rates).max() * found.t_relax,
+    )
     if found.error > case.error_wanted and found.spectrum.verdict != "neither":
         off = f"growth rates are within {100 * found.error:.2g} % of the largest"
         warnings.append(f"accuracy: {case.accuracy} was not kept: {off}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,7 +15,8 @@ from pairsim.solvers.curves.locked import Hold, held_together
 from pairsim.solvers.curves.sensitivities import sensitivities
 from pairsim.solvers.curves.slow_manifold import SlowMotion, slow_motion
 from pairsim.solvers.errors.adjoints import Adjoints
-from pairsim.solvers.errors.estimate import ErrorEstimate, ErrorEstimator
+from pairsim.solvers.errors.estimate import ErrorEstimate, ErrorEstimator, GoalEstimate
+from pairsim.solvers.goals import Goal, dU
 from pairsim.solvers.meshed_scene import GAP_RATIO
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.bordered import solve_with
@@ -33,7 +34,7 @@ BESIDE = 1.05
 SPACING = 0.05
 ZERO_TOLERANCE = 0.1  # part of the half-width of dU up to which it is zero; chosen
 MOST_CORRECTIONS = 4  # solutions that are made to get below; chosen
-NEWTON_PART = 0.1  # part of the half-width of dU that Newton's method may leave, or it goes on; chosen
+NEWTON_PART = 0.1  # part of the half-width of a goal that Newton's method may leave, or it goes on; chosen
 MOST_STEPS = 6  # that it then takes; chosen
 # Part of a step that is then taken. Where the stress of a power law vanishes, what a step with the part w leaves of an
 # error is 1 - w/n, of alternating sign if w is 1; elsewhere it is 1 - w.
@@ -55,6 +56,7 @@ class Point:
         sensitivities: Derivatives of dU on the slow manifold with respect to parameters, by name; empty unless
             requested.
         estimate: Estimate of the discretisation errors.
+        values: Values of the goals of the branch.
         hold: What unyielded liquid does to neighbours.
         newton: Newton iterations since the previous point.
         meshes: Number of meshes generated so far.
@@ -70,6 +72,7 @@ class Point:
     held_slopes: Array
     sensitivities: dict[str, Array]
     estimate: ErrorEstimate
+    values: Mapping[Goal, Array]
     hold: Hold
     newton: int
     meshes: int
@@ -88,7 +91,7 @@ class Point:
     @property
     def observation(self) -> Observation:
         """The quantities of the solution with the velocities of particles that move, on the slow manifold."""
-        return replace(self.held, U=self.held.U + self.motion.U)
+        return _moving(self.held, self.motion)
 
     @property
     def dUs(self) -> Array:
@@ -113,7 +116,7 @@ class Point:
     @property
     def dU_errors(self) -> Array:
         """Errors of the relative velocities, half-widths of intervals, (N-1,)."""
-        return self.estimate.dU_error + self.motion.remainder
+        return self.estimate[dU].half_width + self.motion.remainder
 
     @property
     def velocity_slopes(self) -> Array:
@@ -144,13 +147,17 @@ class Branch:
     Args:
         solver: The solver at its first solution; `close` closes it.
         sensitivities: Parameters with respect to which dU is differentiated, as of `sensitivities`.
+        goals: What is asked for.
 
     Attributes:
+        goals: What is asked for.
         solver: The solver at the present solution.
     """
 
-    def __init__(self, solver: SteadySolver, sensitivities: Collection[str] = ()) -> None:
-        self._sensitivities, self._estimator = sensitivities, ErrorEstimator()
+    def __init__(
+        self, solver: SteadySolver, sensitivities: Collection[str] = (), goals: Sequence[Goal] = (dU,)
+    ) -> None:
+        self.goals, self._sensitivities, self._estimator = goals, sensitivities, ErrorEstimator()
         self._at_zero = 0.0  # what is added to dU at the last zero, or expected to be at the next one
         self.solver = solver
         self._known = [self.solver.snapshot]
@@ -212,7 +219,7 @@ class Branch:
                     break
                 point = found
                 left_over = float(point.held_dUs[0])
-                if abs(left_over) <= ZERO_TOLERANCE * point.estimate.dU_error[0]:
+                if abs(left_over) <= ZERO_TOLERANCE * point.estimate[dU].half_width[0]:
                     return replace(point, newton=solver.iterations - before)
                 d -= left_over / float(point.slopes[0])
                 if not left / BESIDE < d < right * BESIDE:
@@ -252,7 +259,7 @@ class Branch:
                 return None
             point, place, y = self._read(before), found, solver.y
             left, self._at_zero = point.held_dUs[0], float(point.correction[0])
-            if abs(left) <= ZERO_TOLERANCE * point.estimate.dU_error[0]:
+            if abs(left) <= ZERO_TOLERANCE * point.estimate[dU].half_width[0]:
                 break
         return point
 
@@ -295,22 +302,23 @@ class Branch:
     def _read(self, iterations_before: int) -> Point:
         solver = self.solver
         at, adjoints, discrete, estimate = self._estimated()
-        left = np.abs(estimate.newton_dU)
-        most = NEWTON_PART * (estimate.dU_error - left)
-        if (left > most).any():
+        most = {goal: _allowed_to_newton(estimate[goal]) for goal in self.goals}
+        if any((np.abs(estimate[goal].newton) > most[goal]).any() for goal in self.goals):
             for _ in range(MOST_STEPS):
                 solver.forget()
-                if (np.abs(np.diff(adjoints.velocities @ solver.linearise(SHORTER).residual)) <= most).all():
+                residual = solver.linearise(SHORTER).residual
+                if all((np.abs(adjoints.change(goal, residual)) <= most[goal]).all() for goal in self.goals):
                     break
             at, adjoints, discrete, estimate = self._estimated()
         held_slopes = at.gap_tangents[:, solver.constraints.fields["U_p"]].T
         t_relax, varied = relaxation_time(at), solver.parameters.varied
-        if not np.isfinite(estimate.U).all():
+        if not all(np.isfinite(each.correction).all() for each in estimate.values()):
             said = Message("the estimate of the error is no number at {}", where(solver.parameters))
             raise NoSteadyState(said, advice=IN_TIME)
-        held, least = estimate.corrected(discrete), float(estimate.dU_error.min(initial=np.inf))
-        motion = slow_motion(at, held.dU, adjoints, t_relax, least)
-        undecided = np.abs(np.diff(held.U + motion.U)) <= estimate.dU_error + motion.remainder
+        held, errors = estimate.corrected(discrete), estimate[dU].half_width
+        motion = slow_motion(at, held.dU, adjoints, t_relax, float(errors.min(initial=np.inf)))
+        undecided = np.abs(np.diff(held.U + motion.U)) <= errors + motion.remainder
+        moving = _moving(held, motion)
         return Point(
             solver.parameters,
             discrete,
@@ -321,6 +329,7 @@ class Branch:
             held_slopes,
             sensitivities(at, adjoints, held.dU, motion, self._sensitivities) if self._sensitivities else {},
             estimate,
+            {goal: estimate.value(goal, solver, moving) for goal in self.goals},
             Hold.of(solver, undecided),
             solver.iterations - iterations_before,
             solver.meshes,
@@ -330,12 +339,22 @@ class Branch:
     def _estimated(self) -> tuple[Linearisation, Adjoints, Observation, ErrorEstimate]:
         """The present solution after a step with the matrix there: its adjoints, quantities and their errors."""
         at = self.solver.linearise()
-        adjoints, discrete = Adjoints.of(at), self.solver.observe()
+        adjoints, discrete = Adjoints.of(at, self.goals), self.solver.observe()
         return at, adjoints, discrete, self._estimator.estimate(at, adjoints, discrete)
 
     def close(self) -> None:
         """Free the memory of the solvers."""
         self.solver.close()
+
+
+def _moving(held: Observation, motion: SlowMotion) -> Observation:
+    """Quantities of a solution at held distances, with the velocities of particles that move."""
+    return replace(held, U=held.U + motion.U)
+
+
+def _allowed_to_newton(estimate: GoalEstimate) -> Array:
+    """What Newton's method may leave of a goal, (k,)."""
+    return NEWTON_PART * (estimate.half_width - np.abs(estimate.newton))
 
 
 def _apart(a: Parameters, b: Parameters) -> float:

@@ -27,15 +27,15 @@ SLOWEST = 1.5
 STEP = 0.05  # of ln m, for second differences; chosen
 
 
-def by_regularisation(at: Linearisation, adjoints: Array, apart: float) -> Array:
+def by_regularisation(at: Linearisation, adjoints: Array, apart: Array) -> Array:
     """First and second derivatives of functionals by the logarithm of the regularisation m, (2, k).
 
     They are zeros in liquids without one. Functionals are taken as linear in the solution: those of shapes are nearly.
 
     Args:
         at: The solution.
-        adjoints: Adjoint solutions of the functionals, the last of which is the pressure drop, (k, n_y).
-        apart: Length over which the pressure drop of the flow without particles is subtracted from that one [D_c].
+        adjoints: Adjoint solutions of the functionals, (k, n_y).
+        apart: Lengths over which the pressure drop of the flow without particles is subtracted from each, (k,) [D_c].
     """
     if not at.parameters.liquid.regularisation:
         return np.zeros((2, len(adjoints)))
@@ -49,9 +49,9 @@ def by_regularisation(at: Linearisation, adjoints: Array, apart: float) -> Array
     ends = [at.steady.residual_at(sharper(tau), at.y + tau * tangent) for tau in (STEP, 0.0, -STEP)]
     found = -np.array([adjoints @ change, adjoints @ (ends[0] - 2 * ends[1] + ends[2]) / STEP**2])
     more, less = (_gradient(at.steady, sharper(tau)) for tau in (DIFFERENCE, -DIFFERENCE))
-    found[0, -1] -= apart * (more - less) / (2 * DIFFERENCE)
+    found[0] -= apart * (more - less) / (2 * DIFFERENCE)
     more, here, less = (_gradient(at.steady, sharper(tau)) for tau in (STEP, 0.0, -STEP))
-    found[1, -1] -= apart * (more - 2 * here + less) / STEP**2
+    found[1] -= apart * (more - 2 * here + less) / STEP**2
     return found
 
 

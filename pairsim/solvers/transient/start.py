@@ -16,6 +16,7 @@ from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.runtime.message import Message
 from pairsim.solvers.errors.adjoints import Adjoints
 from pairsim.solvers.errors.estimate import ErrorEstimator
+from pairsim.solvers.goals import dU
 from pairsim.solvers.mesh_transfer import free_unknowns
 from pairsim.solvers.meshed_scene import cut_particles
 from pairsim.solvers.parameters import Parameters
@@ -59,8 +60,8 @@ class Flow:
         scalars = {name: y[constraints.fields[name]] for name in SCALARS if name in constraints.fields}
         U, error = y[constraints.fields["U_p"]], np.zeros(max(len(steady.bodies) - 1, 0))
         if error.size:
-            estimate = ErrorEstimator().estimate(at, Adjoints.of(at), steady.observe())
-            error = np.abs(estimate.dU) + estimate.dU_error
+            estimate = ErrorEstimator().estimate(at, Adjoints.of(at), steady.observe())[dU]
+            error = np.abs(estimate.correction) + estimate.half_width
         return Flow(nodal, constraints.V @ y, scalars, U, error)
 
     def unknowns(self, scene: Scene, constraints: Constraints) -> Array:
