@@ -50,7 +50,6 @@ from pairsim.results.columns import (
     TAYLOR,
     WAY_COLUMNS,
 )
-from pairsim.results.curve import Zero, zeros_in
 from pairsim.results.entries import OF_STEADY, Entry
 from pairsim.results.record import Record
 from pairsim.runtime.message import Message, Text
@@ -263,6 +262,8 @@ class CriticalResult(Result):
         table = self.tables["critical"]
         if not table.rows:
             return ["No critical distance was found in the given range: dU keeps its sign."]
+
+        from pairsim.results.curve import zeros_in  # loads numpy
 
         asked = table[KIND] == "wanted"  # at the values of the case, not where a line bends between them
         return answer_of_critical(zeros_in(table.where(asked) if asked.any() else table, D_CR), self.record)
