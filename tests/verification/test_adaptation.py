@@ -12,8 +12,9 @@ from pairsim.computing.problems import steady_problem
 from pairsim.fem.meshes.size_field import AdaptedSizes
 from pairsim.questions.registry import QUESTIONS
 from pairsim.solvers.curves import adaptation
-from pairsim.solvers.curves.adaptation import ROUNDS, AdaptiveBranch, largest_value
+from pairsim.solvers.curves.adaptation import ROUNDS, AdaptiveBranch
 from pairsim.solvers.curves.branch import Branch, Point
+from pairsim.solvers.curves.scout import largest_value
 from pairsim.solvers.errors import estimate
 from pairsim.solvers.goals import CRITICAL, DP_PLUS, D, Goal, dU
 from pairsim.solvers.parameters import Parameters
