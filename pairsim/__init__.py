@@ -24,19 +24,19 @@ if TYPE_CHECKING:
     from typing import Any as _Any
 
     from pairsim import errors as errors
-    from pairsim.api.ask import ask as ask
-    from pairsim.api.cases import load as load
-    from pairsim.api.compute import Computation as _Computation
-    from pairsim.api.fit import fit as fit
-    from pairsim.api.folders import open as open
-    from pairsim.api.folders import plot as plot
-    from pairsim.api.moduli import moduli as moduli
-    from pairsim.api.report import report as report
-    from pairsim.api.results import Result as Result
-    from pairsim.api.sweeps import SweepResult as SweepResult
-    from pairsim.api.sweeps import sweep as sweep
-    from pairsim.api.units import units as units
+    from pairsim.app.html_report import report as report
+    from pairsim.app.open_and_plot import open as open
+    from pairsim.app.open_and_plot import plot as plot
+    from pairsim.app.sweep_results import SweepResult as SweepResult
+    from pairsim.app.sweep_results import sweep as sweep
     from pairsim.computing.loading import use_laws as use_laws
+    from pairsim.computing.result import Result as Result
+    from pairsim.lab.ask_atlas import ask as ask
+    from pairsim.lab.cytometer.moduli import moduli as moduli
+    from pairsim.lab.dimensionless_numbers import units as units
+    from pairsim.lab.films.fit_film import fit as fit
+    from pairsim.lab.load import load as load
+    from pairsim.questions.compute import Computation as _Computation
     from pairsim.questions.critical import CriticalResult as CriticalResult
     from pairsim.questions.curve import CurveResult as CurveResult
     from pairsim.questions.pressure import PressureResult as PressureResult
@@ -56,15 +56,15 @@ if TYPE_CHECKING:
     train: _Computation[TrainResult]
 
 _MODULES = {
-    "api.ask": ("ask",),
-    "api.cases": ("load",),
-    "api.fit": ("fit",),
-    "api.folders": ("open", "plot"),
-    "api.moduli": ("moduli",),
-    "api.report": ("report",),
-    "api.results": ("Result",),
-    "api.sweeps": ("sweep", "SweepResult"),
-    "api.units": ("units",),
+    "lab.ask_atlas": ("ask",),
+    "lab.load": ("load",),
+    "lab.films.fit_film": ("fit",),
+    "app.open_and_plot": ("open", "plot"),
+    "lab.cytometer.moduli": ("moduli",),
+    "app.html_report": ("report",),
+    "computing.result": ("Result",),
+    "app.sweep_results": ("sweep", "SweepResult"),
+    "lab.dimensionless_numbers": ("units",),
     "computing.loading": ("use_laws",),
     "errors": ("errors",),
     "runtime.errors": ("InputError", "PairsimError", "RunFailure"),
@@ -95,7 +95,7 @@ def _of_questions(name: str) -> "_Any":
         return QUESTIONS[results[name]].result
     if name not in NAMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from pairsim.api.questions import function_of
+    from pairsim.app.question_functions import function_of
 
     return function_of(name)
 

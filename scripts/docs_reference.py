@@ -23,18 +23,18 @@ from jinja2 import Environment, StrictUndefined
 from typer.cli import get_docs_for_click
 
 import pairsim
-from pairsim.api.compute import Computation
+from pairsim.app.command_line import app, command_of
 from pairsim.cases.example import write_example
-from pairsim.cases.kinds import has_example
-from pairsim.cli.app import app, command_of
+from pairsim.cases.kinds_of_cases import has_example
 from pairsim.computing.case_files import read_case
 from pairsim.computing.schema import schema_rows
 from pairsim.quantities.kinds import PURE, SECONDS
+from pairsim.questions.compute import Computation
 from pairsim.questions.registry import QUESTIONS
-from pairsim.results import columns as shared
-from pairsim.results.column import Column, Columns
-from pairsim.results.columns import COST
-from pairsim.results.folder import write_text
+from pairsim.record import columns as shared
+from pairsim.record.column import Column, Columns
+from pairsim.record.columns import COST
+from pairsim.record.folder import write_text
 from pairsim.runtime import errors
 from pairsim.runtime.errors import RunFailure
 from pairsim.sweeps import study_table
@@ -126,7 +126,7 @@ def public_names() -> list[str]:
     """Public names of the package, functions first."""
     names = [f"pairsim.{name}" for name in pairsim.__all__ if callable(getattr(pairsim, name))]
     names += [f"pairsim.errors.{name}" for name in errors.__all__ if f"pairsim.{name}" not in names]
-    names += ["pairsim.api.compute.Computation"]
+    names += ["pairsim.questions.compute.Computation"]
     return sorted(names, key=lambda name: (name.startswith("pairsim.errors"), name.rpartition(".")[2][0].isupper()))
 
 

@@ -24,9 +24,9 @@ from book.computing import CONFIGS, pairsim, parser_of
 
 import pairsim as api
 from pairsim.cases.yaml_file import yaml_text
-from pairsim.results.column import suffixes_in
-from pairsim.results.columns import DISTANCE
-from pairsim.results.folder import write_text
+from pairsim.record.column import suffixes_in
+from pairsim.record.columns import DISTANCE
+from pairsim.record.folder import write_text
 
 UNTYPED = ("error", "crashed", "refused", "not_computed", "out_of_memory", "case_timeout", "write_failed")
 """Reasons that the sweep assigns to cases that did not report their own end."""

@@ -24,7 +24,7 @@ from pairsim.plots.lines import fine_distances
 from pairsim.plots.sections import draw_view, layer_of, scale_of, sheet, views_of
 from pairsim.plots.style import COLOURS, LINES, MARKERS, NARROW, Page, printing
 from pairsim.plots.units import Units
-from pairsim.results.columns import CA_E, DISTANCE, SHARED, T
+from pairsim.record.columns import CA_E, DISTANCE, SHARED, T
 
 WIDTHS = (85, 170)
 """Widths of the pictures: one and two columns of a journal [mm]."""

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from pairsim.cases.quantities import si
+from pairsim.cases.quantity_text import si
 from pairsim.quantities.kinds import Kind
 from pairsim.quantities.measurable import Measurable
 

@@ -11,7 +11,8 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from pairsim.cases import kinds, values
+from pairsim.cases import kinds_of_cases as kinds
+from pairsim.cases import values
 from pairsim.cases.accuracy import DEFAULT, Accuracy, percent, settings_of
 from pairsim.cases.experiment import Experiment
 from pairsim.cases.keys import Key, Keys, Part, PerParticle, keys_of

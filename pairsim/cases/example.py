@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pairsim.cases.kinds import EXAMPLES
+from pairsim.cases.kinds_of_cases import EXAMPLES
 from pairsim.cases.values import NAME_WORDS, is_name
 from pairsim.runtime.errors import InputError
 

@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from pairsim.cases.laws import Laws
 from pairsim.cases.mistakes import Mistake, missing
 from pairsim.cases.physical import BLOCK, DIFFERENCE, EXPERIMENT, QUANTITIES, RANGE_OF_LENGTHS
-from pairsim.cases.quantities import measured, quantity_range, rounded
+from pairsim.cases.quantity_text import measured, quantity_range, rounded
 from pairsim.cases.usual import unusual
 from pairsim.cases.values import Range
 from pairsim.cases.yaml_file import Content

@@ -11,7 +11,7 @@ from typing import Any
 from pairsim.cases.case import SceneCase
 from pairsim.cases.keys import keys_of
 from pairsim.cases.physical import BLOCK, DENSITY, QUANTITIES
-from pairsim.cases.quantities import measured
+from pairsim.cases.quantity_text import measured
 from pairsim.physics.own_laws import digest_of, file_of
 
 RUNS = Path("runs")

@@ -11,7 +11,7 @@ import numpy as np
 from pairsim.cases.case import SceneCase
 from pairsim.cases.experiment import Experiment, changes_no_other
 from pairsim.cases.physical import QUANTITIES
-from pairsim.cases.quantities import as_given, measured, rounded
+from pairsim.cases.quantity_text import as_given, measured, rounded
 from pairsim.quantities.kinds import PERCENTAGE
 from pairsim.quantities.measurable import Measurable
 from pairsim.quantities.scales import Scales

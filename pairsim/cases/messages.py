@@ -17,7 +17,7 @@ from pairsim.cases.laws import Laws
 from pairsim.cases.material_keys import BLOCKS
 from pairsim.cases.mistakes import Mistake, missing
 from pairsim.cases.physical import BLOCK
-from pairsim.cases.quantities import QUANTITY
+from pairsim.cases.quantity_text import QUANTITY
 from pairsim.cases.values import Range
 from pairsim.cases.yaml_file import Content
 from pairsim.physics import liquids, solids

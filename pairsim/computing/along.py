@@ -16,9 +16,9 @@ from pairsim.computing import events
 from pairsim.computing.found import Found
 from pairsim.computing.warnings import finer
 from pairsim.quantities.text import softness
-from pairsim.results.column import Columns
-from pairsim.results.columns import CA_E
-from pairsim.results.entries import POINTS
+from pairsim.record.column import Columns
+from pairsim.record.columns import CA_E
+from pairsim.record.run_entries import POINTS
 from pairsim.runtime.message import Message
 from pairsim.runtime.text import counted
 from pairsim.solvers.parameters import Parameters
@@ -72,10 +72,10 @@ def solve_along(
         shown: Name of the column that progress shows.
         goals: What is asked for: `accuracy` is kept of these, or a warning says where it is not.
     """
+    from pairsim.analysis.rows_of_points import point_row
     from pairsim.computing.problems import steady_problem
     from pairsim.computing.steady import Solutions, health_columns
     from pairsim.fem.surface import roughness
-    from pairsim.results.rows import point_row
     from pairsim.solvers.steady.ends import Ended
 
     what = f"{counted(len(case.series), 'value')} of Ca_e"

@@ -9,9 +9,9 @@ from pairsim.plots.chart import POINT, Line, Panel, draw_chart
 from pairsim.plots.labels import parts_along, read_case
 from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
-from pairsim.results.column import Columns
-from pairsim.results.columns import CA_E
-from pairsim.results.table_files import read_table
+from pairsim.record.column import Columns
+from pairsim.record.columns import CA_E
+from pairsim.record.table_files import read_table
 
 
 def draw_along(

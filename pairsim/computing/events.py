@@ -12,12 +12,12 @@ from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from pairsim.results.entries import Entries
+from pairsim.record.run_entries import Entries
 from pairsim.runtime.message import Text
 
 if TYPE_CHECKING:
-    from pairsim.results.checkpoint import Checkpoint
-    from pairsim.results.xdmf import FieldFrame
+    from pairsim.record.checkpoint import Checkpoint
+    from pairsim.record.xdmf import FieldFrame
 
 
 @dataclass(frozen=True)

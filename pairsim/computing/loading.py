@@ -17,7 +17,7 @@ from pairsim.computing.question import Question
 from pairsim.physics.material import Material
 from pairsim.physics.own_laws import file_of, load_file, name_file
 from pairsim.physics.solids import Solid
-from pairsim.results.folder import plain
+from pairsim.record.folder import plain
 from pairsim.runtime.errors import InputError
 
 AnyCase = str | PathLike[str] | Mapping[str, Any] | SceneCase

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pairsim.computing.question import Question
-from pairsim.results.folder import FIELDS_XDMF
+from pairsim.record.folder import FIELDS_XDMF
 from pairsim.runtime.errors import InputError
 
 if TYPE_CHECKING:

@@ -11,11 +11,11 @@ from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
 from pairsim.physics.declared import FIELDS
-from pairsim.results.column import Columns
-from pairsim.results.columns import COST, STEPS, SWEEP_COLUMNS
-from pairsim.results.entries import Entry
-from pairsim.results.folder import OWN_FILES, PICTURE_ENDINGS
-from pairsim.results.record import Record
+from pairsim.record.column import Columns
+from pairsim.record.columns import COST, STEPS, SWEEP_COLUMNS
+from pairsim.record.folder import OWN_FILES, PICTURE_ENDINGS
+from pairsim.record.record import Record
+from pairsim.record.run_entries import Entry
 from pairsim.runtime.errors import InputError
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from pairsim.cases.mistakes import Mistake
     from pairsim.computing.events import Events
     from pairsim.plots.style import Page
-    from pairsim.results.table import Table
+    from pairsim.record.table import Table
 
 Value = float | int | str | list[float] | list[bool] | None  # a value in results.csv
 type Tables = Mapping[str, Table]
@@ -85,8 +85,8 @@ class Question[C: SceneCase]:
             `monitor`, its flags, and `earlier` to resume.
         tables: Its tables by name without .csv, the main one first, with the columns that they may have.
         entries: What its computation adds to the record, run.json.
-        result: Its class of results, derived from `pairsim.api.results.Result`: what they have beside a table, and what
-            they say in words.
+        result: Its class of results, derived from `pairsim.computing.result.Result`: what they have beside a table,
+            and what they say in words.
         in_sweeps: What a sweep shows of it.
         examples: What stands at the end of the help, such as "Example: pairsim shape case.yaml".
         draw: Draws what the tables of a folder hold into another one, and returns the pictures. Fields are drawn
@@ -163,7 +163,7 @@ class Question[C: SceneCase]:
         Raises:
             InputError: A file is not a table of pairsim.
         """
-        from pairsim.results.table_files import read_table
+        from pairsim.record.table_files import read_table
 
         files = {name: (directory / f"{name}.csv", columns) for name, columns in self.tables.items()}
         return {name: read_table(path, columns, missing_ok=True) for name, (path, columns) in files.items()}

@@ -17,16 +17,16 @@ from pairsim.cases.inputs import inputs_of, units_of
 from pairsim.computing import events
 from pairsim.computing.events import Outcome
 from pairsim.computing.progress import Reporter
+from pairsim.computing.provenance import about, peak_memory
 from pairsim.computing.question import Question
-from pairsim.computing.record import about, peak_memory
 from pairsim.fem.compilation import jit
 from pairsim.quantities.kinds import TIME
-from pairsim.results.checkpoint import Checkpoint, check_same, load
-from pairsim.results.entries import KEY, KIND, MESSAGE, PEAK_MEMORY, PHASES, REASON, SECONDS, STATUS, WARNINGS, Entry
-from pairsim.results.folder import CHECKPOINT, kind_of, plain, prepare_folder, write_yaml
-from pairsim.results.record import Record
-from pairsim.results.table_files import TableWriter, read_table
-from pairsim.results.xdmf import FieldsWriter
+from pairsim.record.checkpoint import Checkpoint, check_same, load
+from pairsim.record.folder import CHECKPOINT, kind_of, plain, prepare_folder, write_yaml
+from pairsim.record.record import Record
+from pairsim.record.run_entries import KEY, KIND, MESSAGE, PEAK_MEMORY, PHASES, REASON, SECONDS, STATUS, WARNINGS, Entry
+from pairsim.record.table_files import TableWriter, read_table
+from pairsim.record.xdmf import FieldsWriter
 from pairsim.runtime.errors import BranchEnd, EnvironmentFailure, InputError, RunFailure, WriteFailure
 from pairsim.runtime.locks import sole_writer
 from pairsim.runtime.message import Message, Text, entries_in_units, in_units

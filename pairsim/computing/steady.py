@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 from typing import Any, Self
 
+from pairsim.analysis.rows_of_points import way_row
 from pairsim.cases.case import SceneCase
 from pairsim.computing.accuracy import adaptation_report
 from pairsim.computing.events import Event, Outcome, Summary, Table
 from pairsim.computing.warnings import common_warnings, moves_on
 from pairsim.quantities.kinds import LENGTH
-from pairsim.results.column import names_of
-from pairsim.results.columns import POLYMER_HEALTH, STEADY_HEALTH, WAY_COLUMNS, YIELD_HEALTH
-from pairsim.results.entries import (
+from pairsim.record.column import names_of
+from pairsim.record.columns import POLYMER_HEALTH, STEADY_HEALTH, WAY_COLUMNS, YIELD_HEALTH
+from pairsim.record.run_entries import (
     ADAPTATION,
     END_OF_BRANCH,
     FACTORISATIONS,
@@ -22,7 +23,6 @@ from pairsim.results.entries import (
     Entries,
     Entry,
 )
-from pairsim.results.rows import way_row
 from pairsim.runtime.message import Message, Text
 from pairsim.solvers.curves.adaptation import AdaptiveBranch
 from pairsim.solvers.curves.branch import Branch, Point

@@ -24,7 +24,7 @@ from scipy.interpolate import make_interp_spline
 from pairsim.plots.encoding import Encoding
 from pairsim.plots.labels import symbol
 from pairsim.plots.style import SMALL, WIDE, Page
-from pairsim.results.column import Column
+from pairsim.record.column import Column
 from pairsim.runtime.arrays import Array
 
 BAND, TOGETHER = 0.22, 6  # opacity of a band; so many bands over each other are still told apart

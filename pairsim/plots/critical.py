@@ -10,10 +10,10 @@ from pairsim.plots.chart import ENDS, ZERO_MARKS, Line, Panel, draw_chart, point
 from pairsim.plots.labels import parts_along, read_case
 from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
-from pairsim.results.column import Column, Columns
-from pairsim.results.columns import BRANCH, CA_E, D_CR, D_ERROR, DE, KIND, PARAMETER_ERROR, STABLE
-from pairsim.results.table import Table
-from pairsim.results.table_files import read_table
+from pairsim.record.column import Column, Columns
+from pairsim.record.columns import BRANCH, CA_E, D_CR, D_ERROR, DE, KIND, PARAMETER_ERROR, STABLE
+from pairsim.record.table import Table
+from pairsim.record.table_files import read_table
 
 FOLLOWED = {each.name: each for each in (CA_E, DE)}
 CONVERTED = Columns(D_CR, D_ERROR)

@@ -18,10 +18,10 @@ from pairsim.plots.labels import case_parts, read_case
 from pairsim.plots.sections import Layer, View, draw_view, layer_of, mark_view, sheet, views_of
 from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
-from pairsim.results.columns import CA_E, DE, DISTANCE, WAY_COLUMNS
-from pairsim.results.folder import FIELDS_XDMF, WAY, write_file
-from pairsim.results.table_files import read_table
-from pairsim.results.xdmf import read_frame, read_times
+from pairsim.record.columns import CA_E, DE, DISTANCE, WAY_COLUMNS
+from pairsim.record.folder import FIELDS_XDMF, WAY, write_file
+from pairsim.record.table_files import read_table
+from pairsim.record.xdmf import read_frame, read_times
 from pairsim.runtime.errors import InputError
 
 MOST_VIEWS = 4

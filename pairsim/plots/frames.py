@@ -13,7 +13,7 @@ from scipy.sparse.csgraph import depth_first_order
 from pairsim.physics import declared
 from pairsim.physics.material import LawField
 from pairsim.quantities.kinds import PURE, STRESS, VELOCITY, Kind
-from pairsim.results.xdmf import TENSOR, FieldFrame
+from pairsim.record.xdmf import TENSOR, FieldFrame
 from pairsim.runtime.arrays import Array, Indices
 from pairsim.runtime.errors import InputError
 

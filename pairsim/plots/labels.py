@@ -13,7 +13,7 @@ from pairsim.cases.experiment import follows_in
 from pairsim.cases.keys import GAPS, PARTICLES, Key, Part
 from pairsim.cases.laws import Laws, liquid_in
 from pairsim.cases.physical import BLOCK, QUANTITIES
-from pairsim.cases.quantities import in_one_unit
+from pairsim.cases.quantity_text import in_one_unit
 from pairsim.cases.yaml_file import flat, read_yaml
 from pairsim.physics.declared import LAWS, PARAMETERS
 from pairsim.runtime.text import printable

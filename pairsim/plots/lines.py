@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 import scipy
 
+from pairsim.analysis.master_curve import Curve
+from pairsim.analysis.time_series import Series
 from pairsim.plots.chart import FAILED, ZERO_MARKS, Line, Panel, point
 from pairsim.plots.style import COLOURS, LINES, MARKERS, ORDERED
 from pairsim.plots.units import Units
-from pairsim.results.column import Column
-from pairsim.results.columns import DISTANCE, DP, DU, DU_HALF, DU_QUARTER, SLOPE, TAYLOR, T, U, Z
-from pairsim.results.curve import Curve
-from pairsim.results.series import Series
+from pairsim.record.column import Column
+from pairsim.record.columns import DISTANCE, DP, DU, DU_HALF, DU_QUARTER, SLOPE, TAYLOR, T, U, Z
 from pairsim.runtime.arrays import Array
 
 FINE = 400  # points of a smooth line

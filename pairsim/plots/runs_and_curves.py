@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 from matplotlib.patches import Patch
 
+from pairsim.analysis.master_curve import Curve
+from pairsim.analysis.time_series import Series
 from pairsim.cases.yaml_file import flat
 from pairsim.plots.chart import START_UP, Line, Panel, draw_chart
 from pairsim.plots.encoding import Encoding
@@ -17,11 +19,9 @@ from pairsim.plots.lines import lines_of, panels_of, run_lines, told_apart
 from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
 from pairsim.quantities.kinds import POSITION, TIME
-from pairsim.results.column import GAP
-from pairsim.results.columns import DISTANCE, TAYLOR, T
-from pairsim.results.curve import Curve
-from pairsim.results.folder import SERIES, WAY, kind_of
-from pairsim.results.series import Series
+from pairsim.record.column import GAP
+from pairsim.record.columns import DISTANCE, TAYLOR, T
+from pairsim.record.folder import SERIES, WAY, kind_of
 from pairsim.runtime.errors import InputError
 
 FOLDER, DIFFERENCES = "folder", "differences"

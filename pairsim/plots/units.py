@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from pairsim.analysis.input_ranges import quantity_for
 from pairsim.cases.physical import BLOCK
 from pairsim.plots.labels import parameter_label
 from pairsim.quantities.kinds import Kind
 from pairsim.quantities.scales import Scales
-from pairsim.results.column import Column
-from pairsim.results.inputs import quantity_for
-from pairsim.results.record import scales_for
+from pairsim.record.column import Column
+from pairsim.record.record import scales_for
 from pairsim.runtime.arrays import Array
 
 

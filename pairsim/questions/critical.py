@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import Field
 
-from pairsim.api.results import Result
+from pairsim.analysis.master_curve import Zero, zeros_in
 from pairsim.cases.case import SceneCase
 from pairsim.cases.checks import check_scene
 from pairsim.cases.estimate import Estimate, steady_estimate
@@ -25,11 +25,12 @@ from pairsim.cases.mistakes import Mistake
 from pairsim.cases.values import FOLLOWED, Distance, Values
 from pairsim.computing import events
 from pairsim.computing.question import InSweeps, Question, Tables, Value
+from pairsim.computing.result import Result
 from pairsim.computing.warnings import large_errors
 from pairsim.quantities.kinds import LENGTH, VELOCITY
 from pairsim.quantities.text import in_unit
-from pairsim.results.column import Column, Columns
-from pairsim.results.columns import (
+from pairsim.record.column import Column, Columns
+from pairsim.record.columns import (
     BRANCH,
     CA_E,
     CORRECTED,
@@ -50,20 +51,19 @@ from pairsim.results.columns import (
     TAYLOR,
     WAY_COLUMNS,
 )
-from pairsim.results.curve import Zero, zeros_in
-from pairsim.results.entries import OF_STEADY, Entry
-from pairsim.results.record import Record
+from pairsim.record.record import Record
+from pairsim.record.run_entries import OF_STEADY, Entry
 from pairsim.runtime.message import Message, Text
 from pairsim.solvers.parameters import Parameters
 
 if TYPE_CHECKING:
+    from pairsim.analysis.master_curve import Zero
     from pairsim.computing.warnings import ErrorAt
     from pairsim.physics.liquids import Liquid
     from pairsim.physics.solids import Solid
     from pairsim.plots.style import Page
-    from pairsim.results.curve import Zero
     from pairsim.runtime.monitor import Monitor
-    from pairsim.solvers.curves.zero_lines import Critical
+    from pairsim.solvers.curves.equilibrium_lines import Critical
 
 SHOWN = {"zeros": D_CR, "stable": STABLE}
 U = Column("U", "U", "velocity of the pair", VELOCITY)
@@ -146,7 +146,7 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
     from pairsim.computing.steady import Solutions, health_columns
     from pairsim.solvers.curves.branch import Point
     from pairsim.solvers.curves.critical import find_all, follow_all
-    from pairsim.solvers.curves.zero_lines import Critical, End, Followed, Missed, Region
+    from pairsim.solvers.curves.equilibrium_lines import Critical, End, Followed, Missed, Region
     from pairsim.solvers.goals import CRITICAL
     from pairsim.solvers.steady.ends import Ended
 
@@ -218,7 +218,7 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
 
 def critical_row(critical: Critical) -> dict[str, Any]:
     """The row of a critical distance. Where two zeros meet, the slope vanishes, and the parameter has the error."""
-    from pairsim.results.rows import point_row
+    from pairsim.analysis.rows_of_points import point_row
 
     point, row = critical.point, dict[str, Any](point_row(critical.point))
     place, slope, change = point.parameters, point.slope_at_rest, critical.by_parameter

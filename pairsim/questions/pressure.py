@@ -14,13 +14,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
-from pairsim.api.results import Result
 from pairsim.computing.along import AlongCase, check_along, estimate_along, solve_along
 from pairsim.computing.question import InSweeps, Question
+from pairsim.computing.result import Result
 from pairsim.quantities.kinds import STRESS
 from pairsim.quantities.text import in_unit, softness
-from pairsim.results.column import Columns
-from pairsim.results.columns import (
+from pairsim.record.column import Columns
+from pairsim.record.columns import (
     CA_E,
     CORRECTED,
     DP_PLUS,
@@ -33,7 +33,7 @@ from pairsim.results.columns import (
     WAY_COLUMNS,
     U,
 )
-from pairsim.results.entries import OF_STEADY
+from pairsim.record.run_entries import OF_STEADY
 from pairsim.solvers import goals
 
 if TYPE_CHECKING:

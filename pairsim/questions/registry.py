@@ -10,7 +10,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pairsim.cases import kinds
+from pairsim.cases import kinds_of_cases as kinds
 from pairsim.questions import __path__ as folders
 
 if TYPE_CHECKING:

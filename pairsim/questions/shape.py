@@ -14,14 +14,14 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
-from pairsim.api.results import Result
 from pairsim.computing.along import AlongCase, check_along, estimate_along, solve_along
 from pairsim.computing.found import Found
 from pairsim.computing.question import InSweeps, Question
+from pairsim.computing.result import Result
 from pairsim.quantities.kinds import AREA, PURE, VELOCITY, VOLUME, Kind
 from pairsim.quantities.text import in_unit, softness, with_error
-from pairsim.results.column import Column, Columns
-from pairsim.results.columns import (
+from pairsim.record.column import Column, Columns
+from pairsim.record.columns import (
     CA_E,
     CORRECTED,
     DP_PLUS,
@@ -35,7 +35,7 @@ from pairsim.results.columns import (
     WAY_COLUMNS,
     U,
 )
-from pairsim.results.entries import OF_STEADY
+from pairsim.record.run_entries import OF_STEADY
 from pairsim.solvers import goals
 from pairsim.solvers.goals import Goal
 

@@ -17,11 +17,11 @@ import pairsim.runtime.fenicsx  # noqa: F401  # before everything else that load
 
 # isort: split
 from pairsim.computing.progress import Reporter
+from pairsim.computing.provenance import memory
 from pairsim.computing.question import own_files
-from pairsim.computing.record import memory
 from pairsim.computing.session import Options, carry_out
 from pairsim.questions.registry import QUESTIONS
-from pairsim.results.folder import CHECKPOINT
+from pairsim.record.folder import CHECKPOINT
 from pairsim.runtime.child_process import end_with_parent
 from pairsim.runtime.errors import InputError, RunFailure
 from pairsim.runtime.signals import Signals

@@ -17,8 +17,8 @@ from typing import Any
 from pairsim.cases.yaml_file import yaml_text
 from pairsim.computing.question import Question, Value
 from pairsim.questions.registry import QUESTIONS
-from pairsim.results.folder import plain, write_json, write_text
-from pairsim.results.record import Record
+from pairsim.record.folder import plain, write_json, write_text
+from pairsim.record.record import Record
 from pairsim.runtime.errors import BranchEnd, InputError
 from pairsim.runtime.locks import command_line, is_locked
 from pairsim.runtime.version import __version__

@@ -19,13 +19,13 @@ from pairsim.cases.identity import alike, folder_name, identity_of, key_of
 from pairsim.cases.keys import groups_of, keys_of
 from pairsim.cases.mistakes import Mistake, input_error
 from pairsim.cases.physical import BLOCK
-from pairsim.cases.quantities import in_one_unit
+from pairsim.cases.quantity_text import in_one_unit
 from pairsim.cases.values import is_finite, is_name
 from pairsim.cases.yaml_file import DEFAULT_LAWS, apply_settings, flat, merge, read_yaml
 from pairsim.computing.case_files import parse_case
 from pairsim.computing.question import Question
 from pairsim.questions.registry import QUESTIONS
-from pairsim.results.columns import COST
+from pairsim.record.columns import COST
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.text import as_typed
 from pairsim.sweeps.files import FILES, parse_file

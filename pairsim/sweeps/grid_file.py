@@ -10,7 +10,7 @@ from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag,
 
 from pairsim.cases.keys import Keys
 from pairsim.cases.mistakes import Mistake, missing
-from pairsim.cases.quantities import quantity_range
+from pairsim.cases.quantity_text import quantity_range
 from pairsim.cases.values import Number, Range, Whole, is_finite, spelled_out
 from pairsim.questions.registry import NAMES
 

@@ -13,12 +13,12 @@ from pairsim.cases.identity import RUNS
 from pairsim.cases.mistakes import Mistake, input_error
 from pairsim.cases.yaml_file import read_yaml
 from pairsim.questions.registry import QUESTIONS
-from pairsim.results.column import names_of
-from pairsim.results.columns import STATE_COLUMNS, STEPS, UNKNOWNS
-from pairsim.results.entries import STATUS
-from pairsim.results.folder import write_text
-from pairsim.results.record import Record
-from pairsim.results.table_files import read_table, table_text
+from pairsim.record.column import names_of
+from pairsim.record.columns import STATE_COLUMNS, STEPS, UNKNOWNS
+from pairsim.record.folder import write_text
+from pairsim.record.record import Record
+from pairsim.record.run_entries import STATUS
+from pairsim.record.table_files import read_table, table_text
 from pairsim.sweeps.files import parse_file
 from pairsim.sweeps.grid import Grid, grid_from
 from pairsim.sweeps.study_file import StudyFile, check_study

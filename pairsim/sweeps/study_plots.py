@@ -11,9 +11,9 @@ import pandas as pd
 from pairsim.plots.chart import Line, Panel, draw_chart
 from pairsim.plots.labels import shown
 from pairsim.plots.style import COLOURS, MARKERS, SMALL, Page, printing
-from pairsim.results.columns import WALL_TIME
-from pairsim.results.table_files import read_table
-from pairsim.results.tables import frame_of
+from pairsim.record.columns import WALL_TIME
+from pairsim.record.table_files import read_table
+from pairsim.record.tables import frame_of
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.folder import read_sweep
 from pairsim.sweeps.study_table import ERROR, FAMILIES, STUDY_COLUMNS, TABLE, families, settings_of

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pairsim.results.column import Columns
-from pairsim.results.columns import HOW_IT_STANDS, OF_CASES, STEPS, UNKNOWNS, WALL_TIME, WHY, of_cases
+from pairsim.record.column import Columns
+from pairsim.record.columns import HOW_IT_STANDS, OF_CASES, STEPS, UNKNOWNS, WALL_TIME, WHY, of_cases
 
 TABLE = "study.csv"
 NEWTON_ITERATIONS = of_cases("newton_iterations", "total number of Newton iterations", whole=True)

@@ -17,8 +17,8 @@ from typing import cast
 
 from pairsim.computing.progress import Reporter
 from pairsim.physics.own_laws import OWN
-from pairsim.results.folder import write_text
-from pairsim.results.table_files import table_text
+from pairsim.record.folder import write_text
+from pairsim.record.table_files import table_text
 from pairsim.runtime.errors import EnvironmentFailure, InputError
 from pairsim.runtime.launcher import communicator
 from pairsim.runtime.locks import command_line, sole_writer

@@ -20,8 +20,8 @@ from pairsim.plots.runs_and_curves import draw_overlay
 from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
 from pairsim.quantities.kinds import LENGTH
-from pairsim.results.column import Column, Columns, error_of
-from pairsim.results.columns import D_CR, DE, DU, STABLE, ZEROS, ZEROS_ERROR
+from pairsim.record.column import Column, Columns, error_of
+from pairsim.record.columns import D_CR, DE, DU, STABLE, ZEROS, ZEROS_ERROR
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.folder import SweptCase, read_sweep
 

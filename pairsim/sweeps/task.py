@@ -19,8 +19,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from pairsim.results.entries import COMMAND, KEY, KIND, MESSAGE, REASON, SECONDS, STATUS, Entries
-from pairsim.results.record import Record
+from pairsim.record.record import Record
+from pairsim.record.run_entries import COMMAND, KEY, KIND, MESSAGE, REASON, SECONDS, STATUS, Entries
 from pairsim.runtime.child_process import clean_environment, module_command
 from pairsim.runtime.errors import EnvironmentFailure
 from pairsim.sweeps.folder import STOP, CaseState, read_state

@@ -15,7 +15,7 @@ from pairsim.physics.solids import soft
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.curves import critical
-from pairsim.solvers.curves.zero_lines import Critical, End, Followed, Follower, Region
+from pairsim.solvers.curves.equilibrium_lines import Critical, End, Followed, Follower, Region
 from pairsim.solvers.parameters import Parameters
 
 CA_E = Followed(lambda Ca_e: (NEWTONIAN, soft(Ca_e, Ca_e)))

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from pairsim.fem.compilation.jit import JIT_OPTIONS, UNFINISHED, in_cache
-from pairsim.results.record import Record
+from pairsim.record.record import Record
 from pairsim.runtime.child_process import module_command
 from pairsim.runtime.errors import EnvironmentFailure
 

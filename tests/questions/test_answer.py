@@ -12,17 +12,17 @@ import numpy as np
 import pytest
 from support.result_folders import curve_of, curve_table
 
-from pairsim.api.content import Content
+from pairsim.analysis.master_curve import Zero
+from pairsim.analysis.time_series import Series
+from pairsim.computing.result_content import Content
 from pairsim.quantities.text import with_error
 from pairsim.questions.critical import answer_of_critical
 from pairsim.questions.curve.answer import answer_of_curve
 from pairsim.questions.registry import QUESTIONS
 from pairsim.questions.run.answer import answer_of_run
-from pairsim.results.curve import Zero
-from pairsim.results.entries import SETTLED
-from pairsim.results.folder import prepare_folder
-from pairsim.results.record import Record
-from pairsim.results.series import Series
+from pairsim.record.folder import prepare_folder
+from pairsim.record.record import Record
+from pairsim.record.run_entries import SETTLED
 from pairsim.runtime.errors import (
     BranchEnd,
     BudgetSpent,

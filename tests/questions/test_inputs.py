@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from support.result_folders import curve_of, curve_table
 
+from pairsim.analysis.master_curve import Zero
 from pairsim.cases.inputs import Input
 from pairsim.questions.curve.answer import answer_of_curve
-from pairsim.results.curve import Zero
 
 D, De, Ca_e = np.geomspace(0.05, 1, 24), 0.5, 0.1
 STILL = {"De": 0.0, "Ca_e": 0.0, "beta": 0.0, "length": 0.0, "velocity": 0.0}

@@ -15,9 +15,9 @@ from support.commands import Pairsim
 import pairsim as api
 from pairsim.computing.case_files import read_case
 from pairsim.fem.diagnostics import contour
+from pairsim.lab.cytometer.look_up_table import read_look_up_table
 from pairsim.quantities.text import with_error
 from pairsim.questions.registry import QUESTIONS
-from pairsim.results.cytometry import read_look_up_table
 
 BEAD = {"particles": 1, "beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": "auto"}
 COARSE = {"mesh": {"Np": 16}}

@@ -9,8 +9,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from support.result_folders import curve_of, curve_table
 
+from pairsim.analysis.pair_motion import FORGOTTEN
 from pairsim.questions.curve.answer import answer_of_curve
-from pairsim.results.motion import FORGOTTEN
 from pairsim.runtime.errors import InputError
 
 D = np.geomspace(0.05, 1, 12)

@@ -18,12 +18,12 @@ import pandas as pd
 import pytest
 
 import pairsim
-from pairsim.api.grid import grid_of
+from pairsim.computing.fields_grid import grid_of
 from pairsim.computing.progress import Reporter
 from pairsim.quantities.scales import Scales
 from pairsim.questions.registry import QUESTIONS
-from pairsim.results.table_files import read_table
-from pairsim.results.xdmf import FieldFrame
+from pairsim.record.table_files import read_table
+from pairsim.record.xdmf import FieldFrame
 
 PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": 3, "mesh": {"Np": 8, "max_size": 0.3}}
 CURVE = PAIR | {"d": [0.1, 0.3], "fields": [0.1]}
@@ -239,7 +239,7 @@ def test_a_keyboard_interrupt_leaves_a_partial_result(
     seconds: float, default_sigint: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Wherever it comes: in Python, or in a function that PETSc has called, where an exception would be lost."""
-    monkeypatch.setattr("pairsim.api.compute.Reporter", lambda *_: Interrupting(seconds))
+    monkeypatch.setattr("pairsim.questions.compute.Reporter", lambda *_: Interrupting(seconds))
     try:
         result = pairsim.run(RUN, time={"end": 1000.0, "tol": 1e-6})
     except KeyboardInterrupt:

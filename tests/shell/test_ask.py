@@ -16,11 +16,11 @@ from support.atlases import CASE, exact
 from support.commands import Pairsim
 
 import pairsim as api
+from pairsim.analysis.input_ranges import DrawnRange
+from pairsim.analysis.master_curve import Curve
 from pairsim.atlas.atlas import Atlas
 from pairsim.cases.coverage import beyond
 from pairsim.questions.curve import CurveCase
-from pairsim.results.curve import Curve
-from pairsim.results.inputs import DrawnRange
 from pairsim.runtime.errors import InputError
 
 BENCH = {"tube": "50um", "particle": "20um", "flow_rate": "1ul/min", "viscosity": "1Pa.s", "modulus": "10kPa"}
@@ -181,7 +181,7 @@ def two_atlases(atlas: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     files = tmp_path / "newtonian.npz", tmp_path / "giesekus.npz"
     for file, each in zip(files, (wide, made), strict=True):
         each.save(file)
-    monkeypatch.setattr("pairsim.api.ask.SHIPPED", [files[1], files[0]])
+    monkeypatch.setattr("pairsim.lab.ask_atlas.SHIPPED", [files[1], files[0]])
     return files
 
 

@@ -16,18 +16,18 @@ from support.judge_atlas import judge
 from typer.testing import CliRunner
 
 import pairsim as api
+from pairsim.analysis.master_curve import Curve
+from pairsim.app.command_line import app
 from pairsim.atlas import atlas as shipped
 from pairsim.atlas import fit
 from pairsim.atlas.atlas import PARAMETERS, SHIPPED, Atlas, Curves
 from pairsim.atlas.kriging import Kriging, covariance
 from pairsim.cases.yaml_file import read_yaml
-from pairsim.cli.app import app
 from pairsim.questions.curve import CurveCase
-from pairsim.results.curve import Curve
-from pairsim.results.table import Table
-from pairsim.results.table_files import read_table
+from pairsim.record.table import Table
+from pairsim.record.table_files import read_table
 from pairsim.runtime.errors import InputError
-from pairsim.sweeps.atlas import curve_folders, curves_in, joined
+from pairsim.sweeps.atlas_building import curve_folders, curves_in, joined
 
 PLACES = Path(__file__).parents[2] / "docs" / "validation" / "atlas-places.csv"
 LOADED = """import sys

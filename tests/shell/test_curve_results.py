@@ -12,9 +12,9 @@ import pandas as pd
 import pytest
 
 import pairsim
+from pairsim.analysis.master_curve import Curve
 from pairsim.atlas.atlas import SHIPPED, Atlas
-from pairsim.results.curve import Curve
-from pairsim.results.folder import plain
+from pairsim.record.folder import plain
 
 QUANTITIES = {"tube": "50um", "particle": "20um", "flow_rate": "1ul/min", "viscosity": "1Pa.s", "modulus": "5kPa"}
 COARSE = {"ends": "developed", "length": 3, "mesh": {"Np": 8, "max_size": 0.5}, "d": [0.1, 0.2, 0.4], "max_points": 3}

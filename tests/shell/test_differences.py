@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import pairsim as api
-from pairsim.cases.quantities import percentage
+from pairsim.cases.quantity_text import percentage
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.grid import read_grid
 

@@ -12,14 +12,14 @@ import pytest
 import typer
 from support.inputs import ROOT
 
+from pairsim.app.command_line import app
 from pairsim.cases.example import write_example
-from pairsim.cases.kinds import has_example
-from pairsim.cli.app import app
+from pairsim.cases.kinds_of_cases import has_example
 from pairsim.computing.case_files import read_case
 from pairsim.computing.question import own_files
 from pairsim.computing.schema import schema_rows
 from pairsim.questions.registry import QUESTIONS
-from pairsim.results.folder import PICTURE_ENDINGS
+from pairsim.record.folder import PICTURE_ENDINGS
 from pairsim.sweeps.files import FILES
 
 sys.path.append(str(ROOT / "scripts"))

@@ -13,9 +13,9 @@ import pytest
 from support.commands import Pairsim
 
 import pairsim as api
+from pairsim.analysis.master_curve import Curve
 from pairsim.atlas.atlas import Atlas
 from pairsim.atlas.explorer import page_of
-from pairsim.results.curve import Curve
 
 BROWSER = shutil.which("chromium") or shutil.which("google-chrome") or ""
 PLACE = 20  # a distance of the atlas, at which intervals are those of its table

@@ -14,10 +14,10 @@ import yaml
 from typer.testing import CliRunner
 
 import pairsim as api
+from pairsim.app.command_line import app
 from pairsim.cases.estimate import Estimate
 from pairsim.cases.identity import default_folder
-from pairsim.cases.kinds import has_example
-from pairsim.cli.app import app
+from pairsim.cases.kinds_of_cases import has_example
 from pairsim.computing.case_files import read_case
 from pairsim.computing.schema import schema_rows
 from pairsim.questions.registry import QUESTIONS

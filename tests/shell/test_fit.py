@@ -16,10 +16,10 @@ from support.commands import Pairsim
 from support.pictures import drawn_figures
 
 import pairsim as api
-from pairsim.api.fit import FilmFit
+from pairsim.analysis.master_curve import Curve
 from pairsim.atlas.atlas import SHIPPED, Atlas
-from pairsim.results.curve import Curve
-from pairsim.results.table_files import table_text
+from pairsim.lab.films.fit_film import FilmFit
+from pairsim.record.table_files import table_text
 from pairsim.runtime.errors import InputError
 
 BENCH = {"tube": "50um", "particle": "20um", "flow_rate": "1ul/min", "viscosity": "1Pa.s"}

@@ -17,7 +17,7 @@ LARGE = {
 """Libraries that take more than some ten milliseconds to import."""
 BY_NAME = {
     "pairsim/__init__.py": "of the interface, when it is first used: nothing below imports the package itself",
-    "pairsim/cli/app.py": "commands beside it",
+    "pairsim/app/command_line.py": "commands beside it",
     "pairsim/computing/question.py": "a record where it is pickled, which names the module that has it",
     "pairsim/physics/material.py": "laws beside a file",
     "pairsim/physics/operations.py": "numpy or UFL",
@@ -98,7 +98,7 @@ def test_few_files_import_by_name() -> None:
     assert by_name | {"pairsim/computing/question.py"} == BY_NAME.keys()
 
 
-@pytest.mark.parametrize("file", ["pairsim/questions/registry.py", "pairsim/cli/app.py"])
+@pytest.mark.parametrize("file", ["pairsim/questions/registry.py", "pairsim/app/command_line.py"])
 def test_what_is_imported_by_name_is_beside_the_file(file: str) -> None:
     calls = [node for node in ast.walk(ast.parse((ROOT / file).read_text())) if isinstance(node, ast.Call)]
     given = [ast.unparse(call.args[0]) for call in calls if ast.unparse(call.func) == "import_module"]
@@ -110,7 +110,7 @@ def test_nothing_below_imports_the_package_itself() -> None:
     """Its names are those of all floors: whoever imports it could reach upwards."""
     named = {name for name in FILES if name != "pairsim" and "import pairsim\n" in FILES[name].read_text()}
     assert named
-    assert all(name.startswith("pairsim.cli.commands.") for name in named)
+    assert all(name.startswith("pairsim.app.commands.") for name in named)
 
 
 @pytest.mark.parametrize("name", FILES)

@@ -38,7 +38,7 @@ def python(folder: Path, code: str, *words: str) -> str:
 
 
 def pairsim(folder: Path, *words: str) -> str:
-    return python(folder, "from pairsim.cli.app import main; main()", *words)
+    return python(folder, "from pairsim.app.command_line import main; main()", *words)
 
 
 def test_it_has_a_command_with_help_and_a_schema(folder: Path) -> None:

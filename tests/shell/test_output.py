@@ -12,10 +12,10 @@ import yaml
 from support.result_folders import make_sweep
 from typer.testing import CliRunner
 
-from pairsim.cli.app import app
+from pairsim.app.command_line import app
 from pairsim.computing.question import own_files
 from pairsim.questions.registry import QUESTIONS
-from pairsim.results.folder import kind_of, prepare_folder, write_json, write_text, write_yaml
+from pairsim.record.folder import kind_of, prepare_folder, write_json, write_text, write_yaml
 from pairsim.runtime.errors import InputError
 
 

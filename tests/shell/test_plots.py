@@ -17,7 +17,8 @@ from support.field_samples import PAIR, scene
 from support.pictures import colours, drawn_figures, overlapping
 from support.result_folders import curve_of, curve_table, make_curve, make_run, make_sweep
 
-from pairsim.api.folders import plot
+from pairsim.analysis.time_series import Series
+from pairsim.app.open_and_plot import plot
 from pairsim.physics import declared
 from pairsim.plots.chart import Line, draw_series, leave_out_spikes, notes, point
 from pairsim.plots.encoding import Encoding
@@ -28,12 +29,11 @@ from pairsim.plots.runs_and_curves import _differences
 from pairsim.plots.sections import _streamlines, views_of
 from pairsim.plots.style import GREY, MM, Page
 from pairsim.plots.units import Units
-from pairsim.results.column import names_of
-from pairsim.results.columns import DISTANCE, DP, DU, DU_ERROR, TAYLOR, T, U
-from pairsim.results.folder import FIELD_NAMES
-from pairsim.results.series import Series
-from pairsim.results.table_files import table_text
-from pairsim.results.xdmf import FieldFrame
+from pairsim.record.column import names_of
+from pairsim.record.columns import DISTANCE, DP, DU, DU_ERROR, TAYLOR, T, U
+from pairsim.record.folder import FIELD_NAMES
+from pairsim.record.table_files import table_text
+from pairsim.record.xdmf import FieldFrame
 from pairsim.runtime.errors import InputError
 
 CASES = {

@@ -10,8 +10,8 @@ import pytest
 from support.inputs import ROOT
 
 from pairsim.questions.registry import QUESTIONS
-from pairsim.results.entries import AT_THE_END, COMMON, KIND, STATUS, Entry
-from pairsim.results.record import Record
+from pairsim.record.record import Record
+from pairsim.record.run_entries import AT_THE_END, COMMON, KIND, STATUS, Entry
 
 KINDS = "run", "curve", "critical", "train"
 

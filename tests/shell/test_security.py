@@ -14,11 +14,11 @@ import pytest
 from support.commands import in_process
 from support.field_samples import scene
 
-from pairsim.cases.quantities import A_LENGTH, si
+from pairsim.cases.quantity_text import A_LENGTH, si
 from pairsim.computing.case_files import read_case
 from pairsim.questions.registry import QUESTIONS
-from pairsim.results.checkpoint import load
-from pairsim.results.xdmf import FieldsWriter, read_frame, read_times
+from pairsim.record.checkpoint import load
+from pairsim.record.xdmf import FieldsWriter, read_frame, read_times
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.grid import read_grid
 

@@ -14,7 +14,7 @@ from support.commands import Pairsim
 from support.inputs import ROOT
 from support.slurm import Slurm, missing, wait_for
 
-from pairsim.results.checkpoint import load
+from pairsim.record.checkpoint import load
 from pairsim.sweeps.folder import read_sweep
 
 pytestmark = [pytest.mark.long, pytest.mark.timeout(1200)]

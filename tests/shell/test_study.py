@@ -12,7 +12,7 @@ from support.commands import Pairsim
 from support.inputs import ROOT, STUDY, examples
 
 from pairsim.cases.yaml_file import read_yaml
-from pairsim.results.table_files import read_table
+from pairsim.record.table_files import read_table
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.grid import Grid, grid_from, read_grid
 from pairsim.sweeps.study import FAMILIES, families, read_study, study_table

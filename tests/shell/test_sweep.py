@@ -23,8 +23,8 @@ from support.result_folders import make_sweep
 from typer.testing import CliRunner
 
 import pairsim as package
-from pairsim.cli.app import app
-from pairsim.results.record import Record
+from pairsim.app.command_line import app
+from pairsim.record.record import Record
 from pairsim.runtime.child_process import module_command
 from pairsim.runtime.errors import InputError
 from pairsim.solvers.nonlinear.newton import TRANSIENT

@@ -13,14 +13,14 @@ from support.commands import Pairsim
 from support.pictures import drawn_figures
 from support.result_folders import make_curve, make_sweep
 
-from pairsim.api.folders import open as open_folder
-from pairsim.api.folders import plot
-from pairsim.api.sweeps import SweepResult
+from pairsim.app.open_and_plot import open as open_folder
+from pairsim.app.open_and_plot import plot
+from pairsim.app.sweep_results import SweepResult
 from pairsim.fem.diagnostics import Health
 from pairsim.quantities.scales import Scales
 from pairsim.questions.registry import QUESTIONS
-from pairsim.results.column import names_of, suffixes_in, table_row
-from pairsim.results.columns import (
+from pairsim.record.column import names_of, suffixes_in, table_row
+from pairsim.record.columns import (
     DISTANCE,
     DP,
     DP_PLUS,
@@ -36,8 +36,8 @@ from pairsim.results.columns import (
     U,
     Z,
 )
-from pairsim.results.table_files import TableWriter, read_table, table_text
-from pairsim.results.tables import brief, csv_text, frame_of, in_units, readable, screen_text, with_units
+from pairsim.record.table_files import TableWriter, read_table, table_text
+from pairsim.record.tables import brief, csv_text, frame_of, in_units, readable, screen_text, with_units
 from pairsim.runtime.errors import EnvironmentFailure, InputError
 
 TRAIN = "t,d_1,d_2,U_1,U_2,U_3,dU_1,dU_2,m,newton,dU_error_1,dU_error_2\n" + "\n".join(
@@ -252,7 +252,7 @@ def test_a_sweep_is_a_data_set(tmp_path: Path, pairsim: Pairsim, monkeypatch: py
     done = pairsim("table", "sweep", "--netcdf", "a.nc")
     assert done.returncode == 0, done.stderr
     assert xarray.load_dataset(tmp_path / "a.nc").equals(found)
-    monkeypatch.setattr("pairsim.api.sweeps.find_spec", lambda name: None)
+    monkeypatch.setattr("pairsim.app.sweep_results.find_spec", lambda name: None)
     with pytest.raises(EnvironmentFailure, match=r"there is no xarray.*pairsim\[netcdf\]"):
         sweep.to_xarray()
 

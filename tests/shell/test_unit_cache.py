@@ -11,10 +11,10 @@ from pathlib import Path
 import pint
 import pytest
 
-from pairsim.cases.quantities import A_LENGTH, MEASURING, si
-from pairsim.cases.registry import registry
+from pairsim.cases.quantity_text import A_LENGTH, MEASURING, si
+from pairsim.cases.unit_registry import registry
 
-ANSWER = "from pairsim.cases.quantities import A_LENGTH, si; print(si('2 thou', A_LENGTH))"
+ANSWER = "from pairsim.cases.quantity_text import A_LENGTH, si; print(si('2 thou', A_LENGTH))"
 
 
 @pytest.fixture(autouse=True)

@@ -18,14 +18,14 @@ from support.inputs import ROOT
 from typer.testing import CliRunner
 
 import pairsim as api
+from pairsim.app.command_line import app, command_of
 from pairsim.cases.conversion import forget_numbers
 from pairsim.cases.inputs import inputs_of
 from pairsim.cases.physical import QUANTITIES
-from pairsim.cases.quantities import A_LENGTH, COMMON, measured, quantity_range, si
+from pairsim.cases.quantity_text import A_LENGTH, COMMON, measured, quantity_range, si
 from pairsim.cases.run_case import Case
 from pairsim.cases.values import Range
 from pairsim.cases.yaml_file import read_yaml
-from pairsim.cli.app import app, command_of
 from pairsim.computing.case_files import parse_case, read_case
 from pairsim.physics import liquids, solids
 from pairsim.physics.liquids.power_law import PowerLaw
@@ -35,7 +35,7 @@ from pairsim.physics.solids.solid import MODULUS
 from pairsim.quantities.measurable import Measurable, a_time
 from pairsim.quantities.scales import Scales, mean_velocity
 from pairsim.questions.registry import QUESTIONS
-from pairsim.results.table_files import read_table
+from pairsim.record.table_files import read_table
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.grid import read_grid
 

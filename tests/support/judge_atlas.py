@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from pairsim.analysis.master_curve import Curve
 from pairsim.atlas import atlas as shipped
 from pairsim.atlas.atlas import PARAMETERS, Atlas
-from pairsim.results.curve import Curve
 
 POINTS = Path(__file__).parents[2] / "docs" / "validation" / "atlas.csv"
 ATLAS = Path(shipped.__file__).with_name("equal-pairs.npz")

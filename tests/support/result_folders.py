@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 import yaml
 
-from pairsim.results.column import names_of, table_row
-from pairsim.results.columns import DISTANCE, DP, DP_PLUS, DT, DU, STATE_COLUMNS, TAYLOR, T, U, Z
-from pairsim.results.curve import Curve, Zero
-from pairsim.results.record import Record
-from pairsim.results.table_files import TableWriter, table_text
-from pairsim.results.xdmf import FieldFrame, FieldsWriter
+from pairsim.analysis.master_curve import Curve, Zero
+from pairsim.record.column import names_of, table_row
+from pairsim.record.columns import DISTANCE, DP, DP_PLUS, DT, DU, STATE_COLUMNS, TAYLOR, T, U, Z
+from pairsim.record.record import Record
+from pairsim.record.table_files import TableWriter, table_text
+from pairsim.record.xdmf import FieldFrame, FieldsWriter
 
 
 def make_run(folder: Path, n: int, frames: list[FieldFrame], rows: int = 12) -> Path:

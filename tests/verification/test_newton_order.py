@@ -17,11 +17,11 @@ from pairsim.physics.liquids.power_law import PowerLaw
 from pairsim.physics.solids import soft
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.nonlinear.convergence import Report
+from pairsim.solvers.nonlinear.jacobian_lagging import MatrixPolicy
 from pairsim.solvers.nonlinear.newton import Newton, NewtonOptions
-from pairsim.solvers.nonlinear.renewal import MatrixPolicy
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
-from pairsim.solvers.steady.guesses import place_undeformed
+from pairsim.solvers.steady.predictors import place_undeformed
 from pairsim.solvers.steady.scene import SteadySolver
 from pairsim.solvers.transient.transient import Transient
 

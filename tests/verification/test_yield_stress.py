@@ -13,6 +13,7 @@ from support.inputs import ROOT
 from support.result_folders import curve_of, curve_table
 
 import pairsim
+from pairsim.analysis.time_series import Series
 from pairsim.computing.case_files import parse_case
 from pairsim.computing.problems import steady_problem
 from pairsim.fem.recovery.viscosity_scatter import _beyond_first_order
@@ -23,8 +24,7 @@ from pairsim.physics.liquids.power_law import PowerLaw
 from pairsim.questions.curve.answer import answer_of_curve
 from pairsim.questions.registry import QUESTIONS
 from pairsim.questions.run.answer import answer_of_run
-from pairsim.results.record import Record
-from pairsim.results.series import Series
+from pairsim.record.record import Record
 from pairsim.solvers.curves.branch import Branch
 from pairsim.solvers.goals import dU
 from pairsim.solvers.parameters import Parameters

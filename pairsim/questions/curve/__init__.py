@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
-from pairsim.api.results import Result
 from pairsim.cases.accuracy import DEFAULT, percent
 from pairsim.cases.case import SceneCase
 from pairsim.cases.checks import check_scene
@@ -27,11 +26,12 @@ from pairsim.cases.keys import Key, Part
 from pairsim.cases.mistakes import Mistake, broken, missing
 from pairsim.cases.values import MOST_VALUES, CurveTolerance, Distance, Gaps, Range, Time, Velocity, Whole, spelled_out
 from pairsim.computing.question import Flag, InSweeps, Question, Tables, Value
+from pairsim.computing.result import Result
 from pairsim.physics.drive import Drive
 from pairsim.quantities.kinds import RATE
-from pairsim.results.column import PARTICLE, Column, Columns, names_of
-from pairsim.results.columns import CURVE_COLUMNS, DISTANCE, DU, EQUILIBRIA_COLUMNS, FORCES, WAY_COLUMNS
-from pairsim.results.entries import OF_STEADY, TIME_STEPS, Entry
+from pairsim.record.column import PARTICLE, Column, Columns, names_of
+from pairsim.record.columns import CURVE_COLUMNS, DISTANCE, DU, EQUILIBRIA_COLUMNS, FORCES, WAY_COLUMNS
+from pairsim.record.run_entries import OF_STEADY, TIME_STEPS, Entry
 from pairsim.runtime.errors import InputError
 from pairsim.solvers.curves.distances import between
 from pairsim.solvers.parameters import Parameters
@@ -39,10 +39,10 @@ from pairsim.solvers.parameters import Parameters
 if TYPE_CHECKING:
     import pandas as pd
 
+    from pairsim.analysis.master_curve import Curve
+    from pairsim.analysis.travel import Travel
     from pairsim.computing.events import Events
     from pairsim.plots.style import Page
-    from pairsim.results.curve import Curve
-    from pairsim.results.travel import Travel
     from pairsim.runtime.monitor import Monitor
 
 FORCE = names_of(1, *FORCES)  # columns of the only point of a single particle that is moved
@@ -240,7 +240,7 @@ def result_columns(case: CurveCase) -> tuple[str, ...]:
 
 def read(tables: Tables) -> dict[str, Value]:
     """The result columns; `zeros` and what belongs to them are lists in ascending d."""
-    from pairsim.results.curve import Curve  # loads numpy
+    from pairsim.analysis.master_curve import Curve  # loads numpy
 
     curve = Curve(tables["curve"], zeros := tables["equilibria"])
     values: dict[str, Value] = {"points": curve.table.rows}
@@ -261,7 +261,7 @@ class CurveResult(Result):
     @cached_property
     def zeros(self) -> pd.DataFrame:
         """The zeros of dU (equilibria.csv): d, stable, slope, peak, d_error and certain."""
-        from pairsim.results.tables import frame_of
+        from pairsim.record.tables import frame_of
 
         found = frame_of(self.tables["equilibria"])
         return found if len(found.columns) else found.reindex(columns=EQUILIBRIA_COLUMNS.named(2))
@@ -269,7 +269,7 @@ class CurveResult(Result):
     @cached_property
     def curve(self) -> Curve:
         """dU as a function of the distance: `dU, half_width = result.curve(d)`."""
-        from pairsim.results.curve import Curve
+        from pairsim.analysis.master_curve import Curve
 
         return Curve(self.tables["curve"], self.tables["equilibria"], self.record, self.source)
 

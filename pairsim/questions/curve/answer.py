@@ -8,13 +8,16 @@ from itertools import pairwise
 
 import numpy as np
 
+from pairsim.analysis.input_ranges import COVERED, DrawnRange
+from pairsim.analysis.master_curve import Curve, Zero
+from pairsim.analysis.taylor_parameters import ranges_of_shapes, shapes_in
 from pairsim.cases.inputs import Input
 from pairsim.cases.physical import DIFFERENCE
 from pairsim.quantities.kinds import LENGTH, TIME, VELOCITY, Kind
 from pairsim.quantities.scales import Scales
 from pairsim.quantities.text import in_unit
 from pairsim.questions.curve import AFTER
-from pairsim.results.columns import (
+from pairsim.record.columns import (
     BY_BETA,
     DISTANCE,
     DU,
@@ -27,9 +30,6 @@ from pairsim.results.columns import (
     F,
     U,
 )
-from pairsim.results.curve import Curve, Zero
-from pairsim.results.inputs import COVERED, DrawnRange
-from pairsim.results.shapes import ranges_of_shapes, shapes_in
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.interpolant import Region
 

@@ -8,6 +8,8 @@ from contextlib import closing
 
 import numpy as np
 
+from pairsim.analysis.master_curve import Curve
+from pairsim.analysis.rows_of_points import point_row
 from pairsim.cases.inputs import inputs_of
 from pairsim.computing import events
 from pairsim.computing.found import Found
@@ -20,8 +22,8 @@ from pairsim.computing.warnings import finer
 from pairsim.quantities.kinds import FORCE, LENGTH, VELOCITY
 from pairsim.quantities.text import in_unit
 from pairsim.questions.curve import GAP_OF_SLOPE, QUESTION, SLOPES, U_SLOPE, U_SLOPE_HELD, CurveCase
-from pairsim.results.column import Column, names_of, table_row
-from pairsim.results.columns import (
+from pairsim.record.column import Column, names_of, table_row
+from pairsim.record.columns import (
     DISTANCE,
     DU_HALF,
     DU_QUARTER,
@@ -34,11 +36,9 @@ from pairsim.results.columns import (
     WANTED,
     YIELD_HEALTH,
 )
-from pairsim.results.curve import Curve
-from pairsim.results.entries import POINTS
-from pairsim.results.fields import SteadyMoment, frame
-from pairsim.results.rows import point_row
-from pairsim.results.xdmf import FieldFrame
+from pairsim.record.fields import SteadyMoment, frame
+from pairsim.record.run_entries import POINTS
+from pairsim.record.xdmf import FieldFrame
 from pairsim.runtime.errors import RunFailure
 from pairsim.runtime.message import Message, Text
 from pairsim.runtime.monitor import Monitor

@@ -6,17 +6,17 @@ from typing import Any
 
 import numpy as np
 
+from pairsim.analysis.master_curve import Curve
 from pairsim.cases.estimate import Estimate
 from pairsim.cases.run_case import Case
 from pairsim.computing import events
 from pairsim.quantities.kinds import TIME
 from pairsim.questions.curve import AFTER, CurveCase
 from pairsim.questions.run import estimate
-from pairsim.results.column import names_of
-from pairsim.results.columns import DISTANCE, DU, DU_ERROR, DU_HALF, DU_QUARTER, TAYLOR, T, U
-from pairsim.results.curve import Curve
-from pairsim.results.entries import POINTS, SIZE, TIME_STEPS, Entries
-from pairsim.results.table import Table
+from pairsim.record.column import names_of
+from pairsim.record.columns import DISTANCE, DU, DU_ERROR, DU_HALF, DU_QUARTER, TAYLOR, T, U
+from pairsim.record.run_entries import POINTS, SIZE, TIME_STEPS, Entries
+from pairsim.record.table import Table
 from pairsim.runtime.message import Message
 from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.text import counted

@@ -16,19 +16,19 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pairsim.api.results import Result
 from pairsim.cases.estimate import Estimate
 from pairsim.cases.run_case import Case, check_run
 from pairsim.computing import events
 from pairsim.computing.question import Flag, InSweeps, Question, last_row
-from pairsim.results.column import names_of
-from pairsim.results.columns import DISTANCE, DP, DU, DU_ERROR, SERIES_COLUMNS, STEPS, TAYLOR, T, U, Z
-from pairsim.results.entries import OF_RUNS
-from pairsim.results.folder import CHECKPOINT
+from pairsim.computing.result import Result
+from pairsim.record.column import names_of
+from pairsim.record.columns import DISTANCE, DP, DU, DU_ERROR, SERIES_COLUMNS, STEPS, TAYLOR, T, U, Z
+from pairsim.record.folder import CHECKPOINT
+from pairsim.record.run_entries import OF_RUNS
 
 if TYPE_CHECKING:
+    from pairsim.analysis.time_series import Series
     from pairsim.plots.style import Page
-    from pairsim.results.series import Series
     from pairsim.runtime.monitor import Monitor
 
 
@@ -63,7 +63,7 @@ class RunResult(Result):
     @cached_property
     def series(self) -> Series:
         """What the particles do over time: distances, velocities, and whether the start-up has decayed."""
-        from pairsim.results.series import Series  # loads numpy
+        from pairsim.analysis.time_series import Series  # loads numpy
 
         return Series(self.tables["series"], self.record)
 

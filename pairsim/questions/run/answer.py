@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from pairsim.analysis.quasi_steady_limit import NOTHING, Settled
+from pairsim.analysis.taylor_parameters import shapes_in
+from pairsim.analysis.time_series import Series
 from pairsim.quantities.kinds import LENGTH, POSITION, TIME, VELOCITY
 from pairsim.quantities.text import in_unit, with_name
-from pairsim.results.columns import DP, U
-from pairsim.results.series import Series
-from pairsim.results.settled import NOTHING, Settled
-from pairsim.results.shapes import shapes_in
+from pairsim.record.columns import DP, U
 
 MOST_GAPS = 3  # that have a sentence each
 

@@ -19,9 +19,9 @@ from pairsim.quantities.kinds import LENGTH, TIME, VELOCITY
 from pairsim.quantities.text import in_unit
 from pairsim.questions.run import QUESTION
 from pairsim.questions.run.warnings import accuracy_of, warnings_of_run
-from pairsim.results.checkpoint import Checkpoint
-from pairsim.results.column import Column, names_of, table_row
-from pairsim.results.columns import (
+from pairsim.record.checkpoint import Checkpoint
+from pairsim.record.column import Column, names_of, table_row
+from pairsim.record.columns import (
     BRIDGE,
     DISTANCE,
     DISTORTION,
@@ -44,7 +44,9 @@ from pairsim.results.columns import (
     Z,
     observed,
 )
-from pairsim.results.entries import (
+from pairsim.record.fields import frame
+from pairsim.record.folder import plain
+from pairsim.record.run_entries import (
     ADAPTATION,
     FACTORISATIONS,
     HOLD,
@@ -59,8 +61,6 @@ from pairsim.results.entries import (
     Entries,
     Entry,
 )
-from pairsim.results.fields import frame
-from pairsim.results.folder import plain
 from pairsim.runtime.errors import RunFailure, TooManySteps, WallTime
 from pairsim.runtime.message import Message, Text
 from pairsim.runtime.monitor import Monitor

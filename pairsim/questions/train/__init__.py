@@ -21,7 +21,6 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import Field
 
-from pairsim.api.results import Result
 from pairsim.cases import values
 from pairsim.cases.case import ENDS, Ends, SceneCase
 from pairsim.cases.checks import check_scene
@@ -29,10 +28,11 @@ from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.keys import Key, Keys
 from pairsim.cases.mistakes import Mistake, broken, missing
 from pairsim.computing.question import InSweeps, Question
+from pairsim.computing.result import Result
 from pairsim.quantities.kinds import LENGTH, POSITION, RATE
-from pairsim.results.column import GAP, Column, Columns, Shown
-from pairsim.results.columns import D_ERROR, DISTANCE, DU, DU_ERROR, T_RELAX, U_ERROR, T, U, Z
-from pairsim.results.entries import SIZE, Entry
+from pairsim.record.column import GAP, Column, Columns, Shown
+from pairsim.record.columns import D_ERROR, DISTANCE, DU, DU_ERROR, T_RELAX, U_ERROR, T, U, Z
+from pairsim.record.run_entries import SIZE, Entry
 
 if TYPE_CHECKING:
     from pairsim.computing.events import Events

@@ -16,7 +16,7 @@ from pairsim.quantities.kinds import LENGTH, POSITION, RATE, VELOCITY
 from pairsim.quantities.text import in_unit, with_name
 from pairsim.questions.train import SENTENCES, SPECTRUM, TRAIN, TrainCase, work
 from pairsim.questions.train.row import first_gaps, follow
-from pairsim.results.entries import SIZE
+from pairsim.record.run_entries import SIZE
 from pairsim.runtime.errors import BranchEnd
 from pairsim.runtime.message import Message
 from pairsim.runtime.monitor import Monitor

@@ -14,9 +14,9 @@ from pairsim.plots.style import COLOURS, LINES, Page, printing
 from pairsim.plots.units import Units
 from pairsim.quantities.kinds import LENGTH, POSITION
 from pairsim.questions.train import FREQUENCY, GROWTH, POSITION_OF_ROW, ROW, SPECTRUM, TRAIN, D, K
-from pairsim.results.columns import DISTANCE, T, Z
-from pairsim.results.table import Table
-from pairsim.results.table_files import read_table
+from pairsim.record.columns import DISTANCE, T, Z
+from pairsim.record.table import Table
+from pairsim.record.table_files import read_table
 
 
 @printing()

@@ -12,12 +12,12 @@ from pairsim.computing import events
 from pairsim.quantities.kinds import LENGTH, POSITION, VELOCITY
 from pairsim.quantities.text import in_unit, with_name
 from pairsim.questions.train import BY_DISTANCE, ROW, TrainCase, work
-from pairsim.results.column import table_row
+from pairsim.record.column import table_row
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.rows.model import Row, fitted
-from pairsim.solvers.rows.motion import TOLERANCE, move, propagator
+from pairsim.solvers.rows.row_motion import TOLERANCE, move, propagator
 from pairsim.solvers.rows.short_rows import MOST, TRAINS, places_of, short_rows, solved, trains
 from pairsim.solvers.trains.train import Train
 

@@ -11,9 +11,9 @@ from pairsim.fem.diagnostics import Observation, liquid_distortion
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.runtime.message import Message
-from pairsim.solvers.curves.locked import Hold, held_together
 from pairsim.solvers.curves.sensitivities import sensitivities
 from pairsim.solvers.curves.slow_manifold import SlowMotion, slow_motion
+from pairsim.solvers.curves.unyielded_bridge import Hold, held_together
 from pairsim.solvers.errors.adjoints import Adjoints
 from pairsim.solvers.errors.estimate import ErrorEstimate, ErrorEstimator, GoalEstimate
 from pairsim.solvers.goals import Goal, dU

@@ -9,7 +9,7 @@ import numpy as np
 from pairsim.runtime.message import Message
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.curve import Zero, find_zeros, trace
-from pairsim.solvers.curves.zero_lines import Critical, End, Follower, Missed, Region
+from pairsim.solvers.curves.equilibrium_lines import Critical, End, Follower, Missed, Region
 from pairsim.solvers.steady.continuation import where
 from pairsim.solvers.steady.ends import Ended
 

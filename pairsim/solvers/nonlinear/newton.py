@@ -20,7 +20,7 @@ from pairsim.runtime.fenicsx import PETSc
 from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.nonlinear.convergence import Convergence, Report
 from pairsim.solvers.nonlinear.factors import EXACT, Factors, MumpsOptions, ReducedSystem
-from pairsim.solvers.nonlinear.renewal import KeptMatrix, MatrixPolicy
+from pairsim.solvers.nonlinear.jacobian_lagging import KeptMatrix, MatrixPolicy
 
 _PREFIXES = itertools.count()
 

@@ -21,7 +21,7 @@ from pairsim.runtime.message import Message, Text
 from pairsim.solvers.nonlinear.convergence import Report
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.ends import LAST, Ended, Passed, SpentOnTheWay, end_after
-from pairsim.solvers.steady.guesses import place_undeformed
+from pairsim.solvers.steady.predictors import place_undeformed
 from pairsim.solvers.steady.pseudo_time import relax
 from pairsim.solvers.steady.scene import Snapshot, SteadySolver
 

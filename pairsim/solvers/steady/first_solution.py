@@ -23,7 +23,7 @@ from pairsim.solvers.steady.continuation import (
     solve_on_mesh,
 )
 from pairsim.solvers.steady.ends import Ended
-from pairsim.solvers.steady.guesses import adopt, place_undeformed
+from pairsim.solvers.steady.predictors import adopt, place_undeformed
 from pairsim.solvers.steady.scene import SteadySolver
 
 FEWEST_CELLS = 4  # on a half-circle; chosen

@@ -12,7 +12,7 @@ from pairsim.quantities.kinds import TIME
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InvertedCell, MeshFailure, NewtonFailure, StepTooSmall
 from pairsim.runtime.message import Message
-from pairsim.solvers.errors.equation import ErrorEquation
+from pairsim.solvers.errors.error_transport import ErrorEquation
 from pairsim.solvers.errors.run_errors import RunErrors
 from pairsim.solvers.meshed_scene import needs_mesh
 from pairsim.solvers.nonlinear.convergence import Report
