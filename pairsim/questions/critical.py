@@ -62,6 +62,7 @@ if TYPE_CHECKING:
     from pairsim.physics.liquids import Liquid
     from pairsim.physics.solids import Solid
     from pairsim.plots.style import Page
+    from pairsim.record.record import Record
     from pairsim.runtime.monitor import Monitor
     from pairsim.solvers.curves.equilibrium_lines import Critical
 
@@ -243,7 +244,7 @@ def answer_of_critical(zeros: Sequence[Zero], record: Record) -> list[str]:
     return [*lines, *(f"A line of critical distances ends: {end['message']}." for end in early)]
 
 
-def read(tables: Tables) -> dict[str, Value]:
+def read(tables: Tables, record: Record) -> dict[str, Value]:
     """The result columns; lists in the order of critical.csv."""
     table = tables["critical"]
     wanted = table[KIND] == "wanted"
