@@ -28,6 +28,7 @@ from pairsim.record.column import Column
 from pairsim.runtime.arrays import Array
 
 BAND, TOGETHER = 0.22, 6  # opacity of a band; so many bands over each other are still told apart
+LIGHTER = 0.55  # opacity of the band by the inputs, over that of the error
 START_UP = "0.88"  # grey of the part in which a run starts up
 LEAST = 0.02, 2e-6  # what an axis spans at least: a part of its largest value, and a number
 LEAST_RATIO = 4.0  # the same of a logarithmic axis, its largest over its least value
@@ -58,6 +59,7 @@ class Line:
     y: Array  # (n,)
     error: Array | None = None  # half-widths of y, (n,): a band around a line, bars at points
     x_error: Array | None = None  # the same of x
+    inputs: Array | None = None  # half-widths of y by those of the inputs, (n,): a lighter band around a line
     columns: tuple[Column, Column] | None = None  # the columns that x and y are of, if they are of a table
     parameters: Mapping[str, Any] = field(default_factory=dict)  # of its case; they choose how it looks, and its panel
     look: Mapping[str, Any] = field(default_factory=dict)  # what is otherwise, by the names of matplotlib
@@ -68,7 +70,8 @@ class Line:
 
     def range(self, *, bars: bool) -> Array:
         """The values of y and, with `bars`, the known ends of their intervals."""
-        error = np.zeros(1) if self.error is None or not bars else np.nan_to_num(self.error, posinf=0.0)
+        known = [np.nan_to_num(each, posinf=0.0) for each in (self.error, self.inputs) if each is not None and bars]
+        error = np.max(known, axis=0) if known else np.zeros(1)
         return np.concatenate([self.y - error, self.y + error])
 
 
@@ -184,8 +187,9 @@ def draw_series(axis: Axes, series: Line, band: float = BAND) -> None:
         return
     look = {**series.look} if len(series.marked) else {**series.look, "marker": ""}
     axis.plot(series.x, series.y, label=series.label, markevery=list(series.marked), **look)
-    if series.error is not None:
-        fill(axis, series.x, series.y, series.error, look["color"], band)
+    for half_widths, opacity in ((series.inputs, LIGHTER * band), (series.error, band)):
+        if half_widths is not None:
+            fill(axis, series.x, series.y, half_widths, look["color"], opacity)
 
 
 def fill(axis: Axes, x: Array, y: Array, error: Array, colour: Any, band: float = BAND) -> None:
@@ -198,6 +202,8 @@ def notes(series: Sequence[Line]) -> list[Any]:
     """Entries of the legend for bands and marks."""
     banded = [each for each in series if each.error is not None and not each.mark]
     bands = [Patch(color="0.35", alpha=BAND, linewidth=0, label=r"error of $\Delta U$")] if banded else []
+    if any(each.inputs is not None for each in series):
+        bands.append(Patch(color="0.35", alpha=LIGHTER * BAND, linewidth=0, label=r"$\Delta U$ by the inputs"))
     marked = {each.mark for each in series}
     looks = ((mark, look) for mark, look in MARKS.items() if mark in marked)
     return bands + [Line2D([], [], label=mark, color="0.2", linestyle="", **look) for mark, look in looks]

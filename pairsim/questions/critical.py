@@ -66,6 +66,7 @@ if TYPE_CHECKING:
     from pairsim.computing.warnings import ErrorAt
     from pairsim.plots.style import Page
     from pairsim.quantities.scales import Scales
+    from pairsim.record.record import Record
     from pairsim.record.table import Table
     from pairsim.runtime.monitor import Monitor
     from pairsim.solvers.curves.equilibrium_lines import Critical
@@ -252,7 +253,7 @@ def answer_of_critical(zeros: Sequence[Zero], record: Record) -> list[str]:
     return [*lines, *(f"A line of critical distances ends: {end['message']}." for end in early)]
 
 
-def read(tables: Tables) -> dict[str, Value]:
+def read(tables: Tables, record: Record) -> dict[str, Value]:
     """The result columns; lists in the order of critical.csv."""
     table = tables["critical"]
     wanted = table[KIND] == "wanted"
