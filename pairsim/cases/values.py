@@ -114,7 +114,7 @@ def spelled_out(described: Range[Any]) -> list[float]:
 
 
 def _shape(value: Any) -> str:
-    """What pydantic shall take a value for, so that it finds one mistake and not one for each alternative."""
+    """The alternative for which a value is meant, so that pydantic reports the mistakes of that one alone."""
     if isinstance(value, Range) or (isinstance(value, Mapping) and value.keys() & Range.model_fields.keys()):
         return "range"
     return "each" if isinstance(value, list | tuple) else "one"

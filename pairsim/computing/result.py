@@ -289,7 +289,7 @@ class Result:
 
     @property
     def happened(self) -> str:
-        """How it ended, without what to try, which `advice` says of a folder."""
+        """How it ended. Of a result with a folder without what to try, which `advice` then says."""
         return self.message if self.folder is None else self.message.rpartition("; try ")[0] or self.message
 
     def findings(self) -> list[str]:

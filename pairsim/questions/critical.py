@@ -254,7 +254,7 @@ def answer_of_critical(zeros: Sequence[Zero], record: Record) -> list[str]:
 
 
 def read(tables: Tables, record: Record) -> dict[str, Value]:
-    """The result columns; lists in the order of critical.csv."""
+    """The values of a case in results.csv; zeros and what belongs to them are lists in the order of critical.csv."""
     table = tables["critical"]
     wanted = table[KIND] == "wanted"
     return {"points": table.rows, **{name: table[of][wanted].tolist() for name, of in SHOWN.items()}}
