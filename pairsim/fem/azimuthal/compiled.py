@@ -67,7 +67,7 @@ def liquid_disturbance(liquid: Liquid, base_fields: tuple[FieldSpec, ...]) -> Co
     """
     count = len(liquid.modes)
     unknown = [fields.VELOCITY, fields.PRESSURE, *([fields.conformation(count)] if count else []), fields.DISPLACEMENT]
-    names = (*liquid.numbers, *(("rate", "mesh_rate") if count else ()))
+    names = (*liquid.numbers, *(("rate",) if count else ()))
     kind = (liquid.structure, base_fields)
     return _compile(kind, tuple(unknown), base_fields, names, disturbed_liquid(liquid))
 

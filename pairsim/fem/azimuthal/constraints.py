@@ -7,7 +7,7 @@ shape (N_p,); equations are tested with T. The disturbed state has the symmetry 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
@@ -44,6 +44,8 @@ class DisturbedConstraints:
         lateral: Free unknowns that are the lateral velocities of the particles, shape (N_p,).
         rotation: Free unknowns that are their rotations, shape (N_p,).
         fields: Free unknowns of each field, which number its equations too.
+        follows: Velocities of the liquid at soft particles that follow from rates of the displacements there, (n, n).
+        moves: What they contain of the particles' lateral velocities, which are counted already, shape (n, N_p).
     """
 
     N: sparse.csr_matrix
@@ -54,6 +56,30 @@ class DisturbedConstraints:
     lateral: Indices
     rotation: Indices
     fields: dict[str, Indices]
+    follows: sparse.csr_matrix
+    moves: sparse.csr_matrix
+
+    def with_known(self, known: Indices, values: Array) -> DisturbedConstraints:
+        """The same with known free unknowns, whose equations are solved.
+
+        Args:
+            known: Their numbers, shape (k,).
+            values: Their values for unit displacements of the particles, shape (k, N_p).
+        """
+        kept = np.setdiff1d(np.arange(self.N.shape[1]), known)
+        place = np.full(self.N.shape[1], -1)
+        place[kept] = np.arange(len(kept))
+        return replace(
+            self,
+            N=self.N[:, kept],
+            D=sparse.csr_matrix(self.D + self.N[:, known] @ sparse.csr_matrix(values)),
+            T=self.T[kept],
+            pins=self.pins[kept],
+            pinned=self.pinned[kept],
+            lateral=place[self.lateral],
+            rotation=place[self.rotation],
+            fields={name: place[at] for name, at in self.fields.items() if place[at].min() >= 0},
+        )
 
 
 def displaced_nodes(mesh: SixNodeMesh, interface: Flags) -> Flags:
@@ -85,7 +111,7 @@ class _Builder:
         self.scene, self.phases, self.h = scene, phases, h
         self.offsets = np.concatenate([[0], np.cumsum([phase.numbering.size for phase in phases])])
         self.y = Unknowns()
-        self.N, self.D, self.rows, self.pins, self.pinned = (Triplets() for _ in range(5))
+        self.N, self.D, self.rows, self.pins, self.pinned, self.follows, self.moves = (Triplets() for _ in range(7))
         count = len(scene.bodies)
         self.lateral, self.rotation = self.y.take("lateral", count), self.y.take("rotation", count)
 
@@ -190,7 +216,10 @@ class _Builder:
             sign = np.where((c == 2) & axis[body.nodes], -1.0, 1.0)
             k = unknown >= 0
             self.rows.add(unknown[k], self.phases[0].numbering.index("u", at[k], c), sign[k])
-            self.N.add(self.phases[0].numbering.index("eta", at[k], c), unknown[k], sign[k])
+            u, eta = (self.phases[0].numbering.index(name, at, c) for name in ("u", "eta"))
+            self.N.add(eta[k], unknown[k], sign[k])
+            self.follows.add(u, eta)
+            self.moves.add(u, np.full(len(at), i), motion.translation(len(at))[:, c])
         quadrature = CellQuadrature(phase.mesh)
         load = _load(quadrature)
         relative = points - [load @ points[:, 0] / load.sum(), 0.0]
@@ -231,6 +260,8 @@ class _Builder:
             self.lateral,
             self.rotation,
             self.y.fields,
+            self.follows.matrix((n, n)),
+            self.moves.matrix((n, particles)),
         )
 
 

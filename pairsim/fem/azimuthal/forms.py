@@ -79,8 +79,8 @@ def extension(eta: Field, xi: Field, mesh: ufl.Mesh, r: Expr) -> Expr:
 def disturbed_liquid(liquid: Liquid) -> Callable[[Terms, Angle], ufl.Form]:
     """The form of a liquid with the disturbances u, p, c of its modes and displacement eta of the mesh.
 
-    The conformation c itself is disturbed, whereas the axisymmetric solution has its logarithm. The time derivative of
-    the disturbance at a point of the mesh is `rate` times the disturbance: what grows as exp(rate t).
+    The conformation c itself is disturbed, whereas the axisymmetric solution has its logarithm. The disturbances of c
+    and of the mesh grow as exp(rate t).
 
     Args:
         liquid: The liquid; its parameters are constants of the form.
@@ -99,8 +99,8 @@ def disturbed_liquid(liquid: Liquid) -> Callable[[Terms, Angle], ufl.Form]:
         stress = 2 * here.xi * here.solvent.viscosity(gamma2) * ufl.sym(L)
         more = 0
         if count:
-            rate, moving = terms.constants["rate"], terms.constants["mesh_rate"]
-            w = calculus.axisymmetric_vector(terms.base["w"]).value + moving * eta.value
+            rate = terms.constants["rate"]
+            w = calculus.axisymmetric_vector(terms.base["w"]).value + rate * eta.value
             v = u.value - w
         for i, law in enumerate(here.modes):
             block, hoop = LogConformation.of(mode_part(terms.base["s"], i)).exp(1)

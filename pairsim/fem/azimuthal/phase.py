@@ -32,9 +32,7 @@ class DisturbedPhase:
         numbering: Canonical numbering of the disturbances.
     """
 
-    def __init__(
-        self, compiled: CompiledDisturbance, mesh: SixNodeMesh, base: Array, material: Liquid | Solid
-    ) -> None:
+    def __init__(self, compiled: CompiledDisturbance, mesh: SixNodeMesh, base: Array, material: Liquid | Solid) -> None:
         self.mesh, self._compiled = mesh, compiled
         cells = mesh.cells[:, TO_BASIX]
         put: Any = dolfinx.mesh.create_mesh(MPI.COMM_SELF, cells, COORDINATE, mesh.points)
@@ -79,12 +77,10 @@ class DisturbedPhase:
         """Whether its equations have time derivatives."""
         return "rate" in self._constants
 
-    def matrix(self, rate: float = 0.0, mesh_rate: float = 0.0) -> sparse.csr_matrix:
-        """The matrix of a disturbance that grows at a rate, in the canonical numbering."""
+    def matrix(self, rate: float = 0.0) -> sparse.csr_matrix:
+        """The matrix of a disturbance that grows as exp(rate t), in the canonical numbering."""
         if self.remembers:
             self._constants["rate"].value = rate
-            self._constants["mesh_rate"].value = mesh_rate
-        # scipy's form of the matrix has one row and one column for each degree of freedom of DOLFINx.
         entries = dolfinx.fem.assemble_matrix(self._form).to_scipy().tocoo()
         at = self.numbering.canonical
         shape = (self.numbering.size, self.numbering.size)

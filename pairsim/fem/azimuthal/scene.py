@@ -1,12 +1,14 @@
-"""A disturbed scene: its phases and constraints, and the linear system of a disturbance."""
+"""A disturbed scene: its phases, its constraints, and the equations of a disturbance."""
 
 from __future__ import annotations
+
+from functools import cached_property
 
 import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from pairsim.fem.azimuthal.constraints import disturbed_constraints
+from pairsim.fem.azimuthal.constraints import DisturbedConstraints, disturbed_constraints
 from pairsim.fem.azimuthal.phase import DisturbedPhase
 from pairsim.fem.scene import Scene
 from pairsim.runtime.arrays import Array
@@ -15,11 +17,22 @@ from pairsim.runtime.arrays import Array
 class DisturbedScene:
     """The first azimuthal mode of a scene about an axisymmetric solution.
 
+    With the displacements d of the particles' centres its equations are
+
+        E (N y + D d) = pinned d,    E = T A + pins;
+
+    see `pairsim.fem.azimuthal.constraints`.
+
     Args:
         scene: The scene.
         h: Positions of the particles' material in the solution, shape (n_h,).
         x: Its full vector, shape (n,).
         volume_modulus: Whether soft particles resist changes of volume within cells.
+
+    Attributes:
+        phases: The disturbed phases, in the order of the scene.
+        A: Matrix of a disturbance at which nothing depends on its rate of change, shape (n, n).
+        constraints: The constraints. Where all particles are rigid they contain the displacement of the mesh.
     """
 
     def __init__(self, scene: Scene, h: Array, x: Array, *, volume_modulus: bool = False) -> None:
@@ -28,21 +41,57 @@ class DisturbedScene:
         for body in scene.bodies:
             if body.phase is not None:
                 pressure = body.phase.nodal("p", x[scene.offset(body.phase) :]).ravel()
-                solid = DisturbedPhase.solid(
-                    body.phase, body.positions(h), pressure, volume_modulus=volume_modulus
-                )
+                solid = DisturbedPhase.solid(body.phase, body.positions(h), pressure, volume_modulus=volume_modulus)
                 self.phases.append(solid)
+        self.A = self._matrix(0.0)
         self.constraints = disturbed_constraints(scene, self.phases, h)
+        if len(self.phases) == 1:
+            self.constraints = self._extended(self.constraints)
 
-    def matrix(self, rate: float = 0.0, mesh_rate: float = 0.0) -> sparse.csr_matrix:
-        """The matrix of the full vector, shape (n, n)."""
+    def _matrix(self, rate: float) -> sparse.csr_matrix:
         liquid, *solids = self.phases
-        parts = [liquid.matrix(rate, mesh_rate), *(phase.matrix() for phase in solids)]
+        parts = [liquid.matrix(rate), *(phase.matrix() for phase in solids)]
         return sparse.csr_matrix(sparse.block_diag(parts, format="csr"))
 
-    def solve(self, A: sparse.csr_matrix) -> Array:
-        """Disturbances y for unit displacements of the particles, shape (n_y, N_p)."""
+    @cached_property
+    def memory(self) -> sparse.csr_matrix | None:
+        """Matrix that multiplies the rate of change of the full vector, None in a liquid without a memory."""
+        return sparse.csr_matrix(self._matrix(1.0) - self.A) if self.phases[0].remembers else None
+
+    def _extended(self, constraints: DisturbedConstraints) -> DisturbedConstraints:
+        """The same with the extension of the displacements of rigid particles, which nothing else affects."""
+        known = constraints.fields["eta"]
+        equations = sparse.csr_matrix(constraints.T[known] @ self.A)
+        factors = splu(sparse.csc_matrix(equations @ constraints.N[:, known]))
+        return constraints.with_known(known, factors.solve(-(equations @ constraints.D).toarray()))
+
+    @cached_property
+    def equations(self) -> sparse.csr_matrix:
+        """E = T A + pins, shape (n_y, n)."""
+        return sparse.csr_matrix(self.constraints.T @ self.A + self.constraints.pins)
+
+    @property
+    def matrix(self) -> sparse.csr_matrix:
+        """The matrix of the free unknowns, E N, shape (n_y, n_y)."""
+        return sparse.csr_matrix(self.equations @ self.constraints.N)
+
+    def load(self) -> Array:
+        """Right-hand sides for unit displacements of the particles, shape (n_y, N_p)."""
+        return np.asarray((self.constraints.pinned - self.equations @ self.constraints.D).toarray())
+
+    def load_of_rates(self, x: Array, a: Array) -> Array:
+        """What disturbances that change with the displacements add to the right-hand sides, shape (n_y, N_p).
+
+        Args:
+            x: Disturbances for unit displacements of the particles, shape (n, N_p).
+            a: Rates of change of the displacements, dx_k/dt = sum_j a_kj x_j, shape (N_p, N_p).
+        """
         c = self.constraints
-        equations = c.T @ A + c.pins
-        rhs = (c.pinned - equations @ c.D).toarray()
-        return np.asarray(splu(sparse.csc_matrix(equations @ c.N)).solve(rhs))
+        load = -self.equations @ ((c.follows @ x - c.moves.toarray()) @ a)
+        if self.memory is not None:
+            load -= c.T @ (self.memory @ (x @ a))
+        return np.asarray(load)
+
+    def expand(self, y: Array) -> Array:
+        """Disturbances for unit displacements of the particles, shape (n_y, N_p) -> (n, N_p)."""
+        return np.asarray(self.constraints.N @ y + self.constraints.D.toarray())
