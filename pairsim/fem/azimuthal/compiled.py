@@ -63,13 +63,12 @@ def liquid_disturbance(liquid: Liquid, base_fields: tuple[FieldSpec, ...]) -> Co
 
     Args:
         liquid: The liquid; the form depends on its laws.
-        base_fields: Fields of the phase in the axisymmetric scene.
+        base_fields: Fields of the axisymmetric solution, with the velocity w of the mesh.
     """
     count = len(liquid.modes)
     unknown = [fields.VELOCITY, fields.PRESSURE, *([fields.conformation(count)] if count else []), fields.DISPLACEMENT]
-    names = (*liquid.numbers, *(("rate",) if count else ()))
     kind = (liquid.structure, base_fields)
-    return _compile(kind, tuple(unknown), base_fields, names, disturbed_liquid(liquid))
+    return _compile(kind, tuple(unknown), base_fields, (*liquid.numbers, "rate", "Re"), disturbed_liquid(liquid))
 
 
 UNDEFORMED = FieldSpec("X", 2, 2, odd=(1,))
@@ -79,6 +78,9 @@ def solid_disturbance(solid: Solid, *, volume_modulus: bool) -> CompiledDisturba
     """The disturbance of a solid, whose axisymmetric solution is given by undeformed positions and pressure."""
     kind = (solid.name, volume_modulus)
     base = (UNDEFORMED, FieldSpec("p", 1, 1))
-    names = tuple(solid.numbers)
-    build = disturbed_solid(solid, volume_modulus)
-    return _compile(kind, (fields.DISPLACEMENT, fields.PRESSURE), base, names, build)
+    unknown = [
+        fields.DISPLACEMENT,
+        fields.PRESSURE,
+        *([fields.MATERIAL_VELOCITY] if solid.viscosity is not None else []),
+    ]
+    return _compile(kind, tuple(unknown), base, tuple(solid.numbers), disturbed_solid(solid, volume_modulus))

@@ -1,8 +1,8 @@
 """Constraints of a disturbed scene: what is free of its fields, and the particles' motions and displacements.
 
 The full vector of the disturbances, shape (n,), consists of the canonical vectors of the liquid and of the soft
-particles. It is x = N y + D d with the free unknowns y, shape (n_y,), and the displacements d of the particles' centres,
-shape (N_p,); equations are tested with T. The disturbed state has the symmetry of a displacement along theta = 0.
+particles. It is x = N y + D d with the free unknowns y, shape (n_y,), and the displacements d of the particles'
+centres, shape (N_p,); equations are tested with T. The disturbed state is that of displacements along theta = 0.
 """
 
 from __future__ import annotations
@@ -20,15 +20,13 @@ from pairsim.fem.azimuthal.fields import (
     TENSOR_ON_AXIS,
     VECTOR_ON_AXIS,
     AxisCondition,
-    Numbering,
 )
+from pairsim.fem.azimuthal.motion import ON_AXIS
 from pairsim.fem.azimuthal.phase import DisturbedPhase
 from pairsim.fem.meshes.quadrature import CellQuadrature
 from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
 from pairsim.fem.scene import Body, Scene
 from pairsim.runtime.arrays import Array, Flags, Indices
-
-ON_AXIS = 1e-12  # radius [D_c]
 
 
 @dataclass(frozen=True)
@@ -220,6 +218,8 @@ class _Builder:
             self.N.add(eta[k], unknown[k], sign[k])
             self.follows.add(u, eta)
             self.moves.add(u, np.full(len(at), i), motion.translation(len(at))[:, c])
+        if "v" in numbering:
+            self.material(i, part, body)
         quadrature = CellQuadrature(phase.mesh)
         load = _load(quadrature)
         relative = points - [load @ points[:, 0] / load.sum(), 0.0]
@@ -233,6 +233,16 @@ class _Builder:
                 at_nodes = self.offsets[part] + numbering.index("eta", np.arange(len(points)), c)
                 self.pins.add(np.full(len(points), row), at_nodes, load * field[:, c] / size)
         self.pinned.add(self.lateral[[i]], np.array([i]))
+
+    def material(self, i: int, part: int, body: Body) -> None:
+        """Let the material of a viscous soft particle roll inside its shape, and follow displacements that change."""
+        numbering = self.phases[part].numbering
+        rolling = motion.rolling_inside(body, self.h)
+        nodes = np.arange(len(rolling))
+        for c in range(3):
+            v = self.offsets[part] + numbering.index("v", nodes, c)
+            self.N.add(v, np.full(len(nodes), self.rotation[i]), rolling[:, c])
+            self.follows.add(v, self.offsets[part] + numbering.index("eta", nodes, c))
 
     def interpolation(self) -> sparse.csr_matrix:
         """The full vector from one in which displacements of the liquid's mesh between vertices are not set."""

@@ -14,6 +14,7 @@ from pairsim.runtime.fenicsx import dolfinx
 VELOCITY = FieldSpec("u", 2, 3)
 PRESSURE = FieldSpec("p", 1, 1)
 DISPLACEMENT = FieldSpec("eta", 2, 3)
+MATERIAL_VELOCITY = FieldSpec("v", 2, 3)
 COMPONENTS = 6
 """Components of a symmetric tensor: zz, zr, rr, tt, zt, rt."""
 

@@ -79,13 +79,13 @@ def extension(eta: Field, xi: Field, mesh: ufl.Mesh, r: Expr) -> Expr:
 def disturbed_liquid(liquid: Liquid) -> Callable[[Terms, Angle], ufl.Form]:
     """The form of a liquid with the disturbances u, p, c of its modes and displacement eta of the mesh.
 
-    The conformation c itself is disturbed, whereas the axisymmetric solution has its logarithm. The disturbances of c
-    and of the mesh grow as exp(rate t).
+    The conformation c itself is disturbed, whereas the axisymmetric solution has its logarithm. The disturbances of c,
+    of u and of the mesh grow as exp(rate t). With the Reynolds number Re = rho U_av D_c/eta_0 the momentum balance is
+    Re Du/Dt = div(sigma - p I).
 
     Args:
         liquid: The liquid; its parameters are constants of the form.
     """
-    count = len(liquid.modes)
 
     def build(terms: Terms, at: Angle) -> ufl.Form:
         x, test, r = terms.x, terms.test, terms.r
@@ -97,11 +97,11 @@ def disturbed_liquid(liquid: Liquid) -> Callable[[Terms, Angle], ufl.Form]:
         L = kin.grad(u)
         gamma2 = 2 * ufl.inner(ufl.sym(L), ufl.sym(L)) + LEAST_RATE**2
         stress = 2 * here.xi * here.solvent.viscosity(gamma2) * ufl.sym(L)
-        more = 0
-        if count:
-            rate = terms.constants["rate"]
-            w = calculus.axisymmetric_vector(terms.base["w"]).value + rate * eta.value
-            v = u.value - w
+        rate = terms.constants["rate"]
+        v = u.value - calculus.axisymmetric_vector(terms.base["w"]).value - rate * eta.value
+        acceleration = rate * calculus.vector(x["u"], at).value + ufl.dot(L, v)
+        w = calculus.vector(test["u"], at)
+        more = terms.constants["Re"] * ufl.inner(acceleration, w.value) * kin.volume
         for i, law in enumerate(here.modes):
             block, hoop = LogConformation.of(mode_part(terms.base["s"], i)).exp(1)
             c1 = calculus.tensor([x["c"][COMPONENTS * i + k] for k in range(COMPONENTS)], at)
@@ -114,7 +114,7 @@ def disturbed_liquid(liquid: Liquid) -> Callable[[Terms, Angle], ufl.Form]:
             strong += relaxation(here, law, c.value, invariants) / De
             upwinded = S.value + upwind_time(terms.mesh, v, De, UPWIND_SCALE) * kin.along(v, S)
             more += ufl.inner(upwinded, strong) * kin.volume
-        more += work(kin, stress, p, calculus.vector(test["u"], at))
+        more += work(kin, stress, p, w)
         more -= calculus.scalar(test["p"], at).value * ufl.tr(L) * kin.volume
         more += extension(eta, calculus.vector(test["eta"], at), terms.mesh, r)
         return more * terms.dx
@@ -140,9 +140,9 @@ def relaxation(liquid: Liquid, law: ConformationLaw, c: Expr, at: Invariants) ->
 
 
 def disturbed_solid(solid: Solid, volume_modulus: bool) -> Callable[[Terms, Angle], ufl.Form]:
-    """The form of a solid with the disturbances eta and p, elastic alone.
+    """The form of a solid with the disturbances eta and p, and the velocity v of the material if it is viscous.
 
-    The base field X is the undeformed position as a function of the deformed one.
+    The base field X is the undeformed position as a function of the deformed one. The material is at rest there.
 
     Args:
         solid: Its law.
@@ -160,7 +160,10 @@ def disturbed_solid(solid: Solid, volume_modulus: bool) -> Callable[[Terms, Angl
         expansion = kin.J / (ufl.det(ufl.grad(X)) * X[1] / r)  # J R/r of the axisymmetric forms
         if volume_modulus:
             p -= VOLUME_MODULUS / terms.constants["Ca_e"] * (expansion - 1)
-        form = work(kin, elastic(here, B, inverse), p, calculus.vector(test["eta"], at))
+        stress = elastic(here, B, inverse)
+        if here.viscosity is not None:
+            stress += 2 * here.viscosity * ufl.sym(kin.grad(calculus.vector(x["v"], at)))
+        form = work(kin, stress, p, calculus.vector(test["eta"], at))
         # Per undeformed volume, which does not change: its ratio to the deformed one is that of J to `expansion`.
         return (form - calculus.scalar(test["p"], at).value * kin.volume) * terms.dx
 

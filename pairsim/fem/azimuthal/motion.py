@@ -6,8 +6,13 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from pairsim.fem.meshes.geometry import Outline
+from pairsim.fem.meshes.six_node_mesh import shape_gradients
 from pairsim.fem.scene import Body
 from pairsim.runtime.arrays import Array
+
+ON_AXIS = 1e-12  # radius [D_c]
+NODES_OF_CELL = np.array([[0, 0], [1, 0], [0, 1], [0.5, 0], [0.5, 0.5], [0, 0.5]])
+"""Nodes of the reference triangle in the order of `SixNodeMesh.cells`."""
 
 
 def translation(count: int) -> Array:
@@ -60,3 +65,26 @@ def turning(body: Body, h: Array) -> Array:
     if body.phase is None:
         return rotation(body.outline.nodes)
     return rolling(body.outline, body.outline_points(h))
+
+
+def rolling_inside(body: Body, h: Array) -> Array:
+    """The velocity F (e_y x X) at all nodes of a soft particle, as `rolling` has it on the outline, shape (nodes, 3).
+
+    Derivatives at nodes are means over the cells around them.
+    """
+    assert body.phase is not None
+    mesh, deformed = body.phase.six_node_mesh, body.positions(h)
+    sphere = mesh.points
+    local = shape_gradients(NODES_OF_CELL)
+    dX, dx = (np.einsum("qak,mai->mqik", local, points[mesh.cells]) for points in (sphere, deformed))
+    turned = sphere[mesh.cells][..., ::-1] * [-1.0, 1.0]  # the derivative of X with respect to the polar angle
+    along = np.einsum("mqik,mqk->mqi", dx, np.linalg.solve(dX, turned[..., None])[..., 0])
+    count = np.bincount(mesh.cells.ravel(), minlength=len(sphere))
+    found = np.zeros((len(sphere), 3))
+    for c in range(2):
+        found[:, c] = np.bincount(mesh.cells.ravel(), along[..., c].ravel(), len(sphere)) / count
+    off_axis = sphere[:, 1] > ON_AXIS
+    found[:, 2] = -found[:, 1]
+    found[off_axis, 2] = -(deformed[off_axis, 1] / sphere[off_axis, 1]) * sphere[off_axis, 0]
+    found[~off_axis, 0] = 0.0
+    return found

@@ -10,7 +10,7 @@ from scipy import sparse
 from pairsim.fem.azimuthal.compiled import CompiledDisturbance, liquid_disturbance, solid_disturbance
 from pairsim.fem.azimuthal.fields import Numbering
 from pairsim.fem.meshes.six_node_mesh import TO_BASIX, SixNodeMesh
-from pairsim.fem.phases.compiled_phase import COORDINATE
+from pairsim.fem.phases.compiled_phase import COORDINATE, MESH_VELOCITY
 from pairsim.fem.phases.phase import Phase
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.solids import Solid
@@ -47,16 +47,25 @@ class DisturbedPhase:
         self._form = compiled.form.on(spaces, {compiled.base: function}, by_symbol)
 
     @staticmethod
-    def liquid(phase: Phase[Liquid], positions: Array, base: Array) -> DisturbedPhase:
+    def liquid(phase: Phase[Liquid], positions: Array, base: Array, w: Array, Re: float) -> DisturbedPhase:
         """The disturbed liquid of a scene.
 
         Args:
             phase: The liquid.
             positions: Current positions of its nodes, shape (n, 2).
             base: Its fields in the axisymmetric solution, a canonical vector.
+            w: Velocity of the mesh in that solution at vertices, shape (v, 2).
+            Re: Reynolds number.
         """
-        compiled = liquid_disturbance(phase.material, phase.compiled.fields)
-        return DisturbedPhase(compiled, SixNodeMesh(positions, phase.six_node_mesh.cells), base, phase.material)
+        fields = phase.compiled.fields
+        own = tuple(f for f in fields if f.name != MESH_VELOCITY.name)
+        if own != fields:
+            base = base[: phase.offsets[MESH_VELOCITY.name]]
+        compiled = liquid_disturbance(phase.material, (*own, MESH_VELOCITY))
+        mesh = SixNodeMesh(positions, phase.six_node_mesh.cells)
+        made = DisturbedPhase(compiled, mesh, np.concatenate([base, w.ravel()]), phase.material)
+        made._constants["Re"].value = Re
+        return made
 
     @staticmethod
     def solid(phase: Phase[Solid], positions: Array, pressure: Array, *, volume_modulus: bool) -> DisturbedPhase:
@@ -72,14 +81,9 @@ class DisturbedPhase:
         base = np.concatenate([phase.six_node_mesh.points.ravel(), pressure])
         return DisturbedPhase(compiled, SixNodeMesh(positions, phase.six_node_mesh.cells), base, phase.material)
 
-    @property
-    def remembers(self) -> bool:
-        """Whether its equations have time derivatives."""
-        return "rate" in self._constants
-
     def matrix(self, rate: float = 0.0) -> sparse.csr_matrix:
         """The matrix of a disturbance that grows as exp(rate t), in the canonical numbering."""
-        if self.remembers:
+        if "rate" in self._constants:
             self._constants["rate"].value = rate
         entries = dolfinx.fem.assemble_matrix(self._form).to_scipy().tocoo()
         at = self.numbering.canonical

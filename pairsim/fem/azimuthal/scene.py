@@ -8,10 +8,19 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from pairsim.fem.algebra.mesh_velocity import shares
 from pairsim.fem.azimuthal.constraints import DisturbedConstraints, disturbed_constraints
 from pairsim.fem.azimuthal.phase import DisturbedPhase
 from pairsim.fem.scene import Scene
 from pairsim.runtime.arrays import Array
+
+
+def mesh_velocity(scene: Scene, U: Array) -> Array:
+    """Velocity of the mesh at the vertices of the liquid for velocities of the particles, shape (v, 2)."""
+    mesh = scene.liquid.six_node_mesh
+    w = np.zeros((len(mesh.vertices), 2))
+    w[:, 0] = U @ shares(scene.reference, mesh.points[mesh.vertices, 0], scene.periodic)
+    return w
 
 
 class DisturbedScene:
@@ -27,6 +36,8 @@ class DisturbedScene:
         scene: The scene.
         h: Positions of the particles' material in the solution, shape (n_h,).
         x: Its full vector, shape (n,).
+        U: Velocities of the particles in it [U_av], shape (N_p,).
+        Re: Reynolds number.
         volume_modulus: Whether soft particles resist changes of volume within cells.
 
     Attributes:
@@ -35,9 +46,12 @@ class DisturbedScene:
         constraints: The constraints. Where all particles are rigid they contain the displacement of the mesh.
     """
 
-    def __init__(self, scene: Scene, h: Array, x: Array, *, volume_modulus: bool = False) -> None:
-        self.scene = scene
-        self.phases = [DisturbedPhase.liquid(scene.liquid, scene.positions(x), x[: scene.liquid.size])]
+    def __init__(
+        self, scene: Scene, h: Array, x: Array, U: Array, *, Re: float = 0.0, volume_modulus: bool = False
+    ) -> None:
+        self.scene, self._remembers = scene, bool(Re or scene.material.modes)
+        base = x[: scene.liquid.size], mesh_velocity(scene, U)
+        self.phases = [DisturbedPhase.liquid(scene.liquid, scene.positions(x), *base, Re)]
         for body in scene.bodies:
             if body.phase is not None:
                 pressure = body.phase.nodal("p", x[scene.offset(body.phase) :]).ravel()
@@ -55,8 +69,8 @@ class DisturbedScene:
 
     @cached_property
     def memory(self) -> sparse.csr_matrix | None:
-        """Matrix that multiplies the rate of change of the full vector, None in a liquid without a memory."""
-        return sparse.csr_matrix(self._matrix(1.0) - self.A) if self.phases[0].remembers else None
+        """Matrix that multiplies the rate of change of the full vector, None without memory and inertia."""
+        return sparse.csr_matrix(self._matrix(1.0) - self.A) if self._remembers else None
 
     def _extended(self, constraints: DisturbedConstraints) -> DisturbedConstraints:
         """The same with the extension of the displacements of rigid particles, which nothing else affects."""

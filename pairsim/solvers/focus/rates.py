@@ -52,8 +52,19 @@ def disturb(steady: SteadySolver) -> Disturbance:
     Raises:
         NoSteadyState: The matrix is singular.
     """
-    h, x = steady.state()
-    scene = DisturbedScene(steady.scene, h, x, volume_modulus=steady.problem.volume_modulus)
+    return disturbance_at(steady, steady.y)
+
+
+def disturbance_at(steady: SteadySolver, y: Array, Re: float = 0.0) -> Disturbance:
+    """The same for free unknowns y of the scene, shape (n_y,), with inertia at a Reynolds number.
+
+    Raises:
+        NoSteadyState: The matrix is singular.
+    """
+    steady.apply(steady.parameters)
+    h, x = steady.newton.state(y)
+    U = y[steady.constraints.fields["U_p"]]
+    scene = DisturbedScene(steady.scene, h, x, U, Re=Re, volume_modulus=steady.problem.volume_modulus)
     solver = DirectSolver(scene.matrix)
     try:
         return _solved(scene, solver)

@@ -1,0 +1,52 @@
+"""What inertia does to the rates, to first order in the Reynolds number."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pairsim.fem.azimuthal.inertia import inertia
+from pairsim.fem.azimuthal.scene import mesh_velocity
+from pairsim.runtime.arrays import Array
+from pairsim.solvers.focus.rates import Disturbance, disturbance_at
+from pairsim.solvers.steady.scene import SteadySolver
+
+DIFFERENCE = 1e-3  # of Re, of the central difference; for rigid particles in a Newtonian liquid it does not matter
+
+
+@dataclass(frozen=True)
+class Inertia:
+    """Derivatives with respect to Re = rho U_av D_c/eta_0 at Re = 0, of neutrally buoyant particles.
+
+    Attributes:
+        rates: Those of `Disturbance.rates` [U_av/D_c], shape (N, N).
+        U: Those of the velocities on the axis [U_av], shape (N,).
+    """
+
+    rates: Array
+    U: Array
+
+
+def by_inertia(steady: SteadySolver) -> Inertia:
+    """Derivatives of the rates by the Reynolds number.
+
+    The flow on the axis changes by one solve with the matrix at the solution; the rates are computed with that flow
+    and with inertia at two small Reynolds numbers of opposite sign.
+
+    Args:
+        steady: The scene, at a solution.
+
+    Raises:
+        NoSteadyState: A matrix is singular.
+    """
+    steady.factor()
+    _, x = steady.state()
+    place = steady.constraints.fields["U_p"]
+    load = steady.constraints.T @ inertia(steady.scene, x, mesh_velocity(steady.scene, steady.y[place]))
+    change = -steady.newton.linear_solve(load)
+    there: list[Disturbance] = [
+        disturbance_at(steady, steady.y + Re * change, Re=Re) for Re in (DIFFERENCE, -DIFFERENCE)
+    ]
+    rates = (there[0].rates - there[1].rates) / (2 * DIFFERENCE)
+    return Inertia(np.asarray(rates), change[place])
