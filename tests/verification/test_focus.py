@@ -7,6 +7,7 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
+from support.scenes import reached
 
 from pairsim.fem.azimuthal import motion
 from pairsim.fem.azimuthal.scene import DisturbedScene
@@ -26,7 +27,6 @@ from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.first_solution import first_scene
 from pairsim.solvers.steady.scene import SteadySolver
-from support.scenes import reached
 
 RIGID = (None,)
 GIESEKUS = single(Giesekus(alpha=0.2), De=0.3)
@@ -66,7 +66,7 @@ def disturbed_scene(solver: SteadySolver) -> DisturbedScene:
 
 
 def resistance(beta: float, Np: int) -> np.ndarray:
-    """Resistances of a sphere on the axis of a tube at rest to lateral motion and rotation, over 6 pi a and 8 pi a^3."""
+    """Resistances of a sphere on the axis to lateral motion and rotation, over 6 pi a and 8 pi a^3."""
     with scene((beta,), RIGID, Np=Np) as solver:
         found = disturbed_scene(solver)
         place = np.concatenate([found.constraints.lateral, found.constraints.rotation])

@@ -44,6 +44,8 @@ class DisturbedConstraints:
         fields: Free unknowns of each field, which number its equations too.
         follows: Velocities of the liquid at soft particles that follow from rates of the displacements there, (n, n).
         moves: What they contain of the particles' lateral velocities, which are counted already, shape (n, N_p).
+        masses: What particles with the density of the liquid add to the equations, for unit accelerations of their
+            lateral velocities and then of their rotations, shape (n_y, 2 N_p).
     """
 
     N: sparse.csr_matrix
@@ -56,6 +58,7 @@ class DisturbedConstraints:
     fields: dict[str, Indices]
     follows: sparse.csr_matrix
     moves: sparse.csr_matrix
+    masses: sparse.csr_matrix
 
     def with_known(self, known: Indices, values: Array) -> DisturbedConstraints:
         """The same with known free unknowns, whose equations are solved.
@@ -74,6 +77,7 @@ class DisturbedConstraints:
             T=self.T[kept],
             pins=self.pins[kept],
             pinned=self.pinned[kept],
+            masses=self.masses[kept],
             lateral=place[self.lateral],
             rotation=place[self.rotation],
             fields={name: place[at] for name, at in self.fields.items() if place[at].min() >= 0},
@@ -109,8 +113,9 @@ class _Builder:
         self.scene, self.phases, self.h = scene, phases, h
         self.offsets = np.concatenate([[0], np.cumsum([phase.numbering.size for phase in phases])])
         self.y = Unknowns()
-        self.N, self.D, self.rows, self.pins, self.pinned, self.follows, self.moves = (Triplets() for _ in range(7))
-        count = len(scene.bodies)
+        self.N, self.D, self.rows, self.pins, self.pinned = (Triplets() for _ in range(5))
+        self.follows, self.moves, self.masses = (Triplets() for _ in range(3))
+        count = self.count = len(scene.bodies)
         self.lateral, self.rotation = self.y.take("lateral", count), self.y.take("rotation", count)
 
     def free(
@@ -195,6 +200,10 @@ class _Builder:
             self.D.add(numbering.index("eta", at, c), np.full(len(at), i), moved[0][:, c])
             for unknown, values in zip((self.lateral[i], self.rotation[i]), moved, strict=True):
                 self.rows.add(np.full(len(at), unknown), numbering.index("u", at, c), values[:, c])
+        radius = self.scene.bodies[i].outline.radius
+        volume = 4 / 3 * np.pi * radius**3
+        equations, columns = np.array([self.lateral[i], self.rotation[i]]), np.array([i, self.count + i])
+        self.masses.add(equations, columns, np.array([volume, 2 / 5 * volume * radius**2]))
 
     def soft(self, i: int, part: int, body: Body, at: Indices) -> None:
         """Add the fields of a soft particle, whose momentum equation is joined to that of the liquid at its surface.
@@ -223,15 +232,15 @@ class _Builder:
         quadrature = CellQuadrature(phase.mesh)
         load = _load(quadrature)
         relative = points - [load @ points[:, 0] / load.sum(), 0.0]
-        for row, field in zip(
-            (self.lateral[i], self.rotation[i]),
-            (motion.translation(len(points)), motion.rotation(relative)),
-            strict=True,
-        ):
+        fields = motion.translation(len(points)), motion.rotation(relative)
+        for row, column, field in zip((self.lateral[i], self.rotation[i]), (i, self.count + i), fields, strict=True):
             size = load @ (field**2).sum(axis=1)
             for c in range(3):
                 at_nodes = self.offsets[part] + numbering.index("eta", np.arange(len(points)), c)
                 self.pins.add(np.full(len(points), row), at_nodes, load * field[:, c] / size)
+                k = number[:, c] >= 0
+                sign = np.where((c == 2) & axis, -1.0, 1.0)
+                self.masses.add(number[k, c], np.full(np.count_nonzero(k), column), (sign * load * field[:, c])[k] / 2)
         self.pinned.add(self.lateral[[i]], np.array([i]))
 
     def material(self, i: int, part: int, body: Body) -> None:
@@ -259,7 +268,7 @@ class _Builder:
 
     def finished(self) -> DisturbedConstraints:
         """Assemble the matrices."""
-        n, count, particles = int(self.offsets[-1]), self.y.size, len(self.scene.bodies)
+        n, count, particles = int(self.offsets[-1]), self.y.size, self.count
         P = self.interpolation()
         return DisturbedConstraints(
             sparse.csr_matrix(P @ self.N.matrix((n, count))),
@@ -272,6 +281,7 @@ class _Builder:
             self.y.fields,
             self.follows.matrix((n, n)),
             self.moves.matrix((n, particles)),
+            self.masses.matrix((count, 2 * particles)),
         )
 
 

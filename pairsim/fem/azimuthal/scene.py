@@ -49,7 +49,7 @@ class DisturbedScene:
     def __init__(
         self, scene: Scene, h: Array, x: Array, U: Array, *, Re: float = 0.0, volume_modulus: bool = False
     ) -> None:
-        self.scene, self._remembers = scene, bool(Re or scene.material.modes)
+        self.scene, self._Re, self._remembers = scene, Re, bool(Re or scene.material.modes)
         base = x[: scene.liquid.size], mesh_velocity(scene, U)
         self.phases = [DisturbedPhase.liquid(scene.liquid, scene.positions(x), *base, Re)]
         for body in scene.bodies:
@@ -93,17 +93,19 @@ class DisturbedScene:
         """Right-hand sides for unit displacements of the particles, shape (n_y, N_p)."""
         return np.asarray((self.constraints.pinned - self.equations @ self.constraints.D).toarray())
 
-    def load_of_rates(self, x: Array, a: Array) -> Array:
+    def load_of_rates(self, y: Array, a: Array) -> Array:
         """What disturbances that change with the displacements add to the right-hand sides, shape (n_y, N_p).
 
         Args:
-            x: Disturbances for unit displacements of the particles, shape (n, N_p).
+            y: Disturbances for unit displacements of the particles, shape (n_y, N_p).
             a: Rates of change of the displacements, dx_k/dt = sum_j a_kj x_j, shape (N_p, N_p).
         """
-        c = self.constraints
+        c, x = self.constraints, self.expand(y)
         load = -self.equations @ ((c.follows @ x - c.moves.toarray()) @ a)
         if self.memory is not None:
             load -= c.T @ (self.memory @ (x @ a))
+        if self._Re:
+            load -= self._Re * (c.masses @ np.vstack([a @ a, y[c.rotation] @ a]))
         return np.asarray(load)
 
     def expand(self, y: Array) -> Array:

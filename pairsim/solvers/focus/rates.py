@@ -80,7 +80,7 @@ def _solved(scene: DisturbedScene, solver: DirectSolver) -> Disturbance:
     changes = scene.memory is not None or len(scene.phases) > 1
     converged = not changes
     for _ in range(MOST_ITERATIONS if changes else 0):
-        y = solver.solve(load + scene.load_of_rates(scene.expand(y), rates))
+        y = solver.solve(load + scene.load_of_rates(y, rates))
         before, rates = rates, y[lateral]
         if not np.isfinite(rates).all():
             break
