@@ -22,6 +22,7 @@ from pairsim.physics.solids.kelvin_voigt import KelvinVoigt
 from pairsim.physics.solids.solid import Solid
 from pairsim.solvers.focus.inertia import by_inertia
 from pairsim.solvers.focus.linear import DirectSolver
+from pairsim.solvers.focus.modes import slowest_modes
 from pairsim.solvers.focus.rates import Disturbance, disturb
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
@@ -242,3 +243,17 @@ def test_inertia_drives_spheres_off_the_axis_as_in_a_square_duct(width: float, r
         found = by_inertia(solver).rates[0, 0]
     assert found / width**3 == pytest.approx(rate, rel=0.03)
     assert found / width**3 < rate
+
+
+@pytest.mark.parametrize(
+    ("betas", "gaps", "solids", "liquid"),
+    [((0.4,), (), soft(0.02), NEWTONIAN), ((0.4, 0.4), (0.2,), RIGID * 2, GIESEKUS)],
+)
+def test_the_rates_are_those_of_the_slowest_modes_of_all_that_changes(
+    betas: tuple[float, ...], gaps: tuple[float, ...], solids: tuple[Solid | None, ...], liquid: Liquid
+) -> None:
+    """Modes of displacements, stresses and shapes together, in which the displacement of the mesh is of no account."""
+    with scene(betas, solids, liquid, gaps) as solver:
+        found, modes = disturb(solver), slowest_modes(disturbed_scene(solver), len(betas))
+    assert found.converged
+    assert np.abs(np.sort_complex(modes.rates) - np.sort_complex(found.growth)).max() < 1e-6
