@@ -45,6 +45,7 @@ class DisturbedPhase:
         by_symbol = {compiled.constants[name]: constant for name, constant in self._constants.items()}
         spaces = [self.numbering.space] * 2
         self._form = compiled.form.on(spaces, {compiled.base: function}, by_symbol)
+        self._matrix = dolfinx.fem.create_matrix(self._form)
 
     @staticmethod
     def liquid(phase: Phase[Liquid], positions: Array, base: Array, w: Array, Re: float) -> DisturbedPhase:
@@ -85,7 +86,9 @@ class DisturbedPhase:
         """The matrix of a disturbance that grows as exp(rate t), in the canonical numbering."""
         if "rate" in self._constants:
             self._constants["rate"].value = rate
-        entries = dolfinx.fem.assemble_matrix(self._form).to_scipy().tocoo()
+        self._matrix.set_value(0.0)
+        dolfinx.fem.assemble_matrix(self._matrix, self._form)
+        entries = self._matrix.to_scipy().tocoo()
         at = self.numbering.canonical
         shape = (self.numbering.size, self.numbering.size)
         return sparse.csr_matrix(sparse.coo_matrix((entries.data, (at[entries.row], at[entries.col])), shape=shape))

@@ -63,9 +63,9 @@ class DisturbedScene:
             self.constraints = self._extended(self.constraints)
 
     def _matrix(self, rate: float) -> sparse.csr_matrix:
-        liquid, *solids = self.phases
-        parts = [liquid.matrix(rate), *(phase.matrix() for phase in solids)]
-        return sparse.csr_matrix(sparse.block_diag(parts, format="csr"))
+        """The matrix of the full vector of a disturbance that grows as exp(rate t), shape (n, n)."""
+        parts = [phase.matrix(rate) for phase in self.phases]
+        return parts[0] if len(parts) == 1 else sparse.csr_matrix(sparse.block_diag(parts, format="csr"))
 
     @cached_property
     def memory(self) -> sparse.csr_matrix | None:

@@ -21,13 +21,14 @@ class Disturbance:
     """What unit displacements of the N particles from the axis do, to first order.
 
     Attributes:
-        rates: a_ij, velocity of particle i away from the axis per displacement of particle j [U_av/D_c], shape (N, N).
-            Stresses and shapes change with the displacements; all decays to the slowest of motions.
-        at_rest: The same if displacements did not change, shape (N, N).
+        rates: a_ij, velocity of particle i away from the axis per displacement of particle j [U_av/D_c], shape (N, N),
+            after stresses and shapes have forgotten all but the displacements, with which they change.
+        at_rest: The same for stresses and shapes as they were if the displacements did not change, shape (N, N).
         rotation: Rate of rotation of particle i about theta = 90 degrees per displacement of particle j [U_av/D_c^2],
             shape (N, N); of soft particles, of their material inside the shape.
         fields: Full vectors of the disturbances, shape (n, N).
-        converged: Whether `rates` are known: stresses forget faster than the displacements change.
+        converged: Whether stresses and shapes forget faster than the displacements change; otherwise `rates` are those
+            at rest, and `pairsim.solvers.focus.modes` tells what happens.
     """
 
     rates: Array
@@ -73,9 +74,13 @@ def disturbance_at(steady: SteadySolver, y: Array, Re: float = 0.0) -> Disturban
 
 
 def _solved(scene: DisturbedScene, solver: DirectSolver) -> Disturbance:
-    """Solve for disturbances that do not change at first, and then with their rates of change."""
+    """Solve for disturbances that do not change at first, and then with their rates of change.
+
+    This is an iteration of subspaces: it converges to the N modes that decay most slowly, if these are motions of the
+    particles.
+    """
     lateral, load = scene.constraints.lateral, scene.load()
-    y = solver.solve(load)
+    y = at_rest_y = solver.solve(load)
     at_rest = rates = y[lateral]
     changes = scene.memory is not None or len(scene.phases) > 1
     converged = not changes
@@ -87,4 +92,6 @@ def _solved(scene: DisturbedScene, solver: DirectSolver) -> Disturbance:
         converged = bool(np.abs(rates - before).max() <= TOLERANCE * np.abs(rates).max())
         if converged:
             break
+    if not converged:
+        y, rates = at_rest_y, at_rest
     return Disturbance(rates, at_rest, y[scene.constraints.rotation], scene.expand(y), converged)

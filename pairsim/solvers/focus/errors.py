@@ -1,0 +1,43 @@
+"""Half-widths of the rates, from the same rates on larger cells."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from pairsim.runtime.arrays import Array
+from pairsim.solvers.focus.rates import Disturbance, disturb
+from pairsim.solvers.steady.first_solution import coarser, try_from_other_mesh
+from pairsim.solvers.steady.scene import SteadySolver
+
+LARGER = (2**0.5, 2.0)  # factors of the cells; chosen
+SHARES = (1.0, 0.5)  # of the differences to the rates on them that are taken as half-width; chosen
+
+
+def half_widths(steady: SteadySolver, found: Disturbance) -> Array:
+    """Half-widths of the rates by cells, of the axisymmetric solution and of its disturbances, shape (N, N).
+
+    Two meshes guard against differences that happen to be small. Where one has no solution the other one has to do;
+    infinite where neither has.
+
+    Args:
+        steady: The scene, at the solution.
+        found: Its disturbance.
+    """
+    widths = [
+        share * np.abs(found.rates - rates)
+        for share, rates in zip(SHARES, _on_larger_cells(steady), strict=True)
+        if rates is not None
+    ]
+    return np.asarray(np.max(widths, axis=0)) if widths else np.full(found.rates.shape, np.inf)
+
+
+def _on_larger_cells(steady: SteadySolver) -> Iterator[Array | None]:
+    """The rates on larger cells, None where there is no solution."""
+    for factor in LARGER:
+        other = SteadySolver(coarser(steady.problem, factor), steady.parameters)
+        try:
+            yield disturb(other).rates if try_from_other_mesh(other, steady.parameters, steady) else None
+        finally:
+            other.close()
