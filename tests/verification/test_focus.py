@@ -124,14 +124,27 @@ class TestExactZeros:
             numbering.nodal("u", x)[:] = np.column_stack([-r, z, -z])
             residual = found.A @ x
             if liquid.modes:
-                zz, zr, rr, tt = exponential(liquid_phase.nodal("s", full)).T
-                numbering.nodal("c", x)[:] = np.column_stack([-2 * zr, zz - rr, 2 * zr, 0 * zz, tt - zz, -zr])
+                numbering.nodal("chi", x)[:] = turned(liquid_phase.nodal("s", full))
                 # The mesh has the velocity of the particle, which turns as well.
                 moved = whole(found, "eta", [motion.translation(len(phase.mesh.points)) for phase in found.phases])
                 assert found.memory is not None
                 residual = found.A @ x + solver.observe().U[0] * (found.memory @ moved)
             for name, (left, terms) in equations(found, residual, abs(found.A) @ abs(x)).items():
                 assert left < tolerance * terms, name
+
+
+def turned(s: np.ndarray) -> np.ndarray:
+    """Relative disturbance of the conformation exp(s) by a unit rotation, at nodes."""
+
+    def matrices(values: list[np.ndarray]) -> np.ndarray:
+        zz, zr, rr, tt, zt, rt = np.broadcast_arrays(*values)
+        return np.moveaxis(np.array([[zz, zr, zt], [zr, rr, rt], [zt, rt, tt]]), 2, 0)
+
+    zz, zr, rr, tt = exponential(s).T
+    change = matrices([-2 * zr, zz - rr, 2 * zr, 0 * zz, tt - zz, -zr])
+    inverse = matrices([*exponential(-s / 2).T, np.zeros(1), np.zeros(1)])
+    found = inverse @ change @ inverse
+    return np.column_stack([found[:, i, j] for i, j in ((0, 0), (0, 1), (1, 1), (2, 2), (0, 2), (1, 2))])
 
 
 def whole(found: DisturbedScene, name: str, values: list[np.ndarray]) -> np.ndarray:
@@ -200,6 +213,19 @@ class TestSmallSpheres:
         exact = -5 / 4 * Ca_e * 16 * beta / 2 * np.sin(2 * angle)
         assert np.abs(bulge - exact).max() < 0.02 * np.abs(exact).max()
         assert found.rotation[0, 0] == pytest.approx(8, abs=0.01)
+
+
+def test_disturbed_velocity_at_fixed_points_is_that_of_the_displaced_flow() -> None:
+    """Where everything is displaced by e_x the velocity changes by minus its derivative, 16 r in developed flow."""
+    with scene((0.4,), RIGID) as solver:
+        found = disturbed_scene(solver)
+        points = found.phases[0].mesh.points
+        everything = found.velocity(whole(found, "eta", [motion.translation(len(points))]))
+        particle = found.velocity(disturb(solver).fields[:, 0])
+        far = np.abs(points[:, 0]) > 1.4
+    assert np.abs(everything[far] - np.outer(points[far, 1], [16.0, 0, 0])).max() < 2e-3
+    assert np.abs(particle[solver.scene.nodes.wall]).max() < 1e-12
+    assert np.abs(particle[far]).max() < 1e-2 < np.abs(particle).max()
 
 
 class TestMaterials:

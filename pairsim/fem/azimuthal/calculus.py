@@ -97,6 +97,11 @@ def axisymmetric_tensor(block: Expr, hoop: Expr) -> Field:
     return Field(value, 0 * value)
 
 
+def identity() -> Field:
+    """The unit tensor."""
+    return axisymmetric_tensor(ufl.Identity(2), 1)
+
+
 def grad(v: Field, r: Expr) -> Expr:
     """Gradient of a vector, L_ij = e_i . d v/d x_j, shape (3, 3).
 

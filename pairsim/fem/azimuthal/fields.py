@@ -20,8 +20,8 @@ COMPONENTS = 6
 
 
 def conformation(modes: int) -> FieldSpec:
-    """The field of the conformation c of all modes."""
-    return FieldSpec("c", 2, COMPONENTS * modes)
+    """The field of the relative disturbance chi of the conformation of all modes."""
+    return FieldSpec("chi", 2, COMPONENTS * modes)
 
 
 @dataclass(frozen=True)

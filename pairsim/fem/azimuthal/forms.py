@@ -77,11 +77,12 @@ def extension(eta: Field, xi: Field, mesh: ufl.Mesh, r: Expr) -> Expr:
 
 
 def disturbed_liquid(liquid: Liquid) -> Callable[[Terms, Angle], ufl.Form]:
-    """The form of a liquid with the disturbances u, p, c of its modes and displacement eta of the mesh.
+    """The form of a liquid with the disturbances u, p, chi of its modes and displacement eta of the mesh.
 
-    The conformation c itself is disturbed, whereas the axisymmetric solution has its logarithm. The disturbances of c,
-    of u and of the mesh grow as exp(rate t). With the Reynolds number Re = rho U_av D_c/eta_0 the momentum balance is
-    Re Du/Dt = div(sigma - p I).
+    The conformation is c = c_0^(1/2) (I + chi) c_0^(1/2), and c_0^(-1/2) r c_0^(-1/2) is tested with the residual r of
+    its equation: chi and that are of order one where c grows over decades from one cell to the next, as the logarithm
+    s of the axisymmetric solution is. The disturbances of c, of u and of the mesh grow as exp(rate t). With the
+    Reynolds number Re = rho U_av D_c/eta_0 the momentum balance is Re Du/Dt = div(sigma - p I).
 
     Args:
         liquid: The liquid; its parameters are constants of the form.
@@ -103,23 +104,29 @@ def disturbed_liquid(liquid: Liquid) -> Callable[[Terms, Angle], ufl.Form]:
         w = calculus.vector(test["u"], at)
         more = terms.constants["Re"] * ufl.inner(acceleration, w.value) * kin.volume
         for i, law in enumerate(here.modes):
-            block, hoop = LogConformation.of(mode_part(terms.base["s"], i)).exp(1)
-            c1 = calculus.tensor([x["c"][COMPONENTS * i + k] for k in range(COMPONENTS)], at)
-            c = calculus.axisymmetric_tensor(block, hoop) + c1
-            S = calculus.tensor([test["c"][COMPONENTS * i + k] for k in range(COMPONENTS)], at)
+            half = LogConformation.of(mode_part(terms.base["s"], i) / 2)
+            root, inverse = (calculus.axisymmetric_tensor(*half.exp(sign)).value for sign in (1, -1))
+            chi, S = (calculus.tensor([f["chi"][COMPONENTS * i + k] for k in range(COMPONENTS)], at) for f in (x, test))
+            c1 = between(root, chi)
+            c = between(root, calculus.identity()) + c1
             invariants = Invariants(ufl.tr(c.value), ufl.inner(c.value, c.value), gamma2)
             stress += polymer(here, law, c.value, invariants)
             De = here.relaxation_time(law)
             strong = rate * c1.value + kin.along(v, c) - upper_convection(L, c.value)
             strong += relaxation(here, law, c.value, invariants) / De
             upwinded = S.value + upwind_time(terms.mesh, v, De, UPWIND_SCALE) * kin.along(v, S)
-            more += ufl.inner(upwinded, strong) * kin.volume
+            more += ufl.inner(upwinded, ufl.dot(inverse, ufl.dot(strong, inverse))) * kin.volume
         more += work(kin, stress, p, w)
         more -= calculus.scalar(test["p"], at).value * ufl.tr(L) * kin.volume
         more += extension(eta, calculus.vector(test["eta"], at), terms.mesh, r)
         return more * terms.dx
 
     return build
+
+
+def between(root: Expr, chi: Field) -> Field:
+    """The tensor root chi root with an axisymmetric tensor root, given by its components."""
+    return Field(ufl.dot(root, ufl.dot(chi.value, root)), ufl.dot(root, ufl.dot(chi.by_theta, root)))
 
 
 def polymer(liquid: Liquid, law: ConformationLaw, c: Expr, at: Invariants) -> Expr:

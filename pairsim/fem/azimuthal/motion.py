@@ -5,14 +5,12 @@ from __future__ import annotations
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from pairsim.fem.azimuthal.nodal import derivative_along
 from pairsim.fem.meshes.geometry import Outline
-from pairsim.fem.meshes.six_node_mesh import shape_gradients
 from pairsim.fem.scene import Body
 from pairsim.runtime.arrays import Array
 
 ON_AXIS = 1e-12  # radius [D_c]
-NODES_OF_CELL = np.array([[0, 0], [1, 0], [0, 1], [0.5, 0], [0.5, 0.5], [0, 0.5]])
-"""Nodes of the reference triangle in the order of `SixNodeMesh.cells`."""
 
 
 def translation(count: int) -> Array:
@@ -75,16 +73,10 @@ def rolling_inside(body: Body, h: Array) -> Array:
     assert body.phase is not None
     mesh, deformed = body.phase.six_node_mesh, body.positions(h)
     sphere = mesh.points
-    local = shape_gradients(NODES_OF_CELL)
-    dX, dx = (np.einsum("qak,mai->mqik", local, points[mesh.cells]) for points in (sphere, deformed))
-    turned = sphere[mesh.cells][..., ::-1] * [-1.0, 1.0]  # the derivative of X with respect to the polar angle
-    along = np.einsum("mqik,mqk->mqi", dx, np.linalg.solve(dX, turned[..., None])[..., 0])
-    count = np.bincount(mesh.cells.ravel(), minlength=len(sphere))
-    found = np.zeros((len(sphere), 3))
-    for c in range(2):
-        found[:, c] = np.bincount(mesh.cells.ravel(), along[..., c].ravel(), len(sphere)) / count
+    # e_y x X in the half-plane is the derivative of X with respect to the polar angle.
+    along = derivative_along(mesh, deformed, sphere[:, ::-1] * [-1.0, 1.0])
+    found = np.column_stack([along, -along[:, 1]])
     off_axis = sphere[:, 1] > ON_AXIS
-    found[:, 2] = -found[:, 1]
     found[off_axis, 2] = -(deformed[off_axis, 1] / sphere[off_axis, 1]) * sphere[off_axis, 0]
     found[~off_axis, 0] = 0.0
     return found

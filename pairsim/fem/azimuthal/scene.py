@@ -10,6 +10,8 @@ from scipy.sparse.linalg import splu
 
 from pairsim.fem.algebra.mesh_velocity import shares
 from pairsim.fem.azimuthal.constraints import DisturbedConstraints, disturbed_constraints
+from pairsim.fem.azimuthal.motion import ON_AXIS
+from pairsim.fem.azimuthal.nodal import derivative_along
 from pairsim.fem.azimuthal.phase import DisturbedPhase
 from pairsim.fem.scene import Scene
 from pairsim.runtime.arrays import Array
@@ -58,6 +60,7 @@ class DisturbedScene:
                 solid = DisturbedPhase.solid(body.phase, body.positions(h), pressure, volume_modulus=volume_modulus)
                 self.phases.append(solid)
         self.A = self._matrix(0.0)
+        self._velocity = scene.liquid.nodal("u", x).copy()
         self.constraints = disturbed_constraints(scene, self.phases, h)
         if len(self.phases) == 1:
             self.constraints = self._extended(self.constraints)
@@ -111,3 +114,25 @@ class DisturbedScene:
     def expand(self, y: Array) -> Array:
         """Disturbances for unit displacements of the particles, shape (n_y, N_p) -> (n, N_p)."""
         return np.asarray(self.constraints.N @ y + self.constraints.D.toarray())
+
+    def velocity(self, x: Array) -> Array:
+        """Disturbance of the velocity of the liquid at fixed points, the nodes of `phases[0].mesh`.
+
+        In the plane of the displacements it is (u_z, u_r) where theta = 0, with the opposite u_z and the same velocity
+        along the displacement where theta is 180 degrees. At particles it is not zero, as they are displaced.
+
+        Args:
+            x: A disturbance, shape (n,).
+
+        Returns:
+            Components u_z and u_r, times cos theta, and u_theta, times sin theta, shape (nodes, 3).
+        """
+        liquid = self.phases[0]
+        eta, r = liquid.numbering.nodal("eta", x), liquid.mesh.points[:, 1]
+        found = liquid.numbering.nodal("u", x).copy()
+        found[:, :2] -= derivative_along(liquid.mesh, self._velocity, eta[:, :2])
+        # The radial velocity turns with e_r where the mesh is displaced across the plane.
+        off_axis = r > ON_AXIS
+        found[off_axis, 2] -= self._velocity[off_axis, 1] * eta[off_axis, 2] / r[off_axis]
+        found[~off_axis, 2] = -found[~off_axis, 1]
+        return found
