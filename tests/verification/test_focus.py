@@ -20,6 +20,7 @@ from pairsim.physics.liquids.oldroyd_b import OldroydB
 from pairsim.physics.solids import soft
 from pairsim.physics.solids.kelvin_voigt import KelvinVoigt
 from pairsim.physics.solids.solid import Solid
+from pairsim.solvers.focus.errors import half_widths
 from pairsim.solvers.focus.inertia import by_inertia
 from pairsim.solvers.focus.linear import DirectSolver
 from pairsim.solvers.focus.modes import slowest_modes
@@ -283,3 +284,18 @@ def test_the_rates_are_those_of_the_slowest_modes_of_all_that_changes(
         found, modes = disturb(solver), slowest_modes(disturbed_scene(solver), len(betas))
     assert found.converged
     assert np.abs(np.sort_complex(modes.rates) - np.sort_complex(found.growth)).max() < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("betas", "gaps", "solids", "liquid"),
+    [((0.5,), (), soft(0.01), NEWTONIAN), ((0.4, 0.4), (0.2,), RIGID * 2, GIESEKUS)],
+)
+def test_half_widths_contain_the_rates_on_small_cells(
+    betas: tuple[float, ...], gaps: tuple[float, ...], solids: tuple[Solid | None, ...], liquid: Liquid
+) -> None:
+    exact = disturbed(betas, solids, liquid, gaps, Np=28).rates
+    with scene(betas, solids, liquid, gaps, Np=14) as solver:
+        found = disturb(solver)
+        widths = half_widths(solver, found)
+    assert (np.abs(found.rates - exact) < widths).all()
+    assert widths.max() < 0.03 * np.abs(exact).max()

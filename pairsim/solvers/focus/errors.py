@@ -13,6 +13,7 @@ from pairsim.solvers.steady.scene import SteadySolver
 
 LARGER = (2**0.5, 2.0)  # factors of the cells; chosen
 SHARES = (1.0, 0.5)  # of the differences to the rates on them that are taken as half-width; chosen
+LEAST = 0.2  # part of the largest half-width that each rate of a row has at least, as differences may vanish; chosen
 
 
 def half_widths(steady: SteadySolver, found: Disturbance) -> Array:
@@ -30,7 +31,10 @@ def half_widths(steady: SteadySolver, found: Disturbance) -> Array:
         for share, rates in zip(SHARES, _on_larger_cells(steady), strict=True)
         if rates is not None
     ]
-    return np.asarray(np.max(widths, axis=0)) if widths else np.full(found.rates.shape, np.inf)
+    if not widths:
+        return np.full(found.rates.shape, np.inf)
+    widest = np.max(widths, axis=0)
+    return np.asarray(np.maximum(widest, LEAST * widest.max()))
 
 
 def _on_larger_cells(steady: SteadySolver) -> Iterator[Array | None]:

@@ -48,7 +48,7 @@ def disturb(steady: SteadySolver) -> Disturbance:
     """Displace the particles of a scene from the axis.
 
     Args:
-        steady: The scene, at a solution.
+        steady: The scene, at a solution, in a tube with two ends.
 
     Raises:
         NoSteadyState: The matrix is singular.
