@@ -22,9 +22,9 @@ from pairsim.physics.solids.kelvin_voigt import KelvinVoigt
 from pairsim.physics.solids.solid import Solid
 from pairsim.solvers.focus.errors import half_widths
 from pairsim.solvers.focus.inertia import by_inertia
-from pairsim.solvers.focus.linear import DirectSolver
 from pairsim.solvers.focus.modes import slowest_modes
 from pairsim.solvers.focus.rates import Disturbance, disturb
+from pairsim.solvers.nonlinear.direct import DirectSolver
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.first_solution import first_scene

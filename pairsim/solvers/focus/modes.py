@@ -10,7 +10,7 @@ from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs
 
 from pairsim.fem.azimuthal.scene import DisturbedScene
 from pairsim.runtime.arrays import Array
-from pairsim.solvers.focus.linear import DirectSolver
+from pairsim.solvers.nonlinear.direct import DirectSolver
 
 MORE = 4  # modes that are computed beside those asked for, since those of the stress may be as near to zero; chosen
 SEED = 0  # of the start vector, so that results are reproducible

@@ -8,7 +8,7 @@ import numpy as np
 
 from pairsim.fem.azimuthal.scene import DisturbedScene
 from pairsim.runtime.arrays import Array
-from pairsim.solvers.focus.linear import DirectSolver
+from pairsim.solvers.nonlinear.direct import DirectSolver
 from pairsim.solvers.steady.scene import SteadySolver
 
 # Iterations for what depends on rates of change. Each gains a factor of about the rate times the relaxation time.

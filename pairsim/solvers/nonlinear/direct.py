@@ -1,4 +1,4 @@
-"""Direct solution of a sparse system with MUMPS, as the factors of Newton's matrix are made."""
+"""Direct solution of a sparse system whose matrix is given, with the factors that Newton's matrix has."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class DirectSolver:
 
     def __init__(self, matrix: sparse.csr_matrix) -> None:
         self._system = GivenSystem(matrix)
-        prefix = f"pairsim_focus_{next(_PREFIXES)}_"
+        prefix = f"pairsim_direct_{next(_PREFIXES)}_"
         self._ksp = PETSc.KSP().create(PETSc.COMM_SELF)
         self._ksp.setOptionsPrefix(prefix)
         self._factors = Factors(self._system, self._ksp, prefix, MumpsOptions(), single=True)
