@@ -41,7 +41,7 @@ class DisturbedPhase:
         function = dolfinx.fem.Function(base_numbering.space)
         function.x.array[:] = base[base_numbering.canonical]
         values = material.numbers
-        self._constants = {name: dolfinx.fem.Constant(put, values.get(name, 0.0)) for name in compiled.constants}
+        self._constants = {name: dolfinx.fem.Constant(put, float(values.get(name, 0.0))) for name in compiled.constants}
         by_symbol = {compiled.constants[name]: constant for name, constant in self._constants.items()}
         spaces = [self.numbering.space] * 2
         self._form = compiled.form.on(spaces, {compiled.base: function}, by_symbol)
