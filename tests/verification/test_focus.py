@@ -21,7 +21,7 @@ from pairsim.physics.solids import soft
 from pairsim.physics.solids.kelvin_voigt import KelvinVoigt
 from pairsim.physics.solids.solid import Solid
 from pairsim.solvers.focus.errors import half_widths
-from pairsim.solvers.focus.inertia import by_inertia
+from pairsim.solvers.focus.inertia import by_inertia, stable_up_to
 from pairsim.solvers.focus.modes import slowest_modes
 from pairsim.solvers.focus.rates import Disturbance, disturb
 from pairsim.solvers.nonlinear.direct import DirectSolver
@@ -299,3 +299,21 @@ def test_half_widths_contain_the_rates_on_small_cells(
         widths = half_widths(solver, found)
     assert (np.abs(found.rates - exact) < widths).all()
     assert widths.max() < 0.03 * np.abs(exact).max()
+
+
+def test_softness_keeps_a_sphere_on_the_axis_up_to_a_reynolds_number() -> None:
+    with scene((0.4,), soft(0.02)) as solver:
+        rates, by_Re = disturb(solver).rates, by_inertia(solver).rates
+    assert stable_up_to(rates, by_Re) == pytest.approx(-rates[0, 0] / by_Re[0, 0], rel=1e-9)
+    assert 4 < stable_up_to(rates, by_Re) < 5
+    assert stable_up_to(-rates, by_Re) == 0
+    assert stable_up_to(rates, -by_Re) == np.inf
+
+
+def test_inertia_of_nearly_rigid_particles_is_that_of_rigid_ones() -> None:
+    """Their momentum is in the balance of a surface in one, and in that of a volume in the other."""
+    found = []
+    for solids in (RIGID * 2, soft(1e-6, 1e-6)):
+        with scene((0.4, 0.4), solids, gaps=(0.2,)) as solver:
+            found.append(by_inertia(solver).rates)
+    assert np.abs(found[0] - found[1]).max() < 1e-3 * np.abs(found[0]).max()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import brentq
 
 from pairsim.fem.azimuthal.inertia import inertia
 from pairsim.fem.azimuthal.scene import mesh_velocity
@@ -12,6 +13,7 @@ from pairsim.runtime.arrays import Array
 from pairsim.solvers.focus.rates import Disturbance, disturbance_at
 from pairsim.solvers.steady.scene import SteadySolver
 
+LEAST_RE, MOST_RE = 1e-6, 1e6  # between which a largest Reynolds number is looked for; chosen
 DIFFERENCE = 1e-3  # of Re, of the central difference; for rigid particles in a Newtonian liquid it does not matter
 
 
@@ -26,6 +28,30 @@ class Inertia:
 
     rates: Array
     U: Array
+
+
+def stable_up_to(rates: Array, by_Re: Array) -> float:
+    """The smallest Reynolds number at which displacements of some kind do not decay, to first order in it.
+
+    Args:
+        rates: Rates without inertia, shape (N, N).
+        by_Re: Their derivatives by the Reynolds number, shape (N, N).
+
+    Returns:
+        0 where they do not decay without inertia either, infinite where inertia does not prevent it.
+    """
+
+    def growth(Re: float) -> float:
+        return float(np.linalg.eigvals(rates + Re * by_Re).real.max())
+
+    if growth(0.0) >= 0:
+        return 0.0
+    there = LEAST_RE
+    while growth(there) < 0:
+        there *= 2
+        if there > MOST_RE:
+            return np.inf
+    return float(brentq(growth, there / 2 if there > LEAST_RE else 0.0, there))
 
 
 def by_inertia(steady: SteadySolver) -> Inertia:
