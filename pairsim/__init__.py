@@ -24,72 +24,81 @@ if TYPE_CHECKING:
     from typing import Any as _Any
 
     from pairsim import errors as errors
-    from pairsim.api.ask import ask as ask
-    from pairsim.api.cases import load as load
-    from pairsim.api.cases import use_laws as use_laws
-    from pairsim.api.fit import fit as fit
-    from pairsim.api.folders import open as open
-    from pairsim.api.folders import plot as plot
-    from pairsim.api.moduli import moduli as moduli
-    from pairsim.api.report import report as report
-    from pairsim.api.results import Result as Result
-    from pairsim.api.sweeps import SweepResult as SweepResult
-    from pairsim.api.sweeps import sweep as sweep
-    from pairsim.api.units import units as units
+    from pairsim.app.html_report import report as report
+    from pairsim.app.open_and_plot import open as open
+    from pairsim.app.open_and_plot import plot as plot
+    from pairsim.app.sweep_results import SweepResult as SweepResult
+    from pairsim.app.sweep_results import sweep as sweep
+    from pairsim.computing.loading import use_laws as use_laws
+    from pairsim.computing.result import Result as Result
+    from pairsim.lab.ask_atlas import ask as ask
+    from pairsim.lab.cytometer.moduli import moduli as moduli
+    from pairsim.lab.dimensionless_numbers import units as units
+    from pairsim.lab.films.fit_film import fit as fit
+    from pairsim.lab.load import load as load
+    from pairsim.questions.compute import Computation as _Computation
     from pairsim.questions.critical import CriticalResult as CriticalResult
-    from pairsim.questions.critical import critical as critical
     from pairsim.questions.curve import CurveResult as CurveResult
-    from pairsim.questions.curve import curve as curve
     from pairsim.questions.pressure import PressureResult as PressureResult
-    from pairsim.questions.pressure import pressure as pressure
     from pairsim.questions.run import RunResult as RunResult
-    from pairsim.questions.run import run as run
     from pairsim.questions.shape import ShapeResult as ShapeResult
-    from pairsim.questions.shape import shape as shape
     from pairsim.questions.train import TrainResult as TrainResult
-    from pairsim.questions.train import train as train
     from pairsim.runtime.errors import InputError as InputError
     from pairsim.runtime.errors import PairsimError as PairsimError
     from pairsim.runtime.errors import RunFailure as RunFailure
     from pairsim.runtime.version import __version__ as __version__
 
+    critical: _Computation[CriticalResult]
+    curve: _Computation[CurveResult]
+    pressure: _Computation[PressureResult]
+    run: _Computation[RunResult]
+    shape: _Computation[ShapeResult]
+    train: _Computation[TrainResult]
+
 _MODULES = {
-    "api.ask": ("ask",),
-    "api.cases": ("load", "use_laws"),
-    "api.fit": ("fit",),
-    "api.folders": ("open", "plot"),
-    "api.moduli": ("moduli",),
-    "api.report": ("report",),
-    "api.results": ("Result",),
-    "api.sweeps": ("sweep", "SweepResult"),
-    "api.units": ("units",),
+    "lab.ask_atlas": ("ask",),
+    "lab.load": ("load",),
+    "lab.films.fit_film": ("fit",),
+    "app.open_and_plot": ("open", "plot"),
+    "lab.cytometer.moduli": ("moduli",),
+    "app.html_report": ("report",),
+    "computing.result": ("Result",),
+    "app.sweep_results": ("sweep", "SweepResult"),
+    "lab.dimensionless_numbers": ("units",),
+    "computing.loading": ("use_laws",),
+    "errors": ("errors",),
     "runtime.errors": ("InputError", "PairsimError", "RunFailure"),
     "runtime.version": ("__version__",),
 }
 """Modules, and what they are imported for."""
 
 
-def _all_modules() -> dict[str, tuple[str, ...]]:
-    """Those, and the file of each question, which has its function and the class of its results."""
-    from pairsim.runtime.questions import NAMES
-
-    return {**_MODULES, **{f"questions.{name}": (name, f"{name.capitalize()}Result") for name in NAMES}}
-
-
 def __getattr__(name: str) -> "_Any":
     """Import a name of the interface when it is first used."""
     from importlib import import_module
 
-    if name == "errors":
-        return import_module("pairsim.errors")
-    if name == "__all__":
-        return sorted(("errors", *(each for names in _all_modules().values() for each in names)))
-    module = next((module for module, names in _all_modules().items() if name in names), None)
-    if module is None:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = globals()[name] = getattr(import_module(f"pairsim.{module}"), name)
+    module = next((module for module, names in _MODULES.items() if name in names), None)
+    found = None if module is None else import_module(f"pairsim.{module}")
+    value = _of_questions(name) if found is None else getattr(found, name, found)
+    globals()[name] = value
     return value
 
 
+def _of_questions(name: str) -> "_Any":
+    """The function of a question, such as `run`, made of its record; the class of its results, such as `RunResult`."""
+    from pairsim.questions.registry import NAMES, QUESTIONS
+
+    results = {f"{question.capitalize()}Result": question for question in NAMES}
+    if name == "__all__":
+        return sorted((*(each for names in _MODULES.values() for each in names), *NAMES, *results))
+    if name in results:
+        return QUESTIONS[results[name]].result
+    if name not in NAMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from pairsim.app.question_functions import function_of
+
+    return function_of(name)
+
+
 def __dir__() -> list[str]:
-    return __getattr__("__all__")
+    return list(__getattr__("__all__"))

@@ -10,7 +10,7 @@ def main() -> None:
     """Run the command line; Ctrl-C ends it with the exit code 130, also while libraries are loaded for it."""
     remember_interrupts()
     try:
-        from pairsim.cli.app import main as run
+        from pairsim.app.command_line import main as run
 
         if isinstance(sys.stdout, io.TextIOWrapper):  # names of files that are not in UTF-8 are printed as they are
             sys.stdout.reconfigure(errors="surrogateescape")

@@ -30,7 +30,7 @@ from matplotlib import pyplot
 
 import pairsim as api
 from pairsim.cases.accuracy import SETTINGS, Cells
-from pairsim.results.folder import write_text
+from pairsim.record.folder import write_text
 
 STUDIES = {path.stem: yaml_files.read(path) for path in sorted((CONFIGS / "accuracy").glob("*.yaml"))}
 PAGE, PICTURE = DOCS / "explanation" / "accuracy.md", DOCS / "images" / "accuracy.png"
@@ -62,7 +62,7 @@ def plain(study: dict[str, Any]) -> list[float]:
     """Wall time per Newton iteration with a new matrix [s], in PLAIN_COUNTED steps of the paper's discretisation."""
     import pairsim.runtime.fenicsx  # noqa: F401 - orders MPI ahead of everything compiled
     from pairsim.computing.problems import problem_of
-    from pairsim.solvers.nonlinear.renewal import MatrixPolicy
+    from pairsim.solvers.nonlinear.jacobian_lagging import MatrixPolicy
     from pairsim.solvers.transient.transient import Transient
 
     paper = next(row for row in study["discretisations"] if "time.fixed_step" in row)

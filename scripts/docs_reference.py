@@ -3,7 +3,6 @@
 usage: .venv/bin/python scripts/docs_reference.py
 
 A test fails where a page is not what this writes. As a hook of mkdocs it lets mkdocstrings make the page on Python.
-docs/reference/files.md is written by hand.
 """
 
 from __future__ import annotations
@@ -12,8 +11,8 @@ import inspect
 import re
 import textwrap
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from functools import cache
-from itertools import chain
 from pathlib import Path
 from pkgutil import resolve_name
 from tempfile import TemporaryDirectory
@@ -24,19 +23,22 @@ from jinja2 import Environment, StrictUndefined
 from typer.cli import get_docs_for_click
 
 import pairsim
-from pairsim.api.compute import Computation
+from pairsim.app.command_line import app, command_of
 from pairsim.cases.example import write_example
-from pairsim.cli.app import app, command_of
-from pairsim.computing import QUESTIONS
-from pairsim.computing.case_files import FILES, read_case
-from pairsim.computing.question import LAST
+from pairsim.cases.kinds_of_cases import has_example
+from pairsim.computing.case_files import read_case
 from pairsim.computing.schema import schema_rows
 from pairsim.quantities.kinds import PURE, SECONDS
-from pairsim.results import columns as tables
-from pairsim.results.columns import Column, column
-from pairsim.results.folder import write_text
+from pairsim.questions.compute import Computation
+from pairsim.questions.registry import QUESTIONS
+from pairsim.record import columns as shared
+from pairsim.record.column import Column, Columns
+from pairsim.record.columns import COST
+from pairsim.record.folder import write_text
 from pairsim.runtime import errors
 from pairsim.runtime.errors import RunFailure
+from pairsim.sweeps import study_table
+from pairsim.sweeps.files import FILES
 
 ROOT = Path(__file__).resolve().parent.parent
 TEMPLATES, PAGES, CONFIGS = ROOT / "scripts" / "reference", ROOT / "docs" / "reference", ROOT / "configs"
@@ -65,13 +67,29 @@ def table_of_keys(rows: Iterable[tuple[str, str, str, str]]) -> str:
     return table(("key", "allowed", "default", "meaning"), cells)
 
 
-def table_of_columns(*groups: Iterable[str | Column]) -> str:
-    """Table with name, symbol, meaning and unit of columns."""
-    rows = []
-    for entry in (column(each) if isinstance(each, str) else each for each in chain(*groups)):
+def table_of_columns(*groups: Column | Iterable[Column], n: int = 2) -> str:
+    """Table with name, symbol, meaning and unit of the columns of tables of `n` particles."""
+    rows, columns = [], Columns(*groups)
+    for entry in map(columns.column, columns.named(n)):
         unit = entry.unit.name if entry.unit in (PURE, SECONDS) else f"${entry.unit.tex}$"
         rows.append((code(entry.name), f"${entry.symbol}$" if entry.symbol else "", escaped(entry.meaning), unit))
     return table(("column", "symbol", "meaning", "unit"), rows)
+
+
+def numbered(columns: Iterable[Column]) -> list[Column]:
+    """Those of the columns that every gap or particle has, with their number."""
+    return [replace(entry.with_suffix("_i"), of="") for entry in columns if entry.of]
+
+
+def other_files() -> list[str]:
+    """Rows with the tables and pictures of questions that the page on files does not describe in words of its own."""
+    page, rows = (TEMPLATES / "files.md").read_text(), list[str]()
+    for name, question in QUESTIONS.items():
+        main = f"[its main table](columns.md#{question.table}csv)"
+        tables_ = {f"{each}.csv": main if each == question.table else "a table" for each in question.tables}
+        found = tables_ | {f"{each}.png": caption for each, caption in question.captions.items()}
+        rows += [f"| `{file}` | {name} | {what} |" for file, what in found.items() if f"`{file}`" not in page]
+    return rows
 
 
 def in_sweeps(name: str) -> str:
@@ -79,13 +97,13 @@ def in_sweeps(name: str) -> str:
     command, shown = QUESTIONS[name], QUESTIONS[name].in_sweeps
     with TemporaryDirectory() as folder:
         columns = shown.columns(read_case(command, write_example(name, name, Path(folder))))
-    return ", ".join(code(entry) for entry in (*shown.parameters, *columns, *LAST))
+    return ", ".join(code(entry) for entry in (*shown.parameters, *columns, *(column.name for column in COST)))
 
 
 def command_line() -> str:
     """All commands with their arguments and options."""
     command: Any = typer.main.get_command(app)
-    command.commands |= {name: command_of(name) for name in QUESTIONS}
+    command.commands = {name: command_of(name) for name in command.commands}
     text = get_docs_for_click(obj=command, ctx=typer.Context(command), name="pairsim", title="Command line")
     told = {name: str(each.help).splitlines()[0] for name, each in command.commands.items()}  # whole in the list, too
     text = re.sub(r"^\* `(\w[\w-]*)`: .*$", lambda found: f"* `{found[1]}`: {told[found[1]]}", text, flags=re.MULTILINE)
@@ -108,7 +126,7 @@ def public_names() -> list[str]:
     """Public names of the package, functions first."""
     names = [f"pairsim.{name}" for name in pairsim.__all__ if callable(getattr(pairsim, name))]
     names += [f"pairsim.errors.{name}" for name in errors.__all__ if f"pairsim.{name}" not in names]
-    names += ["pairsim.api.compute.Computation"]
+    names += ["pairsim.questions.compute.Computation"]
     return sorted(names, key=lambda name: (name.startswith("pairsim.errors"), name.rpartition(".")[2][0].isupper()))
 
 
@@ -170,16 +188,17 @@ def wrapped(text: str) -> str:
 @cache
 def environment() -> Environment:
     """Jinja with all names that the pages use."""
-    functions = (table_of_keys, table_of_columns, in_sweeps, command_line, failures, public_names, stub)
-    keys = {command: schema_rows(command) for command in FILES}
+    functions = (table_of_keys, table_of_columns, other_files, in_sweeps, command_line, failures, public_names, stub)
+    keys = {command: schema_rows(model) for command, model in FILES.items()}
     jinja = Environment(undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     jinja.globals |= {function.__name__: function for function in functions} | {
         "commands": QUESTIONS,
+        "with_example": [*filter(has_example, QUESTIONS)],
         "keys": keys,
         "shared_keys": [row for row in keys["run"] if all(row in keys[command] for command in QUESTIONS)],
-        "tables": tables,
-        "curve_columns": tables.curve_columns(2, True, ("Ca_e", "De", "beta"), True),
-        "numbered_columns": [entry.with_suffix("_i") for entry in tables.COLUMNS if entry.of],
+        "shared": shared,
+        "study": study_table,
+        "numbered": numbered,
         "examples": {path.name: path.read_text() for path in sorted(CONFIGS.glob("*.yaml"))},
     }
     return jinja

@@ -35,7 +35,7 @@ from book.cases import Case, Cases
 from book.computing import CONFIGS, pairsim, parser_of
 
 from pairsim.cases.yaml_file import yaml_text
-from pairsim.results.folder import write_text
+from pairsim.record.folder import write_text
 
 FINE = ("fine.1", "fine.2")
 TIMES = 10

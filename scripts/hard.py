@@ -24,8 +24,9 @@ from book.computing import CONFIGS, pairsim, parser_of
 
 import pairsim as api
 from pairsim.cases.yaml_file import yaml_text
-from pairsim.results.columns import suffixes_in
-from pairsim.results.folder import write_text
+from pairsim.record.column import suffixes_in
+from pairsim.record.columns import DISTANCE
+from pairsim.record.folder import write_text
 
 UNTYPED = ("error", "crashed", "refused", "not_computed", "out_of_memory", "case_timeout", "write_failed")
 """Reasons that the sweep assigns to cases that did not report their own end."""
@@ -53,7 +54,7 @@ def row_of(case: Any) -> dict[str, Any]:
         "wall s": case.record.get("wall_time"),
         "announced": case.question.estimate(api.load(case.folder / "case.yaml", kind=case.question.name)).duration,
         "t": last["t"].max() if "t" in table else None,
-        "d": last[[f"d{gap}" for gap in suffixes_in(last.columns, "d")]].min(axis=None) if text else None,
+        "d": last[[f"d{gap}" for gap in suffixes_in(last.columns, DISTANCE)]].min(axis=None) if text else None,
         "warnings": "; ".join(re.split("[,:]", warning)[0] for warning in case.warnings),
         "all finite": "NO"
         if not np.isfinite(known.select_dtypes("number")).all(axis=None)

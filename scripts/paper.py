@@ -35,7 +35,7 @@ from paper_pictures import WIDTHS, Panel, draw
 from paper_statements import NOT_COMPUTED, judged, transients
 
 from pairsim.plots.style import Page
-from pairsim.results.folder import write_text
+from pairsim.record.folder import write_text
 
 FOLDER = CONFIGS / "paper"
 FIGURES: dict[str, dict[str, Any]] = {

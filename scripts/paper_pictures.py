@@ -24,13 +24,13 @@ from pairsim.plots.lines import fine_distances
 from pairsim.plots.sections import draw_view, layer_of, scale_of, sheet, views_of
 from pairsim.plots.style import COLOURS, LINES, MARKERS, NARROW, Page, printing
 from pairsim.plots.units import Units
-from pairsim.results.columns import column
+from pairsim.record.columns import CA_E, DISTANCE, SHARED, T
 
 WIDTHS = (85, 170)
 """Widths of the pictures: one and two columns of a journal [mm]."""
 HEIGHTS = {"shapes": 0.44, "mesh": 0.32}
 """Heights of panels over their widths; 56 mm for others."""
-AXES = {"curves": "d", "runs": "t", "critical": "Ca_e"}
+AXES = {"curves": DISTANCE.with_suffix(""), "runs": T, "critical": CA_E}
 """The column that lines are drawn over."""
 LABELS = (r"$z\ [D_c]$", r"$r\ [D_c]$")
 LETTERS = "abcdefgh"
@@ -142,14 +142,16 @@ def draw_lines(axis: Axes, panel: Panel, results: Cases) -> list[Line2D]:
                 axis.plot(x, y, **line)
                 if error is not None:
                     fill(axis, x, y, error, line["color"])
-        words = [f"${column(name).symbol}$"] * (len(panel.y) > 1) + [equation(panel.by, value)] * (len(values) > 1)
+        words = [f"${SHARED.column(name).symbol}$"] * (len(panel.y) > 1) + [equation(panel.by, value)] * (
+            len(values) > 1
+        )
         marked = panel.markers or panel.kind == "critical"
         handles.append(Line2D([], [], label=", ".join(words), **marker if marked else line))
     if panel.kind == "shapes":
         axis.set(aspect="equal", xlabel=LABELS[0], ylabel=LABELS[1])
     else:
         drawn = [np.asarray(line.get_ydata()) for line in axis.get_lines()]
-        finish(axis, Units().axis_label([AXES[panel.kind]]), Units().axis_label([*panel.y]), drawn)
+        finish(axis, Units().axis_label([AXES[panel.kind]]), Units().axis_label([*map(SHARED.column, panel.y)]), drawn)
     return handles
 
 

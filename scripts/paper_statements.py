@@ -24,7 +24,7 @@ from scipy.interpolate import LinearNDInterpolator, PchipInterpolator
 
 from pairsim.plots.frames import outlines
 from pairsim.plots.labels import varying_keys
-from pairsim.results.xdmf import FieldFrame
+from pairsim.record.xdmf import FieldFrame
 
 NEARLY, VANISHED, DRAWN = 0.1, 0.05, 3e-3
 ACCURACY, SHAPE = 0.01, 1e-4

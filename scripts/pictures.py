@@ -27,7 +27,7 @@ import pandas as pd
 from book import yaml_files
 from book.computing import DOCS, ROOT
 
-from pairsim.results.folder import write_text
+from pairsim.record.folder import write_text
 
 RULES, MADE = DOCS / "images" / "pictures.yaml", DOCS / "images" / "made.csv"
 NUMERICS = ("pairsim/physics", "pairsim/fem", "pairsim/solvers")

@@ -20,7 +20,7 @@ from book.pages import RESULTS, filled, markdown
 from validation_book.page import BOOK, PAGES, REFERENCES, Page
 
 from pairsim.quantities.text import with_error
-from pairsim.results.folder import write_text
+from pairsim.record.folder import write_text
 
 PLUS_MINUS = "\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}"
 

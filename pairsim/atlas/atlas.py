@@ -26,7 +26,7 @@ POWER = 4.0  # of beta, by which dU is divided: of the order of what dU grows wi
 SLACK = 1e-9  # part of a range by which a value may be outside by rounding
 UNSURE = 0.1  # half-width of a curve over its peak, from which on somewhere its derivatives are not used; chosen
 SMOOTH = np.array([1.5, 1.0, 1.5])  # lengths of what a curve has beside dU; chosen
-ROUNDING = 1e-4  # error of it, relative; chosen
+ERROR_OF_OTHERS = 1e-4  # of what a curve has beside dU, relative to its standard deviation over the curves; chosen
 ENOUGH = 8  # curves with a derivative by the difference of diameters, from which on it is interpolated; chosen
 
 
@@ -63,6 +63,21 @@ class Curves:
         lengths, of_values, of_derivatives = np.split(settings, (3, 4))
         errors = np.stack([of_values * relative, *(np.full_like(sizes, each) for each in of_derivatives)])
         return Kriging.of(x, np.concatenate([values[None], by]), errors, lengths, True)
+
+
+@dataclass(frozen=True)
+class Interpolated:
+    """A master curve at one place in the box, shape (distances,) each."""
+
+    d: Array  # distances [D_c]
+    dU: Array  # dU on the slow manifold [U_av]
+    half_widths: Array  # of the intervals of dU
+    slope: Array  # derivative of dU by the distance
+    U: Array  # mean velocity of the pair
+    stretch: Array  # motion of the centres over that of d
+    t_relax: Array  # decay time [D_c/U_av]
+    sensitivities: Mapping[str, Array]  # derivatives of dU by beta, De and Ca_e
+    by_difference: Array | None  # that by the difference of the diameters over their mean; None where not known
 
 
 @dataclass(frozen=True)
@@ -111,7 +126,7 @@ class Atlas:
         means, size = values.mean(axis=0), values.std(axis=0).max() or 1.0
         data = np.full((4, *values.shape), np.nan)
         data[0] = values - means
-        return Kriging.of(self.dU.places, data, np.full(data.shape[:2], ROUNDING * size), SMOOTH, False), means
+        return Kriging.of(self.dU.places, data, np.full(data.shape[:2], ERROR_OF_OTHERS * size), SMOOTH, False), means
 
     @cached_property
     def by_difference(self) -> tuple[Kriging, Array] | None:
@@ -124,7 +139,7 @@ class Atlas:
         size = values[known].std(axis=0).max()
         data = np.full((4, *values.shape), np.nan)
         data[0] = values - means
-        errors = np.full(data.shape[:2], ROUNDING * size)
+        errors = np.full(data.shape[:2], ERROR_OF_OTHERS * size)
         return Kriging.of(self.dU.places, data, errors, SMOOTH, False), means
 
     @cached_property
@@ -179,8 +194,8 @@ class Atlas:
         (smooth, means), places = self.by_difference, np.asarray(places, dtype=float)
         return np.asarray(places[:, :1] ** 2 * (smooth(scaled(self.box, places)[0])[0][0] + means))
 
-    def table(self, beta: float, De: float, Ca_e: float) -> dict[str, Array]:
-        """The columns of curve.csv that it has, with derivatives of dU, shape (distances,) each.
+    def at(self, beta: float, De: float, Ca_e: float) -> Interpolated:
+        """The curve at a place in the box.
 
         Raises:
             InputError: The place is outside of the box.
@@ -195,11 +210,11 @@ class Atlas:
         others, means = self.others
         U, stretch, t_relax = (others(x)[0][0, 0] + means).reshape(3, -1)
         slope = np.gradient(dU, np.log(self.d), edge_order=2) / self.d
-        columns = {"d": self.d, "dU": dU, "dU_held": dU, "dU_discrete": dU, "dU_error": half_width, "slope": slope}
-        columns |= {"U_L": U + dU / 2, "U_T": U - dU / 2, "stretch": stretch, "t_relax": np.maximum(t_relax, De)}
-        if (by_difference := self.changes_by_difference(place)) is not None:
-            columns["by_difference"] = by_difference[0]
-        return columns | {f"by_{name}": each for name, each in zip(PARAMETERS, by, strict=True)}
+        changes = self.changes_by_difference(place)
+        by_difference = None if changes is None else changes[0]
+        sensitivities = dict(zip(PARAMETERS, by, strict=True))
+        t_relax = np.maximum(t_relax, De)
+        return Interpolated(self.d, dU, half_width, slope, U, stretch, t_relax, sensitivities, by_difference)
 
 
 def scaled(box: Mapping[str, Sequence[float]], places: Array) -> tuple[Array, Array]:

@@ -81,7 +81,7 @@ def least_sure(atlas: Atlas, candidates: Array, count: int) -> Array:
     for _ in range(count):
         dU, half_width = replace(atlas, curves=curves).velocities(candidates)
         place = candidates[[np.argmax(half_width.mean(axis=1) / np.abs(dU).max(axis=1))]]
-        table = atlas.table(*place[0])
-        by = np.array([[table[f"by_{name}"] for name in PARAMETERS]])
-        curves += Curves(place, np.array([False]), table["dU"][None], 0 * table["dU"][None], by, 0 * by, by[:, 0])
+        found = atlas.at(*place[0])
+        by = np.array([[found.sensitivities[name] for name in PARAMETERS]])
+        curves += Curves(place, np.array([False]), found.dU[None], 0 * found.dU[None], by, 0 * by, by[:, 0])
     return curves.places[-count:]

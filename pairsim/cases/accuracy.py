@@ -70,7 +70,7 @@ class Settings:
     s_jump: float  # change of log c within a cell above which larger errors of dU were measured
     time_tol: float  # of a run: local error of the velocities [U_av] that a BDF2 step of the same size would have
 
-    def mesh(self, liquid: Liquid, betas: Iterable[float], in_time: bool = False) -> dict[str, Any]:
+    def mesh(self, liquid: Liquid, betas: Iterable[float], in_time: bool = False) -> dict[str, float]:
         """The keys of `mesh` for particles with these diameters [D_c], of runs in time or of quasi-steady solutions."""
         chosen = (self.in_time if in_time else self.steady)[liquid]
         beta = min(betas, default=0.0)
@@ -111,6 +111,7 @@ SETTINGS: dict[str, Settings] = {
     ),
 }
 DEFAULT = "1%"
+USUAL = SETTINGS[DEFAULT]
 
 
 def percent(accuracy: str) -> float:

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from pairsim.cases.quantities import si
-from pairsim.physics.material import Dimension
+from pairsim.cases.quantity_text import si
+from pairsim.quantities.kinds import Kind
+from pairsim.quantities.measurable import Measurable
 
 
 @dataclass(frozen=True)
@@ -67,8 +68,7 @@ class Attribute:
             return float(text)
         except ValueError:
             unit = self.unit.replace(" ", "*")
-            dimension = Dimension("", "a number", "", unit, f"{self.most:g} {self.unit}", lambda value, _: value)
-            return si(text.replace("°", "deg"), dimension)
+            return si(text.replace("°", "deg"), Measurable("", Kind(si=unit), "", f"{self.most:g} {self.unit}"))
 
 
 def _text(value: str | bytes) -> str:

@@ -11,84 +11,52 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
+from pairsim.cases import kinds_of_cases as kinds
 from pairsim.cases import values
-from pairsim.cases.accuracy import DEFAULT, PIPE_CELL, ROW_GRADING, SETTINGS, Accuracy, percent, settings_of
-from pairsim.cases.keys import PARTICLES, Key, Keys, Part, PerParticle, keys_of
+from pairsim.cases.accuracy import DEFAULT, Accuracy, percent, settings_of
+from pairsim.cases.experiment import Experiment
+from pairsim.cases.keys import Key, Keys, Part, PerParticle, keys_of
+from pairsim.cases.laws import Declared, Laws
 from pairsim.cases.material_keys import LIQUIDS, LiquidKey, SolidKey, written
-from pairsim.cases.materials import is_viscous, liquid_block, liquid_of, solids_of
-from pairsim.cases.physical import Physical, far_from_usual
+from pairsim.cases.mesh_keys import MeshOptions
+from pairsim.cases.physical import Physical
 from pairsim.physics import liquids, solids
+from pairsim.physics.drive import DEVELOPED, Drive
 from pairsim.physics.liquids import Liquid, Newtonian
 from pairsim.physics.softest import beyond_steady_shapes, beyond_tension
 from pairsim.physics.solids import Solid
 from pairsim.quantities.scales import Scales
-from pairsim.runtime.questions import NAMES, module_of
-
-USUAL = SETTINGS[DEFAULT]
-THINNING = USUAL.in_time["thinning"]
-
-
-def _defaults(name: str) -> str:
-    """The default values of a cell size, of runs and of quasi-steady solutions."""
-    values = [
-        ", ".join(f"{getattr(cells, name):g}" for cells in each.values()) for each in (USUAL.in_time, USUAL.steady)
-    ]
-    kinds = "a Newtonian liquid, another without a memory, and with one that thins or hardens in extension"
-    return f"default: by accuracy; at {DEFAULT}, in {kinds}: {values[0]} in runs, else {values[1]}"
-
 
 Ends = Literal["developed", "periodic"]
 ENDS = "ends of the tube: with the developed flow profile, or periodic with imposed flow rate"
 
 
-def _number(name: str, caption: int, required: bool = False) -> Key:
-    """The declaration of a number that all liquids or all solids have."""
+def _number(name: str, caption: int, **more: Any) -> Key:
+    """The declaration of a number that all liquids or all solids have; `more` is what else is declared of it."""
     symbol = {**Liquid.OF_POLYMER, **Solid.OF_ALL}[name].symbol
-    return Key(symbol, part=Part.MATERIAL, caption=caption, required=required)
+    return Key(symbol, part=Part.MATERIAL, caption=caption, **more)
 
 
-class MeshOptions(Keys):
-    """Cell sizes."""
+def _no_polymer(case: SceneCase) -> str:
+    """Why a case has no viscosity of a solvent apart."""
+    if case.liquid_model.modes:
+        return ""
+    return f"the liquid is {case.liquid_model.label}" + ("" if case.is_viscous else " at De = 0")
 
-    Np: Annotated[values.Whole, Key("N_p")] = Field(
-        THINNING.Np,
-        ge=6,
-        le=1000,
-        description=f"least number of cells on the half-circle of each particle ({_defaults('Np')})",
-    )
-    grading: values.Grading = Field(
-        THINNING.grading,
-        description="length of the cells at the poles of a particle over that at its equator, of Np cells in all "
-        "(default: by accuracy; 1 in a liquid without a memory, and in one that hardens in extension)",
-    )
-    growth: values.Growth = Field(0.15, description="growth of the cell size per unit distance from a particle")
-    gap_cells: values.CellCount = Field(0, description="cells across a gap between particles (0: Np/4)")
-    gap_exponent: values.Fraction = Field(
-        0.0, description="below d = 0.1 the number of cells across a gap grows as (0.1/d)^gap_exponent"
-    )
-    wall_cells: values.CellCount = Field(0, description="cells between a particle and the wall (0: Np/4)")
-    max_size: values.CellSize = Field(
-        THINNING.max_size,
-        description=f"largest cell size [D_c] ({_defaults('max_size')}; less beside small particles in viscoelastic "
-        f"liquids, and {PIPE_CELL:g} without particles)",
-    )
-    adapt: bool = Field(
-        True,
-        strict=True,
-        description="make cells smaller where the estimated error is more than accuracy allows (default: true, unless "
-        "Np is given)",
-    )
-    core_growth: values.Growth = Field(0.3, description="growth of the cell size per unit depth inside a particle")
-    rows: values.Rows = Field(
-        THINNING.rows,
-        description="distance from the particles beyond which cells lie in rows along the tube [D_c] (default: by "
-        "accuracy; 0, no rows, without particles)",
-    )
-    row_grading: values.Grading = Field(
-        1.0,
-        description="length of the cells across the tube on the axis over that at the wall, in rows (default: by "
-        f"accuracy; {ROW_GRADING:g} in runs in viscoelastic liquids, else 1)",
-    )
+
+XI = _number("xi", caption=7, identity=lambda case: bool(case.liquid_model.modes), idle=_no_polymer)
+LIQUID = Key(
+    part=Part.MATERIAL,
+    caption=6,
+    identity=lambda case: not case.liquid_model.newtonian,
+    idle=lambda case: "" if case.is_viscous else _no_polymer(case),
+)
+SOLID = Key(
+    part=Part.MATERIAL,
+    caption=8,
+    identity=lambda case: any(case.Ca_es),
+    idle=lambda case: "" if any(case.Ca_es) else "the particles are rigid",
+)
 
 
 class SceneCase(Keys):
@@ -100,8 +68,6 @@ class SceneCase(Keys):
     """Whether it is solved in time, for which `accuracy` has other cells than for steady states."""
     named_by_kind: ClassVar[bool] = True
     """Whether folders of cases without a name begin with the command."""
-    usual_distances: ClassVar[dict[str, Any]] = {}
-    """Distances of a case that is made without any, by their key."""
 
     beta: Annotated[PerParticle[values.Diameter] | None, Key(r"\beta", caption=1, required=True)] = Field(
         None, description="particle over tube diameter D_p/D_c, between 0 and 1"
@@ -118,15 +84,13 @@ class SceneCase(Keys):
     particles: Annotated[values.Whole, Key(caption=5)] = Field(
         2, ge=0, le=50, description="number of particles on the axis"
     )
-    xi: Annotated[values.SolventPart, _number("xi", caption=7)] = Field(
-        0.09, description="solvent viscosity over eta_0 (De > 0)"
-    )
-    liquid: Annotated[LiquidKey, Key(part=Part.MATERIAL, caption=6)] = Field(
+    xi: Annotated[values.SolventPart, XI] = Field(0.09, description="solvent viscosity over eta_0 (De > 0)")
+    liquid: Annotated[LiquidKey, LIQUID] = Field(
         None,
         description=f"constitutive law, or a group with it and its parameters; default: {liquids.DEFAULT.name}, "
         f"{Newtonian.name} at De = 0",
     )
-    solid: Annotated[SolidKey, Key(part=Part.MATERIAL, caption=8)] = Field(
+    solid: Annotated[SolidKey, SOLID] = Field(
         None,
         description="law of the soft particles, or a group with it and its parameters, or a list of these from "
         f"upstream; default: {solids.DEFAULT.name}",
@@ -161,7 +125,7 @@ class SceneCase(Keys):
         return {"mesh": self._cells | {"adapt": "Np" not in self.mesh.model_fields_set}}
 
     @property
-    def _cells(self) -> dict[str, Any]:
+    def _cells(self) -> dict[str, float]:
         """The cells that `accuracy` sets."""
         return settings_of(self.accuracy).mesh(self.liquid_model.cells, self.betas, self.in_time)
 
@@ -229,9 +193,9 @@ class SceneCase(Keys):
         return (self.De,)
 
     @property
-    def driven(self) -> tuple[float, float | None]:
-        """Mean velocity of the liquid, and that at which all particles are moved, None if no force acts on them."""
-        return 1.0, None
+    def drive(self) -> Drive:
+        """What drives the liquid and the particles."""
+        return DEVELOPED
 
     @property
     def has_history(self) -> bool:
@@ -239,30 +203,55 @@ class SceneCase(Keys):
         return self.in_time
 
     @property
+    def laws(self) -> Laws:
+        """The laws of the liquid and of the particles, with the parameters that are given."""
+        return Laws.of(self.liquid, self.solid)
+
+    @property
+    def is_viscous(self) -> bool:
+        """Whether the liquid has a viscosity alone by its law, and so no De."""
+        return self.laws.liquid.is_viscous
+
+    @property
+    def declared_parameters(self) -> tuple[Declared, ...]:
+        """The parameters of all laws that are named."""
+        return tuple(self.laws.declared())
+
+    @property
     def liquid_model(self) -> Liquid:
-        return liquid_of(dict(self))
+        return self.laws.liquid.model(self.De, self.xi)
+
+    @property
+    def slowest_time(self) -> float:
+        """The longest relaxation time of the liquid over that of De."""
+        return self.laws.liquid.model(1.0, self.xi).longest or 1.0
 
     @property
     def solid_models(self) -> tuple[Solid | None, ...]:
         """The solid of each particle from upstream, None for rigid ones."""
-        return solids_of(dict(self), self.Ca_es)
+        return self.laws.solid_models(self.Ca_es)
+
+    @property
+    def experiment(self) -> Experiment | None:
+        """The quantities of the `physical` block with what follows from them; None without a block."""
+        return Experiment(self.physical.given, self.laws, self.particles) if self.physical is not None else None
 
     @property
     def scales(self) -> Scales | None:
         """The units of length, velocity and stress in SI units, None if the case has no `physical` block."""
-        return self.physical.scales(dict(self)) if self.physical is not None else None
+        return self.experiment.scales if self.experiment is not None else None
 
     @property
     def remarks(self) -> list[str]:
         """Remarks on quantities of the `physical` block that are far from usual."""
-        return far_from_usual(dict(self.physical), dict(self)) if self.physical is not None else []
+        return self.experiment.remarks if self.experiment is not None else []
 
     @property
     def notes(self) -> list[str]:
         """Notes for the user, apart from `remarks`: given keys without effect, and particles without steady shapes."""
         idle = {key: why for key, why in self._idle().items() if self._is_given(key)}
         if "liquid" in idle:
-            idle = {f"liquid: {liquid_block(dict(self))['law']}": idle.pop("liquid"), **idle}
+            idle = {f"liquid: {self.laws.liquid.name}": idle.pop("liquid"), **idle}
         keys = {why: [key for key in idle if idle[key] == why] for why in idle.values()}
         no_effect = [f"{', '.join(k)} {'has' if len(k) == 1 else 'have'} no effect: {why}" for why, k in keys.items()]
         tense = beyond_tension(self.liquid_model, self.betas, self.Ca_es)
@@ -276,17 +265,8 @@ class SceneCase(Keys):
 
     def _idle(self) -> dict[str, str]:
         """Keys without effect in this case, whether they are given or not, and the reason."""
-        idle: dict[str, str] = {}
-        if not self.liquid_model.modes:
-            viscous = is_viscous(dict(self))
-            why = f"the liquid is {self.liquid_model.label}" + ("" if viscous else " at De = 0")
-            idle = dict.fromkeys(("xi",) if viscous else ("liquid", "xi"), why)
-        if self.n == 0:
-            of_particles = [name for name, key in keys_of(type(self)).items() if key.count == PARTICLES]
-            idle |= dict.fromkeys(of_particles, "there are no particles")
-        elif not any(self.Ca_es):
-            idle["solid"] = "the particles are rigid"
-        return idle
+        reasons = {name: key.why_idle(self, self.n) for name, key in keys_of(type(self)).items()}
+        return {name: why for name, why in reasons.items() if why}
 
     @property
     def tube_length(self) -> float:
@@ -319,7 +299,7 @@ class SceneCase(Keys):
     def _slug_parts(self) -> list[str]:
         """The main parameters, for the name of the folder."""
         liquid = self.liquid_model
-        law = [] if is_viscous(dict(self)) and not liquid.newtonian else [f"De{self.De:g}"]
+        law = [] if self.is_viscous and not liquid.newtonian else [f"De{self.De:g}"]
         if not liquid.newtonian and liquid.structure != liquids.DEFAULT.name:
             law += [liquid.structure.replace("/", "-in-")]
         if len(liquid.modes) == 1:
@@ -380,8 +360,8 @@ def known_keys() -> dict[str, Key]:
     Of a key that several kinds have, such as d, it is that of one for which it is a part of the report, if there is
     one.
     """
-    for name in NAMES:  # whose models are subclasses once they are imported
-        module_of(name)
+    for models in kinds.LISTS:
+        models()  # which are subclasses once they are imported
     return _keys_of_all(_kinds_of(SceneCase))
 
 

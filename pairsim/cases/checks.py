@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
 
 from pydantic import BaseModel
 
 from pairsim.cases.case import FREE_ENDS, SceneCase
 from pairsim.cases.keys import keys_of
 from pairsim.cases.material_keys import written
-from pairsim.cases.materials import block_of, is_viscous, liquid_block
 from pairsim.cases.mistakes import Mistake, missing
 from pairsim.cases.physical import BLOCK, EXPERIMENT
 from pairsim.cases.values import is_finite
+from pairsim.cases.yaml_file import Content
 
 
-def missing_numbers(model: type[SceneCase], data: Mapping[str, Any], origins: Mapping[str, str]) -> Iterator[Mistake]:
+def missing_numbers(model: type[SceneCase], data: Content, origins: Mapping[str, str]) -> Iterator[Mistake]:
     """Yield the numbers of particles and gaps that a case lacks, which need not be validated yet, as mistakes.
 
     Those that follow from quantities (`origins`) are checked elsewhere.
@@ -26,8 +25,7 @@ def missing_numbers(model: type[SceneCase], data: Mapping[str, Any], origins: Ma
         count = key.count(n) if key.required and key.count is not None else 0
         if count > 0 and data.get(name) is None and name not in origins:
             several = f" or a list of {count}" if count > 1 else ""
-            gives = "d" if name == "d0" else name
-            of = [f", or be given by {BLOCK}.{each.key}" for each in EXPERIMENT if each.gives == gives]
+            of = [f", or be given by {BLOCK}.{each.key}" for each in EXPERIMENT if name in each.gives]
             yield missing(name, f"must be a number{several}{of[0] if BLOCK in data else ''}")
 
 
@@ -54,23 +52,25 @@ def check_scene(case: SceneCase) -> Iterator[Mistake]:
 
 def _check_law(case: SceneCase) -> Iterator[Mistake]:
     """Find laws that do not go with De; yields mistakes."""
-    block = liquid_block(dict(case))
-    law = block["law"]
-    if is_viscous(dict(case)):
+    liquid = case.laws.liquid
+    named = [name for name, law in (("solvent", liquid.solvent), ("yielding", liquid.yielding)) if law is not None]
+    if liquid.is_viscous:
         if case.De > 0:
             yield Mistake(
-                "liquid", law, "has no memory: leave out De (or physical.relaxation), or name a viscoelastic law"
+                "liquid",
+                liquid.name,
+                "has no memory: leave out De (or physical.relaxation), or name a viscoelastic law",
             )
     elif case.De == 0:
         if case.liquid is not None and "De" not in case.model_fields_set:
-            yield missing("De", f"must be given with liquid: {law}")
-        elif parts := block.keys() & {"solvent", "yielding"}:
-            without = f"must be above 0 with a liquid.{min(parts)}; a liquid without elasticity has none"
+            yield missing("De", f"must be given with liquid: {liquid.name}")
+        elif named:
+            without = f"must be above 0 with a liquid.{named[0]}; a liquid without elasticity has none"
             yield Mistake("De", case.De, without)
     elif case.xi == 0:
         yield Mistake("xi", case.xi, "must be above 0 in a viscoelastic liquid")
-    elif "yielding" in block and (why := _not_yielding(case)):
-        yield Mistake("liquid.yielding", block_of(block["yielding"])["law"], f"must be left out: {why}")
+    elif liquid.yielding is not None and (why := _not_yielding(case)):
+        yield Mistake(liquid.yielding.key, liquid.yielding.name, f"must be left out: {why}")
 
 
 def _not_yielding(case: SceneCase) -> str:

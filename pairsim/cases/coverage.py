@@ -76,7 +76,7 @@ def _other_solids(case: SceneCase, theirs: SceneCase) -> Iterator[str]:
     yield from dict.fromkeys(found)
 
 
-def _other_numbers(one: Mapping[str, Any], other: Mapping[str, Any], many: bool = False) -> Iterator[str]:
+def _other_numbers(one: Mapping[str, float], other: Mapping[str, float], many: bool = False) -> Iterator[str]:
     """Parameters that differ; their names have the place of the law, which is left out unless there are many."""
     for name, value in one.items():
         if not math.isclose(value, other[name], rel_tol=SAME):

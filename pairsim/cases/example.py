@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from importlib.resources import files
 from pathlib import Path
 
+from pairsim.cases.kinds_of_cases import EXAMPLES
 from pairsim.cases.values import NAME_WORDS, is_name
 from pairsim.runtime.errors import InputError
 
@@ -19,7 +19,7 @@ def write_example(kind: str, name: str, directory: Path) -> Path:
     if not is_name(stem):
         raise InputError("pairsim init", "NAME", stem, f"must be {NAME_WORDS}")
     path = directory / f"{stem}.yaml"
-    text = files("pairsim.cases").joinpath("examples", f"{kind}.yaml").read_text(encoding="utf-8")
+    text = (EXAMPLES / f"{kind}.yaml").read_text(encoding="utf-8")
     try:
         with path.open("x", encoding="utf-8") as file:
             file.write(text.format(name=stem, file=path.name))

@@ -11,7 +11,7 @@ from typing import Any
 from pairsim.cases.case import SceneCase
 from pairsim.cases.keys import keys_of
 from pairsim.cases.physical import BLOCK, DENSITY, QUANTITIES
-from pairsim.cases.quantities import measured
+from pairsim.cases.quantity_text import measured
 from pairsim.physics.own_laws import digest_of, file_of
 
 RUNS = Path("runs")
@@ -27,17 +27,12 @@ def identity_of(case: SceneCase) -> dict[str, Any]:
     left out where they have their default, so that older cases keep their folders.
     """
     identity = case.resolved()
-    if not case.liquid_model.modes:
-        for key in ("xi", *(("liquid",) if case.liquid_model.newtonian else ())):
-            identity.pop(key, None)
-    if not any(case.Ca_es):
-        identity.pop("solid", None)
     for name, key in keys_of(type(case)).items():
         group, last = _holder(identity, name)
         value = group.get(last)
         if key.count is not None and isinstance(value, list) and value and all(each == value[0] for each in value):
             group[last] = value = value[0]
-        if not key.identity or (key.since and key.is_default(value)):
+        if not key.in_identity(case) or (key.since and key.is_default(value)):
             group.pop(last, None)
     return identity | sources_of(case)
 
@@ -56,13 +51,13 @@ def alike(case: SceneCase) -> str:
     """
     identity = {"kind": case.kind, **identity_of(case)}
     block = identity.pop(BLOCK, None)
-    if case.physical is not None and block is not None:
-        scales = case.physical.scales(dict(case))
+    if (scales := case.scales) is not None and block is not None:
         given = {key: QUANTITIES[key] for key, value in block.items() if isinstance(value, str)}
-        pairs = {key: measured(block[key], each.dimension) for key, each in given.items() if each.uncertain}
-        density = measured(block[DENSITY.key], DENSITY.dimension)[0] if DENSITY.key in given else None
+        pairs = {key: (each, *measured(block[key], each)) for key, each in given.items() if each.uncertain}
+        density = measured(block[DENSITY.key], DENSITY)[0] if DENSITY.key in given else None
         identity["scales"] = [scales.length, scales.velocity, scales.viscosity, density]
-        identity["half-widths"] = {key: half / value for key, (value, half) in pairs.items() if half}
+        parts = {key: half / (1.0 if each.kind.signed else value) for key, (each, value, half) in pairs.items() if half}
+        identity["half-widths"] = parts
     return json.dumps(_twelve_digits(identity), sort_keys=True)
 
 

@@ -9,12 +9,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pairsim.cases.case import SceneCase
-from pairsim.cases.physical import DIFFERENCE, EXPERIMENT, QUANTITIES, numbers_from, values_in
-from pairsim.cases.quantities import as_given, measured, percentage, rounded
+from pairsim.cases.experiment import Experiment, changes_no_other
+from pairsim.cases.physical import QUANTITIES
+from pairsim.cases.quantity_text import as_given, measured, rounded
+from pairsim.quantities.kinds import PERCENTAGE
+from pairsim.quantities.measurable import Measurable
 from pairsim.quantities.scales import Scales
 
-STEP = 1e-6  # of logarithms, for derivatives of products of powers; chosen
-DISTANCES = {each.key for each in EXPERIMENT if not each.uncertain}  # and times, which change no other number
+STEP = 1e-6  # of logarithms, for derivatives of products of powers, and of percentages as parts; chosen
 
 
 class Input(NamedTuple):
@@ -33,49 +35,62 @@ class Input(NamedTuple):
     @property
     def size(self) -> float:
         """What changes are to be divided by for those by the quantity in its unit."""
-        return 1.0 if self.unit == DIFFERENCE.unit else self.value
+        return 1.0 if self.unit == PERCENTAGE.physical else self.value
 
 
 def inputs_of(case: SceneCase) -> list[Input]:
     """The quantities of a valid case that may have half-widths; none without a `physical` block."""
-    if case.physical is None:
+    experiment = case.experiment
+    if experiment is None:
         return []
-    keys, block = dict(case), dict(case.physical)
-    values = {key: value for key, value in values_in(block, keys, []).items() if key not in DISTANCES}
+    values = {key: value for key, value in experiment.values.items() if not changes_no_other(key)}
     found = []
     for key, value in values.items():
-        if key == DIFFERENCE.key:
-            size, half_width = (100 * each for each in percentage(block[key]))
-            found.append(Input(key, size, half_width, DIFFERENCE.unit, {"difference": 0.01}))
+        of, text = QUANTITIES[key], experiment.given[key]
+        if isinstance(value, tuple) or not of.uncertain:
             continue
-        if isinstance(value, tuple) or not QUANTITIES[key].uncertain:
-            continue
-        ends = [_logarithms(values | {key: value * (1 + step)}, keys) for step in (STEP, -STEP)]
-        changes = {name: round((ends[0][name] - ends[1][name]) / (2 * STEP), 8) for name in ends[0]}
-        _, half_width = measured(block[key], QUANTITIES[key].dimension)
-        given, unit = as_given(block[key])
-        found.append(Input(key, given, rounded(given * half_width / value), unit, changes))
+        _, half_width = measured(text, of)
+        if of.kind.signed:
+            size, unit = of.kind.per_si * value, of.kind.physical
+            half_width *= of.kind.per_si
+        else:
+            size, unit = as_given(text)
+            half_width = rounded(size * half_width / value)
+        found.append(Input(key, size, half_width, unit, _changes(experiment, of, values)))
     return found
+
+
+def _changes(experiment: Experiment, of: Measurable, values: Mapping[str, Any]) -> dict[str, float]:
+    """What the numbers of a case change by with a quantity, of which there are values in SI units."""
+    if of.by:
+        return {of.by: 1 / of.kind.per_si}
+    value, unit = values[of.key], of.kind.per_si if of.kind.signed else 1.0
+    moved = [value + step if of.kind.signed else value * (1 + step) for step in (STEP, -STEP)]
+    ends = [_logarithms(experiment, {**values, of.key: each}) for each in moved]
+    return {name: round((ends[0][name] - ends[1][name]) / (2 * STEP) / unit, 8) for name in ends[0]}
 
 
 def drawn(case: SceneCase, count: int) -> tuple[Scales, dict[str, Any]]:
     """Scales and numbers of a case with a `physical` block for `count` draws of its uncertain inputs.
 
     These are normal, independent, and the same at each call; what is uncertain has the shape (count,). Beside the
-    numbers of the case there is "difference", that of the diameters over their mean, where it has a half-width.
+    numbers of the case there are those that derivatives alone know, such as "difference", where they have a half-width.
     """
-    values, random = values_in(dict(case.physical or {}), dict(case), []), np.random.default_rng(0)
-    difference = {}
+    experiment, random = case.experiment, np.random.default_rng(0)
+    assert experiment is not None
+    values, others = experiment.values, {}
     for each in inputs_of(case):
         if not each.half_width:
             continue
-        draws = each.half_width / 2 * random.standard_normal(count)
-        if each.key == DIFFERENCE.key:
-            difference["difference"] = (each.value + draws) / 100
+        draws, of = each.half_width / 2 * random.standard_normal(count), QUANTITIES[each.key]
+        if of.by:
+            others[of.by] = (each.value + draws) / of.kind.per_si
+        elif of.kind.signed:
+            values[each.key] = (each.value + draws) / of.kind.per_si
         else:
             values[each.key] = values[each.key] * (1 + draws / each.value)
-    scales, numbers = numbers_from(values, dict(case))
-    return scales, numbers | difference
+    scales, numbers = experiment.with_values(values)
+    return scales, numbers | others
 
 
 def units_of(case: SceneCase) -> dict[str, Any]:
@@ -86,8 +101,8 @@ def units_of(case: SceneCase) -> dict[str, Any]:
     return {"scales": sizes | {"units": "m, s, m/s, Pa"}, "inputs": [each._asdict() for each in inputs_of(case)]}
 
 
-def _logarithms(values: Mapping[str, Any], keys: Mapping[str, Any]) -> dict[str, float]:
+def _logarithms(experiment: Experiment, values: Mapping[str, Any]) -> dict[str, float]:
     """The numbers of a case, and the logarithms of its scales."""
-    scales, numbers = numbers_from(values, keys)
+    scales, numbers = experiment.with_values(values)
     largest = {name: float(max(each)) if isinstance(each, tuple) else float(each) for name, each in numbers.items()}
     return largest | {"length": math.log(scales.length), "velocity": math.log(scales.velocity)}

@@ -8,7 +8,7 @@ Captions, grids, hashes, folder names and atlases ask these declarations; see do
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cache
@@ -44,6 +44,7 @@ class Count:
 
 PARTICLES = Count("particles", 0)
 GAPS = Count("gaps", 1)
+NO_PARTICLES = "there are no particles"
 
 T = TypeVar("T")
 PerParticle = Annotated[OneOrMany[T], PARTICLES]
@@ -64,9 +65,13 @@ class Key:
             captions is always said.
         slug: What its value comes after in names of folders, "" where it is not in them.
         required: Whether it must be given where there are particles, or gaps, that have it.
-        identity: Whether it makes another case, with a hash and a folder of its own.
+        identity: Whether it makes another case, with a hash and a folder of its own; or a function of a case that says
+            where it does.
+        idle: A function of a case that says why it has no effect there, "" where it has one. What has one value for
+            each particle has none without particles.
         since: The version that brought it, where hashes of older cases are to stay: it is in the hash of those cases
             alone in which it is not its default.
+        usual: What `pairsim units` gives in a case that says nothing of it; None: nothing.
         name: Its name, with that of its group; from its field, as what follows.
         default: Its default; None in a key without one.
         count: How many values a list has; None in a key with one value for the case.
@@ -78,11 +83,23 @@ class Key:
     caption: int = 0
     slug: str = ""
     required: bool = False
-    identity: bool = True
+    identity: bool | Callable[[Any], bool] = True
+    idle: Callable[[Any], str] | None = None
     since: str = ""
+    usual: Any = None
     name: str = ""
     default: Any = None
     count: Count | None = None
+
+    def in_identity(self, case: Any) -> bool:
+        """Whether it makes another case of one."""
+        return self.identity if isinstance(self.identity, bool) else self.identity(case)
+
+    def why_idle(self, case: Any, particles: int) -> str:
+        """Why it has no effect in a case of so many particles; "" where it has one."""
+        if not particles and self.count == PARTICLES:
+            return NO_PARTICLES
+        return self.idle(case) if self.idle is not None else ""
 
     @property
     def of_problem(self) -> bool:

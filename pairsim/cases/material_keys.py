@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Union
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, create_model
 
 from pairsim.cases.keys import PerParticle
-from pairsim.cases.materials import ELASTIC, MODES, VISCOUS
+from pairsim.cases.laws import ELASTIC, MODES, VISCOUS
 from pairsim.cases.values import Number
 from pairsim.physics import liquids, solids
 from pairsim.physics.liquids import ConformationLaw, Newtonian

@@ -5,18 +5,21 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
 from pairsim.cases.allowed import allowed_in
+from pairsim.cases.experiment import follows_in
 from pairsim.cases.keys import groups_of
+from pairsim.cases.laws import Laws
 from pairsim.cases.material_keys import BLOCKS
-from pairsim.cases.materials import liquid_block, solid_blocks
 from pairsim.cases.mistakes import Mistake, missing
-from pairsim.cases.physical import BLOCK, stands_for
-from pairsim.cases.quantities import QUANTITY
+from pairsim.cases.physical import BLOCK
+from pairsim.cases.quantity_text import QUANTITY
 from pairsim.cases.values import Range
+from pairsim.cases.yaml_file import Content
 from pairsim.physics import liquids, solids
 from pairsim.physics.declared import PARAMETERS
 from pairsim.physics.own_laws import OPTION
@@ -44,112 +47,122 @@ ADAPTED = {
 """What replaces expressions of pydantic's."""
 
 
-def mistakes_of(error: ValidationError, model: type[BaseModel], data: Mapping[str, Any]) -> list[Mistake]:
-    """The mistakes in a validation error of pydantic, one for each key of the data of a file."""
+def mistakes_of(error: ValidationError, model: type[BaseModel], data: Content) -> list[Mistake]:
+    """The mistakes in a validation error of pydantic, one for each key of the content of a file."""
+    file = _File(model, data)
     problems: dict[str, list[Any]] = {}
     for problem in error.errors(include_url=False, include_context=False):
-        problems.setdefault(_key(problem, data), []).append(problem)
+        problems.setdefault(file.key_of(problem), []).append(problem)
     wrong_inside = {key[: place.start()] for key in problems for place in re.finditer(r"[.\[]", key)}
-    return [_mistake(key, each, model, data) for key, each in problems.items() if key not in wrong_inside]
+    return [file.mistake(key, each) for key, each in problems.items() if key not in wrong_inside]
 
 
-def _key(problem: Any, data: Mapping[str, Any]) -> str:
-    """The dotted key of a problem; the names of alternatives, which pydantic has in its place, are not in the data."""
-    key, place = "", problem["loc"]
-    inner: Any = data
-    for i, part in enumerate(place):
-        if isinstance(part, int):
-            if isinstance(inner, list | tuple) and part < len(inner):
-                key, inner = f"{key}[{part}]", inner[part]
-        elif isinstance(inner, Mapping) and part in inner:
-            key, inner = f"{key}.{part}" if key else part, inner[part]
-        elif problem["type"] == "missing" and i == len(place) - 1:
-            key = f"{key}.{part}" if key else part
-    return key
+@dataclass(frozen=True)
+class _File:
+    """A file that pydantic has refused: the model of its keys, and its content."""
 
+    model: type[BaseModel]
+    data: Content
 
-def _mistake(key: str, problems: list[Any], model: type[BaseModel], data: Mapping[str, Any]) -> Mistake:
-    """The mistake of a key, of each of whose alternatives there is a problem."""
-    value, kind = problems[0]["input"], problems[0]["type"]
-    known = _known(key, problems[0], model)
-    if kind == "missing" and isinstance(problems[0]["loc"][-1], str):
+    def key_of(self, problem: Any) -> str:
+        """The dotted key of a problem; the names of alternatives, which pydantic puts in, are in no file."""
+        key, place = "", problem["loc"]
+        inner: Any = self.data
+        for i, part in enumerate(place):
+            if isinstance(part, int):
+                if isinstance(inner, list | tuple) and part < len(inner):
+                    key, inner = f"{key}[{part}]", inner[part]
+            elif isinstance(inner, Mapping) and part in inner:
+                key, inner = f"{key}.{part}" if key else part, inner[part]
+            elif problem["type"] == "missing" and i == len(place) - 1:
+                key = f"{key}.{part}" if key else part
+        return key
+
+    def mistake(self, key: str, problems: list[Any]) -> Mistake:
+        """The mistake of a key, of each of whose alternatives there is a problem."""
+        value, kind = problems[0]["input"], problems[0]["type"]
+        known = self._known(key, problems[0])
+        if kind == "missing" and isinstance(problems[0]["loc"][-1], str):
+            group, _, name = key.rpartition(".")
+            law = value.get("law") if group else None
+            given = f"must be given with {group}: {{law: {law}, {name}: ...}}" if law else "must be given"
+            return missing(key, "; ".join(filter(None, (given, known))))
+        if kind == "extra_forbidden":
+            return Mistake(key, value, f"unknown key; {self._hint(key, problems[0])}")
+        adapted = ", or ".join(dict.fromkeys(_adapted(each["msg"]) for each in problems)).replace(
+            ", or must be", ", or"
+        )
+        allowed = known or adapted
+        if isinstance(value, str) and QUANTITY.fullmatch(value):
+            stem = re.sub(r"\[\d+\]$|\.(start|stop)$", "", key)
+            for each in [each for each in follows_in(Laws.in_case(self.data)) if stem in each.keys][:1]:
+                return Mistake(key, value, f"{allowed}; with a unit it is {BLOCK}.{each.quantity.key}")
+        if isinstance(value, str) and kind in ("float_type", "int_type") and re.search(r"\d", value):
+            allowed += "; numbers are written as 90, 0.4 or 1e-3, without quotes or units"
+        if kind == "int_type" and isinstance(value, float):
+            allowed += ", without a point"
+        if kind == "string_type" and isinstance(value, int | float):
+            allowed += ", in quotes where it is a number"
+        if kind == "union_tag_invalid":
+            value, allowed = value["law"], f"{allowed}; {OPTION} FILE adds laws of your own"
+        return Mistake(key, value, allowed)
+
+    def _known(self, key: str, problem: Any) -> str:
+        """What is allowed by the schema of a key; "" if it has none, or if the message of pydantic's is as good."""
         group, _, name = key.rpartition(".")
-        law = value.get("law") if group else None
-        given = f"must be given with {group}: {{law: {law}, {name}: ...}}" if law else "must be given"
-        return missing(key, "; ".join(filter(None, (given, known))))
-    if kind == "extra_forbidden":
-        return Mistake(key, value, f"unknown key; {_hint(key, problems[0], model, data)}")
-    adapted = ", or ".join(dict.fromkeys(_adapted(each["msg"]) for each in problems)).replace(", or must be", ", or")
-    allowed = known or adapted
-    if isinstance(value, str) and QUANTITY.fullmatch(value):
-        stem = re.sub(r"\[\d+\]$|\.(start|stop)$", "", "d" if key.startswith("d0") else key)
-        for _, measured in [each for each in stands_for(data) if each[0] == stem][:1]:
-            return Mistake(key, value, f"{allowed}; with a unit it is {BLOCK}.{measured.key}")
-    if isinstance(value, str) and kind in ("float_type", "int_type") and re.search(r"\d", value):
-        allowed += "; numbers are written as 90, 0.4 or 1e-3, without quotes or units"
-    if kind == "int_type" and isinstance(value, float):
-        allowed += ", without a point"
-    if kind == "string_type" and isinstance(value, int | float):
-        allowed += ", in quotes where it is a number"
-    if kind == "union_tag_invalid":
-        value, allowed = value["law"], f"{allowed}; {OPTION} FILE adds laws of your own"
-    return Mistake(key, value, allowed)
+        home, groups = self._home(group, problem["loc"]), groups_of(self.model)
+        if home is None or home is Range or name not in home.model_fields:
+            return ""
+        if problem["type"] in ("value_error", "literal_error"):
+            return ""
+        if key in groups:
+            return f"allowed: a group of {', '.join(groups[key].model_fields)}"
+        return f"allowed: {allowed_in(home, name)}"
 
+    def _home(self, group: str, place: Sequence[Any]) -> type[BaseModel] | None:
+        """The model of a group of keys in which there is a problem: of a block, a range, or a group of the file."""
+        of = re.sub(r"\[\d+\]$", "", group).rpartition(".")[2]
+        if of in BLOCKS:
+            return BLOCKS[of].get(place[-2])
+        return Range if "range" in place[-2:-1] else groups_of(self.model).get(group)
 
-def _known(key: str, problem: Any, model: type[BaseModel]) -> str:
-    """What is allowed by the schema of a key; "" if it has none, or if the message of pydantic's is as good."""
-    group, _, name = key.rpartition(".")
-    home, groups = _home(group, problem["loc"], model), groups_of(model)
-    if home is None or home is Range or name not in home.model_fields:
-        return ""
-    if problem["type"] in ("value_error", "literal_error"):
-        return ""
-    if key in groups:
-        return f"allowed: a group of {', '.join(groups[key].model_fields)}"
-    return f"allowed: {allowed_in(home, name)}"
+    def _hint(self, key: str, problem: Any) -> str:
+        """What an unknown key may have been meant to be, or which keys are allowed."""
+        name = problem["loc"][-1]
+        groups, group, value = (
+            groups_of(self.model),
+            key.removesuffix(name).removesuffix("."),
+            as_typed(problem["input"]),
+        )
+        block, _, last = name.rpartition(".")
+        if key in PARAMETERS and "liquid" in self.model.model_fields:
+            return self._in_its_law(key, value)
+        if block and block in groups and last in groups[block].model_fields:
+            return f"write it in its group, as {block}: {{{last}: {value}}}"
+        home = self._home(group, problem["loc"]) or self.model
+        if home not in groups.values():
+            return f"allowed: {', '.join(home.model_fields)}"
+        if meant := _similar(name, group, groups):
+            return f"did you mean {meant}?"
+        if not group and BEYOND.search(name.lower()):
+            return MODELLED
+        return f"allowed: {', '.join(home.model_fields)}"
 
-
-def _home(group: str, place: Sequence[Any], model: type[BaseModel]) -> type[BaseModel] | None:
-    """The model of a group of keys in which there is a problem: of a block, a range, or a group of the file."""
-    of = re.sub(r"\[\d+\]$", "", group).rpartition(".")[2]
-    if of in BLOCKS:
-        return BLOCKS[of].get(place[-2])
-    return Range if "range" in place[-2:-1] else groups_of(model).get(group)
+    def _in_its_law(self, key: str, value: str) -> str:
+        """How a parameter that is given beside its law is written in its block."""
+        laws = PARAMETERS[key].laws
+        place = "liquid" if laws[0] in liquids.LAWS else "solid" if laws[0] in solids.LAWS else "liquid.yielding"
+        named = Laws.in_case(self.data)
+        given = [each.name for each in (named.liquid, *named.solids)]
+        law = next((law for law in given if law in laws), laws[0])
+        block = f"{place}: {{law: {law}, {key}: {value}}}"
+        return f"it is a parameter of the law: write {block}; {place}.{key} in grids and after --set"
 
 
 def _adapted(text: str) -> str:
     for expression, other in ADAPTED.items():
         text = re.sub(expression, other, text)
     return text
-
-
-def _hint(key: str, problem: Any, model: type[BaseModel], data: Mapping[str, Any]) -> str:
-    """What an unknown key may have been meant to be, or which keys are allowed."""
-    name = problem["loc"][-1]
-    groups, group, value = groups_of(model), key.removesuffix(name).removesuffix("."), as_typed(problem["input"])
-    block, _, last = name.rpartition(".")
-    if key in PARAMETERS and "liquid" in model.model_fields:
-        return _in_its_law(key, value, data)
-    if block and block in groups and last in groups[block].model_fields:
-        return f"write it in its group, as {block}: {{{last}: {value}}}"
-    home = _home(group, problem["loc"], model) or model
-    if home not in groups.values():
-        return f"allowed: {', '.join(home.model_fields)}"
-    if meant := _similar(name, group, groups):
-        return f"did you mean {meant}?"
-    if not group and BEYOND.search(name.lower()):
-        return MODELLED
-    return f"allowed: {', '.join(home.model_fields)}"
-
-
-def _in_its_law(key: str, value: str, data: Mapping[str, Any]) -> str:
-    """How a parameter that is given beside its law is written in its block."""
-    laws = PARAMETERS[key].laws
-    place = "liquid" if laws[0] in liquids.LAWS else "solid" if laws[0] in solids.LAWS else "liquid.yielding"
-    given = [block["law"] for _, block in [("liquid", liquid_block(data)), *solid_blocks(data)]]
-    law = next((law for law in given if law in laws), laws[0])
-    block = f"{place}: {{law: {law}, {key}: {value}}}"
-    return f"it is a parameter of the law: write {block}; {place}.{key} in grids and after --set"
 
 
 def _similar(name: str, group: str, groups: Mapping[str, type[BaseModel]]) -> str:

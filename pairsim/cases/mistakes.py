@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from operator import attrgetter
 from typing import Any, NamedTuple
 
 from pydantic import BaseModel
 
-from pairsim.cases.yaml_file import place_of
+from pairsim.cases.yaml_file import Content, place_of
 from pairsim.runtime.errors import InputError
 
 
@@ -32,7 +32,7 @@ def broken(case: BaseModel, *rules: tuple[str, bool, str]) -> Iterator[Mistake]:
             yield Mistake(key, attrgetter(key)(case), allowed)
 
 
-def input_error(mistakes: Iterable[Mistake], data: Mapping[str, Any], source: str, entry: str = "") -> InputError:
+def input_error(mistakes: Iterable[Mistake], data: Content, source: str, entry: str = "") -> InputError:
     """Combine all mistakes of a case, at least one, into one error, in the order of the file and missing keys last.
 
     A `Key` in the data has its file and line; `source` is the file of the others. In a file of several cases `entry` is

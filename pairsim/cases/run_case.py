@@ -9,11 +9,10 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field
 
 from pairsim.cases import values
-from pairsim.cases.accuracy import settings_of
-from pairsim.cases.case import ENDS, USUAL, SceneCase
+from pairsim.cases.accuracy import USUAL, settings_of
+from pairsim.cases.case import ENDS, SceneCase
 from pairsim.cases.checks import check_scene
-from pairsim.cases.keys import Key, Keys, Part, PerGap
-from pairsim.cases.materials import slowest_of
+from pairsim.cases.keys import NO_PARTICLES, Key, Keys, Part, PerGap
 from pairsim.cases.mistakes import Mistake, broken
 
 MOST_OUTPUTS = 10_000
@@ -28,6 +27,14 @@ DEFAULT_END = (
     f"the largest of {SHORTEST_RUN:g}, {RUN_PER_DE:g} De and {RUN_PER_CAPILLARY:g} Ca_e; later with "
     "slower modes and viscous particles"
 )
+
+
+def _without_gaps(case: SceneCase) -> str:
+    """Why a case has no distances."""
+    return "" if case.n > 1 else "there is only one particle" if case.n else NO_PARTICLES
+
+
+OF_GAPS = Key(idle=_without_gaps)
 
 
 class TimeOptions(Keys):
@@ -50,8 +57,12 @@ class TimeOptions(Keys):
 class Limits(Keys):
     """Conditions that end a run before its end time."""
 
-    min_gap: values.Gap = Field(0.002, description="contact: the run ends when a gap falls below this [D_c]")
-    max_gap: values.Distance | None = Field(None, description="the run ends when a gap exceeds this [D_c]")
+    min_gap: Annotated[values.Gap, OF_GAPS] = Field(
+        0.002, description="contact: the run ends when a gap falls below this [D_c]"
+    )
+    max_gap: Annotated[values.Distance | None, OF_GAPS] = Field(
+        None, description="the run ends when a gap exceeds this [D_c]"
+    )
     wall_time: values.Seconds | None = Field(
         None, description="largest wall time of the whole run [s]; the run fails beyond it"
     )
@@ -80,7 +91,7 @@ class OutputOptions(Keys):
     )
 
 
-D0 = Key("d_0", "D_c", part=Part.START, caption=4, slug="d", required=True)
+D0 = Key("d_0", "D_c", part=Part.START, caption=4, slug="d", required=True, usual=0.1, idle=_without_gaps)
 
 
 class Case(SceneCase):
@@ -89,7 +100,6 @@ class Case(SceneCase):
     kind: ClassVar[str] = "run"
     in_time: ClassVar[bool] = True
     named_by_kind: ClassVar[bool] = False
-    usual_distances: ClassVar[dict[str, Any]] = {"d0": 0.1}
 
     d0: Annotated[PerGap[values.Distance] | None, D0] = Field(
         None, description="initial distance between the facing surfaces [D_c]"
@@ -105,13 +115,13 @@ class Case(SceneCase):
         "distances in the developed flow (default: rest; steady with a physical block, as beads that meet in a tube "
         "have flowed through it for long)",
     )
-    hold: bool = Field(
+    hold: Annotated[bool, OF_GAPS] = Field(
         False,
         strict=True,
         description="keep the distances d0 while shapes and stresses go on, as quasi-steady solutions do: dU after any "
         "time at this distance, of what has a history",
     )
-    dU_error: Annotated[bool, Key(part=Part.NUMERICS)] = Field(
+    dU_error: Annotated[bool, Key(part=Part.NUMERICS, idle=_without_gaps)] = Field(
         False,
         strict=True,
         description="estimate the error of dU at every step and add it to dU; a coarse run then tells which cells "
@@ -124,7 +134,7 @@ class Case(SceneCase):
     def _defaults(self) -> dict[str, Any]:
         particles = zip(self.Ca_es, self.solid_models, strict=True)
         soft = [Ca_e * (1 + RUN_PER_VISCOSITY * float(solid.viscosity or 0.0)) for Ca_e, solid in particles if solid]
-        elastic = RUN_PER_DE * self.De * slowest_of(dict(self))
+        elastic = RUN_PER_DE * self.De * self.slowest_time
         latest = max(SHORTEST_RUN, elastic, *(RUN_PER_CAPILLARY * each for each in soft))
         end = float(f"{min(latest, values.MOST_TIME):.3g}")
         start = {} if self.physical is None else {"start": "steady"}
@@ -154,11 +164,6 @@ class Case(SceneCase):
     def adapts(self) -> bool:
         """Whether a coarse run tells which cells are needed."""
         return self.estimates_error and self.mesh.adapt
-
-    def _idle(self) -> dict[str, str]:
-        why = "there is only one particle" if self.n else "there are no particles"
-        alone = ("d0", "hold", "dU_error", "limits.min_gap", "limits.max_gap") if self.n < 2 else ()
-        return super()._idle() | dict.fromkeys(alone, why)
 
 
 def check_run(case: Case) -> Iterator[Mistake]:

@@ -31,6 +31,10 @@ TAG = "tag:yaml.org,2002:"
 UNFIT = re.compile("[\0\ud800-\udfff]")  # what is in no name of a file
 
 
+type Content = Mapping[str, Any]
+"""Keys with their values, such as those of a file: of none is it known yet whether it is right."""
+
+
 class Place(NamedTuple):
     """Where a key was given: the file, or `--set`, and the line, None for `--set`."""
 
@@ -52,11 +56,11 @@ class PlacedKey(str):
         return self
 
 
-def _place_in(group: Mapping[str, Any], name: str) -> Place | None:
+def _place_in(group: Content, name: str) -> Place | None:
     return next((getattr(key, "place", None) for key in group if key == name), None)
 
 
-def place_of(data: Mapping[str, Any], key: str) -> Place | None:
+def place_of(data: Content, key: str) -> Place | None:
     """Where a dotted key, such as mesh.Np or cases[1].mesh.Np, was given.
 
     If it is missing, the place of what it would be in; None if that is unknown.
@@ -108,9 +112,7 @@ def within(data: dict[str, Any], dotted: str) -> tuple[dict[str, Any], str]:
     return inner, last
 
 
-def merge(
-    target: dict[str, Any], changes: Mapping[str, Any], groups: Collection[str], source: str = "", group: str = ""
-) -> None:
+def merge(target: dict[str, Any], changes: Content, groups: Collection[str], source: str = "", group: str = "") -> None:
     """Merge changes into nested keys and values, in place: groups of keys are merged, all other values are replaced.
 
     Groups are those of the case, as of `groups_of` its model. Changes are nested or have dotted keys. Error messages
@@ -155,7 +157,7 @@ def apply_settings(data: dict[str, Any], overrides: tuple[str, ...], groups: Col
         merge(data, {PlacedKey(key, Place(OPTION, None)): value}, groups, OPTION)
 
 
-def flat(entry: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+def flat(entry: Content, prefix: str = "") -> dict[str, Any]:
     """Convert nested keys to dotted keys; the name of a law stands for its group, as in liquid and liquid.alpha."""
     spelled: dict[str, Any] = {}
     for key, value in entry.items():
@@ -280,7 +282,7 @@ def read_yaml(path: Path) -> dict[str, Any]:
     return data
 
 
-def yaml_text(content: Mapping[str, Any], blocks: bool = False) -> str:
+def yaml_text(content: Content, blocks: bool = False) -> str:
     """Keys and values as YAML that readers of YAML 1.1 understand, too, in their order.
 
     With `blocks` the innermost groups and lists have a line for each entry; else they are {...} and [...].

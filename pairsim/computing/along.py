@@ -1,10 +1,8 @@
-"""What questions about one particle over Ca_e share: their keys, the steady states, and a picture."""
+"""What questions about one particle over Ca_e share: their keys and the steady states."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from pathlib import Path
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from pydantic import Field
@@ -15,29 +13,25 @@ from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.mistakes import Mistake
 from pairsim.cases.values import Values
 from pairsim.computing import events
+from pairsim.computing.found import Found
+from pairsim.computing.warnings import finer
 from pairsim.quantities.text import softness
-from pairsim.results.columns import Column
+from pairsim.record.column import Columns
+from pairsim.record.columns import CA_E
+from pairsim.record.run_entries import POINTS
+from pairsim.runtime.message import Message
 from pairsim.runtime.text import counted
+from pairsim.solvers.parameters import Parameters
 
 if TYPE_CHECKING:
-    from pairsim.plots.style import Page
     from pairsim.runtime.monitor import Monitor
-    from pairsim.solvers.errors.estimate import ErrorEstimate
-    from pairsim.solvers.steady.scene import SteadySolver
+    from pairsim.solvers.goals import Goal
 
 WRINKLED = 2.0  # roughness of a surface from which it has waves as long as cells (`pairsim.fem.surface.roughness`)
 
 
-@dataclass(frozen=True)
-class Found:
-    """A steady state: its solver, and the estimate of its errors; columns of a question take their `value` of it."""
-
-    estimate: ErrorEstimate
-    solver: SteadySolver
-
-
 class AlongCase(SceneCase):
-    """One particle at its Ca_e, or at several."""
+    """The case of one particle, which is solved at its Ca_e or at several."""
 
     along: Values | None = Field(
         None, description="elastic capillary numbers in place of Ca_e: a list or a range; default: Ca_e alone"
@@ -50,7 +44,7 @@ class AlongCase(SceneCase):
 
 
 def check_along(case: AlongCase) -> Iterator[Mistake]:
-    """Check the keys against each other; yields mistakes."""
+    """Yield the mistakes in which keys do not go together."""
     if case.n != 1:
         yield Mistake("particles", case.n, f"must be 1: the {case.kind} is that of a particle on its own")
     elif case.Ca_e == 0:
@@ -66,65 +60,51 @@ def estimate_along(case: AlongCase) -> Estimate:
 
 
 def solve_along(
-    case: AlongCase, monitor: Monitor, columns: Sequence[str | Column], shown: str, errors: Mapping[str, str]
+    case: AlongCase, monitor: Monitor, columns: Columns, shown: str, goals: Sequence[Goal]
 ) -> events.Events:
     """Solve the steady states in ascending Ca_e.
 
-    The table, which has the name of the question, begins with `columns`: names, and columns whose `value` is taken of a
-    `Found`. Progress shows one of them. `errors` names the columns whose half-widths are held against `accuracy`, which
-    sets the cells, but does not adapt them here.
+    Args:
+        case: The case.
+        monitor: The monitor of the computation.
+        columns: The first columns of the table, which has the name of the question; own ones have a `value` of a
+            `Found`.
+        shown: Name of the column that progress shows.
+        goals: What is asked for: `accuracy` is kept of these, or a warning says where it is not.
     """
+    from pairsim.analysis.rows_of_points import point_row
     from pairsim.computing.problems import steady_problem
-    from pairsim.computing.steady import Solutions, health_columns, large_value_errors, point_row
-    from pairsim.computing.warnings import finer
+    from pairsim.computing.steady import Solutions, health_columns
     from pairsim.fem.surface import roughness
-    from pairsim.solvers.parameters import Parameters
+    from pairsim.solvers.steady.ends import Ended
 
     what = f"{counted(len(case.series), 'value')} of Ca_e"
     yield events.Begin(what, len(case.series))
-    names = [each.name if isinstance(each, Column) else each for each in columns]
-    yield events.Table(case.kind, [*names, *health_columns(case)])
-    own = {each.name: each.value for each in columns if isinstance(each, Column) and each.value is not None}
+    yield events.Table(case.kind, [*columns.named(case.n), *health_columns(case)])
     problem, start = steady_problem(case, 1.0, monitor), Parameters((), case.solid_models, case.liquid_model)
-    found, rough, rows = Solutions(case), list[str](), list[dict[str, float]]()
+    found, rough = Solutions(case, goals), list[str]()
     try:
         with found:
             branch = found.begin(problem, start.with_Ca_e(case.series[0]))
+            if isinstance(branch, Ended):
+                return found.outcome_of(branch)
             for count, Ca_e in enumerate(case.series, 1):
                 point = branch.at(start.with_Ca_e(Ca_e))
+                if isinstance(point, Ended):
+                    return found.outcome_of(point)
                 found.points.append(point)
-                row, state = point_row(point) | {"Ca_e": Ca_e}, Found(point.estimate, branch.solver)
-                row |= {name: float(value(state)) for name, value in own.items()}
-                rows.append(row)
+                row = point_row(point) | {CA_E.name: Ca_e}
+                row |= columns.own_row(case.n, Found(point, branch.solver))
                 yield events.Row(case.kind, row)
                 if roughness(branch.solver.bodies[0], branch.solver.state()[0]) > WRINKLED:
                     rough.append(f"{Ca_e:.4g}")
-                yield events.Progress(count, f"{softness(Ca_e, case.scales)}  {shown} = {row[shown]:.6g}", count)
+                value = columns.column(shown).unit(row[shown], ".6g")
+                text = Message("{}  {} = {}", softness(Ca_e, case.scales), shown, value)
+                yield events.Progress(count, text, count)
             return events.Outcome("finished", "end", what)
-        return found.outcome  # the branch ends before the last Ca_e
     finally:
         warning = (
             f"at Ca_e = {', '.join(rough)} the surface has waves as long as its cells, on this mesh alone: D and "
             f"deformation may be off by more than their errors; compare with {finer(case)}"
         )
-        warnings = [*([warning] if rough else []), *large_value_errors(case, rows, errors)]
-        yield from found.last_events({"points": len(found.points)}, warnings)
-
-
-def draw_along(directory: Path, out: Path, page: Page, name: str, errors: Mapping[str, str]) -> list[Path]:
-    """Draw columns of the table `name`, each with that of its errors or "", over Ca_e or the modulus, a panel each."""
-    from pairsim.plots.chart import POINT, Panel, Series, draw_chart
-    from pairsim.plots.labels import parts_along, read_case
-    from pairsim.plots.style import printing
-    from pairsim.plots.units import Units
-    from pairsim.results.table_files import read_table
-
-    units, case = Units.of(directory, page.physical), read_case(directory / "case.yaml")
-    table = units.table(read_table(directory / f"{name}.csv"))
-    (label, x), joined = units.followed(case, "Ca_e", table["Ca_e"]), {"linestyle": "-"}
-    series = [Series(n, x, table[n], table.get(error), mark=POINT, look=joined) for n, error in errors.items()]
-    panels = {n: Panel(label, units.axis_label([n]), wide="x") for n in errors}
-    with printing():
-        parts = parts_along(case, "Ca_e", units.scales is not None)
-        figure, _ = draw_chart(page, panels, series, parts)
-        return page.save(figure, out, name)
+        yield from found.last_events({POINTS: len(found.points)}, [warning] if rough else [])

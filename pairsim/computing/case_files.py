@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -10,26 +10,48 @@ from pydantic import BaseModel, ValidationError
 
 from pairsim.cases.case import SceneCase
 from pairsim.cases.checks import missing_numbers
+from pairsim.cases.conversion import forget_numbers, in_numbers
 from pairsim.cases.estimate import check_size
 from pairsim.cases.keys import Part, groups_of, keys_of
 from pairsim.cases.messages import mistakes_of
 from pairsim.cases.mistakes import Mistake, input_error
-from pairsim.cases.physical import BLOCK, EXPERIMENT, forget_numbers, in_numbers
+from pairsim.cases.physical import BLOCK, EXPERIMENT
 from pairsim.cases.yaml_file import apply_settings, read_yaml
-from pairsim.computing import QUESTIONS, Question
-from pairsim.computing.many_cases import AtlasFile, StudyFile, SweepFile
-
-OF_MANY: dict[str, type[BaseModel]] = {"sweep": SweepFile, "study": StudyFile, "atlas": AtlasFile}
-FILES = (*QUESTIONS, *OF_MANY)  # the kinds of files, by the command that reads them
+from pairsim.computing.question import Question
 
 
-def model_of(command: str) -> type[BaseModel]:
-    """The model that defines the file of a command."""
-    return OF_MANY[command] if command in OF_MANY else QUESTIONS[command].model
+class Files(Mapping[str, type[BaseModel]]):
+    """The models of the kinds of files by the command that reads them; a question is imported when it is asked for.
+
+    Args:
+        questions: The questions by name.
+        others: The models of other files.
+    """
+
+    def __init__(
+        self, questions: Mapping[str, Question[Any]], others: Mapping[str, type[BaseModel]] | None = None
+    ) -> None:
+        self._questions, self._others = questions, others or {}
+
+    def __getitem__(self, command: str) -> type[BaseModel]:
+        return self._others[command] if command in self._others else self._questions[command].model
+
+    def __contains__(self, command: object) -> bool:
+        return command in self._questions or command in self._others
+
+    def __iter__(self) -> Iterator[str]:
+        yield from (*self._questions, *self._others)
+
+    def __len__(self) -> int:
+        return len(self._questions) + len(self._others)
 
 
-def read_case[C: SceneCase](question: Question[C], path: Path, overrides: tuple[str, ...] = ()) -> C:
+def read_case[C: SceneCase](
+    question: Question[C], path: Path, overrides: tuple[str, ...] = (), files: Files | None = None
+) -> C:
     """Read and validate the case file of a question, with settings key=value that replace or add (dotted) keys.
+
+    Among `files` it is looked for where the case is not one of this question.
 
     Raises:
         InputError: The file cannot be read or has mistakes; lists file, line, key, value and what is allowed.
@@ -43,24 +65,29 @@ def read_case[C: SceneCase](question: Question[C], path: Path, overrides: tuple[
             if key in replaced and isinstance(data.get(group), dict):
                 data[group].pop(last, None)
     apply_settings(data, overrides, groups_of(question.model))
-    return parse_case(question, data, str(path))
+    return parse_case(question, data, str(path), files=files)
 
 
 def _two_ways(model: type[SceneCase]) -> list[tuple[str, str]]:
     """The keys in groups that say up to where an answer goes, each with the quantity for it: either one prolongs it."""
-    keys = [(key, f"{BLOCK}.{each.key}") for each in EXPERIMENT if (key := keys_of(model).get(each.gives)) is not None]
+    known = keys_of(model)
+    keys = [(known[key], f"{BLOCK}.{each.key}") for each in EXPERIMENT for key in each.gives if key in known]
     return [(key.name, quantity) for key, quantity in keys if key.part is Part.REPORT and "." in key.name]
 
 
-def parse_case[C: SceneCase](question: Question[C], data: Mapping[str, Any], source: str, entry: str = "") -> C:
+def parse_case[C: SceneCase](
+    question: Question[C], data: Mapping[str, Any], source: str, entry: str = "", files: Files | None = None
+) -> C:
     """Make numbers of physical units, and validate the keys and values of a case, each alone and against each other.
 
-    Messages name the lines of keys from `read_yaml`, or `source`; in a file of several cases, `entry` is this one.
+    Messages name the lines of keys from `read_yaml`, or `source`; in a file of several cases, `entry` is this one. They
+    name the command among those of `files` that the case is for.
 
     Raises:
         InputError: The case has mistakes; lists each wrong key, its value and what is allowed.
     """
-    _refuse_file_of_another_command(data, question.name, source, entry)
+    if files is not None:
+        refuse_file_of_another_command(data, question.name, files, source, entry)
     numbers = in_numbers(data, question.model.model_fields)
     mistakes = [*numbers.mistakes, *missing_numbers(question.model, numbers.data, numbers.origins)]
     try:
@@ -77,50 +104,33 @@ def parse_case[C: SceneCase](question: Question[C], data: Mapping[str, Any], sou
     return case
 
 
-def parse_file[T: BaseModel](
-    command: str, model: type[T], check: Callable[[T], Iterator[Mistake]], data: Mapping[str, Any], source: str
-) -> T:
-    """Validate the keys of a file of many cases, each on its own and against each other, but not its cases.
-
-    Raises:
-        InputError: The file has mistakes, or is for another command.
-    """
-    _refuse_file_of_another_command(data, command, source)
-    try:
-        file = model.model_validate(data)
-        mistakes = list(check(file))
-    except ValidationError as error:
-        mistakes = mistakes_of(error, model, data)
-    if mistakes:
-        raise input_error(mistakes, data, source)
-    return file
-
-
-def commands_for(path: Path, overrides: tuple[str, ...] = ()) -> list[str]:
-    """The commands of questions whose case files have most of the keys of a file with settings, as of `read_case`.
+def commands_for(path: Path, files: Files, overrides: tuple[str, ...] = ()) -> list[str]:
+    """The commands whose files have most of the keys of a file with settings, as of `read_case`.
 
     Raises:
         InputError: The file cannot be read.
     """
     data = read_yaml(path)
-    apply_settings(data, overrides, {group for name in QUESTIONS for group in groups_of(model_of(name))})
-    return fitting(data, QUESTIONS)
+    apply_settings(data, overrides, {group for model in files.values() for group in groups_of(model)})
+    return fitting(data, files)
 
 
-def fitting(data: Mapping[str, Any], commands: Iterable[str]) -> list[str]:
+def fitting(data: Mapping[str, Any], files: Files) -> list[str]:
     """The commands whose files have most of some keys."""
-    unknown = {name: sum(key not in model_of(name).model_fields for key in data) for name in commands}
+    unknown = {name: sum(key not in model.model_fields for key in data) for name, model in files.items()}
     return [name for name, count in unknown.items() if count == min(unknown.values())]
 
 
-def _refuse_file_of_another_command(data: Mapping[str, Any], command: str, source: str, entry: str = "") -> None:
+def refuse_file_of_another_command(
+    data: Mapping[str, Any], command: str, files: Files, source: str, entry: str = ""
+) -> None:
     """Refuse a file, or a case of a grid, whose keys fit another command better, by an InputError."""
-    if all(key in model_of(command).model_fields for key in data):
+    if all(key in files[command].model_fields for key in data):
         return
-    others = fitting(data, FILES)
+    others = fitting(data, files)
     if command in others:
         return
-    own = [model_of(name).model_fields for name in (command, *others)]
+    own = [files[name].model_fields for name in (command, *others)]
     foreign = [key for key in data if key not in own[0] and all(key in fields for fields in own[1:])]
     named = " or ".join(f"`pairsim {name}`" for name in others)
     grid = f"; in a grid add command: {' or '.join(others)}" if entry else ""

@@ -2,7 +2,8 @@
 
 A computation is a generator of these events that returns an `Outcome`. It knows no folder, opens no file, shows nothing
 and catches no signal (`computing/session.py` does), and may end anywhere by a `RunFailure`. What is to be said in
-whichever way it ends, such as its `Summary`, it yields in a `finally`.
+whichever way it ends, such as its `Summary`, it yields in a `finally`. Texts may be messages with quantities in them,
+also those in entries of run.json: the session puts them into the units of the case.
 """
 
 from __future__ import annotations
@@ -11,9 +12,12 @@ from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from pairsim.record.run_entries import Entries
+from pairsim.runtime.message import Text
+
 if TYPE_CHECKING:
-    from pairsim.results.checkpoint import Checkpoint
-    from pairsim.results.xdmf import FieldFrame
+    from pairsim.record.checkpoint import Checkpoint
+    from pairsim.record.xdmf import FieldFrame
 
 
 @dataclass(frozen=True)
@@ -22,17 +26,19 @@ class Outcome:
 
     status: str  # "finished", "failed" or "interrupted"
     reason: str  # "end", "contact", "max_gap", "no_steady_state", "interrupted", or the `reason` of a `RunFailure`
-    message: str  # one line of text for the user
+    message: Text  # one line of text for the user
 
 
 @dataclass(frozen=True)
 class Begin:
-    """The computation begins; the first event. One that returns without it had nothing to do.
+    """The computation begins. This is the first event; a computation that returns without it had nothing to do.
 
-    The goal is in words, such as "to t = 2", and as a number; `Progress.done` says how much of this is done.
+    Attributes:
+        goal: The goal in words, such as "to t = 2".
+        total: The same as a number, such as 2, of which `Progress.done` is a part.
     """
 
-    goal: str
+    goal: Text
     total: float
 
 
@@ -40,7 +46,7 @@ class Begin:
 class Note:
     """What the user should know."""
 
-    text: str
+    text: Text
 
 
 @dataclass(frozen=True)
@@ -80,14 +86,17 @@ class Resumable:
 
 @dataclass(frozen=True)
 class Progress:
-    """A step or point was computed, the count-th one, and what it gives has been written.
+    """A step or point was computed, and its rows have been written.
 
-    So much of `Begin.total` is done, of a run the time [D_c/U_av]. The text is the state of the solution. A run can go
-    on from the state; the last one is always kept.
+    Attributes:
+        done: How much of `Begin.total` is done; of a run the time reached [D_c/U_av].
+        text: The solution in words.
+        count: Number of steps or points so far.
+        state: From which a run can go on; the session keeps the last one.
     """
 
     done: float
-    text: str
+    text: Text
     count: int
     state: Resumable | None = None
 
@@ -96,8 +105,8 @@ class Progress:
 class Summary:
     """What run.json says at the end: entries of its own, warnings about the results, wall time of each phase [s]."""
 
-    entries: Mapping[str, Any]
-    warnings: Sequence[str] = ()
+    entries: Entries
+    warnings: Sequence[Text] = ()
     phases: Mapping[str, float] = field(default_factory=dict)
 
 

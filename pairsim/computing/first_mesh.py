@@ -11,7 +11,7 @@ from pairsim.cases.run_case import Case
 from pairsim.computing.problems import mesh_settings, problem_of, steady_problem
 from pairsim.fem.meshes.meshing import liquid_mesh
 from pairsim.fem.scene import LiquidNodes, match
-from pairsim.results.mesh_files import NamedMesh
+from pairsim.record.mesh_files import NamedMesh
 from pairsim.runtime.clock import Clock
 from pairsim.solvers.meshed_scene import Cells
 from pairsim.solvers.parameters import Parameters

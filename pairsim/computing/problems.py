@@ -7,7 +7,6 @@ from math import inf
 from pairsim.cases.case import FREE_ENDS, SceneCase
 from pairsim.cases.run_case import Case
 from pairsim.fem.meshes.geometry import MeshSettings
-from pairsim.fem.scene import at_rest, poiseuille
 from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.problems import Problem, SteadyProblem
 from pairsim.solvers.stepping.step_size import StepControl
@@ -25,14 +24,15 @@ def problem_of(case: Case, monitor: Monitor | None = None) -> Problem:
     time_options = case.time
     largest = max(case.betas, default=0.0)
     return Problem(
-        case.betas,
-        case.solid_models,
-        case.gaps,
-        case.tube_length,
-        case.ends != "developed",
-        mesh_settings(case),
-        StepControl(time_options.tol, SMALLEST_STEP, time_options.max_step, time_options.fixed_step),
-        time_options.first_step,
+        betas=case.betas,
+        solids=case.solid_models,
+        gaps=case.gaps,
+        length=case.tube_length,
+        periodic=case.ends != "developed",
+        mesh=mesh_settings(case),
+        drive=case.drive,
+        control=StepControl(time_options.tol, SMALLEST_STEP, time_options.max_step, time_options.fixed_step),
+        first_step=time_options.first_step,
         liquid=case.liquid_model,
         t_end=time_options.end,
         min_gap=case.limits.min_gap,
@@ -48,16 +48,19 @@ def problem_of(case: Case, monitor: Monitor | None = None) -> Problem:
 
 
 def steady_problem(case: SceneCase, narrowest: float, monitor: Monitor | None = None) -> SteadyProblem:
-    """The quasi-steady problem of a case, all that is constant along a curve; the narrowest d [D_c] sets the cells."""
-    settings, (flow, velocity) = mesh_settings(case), case.driven
+    """The quasi-steady problem of a case: all that is constant along a curve.
+
+    Args:
+        case: The case.
+        narrowest: Smallest distance of the curve, which sets the cells on the particles [D_c].
+        monitor: The monitor of the computation.
+    """
     return SteadyProblem(
-        case.betas,
-        case.tube_length,
-        case.ends != "developed",
-        settings,
-        poiseuille if flow else at_rest,
-        flow,
-        velocity,
+        betas=case.betas,
+        length=case.tube_length,
+        periodic=case.ends != "developed",
+        mesh=mesh_settings(case),
+        drive=case.drive,
         narrowest=narrowest,
         closed=case.closed,
         volume_modulus=case.n == 1 and not case.closed,

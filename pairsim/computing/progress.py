@@ -12,7 +12,10 @@ LINE_EVERY = 5.0  # seconds between lines
 
 
 class Reporter:
-    """Shows lines if it is to: of steps now and then percent, state of the solution, seconds so far, seconds left."""
+    """Shows how a computation goes on, if `shown`.
+
+    There is a line for a step or point every few seconds: percent, the solution in words, time so far, and time left.
+    """
 
     title = ""
 
@@ -20,7 +23,7 @@ class Reporter:
         self.shown = shown
 
     def start(self, title: str, goal: str, total: float) -> None:
-        """Begin a case of this name; its goal is `total` as a number, of which `update` says how much is done."""
+        """Begin a case of this name, with its goal in words and as a number, see `pairsim.computing.events.Begin`."""
         self.title, self.total, self.begin = title, total, time.monotonic()
         self.last = self.line = self.begin  # when the last step or point was shown, and the last line
         self.part = 0.0
@@ -46,7 +49,7 @@ class Reporter:
         self.say(f"  {part:4.0%}  {text}  ({duration(now - self.begin)}{left})")
 
     def on_the_way(self, place: str) -> None:
-        """Show where a computation is that has no step or point to show, or no further one yet."""
+        """Show where a computation is while it has no new step or point."""
         if (now := time.monotonic()) - self.line >= LINE_EVERY:
             self.line = now
             first = "no result yet, solving easier cases first" if not self.part else f"  {self.part:4.0%}  at work on"

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
-from operator import getitem
+from dataclasses import dataclass, field
 from pathlib import Path
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
-from pairsim.results.columns import Column, suffixes_in
-from pairsim.results.folder import read_record
+from pairsim.physics.declared import FIELDS
+from pairsim.record.column import Columns
+from pairsim.record.columns import COST, STEPS, SWEEP_COLUMNS
+from pairsim.record.folder import OWN_FILES, PICTURE_ENDINGS
+from pairsim.record.record import Record
+from pairsim.record.run_entries import Entry
 from pairsim.runtime.errors import InputError
 
 if TYPE_CHECKING:
@@ -20,96 +24,103 @@ if TYPE_CHECKING:
     from pairsim.cases.mistakes import Mistake
     from pairsim.computing.events import Events
     from pairsim.plots.style import Page
+    from pairsim.record.table import Table
 
 Value = float | int | str | list[float] | list[bool] | None  # a value in results.csv
-Tables = Mapping[str, Mapping[str, Any]]
-"""Tables of a folder by name, each its columns as arrays by name; one that is not there has none."""
-LAST = ("unknowns", "wall_time")  # the last columns of results.csv
-RECORDED = ("steps", *LAST)  # columns of results.csv that are entries of run.json
-MOST_SHAPES = 4  # that an answer tells each
+type Tables = Mapping[str, Table]
+"""Tables of a folder by name; one that is not there has no columns."""
 
 
 def last_row(tables: Tables) -> dict[str, Value]:
     """The number of rows of the main table, and the values of the last one."""
-    columns = next(iter(tables.values()))
-    last = {name: values[-1].item() for name, values in columns.items() if len(values)}
-    return {"points": rows_in(columns), **last}
+    main = next(iter(tables.values()))
+    last = {name: values[-1].item() for name, values in main.items() if len(values)}
+    return {"points": main.rows, **last}
 
 
-def rows_in(columns: Mapping[str, Any]) -> int:
-    """The number of rows of a table."""
-    return len(next(iter(columns.values()), ()))
-
-
-def shapes_in(table: Mapping[str, Any], row: int, when: str) -> list[str]:
-    """The Taylor parameters in a row."""
-    values = {f"D{each}": float(table[f"D{each}"][row]) for each in suffixes_in(table, "D")}
-    said = [f"{name} = {values[name]:.3g}" for name in sorted(values, key=lambda name: values[name])]
-    shapes = (
-        f"from {said[0]} to {said[-1]}"
-        if len(said) > MOST_SHAPES
-        else ", ".join(f"{name} = {value:.3g}" for name, value in values.items())
-    )
-    return [f"Taylor parameters{f' {when}' if when else ''}: {shapes}."] if shapes else []
-
-
-def drawn_by(function: str) -> Callable[[Path, Path, Page], list[Path]]:
-    """A function such as "pairsim.plots.critical:draw_critical", which is imported when it draws, with matplotlib."""
-    return lambda folder, out, page: resolve_name(function)(folder, out, page)
+def no_pictures(folder: Path, out: Path, page: Page) -> list[Path]:
+    """Draw nothing, of a question that has no pictures."""
+    return []
 
 
 @dataclass(frozen=True)
 class InSweeps[C: SceneCase]:
     """What a sweep shows of a question, in results.csv."""
 
-    columns: Callable[[C], Sequence[str]]  # of the results of a case, before `LAST`
+    columns: Callable[[C], Sequence[str]]  # of the results of a case, before `COST`
     read: Callable[[Tables], dict[str, Value]] = last_row  # takes those that are there from the tables of a folder
     parameters: tuple[str, ...] = ("beta", "De", "Ca_e")  # keys that results.csv always has, also if they do not vary
+
+
+@dataclass(frozen=True)
+class Flag:
+    """An option that one question has and others have not: a keyword of its computation, off by default.
+
+    Attributes:
+        name: The keyword, and with two hyphens the option of the command.
+        help: What the option does, for --help.
+        resumes: Whether the computation goes on from the checkpoint of a folder. The option takes this folder in place
+            of -o, and the case file is by default the one in it; the computation takes `earlier`, not the keyword.
+    """
+
+    name: str
+    help: str
+    resumes: bool = False
 
 
 @dataclass(frozen=True)
 class Question[C: SceneCase]:
     """A question that is asked of one case; what is computed for it is in a folder.
 
-    Its functions import large libraries when they are called: `--help` and a mistake in a case file need none.
+    The command and the Python function are made of this record. Its functions import large libraries when they are
+    called: `--help` and a mistake in a case file need none.
 
     Attributes:
+        module: The module that has the record as `QUESTION`, which is `__name__` there. Its docstring is the help of
+            the command, and the first line that of the Python function.
         model: Keys of its case file; `model.kind` is its name.
         check: Yields the mistakes in which keys do not go together.
         estimate: Estimates the size and the duration of a case.
         solve: Its computation, a generator of the events in `computing/events.py`: takes the case, and as keywords its
-            `monitor`, the flags, and `earlier` to resume.
-        tables: Its tables by name without .csv, the main one first, with the columns that are described in the
-            reference: a `Column` where no other question has it.
-        result: Its class of results, derived from `pairsim.api.results.Result`: what they have beside a table, and what
-            they say in words.
+            `monitor`, its flags, and `earlier` to resume.
+        tables: Its tables by name without .csv, the main one first, with the columns that they may have.
+        entries: What its computation adds to the record, run.json.
+        result: Its class of results, derived from `pairsim.computing.result.Result`: what they have beside a table,
+            and what they say in words.
+        in_sweeps: What a sweep shows of it.
+        examples: What stands at the end of the help, such as "Example: pairsim shape case.yaml".
         draw: Draws what the tables of a folder hold into another one, and returns the pictures. Fields are drawn
             elsewhere.
         captions: What is said below each of these pictures in a report, by the name of its file.
-        in_sweeps: What a sweep shows of it.
         frames: What its fields are written at: "t", "d", or "" where it writes none.
-        flags: Keywords of its computation that are off by default; with "resume" it goes on from a checkpoint.
+        flags: The options that it has beside those of all questions.
         draws_from: Rows of its main table from which on its pictures are drawn when it ends; None where they are not.
     """
 
+    module: str
     model: type[C]
     check: Callable[[C], Iterator[Mistake]]
     estimate: Callable[[C], Estimate]
     solve: Callable[..., Events]
-    tables: Mapping[str, Sequence[str | Column]]
+    tables: Mapping[str, Columns]
     result: type[Any]
-    draw: Callable[[Path, Path, Page], list[Path]]
-    captions: Mapping[str, str]
     in_sweeps: InSweeps[C]
+    examples: str
+    draw: Callable[[Path, Path, Page], list[Path]] = no_pictures
+    captions: Mapping[str, str] = field(default_factory=dict)
     frames: str = ""
-    flags: tuple[str, ...] = ()
+    flags: tuple[Flag, ...] = ()
+    entries: tuple[Entry[Any], ...] = ()
     draws_from: int | None = 1
 
     def __reduce__(self) -> Any:
-        """Pickled by its name."""
-        from pairsim.computing import QUESTIONS
+        """Pickled by its place."""
+        return resolve_name, (f"{self.module}:QUESTION",)
 
-        return getitem, (QUESTIONS, self.name)
+    @property
+    def help(self) -> str:
+        """The help of its command; the first line says what it computes."""
+        return str(sys.modules[self.module].__doc__)
 
     @property
     def name(self) -> str:
@@ -133,9 +144,18 @@ class Question[C: SceneCase]:
         return name or self.table
 
     @property
+    def sweep_columns(self) -> Columns:
+        """The columns that results.csv of a sweep of it may have."""
+        return Columns(SWEEP_COLUMNS, self.tables[self.table])
+
+    @property
     def resumable(self) -> bool:
         """Whether it goes on from a checkpoint."""
-        return "resume" in self.flags
+        return any(flag.resumes for flag in self.flags)
+
+    def has_flag(self, name: str) -> bool:
+        """Whether it has a certain option."""
+        return any(flag.name == name for flag in self.flags)
 
     def read_tables(self, directory: Path) -> Tables:
         """Its tables in a folder.
@@ -143,15 +163,25 @@ class Question[C: SceneCase]:
         Raises:
             InputError: A file is not a table of pairsim.
         """
-        from pairsim.results.table_files import read_table
+        from pairsim.record.table_files import read_table
 
-        return {name: read_table(directory / f"{name}.csv", missing_ok=True) for name in self.tables}
+        files = {name: (directory / f"{name}.csv", columns) for name, columns in self.tables.items()}
+        return {name: read_table(path, columns, missing_ok=True) for name, (path, columns) in files.items()}
 
     def values(self, directory: Path) -> dict[str, Value]:
         """Values of a folder for the columns of results.csv, none where a table cannot be read."""
-        record, values = read_record(directory), dict[str, Value]()
+        record, values = Record.read(directory), dict[str, Value]()
         with suppress(InputError, ValueError, KeyError):
             tables = self.read_tables(directory)
             if tables[self.table]:
                 values = self.in_sweeps.read(tables)
-        return values | {key: record[key] for key in RECORDED if key in record}
+        return values | record.cost(STEPS, *COST)
+
+
+def own_files(questions: Iterable[Question[Any]]) -> tuple[str, ...]:
+    """Every file in folders of results of questions, but for single frames of fields."""
+    known = list(questions)
+    tables = (f"{name}.csv" for question in known for name in question.tables)
+    drawn = [*(name for question in known for name in question.captions), *(f"field-{name}" for name in FIELDS)]
+    pictures = (f"{name}.{end}" for name in drawn for end in PICTURE_ENDINGS)
+    return tuple(dict.fromkeys((*OWN_FILES, *tables, *pictures)))

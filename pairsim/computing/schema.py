@@ -12,18 +12,17 @@ from pydantic.json_schema import GenerateJsonSchema
 from pairsim.cases.allowed import allowed_in
 from pairsim.cases.keys import groups_of
 from pairsim.cases.material_keys import BLOCKS
-from pairsim.computing.case_files import model_of
 
 
-def schema_rows(command: str) -> list[tuple[str, str, str, str]]:
-    """Key, allowed values, default and description of every key in the file of a command."""
+def schema_rows(model: type[BaseModel]) -> list[tuple[str, str, str, str]]:
+    """Key, allowed values, default and description of every key in a file."""
     rows = []
-    groups = groups_of(model_of(command))
-    for group, model in groups.items():
-        for name in model.model_fields:
+    groups = groups_of(model)
+    for group, of_group in groups.items():
+        for name in of_group.model_fields:
             if not group and name in groups:
                 continue
-            rows.append(_row(model, name, group))
+            rows.append(_row(of_group, name, group))
             if not group:
                 rows += _rows_of_laws(name, BLOCKS.get(name, {}))
     return rows
@@ -58,8 +57,8 @@ class _Alternatives(GenerateJsonSchema):
         return {"anyOf": super().tagged_union_schema(schema)["oneOf"]}
 
 
-def json_schema(command: str) -> str:
+def json_schema(command: str, model: type[BaseModel]) -> str:
     """The JSON Schema for the file of a command."""
-    schema = model_of(command).model_json_schema(schema_generator=_Alternatives)
+    schema = model.model_json_schema(schema_generator=_Alternatives)
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
     return json.dumps({**head, **schema, "title": f"pairsim {command}"}, indent=2)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
@@ -14,18 +14,22 @@ from typing import Any
 from pairsim.cases.case import SceneCase
 from pairsim.cases.identity import identity_of, key_of, sources_of
 from pairsim.cases.inputs import inputs_of, units_of
-from pairsim.computing import Question, events, own_files
+from pairsim.computing import events
 from pairsim.computing.events import Outcome
 from pairsim.computing.progress import Reporter
-from pairsim.computing.record import about, peak_memory
+from pairsim.computing.provenance import about, peak_memory
+from pairsim.computing.question import Question
 from pairsim.fem.compilation import jit
-from pairsim.results.checkpoint import Checkpoint, check_same, load
-from pairsim.results.columns import text_in_units
-from pairsim.results.folder import CHECKPOINT, kind_of, plain, prepare_folder, read_record, write_json, write_yaml
-from pairsim.results.table_files import TableWriter, read_table
-from pairsim.results.xdmf import FieldsWriter
+from pairsim.quantities.kinds import TIME
+from pairsim.record.checkpoint import Checkpoint, check_same, load
+from pairsim.record.folder import CHECKPOINT, kind_of, plain, prepare_folder, write_yaml
+from pairsim.record.record import Record
+from pairsim.record.run_entries import KEY, KIND, MESSAGE, PEAK_MEMORY, PHASES, REASON, SECONDS, STATUS, WARNINGS, Entry
+from pairsim.record.table_files import TableWriter, read_table
+from pairsim.record.xdmf import FieldsWriter
 from pairsim.runtime.errors import BranchEnd, EnvironmentFailure, InputError, RunFailure, WriteFailure
 from pairsim.runtime.locks import sole_writer
+from pairsim.runtime.message import Message, Text, entries_in_units, in_units
 from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.signals import Signals
 from pairsim.runtime.text import duration
@@ -42,6 +46,7 @@ class Options:
     overwrite: bool  # whether existing results may be replaced
     reporter: Reporter
     command: str  # command line, for run.json and for the lock
+    own_files: Collection[str]  # names of files that are replaced in a folder with results
     signals: Signals | None = None  # signals that end the computation in order, caught by the caller
     budget: float | None = None  # largest wall time of the computation [s]; None for no limit
     patience: float | None = None  # largest wall time up to the first row [s], if there is no budget; None for no limit
@@ -63,7 +68,7 @@ def carry_out[C: SceneCase](
         WriteFailure: case.yaml or run.json cannot be written.
     """
     notes = [*case.remarks, *case.notes, *question.estimate(case).notes]
-    uncertain = [each.key for each in inputs_of(case) if each.half_width and "sensitivities" not in question.flags]
+    uncertain = [each.key for each in inputs_of(case) if each.half_width and not question.has_flag("sensitivities")]
     if uncertain:
         notes.append(f"half-widths of {', '.join(uncertain)} are no part of this answer; pairsim curve has them")
     with sole_writer(directory, options.command):
@@ -73,10 +78,10 @@ def carry_out[C: SceneCase](
         elif resume:
             notes.append("no checkpoint: starting at t = 0")
         old = earlier.checkpoint if earlier is not None else None
-        session = _Session(case, directory, options, notes, old, question.resumable)
+        session = _Session(question, case, directory, options, notes, old)
         computation = question.solve(case, monitor=session.monitor, **more)  # which may refuse a keyword
         if earlier is None:
-            prepare_folder(directory, options.overwrite or resume, own_files())
+            prepare_folder(directory, options.overwrite or resume, options.own_files)
         return session.carry_out(computation)
 
 
@@ -88,12 +93,12 @@ def _earlier(case: SceneCase, directory: Path, table: str) -> events.Earlier | N
             or has some without a checkpoint.
     """
     found, path = load(directory), directory / table
-    rows = len(next(iter(read_table(path).values()))) if path.exists() else 0
+    rows = read_table(path).rows if path.exists() else 0
     if found is not None:
         check_same(found.case, plain(case.resolved() | sources_of(case)), str(directory / CHECKPOINT))
         if rows < found.rows:
             raise InputError(str(path), "", None, f"must have at least {found.rows} rows, to fit the checkpoint")
-        return events.Earlier(found, read_record(directory).get("status") == "finished")
+        return events.Earlier(found, Record.read(directory).status == "finished")
     files = [file.name for file in directory.iterdir() if not file.name.startswith(".") and file.name != "case.yaml"]
     if files and kind_of(directory) != case.kind:
         allowed = f"must be the folder of a {case.kind}, but holds results of another command"
@@ -109,15 +114,15 @@ class _Session:
 
     def __init__(
         self,
+        question: Question[Any],
         case: SceneCase,
         folder: Path,
         options: Options,
         notes: Sequence[str],
         old: Checkpoint | None,
-        resumable: bool,
     ) -> None:
         self.case, self.folder, self.reporter = case, folder, options.reporter
-        self.old, self.resumable = old, resumable
+        self.old, self.resumable, self._declared = old, question.resumable, question.tables
         self._options, self._notes, self._about = options, notes, about(options.command)
         self._start = time.monotonic()
         self.monitor = Monitor(
@@ -139,15 +144,15 @@ class _Session:
         """Wall time of the computation, including that before it was resumed [s]."""
         return time.monotonic() - self._start + (self.old.wall if self.old else 0.0)
 
-    def on_the_way(self, place: str) -> None:
+    def on_the_way(self, place: Text) -> None:
         """Show where a computation is that has no result yet, for how long, and how long that may go on."""
         passed = time.monotonic() - self._start
         most = self._options.budget or (self._options.patience if self.monitor.awaits_result else None)
         limit = f", ends after {duration(most)}" if most and passed > SOON * most else ""
         self.reporter.on_the_way(f"{self._in_units(place)} ({duration(passed)}{limit})")
 
-    def _in_units(self, text: str) -> str:
-        return text_in_units(text, self.case.scales)
+    def _in_units(self, text: Text) -> str:
+        return in_units(text, self.case.scales)
 
     def carry_out(self, computation: events.Events) -> Outcome:
         """Carry out a computation to its end; a failure or an interrupt is an outcome, too."""
@@ -157,20 +162,21 @@ class _Session:
         except RunFailure as failure:
             if not self._begun:
                 raise
-            outcome = Outcome("failed", failure.reason, str(failure))
+            outcome = Outcome("failed", failure.reason, failure.sentence)
         except KeyboardInterrupt as interrupt:
             by = f"stopped by {interrupt}" if str(interrupt) else "stopped at once"
-            how = f" at t = {self._t:.6g}" if self.resumable else KEPT
-            outcome = Outcome("interrupted", "interrupted", f"{by}{how}")
+            how = Message(" at t = {}", TIME(self._t, ".6g")) if self.resumable else KEPT
+            outcome = Outcome("interrupted", "interrupted", by + how)
         finally:
             jit.LOG.removeFilter(self._compiling)
-        outcome = replace(outcome, message=self._in_units(outcome.message))
+        text = self._in_units(outcome.message)
+        outcome = replace(outcome, message=text)
         if not self._begun:
-            self.reporter.note(f"nothing to do: {outcome.message}" if outcome.status == "finished" else outcome.message)
+            self.reporter.note(f"nothing to do: {text}" if outcome.status == "finished" else text)
             return outcome
         outcome = self._finish(outcome)
         if outcome.status == "finished" and outcome.reason != BranchEnd.reason:  # else the answer says it
-            self.reporter.finish(outcome.message)
+            self.reporter.finish(text)
         return outcome
 
     def _compiling(self, record: logging.LogRecord) -> bool:
@@ -237,11 +243,11 @@ class _Session:
         path, rows = self.folder / f"{table.name}.csv", table.rows
         with self._writing():
             if table.resumed and self.old is not None:
-                columns = read_table(path)
-                rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
-                rows = rows[: self.old.rows]
+                rows = read_table(path).records()[: self.old.rows]
                 self._fields = FieldsWriter(self.folder, self.old.frames)
-            self._tables[table.name] = writer = TableWriter(path, table.columns, rows, ascending=table.ascending)
+            declared = self._declared[table.name]
+            writer = TableWriter(path, table.columns, rows, declared=declared, ascending=table.ascending)
+            self._tables[table.name] = writer
             self._resumed = writer if table.resumed else self._resumed
 
     def _keep(self, state: events.Resumable) -> None:
@@ -273,15 +279,19 @@ class _Session:
     def _write_record(self, outcome: Outcome | None) -> None:
         """Write run.json; of a computation that goes on, `outcome` is None."""
         case, summary, wall = self.case, self._summary, self.passed
-        content = {"kind": case.kind, **vars(outcome or Outcome("running", "", "")), **self._about}
-        content |= {"wall_time": wall, "peak_memory": peak_memory()}
-        content |= {"key": key_of(case.kind, identity_of(case)), **sources_of(case)}
+        ended = outcome or Outcome("running", "", "")
+        entries: dict[Entry[Any], Any] = {KIND: case.kind, STATUS: ended.status, REASON: ended.reason}
+        entries |= {MESSAGE: ended.message, **self._about, SECONDS: wall, PEAK_MEMORY: peak_memory()}
+        entries |= {KEY: key_of(case.kind, identity_of(case))}
+        record = Record.of(entries) | sources_of(case)
         if outcome is not None:
-            content |= {**summary.entries, "warnings": [*map(self._in_units, summary.warnings)]}
-        content |= units_of(case)
+            said = Record.of({**summary.entries, WARNINGS: summary.warnings})
+            record |= entries_in_units({**said}, case.scales)
+        record |= units_of(case)
         if summary.phases:
-            content["wall_time_by_phase"] = {**summary.phases, "other": wall - sum(summary.phases.values())}
-        write_json(self.folder / "run.json", content)
+            phases = {**summary.phases, "other": wall - sum(summary.phases.values())}
+            record = record.with_entries({PHASES: phases})
+        record.write(self.folder)
 
     @contextmanager
     def _writing(self) -> Iterator[None]:

@@ -2,41 +2,58 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from itertools import takewhile
+from collections.abc import Collection, Iterator, Sequence
 from typing import Any, Self
 
-import numpy as np
-
+from pairsim.analysis.rows_of_points import way_row
 from pairsim.cases.case import SceneCase
+from pairsim.computing.accuracy import adaptation_report
 from pairsim.computing.events import Event, Outcome, Summary, Table
-from pairsim.computing.warnings import ErrorAt, above, common_warnings, large_errors, moves_on
-from pairsim.results.columns import CURVE_HEALTH, FORCES, POLYMER_HEALTH, YIELD_HEALTH, names_of, observed, table_row
+from pairsim.computing.warnings import common_warnings, moves_on
+from pairsim.quantities.kinds import LENGTH
+from pairsim.record.column import names_of
+from pairsim.record.columns import POLYMER_HEALTH, STEADY_HEALTH, WAY_COLUMNS, YIELD_HEALTH
+from pairsim.record.run_entries import (
+    ADAPTATION,
+    END_OF_BRANCH,
+    FACTORISATIONS,
+    MESH_COUNT,
+    NEWTON_ITERATIONS,
+    SIZE,
+    Entries,
+    Entry,
+)
+from pairsim.runtime.message import Message, Text
 from pairsim.solvers.curves.adaptation import AdaptiveBranch
 from pairsim.solvers.curves.branch import Branch, Point
-from pairsim.solvers.curves.curve import ROUNDING
+from pairsim.solvers.goals import Goal
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
-from pairsim.solvers.steady.continuation import where
 from pairsim.solvers.steady.ends import Ended, Passed, SpentOnTheWay
 from pairsim.solvers.steady.first_solution import first_scene, scene_past_end
-
-MOST_NAMED = 5  # distances that a warning names
 
 
 class Solutions:
     """The quasi-steady solutions of a case, on a branch that is closed at the end of the context.
 
+    The errors of its goals are kept below `accuracy`, or it is said which ones are not.
+
+    Args:
+        case: The case.
+        goals: What it is computed for.
+
     Attributes:
         points: The solutions that are results.
+        judged: Those for which `accuracy` counts: all, unless a question has a list of its own.
+        largest: The largest values of goals, where a question knows them better than from these points.
         branch: The branch; None until `begin`.
-        ended: The continuation that has ended the computation; None where all was solved. If it is proven that there is
-            no steady state, the context ends without an exception: `outcome` is the answer.
+        ended: The continuation that has ended the computation; None where all was solved.
         way: The solutions on the way to parameters that were not reached.
     """
 
-    def __init__(self, case: SceneCase) -> None:
-        self.case, self.points = case, list[Point]()
+    def __init__(self, case: SceneCase, goals: Sequence[Goal]) -> None:
+        self.case, self.goals, self.points = case, goals, list[Point]()
+        self.judged, self.largest = self.points, dict[Goal, float]()
         self.ended: Ended | None = None
         self.way: Sequence[Passed] = ()
         self.branch: AdaptiveBranch | None = None
@@ -44,22 +61,22 @@ class Solutions:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, failure: BaseException | None, *_: object) -> bool:
-        ended = self.branch.ended if self.branch is not None else self.ended
-        self.ended = ended if ended is not None and ended.failure is failure else None
-        if self.ended is not None:
-            self.way = self.ended.way
-        elif isinstance(failure, SpentOnTheWay):
+    def __exit__(self, kind: type[BaseException] | None, failure: BaseException | None, *_: object) -> None:
+        if isinstance(failure, SpentOnTheWay):
             self.way = failure.way
         if self.branch is not None:
             self.branch.close()
-        return self.ended is not None and self.ended.proven
 
-    @property
-    def outcome(self) -> Outcome:
-        """The outcome where it is proven that there is no steady state."""
-        assert self.ended is not None, "a branch has ended"
-        return Outcome("finished", self.ended.failure.reason, self.ended.failure.message)
+    def outcome_of(self, ended: Ended) -> Outcome:
+        """The outcome where a continuation has ended before all was solved: that there is no steady state, if proven.
+
+        Raises:
+            NoSteadyState: It is not.
+        """
+        self.ended, self.way = ended, ended.way
+        if not ended.proven:
+            raise ended.failure
+        return Outcome("finished", ended.failure.reason, ended.failure.message)
 
     def begin(
         self,
@@ -68,197 +85,86 @@ class Solutions:
         *,
         places: Sequence[tuple[float, ...]] = (),
         sensitivities: Collection[str] = (),
-        zeros_only: bool = False,
-    ) -> AdaptiveBranch:
-        """Solve at the first parameters, with cells that follow from `accuracy` where there is a dU.
+    ) -> AdaptiveBranch | Ended:
+        """Solve at the first parameters, from which others follow on the branch.
 
-        Keywords are those of `AdaptiveBranch`.
+        Its meshes are adapted until the errors of the goals are below `accuracy`.
+
+        Args:
+            problem: The problem of the case.
+            first: The first parameters.
+            places: Distances of the case, see `AdaptiveBranch`.
+            sensitivities: Parameters by which dU is differentiated.
+
+        Returns:
+            The branch, or why the first parameters were not reached.
 
         Raises:
             NoSteadyState: No solution was found.
             MeshFailure: A mesh could not be generated.
         """
-        wanted = self.case.error_wanted if self.case.n > 1 and self.case.driven[1] is None else np.inf
         scene = first_scene(problem, first)
         if isinstance(scene, Ended) and scene.kind and not first.gaps:
             scene = scene_past_end(problem, first, scene)
         if isinstance(scene, Ended):
-            self.ended = scene
-            raise scene.failure
-        self.branch = AdaptiveBranch(
-            scene, places=places, wanted=wanted, held=self.case.held, sensitivities=sensitivities, zeros_only=zeros_only
-        )
+            return scene
+        wanted, held = self.case.error_wanted, self.case.held
+        self.branch = AdaptiveBranch(scene, sensitivities, goals=self.goals, wanted=wanted, places=places, held=held)
         return self.branch
 
-    def last_events(self, entries: Mapping[str, Any], warnings: Sequence[str] = ()) -> Iterator[Event]:
-        """What run.json says, and a table of the way to parameters that were not reached."""
+    def last_events(self, entries: Entries, warnings: Sequence[Text] = ()) -> Iterator[Event]:
+        """The last events: what run.json says, and the solutions on the way to parameters that were not reached."""
         yield self.summary(entries, warnings)
         if self.way:
-            yield Table("way", ["De", "Ca_e", *names_of(self.case.n, "d", "U", "dU", "D")], [*map(way_row, self.way)])
+            yield Table("way", WAY_COLUMNS.named(self.case.n), [*map(way_row, self.way)])
 
-    def summary(self, entries: Mapping[str, Any], warnings: Sequence[str] = ()) -> Summary:
-        """What run.json says: `entries` with the costs, and `warnings` with those of mesh, stresses and tube."""
+    def summary(self, entries: Entries, warnings: Sequence[Text] = ()) -> Summary:
+        """What run.json says at the end.
+
+        Args:
+            entries: Entries of the question, to which the costs, the end of the branch, and whether the accuracy was
+                kept are added.
+            warnings: Warnings of the question, to which those of accuracy and those that all questions share are added.
+        """
         case, (counts, phases) = self.case, _costs(self.branch)
         seen = [c.s_jump for p in self.points if (c := p.observation.conformation) is not None]
-        common = common_warnings(case, max(seen, default=0.0), case.cluster)
+        common = common_warnings(case, self.goals[0].name, max(seen, default=0.0), case.cluster)
         end = self.ended if self.ended is not None and self.ended.proven else None
-        place = {} if end is None else {"end_of_branch": {"kind": end.kind, **end.at}}
-        return Summary({**entries, **counts, **place}, [*warnings, *common], phases)
+        place: Entries = {} if end is None else {END_OF_BRANCH: {"kind": end.kind, **end.at}}
+        kept, missed = dict[Entry[Any], Any](), list[Text]()
+        if self.branch is not None:
+            kept[ADAPTATION], missed = adaptation_report(case, self.branch, self.judged, self.largest)
+        return Summary({**entries, **kept, **counts, **place}, [*missed, *warnings, *common], phases)
 
 
 def health_columns(case: SceneCase) -> list[str]:
     """Diagnostic columns in a table of quasi-steady solutions."""
     liquid = case.liquid_model
     of_liquid = [*(POLYMER_HEALTH if liquid.modes else ()), *(YIELD_HEALTH if liquid.regularisation else ())]
-    return names_of(case.n, *CURVE_HEALTH, *of_liquid)
+    return names_of(case.n, *STEADY_HEALTH, *of_liquid)
 
 
-def point_row(point: Point) -> dict[str, float]:
-    """All values of a quasi-steady solution by the names of their columns."""
-    o, estimate = point.observation, point.estimate
-    values: dict[str, Any] = {
-        "d": point.gaps,
-        "U": o.U,
-        "dU": o.dU,
-        "D": o.D,
-        "dp": o.dp,
-        "dp_plus": o.dp_plus,
-        "newton": point.newton,
-        "dU_held": point.held_dUs,
-        "stretch": point.motion.stretch,
-        "from_rest": point.motion.from_rest,
-        "dU_discrete": point.discrete.dU,
-        "dU_correction": estimate.dU,
-        "dU_error": point.dU_errors,
-        "ends_error": estimate.ends_error,
-        "regularisation_error": estimate.regularisation_error,
-        "bridge": point.hold.bridge,
-        "creep": point.hold.creep,
-        "plug": point.hold.plug,
-        "slope": point.slopes,
-        **{f"by_{name}": change for name, change in point.sensitivities.items()},
-        "U_correction": estimate.U,
-        "U_error": estimate.U_error,
-        "dp_plus_correction": estimate.dp_plus,
-        "dp_plus_error": estimate.dp_plus_error,
-        **dict(zip(FORCES, (o.F, estimate.F, estimate.F_error), strict=True)),
-        "corrected": estimate.trusted,
-        "t_relax": point.t_relax if np.isfinite(point.t_relax) else np.nan,
-        "meshes": point.meshes,
-        **observed(o),
-        "distortion": point.distortion,
-    }
-    return table_row(
-        o.U.size, **{name: value for name, value in values.items() if value is not None and np.size(value)}
-    )
+def moving_errors(case: SceneCase, points: Sequence[Point], size: float) -> list[Text]:
+    """Warnings of points at which particles move on before they have forgotten their start.
 
-
-def slope_rows(point: Point) -> Iterator[dict[str, float]]:
-    """The rows of slopes.csv for a quasi-steady solution, one for each distance."""
-    slopes = zip(point.velocity_slopes.T, point.held_slopes.T, strict=True)
-    for gap, (moving, held) in enumerate(slopes, 1):
-        yield table_row(len(moving), d=point.gaps, gap=gap, U_slope=moving, U_slope_held=held)
-
-
-def way_row(passed: Passed) -> dict[str, float]:
-    """The values of a solution on the way to others; velocities are those at held distances."""
-    place, U = passed.parameters, passed.U
-    parameters = {"De": place.De, "Ca_e": max(place.Ca_es, default=0.0), "d": place.gaps}
-    return table_row(len(U), **parameters, U=U, dU=np.diff(U), D=passed.D)
-
-
-def error_at(point: Point, gap: int, size: float) -> ErrorAt:
-    """The estimated error of a relative velocity of a point by mesh and ends, relative to a velocity."""
-    estimate = point.estimate
-    ends, regularisation = float(estimate.ends_error[gap]) / size, float(estimate.regularisation_error[gap]) / size
-    return ErrorAt(float(estimate.dU_error[gap]) / size, where(point.parameters), ends, regularisation)
-
-
-def large_value_errors(case: SceneCase, rows: Sequence[Mapping[str, float]], errors: Mapping[str, str]) -> list[str]:
-    """Warnings of values in rows of a table whose half-widths are more than `accuracy` of the largest of them.
-
-    Args:
-        case: The case.
-        rows: The rows, which have a Ca_e each if there are several.
-        errors: Names of values, each with the name of its half-width.
+    The error of dU that this leaves is compared with `accuracy` times a velocity `size` [U_av].
     """
-    found = []
-    for name, error in errors.items():
-        size = max((abs(row[name]) for row in rows), default=0.0)
-        places = [f"Ca_e = {row['Ca_e']:.4g}" if "Ca_e" in row else "" for row in rows]
-        parts = [row[error] / size for row in rows] if size > ROUNDING else []
-        at = [ErrorAt(part, place, 0.0, 0.0) for part, place in zip(parts, places, strict=False)]
-        found += large_errors(case, f"the error of {name}", f"the largest |{name}|" if len(rows) > 1 else "it", at)
-    return found
-
-
-def moving_errors(case: SceneCase, points: Sequence[Point], size: float) -> list[str]:
-    """Warnings of points at which particles move on too fast for a curve, relative to a velocity."""
     parts = {
-        f"d = {', '.join(f'{d:.4g}' for d in dict.fromkeys(point.gaps))}": float(point.motion.remainder.max()) / size
+        Message("d = {}", LENGTH(dict.fromkeys(point.gaps))): float(point.motion.remainder.max()) / size
         for point in points
     }
     far = [place for place, part in parts.items() if part > case.error_wanted]
     return moves_on(case, far, max(parts.values()))
 
 
-def _costs(branch: Branch | None) -> tuple[dict[str, Any], dict[str, float]]:
+def _costs(branch: Branch | None) -> tuple[Entries, dict[str, float]]:
     """Cost of a branch: counts, and the wall time of each phase [s]."""
     if branch is None:
         return {}, {}
     counts = {
-        "newton_iterations": branch.solver.iterations,
-        "factorisations": branch.solver.factorisations,
-        "meshes": branch.solver.meshes,
-        "unknowns": branch.solver.constraints.size,
+        NEWTON_ITERATIONS: branch.solver.iterations,
+        FACTORISATIONS: branch.solver.factorisations,
+        MESH_COUNT: branch.solver.meshes,
+        SIZE: branch.solver.constraints.size,
     }
     return counts, dict(branch.solver.clock.seconds)
-
-
-def listed(places: Sequence[str]) -> str:
-    """Places as text, such as "De = 1, d = 0.1; d = 0.2": with what is the same everywhere at the first one alone."""
-    parts = [place.split(", ") for place in places]
-    same = sum(1 for _ in takewhile(lambda each: len(set(each)) == 1, zip(*parts, strict=False)))
-    return "; ".join([*places[:1], *(", ".join(part[same:]) for part in parts[1:])])
-
-
-def adaptation_report(
-    case: SceneCase, branch: AdaptiveBranch, points: Sequence[Point], sizes: Sequence[float], what: str
-) -> tuple[dict[str, Any], list[str]]:
-    """The entry of run.json, and a warning of the points whose error is larger than wanted.
-
-    Errors of dU are relative to `sizes` [U_av], one for each point, which are `what` in words. Where unyielded liquid
-    holds particles together dU is creep, which no cells make more exact: no warning is given there, as the answer says
-    what dU is.
-    """
-    wanted = case.error_wanted
-    known = [
-        (point.held_together, error_at(point, int(np.argmax(point.estimate.dU_error)), size))
-        for point, size in zip(points, sizes, strict=True)
-        if size > ROUNDING
-    ]
-    errors, held = ([each for locked, each in known if locked == is_held] for is_held in (False, True))
-    missed = [each.where for each in errors if each.relative > wanted]
-    widest = max(errors, key=lambda each: each.relative, default=None)
-    reached = max((each.relative for _, each in known), default=0.0)
-    entry = {
-        "wanted": wanted,
-        **({"reached": reached, "kept": reached <= wanted} if points else {}),
-        **({"held_together": [each.where for each in held]} if held else {}),
-        "meshes": [
-            {"d": gaps[0] if len(set(gaps)) == 1 else list(gaps), "unknowns": n, "rounds": branch.rounds[gaps]}
-            for gaps, n in sorted(branch.unknowns.items())
-        ],
-    }
-    if not missed or widest is None:
-        return entry, []
-    worst = widest.relative
-    more = f" and {len(missed) - MOST_NAMED} more" if len(missed) > MOST_NAMED else ""
-    fixed = " and ".join(f"mesh.{name}" for name in sorted(case.held))
-    other = widest.no_mesh_helps(case)
-    advice = f"; use {other}" if other else f"; leave out {fixed}" if fixed else ""
-    warning = (
-        f"accuracy: {case.accuracy} was not kept at {listed(missed[:MOST_NAMED])}{more}: dU_error is up to "
-        f"{above(100 * worst, 100 * wanted)} % of {what}{advice}"
-    )
-    return entry, [warning]

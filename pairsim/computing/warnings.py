@@ -1,4 +1,7 @@
-"""Warnings about results that may be less accurate than requested, for run.json and the terminal."""
+"""Warnings about results that may be less accurate than requested, for run.json and the terminal.
+
+`of` is the symbol of what a case is computed for, such as dU.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,8 @@ from dataclasses import dataclass
 
 from pairsim.cases.accuracy import SETTINGS, settings_of
 from pairsim.cases.case import FREE_ENDS, SceneCase
-from pairsim.cases.materials import is_viscous, slowest_of
+from pairsim.quantities.kinds import LENGTH
+from pairsim.runtime.message import Message, Text
 
 # Least length of tube on each side, relative to that with `length: auto`; with less, errors above about 1 % of the peak
 # were measured. Periodic ends need more, since the polymer stress caused by the particles returns to them.
@@ -21,8 +25,8 @@ MOST_DE = 2.0  # largest at which dU was compared with finer meshes, docs/explan
 
 
 def beyond_checked(case: SceneCase) -> list[str]:
-    """Warn of particles at a De above all at which dU was compared with finer meshes."""
-    slowest = slowest_of(dict(case))
+    """Warn of a De that is larger than any at which dU was compared with that on finer meshes."""
+    slowest = case.slowest_time
     if (De := slowest * max(case.values_of_De)) <= MOST_DE or case.n == 0:
         return []
     mode = "" if slowest == 1 else " of the slowest mode"
@@ -39,20 +43,13 @@ def above(value: float, limit: float) -> str:
     return next((text for text in texts if float(text) > limit), f"{value}")
 
 
-def asked_for(case: SceneCase) -> str:
-    """Symbol of what a case is computed for: the forces on particles that are moved, or else their velocities."""
-    if case.driven[1] is not None:
-        return "F"
-    return "dU" if case.n > 1 else "U"
-
-
-def coarse_mesh(case: SceneCase) -> list[str]:
+def coarse_mesh(case: SceneCase, of: str) -> list[str]:
     """Warn of a mesh that is coarser than any whose error was measured."""
     measured = SETTINGS[COARSEST].mesh(case.liquid_model.cells, case.betas, case.in_time)
     coarse = {"Np": case.mesh.Np < measured["Np"], "max_size": case.mesh.max_size > measured["max_size"]}
     return [
         f"mesh.{name} = {getattr(case.mesh, name):g} is coarser than accuracy: {COARSEST} ({measured[name]:g}): the "
-        f"error of {asked_for(case)} may exceed {COARSEST} of its largest value"
+        f"error of {of} may exceed {COARSEST} of its largest value"
         for name, is_coarse in coarse.items()
         if case.n and is_coarse
     ]
@@ -64,14 +61,14 @@ def finer(case: SceneCase) -> str:
     return f"a finer mesh ({' '.join(f'--set mesh.{name}={size}' for name, size in sizes.items())})"
 
 
-def unresolved_stress(case: SceneCase, s_jump: float) -> list[str]:
+def unresolved_stress(case: SceneCase, s_jump: float, of: str) -> list[str]:
     """Warn of a polymer stress that the mesh does not resolve; `s_jump` is the largest change of s within a cell."""
     allowed = settings_of(case.accuracy).s_jump
     if s_jump <= allowed:
         return []
     return [
         f"s = log c changes by {above(s_jump, allowed)} within one cell: the polymer stress is not resolved there. "
-        f"Above {allowed:g}, the error of {asked_for(case)} may exceed {case.accuracy} of its largest value "
+        f"Above {allowed:g}, the error of {of} may exceed {case.accuracy} of its largest value "
         f"(docs/how-to/accuracy.md); compare with {finer(case)}"
     ]
 
@@ -81,17 +78,17 @@ class ErrorAt:
     """The estimated error of a result."""
 
     relative: float  # the error, relative to the size of what is asked for
-    where: str  # the place, such as "d = 0.1"; empty for a particle of its own
+    where: Sequence[Text]  # the place, such as "De = 1" and "d = 0.1"; empty for a particle of its own
     ends: float  # the part of it that is due to the ends of the tube, relative as well
     regularisation: float  # that due to the regularisation of the liquid
 
     def no_mesh_helps(self, case: SceneCase) -> str:
-        """What reduces most of the error if that is no finer mesh, as an option of the command line; else ""."""
+        """What reduces most of the error, as an option of the command line; "" where that is a finer mesh."""
         if self.ends > self.relative / 2:
             return _longer(case)
         if self.regularisation > self.relative / 2:
             place, name = case.liquid_model.regularisation.split(".")
-            larger = f"liquid.{name}" if is_viscous(dict(case)) else f"liquid.{place}.{name}"
+            larger = f"liquid.{name}" if case.is_viscous else f"liquid.{place}.{name}"
             return f"a larger {name} (--set {larger}={SHARPER * case.liquid_model.numbers[f'{place}.{name}']:.3g})"
         return ""
 
@@ -101,36 +98,39 @@ def _longer(case: SceneCase) -> str:
     return f"a longer tube (--set length={1.5 * case.tube_length:.3g})"
 
 
-def large_errors(case: SceneCase, error: str, size: str, errors: Sequence[ErrorAt]) -> list[str]:
+def large_errors(case: SceneCase, error: str, size: str, errors: Sequence[ErrorAt]) -> list[Text]:
     """Warn of estimated errors that exceed `accuracy`; `error` is their name, `size` what they are relative to."""
     allowed = case.error_wanted
     worst = max(errors, key=lambda each: each.relative, default=None)
     if worst is None or worst.relative <= allowed:
         return []
-    advice, at = worst.no_mesh_helps(case) or finer(case), f" at {worst.where}" if worst.where else ""
-    return [
-        f"{error} is {above(100 * worst.relative, 100 * allowed)} % of {size}{at}, more than "
-        f"accuracy: {case.accuracy}; use {advice}"
-    ]
+    at = " at " + Message.joined(", ", worst.where) if worst.where else ""
+    advice, percent = worst.no_mesh_helps(case) or finer(case), above(100 * worst.relative, 100 * allowed)
+    said = "{} is {} % of {}{}, more than accuracy: {}; use {}"
+    return [Message(said, error, percent, size, at, case.accuracy, advice)]
 
 
-def moves_on(case: SceneCase, places: Sequence[str], part: float) -> list[str]:
+def moves_on(case: SceneCase, places: Sequence[Text], part: float) -> list[Text]:
     """Warn of particles that move on before they have forgotten their start.
 
-    At places such as "d = 0.1" an error of dU above `accuracy` is left by that alone, at most `part` of the largest
-    |dU|.
+    Args:
+        case: The case.
+        places: Places such as "d = 0.1", at which that alone leaves an error of dU above `accuracy`.
+        part: The largest of these errors, relative to the largest |dU|.
     """
     if not places:
         return []
-    at = places[0] if len(places) == 1 else f"{len(places)} places from {places[0]} to {places[-1]}"
-    return [
-        f"at {at} the particles move on before they have forgotten their start (t_relax): dU_error is up to "
-        f"{above(100 * part, 100 * case.error_wanted)} % of the largest |dU| by that alone, more than accuracy: "
-        f"{case.accuracy}, and no mesh reduces it; pairsim run tells how particles move there from a start of their own"
-    ]
+    several = len(places) > 1
+    at = Message("{} places from {} to {}", len(places), places[0], places[-1]) if several else places[0]
+    said = (
+        "at {} the particles move on before they have forgotten their start (t_relax): dU_error is up to {} % of the "
+        "largest |dU| by that alone, more than accuracy: {}, and no mesh reduces it; pairsim run tells how particles "
+        "move there from a start of their own"
+    )
+    return [Message(said, at, above(100 * part, 100 * case.error_wanted), case.accuracy)]
 
 
-def near_ends(case: SceneCase, span: float) -> list[str]:
+def near_ends(case: SceneCase, span: float, of: str) -> list[Text]:
     """Warn of a row of particles, whose largest length is `span` [D_c], that comes too near the ends of the tube.
 
     The measured errors are in docs/explanation/decisions.md, "Tube and ends".
@@ -139,19 +139,28 @@ def near_ends(case: SceneCase, span: float) -> list[str]:
     left, least = (case.tube_length - span) / 2, part * case.margin
     if not case.n or case.closed or left >= least:
         return []
-    affected = asked_for(case)
-    message = (
-        f"there are {left:.3g} D_c of tube on each side of the particles, less than {least:.3g}: "
-        f"the ends affect {affected}"
+    message = Message(
+        "there are {} of tube on each side of the particles, less than {}: the ends affect {}",
+        LENGTH(left, ".3g", named=True),
+        LENGTH(least, ".3g"),
+        of,
     )
-    if case.liquid_model.modes and affected == "dU":
+    if case.liquid_model.modes and of == "dU":
         off = next(error for below, error in ENDS_ERRORS if left < below * case.margin)
         message += f", by up to {off} % of the largest |dU| in the tubes measured"
     if left < FREE_ENDS:  # a run has ended there, and says which length is enough
         return [message]
-    return [f"{message}; use {_longer(case)}, or limits.max_gap in a run"]
+    return [message + f"; use {_longer(case)}, or limits.max_gap in a run"]
 
 
-def common_warnings(case: SceneCase, s_jump: float, span: float) -> list[str]:
-    """What every question warns of, by the largest change of s in a cell and length of the row of particles [D_c]."""
-    return [*beyond_checked(case), *coarse_mesh(case), *unresolved_stress(case, s_jump), *near_ends(case, span)]
+def common_warnings(case: SceneCase, of: str, s_jump: float, span: float) -> list[Text]:
+    """The warnings that all questions share.
+
+    Args:
+        case: The case.
+        of: Symbol of what it is computed for.
+        s_jump: Largest change of s = log c within a cell.
+        span: Largest length of the row of particles [D_c].
+    """
+    resolved = *coarse_mesh(case, of), *unresolved_stress(case, s_jump, of)
+    return [*beyond_checked(case), *resolved, *near_ends(case, span, of)]

@@ -116,10 +116,15 @@ def contour(outline: Array) -> Contour:
     return Contour(area, deformation, *measure(whole[hull(whole)]), float(volume))
 
 
-def polygon(outline: Array) -> Array:
-    """An outline, as that of `contour`, and its mirror image as a polygon about the axis, shape (m, 2)."""
+def polygon(outline: Array, points: Array = POINTS) -> Array:
+    """An outline, as that of `contour`, and its mirror image as a polygon about the axis, shape (m, 2).
+
+    Args:
+        outline: The outline.
+        points: The places on an arc, from -1 to 1, that are its corners.
+    """
     left, middle, right = outline[:-2:2], outline[1::2], outline[2::2]
-    s = POINTS[:-1, None, None]
+    s = points[:-1, None, None]
     fine = np.concatenate([(middle + s * (right - left) / 2 + s**2 * ((left + right) / 2 - middle)), right[None]])
     half = fine.transpose(1, 0, 2).reshape(-1, 2)
     return np.concatenate([half, half[::-1] * [1.0, -1.0]])
@@ -201,7 +206,7 @@ def observe(
     conformation = None
     if scene.material.modes:
         liquid = scene.liquid
-        conformation = health(liquid.nodal("s", x), scene.positions(x), liquid.six_node_mesh)
+        conformation = health(scene.log_conformations(x), scene.positions(x), liquid.six_node_mesh)
     return Observation(
         d=gaps(scene.bodies, h),
         U=velocities(scene.bodies, constraints.V @ y, h),

@@ -10,7 +10,7 @@ its undeformed sphere centred at the origin, for a rigid particle the axial posi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -23,24 +23,19 @@ from pairsim.fem.meshes.six_node_mesh import SixNodeMesh, nodes_at
 from pairsim.fem.phases.compiled_phase import liquid_phase, solid_phase
 from pairsim.fem.phases.phase import Phase
 from pairsim.physics.conformation import exponential
+from pairsim.physics.drive import DEVELOPED, Drive
 from pairsim.physics.liquids import NEWTONIAN, Liquid
+from pairsim.physics.liquids.conformation import LOG_CONFORMATION
 from pairsim.physics.pipe import PipeState
 from pairsim.physics.solids import Solid
 from pairsim.quantities.scales import FLOW_RATE, TUBE_RADIUS
 from pairsim.runtime.arrays import Array, Indices
 from pairsim.runtime.errors import MeshFailure
 
-BoundaryVelocity = Callable[[Array], Array]
-
 
 def poiseuille(points: Array) -> Array:
     """Fully developed Newtonian flow of unit mean velocity at points (z, r), shape (n, 2); returns shape (n, 2)."""
     return np.column_stack([2 * (1 - (points[:, 1] / TUBE_RADIUS) ** 2), np.zeros(len(points))])
-
-
-def at_rest(points: Array) -> Array:
-    """No flow, for a tube with closed ends: zeros of shape (n, 2)."""
-    return np.zeros((len(points), 2))
 
 
 @dataclass(frozen=True)
@@ -198,10 +193,8 @@ class Scene:
         mesh: Mesh of the reference domain.
         bodies: The particles, which the scenes before and after a remeshing have in common.
         periodic: Whether the ends are periodic, with an imposed flow rate; otherwise their velocity is prescribed.
-        boundary_velocity: Velocity on the wall and on prescribed ends as a function of points, (k, 2) -> (k, 2).
         liquid: The liquid with its initial parameters.
-        flow: Mean velocity of the flow through periodic ends [U_av].
-        velocity: Prescribed velocity of all particles, which are rigid [U_av]; None if no force acts on them.
+        drive: What drives the liquid and the particles.
         steady: Whether the scene is quasi-steady; the velocity of the mesh is then the extension of the velocities of
             the particles into the liquid.
 
@@ -224,17 +217,14 @@ class Scene:
         bodies: Sequence[Body],
         *,
         periodic: bool,
-        boundary_velocity: BoundaryVelocity = poiseuille,
         liquid: Liquid = NEWTONIAN,
-        flow: float = 1.0,
-        velocity: float | None = None,
+        drive: Drive = DEVELOPED,
         steady: bool = False,
     ) -> None:
         self.reference, self.bodies, self.periodic = reference, list(bodies), periodic
-        self.boundary_velocity, self.flow, self.velocity = boundary_velocity, flow, velocity
-        self.steady = steady
+        self.drive, self.steady = drive, steady
         soft = any(body.phase is not None for body in self.bodies)
-        self.moving = mesh_moves(len(self.bodies), soft=soft, viscoelastic=bool(liquid.modes), steady=steady)
+        self.moving = mesh_moves(len(self.bodies), soft=soft, viscoelastic=liquid.has_memory, steady=steady)
         self.liquid = Phase(liquid_phase(liquid, self.moving, steady), mesh, liquid)
         self.nodes = LiquidNodes.find(mesh, reference)
         self.phases: list[Phase] = [self.liquid] + [b.phase for b in self.bodies if b.phase is not None]
@@ -242,10 +232,11 @@ class Scene:
         self.m = int(self.offsets[-1])
         self.dp = self.m + 1 if periodic else None
         first = self.m + (2 if periodic else 1)
-        self.F = np.arange(first, first + (len(self.bodies) if velocity is not None else 0))
+        self.F = np.arange(first, first + (0 if drive.free else len(self.bodies)))
         self.size = first + len(self.F)
         self.h_size = sum(body.size for body in self.bodies)
-        self._at_ends: tuple[PipeState, list[Array]] | None = None  # the last flow at the ends, and its profiles there
+        # The last flow at the ends, and its profiles there.
+        self._at_ends: tuple[PipeState, list[dict[str, Array]]] | None = None
 
     @property
     def material(self) -> Liquid:
@@ -254,9 +245,15 @@ class Scene:
 
     @property
     def has_rates(self) -> bool:
-        """Whether stresses depend on rates of change: of the conformation, or of viscous solids."""
+        """Whether stresses depend on rates of change: of what the liquid carries along, or of viscous solids."""
         viscous = (b.phase is not None and b.phase.material.viscosity is not None for b in self.bodies)
-        return bool(self.material.modes) or any(viscous)
+        return self.material.has_memory or any(viscous)
+
+    def boundary_velocity(self, points: Array) -> Array:
+        """Velocity on the wall and on prescribed ends, in a Newtonian liquid, at points (z, r), shape (k, 2) both."""
+        if self.drive.boundary is not None:
+            return np.asarray(self.drive.boundary(points))
+        return self.drive.flow * poiseuille(points)
 
     def offset(self, phase: Phase) -> int:
         """First index of a phase in the full vector."""
@@ -267,17 +264,32 @@ class Scene:
         for phase, a, b in zip(self.phases, self.offsets[:-1], self.offsets[1:], strict=True):
             phase.set(x[a:b])
 
+    @property
+    def at_rest(self) -> Array:
+        """Full vector of a liquid at rest in the reference domain, shape (n,)."""
+        x = np.zeros(self.size)
+        for field in self.material.transported:
+            self.liquid.nodal(field.name, x)[:] = field.rest
+        return x
+
+    def conformations(self, x: Array) -> Array:
+        """Conformations c of all modes at the nodes, from a full vector, shape (nodes, 4 M)."""
+        return exponential(self.log_conformations(x))
+
+    def log_conformations(self, x: Array) -> Array:
+        """The same of log c."""
+        return self.liquid.nodal(LOG_CONFORMATION.name, x)
+
     def prescribe(self, x: Array, nodes: Indices, flow: PipeState) -> None:
-        """Set u and the s of all modes at nodes of the liquid to those of a developed flow, in the full vector x."""
+        """Set the fields of the liquid at some nodes to those of a developed flow, in the full vector x."""
         self._set_profiles(x, nodes, flow.profiles(self.liquid.six_node_mesh.points[nodes, 1]))
 
-    def _set_profiles(self, x: Array, nodes: Indices, profiles: Array) -> None:
-        self.liquid.nodal("u", x)[nodes, 0] = profiles[0]
-        if len(profiles) > 1:
-            self.liquid.nodal("s", x)[nodes] = profiles[1:].T
+    def _set_profiles(self, x: Array, nodes: Indices, profiles: Mapping[str, Array]) -> None:
+        for name, values in profiles.items():
+            self.liquid.nodal(name, x)[nodes, : values.shape[1]] = values
 
     def prescribe_ends(self, x: Array, flow: PipeState) -> None:
-        """Set u and s at the ends of the liquid to those of a developed flow, in the full vector x."""
+        """Set the fields at the ends of the liquid to those of a developed flow, in the full vector x."""
         ends = self.nodes.inlet, self.nodes.outlet
         if self._at_ends is None or self._at_ends[0] is not flow:
             points = self.liquid.six_node_mesh.points
@@ -287,7 +299,7 @@ class Scene:
 
     def at_rest_between(self, flow: PipeState) -> Array:
         """Full vector of a developed flow at the ends, which decreases linearly to rest at the undeformed particles."""
-        x, geometry, points = np.zeros(self.size), self.reference.geometry, self.liquid.six_node_mesh.points
+        x, geometry, points = self.at_rest, self.reference.geometry, self.liquid.six_node_mesh.points
         self.prescribe(x, np.arange(len(points)), flow)
         poles = np.sort(np.ravel(geometry.centres + np.outer([-0.5, 0.5], geometry.betas)))
         end = geometry.length / 2
@@ -304,7 +316,7 @@ class Scene:
             U_m: Velocity of the frame.
             solids: Whether to set those of viscous solids, too.
         """
-        if self.material.modes:
+        if self.material.has_memory:
             self.liquid.set_star(star[: self.liquid.size])
             self.liquid.constants["g"].value = g
             self.liquid.constants["U_m"].value = U_m
@@ -391,9 +403,9 @@ class Scene:
         """Constant part of the residual, the imposed flow rate and velocities, shape (n,)."""
         f = np.zeros(self.size)
         if self.dp is not None:
-            f[self.dp] = FLOW_RATE * self.flow
-        if self.velocity is not None:
-            f[self.F] = self.velocity
+            f[self.dp] = FLOW_RATE * self.drive.flow
+        if self.drive.velocity is not None:
+            f[self.F] = self.drive.velocity
         return f
 
     def overstretched(self, x: Array) -> str:
@@ -401,7 +413,7 @@ class Scene:
         for i, law in enumerate(self.material.modes):
             if law.largest_trace is None:
                 continue
-            c = exponential(self.liquid.nodal("s", x)[:, 4 * i : 4 * i + 4])
+            c = exponential(self.log_conformations(x)[:, 4 * i : 4 * i + 4])
             trace = c[:, 0] + c[:, 2] + c[:, 3]
             top = int(np.argmax(trace))
             largest = float(trace[top])

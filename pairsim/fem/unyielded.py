@@ -38,7 +38,7 @@ def law_fields(scene: Scene, x: Array) -> dict[str, Array]:
     if isinstance(law, ViscousLaw):
         tau = rate * law.viscosity(gamma2)
     else:
-        tau = magnitude(scene.material, exponential(scene.liquid.nodal("s", x)[cells].mean(axis=1)))
+        tau = magnitude(scene.material, exponential(scene.log_conformations(x)[cells].mean(axis=1)))
     # A contour is that of a yield surface, and a yield stress may be 0.
     wanted = {name: field for name, field in law.fields.items() if law.yield_stress or field.level is None}
     return {name: field.value(law, tau, rate) for name, field in wanted.items()}

@@ -7,9 +7,10 @@ from typing import Any, NamedTuple
 from pairsim.physics import liquids, solids
 from pairsim.physics.liquids import Liquid, ViscousLaw, YieldLaw
 from pairsim.physics.liquids.viscous import ZERO_SHEAR
-from pairsim.physics.material import Dimension, Material, Parameter
+from pairsim.physics.material import Material, Parameter
 from pairsim.physics.own_laws import file_of, own_laws
 from pairsim.physics.solids import Solid
+from pairsim.quantities.measurable import Measurable
 from pairsim.runtime.errors import InputError
 
 
@@ -27,7 +28,7 @@ LAWS: dict[str, type[Material]] = {**liquids.LAWS, **liquids.YIELDING, **solids.
 """All laws by name."""
 
 
-def _dimensions() -> dict[str, Dimension]:
+def _dimensions() -> dict[str, Measurable]:
     units = [law.measured for law in LAWS.values() if issubclass(law, ViscousLaw)]
     shared = [parameter.dimension for parameter in Liquid.OF_POLYMER.values()]
     own = [parameter.dimension for law in LAWS.values() for parameter in law.parameters().values()]

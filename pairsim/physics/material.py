@@ -1,4 +1,4 @@
-"""What a material says about itself: the parameters of its law with their ranges, dimensions, symbols and words.
+"""What a material says about itself: the parameters of its law, with ranges, symbols, words and quantities.
 
 The case file, `pairsim units`, the schema, messages, pictures and reference pages ask these declarations; nothing
 outside its file knows the name of a law or of its parameters. This module imports neither numpy nor UFL, since the
@@ -12,58 +12,9 @@ from collections.abc import Callable, Container, Iterable, Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from pkgutil import iter_modules
-from string import Formatter
 from typing import Any, ClassVar, Self
 
-from pairsim.quantities.scales import Scales
-
-
-@dataclass(frozen=True)
-class Dimension:
-    """The measurable quantity that a parameter follows from.
-
-    Attributes:
-        key: Its key in the `physical` block, and its option in `pairsim units`.
-        kind: The kind of quantity, with article.
-        words: What it is.
-        unit: Its SI unit, in which "{n}" stands for the parameter n of the law.
-        example: A value with its unit, "{n}" in it as in `unit`.
-        number: The parameter from the value in SI units and the scales.
-        symbol: Its symbol (TeX), "" if it has none.
-        if_several: What is added to the message of who gives a list, such as what to write instead.
-    """
-
-    key: str
-    kind: str
-    words: str
-    unit: str
-    example: str
-    number: Callable[[float, Scales], float]
-    symbol: str = ""
-    if_several: str = ""
-
-    def size(self, viscosity: float) -> float:
-        """What the parameter is to be multiplied by for the quantity in SI units, at U_av/D_c = 1/s.
-
-        Args:
-            viscosity: The unit of viscosity eta_0 [Pa s].
-        """
-        return 1 / self.number(1.0, Scales(1.0, 1.0, viscosity))
-
-    @property
-    def of_unit(self) -> tuple[str, ...]:
-        """Names of the parameters that the unit depends on."""
-        return tuple(name for _, name, _, _ in Formatter().parse(self.unit) if name)
-
-
-def a_time(key: str, words: str, symbol: str = "") -> Dimension:
-    """The dimension of a time, whose number is the time over D_c/U_av."""
-    return Dimension(key, "a time", words, "s", "2 ms", lambda value, scales: value / scales.time, symbol)
-
-
-def a_viscosity(key: str, words: str, example: str = "1 mPa.s", symbol: str = "") -> Dimension:
-    """The dimension of a viscosity, whose number is the viscosity over eta_0."""
-    return Dimension(key, "a viscosity", words, "Pa*s", example, lambda value, scales: value / scales.viscosity, symbol)
+from pairsim.quantities.measurable import Measurable
 
 
 @dataclass(frozen=True)
@@ -86,7 +37,7 @@ class Parameter:
     most: float
     open: bool = False
     default: float | None = None
-    dimension: Dimension | None = None
+    dimension: Measurable | None = None
 
 
 def parameter(
@@ -97,7 +48,7 @@ def parameter(
     *,
     open: bool = False,
     default: float | None = None,
-    dimension: Dimension | None = None,
+    dimension: Measurable | None = None,
 ) -> Any:
     """Declare a parameter of a law as a field of its dataclass; the arguments are those of `Parameter`."""
     metadata = {"parameter": Parameter(symbol, words, least, most, open, default, dimension)}

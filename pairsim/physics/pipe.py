@@ -18,14 +18,19 @@ import numpy as np
 import scipy
 
 from pairsim.physics.conformation import IDENTITY, logarithm, mode_stress, polymer_stress, relaxation
+from pairsim.physics.fields import VELOCITY
 from pairsim.physics.liquids import Liquid
+from pairsim.physics.liquids.conformation import LOG_CONFORMATION
+from pairsim.physics.liquids.structured import StructuredLaw
 from pairsim.physics.liquids.viscous import LEAST_RATE
+from pairsim.quantities.kinds import RATE, TIME
 from pairsim.quantities.scales import TUBE_RADIUS
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import NoSteadyState
+from pairsim.runtime.message import Message
 
 OUT_OF_REACH = 1e9  # end time passed to LSODA, beyond the end of any run (see `Pipe.until`); chosen
-# Gauss points without and with modes. The shear rate of a power law goes as r^(1/n), which 60 points resolve to 7e-8
+# Gauss points without and with a memory. The shear rate of a power law goes as r^(1/n), which 60 points resolve to 7e-8
 # and 120 to 1e-8 (n = 1.2); with modes there are 4 equations for each.
 POINTS = 120, 60
 FIRST_GRADIENT = 32.0  # that of a Newtonian liquid at unit mean velocity
@@ -49,6 +54,7 @@ class PipeState:
         c: Conformations of the M modes, components (zz, zr, rr, tt) each, shape (n, 4 M).
         p: Pressure over a cross-section, with zero mean [eta_0 U_av/D_c], shape (n,).
         wall_rate: Shear rate at the wall [U_av/D_c].
+        scalars: Other fields that the liquid carries along, by name, shape (n,).
     """
 
     gradient: float
@@ -57,10 +63,26 @@ class PipeState:
     c: Array
     p: Array
     wall_rate: float
+    scalars: dict[str, Array]
 
-    def profiles(self, r: Array) -> Array:
-        """Interpolate u and the components of log c to other radii, shape (m,); returns shape (1 + 4 M, m)."""
-        return across(self.r, np.column_stack([self.u, logarithm(self.c)]), r).T
+    @property
+    def fields(self) -> dict[str, Array]:
+        """The fields of the liquid by name, at the radii, (n, components); of the velocity the axial one alone."""
+        scalars = {name: values[:, None] for name, values in self.scalars.items()}
+        conformation = {LOG_CONFORMATION.name: logarithm(self.c)} if self.c.shape[1] else {}
+        return {VELOCITY.name: self.u[:, None], **scalars, **conformation}
+
+    @property
+    def state(self) -> Array:
+        """Conformations and scalars, as `Pipe` integrates them, shape (4 M + scalars, n)."""
+        return np.array([*self.c.T, *self.scalars.values()])
+
+    def profiles(self, r: Array) -> dict[str, Array]:
+        """The fields interpolated to other radii, shape (m,); each of shape (m, components)."""
+        fields = self.fields
+        found = across(self.r, np.column_stack([*fields.values()]), r)
+        ends = np.cumsum([values.shape[1] for values in fields.values()])
+        return dict(zip(fields, np.split(found, ends[:-1], axis=1), strict=True))
 
 
 def across(radii: Array, values: Array, wanted: Array) -> Array:
@@ -93,7 +115,7 @@ class Pipe:
 
     def __init__(self, liquid: Liquid, flow: float = 1.0, *, points: int | None = None) -> None:
         self.liquid, self._flow = liquid, flow
-        x, w = np.polynomial.legendre.leggauss(points or POINTS[bool(liquid.modes)])
+        x, w = np.polynomial.legendre.leggauss(points or POINTS[liquid.has_memory])
         self._inner = (x + 1) / 2 * TUBE_RADIUS
         # The axis and the wall have zero quadrature weight.
         self.r = np.concatenate([[0.0], self._inner, [TUBE_RADIUS]])
@@ -105,29 +127,33 @@ class Pipe:
         parts = [mode_stress(self.liquid, law, c[4 * i : 4 * i + 4])[1] for i, law in enumerate(self.liquid.modes)]
         return np.asarray(sum(parts[1:], parts[0]) if parts else np.zeros(len(self.r)))
 
-    def _viscous(self, shear: Any) -> Array:
+    def _scalars(self, c: Array) -> Array:
+        """What the viscosity depends on beside the shear rate, shape (scalars, n)."""
+        return c[4 * len(self.liquid.modes) :]
+
+    def _viscous(self, shear: Any, scalars: Array) -> Array:
         """Shear stress xi eta(u') u' of the solvent."""
         liquid = self.liquid
-        return np.asarray(liquid.xi * liquid.solvent.viscosity(shear**2 + LEAST_RATE**2) * shear)
+        return np.asarray(liquid.xi * liquid.solvent.viscosity_at(shear**2 + LEAST_RATE**2, *scalars) * shear)
 
-    def _slope(self, shear: Array) -> Array:
+    def _slope(self, shear: Array, scalars: Array) -> Array:
         """Derivative of `_viscous` at real shear rates."""
-        return np.asarray(self._viscous(shear + IMAGINARY).imag / IMAGINARY.imag)
+        return np.asarray(self._viscous(shear + IMAGINARY, scalars).imag / IMAGINARY.imag)
 
-    def _shear(self, stress: Any) -> Array:
-        """Shear rate u' of the solvent at a shear stress, real or with an infinitesimal imaginary part, shape (n,)."""
+    def _shear(self, stress: Any, scalars: Any) -> Array:
+        """Shear rate u' of the solvent at a shear stress, shape (n,); both may have infinitesimal imaginary parts."""
         if self.liquid.solvent.linear:
             return np.asarray(stress / self.liquid.xi)
-        size = np.abs(stress.real) + SMALLEST
-        x = np.log(size / self._slope(np.zeros_like(size)))
+        size, real = np.abs(stress.real) + SMALLEST, scalars.real
+        x = np.log(size / self._slope(np.zeros_like(size), real))
         low, high = np.full_like(x, -np.inf), np.full_like(x, np.inf)
         # Newton's method for log x by log(stress), whose slope does not vary much but in liquids with a yield stress:
         # where a step leaves the bracket that is known, the bracket is halved.
         for _ in range(MOST_OF_VISCOSITY):
-            found = self._viscous(np.exp(x))
+            found = self._viscous(np.exp(x), real)
             off = np.log(size / found)
             low, high = np.where(off > 0, np.maximum(low, x), low), np.where(off < 0, np.minimum(high, x), high)
-            step = off * found / (np.exp(x) * self._slope(np.exp(x)))
+            step = off * found / (np.exp(x) * self._slope(np.exp(x), real))
             inside = (low <= x + step) & (x + step <= high) & (np.abs(step) <= WIDEST)
             bounded = np.isfinite(low) & np.isfinite(high)
             middle = np.add(low, high, where=bounded, out=np.zeros_like(x)) / 2
@@ -138,15 +164,22 @@ class Pipe:
         else:
             raise NoSteadyState(f"no shear rate was found at a shear stress in the tube ({self.liquid.label})")
         x = np.copysign(np.exp(x), stress.real)
-        return x + 1j * stress.imag / self._slope(x) if np.iscomplexobj(stress) else x
+        change = stress.imag - self._viscous(x, scalars).imag if len(scalars) else stress.imag
+        return x + 1j * change / self._slope(x, real) if np.iscomplexobj(stress) or np.iscomplexobj(scalars) else x
 
-    def _gradient(self, tau: Array) -> float:
-        """Pressure gradient G at which the flow rate -pi int r^2 u' dr is flow pi/4, for tau_rz of shape (n,)."""
+    def _gradient(self, tau: Array, scalars: Array) -> float:
+        """Pressure gradient G at which the flow rate -pi int r^2 u' dr is flow pi/4.
+
+        Args:
+            tau: tau_rz of all modes, shape (n,).
+            scalars: See `_scalars`.
+        """
         G = 0.0 if self.liquid.solvent.linear else self._last
         low, high, last = -np.inf, np.inf, np.inf
         for _ in range(MOST_OF_VISCOSITY):
-            shear = self._shear(-(G * self.r / 2 + tau))
-            excess, by_G = self._weights @ shear + self._flow / 4, -self._weights @ (self.r / 2 / self._slope(shear))
+            shear = self._shear(-(G * self.r / 2 + tau), scalars)
+            slope = self._slope(shear, scalars)
+            excess, by_G = self._weights @ shear + self._flow / 4, -self._weights @ (self.r / 2 / slope)
             low, high = (max(low, G), high) if excess > 0 else (low, min(high, G))
             step = float(-excess / by_G)
             if not low <= G + step <= high and np.isfinite(high - low):
@@ -161,30 +194,33 @@ class Pipe:
         return G
 
     def _change(self, c: Array, shear: Array) -> Array:
-        """dc/dt from the constitutive laws, shape (4 M, n), at the shear rates u', shape (n,)."""
+        """dc/dt from the constitutive laws, shape (4 M + scalars, n), at the shear rates u', shape (n,)."""
         parts = []
         for i, law in enumerate(self.liquid.modes):
             own = c[4 * i : 4 * i + 4]
             stretch = np.array([2 * shear * own[1], shear * own[2], np.zeros_like(own[2]), np.zeros_like(own[2])])
             parts.append(stretch + relaxation(self.liquid, law, own, shear**2 + LEAST_RATE**2))
+        if isinstance(self.liquid.solvent, StructuredLaw):
+            parts.append(np.array(self.liquid.solvent.rates(shear**2 + LEAST_RATE**2, *self._scalars(c))))
         return np.concatenate(parts)
 
     def _rate(self, _: float, flat: Array) -> Array:
         c = flat.reshape(-1, len(self.r))
-        tau = self._stress(c)
-        return self._change(c, self._shear(-(self._gradient(tau) * self.r / 2 + tau))).ravel()
+        tau, scalars = self._stress(c), self._scalars(c)
+        G = self._gradient(tau, scalars)
+        return self._change(c, self._shear(-(G * self.r / 2 + tau), scalars)).ravel()
 
     def _jacobian(self, _: float, flat: Array) -> Array:
-        """Exact Jacobian of `_rate` by complex steps, shape (4 M n, 4 M n).
+        """Exact Jacobian of `_rate` by complex steps, shape (k n, k n) with k = 4 M + scalars.
 
         It is block diagonal, with one block for each radius, plus a rank-one term from the pressure gradient. Finite
         differences, with 4 M n evaluations of the rate, took 90 % of the time of a developed flow.
         """
         c = flat.reshape(-1, len(self.r))
         k, n = c.shape
-        tau = self._stress(c)
-        G = self._gradient(tau)
-        slope = self._slope(self._shear(-(G * self.r / 2 + tau)))
+        tau, scalars = self._stress(c), self._scalars(c)
+        G = self._gradient(tau, scalars)
+        slope = self._slope(self._shear(-(G * self.r / 2 + tau), scalars), scalars)
         of_stress = self._weights / slope / (self._weights @ (self.r / 2 / slope))
         radius = np.arange(n)
         J, G_c = np.zeros((k, n, k, n)), np.zeros((k, n))
@@ -192,15 +228,19 @@ class Pipe:
             moved = c.astype(complex)
             moved[j] += IMAGINARY
             tau = self._stress(moved)
-            J[:, radius, j, radius] = self._change(moved, self._shear(-(G * self.r / 2 + tau))).imag / IMAGINARY.imag
-            G_c[j] = -of_stress * tau.imag / IMAGINARY.imag
-        moved_shear = self._shear(-((G + IMAGINARY) * self.r / 2 + self._stress(c)))
+            shear = self._shear(-(G * self.r / 2 + tau), self._scalars(moved))
+            J[:, radius, j, radius] = self._change(moved, shear).imag / IMAGINARY.imag
+            # A conformation changes the stress, a scalar the shear rate at a stress.
+            stress = tau.imag if j < k - len(scalars) else -slope * shear.imag
+            G_c[j] = -of_stress * stress / IMAGINARY.imag
+        moved_shear = self._shear(-((G + IMAGINARY) * self.r / 2 + self._stress(c)), scalars)
         c_G = self._change(c, moved_shear).imag / IMAGINARY.imag
         return np.asarray(J.reshape(k * n, k * n) + np.outer(c_G, G_c))
 
     @property
     def _start(self) -> Array:
-        return np.repeat(np.tile(IDENTITY, len(self.liquid.modes)), len(self.r))
+        scalars = [field.rest for field in self.liquid.solvent.transported]
+        return np.repeat([*np.tile(IDENTITY, len(self.liquid.modes)), *scalars], len(self.r))
 
     def until(self, t_end: float, start: PipeState | None = None) -> Callable[[float], PipeState]:
         """Integrate the start-up flow up to t_end [D_c/U_av], from rest or from the stresses of another flow.
@@ -211,20 +251,21 @@ class Pipe:
         Raises:
             NoSteadyState: The time integration failed.
         """
-        if not self.liquid.modes:
+        if not self.liquid.has_memory:
             return self.constant()
         # LSODA chooses its first step from the end time and shortens the last one to reach it. A remote end time is
         # passed and the integration stopped once t_end is exceeded, so that a run that is continued with a later end
         # time has the same flow.
         far = max(OUT_OF_REACH, 2 * t_end)
-        c = self._start if start is None else start.c.T.ravel()
+        c = self._start if start is None else start.state.ravel()
         solver = scipy.integrate.LSODA(self._rate, 0.0, c, far, rtol=1e-9, atol=1e-11, jac=self._jacobian)
         times, pieces = [0.0], []
         while solver.t < t_end:
             message = solver.step()
             if solver.status == "failed":
-                what = f"the flow without particles at De = {self.liquid.De:g} was lost at t = {solver.t:g}: {message}"
-                raise NoSteadyState(what, advice="another De or xi")
+                what, De = "the flow without particles at De = {} was lost at t = {}: {}", f"{self.liquid.De:g}"
+                lost = Message(what, De, TIME(solver.t, "g"), message or "")
+                raise NoSteadyState(lost, advice="another De or xi")
             times.append(solver.t)
             pieces.append(solver.dense_output())
         solution = scipy.integrate.OdeSolution(times, pieces)
@@ -252,10 +293,10 @@ class Pipe:
             NoSteadyState: No steady flow was found. The flow may form shear bands if the shear stress decreases with
                 the shear rate.
         """
-        if not self.liquid.modes:
+        if not self.liquid.has_memory:
             return self._state(np.empty((0, len(self.r))))
         if near is not None:
-            c = near.c.T.ravel()
+            c = near.state.ravel()
         else:
             # Integration in time selects the stable one of several steady flows; Newton's method then converges it.
             # 15 relaxation times were chosen: exp(-15) = 3e-7.
@@ -276,23 +317,28 @@ class Pipe:
                 if np.abs(step).max() <= 1e-13 * np.abs(c).max():
                     break
         left = np.abs(self._rate(0.0, c)).max()
-        converged = left <= 1e-8 * np.abs(c).max() / self.liquid.De
-        zz, zr, rr, tt = np.moveaxis(c.reshape(-1, 4, len(self.r)), 1, 0)
-        if not (converged and (zz * rr > zr**2).all() and np.minimum(zz, tt).min() > 0):
-            where = "in a flow that cannot exist" if converged else f"at dc/dt = {left:.2g}"
-            what = f"no developed flow at De = {self.liquid.De:g}: Newton's method stopped {where}"
+        converged = left <= 1e-8 * np.abs(c).max() / (self.liquid.De or self.liquid.longest)
+        tensors = c.reshape(-1, len(self.r))[: 4 * len(self.liquid.modes)]
+        zz, zr, rr, tt = np.moveaxis(tensors.reshape(-1, 4, len(self.r)), 1, 0)
+        if not (converged and (zz * rr > zr**2).all() and np.minimum(zz, tt).min(initial=np.inf) > 0):
+            where = "in a flow that cannot exist" if converged else Message("at dc/dt = {}", RATE(left, ".2g"))
+            what = Message("no developed flow at De = {}: Newton's method stopped {}", f"{self.liquid.De:g}", where)
             advice = "a larger xi: shear stress that decreases with shear rate causes shear bands"
             raise NoSteadyState(what, advice=advice)
         return self._state(c.reshape(-1, len(self.r)))
 
     def _state(self, c: Array) -> PipeState:
-        tau = self._stress(c)
+        tau, scalars = self._stress(c), self._scalars(c)
         self._last = FIRST_GRADIENT * self._flow  # the state is a function of c alone, to the last digit
-        G = self._gradient(tau)
-        shear = self._shear(-(G * self.r / 2 + tau))
+        G = self._gradient(tau, scalars)
+        shear = self._shear(-(G * self.r / 2 + tau), scalars)
         # u = -int_r^R u' dr.
         velocity = self._primitive(shear[1:-1])
-        return PipeState(G, self.r, velocity - velocity[-1], c.T.copy(), self._pressure(c.T), abs(float(shear[-1])))
+        tensors = c[: len(c) - len(scalars)].T
+        p, wall_rate = self._pressure(tensors), abs(float(shear[-1]))
+        named = zip(self.liquid.solvent.transported, scalars, strict=True)
+        carried = {field.name: values.copy() for field, values in named}
+        return PipeState(G, self.r, velocity - velocity[-1], tensors.copy(), p, wall_rate, carried)
 
     def _pressure(self, c: Array) -> Array:
         """Pressure over a cross-section, shape (n,), from the radial balance p' = tau_rr' + (tau_rr - tau_tt)/r."""

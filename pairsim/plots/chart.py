@@ -24,6 +24,7 @@ from scipy.interpolate import make_interp_spline
 from pairsim.plots.encoding import Encoding
 from pairsim.plots.labels import symbol
 from pairsim.plots.style import SMALL, WIDE, Page
+from pairsim.record.column import Column
 from pairsim.runtime.arrays import Array
 
 BAND, TOGETHER = 0.22, 6  # opacity of a band; so many bands over each other are still told apart
@@ -45,11 +46,11 @@ MARKS: dict[str, dict[str, Any]] = {
     ENDS["edge"]: {"marker": "s", "markersize": 5},
 }
 """How points look that mark something, by their entries in the legend."""
-ZEROS = UNSTABLE, STABLE
+ZERO_MARKS = UNSTABLE, STABLE
 
 
 @dataclass(frozen=True)
-class Series:
+class Line:
     """A line or points in a panel."""
 
     panel: Any  # key of the panel
@@ -57,7 +58,7 @@ class Series:
     y: Array  # (n,)
     error: Array | None = None  # half-widths of y, (n,): a band around a line, bars at points
     x_error: Array | None = None  # the same of x
-    columns: tuple[str, str] = ("", "")  # the columns that x and y are of
+    columns: tuple[Column, Column] | None = None  # the columns that x and y are of, if they are of a table
     parameters: Mapping[str, Any] = field(default_factory=dict)  # of its case; they choose how it looks, and its panel
     look: Mapping[str, Any] = field(default_factory=dict)  # what is otherwise, by the names of matplotlib
     mark: str = ""  # one of `MARKS`, or `POINT` for points without an entry in the legend; "" for a line
@@ -73,10 +74,10 @@ class Series:
 
 def point(
     panel: Any, x: float, y: float, mark: str, error: float | None = None, x_error: float | None = None, **more: Any
-) -> Series:
-    """A series of one point, with `more` of its attributes; errors that are None or not finite have no bars."""
+) -> Line:
+    """A line of one point, with `more` of its attributes; errors that are None or not finite have no bars."""
     y_bar, x_bar = (np.array([each]) if each is not None and np.isfinite(each) else None for each in (error, x_error))
-    return Series(panel, np.array([x]), np.array([y]), y_bar, x_bar, mark=mark, **more)
+    return Line(panel, np.array([x]), np.array([y]), y_bar, x_bar, mark=mark, **more)
 
 
 @dataclass(frozen=True)
@@ -97,7 +98,7 @@ class Panel:
 def draw_chart(
     page: Page,
     panels: Mapping[Any, Panel],
-    series: Sequence[Series],
+    series: Sequence[Line],
     parts: Sequence[str],
     encoding: Encoding | None = None,
     handles: Sequence[Any] = (),
@@ -136,16 +137,16 @@ def draw_chart(
     return figure, axes
 
 
-def _with_look(series: Series, encoding: Encoding) -> Series:
+def _with_look(series: Line, encoding: Encoding) -> Line:
     """A series that looks as its parameters say, but for what it says itself; marks have a shape of their own."""
     look = encoding.look(series.parameters) | {"markersize": 2.5 if encoding.line else 3.5}
     if series.mark:
-        shown = ("color", "marker") if series.mark in ZEROS and encoding.line else ("color",)
+        shown = ("color", "marker") if series.mark in ZERO_MARKS and encoding.line else ("color",)
         look = {name: look[name] for name in shown}
     return replace(series, look=look | dict(series.look))
 
 
-def _draw_panel(axis: Axes, panel: Panel, inside: Sequence[Series], group: Sequence[Series]) -> bool:
+def _draw_panel(axis: Axes, panel: Panel, inside: Sequence[Line], group: Sequence[Line]) -> bool:
     """Draw what lies in a panel, on axes for a group of them; returns whether a start-up reaches out of it."""
     axis.margins(*panel.margins)
     if panel.shade is not None:
@@ -174,7 +175,7 @@ def _draw_panel(axis: Axes, panel: Panel, inside: Sequence[Series], group: Seque
     return bool(timed) and leave_out_spikes(axis, timed)
 
 
-def draw_series(axis: Axes, series: Series, band: float = BAND) -> None:
+def draw_series(axis: Axes, series: Line, band: float = BAND) -> None:
     """A line with its band, of this opacity, or points with their bars."""
     if series.mark or len(series.x) == 1:
         look: dict[str, Any] = {"marker": "o", "linestyle": "", "elinewidth": 0.8, "zorder": 5}
@@ -193,7 +194,7 @@ def fill(axis: Axes, x: Array, y: Array, error: Array, colour: Any, band: float 
     axis.fill_between(x, y - error, y + error, color=colour, alpha=band, linewidth=0)
 
 
-def notes(series: Sequence[Series]) -> list[Any]:
+def notes(series: Sequence[Line]) -> list[Any]:
     """Entries of the legend for bands and marks."""
     banded = [each for each in series if each.error is not None and not each.mark]
     bands = [Patch(color="0.35", alpha=BAND, linewidth=0, label=r"error of $\Delta U$")] if banded else []

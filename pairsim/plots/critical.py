@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterator
 from pathlib import Path
 
-import numpy as np
-
-from pairsim.plots.chart import ENDS, ZEROS, Panel, Series, draw_chart, point
+from pairsim.plots.chart import ENDS, ZERO_MARKS, Line, Panel, draw_chart, point
 from pairsim.plots.labels import parts_along, read_case
 from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
-from pairsim.results.table_files import read_table
+from pairsim.record.column import Column, Columns
+from pairsim.record.columns import BRANCH, CA_E, D_CR, D_ERROR, DE, KIND, PARAMETER_ERROR, STABLE
+from pairsim.record.table import Table
+from pairsim.record.table_files import read_table
+
+FOLLOWED = {each.name: each for each in (CA_E, DE)}
+CONVERTED = Columns(D_CR, D_ERROR)
+"""The columns that are drawn and have units."""
 
 
 @printing()
@@ -25,24 +31,34 @@ def draw_critical(directory: Path, out: Path, page: Page) -> list[Path]:
     """
     case = read_case(directory / "case.yaml")
     units = Units.of(directory, page.physical)
-    table = units.table(read_table(directory / "critical.csv"))
+    table = read_table(directory / "critical.csv", CONVERTED).converted(units.scales)
     name = next(iter(case.get("along") or {}), "")
-    if not name or not len(table["d_cr"]):
+    if not name or not table.rows:
         return []
-    label, places = units.followed(case, name, values := table[name])
-    table |= {name: places, "parameter_error": table["parameter_error"] * places / values}
-    rows = [dict(zip(table, values, strict=True)) for values in zip(*table.values(), strict=True)]
-    series = []
-    for first, second in itertools.pairwise(rows):
-        if first["branch"] == second["branch"]:
-            end = second if first["kind"] == "vanishes" else first  # what vanishes is neither: the other end tells
-            x, y = (np.array([first[column], second[column]]) for column in (name, "d_cr"))
-            series.append(Series(0, x, y, look={"linestyle": "-" if end["stable"] else "--"}))
-    for row in rows:  # with the interval of the distance or, where two meet, of the parameter
-        if mark := ZEROS[bool(row["stable"])] if row["kind"] == "wanted" else ENDS.get(row["kind"], ""):
-            errors = row["d_error"], row["parameter_error"]
-            series.append(point(0, row[name], row["d_cr"], mark, *errors, parameters=row))
+    number = FOLLOWED[name]
+    label, places = units.followed(case, number, values := table[number])
+    table |= {name: places, PARAMETER_ERROR.name: table[PARAMETER_ERROR] * places / values}
     # The error of a distance grows without bound towards a fold.
-    panel = Panel(label, units.axis_label(["d_cr"]), wide="xy", margins=(0.05, 0.15), bars=False)
-    figure, _ = draw_chart(page, {0: panel}, series, parts_along(case, name, units.scales is not None))
+    panel = Panel(label, units.axis_label([D_CR]), wide="xy", margins=(0.05, 0.15), bars=False)
+    parts = parts_along(case, name, units.scales is not None)
+    figure, _ = draw_chart(page, {0: panel}, [*_branches(table, number), *_zeros(table, number)], parts)
     return page.save(figure, out, "critical")
+
+
+def _branches(table: Table, number: Column) -> Iterator[Line]:
+    """The branches of critical distances over the number that was followed, a line for each two neighbours."""
+    kinds, branches, stable = table[KIND], table[BRANCH], table[STABLE]
+    for first, second in itertools.pairwise(range(table.rows)):
+        if branches[first] == branches[second]:
+            end = second if kinds[first] == "vanishes" else first  # what vanishes is neither: the other end tells
+            x, y = (table[column][[first, second]] for column in (number, D_CR))
+            yield Line(0, x, y, look={"linestyle": "-" if stable[end] else "--"})
+
+
+def _zeros(table: Table, number: Column) -> Iterator[Line]:
+    """The zeros with the interval of the distance or, where two meet, of the number."""
+    for row in range(table.rows):
+        kind = table[KIND][row]
+        if mark := ZERO_MARKS[bool(table[STABLE][row])] if kind == "wanted" else ENDS.get(kind, ""):
+            x, y, *errors = (table[column][row] for column in (number, D_CR, D_ERROR, PARAMETER_ERROR))
+            yield point(0, x, y, mark, *errors)

@@ -18,10 +18,10 @@ from pairsim.plots.labels import case_parts, read_case
 from pairsim.plots.sections import Layer, View, draw_view, layer_of, mark_view, sheet, views_of
 from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
-from pairsim.results.columns import suffixes_in
-from pairsim.results.folder import FIELDS_XDMF, WAY, write_file
-from pairsim.results.table_files import read_table
-from pairsim.results.xdmf import read_frame, read_times
+from pairsim.record.columns import CA_E, DE, DISTANCE, WAY_COLUMNS
+from pairsim.record.folder import FIELDS_XDMF, WAY, write_file
+from pairsim.record.table_files import read_table
+from pairsim.record.xdmf import read_frame, read_times
 from pairsim.runtime.errors import InputError
 
 MOST_VIEWS = 4
@@ -74,12 +74,12 @@ def draw_fields(
 def _parts(directory: Path, drawn: Sequence[float], curve: bool, physical: bool) -> list[str]:
     """The parameters of the case, or of the last solution on the way to it where one of the frames drawn is that."""
     case = read_case(directory / "case.yaml")
-    last = {name: values[-1] for name, values in read_table(directory / WAY, missing_ok=True).items()}
-    d = min((last[f"d{gap}"] for gap in suffixes_in(last, "d")), default=np.nan)
+    last = read_table(directory / WAY, WAY_COLUMNS, missing_ok=True).where(slice(-1, None))
+    d = min((float(each[0]) for each in last.each(DISTANCE).values() if len(each)), default=np.nan)
     if not np.isclose(drawn, d).any():
         return case_parts(case, {"d0"} if curve else (), physical)
-    factor = last["Ca_e"] / softest if (softest := np.max(case["Ca_e"])) else 0.0
-    reached = {"De": float(last["De"]), "Ca_e": (factor * np.array(case["Ca_e"])).tolist()}
+    factor = last[CA_E][0] / softest if (softest := np.max(case["Ca_e"])) else 0.0
+    reached = {"De": float(last[DE][0]), "Ca_e": (factor * np.array(case["Ca_e"])).tolist()}
     return ["the last steady state that was found", *case_parts(case | reached, {"d0"})]
 
 

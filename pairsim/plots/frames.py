@@ -12,8 +12,8 @@ from scipy.sparse.csgraph import depth_first_order
 
 from pairsim.physics import declared
 from pairsim.physics.material import LawField
-from pairsim.quantities.kinds import PURE, STRESS, VELOCITY, Unit
-from pairsim.results.xdmf import TENSOR, FieldFrame
+from pairsim.quantities.kinds import PURE, STRESS, VELOCITY, Kind
+from pairsim.record.xdmf import TENSOR, FieldFrame
 from pairsim.runtime.arrays import Array, Indices
 from pairsim.runtime.errors import InputError
 
@@ -59,7 +59,7 @@ class Field:
     """A field that can be drawn."""
 
     symbol: str  # its symbol (TeX)
-    unit: Unit  # its unit in fields.xdmf
+    unit: Kind  # its unit in fields.xdmf
     values: Callable[[FieldFrame], Array]  # at the nodes (n,), from a frame
     liquid: str  # the field of fields.xdmf without which the liquid stays blank
     solid: str = ""  # the same of the particles; "": they have no such field

@@ -8,15 +8,15 @@ from pathlib import Path
 from typing import Any
 
 from pairsim.cases.case import known_keys
+from pairsim.cases.conversion import given_by
+from pairsim.cases.experiment import follows_in
 from pairsim.cases.keys import GAPS, PARTICLES, Key, Part
-from pairsim.cases.materials import declared_in, is_viscous, liquid_block, liquid_of, solid_blocks
-from pairsim.cases.physical import BLOCK, QUANTITIES, given_by, stands_for
-from pairsim.cases.quantities import in_one_unit
+from pairsim.cases.laws import Laws, liquid_in
+from pairsim.cases.physical import BLOCK, QUANTITIES
+from pairsim.cases.quantity_text import in_one_unit
 from pairsim.cases.yaml_file import flat, read_yaml
 from pairsim.physics.declared import LAWS, PARAMETERS
 from pairsim.runtime.text import printable
-
-NOT_SHOWN = ("density", "end")  # quantities of an experiment that change no picture
 
 
 def read_case(file: Path) -> dict[str, Any]:
@@ -88,7 +88,7 @@ def _symbol(key: str) -> str:
     if key.startswith(("liquid.", "solid.")):
         return PARAMETERS[last].parameter.symbol if last in PARAMETERS else ""
     if group == BLOCK:
-        return QUANTITIES[last].dimension.symbol if last in QUANTITIES else ""
+        return QUANTITIES[last].symbol if last in QUANTITIES else ""
     return known_keys().get(key, Key()).symbol
 
 
@@ -108,7 +108,7 @@ def equation(key: str, value: Any) -> str:
 
 def _given_by(case: Mapping[str, Any]) -> set[str]:
     """The keys of captions that the `physical` block of a case gives; De of a Newtonian one, too."""
-    of_laws = [each.key for each in declared_in(case)]
+    of_laws = [each.key for each in Laws.in_case(case).declared()]
     known = {*given_by(case, [*(key.name for key in _of_captions()), *of_laws])}
     return known | ({"De"} if case.get(BLOCK) and not case.get("De") else set())
 
@@ -120,13 +120,13 @@ def case_parts(case: Mapping[str, Any], leave_out: Collection[str] = (), physica
     of the numbers that they give.
     """
     block = case.get(BLOCK, {}) if physical else {}
-    hidden = {*NOT_SHOWN, *(["distance"] if "d" in case else [])}
-    told = [key for key in block if key not in hidden and f"{BLOCK}.{key}" not in leave_out]
+    told = [key for key in block if _in_captions(key, case) and f"{BLOCK}.{key}" not in leave_out]
     quantities = [equation(f"{BLOCK}.{key}", block[key]) for key in told]
     elastic = "De" in leave_out or bool(case.get("De"))
     leave_out = {*leave_out, *(_given_by(case) if physical else ())}
     count = case.get("particles", 2)
-    thinning = is_viscous(case) and not liquid_of(case).newtonian
+    laws = Laws.in_case(case)
+    thinning = laws.liquid.is_viscous and not liquid_in(case).newtonian
     soft = case.get("Ca_e")
 
     def of(*keys: str) -> list[str]:
@@ -143,26 +143,32 @@ def case_parts(case: Mapping[str, Any], leave_out: Collection[str] = (), physica
     parts += of(*of_all)
     parts += [] if thinning else of("De")
     if thinning or (elastic and "liquid" in case):
-        block = liquid_block(case)
-        several = bool(block.keys() & {"modes", "solvent", "yielding"})  # with too many numbers for a caption, but Bn
-        name = liquid_of({"xi": 1.0, **case, "De": 1.0}).label if several else shown(block["law"])
+        several = bool(laws.liquid.parts)  # with too many numbers for a caption, but Bn
+        name = laws.liquid.model(1.0, case.get("xi", 1.0)).label if several else shown(laws.liquid.name)
         parts += [] if "liquid" in leave_out else [name]
         parts += of("xi") if elastic else []
         parts += _numbers_of("liquid.yielding" if several else "liquid", case, leave_out)
     if "solid" in case and any(soft if isinstance(soft, list | tuple) else [soft]):
-        parts += [] if "solid" in leave_out else [shown([block["law"] for _, block in solid_blocks(case)])]
+        parts += [] if "solid" in leave_out else [shown([each.name for each in laws.solids])]
         parts += _numbers_of("solid", case, leave_out)
     return parts
 
 
+def _in_captions(key: str, case: Mapping[str, Any]) -> bool:
+    """Whether a quantity is in captions of a case: not if it gives what is seen, such as the distances of a curve."""
+    of = QUANTITIES.get(key)
+    return of is None or (of.in_captions and not any(name in case and not _tells_apart(name) for name in of.gives))
+
+
 def parts_along(case: Mapping[str, Any], name: str, physical: bool) -> list[str]:
     """The parameters of a case, as `case_parts`, without one that is followed and the quantity that gives it."""
-    return case_parts(case, {name, *(f"{BLOCK}.{of.key}" for key, of in stands_for(case) if key == name)}, physical)
+    able = [each.quantity.key for each in follows_in(Laws.in_case(case)) if name in each.keys]
+    return case_parts(case, {name, *(f"{BLOCK}.{key}" for key in able)}, physical)
 
 
 def _numbers_of(place: str, case: Mapping[str, Any], leave_out: Collection[str]) -> list[str]:
     """The parameters of the law of liquid or solids, unless this is not that of all lines."""
-    known = [each for each in declared_in(case) if each.key.startswith(place) and each.value is not None]
+    known = [each for each in Laws.in_case(case).declared() if each.key.startswith(place) and each.value is not None]
     return [equation(each.key, each.value) for each in known if not {place, each.key} & {*leave_out}]
 
 

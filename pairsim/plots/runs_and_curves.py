@@ -9,18 +9,19 @@ from pathlib import Path
 import numpy as np
 from matplotlib.patches import Patch
 
+from pairsim.analysis.master_curve import Curve
+from pairsim.analysis.time_series import Series
 from pairsim.cases.yaml_file import flat
-from pairsim.plots.chart import START_UP, Panel, Series, draw_chart
+from pairsim.plots.chart import START_UP, Line, Panel, draw_chart
 from pairsim.plots.encoding import Encoding
 from pairsim.plots.labels import case_parts, common_parts, equation, hashable, read_case, varying_keys
 from pairsim.plots.lines import lines_of, panels_of, run_lines, told_apart
 from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
 from pairsim.quantities.kinds import POSITION, TIME
-from pairsim.results.columns import column, suffixes_in
-from pairsim.results.folder import SERIES, WAY, kind_of, read_record
-from pairsim.results.settled import start_up
-from pairsim.results.table_files import read_table
+from pairsim.record.column import GAP
+from pairsim.record.columns import DISTANCE, TAYLOR, T
+from pairsim.record.folder import SERIES, WAY, kind_of
 from pairsim.runtime.errors import InputError
 
 FOLDER, DIFFERENCES = "folder", "differences"
@@ -39,20 +40,21 @@ def draw_run(directory: Path, out: Path, page: Page) -> list[Path]:
     if not (directory / SERIES).is_file():
         raise InputError(str(directory), "", None, f"is not the folder of a run that has begun: it has no {SERIES}")
     units = Units.of(directory, page.physical)
-    table = units.table(read_table(directory / SERIES))
-    if "t" not in table or not len(table["t"]):
+    run = Series.read(directory)
+    if not run.table.has(T) or not run.table.rows:
         raise InputError(str(directory / SERIES), "", None, "has no rows yet; wait for the first step")
     parts = case_parts(read_case(directory / "case.yaml"), physical=units.scales is not None)
-    starting = min(start_up(read_record(directory)) * units.factor(TIME), float(table["t"][-1]))
-    lines = told_apart(run_lines(table, {}, places=len(suffixes_in(table, "dU")) > 1))
+    series = run.converted(units.scales)
+    starting = min(run.start_up * units.factor(TIME), float(series.t[-1]))
+    lines = told_apart(run_lines(series, {}, places=len(series.gaps) > 1))
     above = None
-    if places := suffixes_in(table, "z"):
-        along = np.mean([table[f"z{each}"] for each in places], axis=0)
+    if places := series.places:
+        along = np.mean(places, axis=0)
         if len(along) > 1 and (np.diff(along) > 0).all():
-            above = f"position along the tube  [{units.name(POSITION)}]", table["t"], along - along[0]
+            above = f"position along the tube  [{units.name(POSITION)}]", series.t, along - along[0]
     panels, shade = panels_of(lines, units), (0.0, starting) if starting else None
-    for name in (each for each in panels if each[0] == "t"):
-        panels[name] = replace(panels[name], shade=shade, above=above if name[1] == "d" else None)
+    for name in (each for each in panels if each[0] is T):
+        panels[name] = replace(panels[name], shade=shade, above=above if name[1] is DISTANCE else None)
     handles = [Patch(color=START_UP, label="start-up")] if starting else []
     figure, _ = draw_chart(page, panels, lines, parts, handles=handles)
     return page.save(figure, out, "series")
@@ -71,7 +73,7 @@ def draw_curve(directory: Path, out: Path, page: Page) -> list[Path]:
     if (directory / WAY).is_file() and not (directory / "curve.csv").is_file():
         return []
     units = Units.of(directory, page.physical)
-    if not len(next(iter(read_table(directory / "curve.csv").values()))):
+    if not Curve.read(directory).table.rows:
         raise InputError(str(directory / "curve.csv"), "", None, "has no points yet")
     lines = told_apart(lines_of(directory, units, curve=True))
     if not lines:
@@ -103,7 +105,7 @@ def overlay(folders: Sequence[Path], out: Path, page: Page, group: str | None = 
         cases = [case | {FOLDER: str(folder)} for case, folder in zip(cases, folders, strict=True)]
         keys = [FOLDER]
     units = Units.of_all(folders, page.physical)
-    lines: list[Series] = []
+    lines: list[Line] = []
     for folder, case, own in zip(folders, cases, units, strict=True):
         found = lines_of(folder, own, case, curve=kind == "curve")
         if not found:
@@ -115,7 +117,7 @@ def overlay(folders: Sequence[Path], out: Path, page: Page, group: str | None = 
 
 @printing()
 def draw_overlay(
-    lines: Sequence[Series],
+    lines: Sequence[Line],
     keys: Sequence[str],
     parts: Sequence[str],
     units: Units,
@@ -132,9 +134,9 @@ def draw_overlay(
     Raises:
         InputError: `group` does not differ.
     """
-    lines = [each for each in lines if each.panel[1] != "D"]
+    lines = [each for each in lines if each.panel[1] is not TAYLOR]
     over = lines[0].panel[0]
-    motion = [each for each in lines if each.panel[0] == over and each.panel[1] != "d" and not each.mark]
+    motion = [each for each in lines if each.panel[0] is over and each.panel[1] is not DISTANCE and not each.mark]
     gaps = ["gap"] if any("gap" in each.parameters for each in motion) else []
     encoding = Encoding.of([each.parameters for each in motion], [*keys, *gaps], group)
     drawn = {key: {hashable(each.parameters.get(key)) for each in motion} for key in keys}
@@ -143,8 +145,8 @@ def draw_overlay(
         *(equation(key, *values) for key, values in drawn.items() if len(values) == 1),
     ]  # the others failed
     if encoding.panel:
-        lines = [each for each in lines if each.panel[0] == over]
-    chart = panels_of(lines, units, wide="x" * (over == "d"))
+        lines = [each for each in lines if each.panel[0] is over]
+    chart = panels_of(lines, units, wide="x" * (over is DISTANCE))
     if not encoding.panel and (differences := _differences(motion, encoding, units, [*keys, *gaps])) is not None:
         chart[DIFFERENCES], more = differences
         lines += more
@@ -153,8 +155,8 @@ def draw_overlay(
 
 
 def _differences(
-    lines: Sequence[Series], encoding: Encoding, units: Units, keys: Sequence[str]
-) -> tuple[Panel, list[Series]] | None:
+    lines: Sequence[Line], encoding: Encoding, units: Units, keys: Sequence[str]
+) -> tuple[Panel, list[Line]] | None:
     """What lines differ from one whose case differs in one key alone, where they lie on it, with both half-widths."""
     key = encoding.line or encoding.colour
     if key in ("", "gap"):
@@ -173,9 +175,9 @@ def _differences(
                 error = errors[0] + errors[1] if len(errors) == 2 else None
                 t = None if line.t is None else x
                 found.append(replace(line, panel=DIFFERENCES, x=x, y=apart, error=error, marked=(), t=t))
-    if not found:
+    if not found or found[0].columns is None:
         return None
     over, y = found[0].columns
-    symbol, unit = column(y).symbol, units.name(column(y).unit)
+    symbol, unit = y.symbol, units.name(y.unit)
     label = f"${symbol} - {symbol}$({equation(key, reference)})  [{unit}]"
-    return Panel(units.axis_label([over]), label, wide="x" * over.startswith("d")), found
+    return Panel(units.axis_label([over]), label, wide="x" * (over.of == GAP)), found

@@ -25,7 +25,7 @@ from pairsim.plots.labels import tex_number
 from pairsim.plots.style import DIVERGING, GREY, SEQUENTIAL, Page, colour_bar
 from pairsim.plots.units import Units
 from pairsim.quantities.kinds import LENGTH, TIME
-from pairsim.results.xdmf import FieldFrame
+from pairsim.record.xdmf import FieldFrame
 from pairsim.runtime.arrays import Array, Indices
 
 PIECES = [(0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)]

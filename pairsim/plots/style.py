@@ -19,7 +19,7 @@ from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, StrMethodFormatter
 
-from pairsim.results.folder import write_file
+from pairsim.record.folder import write_file
 from pairsim.runtime.errors import InputError
 
 FORMATS = ("png", "pdf", "svg")

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from pairsim.analysis.input_ranges import quantity_for
 from pairsim.cases.physical import BLOCK
 from pairsim.plots.labels import parameter_label
-from pairsim.quantities.kinds import Unit
+from pairsim.quantities.kinds import Kind
 from pairsim.quantities.scales import Scales
-from pairsim.results.columns import column, known
-from pairsim.results.inputs import quantity_for
-from pairsim.results.scales import scales_for
+from pairsim.record.column import Column
+from pairsim.record.record import scales_for
 from pairsim.runtime.arrays import Array
 
 
@@ -34,30 +34,24 @@ class Units:
         found = scales_for(directories, physical)
         return [Units(each) for each in found] or [Units()] * len(directories)
 
-    def factor(self, unit: Unit) -> float:
+    def factor(self, unit: Kind) -> float:
         """Factor from a unit of the tables to the one that is drawn."""
         return unit.factor(self.scales)
 
-    def name(self, unit: Unit) -> str:
+    def name(self, unit: Kind) -> str:
         """The unit that is drawn for one of the tables (TeX)."""
         if self.scales is None or not unit.physical:
             return f"${unit.tex or '-'}$"
         return unit.physical.replace("um", "µm").replace("^2", "$^2$")
 
-    def table(self, columns: Mapping[str, Array]) -> dict[str, Array]:
-        """The columns of a table in the units that are drawn."""
-        factors = {name: self.factor(entry.unit) if (entry := known(name)) is not None else 1.0 for name in columns}
-        return {name: values * factors[name] if factors[name] != 1 else values for name, values in columns.items()}
-
-    def followed(self, case: Mapping[str, Any], name: str, values: Array) -> tuple[str, Array]:
+    def followed(self, case: Mapping[str, Any], number: Column, values: Array) -> tuple[str, Array]:
         """Axis label and places of a parameter that is followed; in units those of the quantity that gives it."""
         if self.scales is None:
-            return self.axis_label([name]), values
-        key, unit, value_of = quantity_for(case, name, self.scales)
+            return self.axis_label([number]), values
+        key, unit, value_of = quantity_for(case, number.name, self.scales)
         return parameter_label(f"{BLOCK}.{key}", unit), value_of(values)
 
-    def axis_label(self, names: Sequence[str], more: str = "") -> str:
+    def axis_label(self, columns: Sequence[Column], more: str = "") -> str:
         """Axis label of some columns, which share their unit, with more words between symbols and unit."""
-        entries = [column(name) for name in names]
-        symbols = ", ".join(f"${entry.symbol}$" for entry in entries[:3]) + (", ..." if len(entries) > 3 else "")
-        return f"{symbols}{more}  [{self.name(entries[0].unit)}]"
+        symbols = ", ".join(f"${each.symbol}$" for each in columns[:3]) + (", ..." if len(columns) > 3 else "")
+        return f"{symbols}{more}  [{self.name(columns[0].unit)}]"

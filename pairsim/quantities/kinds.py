@@ -1,38 +1,107 @@
-"""Kinds of quantities: the dimensionless unit of each, and the physical one that is shown in its place."""
+"""Kinds of quantities: what a number of pairsim is in SI units, and in the unit in which it is shown.
+
+A number is a quantity over its unit in pairsim, which is a product of powers of the scales: a length is one over D_c.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any
 
+from pairsim.quantities.quantity import Quantity
 from pairsim.quantities.scales import Scales
+
+SCALES = "stress", "viscosity", "velocity", "time", "length"
+"""The scales of which a unit is a product, in the order in which they are multiplied."""
 
 
 @dataclass(frozen=True)
-class Unit:
-    """A unit of columns: its name, that of the physical unit in its place ("" of pure numbers), and its size there."""
+class Kind:
+    """A kind of quantity.
 
+    Attributes:
+        words: What it is, with article.
+        si: Its SI unit, "" of a pure number; "{n}" in it stands for the parameter n of the law that it belongs to.
+        name: The unit of its number in pairsim, such as D_c; "" of a pure number.
+        physical: The unit in which it is shown in an experiment, such as um.
+        per_si: Its SI unit in this one.
+        signed: Whether it may be 0 or negative, too. What a result changes by is then asked of the quantity itself, and
+            not of its logarithm.
+        stress: Power of the unit of stress eta_0 U_av/D_c in the unit of its number.
+        viscosity: That of eta_0.
+        velocity: That of U_av.
+        time: That of D_c/U_av.
+        length: That of D_c.
+    """
+
+    words: str = "a number"
+    si: str = ""
     name: str = ""
     physical: str = ""
-    size: Callable[[Scales], float] = lambda _: 1.0
+    per_si: float = 1.0
+    signed: bool = False
+    stress: int = 0
+    viscosity: int = 0
+    velocity: int = 0
+    time: int = 0
+    length: int = 0
 
     @property
     def tex(self) -> str:
         return self.name.replace("eta_0", r"\eta_0").replace("U_av", "U_{av}")
 
-    def factor(self, scales: Scales | None) -> float:
-        """The factor to the physical unit; 1 without scales."""
-        return 1.0 if scales is None else self.size(scales)
+    def unit(self, scales: Scales) -> Any:
+        """The unit of its number, in SI units."""
+        return self._times_unit(1.0, scales)
+
+    def number(self, value: Any, scales: Scales) -> Any:
+        """The number of a value in SI units."""
+        return value / self.unit(scales)
+
+    def factor(self, scales: Scales | None) -> Any:
+        """The factor from its number to the unit in which it is shown; 1 without scales."""
+        return 1.0 if scales is None else self._times_unit(self.per_si, scales)
+
+    def __call__(
+        self, value: float | Iterable[float], form: str = ".4g", *, error: float = 0.0, named: bool = False
+    ) -> Quantity:
+        """A quantity of this kind, to stand in a message.
+
+        Args:
+            value: The number, or several in a list.
+            form: How it is written without units, as in an f-string.
+            error: Half-width of its interval, left out where it is 0.
+            named: Whether the text without units has the name of the dimensionless unit, such as D_c.
+        """
+        texts = tuple(f"{each:{form}}" for each in (value if isinstance(value, Iterable) else (value,)))
+        if error:
+            return Quantity(self, (*texts, f"{error:.2g}"), " +- ", named)
+        return Quantity(self, texts, named=named)
+
+    def _times_unit(self, value: Any, scales: Scales) -> Any:
+        for scale in SCALES:
+            size, power = getattr(scales, scale), getattr(self, scale)
+            if power:
+                value = value * size**power if power > 0 else value / size**-power
+        return value
 
 
-PURE = Unit()
-TIME = Unit("D_c/U_av", "s", lambda scales: scales.time)
-LENGTH = Unit("D_c", "um", lambda scales: 1e6 * scales.length)
-POSITION = Unit("D_c", "mm", lambda scales: 1e3 * scales.length)
-VELOCITY = Unit("U_av", "um/s", lambda scales: 1e6 * scales.velocity)
-STRESS = Unit("eta_0 U_av/D_c", "Pa", lambda scales: scales.stress)
-RATE = Unit("U_av/D_c", "1/s", lambda scales: 1 / scales.time)
-AREA = Unit("D_c^2", "um^2", lambda scales: 1e12 * scales.length**2)
-VOLUME = Unit("D_c^3", "um^3", lambda scales: 1e18 * scales.length**3)
-FORCE = Unit("eta_0 U_av D_c", "nN", lambda scales: 1e9 * scales.stress * scales.length**2)
-SECONDS = Unit("s", "s")
+PURE = Kind()
+TIME = Kind("a time", "s", "D_c/U_av", "s", time=1)
+LENGTH = Kind("a length", "m", "D_c", "um", 1e6, length=1)
+POSITION = replace(LENGTH, physical="mm", per_si=1e3)
+VELOCITY = Kind("a velocity", "m/s", "U_av", "um/s", 1e6, velocity=1)
+FLOW_RATE = Kind("a flow rate", "m^3/s", "U_av D_c^2", "nl/s", 1e12, velocity=1, length=2)
+STRESS = Kind("a stress", "Pa", "eta_0 U_av/D_c", "Pa", stress=1)
+MODULUS = replace(STRESS, words="a modulus")
+PRESSURE = replace(STRESS, words="a pressure")
+VISCOSITY = Kind("a viscosity", "Pa*s", "eta_0", "Pa.s", viscosity=1)
+DENSITY = Kind("a density", "kg/m^3", physical="kg/m^3")
+RATE = Kind("a rate", "1/s", "U_av/D_c", "1/s", time=-1)
+AREA = Kind("an area", "m^2", "D_c^2", "um^2", 1e12, length=2)
+VOLUME = Kind("a volume", "m^3", "D_c^3", "um^3", 1e18, length=3)
+FORCE = Kind("a force", "N", "eta_0 U_av D_c", "nN", 1e9, stress=1, length=2)
+SECONDS = Kind("a time", "s", "s", "s")
+"""A time of the computer, which no experiment scales."""
+PERCENTAGE = Kind("a percentage", "%", physical="%", per_si=100.0, signed=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from pairsim.quantities.kinds import STRESS, Unit
+from pairsim.quantities.kinds import STRESS, Kind
 from pairsim.quantities.scales import Scales
 
 
@@ -35,7 +35,7 @@ def softness(Ca_e: float, scales: Scales | None) -> str:
 
 
 def in_unit(
-    scales: Scales | None, unit: Unit, value: float, error: float | None = None, sign: str = "", digits: int = 4
+    scales: Scales | None, unit: Kind, value: float, error: float | None = None, sign: str = "", digits: int = 4
 ) -> str:
     """A number with its error as `with_error`, in the physical unit such as 10.0 +- 0.5 um; without scales as it is."""
     size = unit.factor(scales)
@@ -43,6 +43,6 @@ def in_unit(
     return text if scales is None else f"{text} {unit.physical}"
 
 
-def with_name(scales: Scales | None, unit: Unit, value: float, error: float | None = None, digits: int = 4) -> str:
+def with_name(scales: Scales | None, unit: Kind, value: float, error: float | None = None, digits: int = 4) -> str:
     """A number as `in_unit`, with the name of its unit where there are no scales, too."""
     return in_unit(scales, unit, value, error, digits=digits) + (f" {unit.name}" if scales is None else "")

@@ -11,44 +11,74 @@ system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import Field
 
-from pairsim.api.compute import Computation
-from pairsim.api.results import Result
+from pairsim.analysis.master_curve import Zero, zeros_in
 from pairsim.cases.case import SceneCase
 from pairsim.cases.checks import check_scene
 from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.keys import Key, Part
-from pairsim.cases.materials import is_viscous
 from pairsim.cases.mistakes import Mistake
 from pairsim.cases.values import FOLLOWED, Distance, Values
-from pairsim.cli.compute import app_of
 from pairsim.computing import events
-from pairsim.computing.question import InSweeps, Question, Tables, Value, drawn_by, rows_in
-from pairsim.quantities.kinds import LENGTH
+from pairsim.computing.question import InSweeps, Question, Tables, Value
+from pairsim.computing.result import Result
+from pairsim.computing.warnings import large_errors
+from pairsim.quantities.kinds import LENGTH, VELOCITY
 from pairsim.quantities.text import in_unit
-from pairsim.results.columns import CRITICAL_COLUMNS, text_in_units
-from pairsim.results.scales import scales_in
+from pairsim.record.column import Column, Columns
+from pairsim.record.columns import (
+    BRANCH,
+    CA_E,
+    CORRECTED,
+    D_CR,
+    D_ERROR,
+    DE,
+    DP,
+    DP_PLUS,
+    DU_CORRECTION,
+    DU_ERROR,
+    ENDS_ERROR,
+    KIND,
+    NEWTON,
+    PARAMETER_ERROR,
+    SLOPE,
+    STABLE,
+    STEADY,
+    TAYLOR,
+    WAY_COLUMNS,
+)
+from pairsim.record.record import Record
+from pairsim.record.run_entries import OF_STEADY, Entry
+from pairsim.runtime.message import Message, Text
+from pairsim.solvers.parameters import Parameters
 
 if TYPE_CHECKING:
+    from pairsim.analysis.master_curve import Zero
     from pairsim.computing.warnings import ErrorAt
     from pairsim.physics.liquids import Liquid
     from pairsim.physics.solids import Solid
-    from pairsim.results.curve_table import Zero
+    from pairsim.plots.style import Page
     from pairsim.runtime.monitor import Monitor
-    from pairsim.solvers.curves.branch import Point
-    from pairsim.solvers.curves.zero_lines import Critical
+    from pairsim.solvers.curves.equilibrium_lines import Critical
 
-SHOWN = {"zeros": "d_cr", "stable": "stable"}
+SHOWN = {"zeros": D_CR, "stable": STABLE}
+U = Column("U", "U", "velocity of the pair", VELOCITY)
+CRITICAL_COLUMNS = Columns(
+    *(CA_E, DE, D_CR, STABLE, KIND, BRANCH, SLOPE, U, TAYLOR, DP, DP_PLUS),
+    *(NEWTON, DU_CORRECTION, CORRECTED, DU_ERROR, ENDS_ERROR, D_ERROR, PARAMETER_ERROR),
+)
+"""The columns that critical.csv begins with."""
+ENDS = Entry[list[dict[str, Any]]]("ends", "where each branch of critical distances ends, and why")
 
 
 class CriticalCase(SceneCase):
     """Critical distances: zeros of dU(d), optionally followed over a parameter."""
 
     kind: ClassVar[str] = "critical"
-    usual_distances: ClassVar[dict[str, Any]] = {"d": [0.02, 0.8]}
 
     along: dict[str, Values] | None = Field(
         None,
@@ -56,7 +86,7 @@ class CriticalCase(SceneCase):
         "range); default: the values of the case only",
         examples=["{Ca_e: [0.05, 0.1]}"],
     )
-    d: Annotated[tuple[Distance, Distance], Key(part=Part.REPORT)] = Field(
+    d: Annotated[tuple[Distance, Distance], Key(part=Part.REPORT, usual=[0.02, 0.8])] = Field(
         (0.02, 0.8), description="least and largest distance of the search for zeros of dU [D_c]"
     )
 
@@ -97,7 +127,7 @@ def _check_along(case: CriticalCase, along: Mapping[str, Sequence[float]]) -> It
         yield Mistake("along", wrong[0], f"must be values of {name} from {least:g} to {most:g}")
     if name == "Ca_e" and case.Ca_e is not None and len({Ca_e for Ca_e in case.Ca_es if Ca_e}) != 1:
         yield Mistake("Ca_e", case.Ca_e, "must be a single value above 0, as along replaces it")
-    if name == "De" and is_viscous(dict(case)):
+    if name == "De" and case.is_viscous:
         yield Mistake("along", dict(along), "must be Ca_e: the liquid has no relaxation time, and so no De")
     elif name == "De" and case.De == 0:
         yield Mistake("De", case.De, "must be above 0, as along replaces it")
@@ -111,15 +141,16 @@ def estimate(case: CriticalCase) -> Estimate:
 
 def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
     """Find the critical distances, and follow them over the parameter of the case."""
+    from pairsim.computing.accuracy import error_at
     from pairsim.computing.problems import steady_problem
-    from pairsim.computing.steady import Solutions, adaptation_report, error_at, health_columns
-    from pairsim.computing.warnings import large_errors
+    from pairsim.computing.steady import Solutions, health_columns
     from pairsim.solvers.curves.branch import Point
     from pairsim.solvers.curves.critical import find_all, follow_all
-    from pairsim.solvers.curves.zero_lines import Critical, End, Followed, Missed, Region
-    from pairsim.solvers.parameters import Parameters
+    from pairsim.solvers.curves.equilibrium_lines import Critical, End, Followed, Missed, Region
+    from pairsim.solvers.goals import CRITICAL
+    from pairsim.solvers.steady.ends import Ended
 
-    least, most = case.d
+    own, (least, most) = QUESTION.tables["critical"].own, case.d
     region: Region | None = None  # of parameters and distances in which zeros are followed
     if case.along is not None:
         name, values = next(iter(case.along.items()))
@@ -134,23 +165,28 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
         start = region.parameter.at(region.values[0], start)
     count = len(region.values) if region is not None else 1
     # There may be several zeros at a value, and they are looked for at the last one in the end.
-    yield events.Begin(f"zeros of dU from d = {least:g} to d = {most:g}", count + 1)
-    found, branches, solved = Solutions(case), set[int](), 0
-    wanted: list[Point] = []  # those at requested values, whose error `accuracy` is kept for
+    goal = Message("zeros of dU from d = {} to d = {}", LENGTH(least, "g"), LENGTH(most, "g"))
+    yield events.Begin(goal, count + 1)
+    found, branches, solved = Solutions(case, (CRITICAL,)), set[int](), 0
+    wanted = found.judged = list[Point]()  # those at requested values
     errors: list[ErrorAt] = []  # of parameters where two zeros meet, relative to them
     ends: list[dict[str, Any]] = []
-    warnings: list[str] = []
+    warnings: list[Text] = []
     try:
         with found:
-            yield events.Table("critical", [*CRITICAL_COLUMNS, *health_columns(case)])
+            yield events.Table("critical", [*CRITICAL_COLUMNS.named(2), *health_columns(case), *own.named(2)])
             # Meshes are adapted to the zeros asked for, not to those between them.
-            branch = found.begin(steady_problem(case, least, monitor), start, zeros_only=True)
-            branch.at(start)
+            branch = found.begin(steady_problem(case, least, monitor), start)
+            if isinstance(branch, Ended):
+                return found.outcome_of(branch)
+            if isinstance(first := branch.at(start), Ended):
+                return found.outcome_of(first)
             for each in find_all(branch, least, most) if region is None else follow_all(branch, region):
                 match each:
                     case Point():
                         solved += 1
-                        text = f"search: d = {each.d:.5f}  dU = {each.dU:+.4e}"
+                        d, dU = LENGTH(each.d, ".5f"), VELOCITY(each.dU, "+.4e")
+                        text = Message("search: d = {}  dU = {}", d, dU)
                         yield events.Progress(min(len(wanted), count), text, solved)
                     case Critical():
                         solved += 1
@@ -159,33 +195,30 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
                         wanted += [each.point] if each.kind == "wanted" else []
                         if each.by_parameter is not None and region is not None:
                             size = abs(each.by_parameter) * each.point.parameters.followed
-                            errors.append(error_at(each.point, 0, size))
-                        yield events.Row("critical", row := critical_row(each))
-                        text = f"Ca_e = {row['Ca_e']:.5g}  De = {row['De']:.5g}  d_cr = {row['d_cr']:.5f}  {each.kind}"
+                            errors += filter(None, [error_at(each.point, CRITICAL, size)])
+                        yield events.Row("critical", row := critical_row(each) | own.own_row(2, each))
+                        place = f"Ca_e = {row['Ca_e']:.5g}  De = {row['De']:.5g}"
+                        text = Message("{}  d_cr = {}  {}", place, LENGTH(row["d_cr"], ".5f"), each.kind)
                         yield events.Progress(min(len(wanted), count), text, solved)
                     case End():
                         ends.append({**vars(each)})
                         if each.reason != "range":
-                            yield events.Note(f"the critical distances of branch {each.branch} end: {each.message}")
+                            said = "the critical distances of branch {} end: {}"
+                            yield events.Note(Message(said, each.branch, each.message))
                     case Missed():
                         warnings.append(each.message)
-            text = f"critical distances: {len(found.points)}, branches: {max(branches, default=0)}"
-            return events.Outcome("finished", "end", text)
-        return found.outcome  # the branch ends before all distances were reached
+                    case Ended():
+                        return found.outcome_of(each)
+            counts = f"critical distances: {len(found.points)}, branches: {max(branches, default=0)}"
+            return events.Outcome("finished", "end", counts)
     finally:
-        entries: dict[str, Any] = {"ends": ends}
-        if found.branch is not None:
-            sizes = [abs(point.slope_at_rest) * point.d for point in wanted]
-            what = "itself, that of a critical distance"
-            entries["adaptation"], missed = adaptation_report(case, found.branch, wanted, sizes, what)
-            warnings += missed
         warnings += large_errors(case, "the error of a parameter at which two zeros meet", "itself", errors)
-        yield from found.last_events(entries, warnings)
+        yield from found.last_events({ENDS: ends}, warnings)
 
 
 def critical_row(critical: Critical) -> dict[str, Any]:
     """The row of a critical distance. Where two zeros meet, the slope vanishes, and the parameter has the error."""
-    from pairsim.computing.steady import point_row
+    from pairsim.analysis.rows_of_points import point_row
 
     point, row = critical.point, dict[str, Any](point_row(critical.point))
     place, slope, change = point.parameters, point.slope_at_rest, critical.by_parameter
@@ -196,26 +229,25 @@ def critical_row(critical: Critical) -> dict[str, Any]:
     return row
 
 
-def answer_of_critical(zeros: Sequence[Zero], record: Mapping[str, Any]) -> list[str]:
+def answer_of_critical(zeros: Sequence[Zero], record: Record) -> list[str]:
     """The answer of a search that has found critical distances."""
     lines = []
-    scales = scales_in(record)
+    scales = record.scales
     for stable, meaning in ((False, "closer pairs come together, wider ones separate"), (True, "pairs come to rest")):
         found = sorted((zero for zero in zeros if zero.stable == stable), key=lambda zero: zero.d)
         if found:
             kind, ends = found[0].kind, found[:: max(len(found) - 1, 1)]
             where = f"d = {' to '.join(in_unit(scales, LENGTH, zero.d, zero.error) for zero in ends)}"
             lines.append(f"{len(found)} {kind} critical distance{'s' * (len(found) > 1)}, {where}: {meaning}.")
-    early = [end for end in record.get("ends", ()) if end.get("reason") != "range"]  # else it goes on to the last value
-    messages = [text_in_units(str(end["message"]), scales) for end in early]
-    return [*lines, *(f"A line of critical distances ends: {message}." for message in messages)]
+    early = [end for end in ENDS.of(record) or () if end.get("reason") != "range"]  # else it goes on to the last value
+    return [*lines, *(f"A line of critical distances ends: {end['message']}." for end in early)]
 
 
 def read(tables: Tables) -> dict[str, Value]:
     """The result columns; lists in the order of critical.csv."""
     table = tables["critical"]
-    wanted = table["kind"] == "wanted"
-    return {"points": rows_in(table), **{name: table[of][wanted].tolist() for name, of in SHOWN.items()}}
+    wanted = table[KIND] == "wanted"
+    return {"points": table.rows, **{name: table[of][wanted].tolist() for name, of in SHOWN.items()}}
 
 
 class CriticalResult(Result):
@@ -224,37 +256,37 @@ class CriticalResult(Result):
     @property
     def ends(self) -> list[dict[str, Any]]:
         """For each end of a branch: where it is, and why the branch ends there."""
-        return list(self.record.get("ends", ()))
+        return list(ENDS.of(self.record) or ())
 
     def findings(self) -> list[str]:
         """Which critical distances there are, and where branches of them end."""
-        from pairsim.results.curve_table import zeros_in
-
         table = self.tables["critical"]
-        if not rows_in(table):
+        if not table.rows:
             return ["No critical distance was found in the given range: dU keeps its sign."]
-        asked = table["kind"] == "wanted"  # at the values of the case, not where a line bends between them
-        shown = {name: values[asked] for name, values in table.items()} if asked.any() else table
-        return answer_of_critical(zeros_in(shown, "d_cr"), self.record)
+
+        asked = table[KIND] == "wanted"  # at the values of the case, not where a line bends between them
+        return answer_of_critical(zeros_in(table.where(asked) if asked.any() else table, D_CR), self.record)
+
+
+def draw(folder: Path, out: Path, page: Page) -> list[Path]:
+    """Draw the tables of a folder."""
+    from pairsim.plots.critical import draw_critical
+
+    return draw_critical(folder, out, page)
 
 
 QUESTION = Question(
+    __name__,
     model=CriticalCase,
     check=check,
     estimate=estimate,
     solve=solve,
-    tables={"critical": (), "way": ()},
+    tables={"critical": Columns(CRITICAL_COLUMNS, STEADY), "way": WAY_COLUMNS},
+    entries=(*OF_STEADY, ENDS),
     result=CriticalResult,
     in_sweeps=InSweeps(lambda _: ("points", "zeros", "stable"), read),
-    draw=drawn_by("pairsim.plots.critical:draw_critical"),
+    draw=draw,
     captions={"critical": "Critical distances"},
-)
-
-critical: Computation[CriticalResult] = Computation(QUESTION, __doc__)
-"""Find the distances at which dU = 0, and follow them over Ca_e or De, which the case has under `along`."""
-app = app_of(
-    critical,
-    __doc__,
-    "Examples: pairsim critical configs/critical.yaml | "
+    examples="Examples: pairsim critical configs/critical.yaml | "
     "pairsim critical case.yaml --set 'along={Ca_e: [0.02, 0.05, 0.1]}'",
 )

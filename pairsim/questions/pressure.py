@@ -11,21 +11,40 @@ system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
 
 from __future__ import annotations
 
-from typing import ClassVar
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar
 
-from pairsim.api.compute import Computation
-from pairsim.api.results import Result
-from pairsim.cli.compute import app_of
-from pairsim.computing.along import AlongCase, check_along, draw_along, estimate_along, solve_along
-from pairsim.computing.question import InSweeps, Question, rows_in
+from pairsim.computing.along import AlongCase, check_along, estimate_along, solve_along
+from pairsim.computing.question import InSweeps, Question
+from pairsim.computing.result import Result
 from pairsim.quantities.kinds import STRESS
 from pairsim.quantities.text import in_unit, softness
-from pairsim.results.scales import scales_in
+from pairsim.record.column import Columns
+from pairsim.record.columns import (
+    CA_E,
+    CORRECTED,
+    DP_PLUS,
+    DP_PLUS_CORRECTION,
+    DP_PLUS_ERROR,
+    NEWTON,
+    STEADY,
+    TAYLOR,
+    U_ERROR,
+    WAY_COLUMNS,
+    U,
+)
+from pairsim.record.run_entries import OF_STEADY
+from pairsim.solvers import goals
 
-COLUMNS = ("Ca_e", "dp_plus", "dp_plus_error", "dp_plus_correction", "corrected", "U_1", "U_error_1", "D_1", "newton")
+if TYPE_CHECKING:
+    from pairsim.plots.style import Page
 
-ERRORS = {"dp_plus": "dp_plus_error", "U_1": "U_error_1"}
-"""Values, each with its half-width."""
+COLUMNS = Columns(CA_E, DP_PLUS, DP_PLUS_ERROR, DP_PLUS_CORRECTION, CORRECTED, U, U_ERROR, TAYLOR, NEWTON)
+"""The columns that pressure.csv begins with."""
+TABLE = Columns(COLUMNS, STEADY)
+
+GOALS = (goals.DP_PLUS, goals.U)
+"""What pressure drops are computed for."""
 
 
 class PressureCase(AlongCase):
@@ -39,25 +58,32 @@ class PressureResult(Result):
 
     def findings(self) -> list[str]:
         """How much the particle adds to the pressure drop, and how much its deformation changes of that."""
-        if not rows_in(self.columns):
+        if not self.columns.rows:
             return ["No pressure drop was found."]
-        Ca_e, dp, error = (self.columns[name] for name in ("Ca_e", "dp_plus", "dp_plus_error"))
-        scales, ends = scales_in(self.record), (0, -1) if len(dp) > 1 else (0,)
+        Ca_e, dp, error = (self.columns[column] for column in (CA_E, DP_PLUS, DP_PLUS_ERROR))
+        scales, ends = self.record.scales, (0, -1) if len(dp) > 1 else (0,)
         drops = (f"{in_unit(scales, STRESS, dp[i], error[i])} at {softness(Ca_e[i], scales)}" for i in ends)
         return [f"The particle adds {' to '.join(drops)} to the pressure drop."]
 
 
+def draw(folder: Path, out: Path, page: Page) -> list[Path]:
+    """Draw the table of a folder."""
+    from pairsim.computing.along_picture import draw_along
+
+    return draw_along(folder, out, page, "pressure", TABLE, {"dp_plus": "dp_plus_error"})
+
+
 QUESTION = Question(
+    __name__,
     model=PressureCase,
     check=check_along,
     estimate=estimate_along,
-    solve=lambda case, monitor: solve_along(case, monitor, COLUMNS, "dp_plus", ERRORS),
-    tables={"pressure": COLUMNS, "way": ()},
+    solve=lambda case, monitor: solve_along(case, monitor, COLUMNS, "dp_plus", GOALS),
+    tables={"pressure": TABLE, "way": WAY_COLUMNS},
+    entries=OF_STEADY,
     result=PressureResult,
-    draw=lambda folder, out, page: draw_along(folder, out, page, "pressure", {"dp_plus": "dp_plus_error"}),
+    draw=draw,
     captions={"pressure": "Extra pressure drop over the elastic capillary number"},
     in_sweeps=InSweeps(lambda _: ("points", "dp_plus", "dp_plus_error"), parameters=("beta", "De")),
+    examples="Example: pairsim pressure case.yaml -o out --set 'along=[0.02, 0.1]'",
 )
-pressure: Computation[PressureResult] = Computation(QUESTION, __doc__)
-"""Compute the extra pressure drop of one particle at the Ca_e of the case, or at those that it has under `along`."""
-app = app_of(pressure, __doc__, "Example: pairsim pressure case.yaml -o out --set 'along=[0.02, 0.1]'")

@@ -10,20 +10,38 @@ system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
 
 from __future__ import annotations
 
+from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
-from pairsim.api.compute import Computation
-from pairsim.api.results import Result
-from pairsim.cli.compute import app_of
-from pairsim.computing.along import AlongCase, check_along, draw_along, estimate_along, solve_along
-from pairsim.computing.question import InSweeps, Question, rows_in
-from pairsim.quantities.kinds import AREA, PURE, VELOCITY, VOLUME, Unit
+from pairsim.computing.along import AlongCase, check_along, estimate_along, solve_along
+from pairsim.computing.found import Found
+from pairsim.computing.question import InSweeps, Question
+from pairsim.computing.result import Result
+from pairsim.quantities.kinds import AREA, PURE, VELOCITY, VOLUME, Kind
 from pairsim.quantities.text import in_unit, softness, with_error
-from pairsim.results.columns import Column
-from pairsim.results.scales import scales_in
+from pairsim.record.column import Column, Columns
+from pairsim.record.columns import (
+    CA_E,
+    CORRECTED,
+    DP_PLUS,
+    DP_PLUS_CORRECTION,
+    DP_PLUS_ERROR,
+    NEWTON,
+    STEADY,
+    TAYLOR,
+    U_CORRECTION,
+    U_ERROR,
+    WAY_COLUMNS,
+    U,
+)
+from pairsim.record.run_entries import OF_STEADY
+from pairsim.solvers import goals
+from pairsim.solvers.goals import Goal
 
 if TYPE_CHECKING:
     from pairsim.fem.diagnostics import Contour
+    from pairsim.plots.style import Page
     from pairsim.solvers.steady.scene import SteadySolver
 
 
@@ -33,13 +51,21 @@ def _contour(solver: SteadySolver) -> Contour:
     return contour(solver.bodies[0].outline_points(solver.state()[0]))
 
 
-def _measured(name: str, symbol: str, meaning: str, unit: Unit = PURE) -> Column:
-    return Column(name, symbol, meaning, unit, value=lambda found: getattr(_contour(found.solver), name))
+def _of_contour(name: str, found: Found) -> float:
+    return float(getattr(_contour(found.solver), name))
 
 
-def _error(name: str, symbol: str, of: str) -> Column:
-    meaning = f"half-width of the interval of {of}: error by mesh, ends and Newton's method"
-    return Column(name, symbol, meaning, value=lambda found: found.estimate.shape_errors[of])
+def _half_width(goal: Goal, found: Found) -> float:
+    return float(found.point.estimate[goal].half_width[0])
+
+
+def _measured(name: str, symbol: str, meaning: str, unit: Kind = PURE) -> Column:
+    return Column(name, symbol, meaning, unit, value=partial(_of_contour, name))
+
+
+def _error(goal: Goal, symbol: str) -> Column:
+    meaning = f"half-width of the interval of {goal.name}: error by mesh, ends and Newton's method"
+    return Column(goal.error_column, symbol, meaning, value=partial(_half_width, goal))
 
 
 CONTOUR = (
@@ -47,17 +73,19 @@ CONTOUR = (
     _measured("deformation", r"\mathrm{Def}", "1 - 2 sqrt(pi area)/perimeter of the meridional section"),
     _measured("area_hull", r"A_c", "area of the convex hull of the section", AREA),
     _measured("deformation_hull", r"\mathrm{Def}_c", "deformation of the convex hull, as cytometry measures it"),
-    _error("deformation_error", r"\epsilon_\mathrm{Def}", "deformation_hull"),
+    _error(goals.DEFORMATION, r"\epsilon_\mathrm{Def}"),
     _measured("inertia_ratio_hull", "I_c", "root of the hull's second moment of area along the axis over that across"),
     _measured("volume", "V", "volume of the particle", VOLUME),
 )
-COLUMNS = (
-    *("Ca_e", "D_1", _error("D_error", r"\epsilon_D", "D"), *CONTOUR, "U_1", "U_correction_1", "U_error_1"),
-    *("dp_plus", "dp_plus_error", "dp_plus_correction", "corrected", "newton"),
+D_ERROR = _error(goals.D, r"\epsilon_D")
+COLUMNS = Columns(
+    *(CA_E, TAYLOR, D_ERROR, CONTOUR, U, U_CORRECTION, U_ERROR),
+    *(DP_PLUS, DP_PLUS_ERROR, DP_PLUS_CORRECTION, CORRECTED, NEWTON),
 )
 """The columns that shape.csv begins with."""
-ERRORS = {"D_1": "D_error", "deformation_hull": "deformation_error", "U_1": "U_error_1", "dp_plus": "dp_plus_error"}
-"""Values, each with its half-width."""
+TABLE = Columns(COLUMNS, STEADY)
+GOALS = (goals.D, goals.DEFORMATION, goals.U, goals.DP_PLUS)
+"""What shapes are computed for."""
 
 
 class ShapeCase(AlongCase):
@@ -71,31 +99,34 @@ class ShapeResult(Result):
 
     def findings(self) -> list[str]:
         """How far the particle deforms, and how fast it moves."""
-        if not rows_in(self.columns):
+        if not (table := self.columns).rows:
             return ["No shape was found."]
-        D, error, Ca_e = (self.columns[name] for name in ("D_1", "D_error", "Ca_e"))
-        scales, ends = scales_in(self.record), (0, -1) if len(D) > 1 else (0,)
-        U = (in_unit(scales, VELOCITY, self.columns["U_1"][i], self.columns["U_error_1"][i]) for i in ends)
+        D, error, Ca_e = table.of(TAYLOR, "_1"), table[D_ERROR], table[CA_E]
+        scales, ends = self.record.scales, (0, -1) if len(D) > 1 else (0,)
+        velocities = (in_unit(scales, VELOCITY, table.of(U, "_1")[i], table.of(U_ERROR, "_1")[i]) for i in ends)
         shapes = (f"{with_error(D[i], error[i])} at {softness(Ca_e[i], scales)}" for i in ends)
-        return [f"D = {' to '.join(shapes)}.", f"It moves at U = {' to '.join(U)}."]
+        return [f"D = {' to '.join(shapes)}.", f"It moves at U = {' to '.join(velocities)}."]
+
+
+def draw(folder: Path, out: Path, page: Page) -> list[Path]:
+    """Draw the table of a folder."""
+    from pairsim.computing.along_picture import draw_along
+
+    return draw_along(folder, out, page, "shape", TABLE, {"D_1": "D_error", "U_1": "U_error_1"})
 
 
 QUESTION = Question(
+    __name__,
     model=ShapeCase,
     check=check_along,
     estimate=estimate_along,
-    solve=lambda case, monitor: solve_along(case, monitor, COLUMNS, "D_1", ERRORS),
-    tables={"shape": COLUMNS, "way": ()},
+    solve=lambda case, monitor: solve_along(case, monitor, COLUMNS, "D_1", GOALS),
+    tables={"shape": TABLE, "way": WAY_COLUMNS},
+    entries=OF_STEADY,
     result=ShapeResult,
     in_sweeps=InSweeps(lambda _: ("points", "D_1", "D_error"), parameters=("beta", "De")),
-    draw=lambda folder, out, page: draw_along(folder, out, page, "shape", {"D_1": "D_error", "U_1": "U_error_1"}),
+    draw=draw,
     captions={"shape": "Shape and velocity over the elastic capillary number"},
-)
-
-shape: Computation[ShapeResult] = Computation(QUESTION, __doc__)
-"""Compute the steady shape of one particle at the Ca_e of the case, or at those that it has under `along`."""
-app = app_of(
-    shape,
-    __doc__,
-    "Examples: pairsim shape case.yaml | pairsim shape case.yaml -o out --set 'along={start: 0.01, stop: 0.2, num: 8}'",
+    examples="Examples: pairsim shape case.yaml | "
+    "pairsim shape case.yaml -o out --set 'along={start: 0.01, stop: 0.2, num: 8}'",
 )

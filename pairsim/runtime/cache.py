@@ -1,4 +1,4 @@
-"""The folder of what is made once and kept for a user."""
+"""The folder in which pairsim keeps what is made once for each user, such as compiled forms."""
 
 from __future__ import annotations
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+from pairsim.runtime.message import Message, Text
 from pairsim.runtime.text import as_typed, shortened
 
 MOST_MISTAKES = 20  # number of mistakes listed in a message
@@ -83,22 +84,24 @@ class RunFailure(PairsimError):
 
     Args:
         message: What happened, with the relevant figures.
-        t: Time reached [D_c/U_av].
-        step: Number of accepted time steps.
+        at: Time and step reached, such as "t = 0.3 (step 12)"; empty outside of a run.
         advice: What to try, as a phrase that follows "try".
+
+    Attributes:
+        sentence: All of this, after the reason.
     """
 
     reason = "failed"
     exit_code = 3
 
-    def __init__(self, message: str, *, t: float = 0.0, step: int = 0, advice: str = "") -> None:
-        self.message, self.t, self.step, self.advice = message, t, step, advice
-        where = f" at t = {t:g} (step {step})" if step or t else ""
-        self.sentence = f"{self.reason}{where}: {message}" + (f"; try {advice}" if advice else "")
+    def __init__(self, message: Text, *, at: Text = "", advice: str = "") -> None:
+        self.message, self.advice = message, advice
+        where = Message(" at {}", at) if at else ""
+        self.sentence: Text = Message("{}{}: {}{}", self.reason, where, message, advice and f"; try {advice}")
         super().__init__(message)  # by which it travels between processes
 
     def __str__(self) -> str:
-        return self.sentence
+        return str(self.sentence)
 
 
 class MeshFailure(RunFailure):

@@ -46,7 +46,10 @@ def rank() -> int:
 
 
 def check_single() -> None:
-    """Refuse several processes for one case, by an InputError: on two it took .8 to 1.0 times as long as on one."""
+    """Raise an InputError if there are several processes: one case is computed on one.
+
+    On two processes, cases took 0.8 to 1.0 times as long as on one.
+    """
     if (comm := communicator()) is not None:
         cure = "leave mpirun or srun out, or compute several cases at once with mpirun -n N pairsim sweep"
         raise InputError("mpirun", "", None, f"one process computes a case, but {comm.size} were started; {cure}")

@@ -34,9 +34,9 @@ def command_line() -> str:
 
 @contextmanager
 def sole_writer(directory: Path, command: str) -> Iterator[None]:
-    """Context in which no other command may write into a folder, which is made if needed, and not left empty then.
+    """Context in which no other command may write into a folder; others are shown the command line of its owner.
 
-    Other commands are shown the command line of the owner.
+    The folder is made if needed, and removed again in the end if nothing was written into it.
 
     Raises:
         InputError: Another command is at work in the folder, or no folder can be created there.

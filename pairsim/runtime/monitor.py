@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 
 from pairsim.runtime.errors import BudgetSpent
+from pairsim.runtime.message import Message, Text
 from pairsim.runtime.signals import Signals
 from pairsim.runtime.text import duration
 
@@ -19,7 +20,7 @@ class Monitor:
         signals: The signals that end the computation.
         budget: Largest wall time of the computation [s], None for no limit.
         patience: Largest wall time up to the first result [s], None for no limit.
-        listener: Is told where a computation is that has no result to show yet.
+        listener: Function that is called with the place where the computation is, such as "De = 1, d = 0.1".
     """
 
     def __init__(
@@ -28,15 +29,20 @@ class Monitor:
         *,
         budget: float | None = None,
         patience: float | None = None,
-        listener: Callable[[str], None] | None = None,
+        listener: Callable[[Text], None] | None = None,
     ) -> None:
         self._signals, self._listener = signals, listener
-        self._place = ""
+        self._place: Text = ""
         self._limits = [_limit(budget, "the budget of {} is spent")] if budget is not None else []
         self._patience = [_limit(patience, "nothing was found within {}")] if patience is not None else []
 
     def within(self, seconds: float, message: str) -> Monitor:
-        """The monitor of a part of the computation, with a limit of its own [s]; the message has {} for it."""
+        """The monitor of a part of the computation, which has a limit of its own, too.
+
+        Args:
+            seconds: Largest wall time of the part [s].
+            message: What is said when it is over, with {} for the time.
+        """
         part = Monitor(self._signals, listener=self._listener)
         part._limits, part._patience = [*self._limits, _limit(seconds, message)], self._patience
         return part
@@ -56,10 +62,10 @@ class Monitor:
         self.check_signals()
         for deadline, message in (*self._limits, *self._patience):
             if time.monotonic() > deadline:
-                place = f", while solving at {self._place}" if self._place else ""
-                raise BudgetSpent(f"{message}{place}", advice="a larger --budget")
+                said = Message("{}, while solving at {}", message, self._place) if self._place else message
+                raise BudgetSpent(said, advice="a larger --budget")
 
-    def at(self, place: str) -> None:
+    def at(self, place: Text) -> None:
         """Tell where the computation is."""
         self._place = place
         if self._listener is not None:
@@ -71,11 +77,11 @@ class Monitor:
         return bool(self._patience)
 
     def has_result(self) -> None:
-        """Tell that there is a result: the way to it and the limit up to the first one count no more."""
+        """Tell that there is a result: the limit up to the first one ends, and messages do not name the way to it."""
         self._place = ""
         self._patience.clear()
 
 
 def _limit(seconds: float, message: str) -> tuple[float, str]:
-    """Time on the clock at which so many seconds have passed, and what is then said."""
+    """A limit: the time on the clock at which so many seconds have passed, and what is then said."""
     return time.monotonic() + seconds, message.format(duration(seconds))

@@ -14,6 +14,7 @@ from pairsim.physics.conformation import IDENTITY, relaxation
 from pairsim.physics.homogeneous import conformation_after, extension, rate_of_change, shear, steady_shear, stress_after
 from pairsim.physics.liquids import DEFAULT, ConformationLaw, Liquid, ViscousLaw, YieldLaw, single
 from pairsim.physics.liquids.conformation import Invariants
+from pairsim.physics.liquids.structured import StructuredLaw
 from pairsim.physics.material import Material
 from pairsim.physics.pipe import Pipe
 from pairsim.physics.solids import Solid
@@ -95,6 +96,9 @@ def _checked(says: str, allowed: float, off: Callable[[], float]) -> Check:
 
 def _said(law: Material, number: Callable[[float], Any]) -> tuple[Any, ...]:
     """All scalars of a law at some place."""
+    if isinstance(law, StructuredLaw):
+        state = [number(0.4) for _ in law.transported]
+        return (law.viscosity(number(2.3)), law.viscosity_at(number(2.3), *state), *law.rates(number(2.3), *state))
     if isinstance(law, ViscousLaw):
         return (law.viscosity(number(2.3)),)
     if isinstance(law, YieldLaw):
@@ -188,7 +192,20 @@ def _of_viscosity(law: ViscousLaw) -> Iterator[Statement]:
         return float(max(-np.diff(np.log(stress)).min(), 0.0)) if (stress > 0).all() else float(np.inf)
 
     yield "the stress is positive, and grows with the shear rate", 0.0, falls
+    if isinstance(law, StructuredLaw):
+        yield from _of_structure(law)
     yield from _in_the_tube(single(law))
+
+
+def _of_structure(law: StructuredLaw) -> Iterator[Statement]:
+    rest = [field.rest for field in law.transported]
+    yield "at rest nothing changes", EXACT, lambda: float(np.abs(law.rates(1e-24, *rest)).max() * law.memory)
+
+    def unsteady() -> float:
+        rates = [law.rates(rate**2, *law.in_steady_shear(rate**2)) for rate in RATES]
+        return float(np.abs(rates).max() * law.memory)
+
+    yield "in steady shear, too", EXACT, unsteady
 
 
 def _of_solid(law: Solid) -> Iterator[Statement]:
@@ -213,14 +230,33 @@ def _of_solid(law: Solid) -> Iterator[Statement]:
     yield "G_p is the shear modulus: b_1 - b_2 = 1 at rest", EXACT, at_rest
     yield "the stress has an energy: db_1/dI_2 + db_2/dI_1 = 0", SMALL, curl
     yield "the stress turns with the frame", EXACT, turned
-    sphere = Problem((0.4,), (law,), (), 4.0, False, MeshSettings(Np=8), StepControl(3e-4, 1e-9, 5.0), 0.01 * law.Ca_e)
+    sphere = Problem(
+        betas=(0.4,),
+        solids=(law,),
+        gaps=(),
+        length=4.0,
+        periodic=False,
+        mesh=MeshSettings(Np=8),
+        control=StepControl(3e-4, 1e-9, 5.0),
+        first_step=0.01 * law.Ca_e,
+    )
     yield JACOBIAN, SMALL, lambda: jacobian_off(sphere)
 
 
 def _in_the_tube(liquid: Liquid) -> Iterator[Statement]:
     """A liquid in the tube without particles, from rest."""
-    control = StepControl(2e-3, 1e-8, 2.0)
-    tube = Problem((), (), (), 0.5, False, MeshSettings(max_size=CELLS[0]), control, 1e-3, liquid=liquid, t_end=DE)
+    tube = Problem(
+        betas=(),
+        solids=(),
+        gaps=(),
+        length=0.5,
+        periodic=False,
+        mesh=MeshSettings(max_size=CELLS[0]),
+        control=StepControl(2e-3, 1e-8, 2.0),
+        first_step=1e-3,
+        liquid=liquid,
+        t_end=DE,
+    )
 
     def beside_one_dimension() -> float:
         exact = Pipe(liquid).until(DE)(DE).gradient

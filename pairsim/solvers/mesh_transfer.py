@@ -1,4 +1,4 @@
-"""Interpolation of solutions between meshes. Except for the stress, the results are first guesses only."""
+"""Interpolation of solutions between meshes. Except for what a liquid carries along, these are first guesses."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ import numpy as np
 
 from pairsim.fem.algebra.constraints import Constraints
 from pairsim.fem.meshes.interpolation import interpolate
-from pairsim.fem.phases.phase import Phase
 from pairsim.fem.scene import Body, Scene
+from pairsim.physics.fields import PRESSURE_OF_SOLID
 from pairsim.runtime.arrays import Array
 
 
 def carry_liquid(old: Scene, x: Array, scene: Scene, new: Array, shift: float = 0.0) -> Array:
-    """Interpolate velocity, pressure and log-conformations of the liquid to another mesh.
+    """Interpolate the fields of the liquid to another mesh, but for those that follow from others there.
 
     Args:
         old: Scene to interpolate from.
@@ -26,26 +26,16 @@ def carry_liquid(old: Scene, x: Array, scene: Scene, new: Array, shift: float = 
     Returns:
         The vector `new`.
     """
-    values = [old.liquid.nodal("u", x), _pressure(old.liquid, x)]
-    if scene.material.modes:
-        values.append(old.liquid.nodal("s", x))
+    fields = [field for field in scene.liquid.fields if field.carried]
+    values = [old.liquid.at_nodes(field.name, x) for field in fields]
     places = scene.positions(new) - [shift, 0.0]
     reach = old.reference.geometry.length / 2
     places[:, 0] = np.clip(places[:, 0], -reach, reach)
     found, liquid = interpolate(old.liquid.six_node_mesh, old.positions(x), np.hstack(values), places), scene.liquid
-    liquid.nodal("u", new)[:] = found[:, :2]
-    liquid.nodal("p", new)[:] = found[liquid.six_node_mesh.vertices, 2:3]
-    if scene.material.modes:
-        liquid.nodal("s", new)[:] = found[:, 3:]
+    ends = np.cumsum([field.components for field in fields])
+    for field, part in zip(fields, np.split(found, ends[:-1], axis=1), strict=True):
+        liquid.nodal(field.name, new)[:] = part[liquid.carriers(field.name)]
     return new
-
-
-def _pressure(phase: Phase, x: Array) -> Array:
-    """Pressure of a phase at all nodes, shape (nodes, 1), in a vector that begins with its canonical one."""
-    mesh = phase.six_node_mesh
-    p = np.zeros((len(mesh.points), 1))
-    p[mesh.vertices] = phase.nodal("p", x)
-    return np.asarray(p[mesh.parents].mean(axis=1))
 
 
 def carry_particles(old: Scene, x: Array, displaced: Array, bodies: Sequence[Body]) -> tuple[Array, Array]:
@@ -67,7 +57,7 @@ def carry_particles(old: Scene, x: Array, displaced: Array, bodies: Sequence[Bod
             displacements.append(displaced[before.start : before.start + before.size])
             continue
         mesh, wanted = before.phase.six_node_mesh, body.phase.six_node_mesh
-        p = _pressure(before.phase, x[old.offset(before.phase) :])
+        p = before.phase.at_nodes(PRESSURE_OF_SOLID.name, x[old.offset(before.phase) :])
         values = np.hstack([before.displacement(displaced), p])
         found = interpolate(mesh, mesh.points, values, wanted.points)
         displacements.append(found[:, :2].ravel())
@@ -75,11 +65,12 @@ def carry_particles(old: Scene, x: Array, displaced: Array, bodies: Sequence[Bod
     return np.concatenate(displacements), np.concatenate(pressures)
 
 
-def free_unknowns(constraints: Constraints, x: Array) -> Array:
+def free_unknowns(scene: Scene, constraints: Constraints, x: Array) -> Array:
     """Extract the free unknowns of the liquid from a full vector; the other unknowns are set to zero.
 
     Args:
-        constraints: Constraints of the scene.
+        scene: The scene.
+        constraints: Its constraints.
         x: Full vector, shape (n,).
 
     Returns:
@@ -87,8 +78,8 @@ def free_unknowns(constraints: Constraints, x: Array) -> Array:
     """
     y = np.zeros(constraints.size)
     columns = constraints.N.tocsc()
-    for name in ("u", "p_f", "s", "eta"):
-        unknowns = constraints.fields.get(name, np.empty(0, int))
+    for field in scene.liquid.fields:
+        unknowns = constraints.fields.get(field.unknowns, np.empty(0, int))
         entry = columns[:, unknowns].tocoo()
         own = entry.data == 1.0  # mid-side nodes with a P1 displacement depend on an unknown by the factor 1/2
         y[unknowns[entry.col[own]]] = x[entry.row[own]]

@@ -22,12 +22,14 @@ from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
 from pairsim.fem.scene import Body, Scene, make_bodies
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.solids import Solid
+from pairsim.quantities.kinds import LENGTH
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
 from pairsim.runtime.errors import MeshFailure
+from pairsim.runtime.message import Message
 from pairsim.solvers.mesh_transfer import carry_liquid
 from pairsim.solvers.nonlinear.newton import Newton
-from pairsim.solvers.problems import SceneProblem
+from pairsim.solvers.problems import Setup
 
 # All three were chosen. A new mesh is made when the Jacobian of a cell falls below LEAST_DISTORTION times its reference
 # value, or when a gap has changed by the factor GAP_RATIO. A new mesh around undeformed spheres is used only if its
@@ -97,11 +99,12 @@ class MeshedScene:
     """The particles of a case, and the scene and the solver on the present mesh of the liquid, created by `put`.
 
     Args:
-        problem: The problem.
+        problem: What the scene and its meshes are made of.
         outlines: Outlines of the particles.
         insides: Meshes of the soft particles, None for rigid ones.
         solids: What the particles are made of at first; None, a rigid one, stays rigid.
         liquid: The liquid with its initial parameters.
+        steady: Whether solutions are quasi-steady.
         constrain: Function that returns the constraints; called after `scene` has been created on a new mesh.
         clock: Stopwatch for the phases of the computation.
 
@@ -118,17 +121,18 @@ class MeshedScene:
 
     def __init__(
         self,
-        problem: SceneProblem,
+        problem: Setup,
         outlines: Sequence[Outline],
         insides: Sequence[SixNodeMesh | None],
         solids: Sequence[Solid | None],
         *,
         liquid: Liquid,
+        steady: bool,
         constrain: Callable[[MeshedScene], Constraints],
         clock: Clock,
     ) -> None:
         self.problem, self.outlines, self.clock = problem, tuple(outlines), clock
-        self._liquid, self._constrain = liquid, constrain
+        self._liquid, self._steady, self._constrain = liquid, steady, constrain
         self._newton: Newton | None = None
         self._extension: MeshExtension | None = None
         self.made = 0
@@ -162,11 +166,9 @@ class MeshedScene:
                 mesh,
                 self.bodies,
                 periodic=self.problem.periodic,
-                boundary_velocity=self.problem.boundary_velocity,
                 liquid=self._liquid,
-                flow=self.problem.flow,
-                velocity=self.problem.velocity,
-                steady=self.problem.steady,
+                drive=self.problem.drive,
+                steady=self._steady,
             )
         self.constraints = self._constrain(self)
         self._newton = Newton(
@@ -183,7 +185,8 @@ class MeshedScene:
         """
         distances = diagnostics.gaps(self.bodies, h)
         if distances.size and distances.min() <= 0:
-            raise MeshFailure(f"two particles are in contact: their distance is {distances.min():.2g}")
+            least = LENGTH(distances.min(), ".2g")
+            raise MeshFailure(Message("two particles are in contact: their distance is {}", least))
         problem = self.problem
         return Geometry(problem.betas, tuple(map(float, distances)), problem.length, problem.closed)
 

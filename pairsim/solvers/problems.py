@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar
 
 import numpy as np
 
 from pairsim.fem.meshes.geometry import MeshSettings
-from pairsim.fem.scene import BoundaryVelocity, poiseuille
+from pairsim.physics.drive import DEVELOPED, Drive
 from pairsim.physics.liquids import NEWTONIAN, Liquid
 from pairsim.physics.solids import Solid
 from pairsim.runtime.arrays import Array
@@ -22,26 +21,48 @@ from pairsim.solvers.stepping.step_size import StepControl
 PER_DECADE = 5
 
 
-@dataclass(frozen=True)
-class Problem:
-    """A time-dependent problem.
+@dataclass(frozen=True, kw_only=True)
+class Setup:
+    """What runs in time and quasi-steady problems have in common: what a scene and its meshes are made of.
 
     Attributes:
         betas: Diameters of the particles from upstream [D_c], N values.
-        solids: What the particles are made of, None for rigid ones, N entries.
-        gaps: Initial distances between facing surfaces [D_c], N-1 values.
         length: Length of the tube [D_c].
         periodic: Whether the ends are periodic; otherwise the velocity on them is prescribed.
         mesh: Cell sizes.
+        newton: Options of Newton's method.
+        drive: What drives the liquid and the particles.
+        closed: Whether the tube is a period of an infinite row of equal particles.
+        volume_modulus: Whether soft particles resist changes of volume within cells, as strongly compressed surfaces
+            ask for; takes more iterations.
+        monitor: Ends the computation; setups that differ in it alone are equal.
+    """
+
+    betas: tuple[float, ...]
+    length: float
+    periodic: bool
+    mesh: MeshSettings
+    newton: NewtonOptions
+    drive: Drive = DEVELOPED
+    closed: bool = False
+    volume_modulus: bool = False
+    monitor: Monitor = field(default_factory=Monitor, compare=False, repr=False)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Problem(Setup):
+    """A time-dependent problem, in which no force acts on the particles.
+
+    Attributes:
+        solids: What the particles are made of, None for rigid ones, N entries.
+        gaps: Initial distances between facing surfaces [D_c], N-1 values.
         control: Control of the step size.
         first_step: Size of the first step [D_c/U_av].
-        boundary_velocity: Velocity on the wall and on prescribed ends as a function of points, (k, 2) -> (k, 2).
         U_m: Velocity of the frame in the first step [U_av].
         start: Initial positions of the material as a function of the undeformed ones, (k, 2) -> (k, 2); None for
             undeformed particles.
         from_steady: Whether the run starts from the quasi-steady state of the first distances, in the developed flow;
             otherwise from rest.
-        newton: Options of Newton's method.
         extrapolated: Number of earlier solutions, at most four, from which the first guess is extrapolated.
         liquid: The liquid.
         t_end: Time at which the run ends, up to which the flow without particles is computed [D_c/U_av].
@@ -49,31 +70,17 @@ class Problem:
         max_gap: Distance above which it does, too [D_c]; None for no limit.
         least_room: Length of tube on each side of the particles below which it does, too [D_c].
         dU_error: Whether the discretisation error of dU is estimated.
-        closed: Whether the tube is a period of an infinite row of equal particles.
         held: Whether the distances are kept, as if forces of no effect on the flow held the particles apart.
-        monitor: Ends the computation; problems that differ in it alone are equal.
-        flow: Mean velocity of the liquid, which defines the unit of velocity.
-        velocity: No velocity is prescribed: the errors of time steps are judged by the velocities of the particles.
     """
 
-    steady: ClassVar[bool] = False
-    volume_modulus: ClassVar[bool] = False
-    flow: ClassVar[float] = 1.0
-    velocity: ClassVar[float | None] = None
-
-    betas: tuple[float, ...]
+    newton: NewtonOptions = TRANSIENT
     solids: tuple[Solid | None, ...]
     gaps: tuple[float, ...]
-    length: float
-    periodic: bool
-    mesh: MeshSettings
     control: StepControl
     first_step: float
-    boundary_velocity: BoundaryVelocity = poiseuille
     U_m: float = 2.0
     start: Callable[[Array], Array] | None = None
     from_steady: bool = False
-    newton: NewtonOptions = TRANSIENT
     extrapolated: int = 4
     liquid: Liquid = NEWTONIAN
     t_end: float = 1000.0
@@ -81,49 +88,23 @@ class Problem:
     max_gap: float | None = None
     least_room: float = 0.0
     dU_error: bool = False
-    closed: bool = False
     held: bool = False
-    monitor: Monitor = field(default_factory=Monitor, compare=False, repr=False)
 
     def room(self, gaps: Sequence[float]) -> float:
         """Length of tube on each side of the particles at given distances [D_c]."""
         return (self.length - sum(self.betas) - sum(gaps)) / 2
 
 
-@dataclass(frozen=True)
-class SteadyProblem:
+@dataclass(frozen=True, kw_only=True)
+class SteadyProblem(Setup):
     """A quasi-steady problem: everything that does not vary along a branch; materials are among the `Parameters`.
 
     Attributes:
-        betas: Diameters of the particles from upstream [D_c], N values.
-        length: Length of the tube [D_c].
-        periodic: Whether the ends are periodic; otherwise the velocity on them is prescribed.
-        mesh: Cell sizes.
-        boundary_velocity: Velocity on the wall and on prescribed ends as a function of points, (k, 2) -> (k, 2).
-        flow: Mean velocity of the liquid in the tube [U_av], 0 for a liquid at rest; `boundary_velocity` has the same.
-        velocity: Prescribed velocity of all particles, which are rigid [U_av]; None if no force acts on them.
-        newton: Options of Newton's method.
         narrowest: Smallest distance of the branch, for which the outlines are divided into arcs [D_c].
-        closed: Whether the tube is a period of an infinite row of equal particles.
-        volume_modulus: Whether soft particles resist changes of volume within cells, as strongly compressed surfaces
-            ask for; takes more iterations.
-        monitor: Ends the computation; problems that differ in it alone are equal.
     """
 
-    steady: ClassVar[bool] = True
-
-    betas: tuple[float, ...]
-    length: float
-    periodic: bool
-    mesh: MeshSettings
-    boundary_velocity: BoundaryVelocity = poiseuille
-    flow: float = 1.0
-    velocity: float | None = None
     newton: NewtonOptions = STEADY
     narrowest: float = np.inf
-    closed: bool = False
-    volume_modulus: bool = False
-    monitor: Monitor = field(default_factory=Monitor, compare=False, repr=False)
 
     def nominal(self, gaps: tuple[float, ...]) -> tuple[float, ...]:
         """Distances for which a mesh around spheres is made: the nearest of `PER_DECADE` values in each decade.
@@ -136,6 +117,3 @@ class SteadyProblem:
         rounded = tuple(float(10 ** (round(np.log10(d) * PER_DECADE) / PER_DECADE)) for d in gaps)
         free = self.length - sum(self.betas) - sum(gaps)
         return rounded if sum(rounded) - sum(gaps) < free / 4 else gaps
-
-
-type SceneProblem = Problem | SteadyProblem

@@ -16,15 +16,16 @@ from multiprocessing.connection import Connection
 import pairsim.runtime.fenicsx  # noqa: F401  # before everything else that loads MPI or makes threads
 
 # isort: split
-from pairsim.computing import QUESTIONS
 from pairsim.computing.progress import Reporter
-from pairsim.computing.record import memory
+from pairsim.computing.provenance import memory
+from pairsim.computing.question import own_files
 from pairsim.computing.session import Options, carry_out
-from pairsim.results.folder import CHECKPOINT
+from pairsim.questions.registry import QUESTIONS
+from pairsim.record.folder import CHECKPOINT
 from pairsim.runtime.child_process import end_with_parent
 from pairsim.runtime.errors import InputError, RunFailure
 from pairsim.runtime.signals import Signals
-from pairsim.sweeps.task import Said, Task
+from pairsim.sweeps.task import ChildReply, Task
 
 IDLE = 60.0
 """Seconds without a case after which the process ends: workers of other executors live on after a sweep."""
@@ -35,7 +36,7 @@ def serve(connection: Connection) -> None:
     connection.send(True)  # ready
     with suppress(EOFError):
         while connection.poll(IDLE):
-            connection.send(Said(*compute(connection.recv()), memory()))
+            connection.send(ChildReply(*compute(connection.recv()), memory()))
 
 
 def compute(task: Task) -> tuple[str, str]:
@@ -47,7 +48,7 @@ def compute(task: Task) -> tuple[str, str]:
     try:
         case, outcome = pickle.loads(task.case), None
         with Signals() as signals:
-            options = Options(True, Reporter(), task.line, signals)
+            options = Options(True, Reporter(), task.line, own_files(QUESTIONS.values()), signals)
             if question.resumable and (folder / CHECKPOINT).is_file():
                 with suppress(InputError):  # it cannot be used
                     outcome = carry_out(question, case, folder, options, resume=True, **task.flags)

@@ -9,15 +9,16 @@ import json
 import os
 import platform
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from pairsim.cases.yaml_file import yaml_text
-from pairsim.computing import QUESTIONS
-from pairsim.computing.question import Value
-from pairsim.results.folder import plain, read_record, write_json, write_text
+from pairsim.computing.question import Question, Value
+from pairsim.questions.registry import QUESTIONS
+from pairsim.record.folder import plain, write_json, write_text
+from pairsim.record.record import Record
 from pairsim.runtime.errors import BranchEnd, InputError
 from pairsim.runtime.locks import command_line, is_locked
 from pairsim.runtime.version import __version__
@@ -45,17 +46,133 @@ def read_state(directory: Path, key: str, values: bool = True) -> CaseState:
 
     A folder with the hash of another case says nothing; one of version 0.2 has none.
     """
-    record = read_record(directory)
-    status = record.get("status")
-    if record.get("key", key) != key or status not in ("running", *ENDED):
+    record = Record.read(directory)
+    if record.key not in (None, key) or record.status not in ("running", *ENDED):
         return CaseState(directory.name)
-    known = QUESTIONS[record["kind"]].values(directory) if values and status in ENDED else {}
-    words = record.get("reason", ""), record.get("message", "")
-    return CaseState(directory.name, str(status), *words, record.get("warnings", ()), known)
+    known = QUESTIONS[record.kind].values(directory) if values and record.status in ENDED else {}
+    return CaseState(directory.name, record.status, record.reason, record.message, record.warnings, known)
 
 
-def begin(directory: Path, grid: Grid) -> dict[str, Any]:
-    """Write sweep.json and grid.yaml into a folder, unless they are there; returns the content of sweep.json.
+@dataclass
+class SweptCase:
+    """A case of a sweep: what it is, and how it stands.
+
+    Attributes:
+        key: Hash of the case.
+        parameters: Its values of the keys that vary, and of those that results.csv always has.
+        state: How it stands.
+    """
+
+    key: str
+    parameters: Mapping[str, Any]
+    state: CaseState
+
+    @property
+    def folder(self) -> str:
+        """The name of its folder."""
+        return self.state.folder
+
+    @property
+    def without_result(self) -> bool:
+        """Whether it failed, or there is no steady state."""
+        return self.state.status == "failed" or self.state.reason == BranchEnd.reason
+
+
+@dataclass(frozen=True)
+class SweepRecord(Mapping[str, Any]):
+    """What a sweep computes (sweep.json), and how its cases stand: entry by entry as a mapping, and as attributes.
+
+    The entries of a case in the mapping are those of sweep.json with those of its `CaseState`; `counts` has the number
+    of cases by status.
+    """
+
+    content: Mapping[str, Any]
+    cases: Sequence[SweptCase]
+
+    @classmethod
+    def of(cls, content: Mapping[str, Any]) -> SweepRecord:
+        """That of sweep.json alone: no case has begun."""
+        listed = content["cases"]
+        return cls(content, [SweptCase(each["key"], each["parameters"], CaseState(each["folder"])) for each in listed])
+
+    def __getitem__(self, name: str) -> Any:
+        if name == "cases":
+            return [{"key": each.key, "parameters": each.parameters, **vars(each.state)} for each in self.cases]
+        return self.counts if name == "counts" else self.content[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter((*self.content, "counts"))
+
+    def __len__(self) -> int:
+        return len(self.content) + 1
+
+    @property
+    def name(self) -> str:
+        """The name of the sweep."""
+        return str(self.content["name"])
+
+    @property
+    def question(self) -> Question[Any]:
+        """What each case asks."""
+        return QUESTIONS[self.content["command"]]
+
+    @property
+    def grid(self) -> str | None:
+        """Hash of the set of cases."""
+        return self.content.get("grid")
+
+    @property
+    def varying(self) -> Sequence[str]:
+        """The keys that vary."""
+        return list(self.content["varying"])
+
+    @property
+    def parameters(self) -> Sequence[str]:
+        """The keys that results.csv has."""
+        return list(self.content["parameters"])
+
+    @property
+    def columns(self) -> Sequence[str]:
+        """The columns of results.csv that cases give."""
+        return list(self.content["columns"])
+
+    @property
+    def versions(self) -> Mapping[str, str]:
+        """The versions of the program and of Python, by name."""
+        return dict(self.content.get("versions", {}))
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """The number of cases by status."""
+        count = Counter(case.state.status for case in self.cases)
+        return {status: count[status] for status in STATUSES}
+
+    @property
+    def ended(self) -> list[SweptCase]:
+        """The cases that have ended, in the order of the grid."""
+        return [case for case in self.cases if case.state.status in ENDED]
+
+    @property
+    def without_result(self) -> list[SweptCase]:
+        """The cases that failed, or in which there is no steady state."""
+        return [case for case in self.cases if case.without_result]
+
+    def results(self) -> tuple[list[str], list[list[Any]]]:
+        """Columns and rows of results.csv: a row for each case that has ended."""
+        rows = [
+            [
+                *(case.state.folder, case.state.status, case.state.reason),
+                *(case.parameters.get(key) for key in self.parameters),
+                *(case.state.values.get(key) for key in self.columns),
+                "; ".join(case.state.warnings),
+            ]
+            for case in self.ended
+        ]
+        return ["folder", "status", "reason", *self.parameters, *self.columns, "warnings"], rows
+
+
+def begin(directory: Path, grid: Grid) -> SweepRecord:
+    """Write sweep.json and grid.yaml into a folder, unless they are there; returns the record, no case read yet.
 
     Raises:
         InputError: The folder belongs to another grid, or is not that of a sweep.
@@ -63,8 +180,8 @@ def begin(directory: Path, grid: Grid) -> dict[str, Any]:
     """
     if (directory / "sweep.json").is_file():
         earlier = _read(directory)
-        if earlier.get("grid") != grid.key:
-            version = earlier.get("versions", {}).get("pairsim", __version__)
+        if earlier.grid != grid.key:
+            version = earlier.versions.get("pairsim", __version__)
             whose = "of another grid" if version == __version__ else f"by pairsim {version}, whose keys differ"
             raise InputError(str(directory), "-o", None, f"must be a folder for this grid, but has a sweep {whose}")
         return earlier
@@ -89,55 +206,31 @@ def begin(directory: Path, grid: Grid) -> dict[str, Any]:
     text = "".join(f"# --set {each}\n" for each in grid.settings) + yaml_text(plain(grid.content))
     write_json(directory / "sweep.json", content)
     write_text(directory / "grid.yaml", text)
-    return content
+    return SweepRecord.of(content)
 
 
-def _read(directory: Path) -> dict[str, Any]:
+def _read(directory: Path) -> SweepRecord:
     path = directory / "sweep.json"
     try:
-        content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-        [(case["folder"], case["key"], case["parameters"]) for case in content["cases"]]
+        return SweepRecord.of(json.loads(path.read_text(encoding="utf-8")))
     except FileNotFoundError:
         raise InputError(str(directory), "", None, "must be the folder of a sweep, but has no sweep.json") from None
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputError(str(path), "", None, f"must be that of a sweep of this version ({error})") from error
-    return content
 
 
-def read_sweep(directory: Path, values: bool = True) -> dict[str, Any]:
-    """What sweep.json has, and how each case stands: all of `CaseState` in its entry, and `counts` by status.
+def read_sweep(directory: Path, values: bool = True) -> SweepRecord:
+    """What sweep.json has, and how each case stands.
 
     The tables of the cases are read if `values` are wanted.
 
     Raises:
         InputError: The folder is not that of a sweep.
     """
-    content = _read(directory)
+    record = _read(directory)
     working = is_locked(directory)
-    for case in content["cases"]:
-        case.update(vars(read_state(directory / case["folder"], case["key"], values)))
-        if case["status"] == "running" and not working:  # it was killed
-            case["status"] = "pending"
-    count = Counter(case["status"] for case in content["cases"])
-    return content | {"counts": {status: count[status] for status in STATUSES}}
-
-
-def rows_of(content: Mapping[str, Any]) -> tuple[list[str], list[list[Any]]]:
-    """Columns and rows of results.csv: a row for each case of `read_sweep` that has ended, in the order of the grid."""
-    parameters, columns = content["parameters"], content["columns"]
-    rows = [
-        [
-            *(case[key] for key in ("folder", "status", "reason")),
-            *(case["parameters"].get(key) for key in parameters),
-            *(case["values"].get(key) for key in columns),
-            "; ".join(case["warnings"]),
-        ]
-        for case in content["cases"]
-        if case["status"] in ENDED
-    ]
-    return ["folder", "status", "reason", *parameters, *columns, "warnings"], rows
-
-
-def without_result(cases: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
-    """Those of the cases of `read_sweep` that failed, or in which there is no steady state."""
-    return [case for case in cases if case["status"] == "failed" or case["reason"] == BranchEnd.reason]
+    for case in record.cases:
+        case.state = read_state(directory / case.folder, case.key, values)
+        if case.state.status == "running" and not working:  # it was killed
+            case.state = replace(case.state, status="pending")
+    return record

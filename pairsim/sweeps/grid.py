@@ -14,19 +14,22 @@ from pathlib import Path
 from typing import Any
 
 from pairsim.cases.case import SceneCase
+from pairsim.cases.conversion import forget_numbers, given_by
 from pairsim.cases.identity import alike, folder_name, identity_of, key_of
 from pairsim.cases.keys import groups_of, keys_of
 from pairsim.cases.mistakes import Mistake, input_error
-from pairsim.cases.physical import BLOCK, forget_numbers, given_by
-from pairsim.cases.quantities import in_one_unit
+from pairsim.cases.physical import BLOCK
+from pairsim.cases.quantity_text import in_one_unit
 from pairsim.cases.values import is_finite, is_name
 from pairsim.cases.yaml_file import DEFAULT_LAWS, apply_settings, flat, merge, read_yaml
-from pairsim.computing import QUESTIONS, Question
-from pairsim.computing.case_files import parse_case, parse_file
-from pairsim.computing.many_cases import SweepFile, check_sweep
-from pairsim.computing.question import LAST
+from pairsim.computing.case_files import parse_case
+from pairsim.computing.question import Question
+from pairsim.questions.registry import QUESTIONS
+from pairsim.record.columns import COST
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.text import as_typed
+from pairsim.sweeps.files import FILES, parse_file
+from pairsim.sweeps.grid_file import SweepFile, check_sweep
 
 
 @dataclass(frozen=True)
@@ -65,7 +68,8 @@ class Grid:
     def columns(self) -> tuple[str, ...]:
         """Result columns of all cases, in the order of their first appearance."""
         shown = self.question.in_sweeps
-        return tuple(dict.fromkeys((*(name for each in self.cases for name in shown.columns(each.case)), *LAST)))
+        own = (name for each in self.cases for name in shown.columns(each.case))
+        return tuple(dict.fromkeys((*own, *(column.name for column in COST))))
 
 
 def read_grid(path: Path, settings: Sequence[str] = ()) -> Grid:
@@ -78,9 +82,13 @@ def read_grid(path: Path, settings: Sequence[str] = ()) -> Grid:
 
 
 def grid_from(path: Path, data: dict[str, Any], settings: Sequence[str] = (), listed: str = "cases") -> Grid:
-    """As `read_grid`, from the content of a grid file, to whose folder relative paths in it refer.
+    """Validate every case of the content of a grid file, as `read_grid` does.
 
-    In messages the key `cases` is called `listed`.
+    Args:
+        path: The file, which messages name, and in whose folder relative paths begin.
+        data: Its content.
+        settings: See `read_grid`.
+        listed: What messages call the key `cases`, as where a caller has made it from another one.
     """
     file = parse_file("sweep", SweepFile, check_sweep, data, str(path))
     question = QUESTIONS[file.command]
@@ -97,7 +105,7 @@ def grid_from(path: Path, data: dict[str, Any], settings: Sequence[str] = (), li
                 excluded += 1
                 continue
             entries += 1
-            case = parse_case(question, merged, str(path), name)
+            case = parse_case(question, merged, str(path), name, FILES)
         except InputError as error:
             errors.append(error)
             continue
@@ -186,7 +194,7 @@ def _matches(merged: Mapping[str, Any], rule: Mapping[str, Any]) -> bool:
 
 
 def _all_of(errors: Sequence[InputError], cases: int) -> InputError:
-    """One error with each mistake once; what is wrong in all of several cases is so in "every case"."""
+    """One error of the mistakes of all cases, each once; one that all of several cases have is that of "every case"."""
     mistakes: dict[Any, InputError] = {}
     count: Counter[Any] = Counter()
     for each in (mistake for error in errors for mistake in error.mistakes):
@@ -202,10 +210,12 @@ def _all_of(errors: Sequence[InputError], cases: int) -> InputError:
 def _with_parameters(
     varied: Iterable[str], found: Sequence[tuple[SceneCase, dict[str, Any]]], always: Sequence[str]
 ) -> tuple[tuple[str, ...], tuple[SweepCase, ...]]:
-    """The keys whose values differ between cases, and the cases with these values.
+    """The keys that vary in a sweep, and its cases with the values of these keys.
 
-    They are among the dotted keys that the file varies; the values of others are `always` wanted, too. Each case comes
-    with the keys that it was made from.
+    Args:
+        varied: Dotted keys that the grid file varies; those whose values differ between cases are returned.
+        found: The cases, each with the keys that it was made from.
+        always: Keys whose values each case has, too, whether they vary or not.
     """
     values = []
     for case, merged in found:

@@ -1,9 +1,9 @@
-"""What a person sees of a sweep: with --dry-run, while it goes on, and with `pairsim status`, also of a case."""
+"""What a person sees of a sweep: before it begins (--dry-run), while it goes on, and by `pairsim status`."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from rich.console import Group
@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from pairsim.runtime.text import counted
-from pairsim.sweeps.folder import CaseState, without_result
+from pairsim.sweeps.folder import CaseState, SweepRecord, SweptCase
 from pairsim.sweeps.grid import Grid
 
 NUMBER = re.compile(r"[-+]?\d[\d.]*(e[-+]?\d+)?")  # by which the warnings of one kind differ
@@ -31,31 +31,39 @@ def headline(state: CaseState) -> str:
     return f"{state.status}{reason} {state.folder}{shown}{took}{warnings}{message}"
 
 
-def summarised(cases: Sequence[Mapping[str, Any]]) -> list[str]:
-    """The warnings of all cases of `read_sweep`, each once with its first case and the number of the others."""
+def summarised(cases: Sequence[SweptCase]) -> list[str]:
+    """The warnings of the cases of a sweep, one of each kind: the first one, its case, and how many more there are.
+
+    Warnings that differ in their numbers alone are of one kind.
+    """
     kinds: dict[str, list[tuple[str, str]]] = {}
     for case in cases:
-        for warning in case["warnings"]:
-            kinds.setdefault(NUMBER.sub("...", warning), []).append((warning, case["folder"]))
+        for warning in case.state.warnings:
+            kinds.setdefault(NUMBER.sub("...", warning), []).append((warning, case.folder))
     return [
         f"{held[0][0]} ({held[0][1]}{f' and {len(held) - 1} more' if len(held) > 1 else ''})" for held in kinds.values()
     ]
 
 
-def status_view(sweep: Mapping[str, Any], working: bool) -> Group:
-    """What `pairsim status` shows of a sweep (`read_sweep`), at work or not: counts, warnings, and what failed."""
-    counts, cases = sweep["counts"], sweep["cases"]
+def status_view(sweep: SweepRecord, working: bool) -> Group:
+    """What `pairsim status` shows of a sweep: how many cases there are of each status, warnings, and failures.
+
+    Args:
+        sweep: The sweep, as of `read_sweep`.
+        working: Whether a command is computing it now.
+    """
+    counts, cases = sweep.counts, sweep.cases
     shown = [Text(f"{count} {status}", style=COLOURS.get(status, "")) for status, count in counts.items() if count]
-    title = f"{sweep['name']}: {len(cases)} cases of pairsim {sweep['command']}"
+    title = f"{sweep.name}: {len(cases)} cases of pairsim {sweep.question.name}"
     parts: list[Any] = [Text(title, style="bold"), Text(", ").join(shown)]
     if counts["pending"] + counts["running"]:
         rest = "at work" if working else "no sweep is at work here; the same command goes on with the rest"
         parts.append(Text(rest))
     parts += [Text(f"warning: {text}") for text in summarised(cases)]
-    if failures := without_result(cases):
+    if failures := sweep.without_result:
         table = Table("case", "reason", "what happened", box=None, pad_edge=False)
         for case in failures:
-            table.add_row(*(Text(case[key]) for key in ("folder", "reason", "message")))
+            table.add_row(Text(case.folder), Text(case.state.reason), Text(case.state.message))
         parts.append(table)
     return Group(*parts)
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from itertools import takewhile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,20 +12,19 @@ import pandas as pd
 from pairsim.cases.identity import RUNS
 from pairsim.cases.mistakes import Mistake, input_error
 from pairsim.cases.yaml_file import read_yaml
-from pairsim.computing import QUESTIONS
-from pairsim.computing.case_files import parse_file
-from pairsim.computing.many_cases import StudyFile, check_study
-from pairsim.results.columns import series_columns
-from pairsim.results.folder import read_record, write_text
-from pairsim.results.table_files import read_table, table_text
+from pairsim.questions.registry import QUESTIONS
+from pairsim.record.column import names_of
+from pairsim.record.columns import STATE_COLUMNS, STEPS, UNKNOWNS
+from pairsim.record.folder import write_text
+from pairsim.record.record import Record
+from pairsim.record.run_entries import STATUS
+from pairsim.record.table_files import read_table, table_text
+from pairsim.sweeps.files import parse_file
 from pairsim.sweeps.grid import Grid, grid_from
+from pairsim.sweeps.study_file import StudyFile, check_study
+from pairsim.sweeps.study_table import ERROR, FAMILIES, MEASURED, ORDERS, REFERENCE, RELATIVE_ERROR, TABLE, families
 from pairsim.sweeps.sweep import Options, Workers, run_sweep, with_workers
 
-TABLE = "study.csv"
-FAMILIES = {"space": "mesh.", "time": "time."}
-"""Discretisations that differ only in keys with one of these prefixes form a family, for which orders are computed."""
-COUNTS = ("unknowns", "steps", "newton_iterations", "factorisations")
-MEASURED = ("status", "reason", *COUNTS, "wall_time")
 SAME = 1e-9  # relative tolerance at which two times or distances count as equal
 
 
@@ -42,7 +40,7 @@ def read_study(path: Path, settings: Sequence[str] = ()) -> tuple[StudyFile, Gri
     cases = [entry | at for entry in file.discretisations]
     shared = {key: data[key] for key in ("name", "base", "command") if key in data}
     grid = grid_from(path, shared | {"cases": cases}, settings, "discretisations")
-    if file.quantity not in (known := series_columns(grid.cases[0].case.n)[1:]):
+    if file.quantity not in (known := names_of(grid.cases[0].case.n, *STATE_COLUMNS[1:])):
         raise input_error([Mistake("quantity", file.quantity, f"must be one of {', '.join(known)}")], data, str(path))
     if grid.duplicates:
         allowed = f"must all differ; {grid.duplicates} are equal to an earlier one"
@@ -80,28 +78,28 @@ def study_table(file: StudyFile, grid: Grid, directory: Path) -> pd.DataFrame:
     """The columns of study.csv, with a row for each discretisation in the order of the file."""
     compared = [f"{file.quantity}@{place:g}" for place in file.places] or [file.quantity]
     rows = [{**case.parameters, **_measured(directory / case.folder, file, compared)} for case in grid.cases]
-    table = pd.DataFrame(rows, columns=[*grid.varying, *MEASURED, *compared])
+    table = pd.DataFrame(rows, columns=[*grid.varying, *(column.name for column in MEASURED), *compared])
     values = table[compared].astype(float)
     whole = values.notna().all(axis=1)
     reference: Any = file.reference
     if reference == "finest":
-        by_size = table[whole].fillna({"steps": 0}).sort_values(["unknowns", "steps"])
+        by_size = table[whole].fillna({STEPS.name: 0}).sort_values([UNKNOWNS.name, STEPS.name])
         reference = by_size.index[-1] if len(by_size) else None
-    table["reference"] = table.index == reference
+    table[REFERENCE.name] = table.index == reference
     exact = values.loc[reference] if reference is not None else values.max() * np.nan
-    table["error"] = (values[whole & ~table["reference"]] - exact).abs().max(axis=1)
-    table["relative_error"] = table["error"] / (exact.abs().max() or np.nan)
+    table[ERROR.name] = (values[whole & ~table[REFERENCE.name]] - exact).abs().max(axis=1)
+    table[RELATIVE_ERROR.name] = table[ERROR.name] / (exact.abs().max() or np.nan)
     for family in FAMILIES:
         for group in families(table[whole], family):
-            table.loc[group.index, f"order_{family}"] = group["order"]
+            table.loc[group.index, ORDERS[family].name] = group["order"]
     return table
 
 
 def _measured(folder: Path, file: StudyFile, compared: Sequence[str]) -> dict[str, Any]:
     """Status and counts of a discretisation, and its compared values once it has finished."""
-    record = {"status": "pending", **read_record(folder)}
-    row = {name: record.get(name) for name in MEASURED}
-    if row["status"] != "finished":
+    record = Record.of({STATUS: "pending"}) | Record.read(folder)
+    row = {column.name: record.get(column.name) for column in MEASURED}
+    if record.status != "finished":
         return row
     series = read_table(folder / f"{QUESTIONS[file.command].table}.csv")
     axis = next(iter(series.values()))
@@ -109,24 +107,3 @@ def _measured(folder: Path, file: StudyFile, compared: Sequence[str]) -> dict[st
     nearest = np.abs(axis[:, None] - at).argmin(axis=0)
     reached = np.allclose(axis[nearest], at, rtol=SAME, atol=SAME)
     return row | (dict(zip(compared, series[file.quantity][nearest], strict=True)) if reached else {})
-
-
-def settings_of(columns: Iterable[Any]) -> list[str]:
-    """The columns of study.csv that are keys of the cases."""
-    return list(takewhile(lambda name: name != "status", columns))
-
-
-def families(table: pd.DataFrame, family: str) -> Iterator[pd.DataFrame]:
-    """Rows of study.csv that differ in keys of a family only, the coarsest first, with `order`, from row to row.
-
-    Fixed and controlled steps have different errors and are apart.
-    """
-    counts = table.reindex(columns=["unknowns", "steps"]).astype(float)  # curves have no steps
-    h = counts["unknowns"] ** -0.5 if family == "space" else 1 / counts["steps"]
-    fixed = table["time.fixed_step"].notna() if "time.fixed_step" in table else False
-    sized = table.assign(h=h, fixed=fixed).dropna(subset="h").sort_values("h", ascending=False, kind="stable")
-    others = [key for key in settings_of(table) if not key.startswith(FAMILIES[family])]
-    for _, group in sized.groupby([str(row) for row in sized[[*others, "fixed"]].to_numpy().tolist()]):
-        ratios = group[["error", "h"]].shift() / group[["error", "h"]]
-        order = np.log(ratios["error"]) / np.log(ratios["h"])
-        yield group.assign(order=order.where(np.isfinite(order)))

@@ -8,14 +8,15 @@ from typing import Any
 
 import pandas as pd
 
-from pairsim.plots.chart import Panel, Series, draw_chart
+from pairsim.plots.chart import Line, Panel, draw_chart
 from pairsim.plots.labels import shown
 from pairsim.plots.style import COLOURS, MARKERS, SMALL, Page, printing
-from pairsim.results.columns import column
-from pairsim.results.table_files import read_table
-from pairsim.results.tables import frame_of
+from pairsim.record.columns import WALL_TIME
+from pairsim.record.table_files import read_table
+from pairsim.record.tables import frame_of
 from pairsim.runtime.errors import InputError
-from pairsim.sweeps.study import FAMILIES, TABLE, families, settings_of
+from pairsim.sweeps.folder import read_sweep
+from pairsim.sweeps.study_table import ERROR, FAMILIES, STUDY_COLUMNS, TABLE, families, settings_of
 
 WORDS = "lines: the same but for the cells; dots: the same but for the steps"
 
@@ -28,8 +29,8 @@ def plot_study(directory: Path, out: Path | None = None, page: Page | None = Non
     """
     if not (directory / "sweep.json").is_file():
         raise InputError(str(directory), "", None, "must be the folder of a study of this version; compute it again")
-    table = frame_of(read_table(directory / TABLE))
-    if "error" not in table or (points := table[table["error"] > 0]).empty:
+    table = frame_of(read_table(directory / TABLE, STUDY_COLUMNS))
+    if ERROR.name not in table or (points := table[table[ERROR.name] > 0]).empty:
         return []
     meshes, steps = (list(families(points, family)) for family in FAMILIES)
     dotted = {"color": "0.6", "linestyle": ":", "zorder": 1}
@@ -39,7 +40,8 @@ def plot_study(directory: Path, out: Path | None = None, page: Page | None = Non
         label = _words(group.iloc[0], of_mesh=False) or "as in the file"
         series.append(_line(group, look, label, range(len(group))))
     names = list(table.columns)
-    compared = column(names[names.index("wall_time") + 1].partition("@")[0])
+    question = read_sweep(directory, values=False).question
+    compared = question.tables[question.table].column(names[names.index(WALL_TIME.name) + 1].partition("@")[0])
     error = f"error of ${compared.symbol}$  [${compared.unit.tex or '-'}$]"
     panel = Panel("wall time  [s]", error, wide="x", margins=(0.2, 0.14))  # labels stand right of their points
     figure, (axes,) = draw_chart(page or Page(), {0: panel}, series, [WORDS])
@@ -47,15 +49,15 @@ def plot_study(directory: Path, out: Path | None = None, page: Page | None = Non
     for i, group in enumerate(meshes):
         for _, row in group.iterrows():
             note: dict[str, Any] = {"textcoords": "offset points", "fontsize": SMALL, "color": "0.25"}
-            place = row["wall_time"], row["error"]
+            place = row[WALL_TIME.name], row[ERROR.name]
             axes.annotate(_words(row, of_mesh=True), place, (4, -9 if i % 2 else 3), **note)
     return (page or Page()).save(figure, out or directory, "study")
 
 
-def _line(group: pd.DataFrame, look: dict[str, Any], label: str = "", marked: Sequence[int] = ()) -> Series:
+def _line(group: pd.DataFrame, look: dict[str, Any], label: str = "", marked: Sequence[int] = ()) -> Line:
     """Error against wall time of a family."""
-    x, y = (group[name].to_numpy() for name in ("wall_time", "error"))
-    return Series(0, x, y, look={"linewidth": 0.8, "linestyle": "-", **look}, label=label, marked=marked)
+    x, y = (group[name].to_numpy() for name in (WALL_TIME.name, ERROR.name))
+    return Line(0, x, y, look={"linewidth": 0.8, "linestyle": "-", **look}, label=label, marked=marked)
 
 
 def _words(row: pd.Series[Any], of_mesh: bool) -> str:

@@ -6,25 +6,25 @@ import os
 import pickle
 import signal
 import time
-from collections import Counter, deque
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from queue import Empty, SimpleQueue
-from typing import Any, cast
+from typing import cast
 
 from pairsim.computing.progress import Reporter
 from pairsim.physics.own_laws import OWN
-from pairsim.results.folder import write_text
-from pairsim.results.table_files import table_text
+from pairsim.record.folder import write_text
+from pairsim.record.table_files import table_text
 from pairsim.runtime.errors import EnvironmentFailure, InputError
 from pairsim.runtime.launcher import communicator
 from pairsim.runtime.locks import command_line, sole_writer
 from pairsim.runtime.signals import ENDING, Signals, name_of
 from pairsim.runtime.text import counted
-from pairsim.sweeps.folder import ENDED, STOP, CaseState, begin, read_state, rows_of
+from pairsim.sweeps.folder import ENDED, STOP, CaseState, SweptCase, begin, read_state
 from pairsim.sweeps.grid import Grid, SweepCase
 from pairsim.sweeps.progress import headline, summarised
 from pairsim.sweeps.task import Task, compute
@@ -51,10 +51,15 @@ Workers = Sequence[tuple[Executor, int | None]]
 
 
 def with_workers[T](work: Callable[[Workers], T], executor: Executor | None = None, count: int = 1) -> T:
-    """Call a function with what computes the cases of its sweeps: an executor, or else `count` threads of this process.
+    """Call a function with the workers of its sweeps.
 
-    Under mpirun, where all processes call this, the first one calls it, and the others compute until it has ended. It
-    returns the result of the function, and raises what that raises, on all processes.
+    All processes that mpirun has started call this. The first one of them then calls the function, and the others work
+    until it has ended; each returns its result, or raises its exception.
+
+    Args:
+        work: The function.
+        executor: Computes the cases; by default `count` threads of this process do, or the processes of mpirun.
+        count: Number of threads.
 
     Raises:
         InputError: There are several workers under mpirun.
@@ -87,7 +92,7 @@ def with_workers[T](work: Callable[[Workers], T], executor: Executor | None = No
 
 @contextmanager
 def _signals_left_to_the_first(rank: int) -> Iterator[None]:
-    """Context in which other processes than the first ignore what ends a sweep."""
+    """Context in which only the first process listens to the signals that end a sweep; the others ignore them."""
     before = {number: signal.signal(number, signal.SIG_IGN) for number in (ENDING if rank else ())}
     try:
         yield
@@ -97,10 +102,10 @@ def _signals_left_to_the_first(rank: int) -> Iterator[None]:
 
 
 def run_sweep(grid: Grid, directory: Path, options: Options, workers: Workers) -> tuple[int, str]:
-    """Compute the cases of a grid that are not finished, into a folder that is made, or continued if it exists.
+    """Compute the cases of a grid that are not finished; the folder is made, or else that of an earlier sweep goes on.
 
-    Returns exit code (0: no case has failed; 3: some have; 4: the environment is at fault; 130: interrupted) and
-    message.
+    Returns:
+        Exit code (0: no case has failed; 3: some have; 4: the environment is at fault; 130: interrupted) and message.
 
     Raises:
         InputError: The folder belongs to another grid, or another sweep is writing to it.
@@ -115,15 +120,15 @@ class _Sweep:
 
     def __init__(self, grid: Grid, directory: Path, options: Options, workers: Workers) -> None:
         self.directory, self.options = directory, options
-        self.content = begin(directory, grid)
-        self.cases: dict[str, dict[str, Any]] = {case["folder"]: case for case in self.content["cases"]}
+        self.record = begin(directory, grid)
+        self.cases: dict[str, SweptCase] = {case.folder: case for case in self.record.cases}
         left = []
         for case in grid.cases:
             state = read_state(directory / case.folder, case.key)
             if state.status not in ENDED or state.reason in MACHINE:
                 left.append(case)
                 state = CaseState(case.folder)
-            self.cases[case.folder].update(vars(state))
+            self.cases[case.folder].state = state
         self.todo = deque(left)
         self.free = [each for each, count in workers for _ in range(len(left) if count is None else count)]
         self.running: dict[Future[CaseState], tuple[Executor, str]] = {}
@@ -136,7 +141,7 @@ class _Sweep:
     def run(self) -> tuple[int, str]:
         """Compute all tasks; returns exit code and message."""
         cases = len(self.cases)
-        self.reporter.start(self.content["name"], f"{cases} cases, {cases - self.count} to do", cases)
+        self.reporter.start(self.record.name, f"{cases} cases, {cases - self.count} to do", cases)
         try:
             self._write_results()
             while self.running or (self.todo and not self.why):
@@ -168,7 +173,7 @@ class _Sweep:
     def _submit(self, executor: Executor, case: SweepCase) -> None:
         task = Task(
             folder=self.directory / case.folder,
-            command=self.content["command"],
+            command=self.record.question.name,
             key=case.key,
             case=pickle.dumps(case.case),
             line=command_line(),
@@ -181,7 +186,7 @@ class _Sweep:
         future.add_done_callback(self.ended.put)
 
     def _take(self, state: CaseState) -> None:
-        self.cases[state.folder].update(vars(state))
+        self.cases[state.folder].state = state
         if state.status in ENDED:
             self.count += 1
             self.reporter.case(self.count, headline(state))
@@ -201,11 +206,11 @@ class _Sweep:
             future.cancel()
 
     def _write_results(self) -> None:
-        write_text(self.directory / "results.csv", table_text(*rows_of(self.content)))
+        write_text(self.directory / "results.csv", table_text(*self.record.results()))
         self._written = time.monotonic()
 
     def _verdict(self) -> tuple[int, str]:
-        count = Counter(case["status"] for case in self.cases.values())
+        count = self.record.counts
         failed, pending = count["failed"], len(self.cases) - count["finished"] - count["failed"]
         parts = [f"{count['finished']} of {len(self.cases)} cases finished"]
         parts += [f"{failed} failed"] if failed else []
@@ -224,7 +229,7 @@ class _Sweep:
 
 
 def _result(future: Future[CaseState], folder: str) -> CaseState:
-    """How the case of a task stands that has ended."""
+    """How a case stands whose task has ended."""
     try:
         return future.result()
     except CancelledError:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from pairsim.cases.physical import BLOCK
-from pairsim.plots.chart import POINT, ZEROS, Panel, Series, draw_chart, point
+from pairsim.plots.chart import POINT, ZERO_MARKS, Line, Panel, draw_chart, point
 from pairsim.plots.encoding import Encoding
 from pairsim.plots.labels import common_parts, hashable, measured, parameter_label, read_case, varying_keys
 from pairsim.plots.lines import MOTION, lines_of
@@ -19,9 +20,10 @@ from pairsim.plots.runs_and_curves import draw_overlay
 from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
 from pairsim.quantities.kinds import LENGTH
-from pairsim.results.columns import column, error_of
+from pairsim.record.column import Column, Columns, error_of
+from pairsim.record.columns import D_CR, DE, DU, STABLE, ZEROS, ZEROS_ERROR
 from pairsim.runtime.errors import InputError
-from pairsim.sweeps.folder import read_sweep
+from pairsim.sweeps.folder import SweptCase, read_sweep
 
 
 def plot_sweep(
@@ -36,27 +38,27 @@ def plot_sweep(
     Raises:
         InputError: The folder is not that of a sweep, has nothing to draw, or `group` does not vary.
     """
-    page, target, content = page or Page(), out or directory, read_sweep(directory)
-    cases = [case for case in content["cases"] if case["status"] in ("finished", "failed")]
-    if not any(case["status"] == "finished" for case in cases):
+    page, target, sweep = page or Page(), out or directory, read_sweep(directory)
+    if not any(case.state.status == "finished" for case in sweep.ended):
         raise InputError(str(directory), "", None, "has no finished case yet; pairsim status shows how it stands")
-    units = Units.of_all([directory / case["folder"] for case in cases], page.physical)
-    cases = [case | {"units": own} for case, own in zip(cases, units, strict=True)]
-    parameters, varying, command = [case["parameters"] for case in cases], content["varying"], content["command"]
+    units = Units.of_all([directory / case.folder for case in sweep.ended], page.physical)
+    cases = [Drawn(case, own, directory) for case, own in zip(sweep.ended, units, strict=True)]
+    parameters, varying, command = [case.parameters for case in cases], sweep.varying, sweep.question.name
     if quantities := [key for key in varying if key.startswith(BLOCK)]:
         # Numbers that follow from quantities of an experiment need no lines of their own, unless they are chosen.
         telling = varying_keys(parameters, [*quantities, *varying])
         varying = [key for key in varying if key in telling or key == group]
     Encoding.of(parameters, varying, group)  # refuses keys that do not vary
-    chosen = max(cases, key=lambda case: float(case["parameters"].get("De") or 0)), cases[0], cases[-1]
-    contents = [read_case(directory / case["folder"] / "case.yaml") for case in chosen]
-    parts = common_parts(contents, varying, units[0].scales is not None, content["varying"])
+    chosen = max(cases, key=lambda case: float(case.parameters.get(DE.name) or 0)), cases[0], cases[-1]
+    contents = [read_case(case.folder / "case.yaml") for case in chosen]
+    parts = common_parts(contents, varying, units[0].scales is not None, sweep.varying)
     written: list[Path] = []
-    if command in ("run", "curve") and (lines := _lines(directory, cases, command == "curve")):
+    if command in ("run", "curve") and (lines := _lines(cases, command == "curve")):
         stem = "sweep_curves" if command == "curve" else "sweep_series"
         written += draw_overlay(lines, varying, parts, units[0], target, page, stem, group)
-    if command == "run" or any(case["values"].get("zeros") for case in cases):
-        written += _draw_parameters(cases, command == "run", varying, parts, group, target, page)
+    if command == "run" or any(case.values(ZEROS) for case in cases):
+        main = sweep.question.tables[sweep.question.table] if command == "run" else None
+        written += _draw_parameters(cases, main, varying, parts, group, target, page)
     if not written:
         drawn = command in ("run", "curve", "critical")
         has = "no zero of dU to draw over a number that varies" if drawn else "its pictures in the folders of its cases"
@@ -64,20 +66,48 @@ def plot_sweep(
     return written
 
 
-def _lines(directory: Path, cases: Sequence[Mapping[str, Any]], curve: bool) -> list[Series]:
+@dataclass(frozen=True)
+class Drawn:
+    """A case that has ended, with the units that it is drawn in."""
+
+    case: SweptCase
+    units: Units
+    directory: Path  # of the sweep
+
+    @property
+    def folder(self) -> Path:
+        """The folder of the case."""
+        return self.directory / self.case.folder
+
+    @property
+    def parameters(self) -> Mapping[str, Any]:
+        """The values of the keys that vary."""
+        return self.case.parameters
+
+    @property
+    def finished(self) -> bool:
+        """Whether it has a result."""
+        return self.case.state.status == "finished"
+
+    def values(self, column: Column) -> list[Any]:
+        """A list in results.csv, empty where the case does not have it."""
+        found: Any = self.case.state.values.get(column.name)
+        return found or []
+
+
+def _lines(cases: Sequence[Drawn], curve: bool) -> list[Line]:
     """Every case as its own picture shows it; a cross ends the line of a case that failed."""
-    lines: list[Series] = []
+    lines: list[Line] = []
     for case in cases:
-        failed = case["status"] != "finished"
         with suppress(InputError):  # a case that failed before its first row has nothing to show
-            lines += lines_of(directory / case["folder"], case["units"], case["parameters"], curve=curve, failed=failed)
+            lines += lines_of(case.folder, case.units, case.parameters, curve=curve, failed=not case.finished)
     return lines
 
 
 @printing()
 def _draw_parameters(
-    cases: Sequence[Mapping[str, Any]],
-    run: bool,
+    cases: Sequence[Drawn],
+    main: Columns | None,
     varying: Sequence[str],
     parts: Sequence[str],
     group: str | None,
@@ -86,50 +116,51 @@ def _draw_parameters(
 ) -> list[Path]:
     """The last value of the quantity, or the zeros of dU, over the number or quantity with the most values.
 
-    The others choose colours, styles and panels. Nothing is drawn where no number varies.
+    The others choose colours, styles and panels. Nothing is drawn where no number varies. Runs have columns (`main`).
     """
-    known = {name: measured([case["parameters"].get(name) for case in cases]) for name in varying}
+    known = {name: measured([case.parameters.get(name) for case in cases]) for name in varying}
     numbers = {name: pair for name, pair in known.items() if pair is not None and len(set(pair[0])) > 1}
     if not numbers:
         return []
     free = [name for name in numbers if name != group] or list(numbers)
     name = max(free, key=lambda each: len(set(numbers[each][0])))
     others, (places, unit) = [other for other in varying if other != name], numbers[name]
-    encoding = Encoding.of([case["parameters"] for case in cases], others, group if group in others else None)
-    results = {key for case in cases for key in case["values"]}
-    quantity = next((each + end for each in MOTION for end in ("", "_1") if each + end in results), "dU")
-    named = cases[0]["units"].axis_label
-    words = named([quantity], " at the end") if run else named(["d_cr"])
-    series = _ends(cases, places, quantity, encoding) if run else _zeros(cases, places)
-    figure, _ = draw_chart(page, {0: Panel(parameter_label(name, unit), words, "x")}, series, parts, encoding)
-    return page.save(figure, out, "sweep_parameters" if run else "sweep_zeros")
+    encoding = Encoding.of([case.parameters for case in cases], others, group if group in others else None)
+    named = cases[0].units.axis_label
+    if main is not None:
+        results = {key for case in cases for key in case.case.state.values}
+        found = (each.name + end for each in MOTION for end in ("", "_1") if each.name + end in results)
+        quantity = main.column(next(found, DU.name))
+        words, lines = named([quantity], " at the end"), _ends(cases, places, quantity, encoding)
+    else:
+        words, lines = named([D_CR]), _zeros(cases, places)
+    figure, _ = draw_chart(page, {0: Panel(parameter_label(name, unit), words, "x")}, lines, parts, encoding)
+    return page.save(figure, out, "sweep_parameters" if main is not None else "sweep_zeros")
 
 
-def _ends(
-    cases: Sequence[Mapping[str, Any]], places: Sequence[float], quantity: str, encoding: Encoding
-) -> list[Series]:
+def _ends(cases: Sequence[Drawn], places: Sequence[float], quantity: Column, encoding: Encoding) -> list[Line]:
     """The last values with their errors; lines join cases that have all other parameters in common."""
     lines: dict[Any, tuple[Mapping[str, Any], list[tuple[float, float, float]]]] = {}
     for place, case in zip(places, cases, strict=True):
-        if case["status"] == "finished" and quantity in case["values"]:
-            size, values = case["units"].factor(column(quantity).unit), case["values"]
-            rest = tuple(hashable(case["parameters"].get(key)) for key in encoding.values)
-            row = place, size * values[quantity], size * values.get(error_of(quantity), np.nan)
-            lines.setdefault(rest, (case["parameters"], []))[1].append(row)
+        values: Mapping[str, Any] = case.case.state.values
+        if case.finished and quantity.name in values:
+            size = case.units.factor(quantity.unit)
+            rest = tuple(hashable(case.parameters.get(key)) for key in encoding.values)
+            row = place, size * values[quantity.name], size * values.get(error_of(quantity.name), np.nan)
+            lines.setdefault(rest, (case.parameters, []))[1].append(row)
     found = []
     for parameters, rows in lines.values():
         x, y, error = np.array(sorted(rows)).T
-        found.append(Series(0, x, y, error, mark=POINT, parameters=parameters, look=encoding.look(parameters)))
+        found.append(Line(0, x, y, error, mark=POINT, parameters=parameters, look=encoding.look(parameters)))
     return found
 
 
-def _zeros(cases: Sequence[Mapping[str, Any]], places: Sequence[float]) -> list[Series]:
+def _zeros(cases: Sequence[Drawn], places: Sequence[float]) -> list[Line]:
     """The zeros of dU with their errors."""
     found = []
     for place, case in zip(places, cases, strict=True):
-        zeros, stable, errors = (case["values"].get(kind) or [] for kind in ("zeros", "stable", "zeros_error"))
-        size = case["units"].factor(LENGTH)
-        for d, kind, error in zip_longest(zeros, stable, errors):
+        size = case.units.factor(LENGTH)
+        for d, kind, error in zip_longest(*map(case.values, (ZEROS, STABLE, ZEROS_ERROR))):
             bar = None if error is None else size * error
-            found.append(point(0, place, size * d, ZEROS[kind], bar, parameters=case["parameters"]))
+            found.append(point(0, place, size * d, ZERO_MARKS[kind], bar, parameters=case.parameters))
     return found

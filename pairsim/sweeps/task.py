@@ -19,7 +19,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from pairsim.results.folder import read_record, write_json
+from pairsim.record.record import Record
+from pairsim.record.run_entries import COMMAND, KEY, KIND, MESSAGE, REASON, SECONDS, STATUS, Entries
 from pairsim.runtime.child_process import clean_environment, module_command
 from pairsim.runtime.errors import EnvironmentFailure
 from pairsim.sweeps.folder import STOP, CaseState, read_state
@@ -56,8 +57,14 @@ class Task:
         return read_state(self.folder, self.key, values=False).status == "finished"
 
 
-class Said(NamedTuple):
-    """What a child says of a case: why it failed, "" where run.json says so or it did not; its memory [bytes]."""
+class ChildReply(NamedTuple):
+    """What a child process says of a case once it has ended.
+
+    Attributes:
+        reason: Why it failed; "" if it did not, or if its run.json says so.
+        message: The same in words.
+        memory: Memory that the child now uses [bytes].
+    """
 
     reason: str
     message: str
@@ -93,10 +100,15 @@ class Child:
         self.ready = False
 
     def wait(self, stop: Path, timeout: float | None = None) -> tuple[Any, str]:
-        """Wait for its word, and end it when the file `stop` is there, for the sweep to stop, or a time is over [s].
+        """Wait for what the child sends, and end the child if the sweep is to stop or its time is over.
 
-        Returns the word, None if it has ended without one; and why it was stopped: "interrupted" or "case_timeout",
-        empty if it was not.
+        Args:
+            stop: File whose presence stops the sweep.
+            timeout: Largest wall time [s]; None for no limit.
+
+        Returns:
+            What it has sent, None if it has ended without that; and why it was stopped, "interrupted" or
+            "case_timeout", empty if it was not.
         """
         why, deadline = "", time.monotonic() + (timeout or math.inf)
         while not self.connection.poll(POLL):
@@ -128,12 +140,12 @@ def _compute(task: Task) -> CaseState | None:
     """Compute a case, and complete its run.json where the child could not.
 
     Returns:
-        How it stands, if its folder cannot say so.
+        How the case stands where its folder cannot tell that; else None.
     """
     folder, key, begin = task.folder, task.key, time.monotonic()
     child, said, why = _ask(task)
     if said is not None:
-        interrupted = read_record(folder).get("status") == "interrupted"
+        interrupted = Record.read(folder).status == "interrupted"
     else:
         interrupted = -child.process.returncode in STOPPING
     if said is None or why or interrupted or said.memory > MOST_MEMORY:
@@ -148,19 +160,25 @@ def _compute(task: Task) -> CaseState | None:
     if reason == "refused":  # the folder is someone else's
         return CaseState(folder.name, "failed", reason, message)
     if reason:
-        record = read_record(folder)
-        about = {"kind": task.command, "command": task.line, "key": key}
-        record = {**(record if record.get("key") == key else about), "wall_time": time.monotonic() - begin}
+        record = Record.read(folder)
+        if record.key != key:
+            record = Record.of({KIND: task.command, COMMAND: task.line, KEY: key})
+        failed: Entries = {STATUS: "failed", REASON: reason, MESSAGE: message}
+        record = record.with_entries({SECONDS: time.monotonic() - begin, **failed})
         try:
             folder.mkdir(exist_ok=True)
-            write_json(folder / "run.json", {**record, "status": "failed", "reason": reason, "message": message})
+            record.write(folder)
         except OSError as error:
             return CaseState(folder.name, "failed", "write_failed", str(error))
     return None
 
 
-def _ask(task: Task) -> tuple[Child, Said | None, str]:
-    """Give a case to the child of this thread, a new one where there is none: what it says, and why it was stopped."""
+def _ask(task: Task) -> tuple[Child, ChildReply | None, str]:
+    """Give a case to the child of this thread, which is started if there is none.
+
+    Returns:
+        The child; what it has said, None if it has ended without that; and why it was stopped, see `Child.wait`.
+    """
     while True:
         child: Child = getattr(_own, "child", None) or Child(task.environment)
         _own.child, fresh = child, not child.ready
@@ -177,7 +195,7 @@ def _ask(task: Task) -> tuple[Child, Said | None, str]:
 
 
 def _death(child: Child) -> tuple[str, str]:
-    """Reason and message for a child that has ended without a word."""
+    """Reason and message of the failure of a case whose child has ended without saying anything."""
     code, last = child.process.returncode, child.last_line
     if not child.ready:
         return EnvironmentFailure.reason, f"the process of a case cannot start: {last or f'exit code {code}'}"

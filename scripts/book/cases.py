@@ -14,7 +14,7 @@ from scipy.interpolate import PchipInterpolator
 import pairsim
 from book import yaml_files
 from book.statements import Value
-from pairsim.results.xdmf import FieldFrame, read_frame
+from pairsim.record.xdmf import FieldFrame, read_frame
 from pairsim.runtime.arrays import Array
 
 

@@ -14,7 +14,7 @@ from textwrap import fill
 import pandas as pd
 
 from book.computing import DOCS
-from pairsim.results.folder import write_text
+from pairsim.record.folder import write_text
 
 RESULTS = DOCS / "results"
 WIDTH = 100  # of lines of prose

@@ -8,6 +8,7 @@ from matplotlib import pyplot
 from scipy.optimize import brentq
 
 from pairsim.fem.meshes.geometry import MeshSettings
+from pairsim.physics.drive import Drive
 from pairsim.physics.solids import soft
 from pairsim.physics.solids.neo_hookean import NeoHookean
 from pairsim.solvers.parameters import Parameters
@@ -22,7 +23,8 @@ SOLID, L_0 = NeoHookean(0.1), 1.3
 
 def problem(Np: int) -> SteadyProblem:
     """A sphere in extension, whose wall is 50 radii away."""
-    return SteadyProblem((0.02,), 1.0, False, MeshSettings(Np=Np), boundary_velocity=lambda x: x * [1.0, -0.5])
+    drive = Drive(boundary=lambda x: x * [1.0, -0.5])
+    return SteadyProblem(betas=(0.02,), length=1.0, periodic=False, mesh=MeshSettings(Np=Np), drive=drive)
 
 
 def steady(page: Page) -> pd.DataFrame:

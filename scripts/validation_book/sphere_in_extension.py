@@ -15,6 +15,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from pairsim.fem.meshes.geometry import MeshSettings
+from pairsim.physics.drive import Drive
 from pairsim.physics.solids import Solid
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.problems import Problem
@@ -28,15 +29,15 @@ BETA = 0.05  # the wall of the tube is 20 radii away, so are the ends
 def problem_in_extension(solid: Solid, rate: float = 1.0, l_0: float = 1.0, Np: int = 20) -> Problem:
     """The problem, from an axial stretch l_0."""
     return Problem(
-        (BETA,),
-        (solid,),
-        (),
-        1.0,
-        False,
-        MeshSettings(Np=Np),
-        StepControl(3e-4 * BETA / 2, 1e-9, 5.0),  # velocities are of the order of radius times rate
-        0.01 * solid.Ca_e,
-        boundary_velocity=lambda x: rate * x * [1.0, -0.5],
+        betas=(BETA,),
+        solids=(solid,),
+        gaps=(),
+        length=1.0,
+        periodic=False,
+        mesh=MeshSettings(Np=Np),
+        control=StepControl(3e-4 * BETA / 2, 1e-9, 5.0),  # velocities are of the order of radius times rate
+        first_step=0.01 * solid.Ca_e,
+        drive=Drive(boundary=lambda x: rate * x * [1.0, -0.5]),
         U_m=0.0,
         start=lambda x: x * [l_0, l_0**-0.5],
     )

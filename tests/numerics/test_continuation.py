@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pairsim.physics.drive import DEVELOPED
 from pairsim.physics.liquids import single
 from pairsim.physics.liquids.oldroyd_b import OldroydB
 from pairsim.runtime.arrays import Array
@@ -34,7 +35,7 @@ class Limited:
 
     def __init__(self) -> None:
         self.parameters, self.y, self.relaxations = at(0.1), np.zeros(1), 0
-        self.problem = SimpleNamespace(betas=(0.4,), monitor=Monitor(), velocity=None)
+        self.problem = SimpleNamespace(betas=(0.4,), monitor=Monitor(), drive=DEVELOPED)
         self.constraints = SimpleNamespace(fields={"s": np.zeros(0, dtype=int)})
 
     @property
@@ -52,7 +53,8 @@ class Limited:
     def distorted(self, parameters: Parameters, y: Array) -> bool:
         return False
 
-    def factor(self) -> None: ...
+    def linearise(self) -> SimpleNamespace:
+        return SimpleNamespace(tangent=lambda _: np.zeros(1))
 
     def forget(self) -> None: ...
 
@@ -67,7 +69,6 @@ def relaxed(scene: Limited, parameters: Parameters) -> Report:
 def test_a_limit_is_not_crept_up_to_through_pseudo_time(monkeypatch: pytest.MonkeyPatch) -> None:
     scene: Any = Limited()
     monkeypatch.setattr(continuation, "relax", relaxed)
-    monkeypatch.setattr(continuation, "tangent_along", lambda *_: np.zeros(1))
     monkeypatch.setattr(continuation.Passed, "of", lambda scene: scene.snapshot)
     end = follow(scene, at(1.0))
     assert end is not None

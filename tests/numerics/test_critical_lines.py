@@ -14,17 +14,12 @@ from pairsim.physics.liquids import NEWTONIAN
 from pairsim.physics.solids import soft
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import NoSteadyState
-from pairsim.solvers.curves import critical, zero_lines
-from pairsim.solvers.curves.zero_lines import Critical, End, Followed, Follower, Region
+from pairsim.solvers.curves import critical
+from pairsim.solvers.curves.equilibrium_lines import Critical, End, Followed, Follower, Region
 from pairsim.solvers.parameters import Parameters
 
 CA_E = Followed(lambda Ca_e: (NEWTONIAN, soft(Ca_e, Ca_e)))
 """The softness of both particles."""
-
-
-@pytest.fixture(autouse=True)
-def _tangents_of_formulas(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(zero_lines, "tangent_along", lambda scene, along: scene.tangent(along))
 
 
 class Scene(SimpleNamespace):
@@ -46,8 +41,7 @@ class Formula:
             parameters=CA_E.at(Ca_e, Parameters((d,), ())),
             y=np.zeros(1),
             iterations=0,
-            factor=lambda: None,
-            tangent=self.tangent,
+            linearise=lambda: SimpleNamespace(tangent=self.tangent),
             velocity_row=lambda: np.ones(1),
             folded=nothing,
             distorted=nothing,
@@ -191,4 +185,4 @@ def test_end_of_a_line_tells_why() -> None:
 
     _, end = followed(Ending(lambda q: float(np.log(0.1) + 0.1 * q), 0.05), [0.05, 0.1])
     assert end.reason == "lost"
-    assert "the shapes end" in end.message
+    assert "the shapes end" in str(end.message)

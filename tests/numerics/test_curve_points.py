@@ -13,12 +13,13 @@ from support.points import made_point
 from support.scenes import traced
 
 from pairsim.physics.solids import soft
-from pairsim.runtime.errors import NoSteadyState
+from pairsim.runtime.errors import BranchEnd, NoSteadyState
 from pairsim.solvers.curves.critical import same_zero
 from pairsim.solvers.curves.curve import Equilibrium, equilibria, find_zeros, interpolants, trace
 from pairsim.solvers.curves.distances import WIDEST, between
 from pairsim.solvers.curves.interpolant import CurveInterpolant, hermite
 from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.steady.ends import Ended, arrived
 
 
 class Analytic:
@@ -103,6 +104,23 @@ def test_distances_that_were_asked_for_are_marked_and_never_left_out() -> None:
     assert [point.d for point, wanted in marked if wanted] == [0.8, 0.05, 0.04]
     d = np.sort([point.d for point, _ in marked])
     assert (d[1:] / d[:-1]).max() <= WIDEST
+
+
+def test_the_end_of_a_branch_is_the_last_of_its_points() -> None:
+    """It is a value, not a failure: the points before it are there, and none is looked for beyond."""
+    end = Ended(BranchEnd("no steady states beyond"))
+
+    class Ending(Analytic):
+        def at(self, parameters: Parameters) -> Any:
+            return end if parameters.gaps[0] < 0.1 else super().at(parameters)
+
+    branch: Any = Ending(lambda x: [x], lambda x: [1])
+    branch.solver.parameters = Parameters((0.8,), soft(0.0, 0.0))
+    *points, last = trace(branch, [(0.8,), (0.4,), (0.05,), (0.04,)], 1e-2, 4)
+    assert [point.d for point, _ in points] == [0.8, 0.4]
+    assert last is end
+    with pytest.raises(BranchEnd, match="beyond"):
+        arrived(last)
 
 
 def test_a_zero_within_the_mesh_error_is_called_uncertain() -> None:

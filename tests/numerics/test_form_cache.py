@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from pairsim.fem.compilation.jit import JIT_OPTIONS, UNFINISHED, in_cache
-from pairsim.results.folder import read_record
+from pairsim.record.record import Record
 from pairsim.runtime.child_process import module_command
 from pairsim.runtime.errors import EnvironmentFailure
 
@@ -108,4 +108,4 @@ def test_a_compiler_that_fails_is_not_the_fault_of_a_case(
     assert done.returncode == code, done.stderr
     assert said in done.stderr
     assert "Traceback" not in done.stderr
-    assert read_record(tmp_path / "out")["status"] == status
+    assert Record.read(tmp_path / "out").status == status

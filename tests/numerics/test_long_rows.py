@@ -10,7 +10,7 @@ import pytest
 
 from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.rows.model import RATES, Row, RowModel, fitted
-from pairsim.solvers.rows.motion import TOLERANCE, move, propagator
+from pairsim.solvers.rows.row_motion import TOLERANCE, move, propagator
 from pairsim.solvers.rows.short_rows import places_of
 
 

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case
+from pairsim.questions.registry import QUESTIONS
 from pairsim.questions.run.warnings import long_steps, warnings_of_run
 from pairsim.solvers.errors.run_errors import OF_POINTS, Interval, RunErrors, widening
 from pairsim.solvers.errors.time_error import SAFETY, TimeError
@@ -140,10 +140,10 @@ def test_error_to_quote_above_the_requested_accuracy_gives_a_warning() -> None:
     for correction, shown in ((5e-3, True), (1e-3, False), (None, False)):
         errors = RunErrors.of(case.liquid_model)
         for t in np.arange(1, 21) * 0.1:
-            assert not any("dU_error is up to 2 %" in text for text in warnings_of_run(case, errors, Extremes()))
+            assert not any("dU_error is up to 2 %" in str(text) for text in warnings_of_run(case, errors, Extremes()))
             part = 1.0 if t < 2 else 2.0
             errors.add(float(t), 0, np.ones(1), None if correction is None else np.array([part * correction]), 0.0)
-        assert any("dU_error is up to 2 %" in text for text in warnings_of_run(case, errors, Extremes())) is shown
+        assert any("dU_error is up to 2 %" in str(text) for text in warnings_of_run(case, errors, Extremes())) is shown
 
 
 def test_estimated_error_above_the_requested_accuracy_gives_a_warning() -> None:

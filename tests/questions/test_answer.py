@@ -4,22 +4,25 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from support.result_folders import curve_table
+from support.result_folders import curve_of, curve_table
 
-from pairsim.computing import QUESTIONS
+from pairsim.analysis.master_curve import Zero
+from pairsim.analysis.time_series import Series
+from pairsim.computing.result_content import Content
 from pairsim.quantities.text import with_error
 from pairsim.questions.critical import answer_of_critical
 from pairsim.questions.curve.answer import answer_of_curve
-from pairsim.questions.curve.function import Curve
+from pairsim.questions.registry import QUESTIONS
 from pairsim.questions.run.answer import answer_of_run
-from pairsim.results.curve_table import Zero
-from pairsim.results.folder import prepare_folder
-from pairsim.results.settled import SETTLED, start_up
+from pairsim.record.folder import prepare_folder
+from pairsim.record.record import Record
+from pairsim.record.run_entries import SETTLED
 from pairsim.runtime.errors import (
     BranchEnd,
     BudgetSpent,
@@ -32,6 +35,12 @@ from pairsim.runtime.errors import (
     WallTime,
     WriteFailure,
 )
+
+
+def said_of_run(table: Mapping[str, np.ndarray], record: Mapping[str, Any]) -> list[str]:
+    """The answer of a run by the columns of series.csv and the entries of run.json."""
+    return answer_of_run(Series(table, Record(record)))
+
 
 NUMBERS = {
     (1.567e-3, 4e-6): "(1.567 +- 0.004)e-3",
@@ -103,28 +112,28 @@ CURVES = [
 
 @pytest.mark.parametrize(("curve", "signs", "largest"), CURVES)
 def test_a_curve_separates_comes_closer_or_is_not_decided(curve: Any, signs: str, largest: str) -> None:
-    assert answer_of_curve(*curve, {}) == [signs, largest]
+    assert answer_of_curve(curve_of(*curve)) == [signs, largest]
 
 
 @pytest.mark.parametrize(("count", "next_command"), [(3, "travel(start, stop)"), (2, "plot(folder)")])
 def test_what_comes_next_is_a_travel_where_there_is_one(count: int, next_command: str) -> None:
     """Between two points alone nothing is known."""
-    tables = {"curve": logarithmic(0.05, 1e-3, 1e-5, count), "equilibria": dict[str, Any]()}
-    question = QUESTIONS["curve"]
-    curve = question.result.of_tables(question, tables, {"status": "finished", "points": 1}, None, "out")
+    question, record = QUESTIONS["curve"], Record({"status": "finished", "points": 1})
+    content = Content({"curve": logarithmic(0.05, 1e-3, 1e-5, count)}, record, None)
+    curve = question.result(question, content=content)
     assert curve.advice.startswith(f"Next: {next_command}")
 
 
 def test_shapes_of_one_point_are_no_range() -> None:
     table = curve_table(np.array([0.1]), np.array([1e-3]), np.zeros(1), dU_error=np.full(1, 1e-5), D_L=np.array([0.02]))
-    assert answer_of_curve(table, [], {})[-1] == "Taylor parameters: D_L = 0.02."
+    assert answer_of_curve(curve_of(table))[-1] == "Taylor parameters: D_L = 0.02."
 
 
 def test_a_sign_that_is_lost_far_away_is_not_told() -> None:
     """As of dU that decays with the distance: from where it is smaller than its error on nothing is said."""
     d = np.geomspace(0.1, 1.6, 9)
     table = curve_table(d, np.exp(-3 * d), -3 * np.exp(-3 * d), dU_error=np.full(9, 0.05))
-    words = answer_of_curve(table, [], {})[0]
+    words = answer_of_curve(curve_of(table))[0]
     found = re.fullmatch(
         r"The pair separates between d = 0.1 and ([\d.]+). Not decided between d = ([\d.]+) and 1.6: .*", words
     )
@@ -137,7 +146,7 @@ def test_the_peak_between_two_points_has_an_interval_of_height_and_place() -> No
     d = np.array([0.2, 0.35, 0.6])
     x = np.log(d / 0.4)
     table = curve_table(d, 1 / np.cosh(x), -np.tanh(x) / np.cosh(x) / d, dU_error=np.full(3, 1e-4))
-    lines = answer_of_curve(table, [], {})
+    lines = answer_of_curve(curve_of(table))
     found = re.fullmatch(r"Largest \|dU\|: \+([\d.]+) \+- ([\d.]+) at d = ([\d.]+) \+- ([\d.]+)\.", lines[1])
     assert found is not None, lines[1]
     height, error, place, place_error = map(float, found.groups())
@@ -147,7 +156,7 @@ def test_the_peak_between_two_points_has_an_interval_of_height_and_place() -> No
 
 def test_regions_in_python_meet_at_the_zeros_of_the_answer() -> None:
     zero = 0.2 * (1 + 1e-4)  # not quite that of the interpolant
-    below, above = Curve(logarithmic(0.2, 1e-3 / np.log(2), 1e-6), [zero]).regions
+    below, above = curve_of(logarithmic(0.2, 1e-3 / np.log(2), 1e-6), [Zero(zero, False)]).regions
     assert below.stop == above.start == zero
 
 
@@ -155,19 +164,19 @@ def test_a_case_in_units_has_its_answer_in_units() -> None:
     """D_c 50 um and U_av 10 mm/s: 5 ms, and 10 um/s for dU = 1e-3."""
     record = {"scales": {"length": 50e-6, "velocity": 10e-3, "time": 5e-3, "stress": 170.0}}
     run = series(1.0, [0.1, 0.12], [1e-3, 1.5e-3], dU_error=[1e-5, 1e-5])
-    assert answer_of_run(run, record) == [
+    assert said_of_run(run, record) == [
         "The pair separates: from d = 5 um at t = 0 s to d = 6 um at t = 0.005 s, dU = +15.00 +- 0.10 um/s at the end."
     ]
-    starting = answer_of_run(series(2.0, [0.1, 0.09], [-1e-2, -1e-2]), record | settled(-4e-3, 5e-5))[0]
+    starting = said_of_run(series(2.0, [0.1, 0.09], [-1e-2, -1e-2]), record | settled(-4e-3, 5e-5))[0]
     assert "Without any memory of its start it would have dU = -40.0 +- 0.5 um/s there" in starting
     assert starting.endswith("(physical.end = 0.034 s is enough).")
     curve = logarithmic(0.2, 1e-3 / np.log(2), 1e-6)
-    assert answer_of_curve(curve, [Zero(0.2, False, 0.01)], record) == [
+    assert answer_of_curve(curve_of(curve, [Zero(0.2, False, 0.01)], record)) == [
         "The pair comes closer between d = 5 um and 10 um, separates between d = 10 um and 15 um. "
         "It keeps its distance at d = 10.0 +- 0.5 um (unstable).",
         "Largest |dU|: -10.000 +- 0.010 um/s at d = 5 um" + BEYOND,
     ]
-    assert answer_of_critical([Zero(0.1, False), Zero(0.2, False)], record) == [
+    assert answer_of_critical([Zero(0.1, False), Zero(0.2, False)], Record(record)) == [
         "2 unstable critical distances, d = 5 um to 10 um: closer pairs come together, wider ones separate."
     ]
 
@@ -175,7 +184,7 @@ def test_a_case_in_units_has_its_answer_in_units() -> None:
 def test_critical_distances_by_kind() -> None:
     zeros = [Zero(0.2, False, 0.02), Zero(0.1, False, 0.003), Zero(0.3, True)]
     ends = [{"reason": "range", "message": "the last value is reached"}, {"reason": "edge", "message": "edge"}]
-    assert answer_of_critical(zeros, {"ends": ends}) == [
+    assert answer_of_critical(zeros, Record({"ends": ends})) == [
         "2 unstable critical distances, d = 0.100 +- 0.003 to 0.20 +- 0.02: "
         "closer pairs come together, wider ones separate.",
         "1 stable critical distance, d = 0.3: pairs come to rest.",
@@ -195,7 +204,7 @@ def test_nobody_is_told_to_repeat_what_fails_in_the_same_way(kind: str, again: s
     for failure in (
         NoSteadyState("no solution was found", advice="a larger mesh.Np"),
         MeshFailure("a cell of the new mesh is inverted", advice="a larger mesh.Np"),
-        NewtonFailure("no convergence", t=0.1, step=3, advice="a larger mesh.Np"),
+        NewtonFailure("no convergence", at="t = 0.1 (step 3)", advice="a larger mesh.Np"),
     ):
         told = advice(kind, "failed", failure.reason, str(failure))
         assert "try a larger mesh.Np; unchanged, the case fails in the same way" in told
@@ -253,7 +262,7 @@ def series(t: float, d: list[float], dU: list[float], **more: list[float]) -> di
 def settled(dU: float, error: float, **more: Any) -> dict[str, Any]:
     """run.json of a run in which a disturbance decays in a time of 1."""
     entry = {"d": [0.1], "dU": [dU], "dU_error": [error], "t_relax": 1.0, "start": "rest", "accuracy": 0.01}
-    return {"reason": "end", SETTLED: entry | more}
+    return {"reason": "end", SETTLED.name: entry | more}
 
 
 WITHOUT_START = "Without any memory of its start it would have dU = {} there (a quasi-steady solution)"
@@ -286,7 +295,7 @@ UNDECIDED = "may separate or come closer (not decided: the interval of dU holds 
     ],
 )
 def test_a_decayed_start_up_leaves_three_answers(dU: float, steady: tuple[float, float], answer: str) -> None:
-    (line,) = answer_of_run(series(10.0, [0.1, 0.08, 0.09], [-1e-2, 1e-3, dU]), settled(*steady))
+    (line,) = said_of_run(series(10.0, [0.1, 0.08, 0.09], [-1e-2, 1e-3, dU]), settled(*steady))
     assert line == f"The pair {answer.format('from d = 0.1 at t = 0 to d = 0.09 at t = 10')}"
 
 
@@ -298,7 +307,7 @@ def test_a_decayed_start_up_leaves_three_answers(dU: float, steady: tuple[float,
     ],
 )
 def test_a_run_cut_short_says_where_it_is_heading(dU: float, heading: str, end: float) -> None:
-    (line,) = answer_of_run(series(2.0, [0.1, 0.09], [-1e-2, -1e-2]), settled(dU, 5e-5))
+    (line,) = said_of_run(series(2.0, [0.1, 0.09], [-1e-2, -1e-2]), settled(dU, 5e-5))
     start = "The pair is still starting up: from d = 0.1 at t = 0 to d = 0.09 at t = 2, dU = -0.01 at the end. "
     assert line == f"{start}{heading} (time.end = {end} is enough)."
 
@@ -307,16 +316,16 @@ def test_three_decay_times_are_waited_for_after_rest() -> None:
     """dU may pass the value of quasi-steady motion on its way; from a quasi-steady state nothing is waited for."""
     passing = series(1.0, [0.1, 0.11], [1e-2, 1.5e-2])
     record = settled(1.5e-2, 1e-4)
-    assert "is still starting up" in answer_of_run(passing, record)[0]
-    assert start_up(record) == 3.0
+    assert "is still starting up" in said_of_run(passing, record)[0]
+    assert Series(passing, Record(record)).start_up == 3.0
     steady = settled(1.5e-2, 1e-4, start="steady")
-    assert "separates" in answer_of_run(passing, steady)[0]
-    assert start_up(steady) == 0.0
+    assert "separates" in said_of_run(passing, steady)[0]
+    assert Series(passing, Record(steady)).start_up == 0.0
 
 
 def test_advised_end_leaves_the_difference_within_the_errors() -> None:
     """Of 1e-3 at t = 4 that decay like exp(-t), 2e-4 are left at t = 5.6."""
-    line = answer_of_run(series(4.0, [0.1, 0.11], [1e-2, 1.1e-2]), settled(1e-2, 1e-4))[0]
+    line = said_of_run(series(4.0, [0.1, 0.11], [1e-2, 1.1e-2]), settled(1e-2, 1e-4))[0]
     end = float(line.partition("time.end = ")[2].split()[0])
     assert 4 + np.log(5) < end < 4 + np.log(5) + 1
 
@@ -324,8 +333,8 @@ def test_advised_end_leaves_the_difference_within_the_errors() -> None:
 def test_the_runs_own_error_counts_where_it_is_estimated() -> None:
     off = {"d": [0.1, 0.11], "dU": [1e-2, 1.1e-2]}
     record = settled(1e-2, 1e-4)
-    assert "is still starting up" in answer_of_run(series(10.0, **off), record)[0]
-    lines = answer_of_run(series(10.0, **off, dU_error=[2e-3, 2e-3]), record)
+    assert "is still starting up" in said_of_run(series(10.0, **off), record)[0]
+    lines = said_of_run(series(10.0, **off, dU_error=[2e-3, 2e-3]), record)
     assert "separates" in lines[0]
     assert "dU = +0.011 +- 0.002 at the end" in lines[0]
 
@@ -339,21 +348,21 @@ def test_the_runs_own_error_counts_where_it_is_estimated() -> None:
     ],
 )
 def test_without_a_quasi_steady_solution_the_run_speaks_for_itself(d: list[float], dU: list[float], words: str) -> None:
-    lines = answer_of_run(series(1.0, d, dU), {"reason": "end", SETTLED: {"message": "there is a fold"}})
+    lines = said_of_run(series(1.0, d, dU), {"reason": "end", SETTLED.name: {"message": "there is a fold"}})
     assert lines == [
         f"The pair {words}: from d = {d[0]} at t = 0 to d = {d[1]} at t = 1, dU = {dU[1]:+g} at the end.",
         "Whether the start is forgotten is not known: there is a fold.",
     ]
-    assert answer_of_run(series(1.0, d, dU), {"reason": "end"}) == lines[:1]
+    assert said_of_run(series(1.0, d, dU), {"reason": "end"}) == lines[:1]
 
 
 def test_a_run_that_ends_in_contact_collides_and_one_whose_dU_is_below_its_error_has_no_sign() -> None:
-    (line,) = answer_of_run(series(1.0, [0.1, 0.004], [-1e-2, -1e-2]), {"reason": "contact"})
+    (line,) = said_of_run(series(1.0, [0.1, 0.004], [-1e-2, -1e-2]), {"reason": "contact"})
     assert line.startswith("The pair collides: from d = 0.1 at t = 0 to d = 0.004 at t = 1")
     positions = {"z_L": np.array([0.5, 2.4]), "z_T": np.array([0.0, 2.0])}
-    (line,) = answer_of_run(series(1.0, [0.1, 0.004], [-1e-2, -1e-2]) | positions, {"reason": "contact"})
+    (line,) = said_of_run(series(1.0, [0.1, 0.004], [-1e-2, -1e-2]) | positions, {"reason": "contact"})
     assert line.startswith("The pair collides: from d = 0.1 at t = 0 to d = 0.004 at t = 1, 1.95 D_c of tube later, dU")
-    (line,) = answer_of_run(series(1.0, [0.1, 0.1], [1e-4, 1e-4], dU_error=[2e-4, 2e-4]), {})
+    (line,) = said_of_run(series(1.0, [0.1, 0.1], [1e-4, 1e-4], dU_error=[2e-4, 2e-4]), {})
     assert line.startswith(f"The pair {UNDECIDED}: ")
     assert line.endswith("dU = (+1 +- 2)e-4 at the end.")
 
@@ -361,23 +370,23 @@ def test_a_run_that_ends_in_contact_collides_and_one_whose_dU_is_below_its_error
 @pytest.mark.parametrize("status", ["running", "interrupted", "failed"])
 def test_a_run_that_has_not_come_to_its_end_has_no_sign_that_its_start_up_makes(status: str) -> None:
     run, record = series(0.1, [0.1, 0.09], [-1e-2, -1e-2]), {"status": status, "start": "rest"}
-    assert answer_of_run(run, record) == [
+    assert said_of_run(run, record) == [
         "The pair moved from d = 0.1 at t = 0 to d = 0.09 at t = 0.1, dU = -0.01 at the end; "
         "what it does once its start is forgotten is not known yet."
     ]
-    assert answer_of_run(run, record | {"start": "steady"})[0].startswith("The pair comes closer: ")
+    assert said_of_run(run, record | {"start": "steady"})[0].startswith("The pair comes closer: ")
 
 
 def test_every_gap_of_three_particles_has_its_line() -> None:
     table = {"t": np.array([10.0]), "d_1": np.array([0.1]), "d_2": np.array([0.2])}
     table |= {"dU_1": np.array([1e-2]), "dU_2": np.array([-1e-2]), "D_1": np.array([0.01])}
     record = settled(1e-2, 1e-4)
-    record[SETTLED] |= {"dU": [1e-2, 1e-2], "dU_error": [1e-4, 1e-4]}
-    first, second, deformation = answer_of_run(table, record)
+    record[SETTLED.name] |= {"dU": [1e-2, 1e-2], "dU_error": [1e-4, 1e-4]}
+    first, second, deformation = said_of_run(table, record)
     assert first.startswith("Gap 1 separates: from d = 0.1")
     assert second.startswith("Gap 2 is still starting up: from d = 0.2")
     assert deformation == "Taylor parameters at the end: D_1 = 0.01."
-    first, second, _ = answer_of_run(table, {"reason": "contact"})
+    first, second, _ = said_of_run(table, {"reason": "contact"})
     assert first.startswith("Gap 1 collides: ")
     assert second.startswith("Gap 2 comes closer: "), "it is not the one that has closed"
 
@@ -387,14 +396,14 @@ def test_many_gaps_are_counted_and_their_mean_is_told() -> None:
     table = {"t": np.array([0.0, 10.0])}
     table |= {f"d_{i}": np.array([0.2, end]) for i, end in enumerate(d, 1)}
     table |= {f"dU_{i}": np.array([0.0, value]) for i, value in enumerate(dU, 1)}
-    counted, spread = answer_of_run(table, {"reason": "contact"})[1:]
-    assert answer_of_run(table, {"reason": "contact"})[0] == "Gap 1 collides at t = 10."
+    counted, spread = said_of_run(table, {"reason": "contact"})[1:]
+    assert said_of_run(table, {"reason": "contact"})[0] == "Gap 1 collides at t = 10."
     places = {f"z_{i}": np.array([0.5 * i, 0.5 * i + 20]) for i in range(6)}
-    assert answer_of_run(table | places, {"reason": "contact"})[0] == "Gap 1 collides at t = 10, 20 D_c of tube later."
+    assert said_of_run(table | places, {"reason": "contact"})[0] == "Gap 1 collides at t = 10, 20 D_c of tube later."
     assert counted.startswith("Of 5 gaps at t = 10: 3 separating, 1 coming closer, 1 not decided")
     later = settled(1e-2, 1e-4)
-    later[SETTLED] |= {"dU": 5 * [1e-2], "dU_error": 5 * [1e-4]}
-    assert "Of 5 gaps at the distances of t = 10, once the start is forgotten: 5 separating." in answer_of_run(
+    later[SETTLED.name] |= {"dU": 5 * [1e-2], "dU_error": 5 * [1e-4]}
+    assert "Of 5 gaps at the distances of t = 10, once the start is forgotten: 5 separating." in said_of_run(
         table, later
     )
     assert spread.startswith(f"Their mean went from 0.2 to 0.2, their standard deviation from 0 to {np.std(d):.5g};")

@@ -66,10 +66,10 @@ def spend(monitor: Monitor) -> None:
 
 @pytest.mark.slow
 def test_a_command_that_finds_nothing_ends_by_itself(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pairsim.api.compute.PATIENCE", 6.0)
+    monkeypatch.setattr("pairsim.questions.compute.PATIENCE", 3.0)
     found = api.curve(PAIR | {"De": 1, "Ca_e": 0.2, "d": [0.1], "mesh": {"Np": 16, "max_size": 0.07}})
     assert (found.status, found.reason) == ("failed", "budget")
-    assert "nothing was found within 6 s, while solving at De = " in found.message
-    monkeypatch.setattr("pairsim.api.compute.PATIENCE", 20.0)
+    assert "nothing was found within 3 s, while solving at De = " in found.message
+    monkeypatch.setattr("pairsim.questions.compute.PATIENCE", 20.0)
     many = api.curve(PAIR | {"Ca_e": 0.02, "d": {"start": 0.05, "stop": 0.8, "num": 20}})
     assert many.status == "finished", "it ends nothing that has begun to have results"

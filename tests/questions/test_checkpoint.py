@@ -22,10 +22,10 @@ from pairsim.cases.run_case import Case
 from pairsim.computing.progress import Reporter
 from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.physics import solids
-from pairsim.results.checkpoint import Checkpoint, load
-from pairsim.results.folder import write_bytes
-from pairsim.results.table_files import read_table
-from pairsim.results.xdmf import read_times
+from pairsim.record.checkpoint import Checkpoint, load
+from pairsim.record.folder import write_bytes
+from pairsim.record.table_files import read_table
+from pairsim.record.xdmf import read_times
 from pairsim.runtime.errors import InputError
 from pairsim.solvers.stepping.step_size import StepControl
 from pairsim.solvers.transient.adaptation import RunAdaptation
@@ -60,7 +60,7 @@ def soft(**changes: Any) -> Case:
 def run(case: Case, folder: Path, reporter: Reporter | None = None, *, resume: bool = False) -> pairsim.RunResult:
     """Run or continue a case with the signal handlers of the command line; messages go to the reporter."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("pairsim.api.compute.Reporter", lambda *_: reporter or Reporter())
+        patch.setattr("pairsim.questions.compute.Reporter", lambda *_: reporter or Reporter())
         return pairsim.run(case, folder=folder, resume=resume, signals=True)
 
 
@@ -273,7 +273,7 @@ def test_run_that_fills_the_disk_with_fields_can_be_resumed(tmp_path: Path, monk
         write_bytes(path, content)
 
     with monkeypatch.context() as patch:
-        patch.setattr("pairsim.results.xdmf.write_bytes", full)
+        patch.setattr("pairsim.record.xdmf.write_bytes", full)
         result = run(case, tmp_path / "run")
     assert (result.status, result.reason) == ("failed", "write_failed")
     file = tmp_path / "run" / "fields" / "0003.h5"

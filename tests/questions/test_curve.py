@@ -15,12 +15,12 @@ from support.inputs import ROOT
 from support.references import reference
 
 import pairsim
-from pairsim.api.results import Result
-from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import read_case
+from pairsim.computing.result import Result
 from pairsim.plots.frames import outlines
-from pairsim.results.table_files import read_table
-from pairsim.results.xdmf import read_frame
+from pairsim.questions.registry import QUESTIONS
+from pairsim.record.table_files import read_table
+from pairsim.record.xdmf import read_frame
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.curves.branch import Branch, Point

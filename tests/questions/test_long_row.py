@@ -12,9 +12,9 @@ import pytest
 from support.pictures import drawn_figures
 
 import pairsim
-from pairsim.computing import QUESTIONS
 from pairsim.computing.events import Begin, Progress
 from pairsim.computing.problems import steady_problem
+from pairsim.questions.registry import QUESTIONS
 from pairsim.questions.train import work
 from pairsim.questions.train.row import first_gaps
 from pairsim.runtime.monitor import Monitor

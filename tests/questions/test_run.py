@@ -20,8 +20,8 @@ from pairsim.fem.diagnostics import extents
 from pairsim.quantities.kinds import VELOCITY
 from pairsim.quantities.text import in_unit
 from pairsim.questions.run.computation import frames_until
-from pairsim.results.table_files import read_table
-from pairsim.results.xdmf import read_frame, read_times
+from pairsim.record.table_files import read_table
+from pairsim.record.xdmf import read_frame, read_times
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.problems import Problem
 

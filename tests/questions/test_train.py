@@ -13,9 +13,10 @@ from scipy.special import ive
 from support.inputs import ROOT
 
 import pairsim
-from pairsim.computing import QUESTIONS, events
+from pairsim.computing import events
 from pairsim.computing.case_files import parse_case
 from pairsim.computing.problems import steady_problem
+from pairsim.questions.registry import QUESTIONS
 from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
@@ -36,14 +37,14 @@ def problem_of(**keys: Any) -> tuple[SteadyProblem, Parameters]:
 
 def one(**keys: Any) -> SteadySolver:
     found = one_particle(*problem_of(**keys), keys["d"])
-    found.factor()
+    found.linearise()
     return found
 
 
 def test_a_cell_of_three_is_three_cells_of_one_and_its_beads_are_equal_to_rounding() -> None:
     alone = one(**SOFT, mesh={"Np": 10})
     row = repeated(alone, 3)
-    row.factor()
+    row.linearise()
     U = row.y[row.constraints.fields["U_p"]]
     assert distance(alone) == pytest.approx(0.1, rel=1e-6)
     assert pytest.approx(float(alone.y[alone.constraints.fields["U_p"]][0]), rel=1e-10) == U
@@ -67,7 +68,7 @@ def test_velocities_beside_a_bead_that_moves_are_those_of_runs_with_beads_there(
     U = []
     for change in (step, -step):
         assert row.solve(here.with_longer_gap(0, change), row.y).converged
-        row.factor()
+        row.linearise()
         U.append(row.y[row.constraints.fields["U_p"]])
     row.close()
     slopes = (U[0] - U[1]) / (2 * step)

@@ -7,11 +7,10 @@ import re
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from support.result_folders import curve_table
+from support.result_folders import curve_of, curve_table
 
+from pairsim.analysis.pair_motion import FORGOTTEN
 from pairsim.questions.curve.answer import answer_of_curve
-from pairsim.results.curve_table import FORGOTTEN, Motion, forgotten_at
-from pairsim.results.travel import travel
 from pairsim.runtime.errors import InputError
 
 D = np.geomspace(0.05, 1, 12)
@@ -31,7 +30,7 @@ LINEAR = table(0.01 * D, np.full_like(D, 0.01))
 
 def test_velocity_proportional_to_distance_gives_a_logarithm() -> None:
     """dU = k d: t = ln(b/a)/k. The cubic in log d between twelve points leaves 1e-5."""
-    way = travel(LINEAR, 0.1, 0.5, "test")
+    way = curve_of(LINEAR).travel(0.1, 0.5)
     assert way.time == pytest.approx(np.log(5) / 0.01, rel=1e-5)
     assert way.length == pytest.approx(1.8 * np.log(5) / 0.01, rel=1e-5)
     assert abs(way.time - np.log(5) / 0.01) < way.time_error < 1e-3 * way.time
@@ -43,7 +42,7 @@ def test_a_motion_over_time_is_that_of_its_differential_equation(start: float) -
     """dU is positive below its stable zero, d = 0.25, and above its unstable one, d = 0.55."""
     x = np.log(D / 0.1)
     dU = 0.01 * (x - 0.9) * (x - 1.7)
-    motion, times = Motion.of(table(dU, 0.01 * (2 * x - 2.6) / D)), np.linspace(0, 40, 30)
+    motion, times = curve_of(table(dU, 0.01 * (2 * x - 2.6) / D)).motion, np.linspace(0, 40, 30)
     assert motion is not None
     start_x, rates = [np.log(start)], motion.rates
     way = solve_ivp(lambda _, y: np.interp(y, *rates), (0, 40), start_x, "LSODA", times, rtol=1e-9, atol=1e-12).y[0]
@@ -53,7 +52,7 @@ def test_a_motion_over_time_is_that_of_its_differential_equation(start: float) -
 def test_cubic_in_log_d_is_integrated_exactly() -> None:
     """dU = -k (1 + x^2), x = ln d, approaching: t = integral of e^x dx/(k (1 + x^2)), U = e^-x: an arctangent."""
     x = np.log(D)
-    way = travel(table(-0.02 * (1 + x**2), -0.04 * x / D, U=1.0), 0.8, 0.2, "test")
+    way = curve_of(table(-0.02 * (1 + x**2), -0.04 * x / D, U=1.0)).travel(0.8, 0.2)
     fine = np.linspace(np.log(0.2), np.log(0.8), 200_001)
     expected = np.trapezoid(np.exp(fine) / (1 + fine**2), fine) / 0.02
     assert way.time == pytest.approx(expected, rel=1e-9)
@@ -61,13 +60,13 @@ def test_cubic_in_log_d_is_integrated_exactly() -> None:
 
 
 def test_the_pair_moves_with_dU_not_with_that_of_held_distances() -> None:
-    way = travel(table(0.01 * D, np.full_like(D, 0.01), rest=0.25), 0.1, 0.5, "test")
+    way = curve_of(table(0.01 * D, np.full_like(D, 0.01), rest=0.25)).travel(0.1, 0.5)
     assert way.time == pytest.approx(np.log(5) / 0.0125, rel=1e-3)
 
 
 def test_the_half_width_is_that_of_dU_everywhere_on_one_side() -> None:
     """With dU 10 % too small all along the way the time is 1/.9 of what it is."""
-    way = travel(table(0.01 * D, np.full_like(D, 0.01), error=0.1), 0.1, 0.5, "test")
+    way = curve_of(table(0.01 * D, np.full_like(D, 0.01), error=0.1)).travel(0.1, 0.5)
     assert way.time_error == pytest.approx(way.time * (1 / 0.9 - 1), rel=1e-2)
     assert way.length_error == pytest.approx(way.length * (1 / 0.9 - 1), rel=1e-2)
 
@@ -77,7 +76,7 @@ def test_the_interval_of_few_points_holds_the_exact_time() -> None:
     d = np.geomspace(0.05, 0.8, 5)
     x = np.log(d / 0.2)
     columns = curve_table(d, 1 / np.cosh(x), -np.tanh(x) / np.cosh(x) / d)
-    way = travel(columns | {"U_L": np.full(5, 1.8), "U_T": np.full(5, 1.8)}, 0.06, 0.7, "test")
+    way = curve_of(columns | {"U_L": np.full(5, 1.8), "U_T": np.full(5, 1.8)}).travel(0.06, 0.7)
     fine = np.linspace(np.log(0.06), np.log(0.7), 200_001)
     exact = np.trapezoid(np.exp(fine) * np.cosh(fine - np.log(0.2)), fine)
     assert abs(way.time - exact) > 1e-4 * exact
@@ -86,21 +85,21 @@ def test_the_interval_of_few_points_holds_the_exact_time() -> None:
 
 def test_dU_moves_the_centres_not_the_surfaces() -> None:
     """Where shapes change with the distance, c = d + .02 ln d: t = integral of (1 + .02/d) dd/(k d)."""
-    way = travel(LINEAR | {"stretch": 1 + 0.02 / D}, 0.1, 0.5, "test")
+    way = curve_of(LINEAR | {"stretch": 1 + 0.02 / D}).travel(0.1, 0.5)
     assert way.time == pytest.approx((np.log(5) + 0.02 * (1 / 0.1 - 1 / 0.5)) / 0.01, rel=1e-3)
 
 
 def test_where_dU_may_vanish_there_is_no_time() -> None:
     with pytest.raises(InputError, match="a distance at which dU may vanish"):
-        travel(table(0.01 * D, np.full_like(D, 0.01), error=1.1), 0.1, 0.5, "test")
+        curve_of(table(0.01 * D, np.full_like(D, 0.01), error=1.1)).travel(0.1, 0.5)
 
 
 def test_an_end_of_the_curve_that_is_missed_by_rounding_is_the_end() -> None:
     """2 um in a tube of 50 um is .04 in one way of computing it and .039999999999999994 in another."""
-    whole = travel(LINEAR, 0.05, 1.0, "test")
-    assert travel(LINEAR, 0.05 * (1 - 4e-16), 1.0 + 4e-16, "test") == whole
+    whole = curve_of(LINEAR).travel(0.05, 1.0)
+    assert curve_of(LINEAR).travel(0.05 * (1 - 4e-16), 1.0 + 4e-16) == whole
     with pytest.raises(InputError, match="must be between"):
-        travel(LINEAR, 0.05 * (1 - 1e-6), 1.0, "test")
+        curve_of(LINEAR).travel(0.05 * (1 - 1e-6), 1.0)
 
 
 ZERO = table(0.01 * (D - 0.3), np.full_like(D, 0.01))
@@ -121,7 +120,7 @@ ZERO = table(0.01 * (D - 0.3), np.full_like(D, 0.01))
 )
 def test_what_cannot_be_reached_is_refused(start: float, stop: float, key: str, message: str) -> None:
     with pytest.raises(InputError, match=message) as caught:
-        travel(ZERO, start, stop, "test")
+        curve_of(ZERO).travel(start, stop)
     assert caught.value.key == key
 
 
@@ -138,12 +137,12 @@ def test_messages_show_the_distance_as_it_was_typed(start: str, stop: str, messa
     record = {"scales": {"length": 50e-6, "time": 0.005, "velocity": 0.01, "stress": 170.0}}
     columns = curve_table(np.array([0.1, 0.3]), np.full(2, 1e-3), np.zeros(2), U_L=np.ones(2), U_T=np.ones(2))
     with pytest.raises(InputError, match=re.escape(message)):
-        travel(columns, start, stop, "test", record)
+        curve_of(columns, [], record).travel(start, stop)
 
 
 def test_curve_of_one_particle_has_no_way() -> None:
     with pytest.raises(InputError, match="curve of a pair"):
-        travel({"U_1": D}, 0.1, 0.2, "test")
+        curve_of({"U_1": D}).travel(0.1, 0.2)
 
 
 def decaying(rate: float, t_relax: float, **more: np.ndarray) -> dict[str, np.ndarray]:
@@ -154,48 +153,48 @@ def decaying(rate: float, t_relax: float, **more: np.ndarray) -> dict[str, np.nd
 
 
 def test_a_start_is_forgotten_three_decay_times_later() -> None:
-    assert forgotten_at(decaying(0.2, 1.0), 0.1) == pytest.approx(0.1 * np.exp(0.2 * FORGOTTEN), rel=1e-2)
-    assert forgotten_at(decaying(-0.2, 1.0), 0.5) == pytest.approx(0.5 * np.exp(-0.2 * FORGOTTEN), rel=1e-2)
+    assert curve_of(decaying(0.2, 1.0)).forgotten(0.1) == pytest.approx(0.1 * np.exp(0.2 * FORGOTTEN), rel=1e-2)
+    assert curve_of(decaying(-0.2, 1.0)).forgotten(0.5) == pytest.approx(0.5 * np.exp(-0.2 * FORGOTTEN), rel=1e-2)
     slower = decaying(0.2, 1.0, stretch=np.full(12, 0.5))  # the surfaces part twice as fast as the centres
-    assert forgotten_at(slower, 0.1) == pytest.approx(0.1 * np.exp(0.4 * FORGOTTEN), rel=1e-2)
+    assert curve_of(slower).forgotten(0.1) == pytest.approx(0.1 * np.exp(0.4 * FORGOTTEN), rel=1e-2)
 
 
 def test_a_pair_that_leaves_the_curve_before_has_not_forgotten_its_start() -> None:
-    assert forgotten_at(decaying(0.2, 10.0), 0.1) == np.inf
+    assert curve_of(decaying(0.2, 10.0)).forgotten(0.1) == np.inf
 
 
 def test_a_pair_that_comes_to_rest_has_all_the_time() -> None:
     dU = 0.2 * np.log(0.3 / D)
     resting = decaying(0.2, 5.0) | {"dU": dU, "dU_held": dU, "dU_discrete": dU, "slope": -0.2 / D}
-    found = forgotten_at(resting, 0.1)
+    found = curve_of(resting).forgotten(0.1)
     assert found is not None
     assert 0.25 < found <= 0.3
 
 
 def test_without_memory_a_start_is_forgotten_at_once_and_without_decay_times_it_is_not_known() -> None:
-    assert forgotten_at(decaying(0.2, 0.0), 0.1) == pytest.approx(0.1, rel=0.02)
-    assert forgotten_at(decaying(0.2, np.nan), 0.1) is None
+    assert curve_of(decaying(0.2, 0.0)).forgotten(0.1) == pytest.approx(0.1, rel=0.02)
+    assert curve_of(decaying(0.2, np.nan)).forgotten(0.1) is None
 
 
 def test_a_start_from_rest_changes_the_time_by_how_far_it_is_behind() -> None:
     """.002 D_c behind, at dU = .2 * .1, are .1 D_c/U_av; a curve without the column says nothing of it."""
     table = decaying(0.2, 1.0, U_L=1.8 + 0.1 * D, U_T=1.8 - 0.1 * D)
-    way = travel(table | {"from_rest": 0.02 * D}, 0.1, 0.9, "test")
+    way = curve_of(table | {"from_rest": 0.02 * D}).travel(0.1, 0.9)
     assert way.start_error == pytest.approx(0.1, rel=0.02)
     assert "one that starts there has forgotten its start by d = " in str(way)
     assert str(way).endswith(", and takes up to about 0.1 D_c/U_av more or less if it starts from rest")
-    before = travel(table, 0.1, 0.9, "test")
+    before = curve_of(table).travel(0.1, 0.9)
     assert before.start_error is None
     assert "forgotten" in str(before)
     assert "from rest" not in str(before)
 
 
 def test_the_answer_says_so_where_it_is_far() -> None:
-    slow = answer_of_curve(decaying(0.2, 1.0, dU_held=1.1 * 0.2 * D), [], {})[1]
+    slow = answer_of_curve(curve_of(decaying(0.2, 1.0, dU_held=1.1 * 0.2 * D)))[1]
     assert slow.startswith("A pair that starts at d = 0.05 follows this curve from d = 0.091")
     assert "held distance: dU_held, 10 % more" in slow
-    held = answer_of_curve(decaying(0.2, 1.0, dU_held=1.1 * 0.2 * D), [], {})[2]
+    held = answer_of_curve(curve_of(decaying(0.2, 1.0, dU_held=1.1 * 0.2 * D)))[2]
     free, fixed = (f"+{rate * D[-1]:.7f} +- 0.0000010" for rate in (0.2, 0.22))
     assert held.startswith(f"At d = {D[-1]:.4g} a pair that moves freely has dU = {free}; while its distance is held, ")
     assert held.endswith(f"it is dU_held = {fixed}.")
-    assert "forgotten" not in "".join(answer_of_curve(decaying(0.2, 0.02), [], {}))
+    assert "forgotten" not in "".join(answer_of_curve(curve_of(decaying(0.2, 0.02))))

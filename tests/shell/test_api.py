@@ -18,12 +18,12 @@ import pandas as pd
 import pytest
 
 import pairsim
-from pairsim.api.results import _grid_of
-from pairsim.computing import QUESTIONS
+from pairsim.computing.fields_grid import grid_of
 from pairsim.computing.progress import Reporter
 from pairsim.quantities.scales import Scales
-from pairsim.results.table_files import read_table
-from pairsim.results.xdmf import FieldFrame
+from pairsim.questions.registry import QUESTIONS
+from pairsim.record.table_files import read_table
+from pairsim.record.xdmf import FieldFrame
 
 PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": 3, "mesh": {"Np": 8, "max_size": 0.3}}
 CURVE = PAIR | {"d": [0.1, 0.3], "fields": [0.1]}
@@ -178,7 +178,7 @@ def test_fields_are_in_units_on_demand_and_unknown_where_there_are_none() -> Non
     names = ("velocity", "tau_s", "tau_p", "tr_c", "pressure")
     fields = [np.ones((12, 2)), np.ones((12, 4)), np.ones((12, 4)), np.ones(12), np.ones(12)]
     frame = FieldFrame(0.1, np.ones((12, 2)), cells, region, dict(zip(names, fields, strict=True)))
-    grid = _grid_of(frame, Scales(50e-6, 10e-3, 0.85))
+    grid = grid_of(frame, Scales(50e-6, 10e-3, 0.85))
     shown = {name: np.unique(values.T[0] if values.ndim > 1 else values) for name, values in grid.point_data.items()}
     assert grid.points[0] == pytest.approx([50, 50, 0])
     assert (shown["velocity"], shown["pressure"]) == (pytest.approx([1e4]), pytest.approx([170]))
@@ -239,7 +239,7 @@ def test_a_keyboard_interrupt_leaves_a_partial_result(
     seconds: float, default_sigint: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Wherever it comes: in Python, or in a function that PETSc has called, where an exception would be lost."""
-    monkeypatch.setattr("pairsim.api.compute.Reporter", lambda *_: Interrupting(seconds))
+    monkeypatch.setattr("pairsim.questions.compute.Reporter", lambda *_: Interrupting(seconds))
     try:
         result = pairsim.run(RUN, time={"end": 1000.0, "tol": 1e-6})
     except KeyboardInterrupt:

@@ -16,24 +16,30 @@ from support.judge_atlas import judge
 from typer.testing import CliRunner
 
 import pairsim as api
+from pairsim.analysis.master_curve import Curve
+from pairsim.app.command_line import app
 from pairsim.atlas import atlas as shipped
 from pairsim.atlas import fit
 from pairsim.atlas.atlas import PARAMETERS, SHIPPED, Atlas, Curves
 from pairsim.atlas.kriging import Kriging, covariance
 from pairsim.cases.yaml_file import read_yaml
-from pairsim.cli.app import app
 from pairsim.questions.curve import CurveCase
-from pairsim.results.curve_table import curve_of
-from pairsim.results.table_files import read_table
+from pairsim.record.table import Table
+from pairsim.record.table_files import read_table
 from pairsim.runtime.errors import InputError
-from pairsim.sweeps.atlas import curve_folders, curves_in, joined
+from pairsim.sweeps.atlas_building import curve_folders, curves_in, joined
 
 PLACES = Path(__file__).parents[2] / "docs" / "validation" / "atlas-places.csv"
 LOADED = """import sys
 from pathlib import Path
 from pairsim.atlas.atlas import Atlas
-Atlas.load(Path(sys.argv[1])).table(.4, .5, .05)
+Atlas.load(Path(sys.argv[1])).at(.4, .5, .05)
 print(*sys.modules)"""
+
+
+def table_of(atlas: Atlas, beta: float, De: float, Ca_e: float) -> Table:
+    """The columns of a curve of an atlas."""
+    return Curve.of_atlas(atlas, beta=beta, De=De, Ca_e=Ca_e).table
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +54,7 @@ def test_intervals_hold_a_known_function(made: Atlas) -> None:
     assert (np.abs(dU - values) <= half_width).mean() > 0.93
     assert np.median(half_width / np.abs(values).max(axis=1, keepdims=True)) < 0.01
     assert (made.velocities([[0.4, 0.0, 0.0]])[0] == 0).all()
-    table = made.table(0.4, 0.5, 0.05)
+    table = table_of(made, 0.4, 0.5, 0.05)
     assert table["stretch"] == pytest.approx(1 + 0.05 * np.exp(-D), rel=1e-3)
     assert table["U_L"] - table["U_T"] == pytest.approx(table["dU"])
 
@@ -78,9 +84,9 @@ def test_deviations_between_dense_curves_are_no_rounding() -> None:
 
 def test_slopes_are_differences(made: Atlas) -> None:
     place, e = np.array([0.41, 0.4, 0.06]), 1e-5
-    table = made.table(*place)
+    table = table_of(made, *place)
     for name, step in zip(PARAMETERS, np.eye(3) * e, strict=True):
-        high, low = (made.table(*(place + s * step))["dU"] for s in (1, -1))
+        high, low = (made.at(*(place + s * step)).dU for s in (1, -1))
         assert table[f"by_{name}"] == pytest.approx((high - low) / (2 * e), rel=1e-4, abs=1e-9)
 
 
@@ -115,14 +121,14 @@ def test_further_places_are_where_intervals_are_wide(made: Atlas) -> None:
 def test_a_file_has_all_of_an_atlas(made: Atlas, tmp_path: Path) -> None:
     made.save(tmp_path / "a.npz")
     again = Atlas.load(tmp_path / "a.npz")
-    for name, column in made.table(0.35, 0.2, 0.03).items():
-        assert again.table(0.35, 0.2, 0.03)[name] == pytest.approx(column, rel=1e-12), name
+    for name, column in table_of(made, 0.35, 0.2, 0.03).items():
+        assert table_of(again, 0.35, 0.2, 0.03)[name] == pytest.approx(column, rel=1e-12), name
     assert (again.box, again.provenance) == (BOX, {"case": CASE})
 
 
 def test_what_is_outside_or_no_atlas_is_refused(made: Atlas, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"beta = 0\.6 is not in 0\.3 to 0\.5"):
-        made.table(0.6, 0, 0.1)
+        made.at(0.6, 0, 0.1)
     (tmp_path / "a.npz").write_text("no")
     with pytest.raises(InputError, match="must be an atlas"):
         Atlas.load(tmp_path / "a.npz")
@@ -212,7 +218,7 @@ def test_curves_are_computed_and_made_into_an_atlas(pairsim: Pairsim, tmp_path: 
     assert atlas.curves.random.sum() == 3
     for folder in curve_folders(tmp_path / "out" / "round-00"):
         table, case = read_table(folder / "curve.csv"), read_yaml(folder / "case.yaml")
-        found = atlas.table(*(float(case[name]) for name in PARAMETERS))
+        found = table_of(atlas, *(float(case[name]) for name in PARAMETERS))
         at = [0, -1]  # the ends of d
         assert (np.abs(found["dU"][at] - table["dU"][at]) <= found["dU_error"][at] + table["dU_error"][at]).all()
     spec.write_text(f"{box}curves: 6\nbase: {base}\nstart: out/atlas.npz\nwithin: {{beta: [0.36, 0.4]}}\n")
@@ -277,7 +283,7 @@ def test_the_atlases_that_ship_hold_fresh_points(
     atlas, d = Atlas.load(Path(shipped.__file__).with_name(f"{name}.npz")), [0.1, 0.2, 0.4]
     case = {"beta": beta, "De": De, "Ca_e": Ca_e, "d": d, "ends": "developed", "length": "auto", "liquid": liquid}
     point = api.curve(case, tol=1)
-    curve = curve_of(atlas.table(beta, De, Ca_e))
+    curve = Curve.of_atlas(atlas, beta=beta, De=De, Ca_e=Ca_e).interpolant()
     assert curve is not None
     here = [np.isclose(point.columns["d"], each).argmax() for each in d]
     dU, error = (point.columns[name][here] for name in ("dU", "dU_error"))

@@ -14,8 +14,8 @@ import pandas as pd
 import pytest
 from support.inputs import ROOT
 
-from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import read_case
+from pairsim.questions.registry import QUESTIONS
 from pairsim.sweeps.grid import Grid, grid_from, read_grid
 
 sys.path.append(str(ROOT / "scripts"))  # the modules of a script lie beside it

@@ -15,13 +15,13 @@ import pairsim
 from pairsim.cases.accuracy import SETTINGS
 from pairsim.cases.identity import default_folder, identity_of
 from pairsim.cases.run_case import Case
-from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case, read_case
 from pairsim.physics.liquids.giesekus import Giesekus
 from pairsim.physics.liquids.power_law import PowerLaw
 from pairsim.physics.solids.kelvin_voigt import KelvinVoigt
 from pairsim.plots.labels import case_parts
 from pairsim.questions.curve import CurveCase
+from pairsim.questions.registry import QUESTIONS
 
 PAIR: dict[str, Any] = {"beta": 0.4, "Ca_e": 0.1, "d0": 0.1}
 MODES = [

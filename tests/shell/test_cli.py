@@ -14,11 +14,11 @@ import typer
 from typer.main import get_command
 from typer.testing import CliRunner
 
-from pairsim.cli import compute
-from pairsim.cli.app import app, command_of
+from pairsim.app import question_commands
+from pairsim.app.command_line import app, command_of
 from pairsim.computing import progress
+from pairsim.questions.registry import NAMES
 from pairsim.runtime.child_process import module_command
-from pairsim.runtime.questions import NAMES
 
 COMMANDS = sorted(get_command(app).commands)  # type: ignore[attr-defined]
 HEAVY = ("dolfinx", "gmsh", "matplotlib", "meshio", "mpi4py", "pandas", "pyvista")
@@ -29,7 +29,7 @@ FOR_FEW = ("h5py", "matplotlib.animation", "matplotlib.pyplot", "meshio", "panda
 def test_help_lists_every_command() -> None:
     result = CliRunner().invoke(app, ["--help"])
     assert result.exit_code == 0
-    assert len(COMMANDS) == 23
+    assert {*NAMES, "units", "sweep"} < {*COMMANDS}
     assert all(command in result.output for command in COMMANDS)
 
 
@@ -64,7 +64,7 @@ def _imported(arguments: list[str], watched: tuple[str, ...], folder: Path) -> t
     code = (
         "import atexit, sys; "
         f"atexit.register(lambda: print('imported:', *[n for n in {watched!r} if n in sys.modules], file=sys.stderr)); "
-        f"sys.argv[1:] = {arguments!r}; from pairsim.cli.app import main; main()"
+        f"sys.argv[1:] = {arguments!r}; from pairsim.app.command_line import main; main()"
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=False)
     return done.returncode, done.stderr.splitlines()[-1].split()[1:]
@@ -121,5 +121,5 @@ def test_a_terminal_that_is_gone_changes_no_exit_code(tmp_path: Path, monkeypatc
         question=SimpleNamespace(draws_from=None), reason="interrupted", status="interrupted", message="", advice=""
     )
     with pytest.raises(typer.Exit) as stopped:
-        compute._end(ended, tmp_path, False)
+        question_commands._end(ended, tmp_path, False)
     assert stopped.value.exit_code == 130

@@ -20,10 +20,10 @@ import yaml
 from support.commands import Pairsim
 
 import pairsim as api
-from pairsim.api.moduli import DECAYS, OFFSET
 from pairsim.errors import InputError
-from pairsim.physics.carriers import gradient_in_square, methyl_cellulose, wall_rate
-from pairsim.results.cytometry import in_square, look_up_table, read_look_up_table
+from pairsim.lab.cytometer.look_up_table import in_square, look_up_table, read_look_up_table
+from pairsim.lab.cytometer.moduli import DECAYS, OFFSET
+from pairsim.lab.cytometer.suspending_media import gradient_in_square, methyl_cellulose, wall_rate
 
 POWER_LAW = {"law": "power-law", "n": 0.6}
 SCALES = {"length": 21.88e-6, "velocity": 0.10638, "time": 21.88e-6 / 0.10638, "stress": 68.3}

@@ -12,16 +12,15 @@ import pytest
 import typer
 from support.inputs import ROOT
 
+from pairsim.app.command_line import app
 from pairsim.cases.example import write_example
-from pairsim.cases.run_case import Case
-from pairsim.cli.app import app
-from pairsim.computing import QUESTIONS, own_files
-from pairsim.computing.case_files import FILES, read_case
-from pairsim.computing.question import LAST
+from pairsim.cases.kinds_of_cases import has_example
+from pairsim.computing.case_files import read_case
+from pairsim.computing.question import own_files
 from pairsim.computing.schema import schema_rows
-from pairsim.results.columns import STUDY_COLUMNS, SWEEP_COLUMNS, column
-from pairsim.results.folder import PICTURE_ENDINGS
-from pairsim.sweeps.study import COUNTS
+from pairsim.questions.registry import QUESTIONS
+from pairsim.record.folder import PICTURE_ENDINGS
+from pairsim.sweeps.files import FILES
 
 sys.path.append(str(ROOT / "scripts"))
 
@@ -51,33 +50,28 @@ def test_reference_pages_are_those_of_the_code() -> None:
     made = docs_reference.pages()
     stale = [name for name, text in made.items() if stored.get(name) != text]
     assert not stale, "python scripts/docs_reference.py writes them"
-    assert stored.keys() - made.keys() == {"files.md"}
+    assert stored.keys() == made.keys()
 
 
 def test_pages_are_read_as_they_are() -> None:
     """Nothing in the copy of the project is left to be filled in."""
     left = re.compile(r"\{\{|\{%|^::: ", re.MULTILINE)
     filled_in = {path.name for path in ROOT.glob("docs/**/*.md") if left.search(prose(path.read_text()))}
-    assert filled_in == {"add-command.md"}  # whose braces are those of a format
+    assert filled_in == {"add-question.md"}  # whose braces are those of a format
 
 
 def test_every_file_is_described() -> None:
     page = (ROOT / "docs" / "reference" / "files.md").read_text()
     others = tuple(f".{ending}" for ending in PICTURE_ENDINGS if ending != "png")  # the page names them once
-    assert not [name for name in own_files() if f"`{name}`" not in page and not name.endswith(others)]
+    assert not [name for name in own_files(QUESTIONS.values()) if f"`{name}`" not in page and not name.endswith(others)]
     assert all(f"`{ending}`" in page for ending in others)
 
 
-@pytest.mark.parametrize("name", QUESTIONS)
+@pytest.mark.parametrize("name", filter(has_example, QUESTIONS))
 def test_columns_of_sweeps_are_described(name: str, tmp_path: Path) -> None:
-    known = {each.name for each in SWEEP_COLUMNS} | Case.model_fields.keys()
-    shown = QUESTIONS[name].in_sweeps
-    columns = shown.columns(read_case(QUESTIONS[name], write_example(name, name, tmp_path)))
-    assert all(column(entry) for entry in (*shown.parameters, *columns, *LAST) if entry not in known)
-
-
-def test_counts_of_studies_are_described() -> None:
-    assert not set(COUNTS) - {column.name for column in STUDY_COLUMNS}
+    question = QUESTIONS[name]
+    columns = question.in_sweeps.columns(read_case(question, write_example(name, name, tmp_path)))
+    assert all(question.sweep_columns.column(entry).meaning for entry in columns)
 
 
 def test_pages_that_files_name_exist() -> None:
@@ -105,7 +99,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_reference_has_every_key_and_command(site: Path) -> None:
     keys = (site / "reference" / "case-files.html").read_text()
     for command in FILES:
-        assert not [row[0] for row in schema_rows(command) if f"<code>{row[0]}</code>" not in keys]
+        assert not [row[0] for row in schema_rows(FILES[command]) if f"<code>{row[0]}</code>" not in keys]
     commands = (site / "reference" / "cli.html").read_text()
     names = list(typer.main.get_command(app).commands)
     assert "run" in names

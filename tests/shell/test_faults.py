@@ -13,7 +13,8 @@ from support.commands import Pairsim
 from support.inputs import TINY
 
 from pairsim.fem.compilation import jit
-from pairsim.results.folder import read_record, write_bytes
+from pairsim.record.folder import write_bytes
+from pairsim.record.record import Record
 from pairsim.sweeps.folder import read_sweep
 
 TUBE = "particles: 0\nDe: 0\nlength: 2\nends: developed\ntime: {end: 0.01}\n"
@@ -38,13 +39,13 @@ def test_picture_that_cannot_be_written_is_a_warning(
             raise FULL
         write_bytes(path, content)
 
-    monkeypatch.setattr("pairsim.results.folder.write_bytes", write)
+    monkeypatch.setattr("pairsim.record.folder.write_bytes", write)
     done = pairsim("curve", "case.yaml", "-o", "out")
     assert done.returncode == 0
     assert done.stdout.strip() == "out"
     assert "warning: no picture: out/curve.png" in done.stderr
     assert "pairsim plot out draws it" in done.stderr
-    assert read_record(tmp_path / "out")["status"] == "finished"
+    assert Record.read(tmp_path / "out").status == "finished"
 
 
 def test_a_folder_that_was_removed_ends_the_command_with_a_file_that_cannot_be_written(
@@ -54,7 +55,7 @@ def test_a_folder_that_was_removed_ends_the_command_with_a_file_that_cannot_be_w
         shutil.rmtree(path.parent)
         raise FileNotFoundError(errno.ENOENT, "No such file or directory")
 
-    monkeypatch.setattr("pairsim.results.table_files.write_text", remove)
+    monkeypatch.setattr("pairsim.record.table_files.write_text", remove)
     (tmp_path / "curve.yaml").write_text("beta: 0.4\nDe: 0\nCa_e: 0\nlength: 3\nmesh: {Np: 6}\nd: [0.1]\n")
     done = pairsim("curve", "curve.yaml", "-o", "out", "--set", "tol=1")
     assert done.returncode == 3
@@ -81,12 +82,12 @@ def test_no_compiler_is_a_sentence_and_not_the_fault_of_a_case(
     assert done.returncode == 4
     assert "there is no C compiler (no-such-compiler)" in done.stderr
     assert len(done.stderr.splitlines()) == 1
-    assert read_record(tmp_path / "out")["reason"] == "environment"
+    assert Record.read(tmp_path / "out").reason == "environment"
     (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: [0.1, 0.2]}\n")
     done = pairsim("sweep", "grid.yaml", "-o", "swept", "-q")
     assert done.returncode == 4
     assert "there is no C compiler" in done.stderr
-    counts = read_sweep(tmp_path / "swept")["counts"]
+    counts = read_sweep(tmp_path / "swept").counts
     assert (counts["failed"], counts["pending"]) == (1, 1), "no further case begins"
 
 

@@ -16,7 +16,7 @@ from support.tracks import (
     trackmate,
 )
 
-from pairsim.api.film import film_of
+from pairsim.lab.films.film import film_of
 from pairsim.runtime.errors import InputError
 
 

@@ -14,16 +14,18 @@ import yaml
 from typer.testing import CliRunner
 
 import pairsim as api
+from pairsim.app.command_line import app
 from pairsim.cases.estimate import Estimate
 from pairsim.cases.identity import default_folder
-from pairsim.cli.app import app
-from pairsim.computing import QUESTIONS
-from pairsim.computing.case_files import FILES, model_of, read_case
+from pairsim.cases.kinds_of_cases import has_example
+from pairsim.computing.case_files import read_case
 from pairsim.computing.schema import schema_rows
+from pairsim.questions.registry import QUESTIONS
+from pairsim.sweeps.files import FILES
 from pairsim.sweeps.grid import read_grid
 
 CONFIGS = Path(__file__).parents[2] / "configs"
-KINDS = ("run", "curve", "critical", "pressure", "shape", "train", "sweep")
+KINDS = tuple(kind for kind in FILES if has_example(kind))
 
 
 @cache
@@ -64,7 +66,7 @@ def test_keys_of_an_example_that_are_commented_out_are_right(tmp_path: Path, mon
         say("init", kind, "--kind", kind)
         text = (tmp_path / f"{kind}.yaml").read_text()
         for key, rest in re.findall(r"^# (\w+): ([^#\n]*)", text, re.MULTILINE):
-            assert key in model_of(kind).model_fields, key
+            assert key in FILES[kind].model_fields, key
             own = yaml.safe_load(text) | {key: yaml.safe_load(rest)}
             if key == "physical":
                 own = {name: value for name, value in own.items() if name not in ("beta", "De", "Ca_e", "d0")}
@@ -78,11 +80,11 @@ def test_keys_of_an_example_that_are_commented_out_are_right(tmp_path: Path, mon
 @pytest.mark.parametrize("command", FILES)
 def test_schema_lists_every_kind_of_file(command: str) -> None:
     shown = say("schema", command)
-    for key, allowed, _, meaning in schema_rows(command):
+    for key, allowed, _, meaning in schema_rows(FILES[command]):
         assert key in shown
         assert allowed
         assert meaning
-    keys, schema = {row[0] for row in schema_rows(command)}, validator(command).schema
+    keys, schema = {row[0] for row in schema_rows(FILES[command])}, validator(command).schema
     groups = {name: each["$ref"].rpartition("/")[2] for name, each in schema["properties"].items() if "$ref" in each}
     assert {f"{name}.{key}" for name, of in groups.items() for key in schema["$defs"][of]["properties"]} <= keys
     assert schema["properties"].keys() == {key.partition(".")[0] for key in keys}

@@ -16,10 +16,10 @@ from support.commands import Pairsim
 from support.pictures import drawn_figures
 
 import pairsim as api
-from pairsim.api.fit import FilmFit
+from pairsim.analysis.master_curve import Curve
 from pairsim.atlas.atlas import SHIPPED, Atlas
-from pairsim.results.curve_table import Motion
-from pairsim.results.table_files import table_text
+from pairsim.lab.films.fit_film import FilmFit
+from pairsim.record.table_files import table_text
 from pairsim.runtime.errors import InputError
 
 BENCH = {"tube": "50um", "particle": "20um", "flow_rate": "1ul/min", "viscosity": "1Pa.s"}
@@ -111,7 +111,7 @@ def test_an_interval_holds_both_values_that_give_the_same_motion(tmp_path: Path)
     """The pair approaches fastest at De = 0.44: one of De 0.37 moves as one of De 0.51, as by a relaxation of 3 ms."""
     times, De = np.linspace(0, 42, 100), 3e-3 / TIME
     book = Atlas.load(next(path for path in SHIPPED if path.stem == "equal-pairs"))
-    motion = Motion.of(book.table(0.4, De, 0.0566))
+    motion = Curve.of_atlas(book, beta=0.4, De=De, Ca_e=0.0566).motion
     assert motion is not None
     inside = 0
     for seed in range(4):
@@ -171,7 +171,7 @@ def test_a_film_a_run_and_a_curve_are_in_one_picture(
     atlas: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     seen = film(tmp_path / "film.csv", 0.0, 0.06, 0.0)
-    table = Atlas.load(atlas).table(0.4, 0.0, 0.06)
+    table = Curve.of_atlas(Atlas.load(atlas), beta=0.4, De=0.0, Ca_e=0.06).table
     (frames := pd.read_csv(seen)).columns = ["t", "d"]
     run = {"t": frames["t"].to_numpy() / 1e3 / TIME, "d": frames["d"].to_numpy() / 50}
     for name, file, columns in (("run", "series", run), ("curve", "curve", table)):
@@ -206,10 +206,11 @@ def test_the_answer_does_not_depend_on_a_first_guess(atlas: Path, tmp_path: Path
 @pytest.mark.slow
 def test_what_is_left_of_the_start_is_no_softness(tmp_path: Path) -> None:
     """A short film of beads of 2 kPa, from rest: taken for motion along the curve it would give 2.3 kPa."""
-    table = Atlas.load(next(path for path in SHIPPED if path.stem == "newtonian")).table(0.4, 0.0, 0.0849)
-    motion, times = Motion.of(table), np.linspace(0, 3.4, 80)
+    book = Atlas.load(next(path for path in SHIPPED if path.stem == "newtonian"))
+    curve, times = Curve.of_atlas(book, beta=0.4, De=0.0, Ca_e=0.0849), np.linspace(0, 3.4, 80)
+    motion = curve.motion
     assert motion is not None
-    decay = float(np.interp(0.08, table["d"], table["t_relax"]))
+    decay = float(np.interp(0.08, curve.table["d"], curve.table["t_relax"]))
     seen = motion.path(0.0766, times) + 8e-3 * np.exp(-times / decay) - 4.6e-3 * np.exp(-4 * times / decay)
     seen += 5e-4 * np.random.default_rng(3).standard_normal(80)
     rows = "".join(f"{1e3 * TIME * a},{50 * b}\n" for a, b in zip(times, seen, strict=True))

@@ -10,12 +10,12 @@ import pytest
 from support.commands import Pairsim
 
 import pairsim
-from pairsim.api.rheometer import Listener, fit_liquid, sentences
+from pairsim.lab.rheometer.law_fits import Measured, fits
+from pairsim.lab.rheometer.rheology_of_case import Listener, fit_liquid, sentences
 from pairsim.physics.homogeneous import ShearMemory, moduli, shear, steady_shear, stress_after
 from pairsim.physics.liquids import LAWS, ConformationLaw, Liquid, Newtonian, single
 from pairsim.physics.liquids.giesekus import Giesekus
 from pairsim.physics.liquids.ptt import LinearPTT
-from pairsim.physics.rheometry import Measured, fits
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 

@@ -16,7 +16,7 @@ import pytest
 from support.commands import Pairsim
 from support.inputs import CONFIGS, ROOT
 
-from pairsim.results.table_files import read_table
+from pairsim.record.table_files import read_table
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.child_process import module_command
 

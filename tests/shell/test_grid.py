@@ -12,8 +12,8 @@ from support.inputs import ROOT, examples
 import pairsim
 from pairsim.cases.identity import identity_of, key_of
 from pairsim.cases.values import Range, spelled_out
-from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case
+from pairsim.questions.registry import QUESTIONS
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.grid import Grid, read_grid
 

@@ -15,7 +15,7 @@ import yaml
 from support.inputs import ROOT
 from typer.testing import CliRunner
 
-from pairsim.cli.app import app
+from pairsim.app.command_line import app
 from pairsim.runtime import version
 from pairsim.runtime.child_process import module_command
 

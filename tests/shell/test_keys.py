@@ -16,9 +16,9 @@ from pairsim.cases.identity import identity_of
 from pairsim.cases.keys import Key, Keys, Part, PerGap, PerParticle, keys_of
 from pairsim.cases.run_case import Case
 from pairsim.cases.values import Number
-from pairsim.computing import QUESTIONS
 from pairsim.plots.labels import case_parts, common_parts, parameter_label, varying_keys
 from pairsim.questions.curve import CurveCase
+from pairsim.questions.registry import QUESTIONS
 
 
 class Options(Keys):
@@ -29,12 +29,18 @@ class Options(Keys):
 WEIGHT = Key("W", r"\eta_0 U_{av} D_c", caption=10, slug="W", since="9")
 
 
+OF_SOFT = Key(identity=lambda each: each.Ca_e != 0, idle=lambda each: "" if each.Ca_e else "rigid")
+
+
 class Weighed(Case):
     """A run with keys of its own: one number a particle, one a gap, and a group."""
 
     weight: Annotated[PerParticle[Number], WEIGHT] = Field(0.0, description="weight of each particle")
     charge: Annotated[PerParticle[Number] | None, Key(required=True)] = Field(None, description="charge")
     spring: PerGap[Number] = Field(0.0, description="stiffness of a spring across each gap")
+    thrust: Annotated[
+        Number, Key(identity=lambda each: each.Ca_e != 0, idle=lambda each: "" if each.Ca_e else "rigid")
+    ] = Field(0.0, description="a key that matters to soft particles alone")
     options: Options = Options()
 
 
@@ -79,9 +85,19 @@ def test_equal_values_in_a_list_are_one_value() -> None:
 def test_a_key_of_a_later_version_changes_no_hash_where_it_has_its_default() -> None:
     old = identity_of(Case.model_validate({"beta": 0.4, "Ca_e": 0.1, "d0": 0.1}))
     new = identity_of(case())
-    assert new == old | {"charge": 1, "spring": 0, "options": {"size": 1}}
+    assert new == old | {"charge": 1, "spring": 0, "thrust": 0, "options": {"size": 1}}
     assert identity_of(case(weight=[0, 0])) == new
     assert identity_of(case(options={"late": True}))["options"] == {"size": 1, "late": True}
+
+
+def test_a_key_says_where_it_has_no_effect_and_makes_no_other_case() -> None:
+    assert case(thrust=1).notes == []
+    assert case(Ca_e=0, thrust=1).notes == ["thrust has no effect: rigid"]
+    assert case(particles=0, beta=None, Ca_e=None, d0=None, weight=1).notes == [
+        "weight, charge have no effect: there are no particles"
+    ]
+    assert identity_of(case(thrust=1)) != identity_of(case())
+    assert identity_of(case(Ca_e=0, thrust=1)) == identity_of(case(Ca_e=0))
 
 
 def test_an_atlas_compares_a_key_that_it_does_not_know() -> None:
@@ -115,8 +131,8 @@ def test_captions_axes_and_folders_have_what_a_key_declares() -> None:
 
 
 def test_what_is_known_of_a_key_does_not_depend_on_what_was_imported() -> None:
-    """In a process of its own, in which no question is imported."""
-    code = "from pairsim.plots.labels import symbol, varying_keys\n"
+    """In a process of its own, in which the questions are listed, and none is imported."""
+    code = "import pairsim.questions.registry\nfrom pairsim.plots.labels import symbol, varying_keys\n"
     code += "print(symbol('after'), varying_keys([{'d': 1, 'fields': 1}, {'d': 2, 'fields': 2}]))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "$T$ []\n"

@@ -15,7 +15,7 @@ from support.commands import Pairsim
 from support.frames import frames_everywhere
 
 import pairsim as api
-from pairsim.results.table_files import read_table
+from pairsim.record.table_files import read_table
 from pairsim.runtime.child_process import module_command
 from pairsim.solvers.nonlinear.newton import TRANSIENT
 

@@ -15,9 +15,9 @@ import pytest
 from support.commands import Done, Pairsim, at_work
 from support.inputs import SMALL
 
-from pairsim.results.folder import prepare_folder
-from pairsim.results.table_files import read_table
-from pairsim.results.xdmf import read_frame
+from pairsim.record.folder import prepare_folder
+from pairsim.record.table_files import read_table
+from pairsim.record.xdmf import read_frame
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import LOCK_FILES, is_locked, sole_writer
 

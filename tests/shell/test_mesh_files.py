@@ -19,7 +19,7 @@ from pairsim.computing.first_mesh import first_mesh
 from pairsim.fem.meshes.geometry import MeshSettings, Reference
 from pairsim.fem.meshes.meshing import liquid_mesh
 from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
-from pairsim.results.mesh_files import FORMATS, NamedMesh
+from pairsim.record.mesh_files import FORMATS, NamedMesh
 from pairsim.runtime.errors import MeshFailure
 
 CELLS = {"Np": 10}

@@ -12,13 +12,15 @@ from ruamel.yaml import YAML
 from ruamel.yaml.scalarstring import LiteralScalarString
 from support.commands import Pairsim
 
-from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import read_case
 from pairsim.computing.schema import json_schema
+from pairsim.questions.registry import NAMES, QUESTIONS
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.text import as_typed
 
 TABLE = Path(__file__).with_name("mistakes.yaml")
+LISTED = f"{', '.join(f'{name!r}' for name in NAMES[:-1])} or {NAMES[-1]!r}"
+"""How messages list the questions; the table has QUESTIONS in its place."""
 MISTAKES: list[dict[str, Any]] = YAML().load(TABLE)
 RUN = "beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.1\n"
 CURVE = "beta: 0.4\nDe: 0.5\nCa_e: 0.1\nd: [0.1, 0.3]\n"
@@ -60,7 +62,7 @@ def test_message_names_line_key_value_and_what_is_allowed(
     done = pairsim(*mistake["pairsim"].split())
     assert (done.returncode, done.stdout) == (2, "")
     assert {path: path.is_file() and path.read_text() for path in folder.rglob("*")} == before
-    said = done.stderr.replace(f"{folder}/", "")
+    said = done.stderr.replace(f"{folder}/", "").replace(LISTED, "QUESTIONS")
     if rewrite:
         mistake["says"] = LiteralScalarString(said)
     assert said == mistake["says"]
@@ -75,7 +77,7 @@ def test_usage_errors_end_with_2(words: list[str], pairsim: Pairsim) -> None:
 
 def numbers(command: str) -> Iterator[tuple[str, float, float]]:
     """Keys whose values are numbers, or may be, with their limits; those of groups are dotted."""
-    schema = json.loads(json_schema(command))
+    schema = json.loads(json_schema(command, QUESTIONS[command].model))
     parts = {"": schema} | {
         f"{name}.": schema["$defs"][each["$ref"].rpartition("/")[2]]
         for name, each in schema["properties"].items()

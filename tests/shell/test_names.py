@@ -11,7 +11,7 @@ import pytest
 from support.commands import Pairsim
 from support.inputs import SMALL
 
-from pairsim.results.folder import plain
+from pairsim.record.folder import plain
 from pairsim.runtime.child_process import module_command
 from pairsim.runtime.text import printable
 

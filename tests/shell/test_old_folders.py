@@ -15,7 +15,7 @@ from support.commands import Pairsim
 from support.inputs import ROOT
 
 import pairsim as api
-from pairsim.results.table_files import read_table
+from pairsim.record.table_files import read_table
 
 KINDS = "run", "curve", "critical", "train"
 LENGTH = 20.0

@@ -12,9 +12,10 @@ import yaml
 from support.result_folders import make_sweep
 from typer.testing import CliRunner
 
-from pairsim.cli.app import app
-from pairsim.computing import own_files
-from pairsim.results.folder import kind_of, prepare_folder, write_json, write_text, write_yaml
+from pairsim.app.command_line import app
+from pairsim.computing.question import own_files
+from pairsim.questions.registry import QUESTIONS
+from pairsim.record.folder import kind_of, prepare_folder, write_json, write_text, write_yaml
 from pairsim.runtime.errors import InputError
 
 
@@ -30,14 +31,14 @@ def test_create_makes_parents_and_accepts_an_empty_folder(tmp_path: Path) -> Non
 
 
 def test_overwrite_removes_own_files_and_no_others(tmp_path: Path) -> None:
-    for name in (*own_files(), "notes.txt", "my.csv", ".series.csv.part"):
+    for name in (*own_files(QUESTIONS.values()), "notes.txt", "my.csv", ".series.csv.part"):
         (tmp_path / name).write_text("x")
     for name in ("fields", "sub"):
         (tmp_path / name).mkdir()
     for name in ("0000.h5", "000012.h5", ".0013.h5.part", "mine.h5"):
         (tmp_path / "fields" / name).write_text("x")
     (tmp_path / "sub" / "series.csv").write_text("x")
-    prepare_folder(tmp_path, True, own_files())
+    prepare_folder(tmp_path, True, own_files(QUESTIONS.values()))
     assert names(tmp_path) == ["fields", "my.csv", "notes.txt", "sub"]
     assert names(tmp_path / "fields") == ["mine.h5"]
     assert names(tmp_path / "sub") == ["series.csv"]
@@ -48,7 +49,7 @@ def test_overwrite_removes_a_link_and_not_what_it_points_to(tmp_path: Path) -> N
     run = tmp_path / "run"
     run.mkdir()
     (run / "series.csv").symlink_to(tmp_path / "kept.csv")
-    prepare_folder(run, True, own_files())
+    prepare_folder(run, True, own_files(QUESTIONS.values()))
     assert names(run) == []
     assert (tmp_path / "kept.csv").read_text() == "x"
 

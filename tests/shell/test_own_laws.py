@@ -50,6 +50,15 @@ def test_a_case_file_alone_runs_no_code(pairsim_apart: Pairsim, folder: Path) ->
     assert pairsim_apart("--laws", "my_laws.py", "curve", "case.yaml", "--dry-run").returncode == 0
 
 
+def test_units_has_an_option_for_each_number_of_a_law_of_ones_own(pairsim_apart: Pairsim, folder: Path) -> None:
+    gent = ["--solid", "gent", "--Jm", "2", "--tube", "50um", "--particle", "20um", "--flow", "1ul/min"]
+    gent += ["--modulus", "5kPa", "--viscosity", "1Pa.s"]
+    done = pairsim_apart("units", "--laws", "my_laws.py", *gent)
+    assert re.search(r"^solid\.Jm +2 ", done.stdout, re.MULTILINE), done.stderr
+    assert "(fene-p, fene-cr)" in " ".join(pairsim_apart("units", "--laws", "my_laws.py", "--help").stdout.split())
+    assert "No such option: --Jm" in " ".join(pairsim_apart("units", *gent).stderr.split())
+
+
 @pytest.mark.slow
 def test_check_law_tells_a_wrong_sign(pairsim_apart: Pairsim, folder: Path) -> None:
     (folder / "my_laws.py").write_text(LAWS.replace("-self.spring(at), self.spring(at), 0.0", "-1.0, -1.0, 0.0"))

@@ -15,11 +15,12 @@ from matplotlib.tri import TriContourSet
 from PIL import Image
 from support.field_samples import PAIR, scene
 from support.pictures import colours, drawn_figures, overlapping
-from support.result_folders import curve_table, make_curve, make_run, make_sweep
+from support.result_folders import curve_of, curve_table, make_curve, make_run, make_sweep
 
-from pairsim.api.folders import plot
+from pairsim.analysis.time_series import Series
+from pairsim.app.open_and_plot import plot
 from pairsim.physics import declared
-from pairsim.plots.chart import Series, draw_series, leave_out_spikes, notes, point
+from pairsim.plots.chart import Line, draw_series, leave_out_spikes, notes, point
 from pairsim.plots.encoding import Encoding
 from pairsim.plots.frames import FIELDS, outlines
 from pairsim.plots.labels import common_parts, equation, measured, parts_along, varying_keys
@@ -28,10 +29,11 @@ from pairsim.plots.runs_and_curves import _differences
 from pairsim.plots.sections import _streamlines, views_of
 from pairsim.plots.style import GREY, MM, Page
 from pairsim.plots.units import Units
-from pairsim.results.columns import names_of
-from pairsim.results.folder import FIELD_NAMES
-from pairsim.results.table_files import table_text
-from pairsim.results.xdmf import FieldFrame
+from pairsim.record.column import names_of
+from pairsim.record.columns import DISTANCE, DP, DU, DU_ERROR, TAYLOR, T, U
+from pairsim.record.folder import FIELD_NAMES
+from pairsim.record.table_files import table_text
+from pairsim.record.xdmf import FieldFrame
 from pairsim.runtime.errors import InputError
 
 CASES = {
@@ -152,7 +154,8 @@ def test_small_print_has_the_quantities_of_an_experiment_and_none_that_varies() 
 def test_lines_that_lie_on_each_other_may_differ_in_numbers_that_follow() -> None:
     x = np.linspace(1, 2, 9)
     parameters = [{"physical.modulus": "1 kPa", "Ca_e": 0.1}, {"physical.modulus": "5 kPa", "Ca_e": 0.02}]
-    lines = [Series(0, x, x + i / 100, columns=("d", "dU"), parameters=each) for i, each in enumerate(parameters)]
+    columns = DISTANCE.with_suffix(""), DU.with_suffix("")
+    lines = [Line(0, x, x + i / 100, columns=columns, parameters=each) for i, each in enumerate(parameters)]
     keys = ["physical.modulus"]
     found = _differences(lines, Encoding.of(parameters, keys), Units(), keys)
     assert found is not None
@@ -181,7 +184,7 @@ def test_last_values_of_a_sweep_have_their_errors(tmp_path: Path, monkeypatch: p
         folder.mkdir()
         (folder / "run.json").write_text('{"kind": "run", "status": "finished", "reason": "end"}')
         (folder / "case.yaml").write_text(json.dumps(own))
-        names = ["t", *names_of(2, "d", "U", "dU", "dU_error", "D"), "dp"]
+        names = names_of(2, T, DISTANCE, U, DU, DU_ERROR, TAYLOR, DP)
         (folder / "series.csv").write_text(table_text(names, [[0.5] * len(names)]))
     with drawn_figures(monkeypatch) as figures:
         plot(make_sweep(tmp_path, "run", parameters, ["beta"]))
@@ -214,7 +217,7 @@ def test_more_values_than_styles_get_panels_or_are_named_as_unseen() -> None:
 def test_curve_is_drawn_as_its_interpolant_with_its_error() -> None:
     d = np.array([0.1, 0.2, 0.4])
     table = curve_table(d, np.log(d) ** 3, 3 * np.log(d) ** 2 / d, dU_error=np.ones(3))
-    (line,) = curve_lines(table, {}, {})
+    (line,) = curve_lines(curve_of(table), {})
     assert line.y == pytest.approx(np.log(line.x) ** 3, rel=1e-12), "a cubic in log d is met exactly"
     assert line.error == pytest.approx(np.ones(len(line.x)), rel=1e-12)
 
@@ -224,7 +227,7 @@ def test_run_is_drawn_with_the_band_of_its_error() -> None:
     table = {"t": t, "d": t / 10, "dU": t**2, "dU_error": t / 10}
     for shown, bands in ((table, 1), ({name: table[name] for name in ("t", "d", "dU")}, 0)):
         axis = Figure().subplots()
-        (series,) = (each for each in run_lines(shown, {}) if each.panel == ("t", "dU"))
+        (series,) = (each for each in run_lines(Series(shown), {}) if each.panel == (T, DU))
         draw_series(axis, replace(series, look={"color": "C0"}))
         assert len(axis.collections) == len(notes([series])) == bands
         if bands:

@@ -12,10 +12,10 @@ from support.commands import Pairsim
 from support.field_samples import PAIR, scene
 from support.result_folders import make_curve, make_run, make_sweep
 
-from pairsim.api.report import report
-from pairsim.api.sweeps import SweepResult
-from pairsim.results.folder import prepare_folder
-from pairsim.results.tables import headings
+from pairsim.app.html_report import report
+from pairsim.app.sweep_results import SweepResult
+from pairsim.record.folder import prepare_folder
+from pairsim.record.tables import headings
 from pairsim.runtime.errors import InputError
 
 RECORD = {

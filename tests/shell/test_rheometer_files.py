@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pairsim.api.rheometer_files import read_columns
+from pairsim.lab.rheometer.export_files import read_columns
 from pairsim.runtime.errors import InputError
 
 RATES = [0.1, 0.5, 2.5, 12.5, 62.5, 312.5]

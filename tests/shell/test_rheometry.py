@@ -10,12 +10,12 @@ import pytest
 from support.commands import Pairsim
 
 import pairsim
-from pairsim.api.rheometer import keys_of, sentences
+from pairsim.lab.rheometer.law_fits import Fit, Measured, described, fits
+from pairsim.lab.rheometer.rheology_of_case import keys_of, sentences
 from pairsim.physics.homogeneous import moduli, steady_shear
 from pairsim.physics.liquids import Liquid, Newtonian
 from pairsim.physics.liquids.carreau import Carreau
 from pairsim.physics.liquids.giesekus import Giesekus
-from pairsim.physics.rheometry import Fit, Measured, described, fits
 from pairsim.runtime.arrays import Array
 
 RATES = np.logspace(-2, 3, 16)

@@ -14,11 +14,11 @@ import pytest
 from support.commands import in_process
 from support.field_samples import scene
 
-from pairsim.cases.quantities import LENGTH, si
-from pairsim.computing import QUESTIONS
+from pairsim.cases.quantity_text import A_LENGTH, si
 from pairsim.computing.case_files import read_case
-from pairsim.results.checkpoint import load
-from pairsim.results.xdmf import FieldsWriter, read_frame, read_times
+from pairsim.questions.registry import QUESTIONS
+from pairsim.record.checkpoint import load
+from pairsim.record.xdmf import FieldsWriter, read_frame, read_times
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.grid import read_grid
 
@@ -43,7 +43,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.mark.parametrize("unit", ["__import__('os').system('touch executed')", "(lambda: um)()"])
 def test_quantities_are_not_evaluated(unit: str, here: Path) -> None:
     with pytest.raises(ValueError, match=r"must be a length"):
-        si(f"1 {unit}", LENGTH)
+        si(f"1 {unit}", A_LENGTH)
     assert not (here / "executed").exists()
 
 

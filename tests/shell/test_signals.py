@@ -119,7 +119,7 @@ def test_signal_after_the_last_file_changes_nothing() -> None:
 ORDERINGS = """
 import os, signal, subprocess, sys
 from pairsim.runtime.fenicsx import MPI
-from pairsim.computing import QUESTIONS
+from pairsim.questions.registry import QUESTIONS
 from pairsim.computing.case_files import parse_case
 from pairsim.computing.problems import problem_of
 from pairsim.solvers.transient.transient import Transient
@@ -199,7 +199,7 @@ main()
 
 
 @pytest.mark.parametrize("how", ["raised", "turned into another exception", "lost"])
-@pytest.mark.parametrize("module", ["typer", "pairsim.cli.folders", "numpy", "pandas"])
+@pytest.mark.parametrize("module", ["typer", "pairsim.app.commands.moduli", "numpy", "pandas"])
 def test_an_interrupt_while_libraries_are_loaded_ends_the_command_without_a_traceback(module: str, how: str) -> None:
     command = [sys.executable, "-c", INTERRUPTED, module, how, "moduli", "none.rtdc", "--table", "none.txt"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)

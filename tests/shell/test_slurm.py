@@ -14,7 +14,7 @@ from support.commands import Pairsim
 from support.inputs import ROOT
 from support.slurm import Slurm, missing, wait_for
 
-from pairsim.results.checkpoint import load
+from pairsim.record.checkpoint import load
 from pairsim.sweeps.folder import read_sweep
 
 pytestmark = [pytest.mark.long, pytest.mark.timeout(1200)]
@@ -67,7 +67,7 @@ def test_the_script_of_the_page_runs_into_its_limit_and_is_submitted_again(slurm
     wait_for("the job is requeued", lambda: slurm.job(job).get("Restarts") == "1", 120)
     slurm.wait_for_end(job)
     for _ in range(MOST):
-        if read_sweep(sweep)["counts"]["finished"] == 2:
+        if read_sweep(sweep).counts["finished"] == 2:
             break
         slurm.wait_for_end(slurm.submit("--time=3 job.sh"))
     series = [pd.read_csv(path) for path in sweep.glob("*/series.csv")]

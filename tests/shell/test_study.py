@@ -12,11 +12,11 @@ from support.commands import Pairsim
 from support.inputs import ROOT, STUDY, examples
 
 from pairsim.cases.yaml_file import read_yaml
-from pairsim.computing.many_cases import StudyFile
-from pairsim.results.table_files import read_table
+from pairsim.record.table_files import read_table
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.grid import Grid, grid_from, read_grid
 from pairsim.sweeps.study import FAMILIES, families, read_study, study_table
+from pairsim.sweeps.study_file import StudyFile
 from pairsim.sweeps.study_plots import plot_study
 
 
@@ -94,7 +94,7 @@ def test_a_study_of_curves_is_drawn_and_one_of_version_0_2_refused(tmp_path: Pat
     (tmp_path / "study.csv").write_text(f"mesh.Np,status,unknowns,wall_time,dU@0.2,error\n{rows}")
     with pytest.raises(InputError, match="must be the folder of a study of this version"):
         plot_study(tmp_path)
-    (tmp_path / "sweep.json").touch()
+    (tmp_path / "sweep.json").write_text('{"name": "study", "command": "curve", "cases": []}')
     assert plot_study(tmp_path) == [tmp_path / "study.png"]
 
 

@@ -23,8 +23,8 @@ from support.result_folders import make_sweep
 from typer.testing import CliRunner
 
 import pairsim as package
-from pairsim.cli.app import app
-from pairsim.results.folder import read_record
+from pairsim.app.command_line import app
+from pairsim.record.record import Record
 from pairsim.runtime.child_process import module_command
 from pairsim.runtime.errors import InputError
 from pairsim.solvers.nonlinear.newton import TRANSIENT
@@ -79,7 +79,7 @@ def records(folder: Path) -> dict[str, str]:
 
 
 def counts(folder: Path) -> dict[str, int]:
-    return {status: count for status, count in read_sweep(folder)["counts"].items() if count}
+    return {status: count for status, count in read_sweep(folder).counts.items() if count}
 
 
 def doomed(*fates: int) -> str:
@@ -131,7 +131,7 @@ def test_a_case_that_is_killed_hangs_or_raises_costs_itself_alone(
     script = re.search(r'```python title="dask_sweep.py"\n(.*?)```', PAGE, re.DOTALL)
     assert script is not None
     (tmp_path / "dask_sweep.py").write_text(script[1])
-    took = [read_record(path.parent)["wall_time"] for path in swept.glob("out/*/run.json")]
+    took = [Record.read(path.parent).wall_time for path in swept.glob("out/*/run.json")]
     enough = 4 + 4 * max(took)  # also on a crowded machine
     words = {
         "threads": command("--workers", "2", "--case-timeout", f"{enough}"),
@@ -149,7 +149,7 @@ def test_a_case_that_is_killed_hangs_or_raises_costs_itself_alone(
     assert [row["status"] for row in rows] == ["finished" if end == "end" else "failed" for end in ends]
     for good, alone in zip((rows[0], rows[-1]), rows_of(swept / "out")[:2], strict=True):
         assert alone.items() <= good.items()
-    assert "a fault" in read_record(tmp_path / "out" / rows[-2]["folder"])["message"]
+    assert "a fault" in Record.read(tmp_path / "out" / rows[-2]["folder"]).message
     assert how != "mpirun" or "2 of 4 cases finished, 2 failed" in done.stderr
 
 
@@ -277,7 +277,7 @@ def test_a_finished_case_of_version_0_2_is_finished(tmp_path: Path) -> None:
     for name, key in (("a", {}), ("b", {"key": "another case"})):
         (tmp_path / name).mkdir()
         (tmp_path / name / "run.json").write_text(json.dumps({"kind": "run", "status": "finished", **key}))
-    assert [case["status"] for case in read_sweep(tmp_path, values=False)["cases"]] == ["finished", "pending"]
+    assert [case.state.status for case in read_sweep(tmp_path, values=False).cases] == ["finished", "pending"]
 
 
 @pytest.mark.slow

@@ -13,24 +13,31 @@ from support.commands import Pairsim
 from support.pictures import drawn_figures
 from support.result_folders import make_curve, make_sweep
 
-from pairsim.api.folders import plot
-from pairsim.api.sweeps import SweepResult
+from pairsim.app.open_and_plot import open as open_folder
+from pairsim.app.open_and_plot import plot
+from pairsim.app.sweep_results import SweepResult
 from pairsim.fem.diagnostics import Health
 from pairsim.quantities.scales import Scales
-from pairsim.results.columns import (
-    COLUMNS,
-    CURVE_HEALTH,
-    HEALTH,
+from pairsim.questions.registry import QUESTIONS
+from pairsim.record.column import names_of, suffixes_in, table_row
+from pairsim.record.columns import (
+    DISTANCE,
+    DP,
+    DP_PLUS,
+    DU,
+    EQUILIBRIA_COLUMNS,
     POLYMER_HEALTH,
-    column,
-    names_of,
-    series_columns,
-    suffixes_in,
-    table_row,
-    text_in_units,
+    SERIES_COLUMNS,
+    SHARED,
+    STATE_COLUMNS,
+    SWEEP_COLUMNS,
+    TAYLOR,
+    T,
+    U,
+    Z,
 )
-from pairsim.results.table_files import TableWriter, read_table, table_text
-from pairsim.results.tables import brief, csv_text, frame_of, in_units, readable, screen_text, table_of, with_units
+from pairsim.record.table_files import TableWriter, read_table, table_text
+from pairsim.record.tables import brief, csv_text, frame_of, in_units, readable, screen_text, with_units
 from pairsim.runtime.errors import EnvironmentFailure, InputError
 
 TRAIN = "t,d_1,d_2,U_1,U_2,U_3,dU_1,dU_2,m,newton,dU_error_1,dU_error_2\n" + "\n".join(
@@ -56,7 +63,7 @@ def test_each_row_is_in_the_file_at_once_with_every_digit(tmp_path: Path, ascend
     ("row", "message"), [({"t_relax": float("inf"), "d": 1.0}, "t_relax is inf"), ({"t_relax": 1.0}, "no value for d")]
 )
 def test_a_bad_row_is_refused_and_nothing_of_it_written(tmp_path: Path, row: dict[str, float], message: str) -> None:
-    writer = TableWriter(tmp_path / "a.csv", ["t_relax", "d"])
+    writer = TableWriter(tmp_path / "a.csv", ["t_relax", "d"], declared=SHARED)
     with pytest.raises(ValueError, match=message):
         writer.row(row)
     writer.row({"t_relax": np.float64("nan"), "d": 1.0})
@@ -83,16 +90,17 @@ def test_a_curve_has_values_at_any_distance_in_a_table_of_the_experiment(tmp_pat
     folder = make_curve(tmp_path / "curve", Ca_e=0.1)
     scales = {"length": 50e-6, "velocity": 1e-3, "time": 0.05, "stress": 1.0}
     (folder / "run.json").write_text(json.dumps({"kind": "curve", "scales": scales}))
-    found = table_of(folder, "curve", None, at=["10um", "0.3", "30 um"])
+    curve = open_folder(folder)
+    found = curve.frame("curve", physical=None, at=["10um", "0.3", "30 um"])
     assert csv_text(found).splitlines()[0] == "d [um],dU [um/s],dU_error [um/s]"
     assert found["d"].to_numpy() == pytest.approx([10, 15, 30])
     assert found["dU"].to_numpy() == pytest.approx([0, 1e3 * 0.1 * np.log(1.5), 1e3 * 0.1 * np.log(3)], rel=0.02, abs=1)
     assert (found["dU_error"] >= 1).all()
     for wrong, message in (("31um", "ends of the curve"), ("3 s", "a length")):
         with pytest.raises(InputError, match=message):
-            table_of(folder, "curve", None, at=[wrong])
+            curve.frame("curve", physical=None, at=[wrong])
     with pytest.raises(InputError, match="goes with a curve"):
-        table_of(folder, "equilibria", None, at=["10um"])
+        curve.frame("equilibria", physical=None, at=["10um"])
 
 
 @pytest.mark.parametrize("torn", ["3.0", "3.0,4.25"])
@@ -119,32 +127,35 @@ def test_what_is_no_table_is_an_input_error(tmp_path: Path, text: str | None) ->
     ],
 )
 def test_header_row_and_descriptions_agree(n: int, header: str) -> None:
-    assert ",".join(series_columns(n)) == header
-    U = 1.0 + 0.1 * np.arange(n) ** 2
-    row = table_row(n, t=0.5, d=np.full(max(n - 1, 0), 0.2), U=U, dU=np.diff(U), D=0.01 * U, dp=640.0, dp_plus=3.0, z=U)
-    assert row.keys() == set(series_columns(n))
-    assert [row[f"U{each}"] for each in sorted(suffixes_in(row, "U"), reverse=n == 2)] == U.tolist()
-    assert all(column(name).meaning for name in row)
+    assert ",".join(names_of(n, *STATE_COLUMNS)) == header
+    u = 1.0 + 0.1 * np.arange(n) ** 2
+    values = {T: 0.5, DISTANCE: np.full(max(n - 1, 0), 0.2), U: u, DU: np.diff(u), TAYLOR: 0.01 * u}
+    row = table_row(n, values | {DP: 640.0, DP_PLUS: 3.0, Z: u})
+    assert row.keys() == set(names_of(n, *STATE_COLUMNS))
+    assert [row[f"U{each}"] for each in sorted(suffixes_in(row, U), reverse=n == 2)] == u.tolist()
+    assert all(SERIES_COLUMNS.column(name).meaning for name in row)
 
 
 def test_trailing_is_upstream_and_a_row_has_a_value_for_each_gap() -> None:
-    assert table_row(2, U=[1.5, 1.75], d=[0.3]) == {"U_T": 1.5, "U_L": 1.75, "d": 0.3}
-    assert table_row(3, d=[0.3, 0.4]) == {"d_1": 0.3, "d_2": 0.4}
+    assert table_row(2, {U: [1.5, 1.75], DISTANCE: [0.3]}) == {"U_T": 1.5, "U_L": 1.75, "d": 0.3}
+    assert table_row(3, {DISTANCE: [0.3, 0.4]}) == {"d_1": 0.3, "d_2": 0.4}
     with pytest.raises(ValueError, match=r"shorter|longer"):
-        table_row(2, U=[1.0, 2.0], d=[])
+        table_row(2, {U: [1.0, 2.0], DISTANCE: []})
 
 
 def test_every_column_has_one_description() -> None:
+    column = SERIES_COLUMNS.column
     assert [column(name).symbol for name in ("D_12", "dU_2", "D_L")] == ["D_{12}", r"\Delta U_{2}", "D_L"]
     assert "particles i and i+1" in column("d_2").meaning
     for unknown in ("D_i", "x", "dp_1"):
         with pytest.raises(KeyError):
             column(unknown)
-    assert all(column(name).meaning for name in names_of(2, *HEALTH, *CURVE_HEALTH, *POLYMER_HEALTH))
-    assert not any(
-        mark in column(entry.name + "_1" * bool(entry.of)).symbol for entry in COLUMNS for mark in ("{_}", "{,}")
-    )
-    assert tuple(field.name for field in fields(Health)) == POLYMER_HEALTH
+    for question in QUESTIONS.values():
+        for declared in question.tables.values():
+            entries = [declared.column(name) for name in declared.named(3)]
+            assert all(entry.meaning for entry in entries)
+            assert not any(mark in entry.symbol for entry in entries for mark in ("{_}", "{,}"))
+    assert [field.name for field in fields(Health)] == [entry.name for entry in POLYMER_HEALTH]
 
 
 @pytest.fixture
@@ -157,13 +168,13 @@ def test_csv_has_every_digit_and_the_words_of_the_file(tmp_path: Path) -> None:
     (tmp_path / "equilibria.csv").write_text(
         "d,stable,slope,peak,d_error,certain\n0.12345678901234568,true,-0.1,1.0,,false\n"
     )
-    text = csv_text(table_of(tmp_path, "equilibria", physical=False))
+    text = csv_text(frame_of(read_table(tmp_path / "equilibria.csv", EQUILIBRIA_COLUMNS)))
     head = "d [D_c],stable,slope [U_av/D_c],peak,d_error [D_c],certain"
     assert text.splitlines() == [head, "0.12345678901234568,true,-0.1,1.0,,false"]
 
 
 def test_a_screen_has_five_digits_and_no_numerics_unless_asked(train: Path) -> None:
-    table = frame_of(read_table(train / "series.csv"))
+    table = frame_of(read_table(train / "series.csv", SERIES_COLUMNS))
     names = ["t", "d_1", "d_2", "dU_1", "dU_error_1", "dU_2", "dU_error_2", "U_1", "U_2", "U_3"]
     assert list(readable(table).columns) == names
     assert list(readable(table, whole=True).columns) == [*names, "m", "newton"]
@@ -175,12 +186,14 @@ def test_a_screen_has_five_digits_and_no_numerics_unless_asked(train: Path) -> N
 
 
 def test_a_row_has_its_positions_along_the_tube() -> None:
-    row = pd.DataFrame([[0.0, 0.0, 0.1, 1e-3, 1e-5]], columns=["position", "t", "d", "dU", "dU_error"])
-    assert list(readable(row)) == list(row)
+    names = ["position", "t", "d", "dU", "dU_error"]
+    row = with_units(pd.DataFrame([[0.0, 0.0, 0.1, 1e-3, 1e-5]], columns=names), QUESTIONS["train"].tables["row"])
+    assert list(readable(row)) == names
 
 
 def test_lists_are_shown_as_numbers_with_five_digits() -> None:
-    table = brief(with_units(pd.DataFrame({"zeros": [[17.066208, 0.5], None], "stable": [[False, True], None]})))
+    lists = pd.DataFrame({"zeros": [[17.066208, 0.5], None], "stable": [[False, True], None]})
+    table = brief(with_units(lists, SWEEP_COLUMNS))
     assert list(table) == ["zeros [D_c]", "stable"]
     assert table.iloc[0].tolist() == ["17.066 0.5", "false true"]
     assert table.iloc[1].tolist() == ["", ""]
@@ -188,26 +201,10 @@ def test_lists_are_shown_as_numbers_with_five_digits() -> None:
 
 def test_forces_have_a_unit_of_the_laboratory(tmp_path: Path) -> None:
     (tmp_path / "curve.csv").write_text("U_1,F_1\n1.0,2.0\n")
-    table = in_units(frame_of(read_table(tmp_path / "curve.csv")), [SCALES])
+    declared = QUESTIONS["curve"].tables["curve"]
+    table = in_units(frame_of(read_table(tmp_path / "curve.csv", declared)), declared, [SCALES])
     assert table.attrs["units"] == {"U_1": "um/s", "F_1": "nN"}
     assert table["F_1"][0] == pytest.approx(2 * 0.85 * 10e-3 * 50e-6 * 1e9)
-
-
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("solving easier cases first: De = 1.5, d = 0.19039", "solving easier cases first: De = 1.5, d = 9.5195 um"),
-        ("mesh_failed at t = 0.002 (step 5)", "mesh_failed at t = 1e-05 s (step 5)"),
-        ("ends at d = 0.05 +- 0.001, in a fold", "ends at d = 2.5 +- 0.05 um, in a fold"),
-        ("d = 0.1, 0.2  dU = -1e-3, +2e-3  Newton 3", "d = 5, 10 um  dU = -10, +20 um/s  Newton 3"),
-        ("c grows at z = 1.5, r = 0.1", "c grows at z = 75 um, r = 5 um"),
-        ("dU = 0: unstable at d = 11.4 +- 0.07 um", "dU = 0: unstable at d = 11.4 +- 0.07 um"),
-        ("stopped at dc/dt = 0.2, time.end = 3", "stopped at dc/dt = 0.2, time.end = 3"),
-    ],
-)
-def test_a_message_has_its_quantities_in_units_of_the_experiment(text: str, said: str) -> None:
-    assert text_in_units(text, SCALES) == said
-    assert text_in_units(text, None) == text
 
 
 def a_sweep(folder: Path, times: dict[str, float]) -> Path:
@@ -255,7 +252,7 @@ def test_a_sweep_is_a_data_set(tmp_path: Path, pairsim: Pairsim, monkeypatch: py
     done = pairsim("table", "sweep", "--netcdf", "a.nc")
     assert done.returncode == 0, done.stderr
     assert xarray.load_dataset(tmp_path / "a.nc").equals(found)
-    monkeypatch.setattr("pairsim.api.sweeps.find_spec", lambda name: None)
+    monkeypatch.setattr("pairsim.app.sweep_results.find_spec", lambda name: None)
     with pytest.raises(EnvironmentFailure, match=r"there is no xarray.*pairsim\[netcdf\]"):
         sweep.to_xarray()
 

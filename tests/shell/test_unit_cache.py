@@ -11,10 +11,10 @@ from pathlib import Path
 import pint
 import pytest
 
-from pairsim.cases.quantities import LENGTH, MEASURING, si
-from pairsim.cases.registry import registry
+from pairsim.cases.quantity_text import A_LENGTH, MEASURING, si
+from pairsim.cases.unit_registry import registry
 
-ANSWER = "from pairsim.cases.quantities import LENGTH, si; print(si('2 thou', LENGTH))"
+ANSWER = "from pairsim.cases.quantity_text import A_LENGTH, si; print(si('2 thou', A_LENGTH))"
 
 
 @pytest.fixture(autouse=True)
@@ -34,7 +34,7 @@ def files(cache: Path) -> dict[Path, int]:
 
 
 def test_units_are_parsed_once_for_all_processes_of_a_user(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert si("2 thou", LENGTH) == 5.08e-5
+    assert si("2 thou", A_LENGTH) == 5.08e-5
     first = files(cache)
     assert first
 
@@ -43,7 +43,7 @@ def test_units_are_parsed_once_for_all_processes_of_a_user(cache: Path, monkeypa
 
     monkeypatch.setattr("flexparser.Parser.parse_file", parse_file)
     registry.cache_clear()
-    assert si("2 thou", LENGTH) == 5.08e-5
+    assert si("2 thou", A_LENGTH) == 5.08e-5
     assert files(cache) == first
 
 
@@ -61,7 +61,7 @@ def test_units_of_the_cache_are_those_of_pint() -> None:
 
 def test_a_cache_that_cannot_be_written_is_not_needed(cache: Path) -> None:
     cache.parent.touch()  # a file where the folder would be
-    assert si("2 thou", LENGTH) == 5.08e-5
+    assert si("2 thou", A_LENGTH) == 5.08e-5
 
 
 def test_a_damaged_cache_is_made_again(cache: Path) -> None:
@@ -70,7 +70,7 @@ def test_a_damaged_cache_is_made_again(cache: Path) -> None:
         path.write_bytes(path.read_bytes()[:100])
     for _ in range(2):
         registry.cache_clear()
-        assert si("2 thou", LENGTH) == 5.08e-5
+        assert si("2 thou", A_LENGTH) == 5.08e-5
     assert min(path.stat().st_size for path in cache.rglob("*.pickle")) > 100
 
 

@@ -15,27 +15,27 @@ import pytest
 import yaml
 from support.commands import Pairsim
 from support.inputs import ROOT
-from typer.main import get_command
 from typer.testing import CliRunner
 
 import pairsim as api
+from pairsim.app.command_line import app, command_of
+from pairsim.cases.conversion import forget_numbers
 from pairsim.cases.inputs import inputs_of
-from pairsim.cases.physical import QUANTITIES, forget_numbers
-from pairsim.cases.quantities import COMMON, LENGTH, measured, quantity_range, si
+from pairsim.cases.physical import QUANTITIES
+from pairsim.cases.quantity_text import A_LENGTH, COMMON, measured, quantity_range, si
 from pairsim.cases.run_case import Case
 from pairsim.cases.values import Range
 from pairsim.cases.yaml_file import read_yaml
-from pairsim.cli.app import app
-from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case, read_case
 from pairsim.physics import liquids, solids
 from pairsim.physics.liquids.power_law import PowerLaw
 from pairsim.physics.liquids.viscous import ZERO_SHEAR, ViscousLaw
-from pairsim.physics.material import Dimension, a_time
 from pairsim.physics.solids.kelvin_voigt import KelvinVoigt
 from pairsim.physics.solids.solid import MODULUS
+from pairsim.quantities.measurable import Measurable, a_time
 from pairsim.quantities.scales import Scales, mean_velocity
-from pairsim.results.table_files import read_table
+from pairsim.questions.registry import QUESTIONS
+from pairsim.record.table_files import read_table
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.grid import read_grid
 
@@ -193,7 +193,7 @@ def test_swept_flow_rate_moves_De_and_Ca_e_together(tmp_path: Path) -> None:
 
 def test_ranges_of_quantities_may_change_their_unit() -> None:
     texts = quantity_range(Range(start="1 um", stop="0.01 mm", num=4, spacing="linear"))
-    assert [si(text, LENGTH) for text in texts] == pytest.approx([1e-6, 4e-6, 7e-6, 1e-5])
+    assert [si(text, A_LENGTH) for text in texts] == pytest.approx([1e-6, 4e-6, 7e-6, 1e-5])
     with pytest.raises(ValueError, match="same kind"):
         quantity_range(Range(start="1 um", stop="1 s", num=2))
 
@@ -205,18 +205,18 @@ def test_common_units_are_those_of_pint() -> None:
             assert size == registry.Quantity(1.0, unit.replace(".", "*")).to(of).magnitude, unit
 
 
-A_TIME, A_VELOCITY, A_FLOW = a_time("t", "time"), QUANTITIES["velocity"].dimension, QUANTITIES["flow_rate"].dimension
+A_TIME, A_VELOCITY, A_FLOW = a_time("t", "time"), QUANTITIES["velocity"], QUANTITIES["flow_rate"]
 PRINT = "is one of screens and print, not of what a camera sees"
 
 
 @pytest.mark.parametrize(
     ("text", "kind", "wrong"),
-    [(f"250 {unit}", LENGTH, PRINT) for unit in ("px", "pixel", "dot", "point", "pp", "bp", "pica", "kpx")]
+    [(f"250 {unit}", A_LENGTH, PRINT) for unit in ("px", "pixel", "dot", "point", "pp", "bp", "pica", "kpx")]
     + [
-        ("5 pc", LENGTH, "stands for parsec"),
-        ("5 li", LENGTH, "stands for link"),
-        ("5 Mm", LENGTH, "stands for megameter"),
-        ("5 Min", LENGTH, "stands for megainch"),
+        ("5 pc", A_LENGTH, "stands for parsec"),
+        ("5 li", A_LENGTH, "stands for link"),
+        ("5 Mm", A_LENGTH, "stands for megameter"),
+        ("5 Min", A_LENGTH, "stands for megainch"),
         ("5 Ms", A_TIME, "stands for megasecond"),
         ("5 ma", A_TIME, "stands for milliyear"),
         ("5 fps", A_VELOCITY, "stands for foot per second"),
@@ -225,7 +225,7 @@ PRINT = "is one of screens and print, not of what a camera sees"
         ("5 sv", A_FLOW, "stands for sverdrup"),
     ],
 )
-def test_words_that_mean_something_else_at_a_bench_are_no_units(text: str, kind: Dimension, wrong: str) -> None:
+def test_words_that_mean_something_else_at_a_bench_are_no_units(text: str, kind: Measurable, wrong: str) -> None:
     """Pint takes px for 1/96 inch, pp for a printer's point, fps for feet per second, ma for thousandths of years."""
     with pytest.raises(ValueError, match=wrong):
         si(text, kind)
@@ -233,7 +233,7 @@ def test_words_that_mean_something_else_at_a_bench_are_no_units(text: str, kind:
 
 def test_units_that_a_bench_uses_stay() -> None:
     for text, length in (("1 micron", 1e-6), ("1 mil_length", 2.54e-5), ("1 Å", 1e-10), ("2 thou", 5.08e-5)):
-        assert si(text, LENGTH) == pytest.approx(length)
+        assert si(text, A_LENGTH) == pytest.approx(length)
     for text, time in (("1 us", 1e-6), ("2 ks", 2e3), ("1 h", 3600.0), ("1 week", 604800.0)):
         assert si(text, A_TIME) == pytest.approx(time)
     for text, flow in (("60 cc/min", 1e-6), ("1 mm^3/s", 1e-9), ("1 uL/hr", 1e-9 / 3600)):
@@ -365,7 +365,7 @@ def test_units_writes_a_case_of_any_law(tmp_path: Path) -> None:
 
 
 def test_units_has_an_option_for_each_quantity_of_a_law_that_ships_and_its_help_names_these_laws() -> None:
-    command = get_command(app).commands["units"]  # type: ignore[attr-defined]
+    command = command_of("units")
     options = {parameter.name: parameter.help or "" for parameter in command.params}
     for name, laws in (("liquid", liquids.LAWS), ("solid", solids.LAWS)):
         shipped = [law for law in laws.values() if law.__module__.startswith("pairsim.")]
@@ -373,6 +373,13 @@ def test_units_has_an_option_for_each_quantity_of_a_law_that_ships_and_its_help_
         measured = [law.measured.key for law in shipped if issubclass(law, ViscousLaw)]
         assert {*quantities, *measured} <= options.keys()
         assert {law.name for law in shipped} <= {*re.split(r"[:,.] *", options[name])}
+
+
+def test_units_has_an_option_for_each_key_of_the_block() -> None:
+    shown = units("--velocity 8mm/s --viscosity 1Pa.s --kind train --spacing 30um --contact 50nm --set row.beads=9")
+    assert "length              50 um" in shown
+    command = command_of("units")
+    assert QUANTITIES.keys() <= {parameter.name for parameter in command.params}
 
 
 @pytest.mark.parametrize("law", ["bingham --plastic-viscosity 1Pa.s", "herschel-bulkley --n 1 --consistency 1Pa.s^1"])

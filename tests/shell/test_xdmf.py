@@ -10,7 +10,7 @@ import pyvista
 from support.field_samples import scene
 from support.frames import assert_frame, frames_everywhere
 
-from pairsim.results.xdmf import FieldFrame, FieldsWriter, read_frame, read_times
+from pairsim.record.xdmf import FieldFrame, FieldsWriter, read_frame, read_times
 from pairsim.runtime.errors import InputError
 
 SHAPES = [(0.20, 0.20), (0.21, 0.195), (0.23, 0.187)]  # half axes of both particles at each time

@@ -14,7 +14,7 @@ import yaml
 from pairsim.cases.keys import groups_of
 from pairsim.cases.run_case import Case
 from pairsim.cases.yaml_file import Place, apply_settings, place_of, read_yaml, yaml_text
-from pairsim.results.folder import plain
+from pairsim.record.folder import plain
 from pairsim.runtime.errors import InputError
 
 GROUPS = groups_of(Case)

@@ -10,10 +10,11 @@ from typing import Any
 from pairsim.cases.case import SceneCase
 from pairsim.cases.identity import default_folder
 from pairsim.cases.yaml_file import flat, read_yaml
-from pairsim.computing import QUESTIONS
-from pairsim.computing.case_files import FILES, fitting, parse_case, read_case
+from pairsim.computing.case_files import fitting, parse_case, read_case
 from pairsim.plots.labels import case_parts, common_parts, equation, parameter_label, varying_keys
+from pairsim.questions.registry import QUESTIONS
 from pairsim.runtime.errors import InputError
+from pairsim.sweeps.files import FILES
 from pairsim.sweeps.grid import Grid, grid_from, read_base, read_grid
 from pairsim.sweeps.study import read_study
 from support.inputs import ROOT

@@ -32,7 +32,7 @@ def in_process(folder: Path, arguments: tuple[str, ...], capture: pytest.Capture
     Raises:
         KeyboardInterrupt: It was interrupted.
     """
-    from pairsim.cli.app import main
+    from pairsim.app.command_line import main
 
     before = process_state()
     capture.readouterr()

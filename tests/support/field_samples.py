@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from pairsim.results.xdmf import FieldFrame
+from pairsim.record.xdmf import FieldFrame
 
 LOCAL = np.array([(0, 0), (2, 0), (2, 2), (1, 0), (2, 1), (1, 1)])
 """Nodes of a six-node triangle in VTK's order, on the 3 x 3 nodes of a square."""

@@ -8,7 +8,7 @@ import meshio
 import numpy as np
 import pyvista
 
-from pairsim.results.xdmf import FieldFrame, read_frame, read_times
+from pairsim.record.xdmf import FieldFrame, read_frame, read_times
 
 KIND = pyvista.CellType.QUADRATIC_TRIANGLE
 

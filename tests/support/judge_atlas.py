@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from pairsim.analysis.master_curve import Curve
 from pairsim.atlas import atlas as shipped
 from pairsim.atlas.atlas import PARAMETERS, Atlas
-from pairsim.results.curve_table import curve_of, zeros_of
 
 POINTS = Path(__file__).parents[2] / "docs" / "validation" / "atlas.csv"
 ATLAS = Path(shipped.__file__).with_name("equal-pairs.npz")
@@ -29,9 +29,8 @@ def judge(file: Path = ATLAS, points: Path = POINTS) -> pd.DataFrame:
     """
     atlas, rows = Atlas.load(file), []
     for place, held in pd.read_csv(points).groupby(list(PARAMETERS)):
-        table = atlas.table(*place)
-        curve, zeros, peak = curve_of(table), zeros_of(table), np.abs(table["dU"]).max()
-        assert curve is not None
+        found = Curve.of_atlas(atlas, **dict(zip(PARAMETERS, place, strict=True)))
+        curve, zeros, peak = found.of(), found.equilibria, np.abs(found.table["dU"]).max()
         for d, dU, own in zip(held["d"], held["dU"], held["dU_error"], strict=True):
             value, half_width = float(curve.values(d)), float(curve.half_widths(d))
             row = {**dict(zip(PARAMETERS, place, strict=True)), "d": d, "zero": dU == 0}

@@ -14,9 +14,9 @@ import numpy as np
 import pandas as pd
 
 import pairsim
-from pairsim.api.ask import asked_of
+from pairsim.analysis.input_ranges import DrawnRange
 from pairsim.atlas.atlas import PARAMETERS
-from pairsim.results.inputs import DrawnRange
+from pairsim.lab.ask_atlas import asked_of
 from pairsim.runtime.errors import InputError
 from pairsim.solvers.curves.interpolant import hermite, slopes_of
 

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import yaml
 
-from pairsim.results.columns import series_columns, table_row
-from pairsim.results.table_files import TableWriter, table_text
-from pairsim.results.xdmf import FieldFrame, FieldsWriter
+from pairsim.analysis.master_curve import Curve, Zero
+from pairsim.record.column import names_of, table_row
+from pairsim.record.columns import DISTANCE, DP, DP_PLUS, DT, DU, STATE_COLUMNS, TAYLOR, T, U, Z
+from pairsim.record.record import Record
+from pairsim.record.table_files import TableWriter, table_text
+from pairsim.record.xdmf import FieldFrame, FieldsWriter
 
 
 def make_run(folder: Path, n: int, frames: list[FieldFrame], rows: int = 12) -> Path:
@@ -21,14 +24,13 @@ def make_run(folder: Path, n: int, frames: list[FieldFrame], rows: int = 12) -> 
     case = {"name": "sample", "particles": n, "beta": 0.4, "De": 0, "Ca_e": [0.1] * n, "d0": 0.1}
     (folder / "case.yaml").write_text(yaml.safe_dump(case))
     (folder / "run.json").write_text('{"kind": "run"}')
-    series = TableWriter(folder / "series.csv", [*series_columns(n), "dt"])
+    series = TableWriter(folder / "series.csv", names_of(n, *STATE_COLUMNS, DT))
     for t in np.linspace(0.1, 1, rows):
         gaps, order = np.full(max(n - 1, 0), 0.1 + 0.1 * t), np.arange(n)
-        U = 1.5 + 0.01 * order * t
-        D = 0.01 * t * (order + 1)
-        series.row(
-            table_row(n, t=t, d=gaps, U=U, dU=np.diff(U), D=D, dp=640.0, dp_plus=2.0, z=0.5 * order + U * t, dt=0.1)
-        )
+        velocities = 1.5 + 0.01 * order * t
+        values = {T: t, DISTANCE: gaps, U: velocities, DU: np.diff(velocities), TAYLOR: 0.01 * t * (order + 1)}
+        values |= {DP: 640.0, DP_PLUS: 2.0, Z: 0.5 * order + velocities * t, DT: 0.1}
+        series.row(table_row(n, values))
     writer = FieldsWriter(folder)
     for frame in frames:
         writer.write(frame)
@@ -40,6 +42,18 @@ def curve_table(d: np.ndarray, dU: np.ndarray, slope: np.ndarray, **more: np.nda
     one = np.ones_like(d)
     table = {"d": d, "dU": dU, "dU_held": dU, "dU_error": 0 * one, "stretch": one, "t_relax": np.nan * one}
     return table | {"slope": slope} | more | {"dU_discrete": more.get("dU_held", dU)}
+
+
+def curve_of(
+    table: Mapping[str, np.ndarray], zeros: Sequence[Zero] | None = (), record: Mapping[str, Any] | None = None
+) -> Curve:
+    """The curve of columns of curve.csv with known zeros (None: those of the interpolant) and entries of run.json."""
+    known = None
+    if zeros is not None:
+        errors = [np.nan if zero.error is None else zero.error for zero in zeros]
+        listed = [zero.d for zero in zeros], [zero.stable for zero in zeros], errors
+        known = dict(zip(("d", "stable", "d_error"), map(np.array, listed), strict=True))
+    return Curve(table, known, Record(record or {}), "test")
 
 
 def make_curve(folder: Path, Ca_e: float, De: float = 0.5) -> Path:

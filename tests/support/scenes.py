@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -16,8 +17,7 @@ from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.curve import trace
 from pairsim.solvers.nonlinear.newton import Newton
 from pairsim.solvers.problems import Problem
-from pairsim.solvers.steady.ends import Ended
-from pairsim.solvers.steady.scene import SteadySolver
+from pairsim.solvers.steady.ends import arrived
 from pairsim.solvers.stepping.step import Step
 from pairsim.solvers.stepping.step_size import StepControl
 from pairsim.solvers.transient.transient import Transient
@@ -53,17 +53,24 @@ def solve_rigid(betas: tuple[float, ...], gaps: tuple[float, ...] = (), **mesh: 
 def soft_pair(beta: float, d: float, Ca_e: float, **changes: object) -> Problem:
     """Two equal soft spheres on the default mesh of a case in a Newtonian liquid."""
     problem = Problem(
-        (beta, beta),
-        soft(Ca_e, Ca_e),
-        (d,),
-        50 * beta,
-        True,
-        MeshSettings(),
-        StepControl(3e-4, 1e-8, 2.0),
-        5e-4,
+        betas=(beta, beta),
+        solids=soft(Ca_e, Ca_e),
+        gaps=(d,),
+        length=50 * beta,
+        periodic=True,
+        mesh=MeshSettings(),
+        control=StepControl(3e-4, 1e-8, 2.0),
+        first_step=5e-4,
         U_m=2 * (1 - 2 / 3 * beta**2),
     )
     return replace(problem, **changes)  # type: ignore[arg-type]
+
+
+def tube(length: float, mesh: MeshSettings, control: StepControl, first_step: float, **more: Any) -> Problem:
+    """A tube without particles."""
+    none: dict[str, Any] = {"betas": (), "solids": (), "gaps": ()}
+    more = {"periodic": False, "length": length, "mesh": mesh, "control": control, "first_step": first_step} | more
+    return Problem(**none, **more)
 
 
 def march(problem: Problem, times: list[float]) -> list[Step]:
@@ -82,10 +89,4 @@ def dU(step: Step) -> float:
 
 def traced(solver: Branch, places: list[tuple[float, ...]], tol: float, max_points: int) -> list[Point]:
     """The points of a curve in ascending d."""
-    return sorted((point for point, _ in trace(solver, places, tol, max_points)), key=lambda point: point.d)
-
-
-def reached(found: SteadySolver | Ended) -> SteadySolver:
-    """The scene of a continuation that has arrived."""
-    assert isinstance(found, SteadySolver), found.failure
-    return found
+    return sorted((point for point, _ in map(arrived, trace(solver, places, tol, max_points))), key=lambda p: p.d)

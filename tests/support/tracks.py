@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pairsim.api.film import Film, film_of
+from pairsim.lab.films.film import Film, film_of
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 

@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from support.scenes import reached, traced
+from support.scenes import traced
 
 import pairsim
-from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case
 from pairsim.computing.problems import steady_problem
 from pairsim.physics.solids import soft
 from pairsim.questions.curve import CurveCase
+from pairsim.questions.registry import QUESTIONS
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.curve import Zero, find_zeros
@@ -25,6 +25,7 @@ from pairsim.solvers.nonlinear.newton import STEADY
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.bordered import solve_with
 from pairsim.solvers.steady.continuation import follow
+from pairsim.solvers.steady.ends import arrived
 from pairsim.solvers.steady.first_solution import by_continuation, first_scene, try_from_other_mesh
 from pairsim.solvers.steady.pseudo_time import relax
 from pairsim.solvers.steady.scene import SteadySolver
@@ -45,7 +46,7 @@ def branch_of(made: CurveCase, *, sensitivities: Collection[str] = ()) -> Branch
     places = made.places
     start = Parameters(places[0], made.solid_models, made.liquid_model)
     narrowest = min((d for place in places for d in place), default=np.inf)
-    return Branch(reached(first_scene(steady_problem(made, narrowest), start)), sensitivities)
+    return Branch(arrived(first_scene(steady_problem(made, narrowest), start)), sensitivities)
 
 
 def points(**keys: object) -> list[Point]:
@@ -114,8 +115,7 @@ def test_three_particles_with_their_own_gaps() -> None:
 
 def test_the_matrix_is_the_derivative_of_the_residual(viscoelastic: Branch) -> None:
     scene = viscoelastic.solver
-    scene.factor()
-    y = scene.y
+    y = scene.linearise().y
     direction = np.random.default_rng(3).standard_normal(y.size) * np.maximum(np.abs(y), 1e-3)
     product = scene.newton.jacobian_times(y, direction)
     errors = []
@@ -209,8 +209,8 @@ def test_the_first_solution_does_not_depend_on_the_way_to_it() -> None:
     made, larger = (case(**keys, mesh={"Np": Np, "max_size": 0.08}) for Np in (12, 10))
     start = Parameters((0.1,), made.solid_models, made.liquid_model)
     problem = replace(steady_problem(made, 0.1), newton=replace(STEADY, tolerance=1e-11))
-    scout = reached(by_continuation(steady_problem(larger, 0.1), start))
-    short, long = SteadySolver(problem, start), reached(by_continuation(problem, start))
+    scout = arrived(by_continuation(steady_problem(larger, 0.1), start))
+    short, long = SteadySolver(problem, start), arrived(by_continuation(problem, start))
     assert try_from_other_mesh(short, start, scout)
     assert short.factorisations <= 3 < long.factorisations
     for name, unknowns in short.constraints.fields.items():
@@ -265,7 +265,7 @@ def test_pseudo_time_reaches_the_steady_solution(viscoelastic: Branch) -> None:
 
 def test_a_steady_solution_does_not_change_in_pseudo_time(viscoelastic: Branch) -> None:
     scene = viscoelastic.solver
-    liquid, left = scene.scene.liquid, scene.residual()
+    liquid, left = scene.scene.liquid, scene.residual_at(scene.parameters, scene.y)
     liquid.set_star(scene.state()[1][: liquid.size])
     liquid.constants["rate"].value = 10.0
     assert scene.newton.residual_at(scene.y) == pytest.approx(left, abs=1e-12)
@@ -311,8 +311,7 @@ def test_the_distance_of_a_given_dU_is_found_by_a_few_iterations_of_newtons_meth
 def test_the_mesh_of_a_solution_is_that_of_its_extension_alone(viscoelastic: Branch) -> None:
     """Assembled in numpy, and from the form in UFL."""
     scene = viscoelastic.solver
-    scene.factor()
-    eta = scene.y[scene.constraints.fields["eta"]]
+    eta = scene.linearise().y[scene.constraints.fields["eta"]]
     assert np.abs(eta).max() > 1e-3
     assert scene.meshed.extend(scene.state()[0])[0] == pytest.approx(eta, abs=1e-12)
 
@@ -334,7 +333,7 @@ def test_a_matrix_that_cannot_be_factored_ends_the_branch() -> None:
     branch = branch_of(case())
     branch.solver.y = np.full_like(branch.solver.y, np.nan)
     with pytest.raises(NoSteadyState, match="singular"):
-        branch.solver.factor()
+        branch.solver.linearise()
     branch.close()
 
 
@@ -355,7 +354,7 @@ def test_a_problem_remembers_its_narrowest_distance() -> None:
     wide, narrow = steady_problem(made, 0.3), steady_problem(made, 0.01)
     arcs = []
     for problem in (wide, narrow):
-        branch = Branch(reached(first_scene(problem, Parameters((0.3,), soft(0.0, 0.0)))))
+        branch = Branch(arrived(first_scene(problem, Parameters((0.3,), soft(0.0, 0.0)))))
         arcs.append(len(branch.solver.meshed.outlines[0].angles))
         branch.close()
     assert arcs[1] > arcs[0]

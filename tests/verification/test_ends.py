@@ -57,7 +57,7 @@ def test_cells_end_no_branch_before_its_surface_is_unstable() -> None:
 def test_the_end_of_a_branch_is_told_by_two_meshes(down: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     """A solution on more cells is one on those of the problem where it leads to one, and disproves the end anyway."""
     target, mesh = Parameters((), soft(0.2)), MeshSettings(Np=28)
-    problem: Any = SteadyProblem((0.6,), 5.0, False, mesh)
+    problem: Any = SteadyProblem(betas=(0.6,), length=5.0, periodic=False, mesh=mesh)
     first, second = (ended("fold", {"Ca_e": (Ca_e, 0.001)}, target, MESH_SPREAD) for Ca_e in (0.16, 0.17))
     finer: Any = SimpleNamespace(close=lambda: None)
     answers: list[Any] = [second, finer]
@@ -85,7 +85,7 @@ def test_a_half_space_wrinkles_at_biots_stretch() -> None:
 @pytest.mark.parametrize("fold", [0.2, 1.7])
 def test_a_fold_is_where_the_square_of_the_rate_vanishes(fold: float, monkeypatch: pytest.MonkeyPatch) -> None:
     scene: Any = SimpleNamespace(
-        recall=lambda tau: setattr(scene, "tau", tau), factor=lambda: None, bodies=(), state=lambda: (None, None)
+        recall=lambda tau: setattr(scene, "tau", tau), linearise=lambda: scene, bodies=(), state=lambda: (None, None)
     )
     monkeypatch.setattr(ends, "shape_time", lambda scene: ((fold - scene.tau) ** -0.5, 0.0))
     places = [fold * part for part in (0.5, 0.8, 0.9, 0.95)]
@@ -97,7 +97,7 @@ def test_a_fold_is_where_the_square_of_the_rate_vanishes(fold: float, monkeypatc
 
 
 def test_shapes_that_decay_as_fast_as_ever_are_not_at_their_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    scene: Any = SimpleNamespace(recall=lambda _: None, factor=lambda: None, bodies=(), state=lambda: (None, None))
+    scene: Any = SimpleNamespace(recall=lambda _: 0, linearise=lambda: None, bodies=(), state=lambda: (0, 0))
     monkeypatch.setattr(ends, "shape_time", lambda _: (0.5, 0.0))
     assert end_after(scene, [(tau, tau) for tau in (0.1, 0.2, 0.3)]) is None  # type: ignore[misc]
 

@@ -14,6 +14,7 @@ from support.references import reference
 
 from pairsim.fem.algebra.constraints import Constraints
 from pairsim.fem.meshes.geometry import MeshSettings
+from pairsim.physics.drive import Drive
 from pairsim.physics.solids import Solid, soft
 from pairsim.physics.solids.kelvin_voigt import KelvinVoigt
 from pairsim.physics.solids.mooney_rivlin import MooneyRivlin
@@ -142,7 +143,8 @@ def monomials(X: Array, degree: int, odd: int) -> Array:
 )
 def test_the_decay_of_disturbances_tells_the_fold_of_steady_extension(Np: int, degree: int) -> None:
     """At l = 4.1, where the wall is 12 half-lengths away."""
-    problem = SteadyProblem((0.02,), 1.0, False, MeshSettings(Np=Np), boundary_velocity=lambda x: x * [1.0, -0.5])
+    drive = Drive(boundary=lambda x: x * [1.0, -0.5])
+    problem = SteadyProblem(betas=(0.02,), length=1.0, periodic=False, mesh=MeshSettings(Np=Np), drive=drive)
     sphere = SmoothSphere(problem, Parameters((), soft(0.05)), degree)
     begin(sphere)
     for Ca, D in STEADY.items():

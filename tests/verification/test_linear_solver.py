@@ -8,16 +8,16 @@ from unittest.mock import MagicMock
 import numpy as np
 import pytest
 
-from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case
 from pairsim.computing.problems import steady_problem
 from pairsim.fem.algebra.elimination_order import dependence_on_unknowns, elimination_order, node_of_unknowns
+from pairsim.questions.registry import QUESTIONS
 from pairsim.solvers.nonlinear import factors
-from pairsim.solvers.nonlinear.factors import Factors, MumpsOptions
+from pairsim.solvers.nonlinear.factors import EXACT, Factors, MumpsOptions
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.continuation import begin
+from pairsim.solvers.steady.linearisation import Linearisation
 from pairsim.solvers.steady.scene import SteadySolver
-from pairsim.solvers.steady.tangents import gap_tangents
 
 KEYS = {"beta": 0.4, "De": 0, "Ca_e": 0.01, "d": [0.1], "ends": "developed", "length": 4.0, "mesh": {"Np": 8}}
 
@@ -74,40 +74,64 @@ def test_double_precision_takes_over_where_refinement_fails(
     other.close()
 
 
+def solution(at: Linearisation, rhs: np.ndarray, transposed: bool) -> np.ndarray:
+    """That of linear systems, to the same accuracy for both matrices."""
+    return (at.adjoint if transposed else at.solve)(rhs, tolerance=EXACT)
+
+
 @pytest.mark.parametrize("transposed", [False, True])
 def test_linear_solves_are_refined(scene: SteadySolver, transposed: bool) -> None:
     solved(scene)
-    scene.factor()
     row = scene.velocity_row()
-    single = scene.newton.linear_solve(row, transposed=transposed)
+    single = solution(scene.linearise(), row, transposed)
     assert scene.newton.single
     scene.newton.use_double()
     scene.forget()
-    scene.factor()
-    double = scene.newton.linear_solve(row, transposed=transposed)
+    double = solution(scene.linearise(), row, transposed)
     assert np.linalg.norm(single - double) < 1e-6 * np.linalg.norm(double)
 
 
 @pytest.mark.parametrize("transposed", [False, True])
 def test_several_systems_are_solved_at_once(scene: SteadySolver, transposed: bool) -> None:
     solved(scene)
-    scene.factor()
-    rows = np.eye(scene.constraints.size)[scene.constraints.fields["U_p"]]
-    together = scene.newton.linear_solve(rows, transposed=transposed)
-    apart = [scene.newton.linear_solve(row, transposed=transposed) for row in rows]
+    at, rows = scene.linearise(), np.eye(scene.constraints.size)[scene.constraints.fields["U_p"]]
+    together = solution(at, rows, transposed)
+    apart = [solution(at, row, transposed) for row in rows]
     assert np.linalg.norm(together - apart) < 1e-6 * np.linalg.norm(together)
 
 
 def test_factors_of_the_last_iterations_serve_at_the_solution(scene: SteadySolver) -> None:
     solved(scene)
     made = scene.newton.factorisations
-    scene.factor()
+    at = scene.linearise()
     assert scene.newton.factorisations == made
-    tangent = gap_tangents(scene)
+    assert scene.linearise() is at, "the solution and its parameters are the same"
+    tangent = at.gap_tangents
     scene.forget()
-    scene.factor()
+    again = scene.linearise()
     assert scene.newton.factorisations == made + 1
-    assert np.linalg.norm(gap_tangents(scene) - tangent) < 1e-6 * np.linalg.norm(tangent)
+    assert np.linalg.norm(again.gap_tangents - tangent) < 1e-6 * np.linalg.norm(tangent)
+
+
+def test_a_linearisation_does_not_solve_with_the_matrix_of_another_solution(scene: SteadySolver) -> None:
+    solved(scene)
+    at = scene.linearise()
+    assert scene.solve(scene.parameters.with_gap(0.11), scene.y + 0.01 * at.gap_tangents[0]).converged
+    with pytest.raises(RuntimeError, match="gone on to another solution"):
+        at.solve(at.residual)
+    scene.linearise().solve(at.residual)
+
+
+def test_parameters_that_were_changed_for_a_derivative_are_put_back(scene: SteadySolver) -> None:
+    """Those of the liquid, the solids, the sizes and the distances, also where the computation with them fails."""
+    solved(scene)
+    here, left = scene.parameters, scene.linearise().residual
+    for other in (here.softer(1.1), here.resized([1.01, 1.01]), here.with_gap(0.12)):
+        assert np.abs(scene.residual_at(other, scene.y) - left).max() > 1e-6
+        assert np.array_equal(scene.newton.residual_at(scene.y), left)
+        with pytest.raises(ZeroDivisionError), scene.changed_to(other):
+            raise ZeroDivisionError
+        assert np.array_equal(scene.newton.residual_at(scene.y), left)
 
 
 def test_a_matrix_without_enough_workspace_is_not_regular() -> None:

@@ -18,6 +18,7 @@ from typing import Literal
 import numpy as np
 import pytest
 import sympy
+from support.scenes import tube
 
 from pairsim.fem.meshes.geometry import Geometry, MeshSettings, Reference
 from pairsim.fem.meshes.quadrature import CellQuadrature
@@ -29,7 +30,6 @@ from pairsim.physics.liquids.giesekus import Giesekus
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.errors.run_errors import RunErrors
 from pairsim.solvers.nonlinear.convergence import Report
-from pairsim.solvers.problems import Problem
 from pairsim.solvers.stepping.history import History
 from pairsim.solvers.stepping.step_size import StepControl
 from pairsim.solvers.transient.state import Counts, State
@@ -182,7 +182,7 @@ class Manufactured(Transient):
     def __init__(self, flow: Flow, n: int, old: Sequence[float], step: float, *, discrete: bool) -> None:
         self.fields, self.discrete = exact(flow), discrete
         control = StepControl(1.0, 1e-9, step, fixed=step)
-        problem = Problem((), (), (), LENGTH, False, MeshSettings(), control, step, liquid=LIQUID, t_end=1.0)
+        problem = tube(LENGTH, MeshSettings(), control, step, liquid=LIQUID, t_end=1.0)
         reference = Reference.spheres(Geometry((), (), LENGTH), [])
         state = State(
             History(),

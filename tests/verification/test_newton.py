@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 import ufl
 from mpi4py import MPI
-from support.scenes import soft_pair
+from support.scenes import soft_pair, tube
 
 import pairsim
 from pairsim.fem.meshes.geometry import MeshSettings
@@ -68,8 +68,8 @@ def test_the_jacobian_of_a_law_that_bends_sharply_is_right() -> None:
     """Differences with a step of 1e-5 alone are off by 3e-5 themselves."""
     control = StepControl(2e-3, 1e-8, 2.0)
     liquid = Liquid(Bingham(Bn=1.0, m=100.0))
-    tube = Problem((), (), (), 0.5, False, MeshSettings(max_size=0.1), control, 1e-3, liquid=liquid, t_end=1)
-    assert jacobian_off(tube) < 1e-6
+    problem = tube(0.5, MeshSettings(max_size=0.1), control, 1e-3, liquid=liquid, t_end=1.0)
+    assert jacobian_off(problem) < 1e-6
 
 
 def test_small_steps_share_a_matrix() -> None:

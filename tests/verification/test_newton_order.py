@@ -17,11 +17,11 @@ from pairsim.physics.liquids.power_law import PowerLaw
 from pairsim.physics.solids import soft
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.nonlinear.convergence import Report
+from pairsim.solvers.nonlinear.jacobian_lagging import MatrixPolicy
 from pairsim.solvers.nonlinear.newton import Newton, NewtonOptions
-from pairsim.solvers.nonlinear.renewal import MatrixPolicy
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
-from pairsim.solvers.steady.guesses import place_undeformed
+from pairsim.solvers.steady.predictors import place_undeformed
 from pairsim.solvers.steady.scene import SteadySolver
 from pairsim.solvers.transient.transient import Transient
 
@@ -78,7 +78,7 @@ def test_newton_converges_quadratically_in_time(name: str) -> None:
 @pytest.mark.parametrize("liquid", LIQUIDS.values(), ids=LIQUIDS.keys())
 def test_newton_converges_quadratically_on_a_curve(liquid: Liquid) -> None:
     """From a place with stiffer particles and, in a viscoelastic liquid, of a smaller De."""
-    problem = SteadyProblem((0.4, 0.4), 4.0, False, MeshSettings(Np=8), newton=EXACT)
+    problem = SteadyProblem(betas=(0.4, 0.4), length=4.0, periodic=False, mesh=MeshSettings(Np=8), newton=EXACT)
     places = ((0.05, 0.3), (0.08, 0.6))
     start, end = (Parameters((0.1,), soft(Ca_e, Ca_e), liquid.with_De(De)) for Ca_e, De in places)
     steady = SteadySolver(problem, start)

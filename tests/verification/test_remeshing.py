@@ -130,7 +130,7 @@ def test_stress_is_balanced_at_the_velocities_of_the_surfaces() -> None:
         y = np.random.default_rng(0).standard_normal(constraints.size)
         x = constraints.expand(y, h)
         balance = balance_constraints(scene, x)
-        unknowns, material = free_unknowns(balance, x), balance.V.tocoo()
+        unknowns, material = free_unknowns(scene, balance, x), balance.V.tocoo()
         unknowns[material.col] = (constraints.M @ y)[material.row]
         assert scene.liquid.nodal("u", balance.expand(unknowns, h)) == pytest.approx(scene.liquid.nodal("u", x))
     finally:

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case
 from pairsim.computing.problems import problem_of
 from pairsim.fem.meshes.six_node_mesh import shape_values
@@ -16,6 +15,7 @@ from pairsim.fem.recovery.enriched_residual import EnrichedUnknowns
 from pairsim.fem.recovery.enriched_scene import EnrichedScene
 from pairsim.fem.recovery.patch_recovery import WIDE, PatchRecovery
 from pairsim.fem.recovery.recovered_solution import RecoveredSolution
+from pairsim.questions.registry import QUESTIONS
 from pairsim.solvers.stepping.step import Step
 from pairsim.solvers.transient.transient import Transient
 

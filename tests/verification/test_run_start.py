@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case
 from pairsim.computing.problems import problem_of
 from pairsim.physics.pipe import Pipe
+from pairsim.questions.registry import QUESTIONS
 from pairsim.solvers.curves.branch import Point
+from pairsim.solvers.goals import dU
 from pairsim.solvers.stepping.step import Step
 from pairsim.solvers.transient.adaptation import AIM, RunAdaptation
 from pairsim.solvers.transient.end import settled
@@ -57,9 +58,9 @@ def test_first_dU_is_that_of_the_curve(keys: dict[str, Any], ends: str) -> None:
     for step in steps:  # its error is known without being asked for; nothing is added
         assert step.dU_correction is None
         assert step.dU_error is not None
-        assert (step.dU_error > 0.95 * (np.abs(point.correction) + point.estimate.dU_error)).all()
-    dU = np.array([step.observation.dU[0] for step in steps])
-    assert np.ptp(dU) < 0.02 * abs(dU[0])
+        assert (step.dU_error > 0.95 * (np.abs(point.correction) + point.estimate[dU].half_width)).all()
+    velocities = np.array([step.observation.dU[0] for step in steps])
+    assert np.ptp(velocities) < 0.02 * abs(velocities[0])
 
 
 @pytest.mark.slow
@@ -107,7 +108,8 @@ def test_error_of_the_settled_state_is_part_of_the_errors(start: str) -> None:
         errors = transient.state.error_history
         assert errors is not None
         point = settled_at(UNEQUAL, (0.1,))
-        expected = np.abs(point.estimate.dU) + point.estimate.dU_error  # a run begins with the discrete dU
+        estimate = point.estimate[dU]
+        expected = np.abs(estimate.correction) + estimate.half_width  # a run begins with the discrete dU
         assert transient.run_errors.interval.start == pytest.approx(expected, rel=0.05)
         assert transient.run_errors.interval.setting_in == (UNEQUAL["De"] if start == "rest" else 0)
         assert not errors.h[0].any()

@@ -9,19 +9,18 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 from scipy.sparse.linalg import LinearOperator, gmres
-from support.scenes import reached
 
 import pairsim
-from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case
 from pairsim.computing.problems import steady_problem
+from pairsim.questions.registry import QUESTIONS
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.slow_manifold import REST, SlowMotion
 from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.steady.ends import arrived
 from pairsim.solvers.steady.first_solution import first_scene
 from pairsim.solvers.steady.motion import moving_residual
 from pairsim.solvers.steady.relaxation import _late_time, relaxation_time
-from pairsim.solvers.steady.tangents import gap_tangents
 
 PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": 5.0, "mesh": {"Np": 12}}
 
@@ -31,7 +30,7 @@ def solved(**keys: Any) -> tuple[Branch, Point]:
     case = parse_case(QUESTIONS["curve"], {**PAIR, "d": (0.1,), **keys}, "test")
     narrowest = min((d for place in case.places for d in place), default=np.inf)
     start = Parameters(case.places[0], case.solid_models, case.liquid_model)
-    branch = Branch(reached(first_scene(steady_problem(case, narrowest), start)))
+    branch = Branch(arrived(first_scene(steady_problem(case, narrowest), start)))
     return branch, branch.at(start)
 
 
@@ -47,9 +46,9 @@ def decays(branch: Branch, dt: float, steps: int) -> np.ndarray:
     Steps of the implicit Euler method, with all rates; for a single exponential the time is that of the equations.
     """
     scene, here = branch.solver, branch.solver.parameters
-    scene.factor()
-    still, held = scene.y.copy(), np.zeros(len(here.gaps))
-    y, dU = still + 1e-3 * gap_tangents(scene).sum(axis=0), []
+    at = scene.linearise()
+    still, held = at.y.copy(), np.zeros(len(here.gaps))
+    y, dU = still + 1e-3 * at.gap_tangents.sum(axis=0), []
     row = scene.velocity_row()
     for _ in range(steps):
         before = y
@@ -59,9 +58,9 @@ def decays(branch: Branch, dt: float, steps: int) -> np.ndarray:
             def times(v: np.ndarray, y: Any = y, before: Any = before, residual: Any = residual) -> np.ndarray:
                 e = 1e-5 / max(float(np.abs(v).max()), 1e-30)
                 ahead = moving_residual(scene, here, y + e * v, (y + e * v - before) / dt, held)
-                return np.asarray(scene.newton.linear_solve((ahead - residual) / e))
+                return np.asarray(at.solve((ahead - residual) / e))
 
-            start = scene.newton.linear_solve(-residual)
+            start = at.solve(-residual)
             change, _ = gmres(LinearOperator((len(y),) * 2, matvec=times, dtype=float), start, rtol=1e-5, restart=40)
             y = y + change
         dU.append(float(row @ (y - still)))
@@ -172,8 +171,8 @@ def test_t_relax_of_a_mode_in_a_polymer_is_the_slower_of_its_two_times(monkeypat
     half = {"law": "giesekus", "weight": 0.5, "time": 1.0}
     for liquid in ("giesekus", {"law": "modes", "modes": [half, half]}):
         case = parse_case(QUESTIONS["curve"], {**PAIR, "De": De, "xi": xi, "liquid": liquid, "d": (0.1,)}, "test")
-        scene: Any = SimpleNamespace(scene=SimpleNamespace(material=case.liquid_model))
-        assert relaxation_time(scene) == pytest.approx((p + np.sqrt(p**2 - 4 * q)) / 2, rel=1e-6)
+        at: Any = SimpleNamespace(parameters=SimpleNamespace(liquid=case.liquid_model))
+        assert relaxation_time(at) == pytest.approx((p + np.sqrt(p**2 - 4 * q)) / 2, rel=1e-6)
 
 
 @pytest.mark.parametrize("results", [[[1.0], [0.0]], [[1.0], [0.02]]])

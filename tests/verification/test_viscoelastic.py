@@ -12,7 +12,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 from scipy.linalg import expm
 from support.references import reference
-from support.scenes import dU, soft_pair
+from support.scenes import dU, soft_pair, tube
 
 import pairsim
 from pairsim.fem.meshes.geometry import MeshSettings
@@ -23,9 +23,8 @@ from pairsim.physics.liquids.giesekus import Giesekus
 from pairsim.physics.liquids.oldroyd_b import OldroydB
 from pairsim.physics.liquids.ptt import ExponentialPTT, LinearPTT
 from pairsim.physics.pipe import Pipe
-from pairsim.results.fields import frame
+from pairsim.record.fields import frame
 from pairsim.runtime.errors import NoSteadyState
-from pairsim.solvers.problems import Problem
 from pairsim.solvers.stepping.step_size import StepControl
 from pairsim.solvers.transient.transient import Transient
 
@@ -86,7 +85,7 @@ def pipe_in_two_dimensions(
 ) -> dict[float, tuple[float, float]]:
     """Pressure gradient and axial velocity on the mesh of a piece of tube without particles, repeated without end."""
     control = StepControl(3e-4, 1e-8, 1.0)
-    problem = Problem((), (), (), length, True, MeshSettings(**mesh), control, 1e-3, liquid=liquid, t_end=times[-1])
+    problem = tube(length, MeshSettings(**mesh), control, 1e-3, periodic=True, liquid=liquid, t_end=times[-1])
     transient = Transient(problem)
     found = {}
     for step in transient.steps(iter(times)):
@@ -122,7 +121,7 @@ def test_steady_flow_on_a_fine_mesh_is_exact() -> None:
 def test_perturbations_vanish_without_particles() -> None:
     """A Giesekus liquid has a second normal stress difference, and with it a pressure that depends on r."""
     control, liquid = StepControl(1e-3, 1e-8, 1.0), GIESEKUS[1.0]
-    problem = Problem((), (), (), 0.25, True, MeshSettings(max_size=0.06), control, 1e-3, liquid=liquid, t_end=1.0)
+    problem = tube(0.25, MeshSettings(max_size=0.06), control, 1e-3, periodic=True, liquid=liquid, t_end=1.0)
     transient = Transient(problem)
     *_, step = transient.steps(iter([1.0]))
     flow = Pipe(liquid).until(1.0)(step.t)

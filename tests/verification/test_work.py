@@ -7,14 +7,14 @@ factorisation and three in a hundred iterations more or fewer are let pass. The 
 from __future__ import annotations
 
 import pytest
-from support.scenes import reached
 
-from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import parse_case
 from pairsim.computing.problems import problem_of, steady_problem
+from pairsim.questions.registry import QUESTIONS
 from pairsim.solvers.curves.branch import Branch
 from pairsim.solvers.curves.curve import trace
 from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.steady.ends import arrived
 from pairsim.solvers.steady.first_solution import first_scene
 from pairsim.solvers.transient.transient import Transient
 
@@ -37,7 +37,7 @@ def test_work_of_quasi_steady_points(
     places = case.in_order
     problem = steady_problem(case, min(place[0] for place in places))
     start = Parameters(places[0], case.solid_models, case.liquid_model)
-    branch = Branch(reached(first_scene(problem, start)))
+    branch = Branch(arrived(first_scene(problem, start)))
     try:
         found = list(trace(branch, places, 1.0, len(places)))
         fine = branch.solver

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 from support.inputs import ROOT
-from support.result_folders import curve_table
+from support.result_folders import curve_of, curve_table
 
 import pairsim
-from pairsim.computing import QUESTIONS
+from pairsim.analysis.time_series import Series
 from pairsim.computing.case_files import parse_case
 from pairsim.computing.problems import steady_problem
 from pairsim.fem.recovery.viscosity_scatter import _beyond_first_order
@@ -22,8 +22,11 @@ from pairsim.physics.liquids.bingham import Bingham
 from pairsim.physics.liquids.herschel_bulkley import HerschelBulkley
 from pairsim.physics.liquids.power_law import PowerLaw
 from pairsim.questions.curve.answer import answer_of_curve
+from pairsim.questions.registry import QUESTIONS
 from pairsim.questions.run.answer import answer_of_run
+from pairsim.record.record import Record
 from pairsim.solvers.curves.branch import Branch
+from pairsim.solvers.goals import dU
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.first_solution import first_scene
 from pairsim.solvers.steady.scene import SteadySolver
@@ -75,11 +78,11 @@ def test_the_regularisation_is_a_part_of_the_half_width() -> None:
     at, *ends = (branch.at(wanted.less_regularised(factor)) for factor in (1.0, math.exp(0.02), math.exp(-0.02)))
     branch.close()
     slope = (ends[0].discrete.dU - ends[1].discrete.dU) / 0.04
-    slopes = [np.diff(end.estimate.by_regularisation)[0] for end in ends]
-    first, second = np.diff(at.estimate.by_regularisation)
+    slopes = [end.estimate[dU].by_regularisation[0] for end in ends]
+    first, second = at.estimate[dU].by_regularisation
     assert first == pytest.approx(slope, rel=2e-3)
     assert second == pytest.approx((slopes[0] - slopes[1]) / 0.04, rel=1e-2)
-    assert (at.estimate.dU_error > abs(slope)).all()
+    assert (at.estimate[dU].half_width > abs(slope)).all()
 
 
 @pytest.mark.slow
@@ -154,26 +157,26 @@ NOT_HELD = {
 def test_only_creep_across_a_bridge_is_told_as_holding(table: dict[str, float]) -> None:
     d = np.geomspace(0.1, 0.3, 3)
     columns = {name: np.full(3, value) for name, value in (table | {"dU_error": 2e-5}).items()}
-    words = answer_of_curve(curve_table(d, np.array([1e-5, 1.2e-5, 1e-5]), 0 * d, **columns), [], {})[0]
+    words = answer_of_curve(curve_of(curve_table(d, np.array([1e-5, 1.2e-5, 1e-5]), 0 * d, **columns)))[0]
     assert words.startswith("Unyielded liquid holds" if table is HOLDS else "Not decided")
 
 
 def test_a_run_advises_no_time_that_only_creep_would_take() -> None:
     series = {"t": np.array([0.0, 2.0]), "d": np.array([0.1, 0.1]), "dU": np.array([0.0, 3e-3])}
     steady = {"dU": [1e-3], "dU_error": [1e-4], "t_relax": 60.0, "start": "rest", "accuracy": 0.01}
-    (line,) = answer_of_run(series, {"settled": steady})
+    (line,) = answer_of_run(Series(series, Record({"settled": steady})))
     assert "time.end" in line
-    (line,) = answer_of_run(series, {"settled": steady | {"creeps": True}})
+    (line,) = answer_of_run(Series(series, Record({"settled": steady | {"creeps": True}})))
     assert "time.end" not in line
     assert "creep of the regularisation alone (t_relax = 60, which grows as m)" in line
-    (line,) = answer_of_run(series, {"settled": steady | {"held_together": True}})
+    (line,) = answer_of_run(Series(series, Record({"settled": steady | {"held_together": True}})))
     assert line.startswith("The pair comes to be held together by unyielded liquid")
 
 
 def test_one_point_off_the_lock_leaves_the_region_undecided() -> None:
     d = np.geomspace(0.1, 0.3, 3)
     columns = {"dU_error": np.full(3, 2e-5), "bridge": np.array([0.1, 0.1, 0.0]), "creep": np.array([1, 1, np.nan])}
-    words = answer_of_curve(curve_table(d, np.full(3, 1e-5), 0 * d, **columns), [], {})[0]
+    words = answer_of_curve(curve_of(curve_table(d, np.full(3, 1e-5), 0 * d, **columns)))[0]
     assert words.startswith("Not decided between d = 0.1 and 0.3")
 
 

@@ -12,7 +12,7 @@ from pairsim.fem.phases.compiled_phase import QUADRATURE_DEGREE
 from pairsim.fem.scene import Scene
 from pairsim.runtime.arrays import Array
 
-ROUNDING = 1e-13  # displacement [D_c] that positions have by rounding alone
+NEGLIGIBLE_DISPLACEMENT = 1e-13  # that positions have by rounding alone [D_c]
 
 
 class MeshExtension:
@@ -31,7 +31,7 @@ class MeshExtension:
         constraints = self._constraints
         zero = np.zeros(constraints.size)
         at_interfaces = constraints.expand(zero, h)
-        if np.abs(at_interfaces).max() < ROUNDING:  # the distances are those for which the mesh was made
+        if np.abs(at_interfaces).max() < NEGLIGIBLE_DISPLACEMENT:  # the distances are those for which the mesh was made
             return zero, at_interfaces
         if self._stiffness is None:
             self._stiffness = sparse.csr_matrix(constraints.T @ _stiffness(self._scene))

@@ -14,6 +14,7 @@ from pairsim.fem.algebra import mesh_velocity
 from pairsim.fem.algebra.constraints import Constraints, Triplets, Unknowns
 from pairsim.fem.meshes.geometry import Outline
 from pairsim.fem.scene import Body, Scene
+from pairsim.physics.fields import DISPLACEMENT, MESH_VELOCITY, PRESSURE, PRESSURE_OF_SOLID, VELOCITY, Field
 from pairsim.runtime.arrays import Array, Indices
 
 
@@ -69,7 +70,7 @@ class _Builder:
         outer, interface = _boundary(scene)
         count = len(outer)
         fixed = np.zeros((count, 2), dtype=bool)
-        fixed[nodes.axis, 1] = True
+        fixed[np.ix_(nodes.axis, VELOCITY.odd)] = True
         fixed[interface] = True
         if scene.periodic:
             fixed[nodes.wall] = True
@@ -105,30 +106,34 @@ class _Builder:
         inlet, outlet = (nodes.inlet[::2], nodes.outlet[::2]) if closed else (nodes.inlet[:0],) * 2
         free = vertices[~np.isin(vertices, outlet)]
         number = np.full(len(liquid.six_node_mesh.points), -1)
-        number[free] = self.y.take("p_f", len(free))
+        number[free] = self.y.take(PRESSURE.unknowns, len(free))
         number[outlet] = number[inlet]
         p = liquid.index("p", vertices)
         self.N.add(p, number[vertices])
         self.rows.add(number[vertices], p)
         self.lower = liquid.index("p", outlet)
 
-    def conformation(self) -> None:
-        """Constrain the log-conformation: equal at periodic ends, that of the developed flow at prescribed ones."""
+    def transported(self) -> None:
+        """Constrain what the liquid carries along: equal at periodic ends, as in developed flow at prescribed ones."""
+        for field in self.scene.material.transported:
+            self._transported(field)
+
+    def _transported(self, field: Field) -> None:
         scene = self.scene
         liquid, nodes = scene.liquid, scene.nodes
         given = nodes.outlet if scene.periodic else np.concatenate([nodes.inlet, nodes.outlet])
-        carriers = liquid.carriers("s")
+        carriers = liquid.carriers(field.name)
         free = carriers[~np.isin(carriers, given)]
         carried = np.isin(nodes.inlet, carriers)
         inlet, outlet = nodes.inlet[carried], nodes.outlet[carried]
-        for c in range(4 * len(scene.material.modes)):
+        for c in range(field.components):
             number = np.full(len(liquid.six_node_mesh.points), -1)
-            number[free] = self.y.take("s", len(free))
-            index = liquid.index("s", free, c)
+            number[free] = self.y.take(field.unknowns, len(free))
+            index = liquid.index(field.name, free, c)
             self.N.add(index, number[free])
             self.rows.add(number[free], index)
             if scene.periodic:
-                index = liquid.index("s", outlet, c)
+                index = liquid.index(field.name, outlet, c)
                 self.N.add(index, number[inlet])
                 self.rows.add(number[inlet], index)
 
@@ -152,7 +157,7 @@ class _Builder:
         own = vertex | interface
         own[mesh.cells[interface[mesh.cells[:, :3]].any(axis=1)]] = True
         free = np.repeat((own & ~outer & ~interface)[:, None], 2, axis=1)
-        free[nodes.axis, 1] = False
+        free[np.ix_(nodes.axis, DISPLACEMENT.odd)] = False
         number[free] = self.y.take("eta", int(np.count_nonzero(free)))
         on_h = np.full((count, 2), -1)
         offset = np.zeros((count, 2))
@@ -189,7 +194,7 @@ class _Builder:
         """Add the pressure of a soft particle, which is not constrained."""
         assert body.phase is not None
         p = self.scene.offset(body.phase) + body.phase.index("p", body.phase.six_node_mesh.vertices)
-        unknown = self.y.take("p_s", len(p))
+        unknown = self.y.take(PRESSURE_OF_SOLID.unknowns, len(p))
         self.N.add(p, unknown)
         self.rows.add(unknown, p)
         self.integrated.append(unknown)
@@ -197,8 +202,7 @@ class _Builder:
     def rest_of_liquid(self) -> None:
         """Add the fields of the liquid that are constrained alike in all problems."""
         self.pressure()
-        if self.scene.material.modes:
-            self.conformation()
+        self.transported()
         if self.scene.moving:
             self.displacement()
         self.scalars()
@@ -277,7 +281,7 @@ def balance_constraints(scene: Scene, x: Array) -> Constraints:
             made.rows.add(velocity, offset + body.phase.index("eta", free, c))
     made.velocity()
     made.pressure()
-    made.conformation()
+    made.transported()
     made.scalars()
     found = made.finished()
     return replace(found, base=np.where(np.diff(found.N.indptr) > 0, 0.0, x))
@@ -330,13 +334,13 @@ def steady_constraints(scene: Scene) -> Constraints:
             balance.add(h[free], row)
         made.solid_pressure(body)
     made.velocity(balance)
-    if scene.material.modes:
+    if MESH_VELOCITY in scene.liquid.fields:
         liquid = scene.liquid
         vertices = liquid.six_node_mesh.vertices
         z = liquid.six_node_mesh.points[vertices, 0]
         for velocity, share in zip(U, mesh_velocity.shares(scene.reference, z, scene.periodic), strict=True):
             at = np.flatnonzero(share)
-            made.N.add(liquid.index("w", vertices[at], 0), velocity, share[at])
+            made.N.add(liquid.index(MESH_VELOCITY.name, vertices[at], 0), velocity, share[at])
     made.rest_of_liquid()
     return made.finished()
 

@@ -43,13 +43,13 @@ Size = Callable[[float, float], float]
 
 @dataclass(frozen=True, eq=False)
 class CellIndicators:
-    """What the cells of the liquid contribute to the errors of the relative velocities of a solution.
+    """What the cells of the liquid contribute to the errors of results of a solution, such as all dU.
 
     Attributes:
         geometry: Geometry of the reference domain.
         mirrored: Whether the reference domain is symmetric under z -> -z.
         corners: Vertices of the cells in the reference domain, (m, 3, 2).
-        squares: Squares of their contributions to every dU, (m, N-1).
+        squares: Squares of their contributions to each of k results, (m, k).
         order: Power of the cell size with which they fall.
     """
 
@@ -59,11 +59,15 @@ class CellIndicators:
     squares: Array
     order: float = ORDER
 
+    def joined(self, other: CellIndicators) -> CellIndicators:
+        """Those of these results and of others of the same solution."""
+        return replace(self, squares=np.hstack([self.squares, other.squares]))
+
     def sizes(self, most: Array, largest_factor: float, reach: float) -> SizeField:
         """Cell sizes with which the roots of the sums of the squares are expected to fall below given values.
 
         Args:
-            most: The values, (N-1,).
+            most: The values, (k,).
             largest_factor: Upper bound on the factor by which cells become larger.
             reach: Distance from the particles up to which sizes are wanted [D_c].
         """

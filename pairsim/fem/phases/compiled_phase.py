@@ -13,10 +13,13 @@ import ufl
 from numpy.typing import NDArray
 
 from pairsim.fem.phases.compiled_form import CompiledForm, compiled
-from pairsim.physics.forms import constitutive, continuity, extra_stress, mesh_motion
+from pairsim.physics.fields import DISPLACEMENT, MESH_VELOCITY, PRESSURE_OF_SOLID, Field
+from pairsim.physics.forms import constitutive, continuity, extra_stress, mesh_motion, transport
 from pairsim.physics.forms.momentum import momentum
 from pairsim.physics.kinematics import Expr, Kinematics
 from pairsim.physics.liquids import Liquid
+from pairsim.physics.liquids.conformation import LOG_CONFORMATION
+from pairsim.physics.liquids.structured import StructuredLaw
 from pairsim.physics.log_conformation import LogConformation
 from pairsim.physics.solids import Solid
 from pairsim.runtime.arrays import Indices
@@ -35,34 +38,6 @@ COORDINATE = basix.ufl.element("Lagrange", "triangle", 2, shape=(2,))
 """Element of the coordinates of six-node triangles."""
 OF_TIME = {"rate": 0.0, "g": 1.0, "U_m": 0.0}
 """Constants of the time scheme, with what they are at first."""
-
-
-@dataclass(frozen=True)
-class FieldSpec:
-    """One field of a phase.
-
-    Attributes:
-        name: Its symbol.
-        degree: Lagrange degree.
-        components: Their number.
-        odd: Components that are odd functions of r; the others are even.
-    """
-
-    name: str
-    degree: int
-    components: int
-    odd: tuple[int, ...] = ()
-
-
-VELOCITY = FieldSpec("u", 2, 2, odd=(1,))
-DISPLACEMENT = FieldSpec("eta", 2, 2, odd=(1,))
-PRESSURE = FieldSpec("p", 1, 1)
-MESH_VELOCITY = FieldSpec("w", 1, 2, odd=(1,))
-
-
-def log_conformation(modes: int) -> FieldSpec:
-    """The field of s = log c, with the components (zz, zr, rr, tt) of each mode."""
-    return FieldSpec("s", 2, 4 * modes, odd=tuple(4 * i + 1 for i in range(modes)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +59,7 @@ class CompiledPhase:
     """
 
     kind: tuple[str | bool, ...]
-    fields: tuple[FieldSpec, ...]
+    fields: tuple[Field, ...]
     element: basix.ufl._ElementBase
     residual: CompiledForm
     jacobian: CompiledForm
@@ -116,19 +91,19 @@ class Terms:
     dX: ufl.Measure
 
 
-def mixed_element(fields: Iterable[FieldSpec], discontinuous: bool = False) -> basix.ufl._ElementBase:
+def mixed_element(fields: Iterable[Field], discontinuous: bool = False) -> basix.ufl._ElementBase:
     """The mixed element of fields, continuous or discontinuous from cell to cell."""
     shapes = [(f, (f.components,) if f.components > 1 else None) for f in fields]
     element = partial(basix.ufl.element, "Lagrange", "triangle", discontinuous=discontinuous)
     return basix.ufl.mixed_element([element(f.degree, shape=shape) for f, shape in shapes])
 
 
-def split(function: Any, fields: tuple[FieldSpec, ...]) -> dict[str, Expr]:
+def split(function: Any, fields: tuple[Field, ...]) -> dict[str, Expr]:
     """The fields of a mixed function by name."""
     return dict(zip((f.name for f in fields), ufl.split(function), strict=True))
 
 
-def dofs_of(space: Any, i: int, field: FieldSpec) -> list[Indices]:
+def dofs_of(space: Any, i: int, field: Field) -> list[Indices]:
     """Degrees of freedom of each component of field i of a mixed space, (cells, nodes)."""
     part = space._cpp_object.sub([i])
     parts = [part.sub([c]) for c in range(field.components)] if field.components > 1 else [part]
@@ -136,7 +111,7 @@ def dofs_of(space: Any, i: int, field: FieldSpec) -> list[Indices]:
 
 
 def _blocks(
-    element: basix.ufl._ElementBase, fields: tuple[FieldSpec, ...], create: Callable[..., Any]
+    element: basix.ufl._ElementBase, fields: tuple[Field, ...], create: Callable[..., Any]
 ) -> tuple[Indices, NDArray[np.bool_]]:
     """Field of each degree of freedom of a cell, and blocks of the Jacobian that can be non-zero (fields, fields).
 
@@ -162,7 +137,7 @@ _COMPILED: dict[tuple[str | bool, ...], CompiledPhase] = {}
 
 def _compile(
     kind: tuple[str | bool, ...],
-    fields: tuple[FieldSpec, ...],
+    fields: tuple[Field, ...],
     constant_names: tuple[str, ...],
     build: Callable[[Terms], ufl.Form],
 ) -> CompiledPhase:
@@ -197,25 +172,26 @@ def _compile(
 
 
 def liquid_phase(liquid: Liquid, moving: bool, steady: bool = False) -> CompiledPhase:
-    """A liquid with the fields u, p, the s = log c of its modes and, if the mesh moves, eta.
+    """A liquid with its own fields and, if the mesh moves, eta.
 
     In time-dependent problems the velocity of the mesh follows from eta. In quasi-steady problems it is a field w, and
-    the time derivative of s is multiplied by the constant `rate`: 0 in a quasi-steady solve, 1/dt in a step of
-    pseudo-time. A liquid without modes has no time derivative.
+    the time derivatives of what the liquid carries along are multiplied by the constant `rate`: 0 in a quasi-steady
+    solve, 1/dt in a step of pseudo-time. A liquid without a memory has no time derivative.
 
     Args:
         liquid: The liquid; forms depend on its laws, and its parameters are their constants.
         moving: Whether the mesh moves.
         steady: Whether the problem is quasi-steady.
     """
-    count, steady = len(liquid.modes), steady and bool(liquid.modes)
+    transported, steady = liquid.transported, steady and liquid.has_memory
 
     def build(terms: Terms) -> ufl.Form:
         x, star, test, k, dX = terms.x, terms.star, terms.test, terms.constants, terms.dX
         kin = Kinematics.of(terms.mesh, x.get("eta"))
         here = liquid.with_numbers({name: k[name] for name in liquid.numbers})
-        u, stress = x["u"], extra_stress.solvent(kin, x["u"], here)
-        logs = [LogConformation.of(mode_part(x["s"], i)) for i in range(count)]
+        u, state = x["u"], [x[f.name] for f in here.solvent.transported]
+        stress = extra_stress.solvent(kin, u, here, *state)
+        logs = [LogConformation.of(mode_part(x[LOG_CONFORMATION.name], i)) for i in range(len(here.modes))]
         for law, s in zip(here.modes, logs, strict=True):
             tau = extra_stress.mode(kin, s, u, here, law)
             stress = stress[0] + tau[0], stress[1] + tau[1]
@@ -223,29 +199,32 @@ def liquid_phase(liquid: Liquid, moving: bool, steady: bool = False) -> Compiled
         form += continuity.liquid(kin, u, test["p"], dX)
         if "eta" in test:
             form += mesh_motion.elastic_extension(terms.mesh, x["eta"], test["eta"], dX)
-        if not count:
+        if not transported:
             return form
+        changes = {f.name: x[f.name] - star[f.name] for f in transported}
         if steady:
-            v, change = u - x["w"], (x["s"] - star["s"]) * k["rate"]
+            v, changes = u - x["w"], {name: change * k["rate"] for name, change in changes.items()}
         else:
-            v, change = u, (x["s"] - star["s"]) / k["g"]
+            v, changes = u, {name: change / k["g"] for name, change in changes.items()}
             if moving:
                 v = v - ufl.as_vector([k["U_m"], 0]) - (x["eta"] - star["eta"]) / k["g"]
-        rates = change + ufl.dot(kin.grad(x["s"]), v)
+        rates = {name: change + ufl.dot(kin.grad(x[name]), v) for name, change in changes.items()}
+        if isinstance(here.solvent, StructuredLaw):
+            own = here.solvent.rates(extra_stress.gamma2(kin, u), *state)
+            time = constitutive.upwind_time(terms.mesh, v, here.solvent.memory, UPWIND_SCALE)
+            for f, rate in zip(here.solvent.transported, own, strict=True):
+                form += transport.scalar(kin, rates[f.name] - rate, test[f.name], v, time, dX)
         for i, (law, s) in enumerate(zip(here.modes, logs, strict=True)):
-            rate, De = LogConformation.of(mode_part(rates, i)), here.relaxation_time(law)
+            rate, De = LogConformation.of(mode_part(rates[LOG_CONFORMATION.name], i)), here.relaxation_time(law)
             relaxed = constitutive.relaxation(kin, s, u, here, law)
             strong = constitutive.residual(kin, s, (rate.block, rate.hoop), u, relaxed, De)
             time = constitutive.upwind_time(terms.mesh, v, De, UPWIND_SCALE)
-            form += constitutive.constitutive(kin, strong, mode_part(test["s"], i), v, time, dX)
+            form += constitutive.constitutive(kin, strong, mode_part(test[LOG_CONFORMATION.name], i), v, time, dX)
         return form
 
-    fields = [VELOCITY, PRESSURE]
-    fields += [log_conformation(count)] if count else []
-    fields += [DISPLACEMENT] if moving else []
-    fields += [MESH_VELOCITY] if steady else []
-    of_time = ("rate",) if steady else ("g", "U_m") if count else ()
-    return _compile((liquid.structure, moving, steady), tuple(fields), (*liquid.numbers, *of_time), build)
+    fields = (*liquid.fields, *((DISPLACEMENT,) if moving else ()), *((MESH_VELOCITY,) if steady else ()))
+    of_time = ("rate",) if steady else ("g", "U_m") if transported else ()
+    return _compile((liquid.structure, moving, steady), fields, (*liquid.numbers, *of_time), build)
 
 
 def mode_part(s: Expr, i: int) -> Expr:
@@ -281,4 +260,4 @@ def solid_phase(solid: Solid, volume_modulus: bool = False) -> CompiledPhase:
         return momentum(kin, stress, p, test["eta"], dX) + continuity.solid(kin, test["p"], dX)
 
     names = (*solid.numbers, *(("rate",) if solid.viscosity is not None else ()))
-    return _compile((solid.name, volume_modulus), (DISPLACEMENT, PRESSURE), names, build)
+    return _compile((solid.name, volume_modulus), (DISPLACEMENT, PRESSURE_OF_SOLID), names, build)

@@ -8,14 +8,16 @@ are joined by constraints (`pairsim.fem.algebra.constraints`).
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pairsim.fem.meshes.six_node_mesh import TO_BASIX, SixNodeMesh
-from pairsim.fem.phases.compiled_phase import COORDINATE, OF_TIME, CompiledPhase, FieldSpec, dofs_of
+from pairsim.fem.phases.compiled_phase import COORDINATE, OF_TIME, CompiledPhase, dofs_of
+from pairsim.physics.fields import Field
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.solids import Solid
 from pairsim.runtime.arrays import Array, Indices
@@ -78,16 +80,31 @@ class Phase[M: (Liquid, Solid)]:
         self._jacobian = compiled.jacobian.on([self.space, self.space], functions, constant_map)
         self._vector = np.zeros(len(self.x.x.array))
 
+    @property
+    def fields(self) -> tuple[Field, ...]:
+        """Its fields, in the order of its canonical degrees of freedom."""
+        return self.compiled.fields
+
     def become(self, material: M) -> None:
         """Give the material other parameters; its laws stay the same."""
         self.material = material
         for name, value in material.numbers.items():
             self.constants[name].value = value
 
+    @contextmanager
+    def changed_to(self, material: M) -> Iterator[None]:
+        """Give the material other parameters as `become` does, and at the end its own ones back."""
+        own = self.material
+        self.become(material)
+        try:
+            yield
+        finally:
+            self.become(own)
+
     def _offsets(self) -> dict[str, int]:
         nodes, vertices = len(self.six_node_mesh.points), len(self.six_node_mesh.vertices)
         offsets, total = {}, 0
-        for f in self.compiled.fields:
+        for f in self.fields:
             offsets[f.name] = total
             total += f.components * (nodes if f.degree == 2 else vertices)
         self.size = total
@@ -107,12 +124,12 @@ class Phase[M: (Liquid, Solid)]:
     @property
     def nodes(self) -> Indices:
         """Node of each canonical degree of freedom, shape (size,)."""
-        return np.concatenate([np.repeat(self.carriers(f.name), f.components) for f in self.compiled.fields])
+        return np.concatenate([np.repeat(self.carriers(f.name), f.components) for f in self.fields])
 
     def _number(self) -> Indices:
         node = self.mesh.geometry.input_global_indices[self.mesh.geometry.dofmap]
         canonical = np.full(len(self.x.x.array), -1, dtype=np.int64)
-        for i, f in enumerate(self.compiled.fields):
+        for i, f in enumerate(self.fields):
             for c, dofs in enumerate(dofs_of(self.space, i, f)):
                 canonical[dofs] = self.index(f.name, node[:, : dofs.shape[1]], c)
         return canonical
@@ -122,8 +139,17 @@ class Phase[M: (Liquid, Solid)]:
         f, start, count = self._field(name), self.offsets[name], len(self.carriers(name))
         return values[start : start + f.components * count].reshape(-1, f.components)
 
-    def _field(self, name: str) -> FieldSpec:
-        return next(f for f in self.compiled.fields if f.name == name)
+    def at_nodes(self, name: str, values: Array) -> Array:
+        """A field in a canonical vector at all nodes, those of P1 fields by means, shape (nodes, components)."""
+        nodal, mesh = self.nodal(name, values), self.six_node_mesh
+        if self._field(name).degree == 2:
+            return nodal
+        everywhere = np.zeros((len(mesh.points), nodal.shape[1]))
+        everywhere[mesh.vertices] = nodal
+        return np.asarray(everywhere[mesh.parents].mean(axis=1))
+
+    def _field(self, name: str) -> Field:
+        return next(f for f in self.fields if f.name == name)
 
     def set(self, values: Array) -> None:
         """Set the unknowns from a canonical vector, shape (size,)."""

@@ -22,7 +22,6 @@ from pairsim.fem.phases.compiled_form import CompiledForm, compiled
 from pairsim.fem.phases.compiled_phase import (
     QUADRATURE_DEGREE,
     CompiledPhase,
-    FieldSpec,
     Terms,
     dofs_of,
     mixed_element,
@@ -30,6 +29,7 @@ from pairsim.fem.phases.compiled_phase import (
 )
 from pairsim.fem.phases.phase import Phase
 from pairsim.fem.recovery.enriched_nodes import own_shapes
+from pairsim.physics.fields import DISPLACEMENT, MESH_VELOCITY, VELOCITY, Field
 from pairsim.runtime.arrays import Array, Indices
 from pairsim.runtime.fenicsx import dolfinx
 
@@ -41,10 +41,10 @@ Additions = dict[str, Array]
 """What is added to fields, by field: values at the nodes of one degree higher of each cell, (m, q, components)."""
 
 
-def physical(fields: Iterable[FieldSpec]) -> tuple[FieldSpec, ...]:
+def physical(fields: Iterable[Field]) -> tuple[Field, ...]:
     """The fields with an equation that an exact solution meets; how the liquid's mesh moves is a choice."""
     known = tuple(fields)
-    chosen = ("eta", "w") if any(f.name == "u" for f in known) else ()
+    chosen = (DISPLACEMENT.name, MESH_VELOCITY.name) if any(f.name == VELOCITY.name for f in known) else ()
     return tuple(f for f in known if f.name not in chosen)
 
 
@@ -60,7 +60,7 @@ class EnrichedForm:
         star: Coefficient of the part of the unknowns that the time scheme fixes.
     """
 
-    fields: tuple[FieldSpec, ...]
+    fields: tuple[Field, ...]
     element: basix.ufl._ElementBase
     residual: CompiledForm
     x: ufl.Coefficient

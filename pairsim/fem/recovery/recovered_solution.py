@@ -56,7 +56,7 @@ class RecoveredSolution:
         fixed, before = dict[str, Array](), [dict[str, Array]() for _ in solids]
         if star is not None:
             own, *inside = enriched.parts(star[None])
-            fixed = liquid.added(own, [name for name in _names(liquid) if name == "s"])
+            fixed = liquid.added(own, [f.name for f in scene.material.transported])
             before = [s.added(x, ["eta"]) for s, x in zip(solids, inside, strict=True)]
         if scene.moving:
             for values, of_solids in ((added, within), (fixed, before))[: 1 if star is None else 2]:

@@ -2,7 +2,7 @@
 
 The weight of a functional is recovered on the mesh of each phase, and what is left of it when the discrete one is taken
 away is the test function of the residual. It is zero where the exact solution meets a condition that the discrete one
-meets too: u on wall, ends and rigid surfaces, s on the ends.
+meets too: u on wall, ends and rigid surfaces, what the liquid carries along on the ends.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ class WeightedResidual:
         sums: The residuals, (k,).
         in_liquid: What the liquid has of them, (k,); the particles have the rest.
         changes: By how much another recovery of the pressures' weights changes them, (k,).
-        stress_products: Sums over the cells of the products of what two functionals have of the constitutive equation
+        stress_products: Sums over the cells of the products of what two functionals have of the constitutive equations
             there, (k, k). Where the weight of the stress is not resolved its contributions have random signs, and the
             root of a functional's sum of squares is the size of error to expect of their sum.
-        stress_by_cell: These contributions themselves in the cells of the liquid, (k, m); in a liquid without modes
+        stress_by_cell: These contributions themselves in the cells of the liquid, (k, m); in a liquid without a memory
             those of `viscosity_scatter`, and None in a Newtonian one.
         corners: Vertices of these cells in the reference domain, (m, 3, 2).
     """
@@ -55,9 +55,10 @@ class WeightedResidual:
         enriched.join(added[0]["u"], (each["eta"] for each in added[1:]))
         for at in (enriched.wall, enriched.inlet, enriched.outlet):
             added[0]["u"][at] = 0.0
+        transported = [f.name for f in enriched.scene.material.transported]
         for at in (enriched.inlet, enriched.outlet):
-            if "s" in added[0]:
-                added[0]["s"][at] = 0.0
+            for name in transported:
+                added[0][name][at] = 0.0
         sums, changes, stress = list[Array](), np.zeros(len(weights)), None
         for phase, w, additions in zip(enriched.phases, own, added, strict=True):
             residual = phase.residual.assemble()
@@ -65,7 +66,8 @@ class WeightedResidual:
             others = _by_cell(phase, residual, phase.added(w, phase.residual.fields, NARROW))
             sums.append(np.sum([each.sum(axis=1) for each in tested.values()], axis=0))
             changes += sum(each.sum(axis=1) - tested[name].sum(axis=1) for name, each in others.items())
-            stress = tested.get("s", stress)
+            if phase is enriched.liquid and transported:
+                stress = np.sum([tested[name] for name in transported], axis=0)
         mesh, order = enriched.liquid.phase.six_node_mesh, enriched.liquid.residual.cells
         if stress is None and not enriched.scene.material.newtonian:
             stress = viscosity_scatter(enriched, x, weights)[:, order]

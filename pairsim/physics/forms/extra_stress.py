@@ -32,9 +32,9 @@ def viscous(kin: Kinematics, u: Expr, viscosity: Expr) -> tuple[Expr, Expr]:
     return 2 * viscosity * ufl.sym(kin.grad(u)), 2 * viscosity * kin.hoop_rate(u)
 
 
-def solvent(kin: Kinematics, u: Expr, liquid: Liquid) -> tuple[Expr, Expr]:
-    """Stress of the solvent, 2 xi eta(gamma) e(u)."""
-    return viscous(kin, u, liquid.xi * liquid.solvent.viscosity(gamma2(kin, u)))
+def solvent(kin: Kinematics, u: Expr, liquid: Liquid, *state: Expr) -> tuple[Expr, Expr]:
+    """Stress of the solvent, 2 xi eta(gamma, state) e(u), with the scalars on which its law depends."""
+    return viscous(kin, u, liquid.xi * liquid.solvent.viscosity_at(gamma2(kin, u), *state))
 
 
 def invariants(kin: Kinematics, c: tuple[Expr, Expr], u: Expr) -> Invariants:

@@ -24,6 +24,7 @@ class Bingham(Plastic, ViscousLaw):
         key="plastic_viscosity",
         words="plastic viscosity of the liquid; gives eta_0",
         symbol=r"\eta_p",
+        uncertain=False,
     )
     regularisation = "m"
 

@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 from typing import Any, Self
 
 from pairsim.physics.liquids.viscous import ViscousLaw
-from pairsim.physics.material import a_time, a_viscosity, parameter
+from pairsim.physics.material import parameter
+from pairsim.quantities.measurable import a_time, a_viscosity
 
 
 @dataclass(frozen=True)

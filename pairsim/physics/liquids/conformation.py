@@ -13,11 +13,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+from pairsim.physics.fields import Field
 from pairsim.physics.material import Material, Parameter
 
 # A liquid with a smaller alpha or epsilon hardens in extension as Oldroyd-B does, with thin layers of stress. A guess
 # between what was measured: alpha 0.2, epsilon 0.25 and Oldroyd-B.
 LEAST_THINNING = 0.1
+# The weight in the norm of a time step was chosen such that dU follows that of finer steps through the start-up.
+LOG_CONFORMATION = Field("s", 2, 4, odd=(1,), transported=True, step_weight=0.4, most_change=1.0)
+"""s = log c of a mode, with the components (zz, zr, rr, tt)."""
 
 
 @dataclass(frozen=True)

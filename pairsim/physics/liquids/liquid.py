@@ -6,12 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Literal
 
-from pairsim.physics.liquids.conformation import ConformationLaw, Invariants
+from pairsim.physics.fields import PRESSURE, VELOCITY, Field
+from pairsim.physics.liquids.conformation import LOG_CONFORMATION, ConformationLaw, Invariants
 from pairsim.physics.liquids.newtonian import Newtonian
 from pairsim.physics.liquids.viscous import ViscousLaw
 from pairsim.physics.liquids.yielding import YieldLaw
-from pairsim.physics.material import Material, Parameter, a_time, a_viscosity, between
+from pairsim.physics.material import Material, Parameter, between
 from pairsim.physics.operations import sqrt
+from pairsim.quantities.measurable import a_time, a_viscosity
 
 SEVERAL_TIMES = "; several relaxation times are modes, liquid: {law: modes, modes: [...]}"
 LEAST_STRAIN2 = 1e-12  # added to |c_d|^2, so that |tau_d| has a derivative at rest; chosen
@@ -44,8 +46,11 @@ class Liquid:
             "Deborah number lambda U_av/D_c; 0 is a liquid without elasticity",
             1e-6,
             1e4,
-            dimension=replace(
-                a_time("relaxation", "relaxation time lambda; gives De = lambda U_av/D_c", r"\lambda"),
+            dimension=a_time(
+                "relaxation",
+                "relaxation time lambda; gives De = lambda U_av/D_c",
+                r"\lambda",
+                uncertain=True,
                 if_several=SEVERAL_TIMES,
             ),
         ),
@@ -56,7 +61,7 @@ class Liquid:
             1.0,
             default=0.09,
             dimension=a_viscosity(
-                "solvent", "viscosity of the solvent eta_s; gives xi = eta_s/eta_0", symbol=r"\eta_s"
+                "solvent", "viscosity of the solvent eta_s; gives xi = eta_s/eta_0", symbol=r"\eta_s", uncertain=True
             ),
         ),
     }
@@ -64,7 +69,23 @@ class Liquid:
     @property
     def newtonian(self) -> bool:
         """Whether the stress is that of a Newtonian liquid: linear in the velocity, without a memory."""
-        return self.solvent.linear and not self.modes
+        return self.solvent.linear and not self.has_memory
+
+    @property
+    def transported(self) -> tuple[Field, ...]:
+        """The fields that it carries along, as its laws declare them; the conformations of all modes are one field."""
+        of_modes = (LOG_CONFORMATION.times(len(self.modes)),) if self.modes else ()
+        return *self.solvent.transported, *of_modes
+
+    @property
+    def has_memory(self) -> bool:
+        """Whether its stress depends on what the liquid has gone through, and not on its present motion alone."""
+        return bool(self.transported)
+
+    @property
+    def fields(self) -> tuple[Field, ...]:
+        """Its unknowns, apart from those of its mesh."""
+        return VELOCITY, PRESSURE, *self.transported
 
     @property
     def structure(self) -> str:
@@ -159,8 +180,8 @@ class Liquid:
 
     @property
     def longest(self) -> float:
-        """The longest relaxation time [D_c/U_av], 0 without modes."""
-        return max((float(self.relaxation_time(mode)) for mode in self.modes), default=0.0)
+        """The longest time in which it forgets, mostly a relaxation time [D_c/U_av]; 0 without a memory."""
+        return max([float(self.solvent.memory), *(float(self.relaxation_time(mode)) for mode in self.modes)])
 
     @property
     def cells(self) -> Literal["newtonian", "viscous", "thinning", "hardening"]:

@@ -6,7 +6,9 @@ from dataclasses import dataclass, replace
 from typing import Any, Self
 
 from pairsim.physics.liquids.viscous import ViscousLaw
-from pairsim.physics.material import Dimension, parameter
+from pairsim.physics.material import parameter
+from pairsim.quantities.kinds import Kind
+from pairsim.quantities.measurable import Measurable
 
 
 @dataclass(frozen=True)
@@ -16,13 +18,11 @@ class PowerLaw(ViscousLaw):
     name = "power-law"
     label = "power law"
     words = "viscosity K gamma^(n - 1), without limits at small and large shear rates"
-    measured = Dimension(
+    measured = Measurable(
         "consistency",
-        "a consistency",
+        Kind("a consistency", "Pa*s^{n}"),
         "consistency K of the liquid; gives eta_0 = K (U_av/D_c)^(n - 1)",
-        "Pa*s^{n}",
         "0.5 Pa.s^{n}",
-        lambda K, _: K,
         "K",
     )
 

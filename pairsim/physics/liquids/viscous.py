@@ -8,31 +8,31 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
-from pairsim.physics.material import Dimension, LawField, Material, parameter
+from pairsim.physics.fields import Field
+from pairsim.physics.material import LawField, Material, parameter
+from pairsim.quantities.kinds import STRESS
+from pairsim.quantities.measurable import Measurable, Usual, a_viscosity
 
 # Shear rate [U_av/D_c] below which the viscosity is constant: that of a power law would be infinite at rest. Chosen;
 # velocities change by less than 1e-7 from 1e-2 to 1e-6.
 LEAST_RATE = 1e-6
 
-ZERO_SHEAR = Dimension(
+ZERO_SHEAR = a_viscosity(
     "viscosity",
-    "a viscosity",
     "zero-shear viscosity of the liquid eta_0, including that of the solvent",
-    "Pa*s",
     "1 Pa.s",
-    lambda eta, _: eta,
     r"\eta_0",
+    uncertain=True,
 )
 
 
-YIELD_STRESS = Dimension(
+YIELD_STRESS = Measurable(
     "yield_stress",
-    "a stress",
+    STRESS,
     "yield stress tau_y; gives Bn = tau_y D_c/(eta_0 U_av)",
-    "Pa",
     "5 Pa",
-    lambda value, scales: value / scales.stress,
     r"\tau_y",
+    usual=Usual(1e-4, 1e6, "0.1 mPa to 1 MPa"),
 )
 
 
@@ -55,11 +55,14 @@ class ViscousLaw(Material):
 
     Attributes:
         linear: Whether the viscosity is constant.
+        transported: Scalar fields on which it depends, and which the liquid carries along; a law that has some is a
+            `StructuredLaw`.
         measured: The quantity that gives the unit of viscosity eta_0, by `unit_viscosity`.
     """
 
     linear: ClassVar[bool] = False
-    measured: ClassVar[Dimension] = ZERO_SHEAR
+    transported: ClassVar[tuple[Field, ...]] = ()
+    measured: ClassVar[Measurable] = ZERO_SHEAR
 
     def viscosity(self, gamma2: Any) -> Any:
         """Viscosity over its unit.
@@ -72,6 +75,15 @@ class ViscousLaw(Material):
     @property
     def yield_stress(self) -> Any:
         """Stress [eta_0 U_av/D_c] up to which the liquid does not flow but for the regularisation."""
+        return 0.0
+
+    def viscosity_at(self, gamma2: Any, *state: Any) -> Any:
+        """The same where the liquid carries scalars along, on which it may depend, too."""
+        return self.viscosity(gamma2)
+
+    @property
+    def memory(self) -> Any:
+        """Time in which these scalars forget [D_c/U_av]; 0 without any."""
         return 0.0
 
     def easier(self) -> Self:

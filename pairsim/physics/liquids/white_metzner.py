@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from pairsim.physics.liquids.conformation import ConformationLaw, Invariants
-from pairsim.physics.material import a_time, parameter
+from pairsim.physics.material import parameter
+from pairsim.quantities.measurable import a_time
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from pairsim.physics.material import a_viscosity, parameter
+from pairsim.physics.material import parameter
 from pairsim.physics.solids.neo_hookean import NeoHookean
+from pairsim.quantities.measurable import a_viscosity
 
 
 @dataclass(frozen=True)

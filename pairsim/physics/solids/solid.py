@@ -11,16 +11,22 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
-from pairsim.physics.material import Dimension, Material, Parameter
+from pairsim.physics.material import Material, Parameter
+from pairsim.quantities import kinds
+from pairsim.quantities.measurable import Measurable, Usual
 
-MODULUS = Dimension(
+MODULUS = Measurable(
     "modulus",
-    "a modulus",
+    kinds.MODULUS,
     "shear modulus G_p; gives Ca_e = eta_0 U_av/(D_c G_p); for rigid particles give Ca_e: 0 instead",
-    "Pa",
     "5 kPa",
-    lambda G_p, scales: scales.stress / G_p,
     "G_p",
+    gives=("Ca_e",),
+    inverse=True,
+    many=True,
+    uncertain=True,
+    usual=Usual(1.0, 1e11, "1 Pa to 100 GPa"),
+    default="rigid",
 )
 
 

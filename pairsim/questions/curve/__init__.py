@@ -13,13 +13,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-import typer
 from pydantic import Field
 
-from pairsim.api.compute import Computation
-from pairsim.api.results import Result
 from pairsim.cases.accuracy import DEFAULT, percent
 from pairsim.cases.case import SceneCase
 from pairsim.cases.checks import check_scene
@@ -27,10 +25,13 @@ from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.keys import Key, Part
 from pairsim.cases.mistakes import Mistake, broken, missing
 from pairsim.cases.values import MOST_VALUES, CurveTolerance, Distance, Gaps, Range, Time, Velocity, Whole, spelled_out
-from pairsim.cli.compute import compute
-from pairsim.cli.options import Budget, CaseFile, DryRun, Output, Overwrite, Quiet, Settings
-from pairsim.computing.question import InSweeps, Question, Tables, Value, drawn_by, rows_in
-from pairsim.results.columns import EQUILIBRIA_COLUMNS, FORCES, GAP, names_of, slope_columns, suffixes, suffixes_in
+from pairsim.computing.question import Flag, InSweeps, Question, Tables, Value
+from pairsim.computing.result import Result
+from pairsim.physics.drive import Drive
+from pairsim.quantities.kinds import RATE
+from pairsim.record.column import PARTICLE, Column, Columns, names_of
+from pairsim.record.columns import CURVE_COLUMNS, DISTANCE, DU, EQUILIBRIA_COLUMNS, FORCES, WAY_COLUMNS
+from pairsim.record.run_entries import OF_STEADY, TIME_STEPS, Entry
 from pairsim.runtime.errors import InputError
 from pairsim.solvers.curves.distances import between
 from pairsim.solvers.parameters import Parameters
@@ -38,21 +39,35 @@ from pairsim.solvers.parameters import Parameters
 if TYPE_CHECKING:
     import pandas as pd
 
+    from pairsim.analysis.master_curve import Curve
+    from pairsim.analysis.travel import Travel
     from pairsim.computing.events import Events
-    from pairsim.questions.curve.function import Curve
-    from pairsim.results.travel import Travel
+    from pairsim.plots.style import Page
     from pairsim.runtime.monitor import Monitor
 
 FORCE = names_of(1, *FORCES)  # columns of the only point of a single particle that is moved
+GAP_OF_SLOPE = Column("gap", "", "the distance by which is derived, counted from upstream", whole=True)
+U_SLOPE = Column(
+    "U_slope",
+    r"\partial U{_}/\partial d",
+    "derivative of U{_} by a distance, to first order in what moving changes: exact where dU = 0",
+    RATE,
+    PARTICLE,
+)
+U_SLOPE_HELD = Column(
+    "U_slope_held", r"\partial U_{h{,}}/\partial d", "the same of velocities at held distances", RATE, PARTICLE
+)
+SLOPES = Columns(DISTANCE, GAP_OF_SLOPE, U_SLOPE, U_SLOPE_HELD)
+"""The columns of slopes.csv."""
+AFTER = Entry[float]("after", "of a curve from rest, a quarter of the time after which dU is taken [D_c/U_av]")
 
 
 class CurveCase(SceneCase):
     """A master curve dU(d): quasi-steady solutions at many distances d."""
 
     kind: ClassVar[str] = "curve"
-    usual_distances: ClassVar[dict[str, Any]] = {"d": {"start": 0.02, "stop": 0.8, "num": 9}}
 
-    d: Annotated[Gaps | None, Key(part=Part.REPORT)] = Field(
+    d: Annotated[Gaps | None, Key(part=Part.REPORT, usual={"start": 0.02, "stop": 0.8, "num": 9})] = Field(
         None,
         description="distances between the facing surfaces [D_c]: a list of numbers (or of lists, one number for each "
         "gap), or a range, or one number for each gap and a range of one of them; a curve has points at other "
@@ -130,8 +145,8 @@ class CurveCase(SceneCase):
         return self.after is not None
 
     @property
-    def driven(self) -> tuple[float, float | None]:
-        return float(self.flow), self.velocity
+    def drive(self) -> Drive:
+        return Drive(float(self.flow), self.velocity)
 
     @property
     def common(self) -> bool:
@@ -192,10 +207,9 @@ def estimate(case: CurveCase) -> Estimate:
     """Size and duration of a master curve: the points between those requested, and a third more where dU is curved."""
     points = len(case.places)
     if case.after is not None:
-        from pairsim.questions.curve.from_rest import run_at
-        from pairsim.questions.run import estimate as of_run
+        from pairsim.questions.curve.from_rest import estimate_from_rest
 
-        return of_run(run_at(case, case.places[0]), points)
+        return estimate_from_rest(case, points)
     if case.common and points > 1:
         points = len(between(sorted(case.places), case.max_points))
         points = max(min(points + -(-points // 3), case.max_points), points)
@@ -221,20 +235,20 @@ def result_columns(case: CurveCase) -> tuple[str, ...]:
     names = ["d_peak{}", "d_peak_error{}", "dU_peak{}", "dU_error{}"]
     others = FORCE if case.n == 1 and case.velocity is not None else []
     others = ["zeros", "zeros_error", "stable"] if case.n == 2 else others
-    return ("points", *others, *(name.format(gap) for gap in suffixes(GAP, case.n) for name in names))
+    return ("points", *others, *(name.format(gap) for gap in DU.suffixes(case.n) for name in names))
 
 
 def read(tables: Tables) -> dict[str, Value]:
     """The result columns; `zeros` and what belongs to them are lists in ascending d."""
-    from pairsim.results.curve_table import peak_of
+    from pairsim.analysis.master_curve import Curve  # loads numpy
 
-    table, zeros = tables["curve"], tables["equilibria"]
-    values: dict[str, Value] = {"points": rows_in(table)}
+    curve = Curve(tables["curve"], zeros := tables["equilibria"])
+    values: dict[str, Value] = {"points": curve.table.rows}
     if not values["points"]:
         return values
-    values |= {name: float(table[name][0]) for name in FORCE if name in table}
-    for gap in suffixes_in(table, "dU"):
-        peak = peak_of(table, gap)
+    values |= {name: float(curve.table[name][0]) for name in FORCE if name in curve.table}
+    for gap in curve.gaps:
+        peak = curve.peak_of(gap)
         found = {"d_peak": peak.d, "d_peak_error": peak.d_error, "dU_peak": peak.dU, "dU_error": peak.error}
         values |= {column + gap: value for column, value in found.items()}
     shown = {"zeros": "d", "zeros_error": "d_error", "stable": "stable"}
@@ -247,17 +261,17 @@ class CurveResult(Result):
     @cached_property
     def zeros(self) -> pd.DataFrame:
         """The zeros of dU (equilibria.csv): d, stable, slope, peak, d_error and certain."""
-        from pairsim.results.tables import frame_of
+        from pairsim.record.tables import frame_of
 
         found = frame_of(self.tables["equilibria"])
-        return found if len(found.columns) else found.reindex(columns=list(EQUILIBRIA_COLUMNS))
+        return found if len(found.columns) else found.reindex(columns=EQUILIBRIA_COLUMNS.named(2))
 
     @cached_property
     def curve(self) -> Curve:
         """dU as a function of the distance: `dU, half_width = result.curve(d)`."""
-        from pairsim.questions.curve.function import Curve
+        from pairsim.analysis.master_curve import Curve
 
-        return Curve(self.columns, [float(d) for d in self.tables["equilibria"].get("d", ())], self.record)
+        return Curve(self.tables["curve"], self.tables["equilibria"], self.record, self.source)
 
     def dU(self, d: Any, gap: int = 1) -> Any:
         """dU at any distance of the curve [U_av]; see `curve`, which returns the half-width of its interval, too."""
@@ -276,68 +290,47 @@ class CurveResult(Result):
         Raises:
             InputError: A distance is outside the curve, or the pair does not move from the one to the other.
         """
-        from pairsim.results.travel import travel
-
-        return travel(self.columns, start, stop, self.source, self.record)
+        return self.curve.travel(start, stop)
 
     def findings(self) -> list[str]:
         """Where particles separate and come closer, and how fast; of an atlas, also in which liquid."""
         from pairsim.questions.curve.answer import answer_of_curve
-        from pairsim.results.curve_table import zeros_in
 
-        if not rows_in(self.tables["curve"]):
+        if not self.curve.table.rows:
             return ["No point was solved."]
-        said = answer_of_curve(self.tables["curve"], zeros_in(self.tables["equilibria"]), self.record)
-        return [*said, *self.record.get("notes", ())]
+        return [*answer_of_curve(self.curve), *self.record.notes]
 
     def afterwards(self) -> str:
-        from pairsim.results.curve_table import regions_of
-
-        steady = rows_in(self.columns) > 1 and {"dU", "dU_held"} <= self.columns.keys()
-        regions = regions_of(self.columns, self.tables["equilibria"].get("d", ())) if steady else []
+        regions = self.curve.regions if self.curve.steady and self.curve.table.rows > 1 else []
         moves = any(each.sign and each.start < each.stop for each in regions)
         command = f"pairsim travel {self.source} --from D --to D" if moves else f"pairsim plot {self.source}"
-        if not self._of_folder:
+        if self.folder is None:
             command = "travel(start, stop)" if moves else "plot(folder)"
         return f"{command} {'gives the time and tube that a pair needs' if moves else 'draws it'}"
 
 
+def draw(folder: Path, out: Path, page: Page) -> list[Path]:
+    """Draw the tables of a folder."""
+    from pairsim.plots.runs_and_curves import draw_curve
+
+    return draw_curve(folder, out, page)
+
+
 QUESTION = Question(
+    __name__,
     model=CurveCase,
     check=check,
     estimate=estimate,
     solve=solve,
-    tables={"curve": (), "equilibria": (), "slopes": slope_columns(3), "way": ()},
+    tables={"curve": CURVE_COLUMNS, "equilibria": EQUILIBRIA_COLUMNS, "slopes": SLOPES, "way": WAY_COLUMNS},
+    entries=(*OF_STEADY, TIME_STEPS, AFTER),
     result=CurveResult,
     in_sweeps=InSweeps(result_columns, read),
-    draw=drawn_by("pairsim.plots.runs_and_curves:draw_curve"),
+    draw=draw,
     captions={"curve": "Relative velocity and shapes over distance"},
     frames="d",
     draws_from=2,  # one point is no line, and matplotlib takes as long as a point
-    flags=("sensitivities",),
-)
-
-curve: Computation[CurveResult] = Computation(QUESTION, __doc__)
-"""Compute the quasi-steady master curve dU(d) of a case, which has `d` in place of `d0`, and its zeros."""
-app = typer.Typer()
-
-
-@app.command(
-    "curve",
-    help=__doc__,
-    epilog="Examples: pairsim curve configs/curve.yaml | pairsim curve case.yaml -o out --sensitivities "
+    flags=(Flag("sensitivities", "Add the derivatives of dU with respect to Ca_e, De, xi and beta."),),
+    examples="Examples: pairsim curve configs/curve.yaml | pairsim curve case.yaml -o out --sensitivities "
     "--set 'd={start: 0.02, stop: 1, num: 12}' | pairsim curve gel.yaml --set after=1",
 )
-def _command(
-    case: CaseFile,
-    output: Output = None,
-    overwrite: Overwrite = False,
-    sensitivities: Annotated[
-        bool, typer.Option("--sensitivities", help="Add the derivatives of dU with respect to Ca_e, De, xi and beta.")
-    ] = False,
-    budget: Budget = None,
-    dry_run: DryRun = False,
-    quiet: Quiet = False,
-    set_: Settings = None,
-) -> None:
-    compute(curve, case, output, overwrite, budget, dry_run, quiet, set_, sensitivities=sensitivities)

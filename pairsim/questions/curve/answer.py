@@ -3,23 +3,33 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
+from pairsim.analysis.input_ranges import COVERED, DrawnRange
+from pairsim.analysis.master_curve import Curve, Zero
+from pairsim.analysis.taylor_parameters import ranges_of_shapes, shapes_in
 from pairsim.cases.inputs import Input
 from pairsim.cases.physical import DIFFERENCE
-from pairsim.computing.question import shapes_in
-from pairsim.quantities.kinds import FORCE, LENGTH, TIME, VELOCITY, Unit
+from pairsim.quantities.kinds import LENGTH, TIME, VELOCITY, Kind
 from pairsim.quantities.scales import Scales
 from pairsim.quantities.text import in_unit
-from pairsim.results import curve_table as in_tables
-from pairsim.results.columns import suffixes_in
-from pairsim.results.curve_table import forgotten_at, held_regions, peak_of, regions_of
-from pairsim.results.inputs import COVERED, DrawnRange, change_by, half_widths_by
-from pairsim.results.scales import scales_in
+from pairsim.questions.curve import AFTER
+from pairsim.record.columns import (
+    BY_BETA,
+    DISTANCE,
+    DU,
+    DU_ERROR,
+    DU_HALF,
+    DU_HELD,
+    F_ERROR,
+    SLOPE,
+    U_ERROR,
+    F,
+    U,
+)
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.interpolant import Region
 
@@ -27,54 +37,63 @@ SLIGHT = 1e-3  # difference of two diameters, over their mean, that no camera se
 FAR = 1.2  # ratio of distances from which on it is told where a start is forgotten; chosen
 
 
-def answer_of_curve(
-    table: Mapping[str, Array], zeros: Sequence[in_tables.Zero], record: Mapping[str, Any]
-) -> list[str]:
-    """The answer of a master curve: of curve.csv, zeros of dU in ascending distance, and run.json."""
-    gaps, scales = suffixes_in(table, "dU"), scales_in(record)
-    if not gaps:
-        found = []
-        for name, unit in (("U", VELOCITY), ("F", FORCE)):
-            for each in suffixes_in(table, name):
-                given = name == "U" and f"F{each}" in table  # the velocity of a moved particle
-                error = None if given else table[f"{name}_error{each}"][0]
-                found.append(f"{name}{each} = {in_unit(scales, unit, table[name + each][0], error)}")
-        return [f"{', '.join(found)}.", *shapes_in(table, 0, "")]
+def answer_of_curve(curve: Curve) -> list[str]:
+    """The answer of a master curve with at least one point."""
+    if not curve.gaps:
+        return _of_one_particle(curve)
     lines = []
-    if "dU" in table:
-        regions = regions_of(table, [zero.d for zero in zeros])
-        met = {a.stop for a, b in pairwise(regions) if a.sign * b.sign < 0}
-        zeros = [zero for zero in zeros if zero.d in met]
-        held = held_regions(table, regions)
-        lines.append(_motion_over_d([each for each in regions if each not in held], zeros, scales, held))
-        if "dU_held" in table:
-            lines += [*_starts(table, scales), *_held(table, scales), *_with_inputs(table, zeros, record)]
-            lines += _of_unequal(table, record)
-    if "after" in record:
-        lines += [_settling(table, gap, 4 * record["after"], scales) for gap in gaps]
-    for gap in gaps:
-        name, peak = f"dU{gap}", peak_of(table, gap)
-        if not (peak.dU or peak.error):  # exactly zero everywhere, as of rigid particles in an atlas
-            continue
-        value = in_unit(scales, VELOCITY, peak.dU, peak.error, "+")
-        d, place = in_tables.over(table, gap), in_unit(scales, LENGTH, peak.d, peak.d_error)
-        ends, d = table.get(d, np.zeros(1))[[0, -1]], "d" if d == f"d{gap}" else d
-        if not math.isfinite(peak.error):
-            lines.append(f"Largest |{name}| of two points: {value} at {d} = {place}; what lies between is not known.")
-            continue
-        at_end = ends[0] < ends[1] and peak.d in ends and abs(peak.dU) > peak.error
-        beyond = f", the end of this curve; beyond it |{name}| may be larger" if at_end else ""
-        lines.append(f"Largest |{name}|: {value} at {d} = {place}{beyond}.")
-    shapes = {f"D{each}": table[f"D{each}"] for each in suffixes_in(table, "D")}
-    both = {name: (f"{values.min():.3g}", f"{values.max():.3g}") for name, values in shapes.items()}
-    ranges = [f"{name} {f'from {a} to {b}' if a != b else f'= {a}'}" for name, (a, b) in both.items()]
-    return [*lines, f"Taylor parameters: {', '.join(ranges)}."] if ranges else lines
+    if curve.table.has(DU):
+        lines += _of_pair(curve)
+    if (after := AFTER.of(curve.record)) is not None:
+        lines += [_settling(curve, gap, 4 * after) for gap in curve.gaps]
+    lines += [line for gap in curve.gaps for line in _largest(curve, gap)]
+    return [*lines, *ranges_of_shapes(curve.table)]
 
 
-def _settling(table: Mapping[str, Array], gap: str, end: float, scales: Scales | None) -> str:
+def _of_one_particle(curve: Curve) -> list[str]:
+    """The velocity of a particle on its own, and the force that moves it if there is one."""
+    table, scales, found = curve.table, curve.scales, list[str]()
+    for column, half_width in ((U, U_ERROR), (F, F_ERROR)):
+        for suffix in table.suffixes(column):
+            given = column is U and table.known(F, suffix) is not None  # the velocity of a moved particle
+            error = None if given else table.of(half_width, suffix)[0]
+            value = in_unit(scales, column.unit, table.of(column, suffix)[0], error)
+            found.append(f"{column.name}{suffix} = {value}")
+    return [f"{', '.join(found)}.", *shapes_in(table, 0, "")]
+
+
+def _of_pair(curve: Curve) -> list[str]:
+    """Where a pair separates and comes closer, what a start changes of it, and what the inputs do."""
+    regions, held = curve.regions, curve.arrested
+    met = {a.stop for a, b in pairwise(regions) if a.sign * b.sign < 0}
+    zeros = [zero for zero in curve.zeros if zero.d in met]
+    lines = [_motion_over_d([each for each in regions if each not in held], zeros, curve.scales, held)]
+    if curve.steady:
+        lines += [*_starts(curve), *_held(curve), *_with_inputs(curve, zeros), *_of_unequal(curve)]
+    return lines
+
+
+def _largest(curve: Curve, gap: str) -> list[str]:
+    """The largest |dU| of a gap; nothing where dU is exactly zero everywhere, as of rigid particles in an atlas."""
+    scales, name, peak = curve.scales, f"{DU.name}{gap}", curve.peak_of(gap)
+    if not (peak.dU or peak.error):
+        return []
+    value = in_unit(scales, VELOCITY, peak.dU, peak.error, "+")
+    over, place = curve.table.varied(gap), in_unit(scales, LENGTH, peak.d, peak.d_error)
+    ends = curve.table.get(over.name, np.zeros(1))[[0, -1]]
+    d = DISTANCE.name if over.name == DISTANCE.name + gap else over.name
+    if not math.isfinite(peak.error):
+        return [f"Largest |{name}| of two points: {value} at {d} = {place}; what lies between is not known."]
+    at_end = ends[0] < ends[1] and peak.d in ends and abs(peak.dU) > peak.error
+    beyond = f", the end of this curve; beyond it |{name}| may be larger" if at_end else ""
+    return [f"Largest |{name}|: {value} at {d} = {place}{beyond}."]
+
+
+def _settling(curve: Curve, gap: str, end: float) -> str:
     """Which dU of a curve from rest still change by more than their half-widths."""
-    change = np.abs(table[f"dU{gap}"] - table[f"dU_half{gap}"])
-    places = [in_unit(scales, LENGTH, d) for d in table[f"d{gap}"][change > table[f"dU_error{gap}"]]]
+    table, scales = curve.table, curve.scales
+    change = np.abs(table.of(DU, gap) - table.of(DU_HALF, gap))
+    places = [in_unit(scales, LENGTH, d) for d in table.of(DISTANCE, gap)[change > table.of(DU_ERROR, gap)]]
     where = f"at d = {', '.join(places)}: not settled there" if places else "nowhere"
     now, before = (in_unit(scales, TIME, each) for each in (end, end / 2))
     return (
@@ -84,7 +103,7 @@ def _settling(table: Mapping[str, Array], gap: str, end: float, scales: Scales |
 
 
 def _motion_over_d(
-    regions: Sequence[Region], zeros: Sequence[in_tables.Zero], scales: Scales | None, held: Sequence[Region]
+    regions: Sequence[Region], zeros: Sequence[Zero], scales: Scales | None, held: Sequence[Region]
 ) -> str:
     """Where a pair separates, comes closer, keeps its distance, or is held together, and where none is certain."""
 
@@ -109,48 +128,48 @@ def _motion_over_d(
     return " ".join(sentences)
 
 
-def _with_inputs(table: Mapping[str, Array], zeros: Sequence[in_tables.Zero], record: Mapping[str, Any]) -> list[str]:
+def _with_inputs(curve: Curve, zeros: Sequence[Zero]) -> list[str]:
     """What the half-widths of the inputs do to dU and its zeros, and the sensitivities at the largest |dU|."""
-    scales, inputs = scales_in(record), [Input(**each) for each in record.get("inputs", ())]
-    if scales is None or "by_beta" not in table or not table["dU"].any():
+    scales, inputs = curve.scales, curve.record.inputs
+    if scales is None or not curve.table.has(BY_BETA) or not curve.table[DU].any():
         return []
-    x, peak, drawn = np.log(table["d"]), peak_of(table), DrawnRange.of(record)
-    ranges = _in_draws(drawn, peak.d, zeros, scales) if drawn is not None else []
-    changes = [(one, change_by(table, scales, one)) for one in inputs]
-    known = [(one, float(np.interp(np.log(peak.d), x, each)) / one.size) for one, each in changes if each is not None]
+    d, drawn = curve.peak.d, curve.drawn
+    ranges = _in_draws(drawn, d, zeros, scales) if drawn is not None else []
+    changes = [(one, curve.change_by(one)) for one in inputs]
+    known = [(one, curve.interpolated(each, d) / one.size) for one, each in changes if each is not None]
     each = ", ".join(f"{by:+.3g} per {one.unit} of {one.key}" for one, by in known)
-    added = _to_first_order(table, zeros, scales, inputs, drawn)
+    added = _to_first_order(curve, zeros, scales, inputs)
     return [*ranges, *added, f"At the largest |dU|, dU [{VELOCITY.physical}] changes by {each}."]
 
 
-def _of_unequal(table: Mapping[str, Array], record: Mapping[str, Any]) -> list[str]:
+def _of_unequal(curve: Curve) -> list[str]:
     """What a difference of the diameters does to dU, where the case says nothing of it."""
-    inputs = {each["key"]: each["half_width"] for each in record.get("inputs", ())}
-    if "by_difference" not in table or DIFFERENCE.key in inputs:
+    inputs = {each.key: each.half_width for each in curve.record.inputs}
+    if curve.by_difference is None or DIFFERENCE.key in inputs:
         return []
-    d, scales = peak_of(table).d, scales_in(record)
-    change = 0.01 * float(np.interp(np.log(d), np.log(table["d"]), table["by_difference"]))
+    d, scales = curve.peak.d, curve.scales
+    change = 0.01 * curve.interpolated(curve.by_difference, d)
     key = f" ({DIFFERENCE.key}: 0 +- 1 % puts what is not known of it into the answer)" if scales is not None else ""
     common = ", and the half-width of particle is common to both" if inputs.get("particle") else ""
     return [
         f"The beads are taken to be equally large{common}: for each per cent by which the leading one is larger, dU at "
         f"d = {in_unit(scales, LENGTH, d)} changes by {in_unit(scales, VELOCITY, change, sign='+', digits=3)}{key}."
-        f"{_decided_by(table, scales)}"
+        f"{_decided_by(curve, curve.by_difference)}"
     ]
 
 
-def _decided_by(table: Mapping[str, Array], scales: Scales | None) -> str:
+def _decided_by(curve: Curve, by_difference: Array) -> str:
     """From which distance on a small difference of the diameters decides whether a pair separates."""
-    decides = np.abs(table["dU"]) < SLIGHT * np.abs(table["by_difference"])
+    decides = np.abs(curve.table[DU]) < SLIGHT * np.abs(by_difference)
     if not decides[-1]:
         return ""
     if decides.all():
         return f" A difference of {100 * SLIGHT:g} % decides at every d whether they separate."
-    d = in_unit(scales, LENGTH, float(table["d"][np.flatnonzero(~decides)[-1] + 1]))
+    d = in_unit(curve.scales, LENGTH, float(curve.table[DISTANCE][np.flatnonzero(~decides)[-1] + 1]))
     return f" From d = {d} on a difference of {100 * SLIGHT:g} % decides whether they separate."
 
 
-def _in_draws(drawn: DrawnRange, d: float, zeros: Sequence[in_tables.Zero], scales: Scales) -> list[str]:
+def _in_draws(drawn: DrawnRange, d: float, zeros: Sequence[Zero], scales: Scales) -> list[str]:
     """Where dU at a distance and its zeros are in most draws of the inputs."""
     said = [f"dU at d = {in_unit(scales, LENGTH, d)} is {drawn.words(d)}"]
     for zero in zeros:
@@ -161,21 +180,15 @@ def _in_draws(drawn: DrawnRange, d: float, zeros: Sequence[in_tables.Zero], scal
     return [*lines, f"{outside}."] if outside else lines
 
 
-def _to_first_order(
-    table: Mapping[str, Array],
-    zeros: Sequence[in_tables.Zero],
-    scales: Scales,
-    inputs: list[Input],
-    drawn: DrawnRange | None,
-) -> list[str]:
+def _to_first_order(curve: Curve, zeros: Sequence[Zero], scales: Scales, inputs: Sequence[Input]) -> list[str]:
     """What each half-width of the inputs adds to first order; with draws, of dU alone, to tell the inputs apart."""
-    parts, x, peak = half_widths_by(table, scales, inputs), np.log(table["d"]), peak_of(table)
+    parts, peak, drawn = curve.half_widths_by(inputs), curve.peak, curve.drawn
     unknown = " and ".join(key for key, part in parts.items() if not np.isfinite(part).all())
     parts = {key: part for key, part in parts.items() if np.isfinite(part).all()}
 
-    def added(d: float, unit: Unit, steepness: float) -> str:
+    def added(d: float, unit: Kind, steepness: float) -> str:
         """The parts of the inputs at a distance, the largest first, over the steepness of dU."""
-        here = {key: float(np.interp(np.log(d), x, part)) / steepness for key, part in parts.items()}
+        here = {key: curve.interpolated(part, d) / steepness for key, part in parts.items()}
         each = ", ".join(f"{key} {half:.2g}" for key, half in sorted(here.items(), key=lambda item: -item[1]))
         return f"+- {math.hypot(*here.values()):.2g} {unit.physical} ({each})"
 
@@ -183,7 +196,7 @@ def _to_first_order(
     if parts and drawn is None:
         said = [f"{added(peak.d, VELOCITY, 1.0)} to the largest |dU|"]
         for zero in zeros:
-            slope = abs(float(np.interp(np.log(zero.d), x, table["slope"]))) * VELOCITY.factor(scales)
+            slope = abs(curve.interpolated(curve.table[SLOPE], zero.d)) * VELOCITY.factor(scales)
             at_zero = added(zero.d, LENGTH, slope / LENGTH.factor(scales))
             said.append(f"{at_zero} to the zero at d = {in_unit(scales, LENGTH, zero.d)}")
         lines.append(f"The half-widths of the inputs add, to first order, {', '.join(said)}.")
@@ -196,27 +209,28 @@ def _to_first_order(
     return lines
 
 
-def _held(table: Mapping[str, Array], scales: Scales | None) -> list[str]:
+def _held(curve: Curve) -> list[str]:
     """What dU at held distances is for, where it differs from dU by more than its half-width."""
-    apart = np.abs(table["dU_held"] - table["dU"])
-    if not len(far := np.flatnonzero(apart > table["dU_error"])):
+    table, scales = curve.table, curve.scales
+    apart = np.abs(table[DU_HELD] - table[DU])
+    if not len(far := np.flatnonzero(apart > table[DU_ERROR])):
         return []
     at = far[np.argmax(apart[far])]
-    error = table["dU_error"][at]
-    both = [in_unit(scales, VELOCITY, table[name][at], error, "+") for name in ("dU", "dU_held")]
-    place = in_unit(scales, LENGTH, table["d"][at])
+    error = table[DU_ERROR][at]
+    both = [in_unit(scales, VELOCITY, table[column][at], error, "+") for column in (DU, DU_HELD)]
+    place = in_unit(scales, LENGTH, table[DISTANCE][at])
     return [
         f"At d = {place} a pair that moves freely has dU = {both[0]}; while its distance is held, as where a run with "
         f"start: steady begins, it is dU_held = {both[1]}."
     ]
 
 
-def _starts(table: Mapping[str, Array], scales: Scales | None) -> list[str]:
+def _starts(curve: Curve) -> list[str]:
     """From where on pairs that start at an end of the curve and move along it are on the curve, if that is far."""
-    lines = []
+    lines, scales = [], curve.scales
     for end, sign in ((0, 1), (-1, -1)):
-        d, dU, held = (float(table[name][end]) for name in ("d", "dU", "dU_held"))
-        there = forgotten_at(table, d) if dU * sign > 0 else None
+        d, dU, held = (float(curve.table[column][end]) for column in (DISTANCE, DU, DU_HELD))
+        there = curve.forgotten(d) if dU * sign > 0 else None
         if there is None or 1 / FAR < there / d < FAR:
             continue
         far = in_unit(scales, LENGTH, there, digits=3)

@@ -5,39 +5,52 @@ from __future__ import annotations
 import math
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import closing
-from typing import Any
 
 import numpy as np
 
+from pairsim.analysis.master_curve import Curve
+from pairsim.analysis.rows_of_points import point_row
 from pairsim.cases.inputs import inputs_of
 from pairsim.computing import events
+from pairsim.computing.found import Found
 from pairsim.computing.problems import steady_problem
 from pairsim.computing.steady import (
     Solutions,
-    adaptation_report,
-    health_columns,
-    large_value_errors,
     moving_errors,
-    point_row,
-    slope_rows,
 )
-from pairsim.computing.warnings import ErrorAt, finer, large_errors
-from pairsim.quantities.kinds import LENGTH, VELOCITY
+from pairsim.computing.warnings import finer
+from pairsim.quantities.kinds import FORCE, LENGTH, VELOCITY
 from pairsim.quantities.text import in_unit
-from pairsim.questions.curve import CurveCase
-from pairsim.results.columns import EQUILIBRIA_COLUMNS, curve_columns, slope_columns
-from pairsim.results.fields import SteadyMoment, frame
-from pairsim.results.xdmf import FieldFrame
+from pairsim.questions.curve import GAP_OF_SLOPE, QUESTION, SLOPES, U_SLOPE, U_SLOPE_HELD, CurveCase
+from pairsim.record.column import Column, names_of, table_row
+from pairsim.record.columns import (
+    DISTANCE,
+    DU_HALF,
+    DU_QUARTER,
+    EQUILIBRIA_COLUMNS,
+    FORCES,
+    POLYMER_HEALTH,
+    SENSITIVITIES,
+    SLOPE,
+    STABLE,
+    WANTED,
+    YIELD_HEALTH,
+)
+from pairsim.record.fields import SteadyMoment, frame
+from pairsim.record.run_entries import POINTS
+from pairsim.record.xdmf import FieldFrame
 from pairsim.runtime.errors import RunFailure
+from pairsim.runtime.message import Message, Text
 from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.text import counted
-from pairsim.solvers.curves.adaptation import ENOUGH
 from pairsim.solvers.curves.branch import Branch, Point
-from pairsim.solvers.curves.curve import ROUNDING, Equilibrium, Zero, equilibria, find_zeros, interpolants, trace
+from pairsim.solvers.curves.curve import Equilibrium, Zero, equilibria, find_zeros, trace
 from pairsim.solvers.curves.distances import between
-from pairsim.solvers.curves.interpolant import CurveInterpolant
+from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU, CurveInterpolant
+from pairsim.solvers.curves.scout import ENOUGH
+from pairsim.solvers.goals import DP_PLUS, D, F, Goal, U, dU
 from pairsim.solvers.parameters import Parameters
-from pairsim.solvers.steady.continuation import where
+from pairsim.solvers.steady.ends import Ended
 from pairsim.solvers.steady.scene import SteadySolver
 
 
@@ -46,7 +59,7 @@ def computation(case: CurveCase, monitor: Monitor, sensitivities: bool) -> event
     places, by = case.in_order, _parameters(case, sensitivities)
     expected = len(between(places, case.max_points)) if case.common else len(places)
     yield events.Begin(f"{expected} point{'s' * (expected > 1)}, more as needed", expected)
-    found = Solutions(case)
+    found = Solutions(case, _goals(case))
     points = found.points
     try:
         with found:
@@ -54,16 +67,22 @@ def computation(case: CurveCase, monitor: Monitor, sensitivities: bool) -> event
             narrowest = min((d for place in places for d in place), default=math.inf)
             problem = steady_problem(case, narrowest, monitor)
             branch = found.begin(problem, start, places=places, sensitivities=by)
+            if isinstance(branch, Ended):
+                return found.outcome_of(branch)
             yield events.Table("curve", _columns(case, by), ascending=case.common)
             sloping = case.n > 2 and case.velocity is None
             if sloping:
-                yield events.Table("slopes", slope_columns(case.n), ascending=case.common)
-            for point, wanted in trace(branch, places, case.tol, case.max_points):
+                yield events.Table("slopes", SLOPES.named(case.n), ascending=case.common)
+            for traced in trace(branch, places, case.tol, case.max_points):
+                if isinstance(traced, Ended):
+                    return found.outcome_of(traced)
+                point, wanted = traced
                 points.append(point)
                 if case.common:
                     points.sort(key=lambda p: p.d)
                 count = len(points)
-                yield events.Row("curve", point_row(point) | {"wanted": float(wanted)})
+                own = QUESTION.tables["curve"].own_row(case.n, Found(point, branch.solver))
+                yield events.Row("curve", point_row(point) | {WANTED.name: float(wanted)} | own)
                 for row in slope_rows(point) if sloping else ():
                     yield events.Row("slopes", row)
                 if any(abs(point.d - d) < 1e-9 * d for d in case.fields):
@@ -72,10 +91,11 @@ def computation(case: CurveCase, monitor: Monitor, sensitivities: bool) -> event
             message = counted(len(points), "point")
             if case.n == 2 and case.velocity is None:
                 zeros = yield from _zeros(branch, points)
+                if isinstance(zeros, Ended):
+                    return found.outcome_of(zeros)
                 found_zeros = ", ".join(_said(case, zero) for zero in zeros)
                 message += f"; dU = 0: {found_zeros or 'at no d'}"
             return events.Outcome("finished", "end", message)
-        return found.outcome  # the branch ends before all distances were reached
     finally:
         yield from _end(case, found)
 
@@ -89,19 +109,44 @@ def _parameters(case: CurveCase, sensitivities: bool) -> list[str]:
     return [name for name, value in values if value] + ["difference"] * of_pair
 
 
+def _goals(case: CurveCase) -> Sequence[Goal]:
+    """What a curve is computed for."""
+    if case.velocity is not None:
+        return (F,)
+    if case.n > 1:
+        return (dU,)
+    return (U, DP_PLUS, D) if any(case.Ca_es) else (U, DP_PLUS)
+
+
 def _columns(case: CurveCase, parameters: Sequence[str]) -> list[str]:
-    """The columns of curve.csv."""
-    columns = curve_columns(case.n, case.common, parameters, case.velocity is not None)
-    return [*columns, *health_columns(case)]
+    """The columns of curve.csv: a curve over one distance in common has slopes, moved particles have forces."""
+    left_out: set[Column] = {DU_HALF, DU_QUARTER}  # of curves from rest
+    left_out |= {column for name, column in SENSITIVITIES.items() if name not in parameters}
+    left_out |= set() if case.common else {SLOPE}
+    left_out |= set() if case.velocity is not None else {*FORCES}
+    left_out |= set() if case.liquid_model.modes else {*POLYMER_HEALTH}
+    left_out |= set() if case.liquid_model.regularisation else {*YIELD_HEALTH}
+    return names_of(case.n, *(column for column in QUESTION.tables["curve"] if column not in left_out))
 
 
-def _shown(point: Point, count: int) -> str:
+def slope_rows(point: Point) -> Iterator[dict[str, float]]:
+    """The rows of slopes.csv for a quasi-steady solution, one for each distance."""
+    slopes = zip(point.velocity_slopes.T, point.held_slopes.T, strict=True)
+    for gap, (moving, held) in enumerate(slopes, 1):
+        yield table_row(len(moving), {DISTANCE: point.gaps, GAP_OF_SLOPE: gap, U_SLOPE: moving, U_SLOPE_HELD: held})
+
+
+def _shown(point: Point, count: int) -> Message:
     """A line of progress for a point."""
     o = point.observation
-    moves = {"F": [f"{F:.6g}" for F in o.F]} if len(o.F) else {"dU": [f"{dU:+.4g}" for dU in o.dU]}
-    shown = {"d": [f"{d:.5g}" for d in point.gaps], **(moves if any(moves.values()) else {"U": [f"{o.U[0]:.4g}"]})}
-    texts = [f"{name} = {', '.join(values)}  " for name, values in shown.items() if values]
-    return f"{''.join(texts)}Newton {point.newton}  point {count}"
+    place = [Message("d = {}", LENGTH(point.gaps, ".5g"))] if point.gaps else []
+    if len(o.F):
+        motion = Message("F = {}", FORCE(o.F, ".6g"))
+    elif len(o.dU):
+        motion = Message("dU = {}", VELOCITY(o.dU, "+.4g"))
+    else:
+        motion = Message("U = {}", VELOCITY(o.U[0]))
+    return Message.joined("  ", [*place, motion, f"Newton {point.newton}", f"point {count}"])
 
 
 def _frame(d: float, solver: SteadySolver) -> FieldFrame:
@@ -111,20 +156,24 @@ def _frame(d: float, solver: SteadySolver) -> FieldFrame:
     return frame(moment, solver.h_star(solver.parameters), flow)
 
 
-def _zeros(branch: Branch, points: list[Point]) -> Generator[events.Event, None, Sequence[Equilibrium]]:
-    """Find the zeros of the curve of a pair; those found before a failure are written, too."""
-    zeros: list[Zero] = []
+def _zeros(branch: Branch, points: list[Point]) -> Generator[events.Event, None, Sequence[Equilibrium] | Ended]:
+    """Find the zeros of the curve of a pair; those found before an end or a failure are written, too."""
+    zeros, ended = list[Zero](), None
     failure: RunFailure | None = None
     try:
         for zero in find_zeros(branch, points):
-            zeros.append(zero)
+            if isinstance(zero, Ended):
+                ended = zero
+            else:
+                zeros.append(zero)
     except RunFailure as error:
         failure = error
     result = equilibria(zeros, points)
-    yield events.Table("equilibria", EQUILIBRIA_COLUMNS, [vars(zero) | {"stable": zero.stable} for zero in result])
+    rows = [vars(zero) | {STABLE.name: zero.stable} for zero in result]
+    yield events.Table("equilibria", EQUILIBRIA_COLUMNS.named(2), rows)
     if failure is not None:
         raise failure
-    return result
+    return ended or result
 
 
 def _said(case: CurveCase, zero: Equilibrium) -> str:
@@ -135,21 +184,16 @@ def _said(case: CurveCase, zero: Equilibrium) -> str:
 
 def _end(case: CurveCase, found: Solutions) -> Iterator[events.Event]:
     """What run.json says, and the fields of the last state on a way that has not arrived."""
-    points, entries, warnings = found.points, dict[str, Any](points=len(found.points)), list[str]()
-    if case.velocity is not None:
-        warnings = _large_force_errors(case, points)
-    elif case.n == 1:
-        warnings = _large_errors_of_one(case, points)
-    elif found.branch is not None and case.n > 1 and points:
-        curves = interpolants(points) if case.common and len(points) > 1 else []
-        size = max(abs(curve.peak.dU) for curve in curves) if len(points) >= ENOUGH and curves else found.branch.dU
-        largest = f"the largest |dU| ({in_unit(case.scales, VELOCITY, size, digits=3)})"
-        reported = adaptation_report(case, found.branch, points, [size] * len(points), largest)
-        entries["adaptation"], missed = reported
-        entries["adaptation"]["reference_dU"] = size
-        moved = moving_errors(case, points, size) if size > ROUNDING else []
-        warnings = [*missed, *moved, *(_far_apart(case, curves, size) if size > ROUNDING else [])]
-    yield from found.last_events(entries, warnings)
+    points, warnings = found.points, list[Text]()
+    if found.branch is not None and points and dU in found.goals:
+        curve = Curve.of_points(points)
+        curves = [curve.of(gap) for gap in range(1, case.n)] if case.common and len(points) > 1 else []
+        if len(points) >= ENOUGH and curves:
+            found.largest[dU] = max(abs(curve.peak.dU) for curve in curves)
+        size = found.largest.get(dU, found.branch.largest[dU])
+        if size > NEGLIGIBLE_DU:
+            warnings = [*moving_errors(case, points, size), *_far_apart(case, curves, size)]
+    yield from found.last_events({POINTS: len(points)}, warnings)
     if found.ended is not None and (last := found.ended.last) is not None and case.n > 1:
         last.reopen()
         with closing(last):
@@ -157,7 +201,7 @@ def _end(case: CurveCase, found: Solutions) -> Iterator[events.Event]:
         yield events.Frame(shapes)
 
 
-def _far_apart(case: CurveCase, curves: Sequence[CurveInterpolant], size: float) -> list[str]:
+def _far_apart(case: CurveCase, curves: Sequence[CurveInterpolant], size: float) -> list[Text]:
     """Warn of points so far apart that the interpolation error of dU exceeds `accuracy` and the errors at the points.
 
     There is a curve for every gap; `size` is the largest |dU| [U_av].
@@ -170,33 +214,11 @@ def _far_apart(case: CurveCase, curves: Sequence[CurveInterpolant], size: float)
     if errors[worst] <= case.error_wanted:
         return []
     part = f"{100 * errors[worst]:.2g} %" if np.isfinite(errors[worst]) else "any part"
-    where = f"between d = {d[worst]:.4g} and d = {d[worst + 1]:.4g}"
     advice = finer(case)
     if len(d) >= case.max_points:
         advice = f"more points (--set max_points={2 * case.max_points})"
     elif case.tol > case.error_wanted:
         advice = f"points nearer to each other (--set tol={case.error_wanted:g})"
-    return [
-        f"{where} the interpolated dU may be off by {part} of its largest value, more than accuracy: {case.accuracy}; "
-        f"use {advice}"
-    ]
-
-
-def _large_errors_of_one(case: CurveCase, points: list[Point]) -> list[str]:
-    """Warnings of large errors of what is found of a particle on its own."""
-    rows = [point_row(point) | point.estimate.shape_errors for point in points]
-    shape = {"D_1": "D"} if any(case.Ca_es) else {}
-    return large_value_errors(case, rows, {"U_1": "U_error_1", "dp_plus": "dp_plus_error", **shape})
-
-
-def _large_force_errors(case: CurveCase, points: list[Point]) -> list[str]:
-    """Warnings of large errors of the forces that move the particles, relative to themselves."""
-    errors = [
-        ErrorAt(float(error / abs(F)), where(point.parameters), 0.0, float(sharper / abs(F)))
-        for point in points
-        for F, error, sharper in zip(
-            point.observation.F, point.estimate.F_error, point.estimate.F_regularisation, strict=True
-        )
-        if F
-    ]
-    return large_errors(case, "F_error", "F", errors)
+    said = "between d = {} and d = {} the interpolated dU may be off by {} of its largest value, more than accuracy: {}"
+    between = LENGTH(d[worst]), LENGTH(d[worst + 1])
+    return [Message(said, *between, part, case.accuracy) + f"; use {advice}"]

@@ -6,15 +6,22 @@ from typing import Any
 
 import numpy as np
 
+from pairsim.analysis.master_curve import Curve
+from pairsim.cases.estimate import Estimate
 from pairsim.cases.run_case import Case
 from pairsim.computing import events
-from pairsim.questions.curve import CurveCase
-from pairsim.results.columns import names_of
-from pairsim.results.curve_table import zeros_of
+from pairsim.quantities.kinds import TIME
+from pairsim.questions.curve import AFTER, CurveCase
+from pairsim.questions.run import estimate
+from pairsim.record.column import names_of
+from pairsim.record.columns import DISTANCE, DU, DU_ERROR, DU_HALF, DU_QUARTER, TAYLOR, T, U
+from pairsim.record.run_entries import POINTS, SIZE, TIME_STEPS, Entries
+from pairsim.record.table import Table
+from pairsim.runtime.message import Message
 from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.text import counted
 
-EARLIER = {"dU_quarter": 0.25, "dU_half": 0.5}  # the columns of dU at parts of the time
+EARLIER = {DU_QUARTER: 0.25, DU_HALF: 0.5}  # the columns of dU at parts of the time
 
 
 def run_at(case: CurveCase, place: tuple[float, ...]) -> Case:
@@ -27,15 +34,19 @@ def run_at(case: CurveCase, place: tuple[float, ...]) -> Case:
     return Case.model_validate(shared | own)
 
 
+def estimate_from_rest(case: CurveCase, points: int) -> Estimate:
+    """Size and duration of a curve from rest with some points."""
+    return estimate(run_at(case, case.places[0]), points)
+
+
 def from_rest(case: CurveCase, monitor: Monitor) -> events.Events:
     """Compute a curve from rest."""
     from pairsim.questions.run.computation import Run
 
     places, rows, summaries = case.in_order, list[dict[str, float]](), list[events.Summary]()
-    yield events.Begin(
-        f"{counted(len(places), 'distance')}, at each from rest to t = {4 * (case.after or 0):g}", len(places)
-    )
-    yield events.Table("curve", names_of(case.n, "d", "dU", "dU_error", *EARLIER, "U", "D"), ascending=True)
+    distances, end = counted(len(places), "distance"), TIME(4 * (case.after or 0), "g")
+    yield events.Begin(Message("{}, at each from rest to t = {}", distances, end), len(places))
+    yield events.Table("curve", names_of(case.n, DISTANCE, DU, DU_ERROR, *EARLIER, U, TAYLOR), ascending=True)
     try:
         for count, place in enumerate(places):
             run, series = run_at(case, place), list[Any]()
@@ -48,25 +59,22 @@ def from_rest(case: CurveCase, monitor: Monitor) -> events.Events:
                         yield events.Progress(count + t / run.time.end, text, steps)
                     case events.Summary():
                         summaries.append(event)
-            rows.append(_row(series, case.n) | dict(zip(names_of(case.n, "d"), place, strict=True)))
+            rows.append(_row(series, case.n) | dict(zip(DISTANCE.named(case.n), place, strict=True)))
             yield events.Row("curve", rows[-1])
         return events.Outcome("finished", "end", counted(len(rows), "point"))
     finally:
         if case.n == 2 and len(rows) > 1:
-            table = {name: np.array([row[name] for row in reversed(rows)]) for name in rows[0]}
-            zeros = zeros_of(table)
-            found = [dict(zip(zeros, row, strict=True)) for row in zip(*zeros.values(), strict=True)]
-            yield events.Table("equilibria", list(zeros), found)
-        entries: dict[str, Any] = {"points": len(rows), "after": case.after}
-        costs = {name: [each.entries.get(name, 0) for each in summaries] for name in ("steps", "unknowns")}
-        entries |= {"steps": sum(costs["steps"]), "unknowns": max(costs["unknowns"], default=0)}  # none without a mesh
+            zeros = Curve(Table.of_rows(reversed(rows))).equilibria
+            yield events.Table("equilibria", list(zeros), zeros.records())
+        taken, sizes = ([each.entries.get(entry, 0) for each in summaries] for entry in (TIME_STEPS, SIZE))
+        entries: Entries = {POINTS: len(rows), AFTER: case.after, TIME_STEPS: sum(taken), SIZE: max(sizes, default=0)}
         yield events.Summary(entries, [*dict.fromkeys(text for each in summaries for text in each.warnings)])
 
 
 def _row(series: list[dict[str, float]], n: int) -> dict[str, float]:
     """The last row of a run of n particles, and dU at parts of its time."""
-    row, times = {**series[-1]}, np.array([each["t"] for each in series])
-    for name, part in EARLIER.items():
-        for own, dU in zip(names_of(n, name), names_of(n, "dU"), strict=True):
+    row, times = {**series[-1]}, np.array([each[T.name] for each in series])
+    for column, part in EARLIER.items():
+        for own, dU in zip(column.named(n), DU.named(n), strict=True):
             row[own] = float(np.interp(part * times[-1], times, [each[dU] for each in series]))
     return row

@@ -12,25 +12,23 @@ interrupted.
 from __future__ import annotations
 
 import math
+from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-import typer
-
-from pairsim.api.compute import Computation
-from pairsim.api.results import Result
 from pairsim.cases.estimate import Estimate
 from pairsim.cases.run_case import Case, check_run
-from pairsim.cli.compute import compute
-from pairsim.cli.options import Budget, DryRun, Output, Overwrite, Quiet, Settings
 from pairsim.computing import events
-from pairsim.computing.question import InSweeps, Question, drawn_by, last_row, rows_in
-from pairsim.results.columns import names_of
-from pairsim.results.folder import CHECKPOINT
-from pairsim.results.scales import scales_in
-from pairsim.runtime.errors import InputError
+from pairsim.computing.question import Flag, InSweeps, Question, last_row
+from pairsim.computing.result import Result
+from pairsim.record.column import names_of
+from pairsim.record.columns import DISTANCE, DP, DU, DU_ERROR, SERIES_COLUMNS, STEPS, TAYLOR, T, U, Z
+from pairsim.record.folder import CHECKPOINT
+from pairsim.record.run_entries import OF_RUNS
 
 if TYPE_CHECKING:
+    from pairsim.analysis.time_series import Series
+    from pairsim.plots.style import Page
     from pairsim.runtime.monitor import Monitor
 
 
@@ -56,77 +54,65 @@ def solve(case: Case, *, monitor: Monitor, earlier: events.Earlier | None = None
 
 def result_columns(case: Case) -> tuple[str, ...]:
     """Result columns of a run: those of the last row of series.csv, and the number of steps."""
-    return ("t", *names_of(case.n, "z", "d", "dU", "dU_error", "U", "D"), "dp", "steps")
+    return tuple(names_of(case.n, T, Z, DISTANCE, DU, DU_ERROR, U, TAYLOR, DP, STEPS))
 
 
 class RunResult(Result):
     """The result of a run in time. `table` is series.csv, with a row for each accepted step."""
 
+    @cached_property
+    def series(self) -> Series:
+        """What the particles do over time: distances, velocities, and whether the start-up has decayed."""
+        from pairsim.analysis.time_series import Series  # loads numpy
+
+        return Series(self.tables["series"], self.record)
+
     def findings(self) -> list[str]:
         """What the particles do at the end."""
         from pairsim.questions.run.answer import answer_of_run
 
-        if not rows_in(self.columns):
+        if not self.series.table.rows:
             return ["No step was completed."]
-        return answer_of_run(self.columns, self.record)
+        return answer_of_run(self.series)
 
     def afterwards(self) -> str:
         drawn = f"pairsim plot {self._place} draws it"
         if self.reason == "contact" or not (self._place / CHECKPOINT).is_file():
             return drawn
-        end = "time.end" if scales_in(self.record) is None else "physical.end"
+        end = "time.end" if self.record.scales is None else "physical.end"
         key = "limits.max_gap" if self.reason == "max_gap" else end
         return f"{drawn}; pairsim run --resume {self._place} --set {key}=... continues"
 
 
+def draw(folder: Path, out: Path, page: Page) -> list[Path]:
+    """Draw the tables of a folder."""
+    from pairsim.plots.runs_and_curves import draw_run
+
+    return draw_run(folder, out, page)
+
+
 QUESTION = Question(
+    __name__,
     model=Case,
     check=check_run,
     estimate=estimate,
     solve=solve,
-    tables={"series": ()},
+    tables={"series": SERIES_COLUMNS},
+    entries=OF_RUNS,
     result=RunResult,
     in_sweeps=InSweeps(result_columns, last_row, parameters=("beta", "De", "Ca_e", "d0")),
-    draw=drawn_by("pairsim.plots.runs_and_curves:draw_run"),
+    draw=draw,
     captions={"series": "Velocities and shapes over time, relative velocity over distance"},
     frames="t",
-    flags=("resume",),
+    flags=(
+        Flag(
+            "resume",
+            "Continue the run in this folder from its checkpoint. "
+            "A case file or --set may change name, time.end, limits and output.",
+            resumes=True,
+        ),
+    ),
     draws_from=None,
-)
-
-run: Computation[RunResult] = Computation(QUESTION, __doc__)
-"""Compute a case in time: `run(case, folder=...)`, with the arguments of a `Computation`."""
-app = typer.Typer()
-
-
-@app.command(
-    "run",
-    help=__doc__,
-    epilog="Examples: pairsim run configs/quickstart.yaml | pairsim run case.yaml -o out --set Ca_e=0.05 | "
+    examples="Examples: pairsim run configs/quickstart.yaml | pairsim run case.yaml -o out --set Ca_e=0.05 | "
     "pairsim run --resume out --set time.end=4",
 )
-def _command(
-    case: Annotated[Path | None, typer.Argument(help="Case file (YAML); pairsim schema lists its keys.")] = None,
-    output: Output = None,
-    overwrite: Overwrite = False,
-    resume: Annotated[
-        Path | None,
-        typer.Option(
-            "--resume",
-            metavar="DIR",
-            help="Continue the run in this folder from its checkpoint. "
-            "A case file or --set may change name, time.end, limits and output.",
-        ),
-    ] = None,
-    budget: Budget = None,
-    dry_run: DryRun = False,
-    quiet: Quiet = False,
-    set_: Settings = None,
-) -> None:
-    if resume is not None and (overwrite or output is not None):
-        option, allowed = "--overwrite" if overwrite else "-o", "must be left out with --resume, which gives the folder"
-        raise InputError("pairsim run", option, None, allowed)
-    if case is None and resume is None:
-        raise typer.BadParameter("must be given, or else --resume DIR", param_hint="CASE")
-    file, folder = case or Path(resume or "", "case.yaml"), resume or output
-    compute(run, file, folder, overwrite, budget, dry_run, quiet, set_, resume=resume is not None)

@@ -15,20 +15,59 @@ from pairsim.cases.run_case import Case
 from pairsim.computing import events
 from pairsim.computing.problems import problem_of
 from pairsim.fem.unyielded import bridges
-from pairsim.quantities.kinds import LENGTH
+from pairsim.quantities.kinds import LENGTH, TIME, VELOCITY
 from pairsim.quantities.text import in_unit
+from pairsim.questions.run import QUESTION
 from pairsim.questions.run.warnings import accuracy_of, warnings_of_run
-from pairsim.results.checkpoint import Checkpoint
-from pairsim.results.columns import HEALTH, POLYMER_HEALTH, error_columns, names_of, observed, series_columns, table_row
-from pairsim.results.fields import frame
-from pairsim.results.folder import plain
-from pairsim.results.settled import SETTLED
+from pairsim.record.checkpoint import Checkpoint
+from pairsim.record.column import Column, names_of, table_row
+from pairsim.record.columns import (
+    BRIDGE,
+    DISTANCE,
+    DISTORTION,
+    DP,
+    DP_PLUS,
+    DT,
+    DU,
+    DU_CORRECTION,
+    DU_DISCRETE,
+    DU_ERROR,
+    ERROR_COLUMNS,
+    MESH,
+    NEWTON,
+    POLYMER_HEALTH,
+    RUN_HEALTH,
+    STATE_COLUMNS,
+    TAYLOR,
+    T,
+    U,
+    Z,
+    observed,
+)
+from pairsim.record.fields import frame
+from pairsim.record.folder import plain
+from pairsim.record.run_entries import (
+    ADAPTATION,
+    FACTORISATIONS,
+    HOLD,
+    NEWTON_ITERATIONS,
+    REACHED,
+    REJECTED,
+    REMESHINGS,
+    SETTLED,
+    SIZE,
+    START,
+    TIME_STEPS,
+    Entries,
+    Entry,
+)
 from pairsim.runtime.errors import RunFailure, TooManySteps, WallTime
+from pairsim.runtime.message import Message, Text
 from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.signals import Stopped
 from pairsim.solvers.errors.run_errors import RunErrors
 from pairsim.solvers.problems import Problem
-from pairsim.solvers.stepping.step import Step
+from pairsim.solvers.stepping.step import Step, at_step
 from pairsim.solvers.transient.adaptation import RunAdaptation
 from pairsim.solvers.transient.end import reason_to_end, settled
 from pairsim.solvers.transient.state import Counts, Extremes
@@ -38,7 +77,7 @@ ADVICE = {
     WallTime: "a larger limits.wall_time",
     TooManySteps: "a larger limits.max_steps",
 }
-ROUNDING = 1e-9
+NEARLY_DUE = 1e-9  # part of a frame that may be missing by rounding when it is written
 SETTLES = 10.0  # time for the settled state at the end of a run [s], at least: else what the run itself took; chosen
 
 
@@ -50,9 +89,10 @@ class Run:
         self.old = old = earlier.checkpoint if earlier is not None else None
         self.transient: Transient | None = None
         self._adapt(old.adaptation if old is not None else None)
-        known = names_of(case.n, "dU_error") if case.start == "steady" else []
-        self._errors = error_columns(case.n) if case.estimates_error else known
-        self._entries: dict[str, Any] = {}
+        known = (DU_ERROR,) if case.start == "steady" else ()
+        self._errors = ERROR_COLUMNS if case.estimates_error else known
+        self._own = QUESTION.tables["series"].own
+        self._entries: dict[Entry[Any], Any] = {}
         self._pending: Step | None = None  # its fields are not written
         self._begun = time.perf_counter() - (old.wall if old else 0.0)
 
@@ -67,18 +107,18 @@ class Run:
         ended = end_of(case, self.problem, old.state.history.t[0], old.state.gaps) if old is not None else None
         if self.earlier is not None and self.earlier.finished and ended is not None:
             return ended
-        yield events.Begin(f"to {moment(case.time.end)}", case.time.end)
+        yield events.Begin("to " + moment(case.time.end), case.time.end)
         try:
             if old is not None and ended is not None:  # it was killed after its last checkpoint
                 self._entries |= settled_entry(case, self.problem, old.state.gaps, ended)
                 return self._with_accuracy(ended, old.state.run_errors)
             polymer = POLYMER_HEALTH if case.liquid_model.modes else ()
-            yielding = names_of(case.n, "bridge") if case.liquid_model.plastic.yield_stress else ()
-            columns = [*series_columns(case.n), *self._errors, *yielding, *names_of(case.n, *HEALTH, *polymer)]
-            yield events.Table("series", columns, resumed=True)
+            yielding = (BRIDGE,) if case.liquid_model.plastic.yield_stress else ()
+            columns = (*STATE_COLUMNS, *self._errors, *yielding, *RUN_HEALTH, *polymer, *self._own)
+            yield events.Table("series", names_of(case.n, *columns), resumed=True)
             if old is not None:
                 at = moment(old.state.history.t[0])
-                yield events.Note(f"resuming from {at} (step {old.state.counts.steps})")
+                yield events.Note(Message("resuming from {} (step {})", at, old.state.counts.steps))
             elif case.adapts:
                 yield events.Note(f"a coarse run first: it tells which cells accuracy: {case.accuracy} needs")
                 self._adapt(RunAdaptation.begin(self.problem, case.error_wanted))
@@ -122,7 +162,7 @@ class Run:
         for step in transient.steps(iter(wanted)):
             count = transient.counts.steps
             with transient.clock("output"):
-                yield events.Row("series", row_of(step))
+                yield events.Row("series", row_of(step) | self._own.own_row(case.n, step))
                 self._pending = step
                 at_output = any(abs(step.t - t) <= 1e-9 * max(1.0, t) for t in wanted)
                 after = frames_until(case, step.t, transient.gaps)
@@ -136,11 +176,11 @@ class Run:
                 return outcome
             self.problem.monitor.check()
             if limits.wall_time is not None and (passed := time.perf_counter() - self._begun) > limits.wall_time:
-                raise WallTime(f"{passed:.0f} s have passed", t=step.t, step=count, advice=ADVICE[WallTime])
+                raise WallTime(f"{passed:.0f} s have passed", at=at_step(step.t, count), advice=ADVICE[WallTime])
             if count >= limits.max_steps:
                 message = f"{limits.max_steps} steps were taken"
-                raise TooManySteps(message, t=step.t, step=count, advice=ADVICE[TooManySteps])
-        return events.Outcome("finished", "end", f"finished at {moment(transient.history.t[0])}")
+                raise TooManySteps(message, at=at_step(step.t, count), advice=ADVICE[TooManySteps])
+        return events.Outcome("finished", "end", "finished at " + moment(transient.history.t[0]))
 
     def _fields(self, transient: Transient) -> Iterator[events.Event]:
         """The fields of the last step, unless they were written."""
@@ -150,7 +190,7 @@ class Run:
 
     def _end(self) -> Iterator[events.Event]:
         """What run.json says, and the last fields."""
-        entries, seconds = dict[str, Any](), dict[str, float]()
+        entries, seconds = dict[Entry[Any], Any](), dict[str, float]()
         errors, extremes = RunErrors.of(self.problem.liquid), Extremes()
         if (transient := self.transient) is not None:
             entries = _summary(transient.counts, transient.history.t[0], transient.constraints.size)
@@ -159,11 +199,11 @@ class Run:
             state = self.old.state
             entries = _summary(state.counts, state.history.t[0], state.history.y[0].size)
             seconds, errors, extremes = state.seconds, state.run_errors, state.extremes
-        entries |= {"start": self.case.start, "hold": self.case.hold, **self._entries}
+        entries |= {START: self.case.start, HOLD: self.case.hold, **self._entries}
         if (first := self.adaptation) is not None:
             coarse = {"t": first.t, "unknowns": first.unknowns, "dU": first.dU, "dU_error": first.error}
             entry = {"wanted": first.wanted, "cells": first.factor, "coarse_run": coarse}
-            entries["adaptation"] = entry | accuracy_of(self.case, errors)[0]
+            entries[ADAPTATION] = entry | accuracy_of(self.case, errors)[0]
         yield events.Summary(entries, warnings_of_run(self.case, errors, extremes), seconds)
         if transient is not None:
             yield from self._fields(transient)
@@ -192,12 +232,12 @@ def frames_until(case: Case, t: float, gaps: Sequence[float]) -> int:
         passed = max(passed, (start - d) / (start - limits.min_gap))
         if limits.max_gap is not None:
             passed = max(passed, (d - start) / (limits.max_gap - start))
-    return int(output.frames * passed + ROUNDING)
+    return int(output.frames * passed + NEARLY_DUE)
 
 
-def moment(t: float) -> str:
+def moment(t: float) -> Message:
     """A time in words."""
-    return f"t = {t:.6g}"
+    return Message("t = {}", TIME(t, ".6g"))
 
 
 def end_of(case: Case, problem: Problem, t: float, gaps: Sequence[float]) -> events.Outcome | None:
@@ -205,26 +245,29 @@ def end_of(case: Case, problem: Problem, t: float, gaps: Sequence[float]) -> eve
     at, scales = moment(t), case.scales
     match reason_to_end(problem, t, gaps):
         case "contact":
-            message = f"contact: the gap fell below {in_unit(scales, LENGTH, problem.min_gap)} at {at}"
+            message = Message("contact: the gap fell below {} at {}", in_unit(scales, LENGTH, problem.min_gap), at)
             return events.Outcome("finished", "contact", message)
         case "max_gap":
             widest = in_unit(scales, LENGTH, problem.max_gap or 0.0)
-            return events.Outcome("finished", "max_gap", f"the gap exceeded {widest} at {at}")
+            return events.Outcome("finished", "max_gap", Message("the gap exceeded {} at {}", widest, at))
         case "tube_too_short":
             pace = (sum(gaps) - sum(case.gaps)) / t
             least = math.ceil(case.cluster + max(pace, 0.0) * case.time.end + 2 * case.margin)
-            message = (
-                f"the particles are only {problem.room(gaps):.3g} D_c from the ends of the tube at {at}; try a longer "
-                f"tube (--set length={least}, enough until the end at the present pace), or limits.max_gap"
+            message = Message(
+                "the particles are only {} from the ends of the tube at {}; try a longer tube (--set length={}, enough "
+                "until the end at the present pace), or limits.max_gap",
+                LENGTH(problem.room(gaps), ".3g", named=True),
+                at,
+                least,
             )
             return events.Outcome("failed", "tube_too_short", message)
         case "end":
-            return events.Outcome("finished", "end", f"finished at {at}")
+            return events.Outcome("finished", "end", "finished at " + at)
         case None:
             return None
 
 
-def settled_entry(case: Case, problem: Problem, gaps: tuple[float, ...], ended: events.Outcome) -> dict[str, Any]:
+def settled_entry(case: Case, problem: Problem, gaps: tuple[float, ...], ended: events.Outcome) -> Entries:
     """The quasi-steady solution at the last distances of a run [D_c], N-1 values, on the cells of its problem.
 
     Returns the entry of run.json: dU with its error at every gap [U_av], the decay time of a disturbance [D_c/U_av],
@@ -253,33 +296,35 @@ def settled_entry(case: Case, problem: Problem, gaps: tuple[float, ...], ended: 
 def row_of(step: Step) -> dict[str, float]:
     """The row of a step in series.csv."""
     o = step.observation
-    values: dict[str, Any] = {"t": step.t, "z": step.z, "d": o.d, "U": step.U, "dU": step.dU, "D": o.D}
-    values |= {"dp": o.dp, "dp_plus": o.dp_plus, "dt": step.dt, "newton": step.report.iterations}
-    values |= {"mesh": step.mesh_id, "distortion": step.distortion, **observed(o)}
+    values: dict[Column, Any] = {T: step.t, Z: step.z, DISTANCE: o.d, U: step.U, DU: step.dU, TAYLOR: o.D}
+    values |= {DP: o.dp, DP_PLUS: o.dp_plus, DT: step.dt, NEWTON: step.report.iterations}
+    values |= {MESH: step.mesh_id, DISTORTION: step.distortion, **observed(o)}
     if step.dU_error is not None:
-        values["dU_error"] = step.dU_error
+        values[DU_ERROR] = step.dU_error
     if step.scene.material.plastic.yield_stress:
-        values["bridge"] = bridges(step.scene, step.x, step.h)
+        values[BRIDGE] = bridges(step.scene, step.x, step.h)
     if step.dU_correction is not None:
-        values |= {"dU_discrete": step.dU_discrete, "dU_correction": step.dU_correction}
-    return table_row(o.U.size, **values)
+        values |= {DU_DISCRETE: step.dU_discrete, DU_CORRECTION: step.dU_correction}
+    return table_row(o.U.size, values)
 
 
-def _shown(step: Step, count: int) -> str:
+def _shown(step: Step, count: int) -> Message:
     """A line of progress for a step."""
-    o = step.observation
-    gap = f"d = {o.d[0]:.5f}  dU = {o.dU[0]:+.4g}  " if o.d.size == 1 else ""
-    return f"t = {step.t:.4g}  {gap}dt = {step.dt:.2g}  Newton {step.report.iterations}  step {count}"
+    o, texts = step.observation, list[Text]([Message("t = {}", TIME(step.t))])
+    if o.d.size == 1:
+        texts += [Message("d = {}", LENGTH(o.d[0], ".5f")), Message("dU = {}", VELOCITY(o.dU[0], "+.4g"))]
+    texts += [Message("dt = {}", TIME(step.dt, ".2g")), f"Newton {step.report.iterations}", f"step {count}"]
+    return Message.joined("  ", texts)
 
 
-def _summary(counts: Counts, t: float, unknowns: int) -> dict[str, Any]:
+def _summary(counts: Counts, t: float, unknowns: int) -> dict[Entry[Any], Any]:
     """Entries of run.json: time, unknowns and counts."""
     return {
-        "t": t,
-        "unknowns": unknowns,
-        "steps": counts.steps,
-        "rejected_steps": counts.rejected,
-        "newton_iterations": counts.newton,
-        "factorisations": counts.factorisations,
-        "remeshings": counts.remeshings,
+        REACHED: t,
+        SIZE: unknowns,
+        TIME_STEPS: counts.steps,
+        REJECTED: counts.rejected,
+        NEWTON_ITERATIONS: counts.newton,
+        FACTORISATIONS: counts.factorisations,
+        REMESHINGS: counts.remeshings,
     }

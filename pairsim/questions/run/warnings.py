@@ -9,8 +9,11 @@ import numpy as np
 
 from pairsim.cases.run_case import Case
 from pairsim.computing.warnings import FINER, above, common_warnings, finer
+from pairsim.quantities.kinds import LENGTH, TIME
+from pairsim.runtime.message import Message, Text
 from pairsim.solvers.errors.run_errors import RunErrors
 from pairsim.solvers.errors.time_error import LEAST
+from pairsim.solvers.goals import U, dU
 from pairsim.solvers.transient.state import Extremes
 
 LONG_ARC = 1.5  # allowed length of an arc over the gap beside it; dU is 2.5 % off at 3 (N_p 40, gap 0.005)
@@ -42,34 +45,33 @@ def large_run_error(case: Case, part: float) -> list[str]:
     ]
 
 
-def unknown_run_error(case: Case, lost: float) -> list[str]:
+def unknown_run_error(case: Case, lost: float) -> list[Text]:
     """Warn of a run whose error is unknown from the time `lost` on; infinite where it is known throughout."""
     if lost == np.inf:
         return []
-    return [
-        f"the estimate of the error diverged at t = {lost:.4g}: dU_error is not known from there on; use {finer(case)}"
-    ]
+    said = "the estimate of the error diverged at t = {}: dU_error is not known from there on; use {}"
+    return [Message(said, TIME(lost), finer(case))]
 
 
-def narrow_gap(case: Case, gap: float, arc: float) -> list[str]:
+def narrow_gap(case: Case, gap: float, arc: float) -> list[Text]:
     """Warn of a gap [D_c] that is too narrow for the longest arc of the outlines beside it [D_c]."""
     if arc <= LONG_ARC * gap:
         return []
-    return [
-        f"the arcs beside a gap of {gap:.3g} are {arc / gap:.2g} times as long as the gap (their length is set by d0): "
-        f"dU there is accurate to a few percent only; use shorter ones "
-        f"(--set mesh.Np={round(FINER * case.mesh.Np)}), or pairsim curve at that d"
-    ]
+    said = (
+        "the arcs beside a gap of {} are {} times as long as the gap (their length is set by d0): dU there is accurate "
+        "to a few percent only; use shorter ones (--set mesh.Np={}), or pairsim curve at that d"
+    )
+    return [Message(said, LENGTH(gap, ".3g"), f"{arc / gap:.2g}", round(FINER * case.mesh.Np))]
 
 
-def warnings_of_run(case: Case, errors: RunErrors, extremes: Extremes) -> list[str]:
+def warnings_of_run(case: Case, errors: RunErrors, extremes: Extremes) -> list[Text]:
     """Warnings about the results of a run."""
     return [
         *long_steps(case, errors.steps.part),
         *large_run_error(case, errors.part),
         *unknown_run_error(case, errors.lost),
         *narrow_gap(case, *extremes.narrowest),
-        *common_warnings(case, extremes.s_jump, extremes.span),
+        *common_warnings(case, (dU if case.n > 1 else U).name, extremes.s_jump, extremes.span),
     ]
 
 

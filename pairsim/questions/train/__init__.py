@@ -16,25 +16,27 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from math import inf
-from typing import TYPE_CHECKING, Any, ClassVar
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import Field
 
-from pairsim.api.compute import Computation
-from pairsim.api.results import Result
 from pairsim.cases import values
 from pairsim.cases.case import ENDS, Ends, SceneCase
 from pairsim.cases.checks import check_scene
 from pairsim.cases.estimate import Estimate, steady_estimate
-from pairsim.cases.keys import Keys
+from pairsim.cases.keys import Key, Keys
 from pairsim.cases.mistakes import Mistake, broken, missing
-from pairsim.cli.compute import app_of
-from pairsim.computing.question import InSweeps, Question, drawn_by, rows_in
+from pairsim.computing.question import InSweeps, Question
+from pairsim.computing.result import Result
 from pairsim.quantities.kinds import LENGTH, POSITION, RATE
-from pairsim.results.columns import Column
+from pairsim.record.column import GAP, Column, Columns, Shown
+from pairsim.record.columns import D_ERROR, DISTANCE, DU, DU_ERROR, T_RELAX, U_ERROR, T, U, Z
+from pairsim.record.run_entries import SIZE, Entry
 
 if TYPE_CHECKING:
     from pairsim.computing.events import Events
+    from pairsim.plots.style import Page
     from pairsim.runtime.monitor import Monitor
 
 # Factor of the time for some meshes and the response of the cell, and that within which it is, as one to three meshes
@@ -44,20 +46,24 @@ MESHES, BY_MESHES = 2.2, 4.0
 SEARCH = 2.0
 SHORT_ROWS = 270
 
+K = Column("k", "k", "phase between neighbours in a wave of 2 pi/k beads")
+GROWTH = Column("growth", r"\mathrm{Re}\,\lambda", "growth rate of the wave; negative: it decays", RATE)
+FREQUENCY = Column("frequency", r"\mathrm{Im}\,\lambda", "angular frequency; positive: upstream past the beads", RATE)
 WAVE = (
-    Column("k", "k", "phase between neighbours in a wave of 2 pi/k beads"),
-    Column("growth", r"\mathrm{Re}\,\lambda", "growth rate of the wave; negative: it decays", RATE),
+    K,
+    GROWTH,
     Column("growth_error", r"\epsilon_\mathrm{Re}", "half-width of its interval: mesh, and rest of the series", RATE),
 )
-SPECTRUM = (
+SPECTRUM = Columns(
     *WAVE,
-    Column("frequency", r"\mathrm{Im}\,\lambda", "angular frequency; positive: upstream past the beads", RATE),
+    FREQUENCY,
     Column("frequency_error", r"\epsilon_\mathrm{Im}", "half-width of its interval", RATE),
 )
 VERDICT = "orders: all waves decay; clusters: some grow; neither: all keep their size; undecided: not certain"
-TRAIN = (
+D = Column("d", "d", "distance between the facing surfaces of neighbours", LENGTH)
+TRAIN = Columns(
     Column("spacing", "s", "distance between the centres of neighbours", LENGTH),
-    *("d", "d_error", "U_1", "U_error_1"),
+    *(D, D_ERROR, U, U_ERROR),
     Column("verdict", "", VERDICT),
     *WAVE,
     Column("diffusion", "C", "long waves grow at -C k^2", RATE),
@@ -65,11 +71,16 @@ TRAIN = (
     Column("tube", "L", "length of tube for a tenfold smaller (clusters: larger) spread", LENGTH, unknown=True),
     Column("tube_least", r"L_\mathrm{min}", "the least by the intervals of the rates", LENGTH, unknown=True),
     Column("tube_most", r"L_\mathrm{max}", "the largest by them", LENGTH, unknown=True),
-    "t_relax",
+    T_RELAX,
 )
 """The columns of train.csv, which has one row."""
-POSITION_OF_ROW = Column("position", "z", "how far the row has moved along the tube on average", POSITION)
-BY_FIRST = Column("by_d_1", "", "derivative of a distance at the outlet, one a row, by the first one at the inlet")
+POSITION_OF_ROW = Column(
+    "position", "z", "how far the row has moved along the tube on average", POSITION, shown=Shown.ALWAYS
+)
+ROW = Columns(POSITION_OF_ROW, T, Z, DISTANCE, DU, DU_ERROR)
+"""The columns of row.csv."""
+BY_DISTANCE = Column("by_d", "", "derivative of a distance at the outlet, one a row, by d{_} at the inlet", of=GAP)
+SENTENCES = Entry[list[str]]("sentences", "the answer in words")
 
 
 class RowOptions(Keys):
@@ -106,10 +117,9 @@ class TrainCase(SceneCase):
     """An infinite train of equal beads."""
 
     kind: ClassVar[str] = "train"
-    usual_distances: ClassVar[dict[str, Any]] = {"d": 0.1}
 
     particles: values.Whole = Field(1, ge=1, le=1, description="1: all beads of the train are equal")
-    d: values.OneOrMany[values.Distance] | None = Field(
+    d: Annotated[values.OneOrMany[values.Distance] | None, Key(usual=0.1)] = Field(
         None,
         description="distance between the facing surfaces of neighbours [D_c]; a list: the first distances of a row "
         "from upstream, whose mean is that of the train",
@@ -206,10 +216,18 @@ class TrainResult(Result):
     def findings(self) -> list[str]:
         """Whether the train orders or clusters, within which length of tube, and what becomes of a row."""
         said = "What was found is in train.csv; the answer in words is written when all is done."
-        return list(self.record.get("sentences", [said if rows_in(self.columns) else "No train was found."]))
+        return SENTENCES.of(self.record) or [said if self.columns.rows else "No train was found."]
+
+
+def draw(folder: Path, out: Path, page: Page) -> list[Path]:
+    """Draw the tables of a folder."""
+    from pairsim.questions.train.picture import draw_train
+
+    return draw_train(folder, out, page)
 
 
 QUESTION = Question(
+    __name__,
     model=TrainCase,
     check=check,
     estimate=estimate,
@@ -217,11 +235,12 @@ QUESTION = Question(
     tables={
         "train": TRAIN,
         "spectrum": SPECTRUM,
-        "row": (POSITION_OF_ROW, "t", "z_1", "d_1", "dU_1", "dU_error_1"),
-        "propagator": (BY_FIRST,),
+        "row": ROW,
+        "propagator": Columns(BY_DISTANCE),
     },
     result=TrainResult,
-    draw=drawn_by("pairsim.plots.trains:draw_train"),
+    entries=(SIZE, SENTENCES),
+    draw=draw,
     captions={
         "train": "Growth rates and frequencies of disturbances over their wave number",
         "row": "Distances of a row of beads along the tube, and those at the inlet and at the outlet",
@@ -233,7 +252,5 @@ QUESTION = Question(
             *("verdict", "growth", "growth_error", "diffusion", "diffusion_error", "tube", "tube_least", "tube_most"),
         )
     ),
+    examples="Examples: pairsim train configs/train.yaml | pairsim train case.yaml -o out --set d=0.2",
 )
-train: Computation[TrainResult] = Computation(QUESTION, __doc__)
-"""Compute whether an infinite train of equal beads orders or clusters, and within which length of tube."""
-app = app_of(train, __doc__, "Examples: pairsim train configs/train.yaml | pairsim train case.yaml -o out --set d=0.2")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from itertools import islice
 from math import inf, isfinite, nan, pi
 from typing import Any
@@ -14,11 +14,13 @@ from pairsim.computing.problems import steady_problem
 from pairsim.computing.warnings import beyond_checked, coarse_mesh
 from pairsim.quantities.kinds import LENGTH, POSITION, RATE, VELOCITY
 from pairsim.quantities.text import in_unit, with_name
-from pairsim.questions.train import SPECTRUM, TRAIN, TrainCase, work
+from pairsim.questions.train import SENTENCES, SPECTRUM, TRAIN, TrainCase, work
 from pairsim.questions.train.row import first_gaps, follow
-from pairsim.results.columns import Column
+from pairsim.record.run_entries import SIZE
 from pairsim.runtime.errors import BranchEnd
+from pairsim.runtime.message import Message
 from pairsim.runtime.monitor import Monitor
+from pairsim.solvers.goals import U
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.trains.train import Train, on_meshes, transition
 
@@ -38,7 +40,7 @@ def computation(case: TrainCase, monitor: Monitor) -> events.Events:
         if place is not None:
             d, slope = transition(problem, start, case.train.cell, place)
             done += work.TRANSITION
-            yield events.Progress(done, f"trains change at d = {d:.4g}", 1)
+            yield events.Progress(done, Message("trains change at d = {}", LENGTH(d)), 1)
         meshes = islice(on_meshes(problem, start, case.train.cell, d), len(work.MESHES))
         for refined, found in enumerate(meshes, 1):
             errors = f"errors {100 * found.error:.2g} % of the largest rate"
@@ -52,19 +54,16 @@ def computation(case: TrainCase, monitor: Monitor) -> events.Events:
         yield events.Summary({})
         return events.Outcome("finished", end.reason, end.message)
     row = _row(found, slope)
-    yield events.Table("train", _names(TRAIN))
-    yield events.Row("train", dict.fromkeys(_names(TRAIN)) | row)  # the result that is waited for
+    names = TRAIN.named(1)
+    yield events.Table("train", names)
+    yield events.Row("train", dict.fromkeys(names) | row)  # the result that is waited for
     waves = [wave._asdict() for wave in found.spectrum.of_cell]
-    yield events.Table("spectrum", _names(SPECTRUM), waves)
+    yield events.Table("spectrum", SPECTRUM.named(1), waves)
     sentences = list(_said(case, row, slope))  # to which those of a row are added
-    yield events.Summary({"unknowns": found.unknowns, "sentences": sentences}, _warnings(case, found))
+    yield events.Summary({SIZE: found.unknowns, SENTENCES: sentences}, _warnings(case, found))
     if (gaps := first_gaps(case, found.d)).size:
         sentences += yield from follow(case, problem, start, gaps, found, done, sum(work.MESHES[refined:]))
     return events.Outcome("finished", "end", f"verdict: {verdict}")
-
-
-def _names(columns: Sequence[str | Column]) -> list[str]:
-    return [each if isinstance(each, str) else each.name for each in columns]
 
 
 def _row(found: Train, slope: float) -> dict[str, Any]:
@@ -115,7 +114,10 @@ def _said(case: TrainCase, row: Mapping[str, Any], slope: float) -> Iterator[str
 
 def _warnings(case: TrainCase, found: Train) -> list[str]:
     """Warnings of errors larger than wanted, and of beads that move while they remember."""
-    warnings, part = [*beyond_checked(case), *coarse_mesh(case)], abs(found.spectrum.rates).max() * found.t_relax
+    warnings, part = (
+        [*beyond_checked(case), *coarse_mesh(case, U.name)],
+        abs(found.spectrum.rates).max() * found.t_relax,
+    )
     if found.error > case.error_wanted and found.spectrum.verdict != "neither":
         off = f"growth rates are within {100 * found.error:.2g} % of the largest"
         warnings.append(f"accuracy: {case.accuracy} was not kept: {off}")

@@ -11,13 +11,13 @@ from numpy.lib.stride_tricks import sliding_window_view
 from pairsim.computing import events
 from pairsim.quantities.kinds import LENGTH, POSITION, VELOCITY
 from pairsim.quantities.text import in_unit, with_name
-from pairsim.questions.train import POSITION_OF_ROW, TrainCase, work
-from pairsim.results.columns import names_of
+from pairsim.questions.train import BY_DISTANCE, ROW, TrainCase, work
+from pairsim.record.column import table_row
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.rows.model import Row, fitted
-from pairsim.solvers.rows.motion import TOLERANCE, move, propagator
+from pairsim.solvers.rows.row_motion import TOLERANCE, move, propagator
 from pairsim.solvers.rows.short_rows import MOST, TRAINS, places_of, short_rows, solved, trains
 from pairsim.solvers.trains.train import Train
 
@@ -68,9 +68,10 @@ def follow(
     dU, errors = np.array([model.row(d).dU for d in states]), np.array([model.dU_errors(d) for d in states])
     done += work.of_motion(n)
     yield events.Progress(of_needed * done, f"the row of {n} has moved", len(rows) + len(waves) + 1)
-    columns = [POSITION_OF_ROW.name, *names_of(n, "t", "z", "d", "dU", "dU_error")]
     z = (places(times) + problem.betas[0] * np.arange(n)[:, None]).T
-    yield _table("row", columns, np.column_stack([way.mean(axis=0), times, z, states, dU, errors]))
+    values = zip(way.mean(axis=0), times, z, states, dU, errors, strict=True)
+    moments = [table_row(n, dict(zip(ROW, moment, strict=True))) for moment in values]
+    yield events.Table("row", ROW.named(n), moments)
     spreads = " to ".join(f"{100 * d.std() / d.mean():.3g} %" for d in states[[0, -1]])
     means = " to ".join(in_unit(case.scales, LENGTH, d.mean()) for d in states[[0, -1]])
     tube = with_name(case.scales, POSITION, way[:, -1].min())
@@ -105,7 +106,7 @@ def follow(
         )
     if n <= work.MOST_PROPAGATED and not touching.any():
         changes = propagator(model, places, t[-1])
-        yield _table("propagator", [f"by_d_{i}" for i in range(1, n)], changes)
+        yield _table("propagator", [f"{BY_DISTANCE.name}_{i}" for i in range(1, n)], changes)
         singular = np.linalg.svd(changes, compute_uv=False)
         sentences.append(
             f"Small changes of the first distances become {singular[-1]:.3g} to {singular[0]:.3g} times as large, by "

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,20 +10,22 @@ import numpy as np
 from pairsim.fem.diagnostics import Observation, liquid_distortion
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
-from pairsim.solvers.curves.locked import Hold, held_together
+from pairsim.runtime.message import Message
 from pairsim.solvers.curves.sensitivities import sensitivities
 from pairsim.solvers.curves.slow_manifold import SlowMotion, slow_motion
+from pairsim.solvers.curves.unyielded_bridge import Hold, held_together
 from pairsim.solvers.errors.adjoints import Adjoints
-from pairsim.solvers.errors.estimate import ErrorEstimate, ErrorEstimator
+from pairsim.solvers.errors.estimate import ErrorEstimate, ErrorEstimator, GoalEstimate
+from pairsim.solvers.goals import Goal, dU
 from pairsim.solvers.meshed_scene import GAP_RATIO
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.bordered import solve_with
 from pairsim.solvers.steady.continuation import IN_TIME, follow, where
 from pairsim.solvers.steady.ends import Ended
 from pairsim.solvers.steady.first_solution import scene_past_end
+from pairsim.solvers.steady.linearisation import Linearisation
 from pairsim.solvers.steady.relaxation import relaxation_time
 from pairsim.solvers.steady.scene import Snapshot, SteadySolver
-from pairsim.solvers.steady.tangents import gap_tangents
 
 # Factor by which a zero may lie outside the interval between two points of opposite sign; chosen.
 BESIDE = 1.05
@@ -32,7 +34,7 @@ BESIDE = 1.05
 SPACING = 0.05
 ZERO_TOLERANCE = 0.1  # part of the half-width of dU up to which it is zero; chosen
 MOST_CORRECTIONS = 4  # solutions that are made to get below; chosen
-NEWTON_PART = 0.1  # part of the half-width of dU that Newton's method may leave, or it goes on; chosen
+NEWTON_PART = 0.1  # part of the half-width of a goal that Newton's method may leave, or it goes on; chosen
 MOST_STEPS = 6  # that it then takes; chosen
 # Part of a step that is then taken. Where the stress of a power law vanishes, what a step with the part w leaves of an
 # error is 1 - w/n, of alternating sign if w is 1; elsewhere it is 1 - w.
@@ -47,13 +49,14 @@ class Point:
         parameters: Parameters of the solution.
         discrete: Quantities evaluated from the solution, with the distances held.
         held: The same with the estimates of their errors added, where these are trusted.
-        motion: What moving adds to the velocities.
+        motion: What the motion of the particles adds to the velocities at held distances.
         t_relax: Slowest decay time of a disturbance at held distances [D_c/U_av].
         slopes: Derivative of every dU at held distances when all, or the only one that varies, change equally, (N-1,).
         held_slopes: Derivatives of the velocities (rows) at held distances by each distance (columns), (N, N-1).
         sensitivities: Derivatives of dU on the slow manifold with respect to parameters, by name; empty unless
             requested.
         estimate: Estimate of the discretisation errors.
+        values: Values of the goals of the branch.
         hold: What unyielded liquid does to neighbours.
         newton: Newton iterations since the previous point.
         meshes: Number of meshes generated so far.
@@ -69,6 +72,7 @@ class Point:
     held_slopes: Array
     sensitivities: dict[str, Array]
     estimate: ErrorEstimate
+    values: Mapping[Goal, Array]
     hold: Hold
     newton: int
     meshes: int
@@ -87,7 +91,7 @@ class Point:
     @property
     def observation(self) -> Observation:
         """The quantities of the solution with the velocities of particles that move, on the slow manifold."""
-        return replace(self.held, U=self.held.U + self.motion.U)
+        return _moving(self.held, self.motion)
 
     @property
     def dUs(self) -> Array:
@@ -112,7 +116,7 @@ class Point:
     @property
     def dU_errors(self) -> Array:
         """Errors of the relative velocities, half-widths of intervals, (N-1,)."""
-        return self.estimate.dU_error + self.motion.remainder
+        return self.estimate[dU].half_width + self.motion.remainder
 
     @property
     def velocity_slopes(self) -> Array:
@@ -143,72 +147,79 @@ class Branch:
     Args:
         solver: The solver at its first solution; `close` closes it.
         sensitivities: Parameters with respect to which dU is differentiated, as of `sensitivities`.
+        goals: What is asked for.
 
     Attributes:
+        goals: What is asked for.
         solver: The solver at the present solution.
-        ended: What the last continuation has come to; None where it arrived.
     """
 
-    def __init__(self, solver: SteadySolver, sensitivities: Collection[str] = ()) -> None:
-        self._sensitivities, self._estimator = sensitivities, ErrorEstimator()
+    def __init__(
+        self, solver: SteadySolver, sensitivities: Collection[str] = (), goals: Sequence[Goal] = (dU,)
+    ) -> None:
+        self.goals, self._sensitivities, self._estimator = goals, sensitivities, ErrorEstimator()
         self._at_zero = 0.0  # what is added to dU at the last zero, or expected to be at the next one
         self.solver = solver
-        self.ended: Ended | None = None
         self._known = [self.solver.snapshot]
 
-    def at(self, parameters: Parameters) -> Point:
-        """The solution at given parameters.
-
-        Args:
-            parameters: The parameters.
+    def at(self, parameters: Parameters) -> Point | Ended:
+        """The solution at given parameters, or why the continuation did not reach them.
 
         Raises:
-            NoSteadyState: The continuation did not reach the parameters, or the error there cannot be estimated.
+            NoSteadyState: The error there cannot be estimated, or the matrix is singular.
         """
         before = self.solver.iterations
         self._nearest(parameters)
-        self._follow(parameters)
+        if (ended := self._follow(parameters)) is not None:
+            return ended
         if min(_apart(snapshot.parameters, parameters) for snapshot in self._known) > SPACING:
             self._known.append(self.solver.snapshot)
         return self._read(before)
 
-    def _follow(self, parameters: Parameters) -> None:
-        """Continue to other parameters; that the branch of a single particle ends is told by two meshes.
+    def _follow(self, parameters: Parameters) -> Ended | None:
+        """Continue to other parameters; None where they are reached.
 
-        Raises:
-            NoSteadyState: The continuation did not reach them; `ended` says more.
+        Where the branch of a single particle seems to end, finer cells on the particle are tried, too: they may have a
+        solution beyond that end, with which the branch then goes on.
         """
-        self.ended = follow(self.solver, parameters)
-        if self.ended is not None and self.ended.kind and not parameters.gaps:
-            found = scene_past_end(self.solver.problem, parameters, self.ended)
-            self.ended = found if isinstance(found, Ended) else None
-            if isinstance(found, SteadySolver):
-                found.take_over_costs(self.solver)
-                self.solver.close()
-                self.solver, self._known = found, [found.snapshot]
-        if self.ended is not None:
-            raise self.ended.failure
+        ended = follow(self.solver, parameters)
+        if ended is None or not ended.kind or parameters.gaps:
+            return ended
+        found = scene_past_end(self.solver.problem, parameters, ended)
+        if isinstance(found, Ended):
+            return found
+        found.take_over_costs(self.solver)
+        self.solver.close()
+        self.solver, self._known = found, [found.snapshot]
+        return None
 
-    def zero(self, left: float, right: float, guess: float) -> Point:
+    def zero(self, left: float, right: float, guess: float) -> Point | None:
         """The solution at a distance between two others at which dU vanishes, by Newton's method with the slope of dU.
 
-        It is on the mesh for this distance, or where that leads to none on the present one.
+        Every iterate is solved on the mesh for its own distance. Two such meshes may each have their zero at the
+        distance of the other one: then it is the zero on the last mesh.
 
         Args:
             left: Smaller distance.
             right: Larger distance.
             guess: First guess of the zero.
 
+        Returns:
+            The zero; None if none was found, and the previous solution is restored.
+
         Raises:
-            NoSteadyState: No zero was found; the previous solutions are restored.
+            NoSteadyState, MeshFailure: As of `at`, with the previous solution restored.
         """
         solver, old = self.solver, self.solver.snapshot
         before, parameters, d = solver.iterations, solver.parameters, guess
         try:
             for _ in range(MOST_CORRECTIONS):
-                point = Branch.at(self, parameters.with_gap(d))
+                found = Branch.at(self, parameters.with_gap(d))
+                if isinstance(found, Ended):
+                    break
+                point = found
                 left_over = float(point.held_dUs[0])
-                if abs(left_over) <= ZERO_TOLERANCE * point.estimate.dU_error[0]:
+                if abs(left_over) <= ZERO_TOLERANCE * point.estimate[dU].half_width[0]:
                     return replace(point, newton=solver.iterations - before)
                 d -= left_over / float(point.slopes[0])
                 if not left / BESIDE < d < right * BESIDE:
@@ -218,10 +229,11 @@ class Branch:
                 on_mesh = self.zero_on(parameters.with_gap, point.d, solver.y, settled=False)
                 if on_mesh is not None and left / BESIDE < on_mesh.d < right * BESIDE:
                     return replace(on_mesh, newton=solver.iterations - before)
-            raise NoSteadyState(f"the zero of dU near d = {guess:.5g} was not found")
         except (NoSteadyState, MeshFailure):
             self.recall(old)
             raise
+        self.recall(old)
+        return None
 
     def improved(self, zero: Point) -> Point:
         """The present zero on a mesh that keeps its error small; without adaptation the zero itself."""
@@ -247,7 +259,7 @@ class Branch:
                 return None
             point, place, y = self._read(before), found, solver.y
             left, self._at_zero = point.held_dUs[0], float(point.correction[0])
-            if abs(left) <= ZERO_TOLERANCE * point.estimate.dU_error[0]:
+            if abs(left) <= ZERO_TOLERANCE * point.estimate[dU].half_width[0]:
                 break
         return point
 
@@ -289,23 +301,24 @@ class Branch:
 
     def _read(self, iterations_before: int) -> Point:
         solver = self.solver
-        adjoints, discrete, estimate = self._estimated()
-        left = np.abs(estimate.newton_dU)
-        most = NEWTON_PART * (estimate.dU_error - left)
-        if (left > most).any():
+        at, adjoints, discrete, estimate = self._estimated()
+        most = {goal: _allowed_to_newton(estimate[goal]) for goal in self.goals}
+        if any((np.abs(estimate[goal].newton) > most[goal]).any() for goal in self.goals):
             for _ in range(MOST_STEPS):
                 solver.forget()
-                solver.factor(SHORTER)
-                if (np.abs(np.diff(adjoints.velocities @ solver.residual())) <= most).all():
+                residual = solver.linearise(SHORTER).residual
+                if all((np.abs(adjoints.change(goal, residual)) <= most[goal]).all() for goal in self.goals):
                     break
-            adjoints, discrete, estimate = self._estimated()
-        held_slopes = gap_tangents(solver)[:, solver.constraints.fields["U_p"]].T
-        t_relax, varied = relaxation_time(solver), solver.parameters.varied
-        if not np.isfinite(estimate.U).all():
-            raise NoSteadyState(f"the estimate of the error is no number at {where(solver.parameters)}", advice=IN_TIME)
-        held, least = estimate.corrected(discrete), float(estimate.dU_error.min(initial=np.inf))
-        motion = slow_motion(solver, held.dU, adjoints, t_relax, least)
-        undecided = np.abs(np.diff(held.U + motion.U)) <= estimate.dU_error + motion.remainder
+            at, adjoints, discrete, estimate = self._estimated()
+        held_slopes = at.gap_tangents[:, solver.constraints.fields["U_p"]].T
+        t_relax, varied = relaxation_time(at), solver.parameters.varied
+        if not all(np.isfinite(each.correction).all() for each in estimate.values()):
+            said = Message("the estimate of the error is no number at {}", where(solver.parameters))
+            raise NoSteadyState(said, advice=IN_TIME)
+        held, errors = estimate.corrected(discrete), estimate[dU].half_width
+        motion = slow_motion(at, held.dU, adjoints, t_relax, float(errors.min(initial=np.inf)))
+        undecided = np.abs(np.diff(held.U + motion.U)) <= errors + motion.remainder
+        moving = _moving(held, motion)
         return Point(
             solver.parameters,
             discrete,
@@ -314,23 +327,34 @@ class Branch:
             t_relax,
             np.diff(held_slopes.sum(axis=1) if varied is None else held_slopes[:, varied]),
             held_slopes,
-            sensitivities(solver, adjoints, held.dU, motion, self._sensitivities) if self._sensitivities else {},
+            sensitivities(at, adjoints, held.dU, motion, self._sensitivities) if self._sensitivities else {},
             estimate,
+            {goal: estimate.value(goal, solver, moving) for goal in self.goals},
             Hold.of(solver, undecided),
             solver.iterations - iterations_before,
             solver.meshes,
             liquid_distortion(solver.scene, solver.state()[1]),
         )
 
-    def _estimated(self) -> tuple[Adjoints, Observation, ErrorEstimate]:
-        """Adjoints, quantities and their errors at the present solution, after a step with the matrix there."""
-        self.solver.factor()
-        adjoints, discrete = Adjoints.of(self.solver), self.solver.observe()
-        return adjoints, discrete, self._estimator.estimate(self.solver, adjoints, discrete)
+    def _estimated(self) -> tuple[Linearisation, Adjoints, Observation, ErrorEstimate]:
+        """The present solution after a step with the matrix there: its adjoints, quantities and their errors."""
+        at = self.solver.linearise()
+        adjoints, discrete = Adjoints.of(at, self.goals), self.solver.observe()
+        return at, adjoints, discrete, self._estimator.estimate(at, adjoints, discrete)
 
     def close(self) -> None:
         """Free the memory of the solvers."""
         self.solver.close()
+
+
+def _moving(held: Observation, motion: SlowMotion) -> Observation:
+    """Quantities of a solution at held distances, with the velocities of particles that move."""
+    return replace(held, U=held.U + motion.U)
+
+
+def _allowed_to_newton(estimate: GoalEstimate) -> Array:
+    """What Newton's method may leave of a goal, (k,)."""
+    return NEWTON_PART * (estimate.half_width - np.abs(estimate.newton))
 
 
 def _apart(a: Parameters, b: Parameters) -> float:

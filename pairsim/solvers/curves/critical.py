@@ -6,10 +6,12 @@ from collections.abc import Generator, Iterator
 
 import numpy as np
 
+from pairsim.runtime.message import Message
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.curve import Zero, find_zeros, trace
-from pairsim.solvers.curves.zero_lines import Critical, End, Follower, Missed, Region
+from pairsim.solvers.curves.equilibrium_lines import Critical, End, Follower, Missed, Region
 from pairsim.solvers.steady.continuation import where
+from pairsim.solvers.steady.ends import Ended
 
 # All constants were chosen.
 SCAN_POINTS = 9  # of the curve dU(d) that is searched for zeros
@@ -18,11 +20,12 @@ SCAN_TOL = 0.02  # its tolerance relative to the largest |dU|
 # two meshes: between two different zeros of the same slope there is one of the opposite slope.
 SAME = 0.1
 
-type Finding = Point | Critical | Missed | End
-"""Results of a search for critical distances; a `Point` belongs to a curve that is searched for zeros."""
+type Finding = Point | Critical | Missed | End | Ended
+"""Results of a search for critical distances: a `Point` belongs to a curve that is searched for zeros, an `Ended` is
+the last one, and says why there are no more."""
 
 
-def search(branch: Branch, least: float, most: float) -> Generator[Point, None, list[Zero]]:
+def search(branch: Branch, least: float, most: float) -> Generator[Point, None, list[Zero] | Ended]:
     """Find all zeros of dU between two distances at the present values of the other parameters.
 
     Args:
@@ -34,17 +37,24 @@ def search(branch: Branch, least: float, most: float) -> Generator[Point, None, 
         Every point of the curve.
 
     Returns:
-        The zeros in ascending d.
+        The zeros in ascending d, or why a continuation has ended.
 
     Raises:
         RunFailure: The curve could not be computed.
     """
     places = [(float(d),) for d in np.geomspace(most, least, SCAN_POINTS)]
     points: list[Point] = []
-    for point, _ in trace(branch, places, SCAN_TOL, 10 * SCAN_POINTS):
-        points.append(point)
-        yield point
-    return list(find_zeros(branch, sorted(points, key=lambda p: p.d)))
+    for traced in trace(branch, places, SCAN_TOL, 10 * SCAN_POINTS):
+        if isinstance(traced, Ended):
+            return traced
+        points.append(traced[0])
+        yield traced[0]
+    zeros: list[Zero] = []
+    for zero in find_zeros(branch, sorted(points, key=lambda p: p.d)):
+        if isinstance(zero, Ended):
+            return zero
+        zeros.append(zero)
+    return zeros
 
 
 def find_all(branch: Branch, least: float, most: float) -> Iterator[Finding]:
@@ -54,6 +64,9 @@ def find_all(branch: Branch, least: float, most: float) -> Iterator[Finding]:
         RunFailure: The curve that is searched for zeros could not be computed.
     """
     zeros = yield from search(branch, least, most)
+    if isinstance(zeros, Ended):
+        yield zeros
+        return
     for number, zero in enumerate(zeros, start=1):
         yield Critical(zero.point, number, "wanted")
 
@@ -72,8 +85,14 @@ def follow_all(branch: Branch, region: Region) -> Iterator[Finding]:
     follower = Follower(branch, region)
     count = 0
     for value, forward in ((region.values[0], 1.0), (region.values[-1], -1.0)):
-        branch.at(region.parameter.at(value, branch.solver.parameters.with_gap(region.most)))
+        first = branch.at(region.parameter.at(value, branch.solver.parameters.with_gap(region.most)))
+        if isinstance(first, Ended):
+            yield first
+            return
         zeros = yield from search(branch, region.least, region.most)
+        if isinstance(zeros, Ended):
+            yield zeros
+            return
         for zero in zeros:
             if any(same_zero(zero.point, c.point) for c in seen):
                 continue
@@ -82,7 +101,8 @@ def follow_all(branch: Branch, region: Region) -> Iterator[Finding]:
                 if isinstance(found, Critical):
                     met = next((c for c in seen if c.branch != count and same_zero(found.point, c.point)), None)
                     if met is not None:
-                        yield End(count, "met", f"branch {met.branch} is met at {where(met.point.parameters)}")
+                        message = Message("branch {} is met at {}", met.branch, where(met.point.parameters))
+                        yield End(count, "met", message)
                         break
                     seen.append(found)
                 yield found

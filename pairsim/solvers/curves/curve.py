@@ -12,12 +12,12 @@ import numpy as np
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.distances import between
-from pairsim.solvers.curves.interpolant import CurveInterpolant
+from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU, CurveInterpolant
+from pairsim.solvers.steady.ends import Ended
 from pairsim.solvers.steady.scene import Snapshot
 
 # All constants were chosen.
 HALVINGS = 5  # bisections of an interval with a change of sign in which Newton's method finds no zero
-ROUNDING = 1e-10  # |dU| up to which dU and its slopes are rounding error, as for equal rigid spheres [U_av]
 CLOSE = 0.1  # difference of log d below which no point is added between two others: it would show meshes, not dU
 
 
@@ -70,7 +70,7 @@ def _unresolved(points: list[Point], tol: float) -> list[tuple[Point, Point]]:
     """
     if len(points) < 2:
         return []
-    wanted = max(tol * max(float(np.abs(p.dUs).max()) for p in points), ROUNDING)
+    wanted = max(tol * max(float(np.abs(p.dUs).max()) for p in points), NEGLIGIBLE_DU)
     errors = np.array([curve.errors for curve in interpolants(points)]).T
     known = [np.maximum(a.dU_errors, b.dU_errors) for a, b in pairwise(points)]
     return [
@@ -83,7 +83,7 @@ def _unresolved(points: list[Point], tol: float) -> list[tuple[Point, Point]]:
 
 def trace(
     branch: Branch, places: Sequence[tuple[float, ...]], tol: float, max_points: int
-) -> Iterator[tuple[Point, bool]]:
+) -> Iterator[tuple[Point, bool] | Ended]:
     """Compute a curve at given distances, and add others if all gaps of each point are equal, or one alone varies.
 
     Points are added until no neighbours are more than a factor `WIDEST` apart, and the interval of dU between them is
@@ -97,17 +97,21 @@ def trace(
         max_points: Largest number of points, unless more are requested.
 
     Yields:
-        Every point as it is computed, and whether it was requested.
+        Every point as it is computed, and whether it was requested; at last why a continuation has ended, if one has.
 
     Raises:
-        RunFailure: The branch could not be followed.
+        RunFailure: A point could not be computed.
     """
     parameters, requested = branch.solver.parameters, set(places)
     curve = parameters.varied is not None or all(place and len(set(place)) == 1 for place in places)
     points = []
     for place in between(places, max_points) if curve else places:
-        points.append(branch.at(replace(parameters, gaps=place)))
-        yield points[-1], place in requested
+        point = branch.at(replace(parameters, gaps=place))
+        if isinstance(point, Ended):
+            yield point
+            return
+        points.append(point)
+        yield point, place in requested
     if not curve:
         return
     points.sort(key=lambda p: p.d)
@@ -116,12 +120,16 @@ def trace(
         if abs(here - new[-1][1].d) < abs(here - new[0][0].d):
             new.reverse()  # start with the interval nearest to the present solution
         for a, b in new:
-            points.append(branch.at(parameters.with_gap(float(np.sqrt(a.d * b.d)))))
-            yield points[-1], False
+            point = branch.at(parameters.with_gap(float(np.sqrt(a.d * b.d))))
+            if isinstance(point, Ended):
+                yield point
+                return
+            points.append(point)
+            yield point, False
         points.sort(key=lambda p: p.d)
 
 
-def find_zeros(branch: Branch, points: list[Point]) -> Iterator[Zero]:
+def find_zeros(branch: Branch, points: list[Point]) -> Iterator[Zero | Ended]:
     """Find the zeros at all changes of sign of dU between the points of a curve, in ascending d.
 
     Between two points whose signs are both uncertain there may be none.
@@ -129,24 +137,30 @@ def find_zeros(branch: Branch, points: list[Point]) -> Iterator[Zero]:
     Args:
         branch: The branch, at any solution.
         points: Points in ascending d.
+
+    Yields:
+        The zeros; at last why a continuation has ended, if one has.
     """
     for a, b in pairwise(points):
-        if a.dU * b.dU < 0 and max(abs(a.dU), abs(b.dU)) > ROUNDING:
+        if a.dU * b.dU < 0 and max(abs(a.dU), abs(b.dU)) > NEGLIGIBLE_DU:
             found = _zero_between(branch, a, b)
             if found is not None:
                 yield found
+            if isinstance(found, Ended):
+                return
 
 
-def _zero_between(branch: Branch, a: Point, b: Point) -> Zero | None:
+def _zero_between(branch: Branch, a: Point, b: Point) -> Zero | Ended | None:
     """The zero between two points at which dU has different signs.
 
-    Where Newton's method finds none because dU jumps between two meshes, or because its slope is rounding error, it is
-    the point that its interval excludes the least. None where both signs are uncertain then.
+    Newton's method finds none where dU jumps between two meshes, or where its slope is rounding error. Then it is that
+    point whose interval of dU contains 0 or comes nearest to it; None where the intervals of both points contain 0.
     """
     secant = (b.dU - a.dU) / (b.d - a.d)
     for _ in range(HALVINGS):
         with suppress(NoSteadyState, MeshFailure):
-            return Zero(branch.zero(a.d, b.d, _guess(a, b)), branch.solver.snapshot)
+            if (zero := branch.zero(a.d, b.d, _guess(a, b))) is not None:
+                return Zero(zero, branch.solver.snapshot)
         certain = [abs(point.dU) >= point.dU_errors[0] for point in (a, b)]
         if not any(certain):
             return None
@@ -154,13 +168,18 @@ def _zero_between(branch: Branch, a: Point, b: Point) -> Zero | None:
             break
         with suppress(NoSteadyState, MeshFailure):
             point = branch.at(a.parameters.with_gap(float(np.sqrt(a.d * b.d))))
-            a, b = (a, point) if a.dU * point.dU < 0 else (point, b)
+            if not isinstance(point, Ended):
+                a, b = (a, point) if a.dU * point.dU < 0 else (point, b)
     candidates = [a, b]
     with suppress(NoSteadyState, MeshFailure):
-        candidates.append(branch.at(a.parameters.with_gap(_guess(a, b))))
+        point = branch.at(a.parameters.with_gap(_guess(a, b)))
+        candidates += [] if isinstance(point, Ended) else [point]
     nearest = min(candidates, key=lambda point: abs(point.dU) - point.dU_errors[0])
     if nearest is not candidates[-1]:
-        nearest = branch.at(nearest.parameters)
+        again = branch.at(nearest.parameters)
+        if isinstance(again, Ended):
+            return again
+        nearest = again
     if nearest.slope_at_rest * secant < 0:
         nearest = replace(nearest, slopes=np.array([secant]))
     return Zero(nearest, branch.solver.snapshot)

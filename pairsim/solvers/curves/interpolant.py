@@ -13,6 +13,7 @@ from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.distances import WIDEST
 
 ORDER = 2.5  # with which the error of an interval falls with its width in log d; that of smooth curves is 4. Measured
+NEGLIGIBLE_DU = 1e-10  # |dU| that counts as zero [U_av]; of equal rigid spheres, up to 5e-15 was measured
 FINE = 64  # parts of an interval on which extrema and signs are looked for; chosen
 HALVINGS = 50  # of such a part, for a zero to rounding
 

@@ -16,9 +16,8 @@ from pairsim.solvers.curves.slow_manifold import PROBE, STEP, SlowMotion, centre
 from pairsim.solvers.errors.adjoints import Adjoints
 from pairsim.solvers.nonlinear.factors import LAST
 from pairsim.solvers.parameters import Parameters
-from pairsim.solvers.steady.motion import moving_residual
-from pairsim.solvers.steady.scene import SteadySolver
-from pairsim.solvers.steady.tangents import gap_tangents, residual_change
+from pairsim.solvers.steady.linearisation import Linearisation
+from pairsim.solvers.steady.motion import moving_residual, rate_terms
 
 CHANGE = 1e-3  # of a parameter, relative, in mixed differences; chosen
 PART = 0.1  # of the correction for motion, in differences along it; chosen
@@ -28,7 +27,7 @@ Line = Callable[[float], Parameters]
 
 
 def sensitivities(
-    steady: SteadySolver, adjoints: Adjoints, dU: Array, motion: SlowMotion, names: Collection[str] = ALL
+    at: Linearisation, adjoints: Adjoints, dU: Array, motion: SlowMotion, names: Collection[str] = ALL
 ) -> dict[str, Array]:
     """Derivatives of dU on the slow manifold with respect to Ca_e, De, xi, beta and the difference of two diameters.
 
@@ -37,7 +36,7 @@ def sensitivities(
     and Pierce 2000); to what moving adds in first order they are those of `_change_by_moving`.
 
     Args:
-        steady: The scene, at a solution; its matrix must have been assembled by `SteadySolver.factor`.
+        at: The solution.
         adjoints: The adjoints of the solution.
         dU: Relative velocities at held distances [U_av], shape (N-1,).
         motion: What moving adds to them.
@@ -47,7 +46,7 @@ def sensitivities(
         Derivatives by name of the parameter, shape (N-1,) each: "beta"; "Ca_e", "De" and "xi" if they are not zero; and
         of a pair "difference", the leading particle's diameter minus the trailing one's over their mean.
     """
-    now = steady.parameters
+    now = at.parameters
     lines: dict[str, tuple[float, Line]] = {}
     if any(now.Ca_es):
         lines["Ca_e"] = max(now.Ca_es), lambda tau: now.softer(1 + tau)
@@ -56,41 +55,41 @@ def sensitivities(
         xi = float(now.liquid.xi)
         lines["xi"] = xi, lambda tau: replace(now, liquid=replace(now.liquid, xi=xi * (1 + tau)))
     n = len(now.solids)
-    lines["beta"] = max(steady.problem.betas), lambda tau: now.resized([1 + tau] * n)
+    lines["beta"] = max(at.steady.problem.betas), lambda tau: now.resized([1 + tau] * n)
     if n == 2:
         lines["difference"] = 1.0, lambda tau: now.resized([1 - tau / 2, 1 + tau / 2])
     found = {}
     for name, (value, line) in lines.items():
         if name not in names:
             continue
-        change = residual_change(steady, line)
+        change = at.residual_change(line)
         held = np.diff(-adjoints.velocities @ change)
-        moving = _change_by_moving(steady, adjoints, line, change, dU, held, motion) if motion.U.any() else 0.0
+        moving = _change_by_moving(at, adjoints, line, change, dU, held, motion) if motion.U.any() else 0.0
         found[name] = np.asarray(held + moving) / value
     return found
 
 
 def _change_by_moving(
-    steady: SteadySolver, adjoints: Adjoints, line: Line, change: Array, dU: Array, dU_change: Array, motion: SlowMotion
+    at: Linearisation, adjoints: Adjoints, line: Line, change: Array, dU: Array, dU_change: Array, motion: SlowMotion
 ) -> Array:
     """Derivative along a line of what moving adds to every dU in first order, V1 - V0 = -z . R_m, shape (N-1,).
 
     With the correction c = -J^-1 R_m it is -z . d(J c + R_m), c held: the adjoint changes as the matrix does.
 
     Args:
-        steady, adjoints, dU, motion: As of `sensitivities`.
+        at, adjoints, dU, motion: As of `sensitivities`.
         line: Parameters as a function of tau.
         change: Derivative of the residual along it, shape (n_y,).
         dU_change: That of dU, shape (N-1,).
     """
-    y, tangents, stretch = steady.y, gap_tangents(steady), motion.centres_by_gaps
-    solve = partial(steady.newton.linear_solve, tolerance=LAST)
+    steady, y, tangents, stretch = at.steady, at.y, at.gap_tangents, motion.centres_by_gaps
+    solve = partial(at.solve, tolerance=LAST)
     fastest = float(np.abs(dU).max())
     scale = max(1.0, PROBE / fastest) if fastest else 1.0  # what is linear is evaluated well above rounding
     rates = scale * np.linalg.solve(stretch, dU)
     speed = float(np.abs(rates).max())
     along = rates / speed if speed else np.ones_like(rates)
-    tangent, step = along @ tangents, STEP * min(steady.parameters.gaps)
+    tangent, step = along @ tangents, STEP * min(at.parameters.gaps)
     y_change = -solve(change)
 
     def place(tau: float, s: float) -> Parameters:
@@ -102,23 +101,20 @@ def _change_by_moving(
         return np.asarray(np.sum(ends, axis=0) / (4 * CHANGE * step))
 
     def still(tau: float, s: float) -> Array:
-        steady.apply(place(tau, s))
-        return steady.newton.residual_at(y + tau * y_change + s * tangent)
+        return steady.residual_at(place(tau, s), y + tau * y_change + s * tangent)
 
     bend = -solve(mixed(still))
     turn = mixed(lambda tau, s: centres_at(steady, place(tau, s), y + tau * y_change + s * tangent + tau * s * bend))
     rates_change = np.linalg.solve(stretch, scale * dU_change - speed * turn)
     y_t, y_t_change = rates @ tangents, speed * bend + rates_change @ tangents
-    correction = -solve(moving_residual(steady, steady.parameters, y, y_t, rates) - steady.residual())
+    correction = -solve(rate_terms(at, y_t, rates))
 
     def corrected(tau: float) -> Array:
         """The residual of the correction."""
         there, here = y + tau * y_change, line(tau)
         moving = moving_residual(steady, here, there, y_t + tau * y_t_change, rates + tau * rates_change)
-        steady.apply(here)
-        ends = [steady.newton.residual_at(there + s * correction) for s in (PART, -PART)]
+        ends = [steady.residual_at(here, there + s * correction) for s in (PART, -PART)]
         return moving + (ends[0] - ends[1]) / (2 * PART)
 
     by_tau = (corrected(CHANGE) - corrected(-CHANGE)) / (2 * CHANGE)
-    steady.apply(steady.parameters)
     return np.diff(-adjoints.velocities @ by_tau) / scale

@@ -23,13 +23,14 @@ from functools import partial
 import numpy as np
 
 from pairsim.fem.diagnostics import centres
+from pairsim.physics.fields import DISPLACEMENT
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.errors.adjoints import Adjoints
 from pairsim.solvers.nonlinear.factors import LAST
 from pairsim.solvers.parameters import Parameters
-from pairsim.solvers.steady.motion import moving_residual
+from pairsim.solvers.steady.linearisation import Linearisation
+from pairsim.solvers.steady.motion import moving_residual, rate_terms
 from pairsim.solvers.steady.scene import SteadySolver
-from pairsim.solvers.steady.tangents import gap_tangents
 
 # Bound on the term of second order, relative to t_relax rate times the larger of the first and t_relax rate dU, with
 # the largest relative rate at which distance or dU change. Measured in 25 scenes: 0.04 to 4.6.
@@ -79,49 +80,47 @@ class SlowMotion:
         return np.asarray(held + self.by_rates @ rates)
 
 
-def slow_motion(steady: SteadySolver, dU: Array, adjoints: Adjoints, t_relax: float, error: float) -> SlowMotion:
+def slow_motion(at: Linearisation, dU: Array, adjoints: Adjoints, t_relax: float, error: float) -> SlowMotion:
     """Go on from velocities at held distances to those of particles that move.
 
     Args:
-        steady: The scene, at a solution; its matrix must have been assembled by `SteadySolver.factor`.
+        at: The solution at held distances.
         dU: Relative velocities at held distances, those of the solution or better ones [U_av], shape (N-1,).
         adjoints: The adjoints of the solution.
         t_relax: How long the scene remembers [D_c/U_av].
         error: Smallest other error of a dU [U_av]; terms far below it are not computed.
     """
-    y, fields = steady.y, steady.constraints.fields["U_p"]
-    count = len(dU)
+    fields, count = at.steady.constraints.fields["U_p"], len(dU)
     still = SlowMotion(
         np.zeros(count + 1), np.zeros(count), np.zeros((count + 1, count)), np.eye(count), np.zeros(count)
     )
-    if count == 0 or steady.problem.velocity is not None:
+    if count == 0 or not at.steady.problem.drive.free:
         return still
     fastest = float(np.abs(dU).max())
     scale = max(1.0, PROBE / fastest) if fastest else 0.0  # what is linear is evaluated well above rounding
     probe = scale * dU if scale else np.full(count, PROBE)
-    tangents, stretch = gap_tangents(steady), _centres_by_gaps(steady)
+    tangents, stretch = at.gap_tangents, _centres_by_gaps(at)
     rates = np.linalg.solve(stretch, probe)
-    residual = steady.residual()
 
-    def dropped(at: Array) -> Array:
-        """The residual at rates of the distances, which holding them drops."""
-        return moving_residual(steady, steady.parameters, y, at @ tangents, at) - residual
+    def dropped(rates: Array) -> Array:
+        """What rates of the distances add to the residual, and holding them drops."""
+        return rate_terms(at, rates @ tangents, rates)
 
     neglected = dropped(rates)
     first = -adjoints.velocities @ neglected
     each = float(np.abs(rates).max()) * np.eye(count)  # the rates of one distance after the other
     changes = [neglected * each[0, 0] / rates[0]] if count == 1 else [dropped(rate) for rate in each]
     by_rates = -adjoints.velocities @ np.transpose(changes) / each[0, 0]
-    still = replace(still, by_rates=by_rates, centres_by_gaps=stretch, from_rest=_from_rest(steady, adjoints))
+    still = replace(still, by_rates=by_rates, centres_by_gaps=stretch, from_rest=_from_rest(at, adjoints))
     if scale != 1.0:
         return replace(still, U=first / scale if scale else 0 * first)
     slopes = np.diff(tangents[:, fields], axis=1)  # of every dU (columns) by every distance (rows)
-    covered = t_relax * float(np.abs(rates / steady.parameters.gaps).max())
+    covered = t_relax * float(np.abs(rates / at.parameters.gaps).max())
     passed = max(covered, t_relax * float(np.abs(rates @ slopes).max()) / fastest)
     bound = BOUND * passed * max(passed * fastest, float(np.abs(np.diff(first)).max()))
     if bound <= NEGLIGIBLE * error:
         return replace(still, U=first, remainder=np.full(count, bound))
-    second = _second(steady, dU, adjoints, neglected, rates, np.diff(first), stretch)
+    second = _second(at, dU, adjoints, neglected, rates, np.diff(first), stretch)
     sizes = np.abs(np.diff(first)), np.abs(np.diff(second))
     if sizes[1].max() < sizes[0].max():
         return replace(still, U=first + second, remainder=sizes[1])
@@ -138,7 +137,7 @@ def centres_at(steady: SteadySolver, parameters: Parameters, y: Array) -> Array:
     return np.diff(centres(steady.bodies, h))
 
 
-def _from_rest(steady: SteadySolver, adjoints: Adjoints) -> Array:
+def _from_rest(at: Linearisation, adjoints: Adjoints) -> Array:
     """The bound of `SlowMotion.from_rest`, (N-1,) [D_c].
 
     To first order the deviation e of shapes and stresses from those of the solution obeys R' e + R_t e_t = 0, so that
@@ -146,33 +145,34 @@ def _from_rest(steady: SteadySolver, adjoints: Adjoints) -> Array:
     of the velocities the integral of what dU lacks is -z . R_t(Y0 - Y_rest). At rest spheres of the same distance
     between their surfaces have another one between their centres, too.
     """
-    y, parameters, fields = steady.y, steady.parameters, steady.constraints.fields
-    more = np.zeros(len(y))
-    for at in (fields[name] for name in ("h", "s", "eta") if name in fields):
-        more[at] = y[at]
-    lost = moving_residual(steady, parameters, y, more, np.zeros(len(parameters.gaps))) - steady.residual()
+    y, steady, parameters, fields = at.y, at.steady, at.parameters, at.steady.constraints.fields
+    more, at_rest = np.zeros(len(y)), {field.unknowns: field.rest for field in parameters.liquid.transported}
+    for name, rest in {"h": 0.0, DISPLACEMENT.unknowns: 0.0, **at_rest}.items():
+        if name in fields:
+            more[fields[name]] = y[fields[name]] - rest
+    lost = rate_terms(at, more, np.zeros(len(parameters.gaps)))
     first = centres_at(steady, parameters, np.zeros(len(y))) - centres_at(steady, parameters, y)
-    bound = ELASTIC_REST if parameters.liquid.modes else REST
+    bound = ELASTIC_REST if parameters.liquid.has_memory else REST
     return np.asarray(bound * np.maximum(np.abs(first), np.abs(first - np.diff(adjoints.velocities @ lost))))
 
 
-def _centres_by_gaps(steady: SteadySolver) -> Array:
+def _centres_by_gaps(at: Linearisation) -> Array:
     """Derivatives of the distances between centres (rows) by those between surfaces (columns), shape (N-1, N-1)."""
-    here, step = steady.parameters, STEP * min(steady.parameters.gaps)
+    here, step = at.parameters, STEP * min(at.parameters.gaps)
     columns = []
-    for i, tangent in enumerate(gap_tangents(steady)):
-        ends = [centres_at(steady, here.with_longer_gap(i, s), steady.y + s * tangent) for s in (step, -step)]
+    for i, tangent in enumerate(at.gap_tangents):
+        ends = [centres_at(at.steady, here.with_longer_gap(i, s), at.y + s * tangent) for s in (step, -step)]
         columns.append((ends[0] - ends[1]) / (2 * step))
     return np.array(columns).T
 
 
 def _second(
-    steady: SteadySolver, dU: Array, adjoints: Adjoints, neglected: Array, rates: Array, first: Array, stretch: Array
+    at: Linearisation, dU: Array, adjoints: Adjoints, neglected: Array, rates: Array, first: Array, stretch: Array
 ) -> Array:
     """The term of second order in every velocity [U_av], shape (N,).
 
     Args:
-        steady: The scene, at a solution.
+        at: The solution at held distances.
         dU: Relative velocities at held distances [U_av], shape (N-1,).
         adjoints: The adjoints of the solution.
         neglected: Residual at the rates of the solution, shape (n_y,).
@@ -180,9 +180,8 @@ def _second(
         first: The terms of first order in every dU [U_av], shape (N-1,).
         stretch: Derivatives of the distances between centres by those between surfaces, shape (N-1, N-1).
     """
-    y, here = steady.y, steady.parameters
-    solve = partial(steady.newton.linear_solve, tolerance=LAST)
-    fields, tangents = steady.constraints.fields["U_p"], gap_tangents(steady)
+    steady, y, here, tangents = at.steady, at.y, at.parameters, at.gap_tangents
+    solve, fields = partial(at.solve, tolerance=LAST), steady.constraints.fields["U_p"]
     speed = float(np.abs(rates).max())
     along = rates / speed
     tangent, step = along @ tangents, STEP * min(here.gaps)
@@ -191,10 +190,9 @@ def _second(
         return replace(here, gaps=tuple(np.add(here.gaps, s * along)))
 
     def still(s: float) -> Array:
-        steady.apply(places(s))
-        return steady.newton.residual_at(y + s * tangent)
+        return steady.residual_at(places(s), y + s * tangent)
 
-    bend = -solve((still(step) + still(-step) - 2 * steady.residual()) / step**2)
+    bend = -solve((still(step) + still(-step) - 2 * at.residual) / step**2)
 
     def apart(s: float) -> Array:
         return centres_at(steady, places(s), y + s * tangent + s**2 / 2 * bend)
@@ -214,5 +212,4 @@ def _second(
     faster = np.linalg.solve(stretch, dU + first - speed * stretched)
     scale = float(faster @ along) / float(along @ along)
     y_t = scale * along_motion + (faster - scale * along) @ tangents
-    steady.apply(here)
     return np.asarray(-adjoints.velocities @ moving_residual(steady, here, corrected, y_t, faster))

@@ -1,24 +1,20 @@
-"""Adjoint solutions of the results of a quasi-steady scene.
+"""Adjoint solutions of the goals of a quasi-steady scene.
 
 The derivative of a result J(y) along any change dR of the residual is -z . dR, with the adjoint z of J. The adjoints of
-all results are solved for at once; what moving adds, sensitivities, slopes and errors are products with them.
+all functionals are solved for at once; what moving adds, sensitivities, slopes and errors are products with them.
 """
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from pairsim.fem.diagnostics import hull, measure, polygon, taylor_parameter
 from pairsim.runtime.arrays import Array
-from pairsim.solvers.nonlinear.factors import ADJOINT
-from pairsim.solvers.steady.pressure_drop import InnerDrop
+from pairsim.solvers.goals import GOALS, Functional, Goal, U
+from pairsim.solvers.steady.linearisation import Linearisation
 from pairsim.solvers.steady.scene import SteadySolver
-from pairsim.solvers.steady.tangents import DIFFERENCE
-
-MEASURES = ("D", "deformation_hull")
-"""What is measured of the shape of a single soft particle, by the names of columns."""
 
 
 @dataclass(frozen=True)
@@ -26,46 +22,67 @@ class Adjoints:
     """Adjoints at a solution.
 
     Attributes:
-        all: Those of velocities, forces, `MEASURES` of a single soft particle, and pressure drop, in this order,
-            (N + forces + measures + 1, n_y).
-        forces: Number of the forces.
-        velocities: Of the velocities of the particles, (N, n_y).
-        drop: The pressure drop.
+        goals: What they are of, combined goals among them.
+        functionals: The functionals of the goals that are not combined of others, in the order of `all`.
+        all: The adjoints of all functionals, (K, n_y).
     """
 
+    goals: tuple[Goal, ...]
+    functionals: Mapping[Goal, Functional]
     all: Array
-    forces: int
-    velocities: Array
-    drop: InnerDrop
 
     @staticmethod
-    def of(steady: SteadySolver) -> Adjoints:
-        """Solve for them at a solution; its matrix must have been assembled there (`SteadySolver.factor`)."""
-        fields, drop = steady.constraints.fields, InnerDrop.of(steady)
-        own = np.concatenate([fields["U_p"], fields.get("F", np.empty(0, np.int64))])
-        read = np.zeros((len(own), steady.constraints.size))
-        read[np.arange(len(own)), own] = 1.0
-        rows = np.vstack([read, _of_shape(steady), drop.row])
-        solutions = steady.newton.linear_solve(rows, transposed=True, tolerance=ADJOINT)
-        count = len(fields["U_p"])
-        return Adjoints(solutions, len(own) - count, solutions[:count], drop)
+    def of(at: Linearisation, goals: Collection[Goal] = ()) -> Adjoints:
+        """Solve for them at a solution.
+
+        Args:
+            at: The solution.
+            goals: Goals beside those of `GOALS`.
+        """
+        every = dict.fromkeys([*GOALS, *goals])
+        functionals = {root: _functional(root, at.steady) for root in dict.fromkeys(goal.root for goal in every)}
+        rows = np.vstack([each.rows for each in functionals.values()])
+        return Adjoints(tuple(every), functionals, at.adjoint(rows))
+
+    def __iter__(self) -> Iterator[Goal]:
+        return iter(self.goals)
+
+    def __getitem__(self, goal: Goal) -> Array:
+        """The adjoints of a goal, (k, n_y)."""
+        own = self.all[self._part(goal.root)]
+        return own if goal.parent is None else goal.combined(len(own)) @ own
+
+    @property
+    def velocities(self) -> Array:
+        """Those of the velocities of the particles, (N, n_y)."""
+        return self[U]
+
+    @property
+    def apart(self) -> Array:
+        """For each functional the length over which the pressure drop without particles is subtracted, (K,) [D_c]."""
+        return np.concatenate([np.full(len(each.rows), each.apart) for each in self.functionals.values()])
+
+    def combination(self, goal: Goal) -> Array:
+        """The coefficients of a goal in the functionals, (k, K)."""
+        part = self._part(goal.root)
+        own = goal.combined(part.stop - part.start)
+        return np.pad(own, ((0, 0), (part.start, len(self.all) - part.stop)))
+
+    def change(self, goal: Goal, residual: Array) -> Array:
+        """The change of a goal by a change of the residual (n_y,), (k,)."""
+        own = -self.all[self._part(goal.root)] @ residual
+        return np.asarray(goal.combined(len(own)) @ own)
+
+    def _part(self, root: Goal) -> slice:
+        """The functionals of a goal that is not combined."""
+        start = 0
+        for goal, functional in self.functionals.items():
+            if goal == root:
+                break
+            start += len(functional.rows)
+        return slice(start, start + len(self.functionals[root].rows))
 
 
-def _of_shape(steady: SteadySolver) -> Array:
-    """Derivatives of the measures of a single soft particle's shape by the free unknowns, (measures or 0, n_y)."""
-    body, *others = steady.bodies
-    if others or body.phase is None:
-        return np.zeros((0, steady.constraints.size))
-    outline = body.outline_points(steady.state()[0])
-    convex = hull(polygon(outline))
-    step = DIFFERENCE * body.outline.radius
-    by_position = np.zeros((len(MEASURES), steady.scene.h_size))
-    for (node, component), value in np.ndenumerate(outline):
-        ends = []
-        for change in (step, -step):
-            outline[node, component] = value + change
-            ends.append((taylor_parameter(outline), measure(polygon(outline)[convex])[1]))
-        outline[node, component] = value
-        at = body.start + 2 * body.nodes[node] + component
-        by_position[:, at] = np.subtract(ends[0], ends[1]) / (2 * step)
-    return np.asarray((steady.constraints.M.T @ by_position.T).T)
+def _functional(goal: Goal, steady: SteadySolver) -> Functional:
+    assert goal.functional is not None, "a goal that is not combined has functionals"
+    return goal.functional(steady)

@@ -13,6 +13,7 @@ import numpy as np
 from pairsim.fem.meshes.interpolation import interpolate
 from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
 from pairsim.fem.scene import poiseuille
+from pairsim.physics.fields import VELOCITY
 from pairsim.quantities.scales import FLOW_RATE
 from pairsim.runtime.arrays import Array, Indices
 from pairsim.solvers.steady.scene import SteadySolver
@@ -37,8 +38,9 @@ def end_effects(steady: SteadySolver, adjoints: Array, residual: Array) -> Array
     if scene.reference.geometry.closed:
         return np.zeros((len(INSIDE), len(adjoints)))
     liquid, nodes = scene.liquid, scene.nodes
-    mesh, fields = liquid.six_node_mesh, ["u", "s"] if scene.material.modes else ["u"]
-    values, positions = np.hstack([liquid.nodal(field, x) for field in fields]), scene.positions(x)
+    mesh, fields = liquid.six_node_mesh, [VELOCITY, *scene.material.transported]
+    values, positions = np.hstack([liquid.nodal(field.name, x) for field in fields]), scene.positions(x)
+    parts = np.cumsum([field.components for field in fields])[:-1]
     # What enters a periodic tube at its inlet has left it at its outlet: there is one jump.
     ends = [(nodes.outlet, -1.0)] if scene.periodic else [(nodes.inlet, 1.0), (nodes.outlet, -1.0)]
     changes = []
@@ -48,8 +50,8 @@ def end_effects(steady: SteadySolver, adjoints: Array, residual: Array) -> Array
             places = mesh.points[at] + [inwards * inside, 0.0]
             found = _on_plane(mesh, positions, values, places) - _developed(steady, at)
             found[:, 0] -= (scene.flow_rate[1] @ found[:, 0]) / FLOW_RATE * poiseuille(places)[:, 0]
-            for field, added in zip(fields, np.split(found, [2], axis=1), strict=False):
-                liquid.nodal(field, moved)[at] += added  # a view
+            for field, added in zip(fields, np.split(found, parts, axis=1), strict=True):
+                liquid.nodal(field.name, moved)[at] += added  # a view
         changes.append(-adjoints @ (steady.newton.reduce(moved) - residual))
     return np.array(changes)
 
@@ -64,9 +66,10 @@ def _on_plane(mesh: SixNodeMesh, positions: Array, values: Array, places: Array)
 
 
 def _developed(steady: SteadySolver, nodes: Indices) -> Array:
-    """Velocity and log c of the M modes in the flow without particles at nodes, (n, 2 + 4 M)."""
+    """Velocity and what the liquid carries along in the flow without particles at nodes, (n, components)."""
     points = steady.scene.liquid.six_node_mesh.points[nodes]
     if steady.scene.material.newtonian:
         return steady.scene.boundary_velocity(points)
-    u, *s = steady.developed_flow.profiles(points[:, 1])
-    return np.column_stack([u, np.zeros(len(points)), *s])
+    profiles = steady.developed_flow.profiles(points[:, 1])
+    carried = [profiles[field.name] for field in steady.scene.material.transported]
+    return np.column_stack([profiles[VELOCITY.name], np.zeros(len(points)), *carried])

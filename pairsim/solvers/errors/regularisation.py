@@ -17,8 +17,9 @@ import numpy as np
 
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.nonlinear.newton import Newton
+from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.steady.linearisation import DIFFERENCE, Linearisation
 from pairsim.solvers.steady.scene import SteadySolver
-from pairsim.solvers.steady.tangents import DIFFERENCE, residual_change
 
 # What is left of a result that approaches its limit as m^(-2/3), over its derivative by ln m, and the integral above
 # over its integrand; most do so as 1/m. Between decades of m the creep of locked pairs fell with exponents from .74 on.
@@ -26,40 +27,37 @@ SLOWEST = 1.5
 STEP = 0.05  # of ln m, for second differences; chosen
 
 
-def by_regularisation(steady: SteadySolver, adjoints: Array, apart: float) -> Array:
+def by_regularisation(at: Linearisation, adjoints: Array, apart: Array) -> Array:
     """First and second derivatives of functionals by the logarithm of the regularisation m, (2, k).
 
     They are zeros in liquids without one. Functionals are taken as linear in the solution: those of shapes are nearly.
 
     Args:
-        steady: The solution, at which the matrix is factorised.
-        adjoints: Adjoint solutions of the functionals, the last of which is the pressure drop, (k, n_y).
-        apart: Length over which the pressure drop of the flow without particles is subtracted from that one [D_c].
+        at: The solution.
+        adjoints: Adjoint solutions of the functionals, (k, n_y).
+        apart: Lengths over which the pressure drop of the flow without particles is subtracted from each, (k,) [D_c].
     """
-    if not steady.parameters.liquid.regularisation:
+    if not at.parameters.liquid.regularisation:
         return np.zeros((2, len(adjoints)))
-    change = residual_change(steady, lambda tau: steady.parameters.less_regularised(math.exp(tau)))
-    tangent = -steady.newton.linear_solve(change)
+
+    def sharper(tau: float) -> Parameters:
+        return at.parameters.less_regularised(math.exp(tau))
+
+    change = at.residual_change(sharper)
+    tangent = -at.solve(change)
     # Along this tangent the residual is 0 to first order: the adjoints weigh what is left to second order.
-    ends = [_residual(steady, tau, tangent) for tau in (STEP, 0.0, -STEP)]
-    steady.apply(steady.parameters)
+    ends = [at.steady.residual_at(sharper(tau), at.y + tau * tangent) for tau in (STEP, 0.0, -STEP)]
     found = -np.array([adjoints @ change, adjoints @ (ends[0] - 2 * ends[1] + ends[2]) / STEP**2])
-    more, less = (_gradient(steady, tau) for tau in (DIFFERENCE, -DIFFERENCE))
-    found[0, -1] -= apart * (more - less) / (2 * DIFFERENCE)
-    more, here, less = (_gradient(steady, tau) for tau in (STEP, 0.0, -STEP))
-    found[1, -1] -= apart * (more - 2 * here + less) / STEP**2
+    more, less = (_gradient(at.steady, sharper(tau)) for tau in (DIFFERENCE, -DIFFERENCE))
+    found[0] -= apart * (more - less) / (2 * DIFFERENCE)
+    more, here, less = (_gradient(at.steady, sharper(tau)) for tau in (STEP, 0.0, -STEP))
+    found[1] -= apart * (more - 2 * here + less) / STEP**2
     return found
 
 
-def _residual(steady: SteadySolver, tau: float, tangent: Array) -> Array:
-    """The residual at the solution extrapolated to exp(tau) times the regularisation."""
-    steady.apply(steady.parameters.less_regularised(math.exp(tau)))
-    return steady.newton.residual_at(steady.y + tau * tangent)
-
-
-def _gradient(steady: SteadySolver, tau: float) -> float:
-    """The pressure gradient without particles at exp(tau) times the regularisation."""
-    return steady.flows.at(steady.parameters.less_regularised(math.exp(tau)).liquid).gradient
+def _gradient(steady: SteadySolver, parameters: Parameters) -> float:
+    """The pressure gradient without particles."""
+    return steady.flows.at(parameters.liquid).gradient
 
 
 def left_by_regularisation(derivatives: Array) -> Array:
@@ -79,7 +77,6 @@ def by_sharpness(newton: Newton, y: Array) -> Array:
     if not (liquid.regularisation or liquid.yielding):
         return np.zeros_like(y)
     for tau in (DIFFERENCE, -DIFFERENCE):
-        phase.become(liquid.sharper(math.exp(tau)))
-        ends.append(newton.residual_at(y))
-    phase.become(liquid)
+        with phase.changed_to(liquid.sharper(math.exp(tau))):
+            ends.append(newton.residual_at(y))
     return (ends[0] - ends[1]) / (2 * DIFFERENCE)

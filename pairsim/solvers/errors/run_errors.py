@@ -136,7 +136,7 @@ class RunErrors:
     @classmethod
     def of(cls, liquid: Liquid) -> RunErrors:
         """Those of a run that has not begun; it forgets in a time of 1 + De (chosen), as liquid passes and relaxes."""
-        return cls(TimeError(order=2 if liquid.modes else 3), Interval(memory=1.0 + liquid.longest))
+        return cls(TimeError(order=2 if liquid.has_memory else 3), Interval(memory=1.0 + liquid.longest))
 
     def add(
         self,
@@ -170,10 +170,10 @@ class RunErrors:
         return error
 
     def copy(self) -> RunErrors:
-        """The same, which later steps do not change."""
+        """A copy that later steps do not change."""
         return replace(self, steps=replace(self.steps), interval=replace(self.interval))
 
     @property
     def part(self) -> float:
-        """Largest half-width relative to the largest |dU|; 0 where dU is nothing but errors, as of equal rigid ones."""
+        """Largest half-width relative to the largest |dU|; 0 where dU is error alone, as of equal rigid particles."""
         return self.largest / self.steps.peak if self.steps.peak > LEAST else 0.0

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pairsim.runtime.fenicsx import PETSc
-from pairsim.solvers.nonlinear.renewal import KeptMatrix
+from pairsim.solvers.nonlinear.jacobian_lagging import KeptMatrix
 
 # Growth of the residual at which the iteration is stopped. No iteration with a larger growth was seen to converge, and
 # MUMPS takes tens of seconds for each matrix of such states.

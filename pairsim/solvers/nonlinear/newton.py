@@ -20,7 +20,7 @@ from pairsim.runtime.fenicsx import PETSc
 from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.nonlinear.convergence import Convergence, Report
 from pairsim.solvers.nonlinear.factors import EXACT, Factors, MumpsOptions, ReducedSystem
-from pairsim.solvers.nonlinear.renewal import KeptMatrix, MatrixPolicy
+from pairsim.solvers.nonlinear.jacobian_lagging import KeptMatrix, MatrixPolicy
 
 _PREFIXES = itertools.count()
 
@@ -57,7 +57,7 @@ class NewtonOptions:
     mumps: MumpsOptions = field(default_factory=MumpsOptions)
 
     def for_kinks(self) -> NewtonOptions:
-        """The same for a stress with a kink: a new matrix in each iteration but the last ones, and more iterations."""
+        """Options for a stress with a kink: more iterations, and a new matrix in each one but the last."""
         matrix = replace(self.matrix, far=KINKED_FAR)
         return replace(self, tolerance=KINKED_TOLERANCE, max_iterations=KINKED_ITERATIONS, matrix=matrix)
 
@@ -115,7 +115,7 @@ class Newton:
         self._snes.setMaxFunctionEvaluations(-1)
         self._factors = Factors(self._system, self._snes.getKSP(), prefix, self.options.mumps, self.options.single)
         database, liquid = PETSc.Options(), self.scene.material
-        thinning = self.options.line_search and not (liquid.modes or liquid.newtonian)
+        thinning = self.options.line_search and not (liquid.has_memory or liquid.newtonian)
         search = "bt" if thinning or liquid.regularisation else "basic"
         names = {f"{prefix}snes_linesearch_type": search, f"{prefix}snes_max_it": self.options.max_iterations}
         names |= {f"{prefix}{k}": v for k, v in self._factors.options.items()}
@@ -246,9 +246,10 @@ class Newton:
         return int(self._snes.getIterationNumber())
 
     def _matrix_failed(self, before: int) -> bool:
-        """Whether the last solve failed, perhaps because of its matrix, which is then discarded.
+        """Whether the last solve failed for a reason that another matrix may remove; the present one is then discarded.
 
-        With the matrix of an earlier solve (no more than `before` were factorised) steps may grow that else would not.
+        With the matrix of an earlier solve, where none was factorised since there were `before`, steps may grow that
+        would not with the matrix of the present state.
         """
         reason = self._snes.getConvergedReason()
         if reason > 0:

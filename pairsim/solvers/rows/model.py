@@ -33,7 +33,7 @@ POWERS = {2: 6, 3: 4, 4: 3, 5: 1}  # how many more exponentials there are, by th
 TRUSTED = 1e-3  # least error of a solution, as a part of the largest |dU|; chosen
 SLOPES = 0.3 / RATES[-1]  # weight of slopes over that of values [D_c]; chosen
 FOLDS = 11  # chosen; without a common factor with the numbers of short rows, so that no distance is left out altogether
-ROUNDING = 1e-12  # least error of all [U_av]
+LEAST_ERROR = 1e-12  # of the dU of a short row, by whose error it is weighted [U_av]; chosen
 SMALLEST = 1e-5  # singular values that are left out, relative to the largest; chosen
 
 
@@ -43,9 +43,9 @@ class Row:
 
     Attributes:
         gaps: Distances between facing surfaces from upstream [D_c], shape (N-1,).
-        values: Of each particle, its velocity at held distances [U_av]; by how much the distance to the centre of the
-            next one exceeds that of the surfaces [D_c], of the last one, or of a single one, its own length; and what
-            moving adds to its velocity [U_av]. Shape (N, 3).
+        values: Three numbers for each particle, shape (N, 3): its velocity at held distances [U_av]; the distance from
+            its centre to that of the next one less the distance of their surfaces, for the last particle its own length
+            [D_c]; and what the motion of the particles adds to its velocity [U_av].
         slopes: Derivatives by every distance of the first two or, by a model, of all, shape (N, N-1, 2 or 3).
         dU_error: Largest half-width of a relative velocity [U_av].
     """
@@ -84,9 +84,9 @@ class RowModel:
         rates: Of two, three, ... neighbours, the rates at which each term of what they add decays with every distance
             [1/D_c], shape (m, k-1) for k of them.
         coefficients: Those of the terms of two, three, ... in the values of each of them, shape (all m k, q).
-        least: Distance below which nothing was solved, and values are those at it [D_c].
+        least: Smallest distance that was solved; values at smaller ones are those at this one [D_c].
         short: The rows that it was fitted to.
-        others: The same, fitted to fewer of them.
+        others: Models fitted to these rows with a part left out, whose differences from this one are half-widths.
     """
 
     alone: Array
@@ -126,8 +126,8 @@ class RowModel:
     def dU_errors(self, gaps: Array) -> Array:
         """Half-widths of the relative velocities of a row [U_av], shape (N-1,).
 
-        Those are what leaving out short rows changes, and the largest error of these: of those that have no more
-        particles, and whose smallest distance is the next smaller or larger one.
+        They are the sum of what leaving out a part of the short rows changes, and of the largest error of the short
+        rows nearby: those of at most as many particles whose smallest distance is next to that of this row.
         """
         changes = [other.row(gaps).dU - self.row(gaps).dU for other in self.others]
         few = [row for row in self.short if len(row.gaps) <= len(gaps)]
@@ -146,7 +146,7 @@ def fitted(rows: Sequence[Row], trains: Sequence[Waves] = ()) -> RowModel:
     """
     alone, *rows = rows
     counts = range(2, max(len(row.values) for row in rows) + 1)
-    least = max(ROUNDING, TRUSTED * max(np.abs(row.dU).max() for row in rows))
+    least = max(LEAST_ERROR, TRUSTED * max(np.abs(row.dU).max() for row in rows))
     rows = [replace(row, dU_error=max(row.dU_error, least)) for row in rows]
     most = {n: POWERS[n] + n - 1 for n in counts}
     powers = [[p for p in product(range(1, most[n] + 1), repeat=n - 1) if sum(p) <= most[n]] for n in counts]

@@ -16,7 +16,7 @@ from pairsim.solvers.curves.branch import Branch
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.rows.model import Row, Waves
-from pairsim.solvers.steady.ends import Ended
+from pairsim.solvers.steady.ends import arrived
 from pairsim.solvers.steady.first_solution import first_scene
 from pairsim.solvers.trains.train import train_of
 
@@ -48,16 +48,13 @@ def solved(problem: SteadyProblem, alone: Parameters, places: Sequence[tuple[flo
     length = max(problem.length, count * problem.betas[0] + max(map(sum, places)) + ROOM)
     problem = replace(problem, betas=problem.betas * count, length=length, narrowest=narrowest)
     start = replace(alone, gaps=places[0], solids=alone.solids * count)
-    scene = first_scene(problem, start)
-    if isinstance(scene, Ended):
-        raise scene.failure
-    with closing(Branch(scene)) as branch:
+    with closing(Branch(arrived(first_scene(problem, start)))) as branch:
         for place in places:
             yield _at(branch, replace(start, gaps=place))
 
 
 def _at(branch: Branch, parameters: Parameters) -> Row:
-    point = branch.at(parameters)
+    point = arrived(branch.at(parameters))
     if not np.isfinite(point.dU_errors).all():
         raise NoSteadyState("the errors of a short row are not known")
     bodies, (h, _), gaps = branch.solver.bodies, branch.solver.state(), np.array(point.gaps)

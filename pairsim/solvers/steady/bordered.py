@@ -12,8 +12,8 @@ import numpy as np
 
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.steady.linearisation import DIFFERENCE
 from pairsim.solvers.steady.scene import SteadySolver
-from pairsim.solvers.steady.tangents import DIFFERENCE
 
 # Chosen; steps are relative to the fields.
 MOST_ITERATIONS = 12
@@ -46,16 +46,13 @@ def solve_with(
     steady.forget()
     for count in range(1, MOST_ITERATIONS + 1):
         there = along(tau)
-        ends = []
-        for change in (DIFFERENCE, -DIFFERENCE):
-            steady.apply(along(tau + change))
-            ends.append(newton.residual_at(y))
-        steady.apply(there)
-        if previous > FRESH_ABOVE:
-            steady.factorisations += 1
-            if not newton.factor_at(y):
-                break
-        a, b = newton.linear_solve(np.array([newton.residual_at(y), (ends[0] - ends[1]) / (2 * DIFFERENCE)]))
+        more, less = (steady.residual_at(along(tau + change), y) for change in (DIFFERENCE, -DIFFERENCE))
+        with steady.changed_to(there):
+            if previous > FRESH_ABOVE:
+                steady.factorisations += 1
+                if not newton.factor_at(y):
+                    break
+            a, b = newton.linear_solve(np.array([newton.residual_at(y), (more - less) / (2 * DIFFERENCE)]))
         with np.errstate(divide="ignore", invalid="ignore"):
             step_tau = float((row @ y - value - row @ a) / (row @ b))
         if not np.isfinite(step_tau):
@@ -68,12 +65,11 @@ def solve_with(
         if not np.isfinite(largest) or (count > 3 and largest > 2 * previous):
             break
         if largest < TOLERANCE:
-            steady.apply(along(tau))
-            if steady.distortion_of(*newton.state(y)) <= 0 or newton.overstretched(y):
-                break
-            steady.y, steady.parameters = y, along(tau)
+            with steady.changed_to(along(tau)):
+                if steady.distortion_of(*newton.state(y)) <= 0 or newton.overstretched(y):
+                    break
+                steady.y, steady.parameters = y, along(tau)
             return tau
         previous = largest
-    steady.apply(steady.parameters)
     newton.forget()
     return None

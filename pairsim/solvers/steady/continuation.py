@@ -14,20 +14,20 @@ from functools import partial
 
 import numpy as np
 
+from pairsim.quantities.kinds import LENGTH, PURE
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import BranchEnd, BudgetSpent, MeshFailure, NoSteadyState
+from pairsim.runtime.message import Message, Text
 from pairsim.solvers.nonlinear.convergence import Report
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.ends import LAST, Ended, Passed, SpentOnTheWay, end_after
-from pairsim.solvers.steady.guesses import place_undeformed
+from pairsim.solvers.steady.predictors import place_undeformed
 from pairsim.solvers.steady.pseudo_time import relax
 from pairsim.solvers.steady.scene import Snapshot, SteadySolver
-from pairsim.solvers.steady.tangents import gap_tangents, tangent_along
 
-# Largest changes by one predictor step.
+# Largest changes by one predictor step; those of fields of the liquid are in their declarations.
 MOST_APART = 0.4  # of a distance, relative to itself
 MOST_SHAPE = 0.15  # of a nodal position of a particle, relative to the largest diameter
-MOST_STRESS = 1.0  # of a nodal value of the log-conformation
 SMALLEST = 2e-3  # step, relative to the distance to the target, below which natural continuation stops
 # Factor by which a parameter changes above which a solve begins with a new matrix, at the predicted state. That of the
 # last solution would contract by 0.14 where a distance changes by a fifth, one of the predicted state does by 0.01.
@@ -67,10 +67,11 @@ def begin(steady: SteadySolver) -> None:
         NoSteadyState: No solution was found.
     """
     report = _from_spheres(steady)
-    if not report.converged and steady.parameters.liquid.modes:
+    if not report.converged and steady.parameters.liquid.has_memory:
         report = relax(steady, steady.parameters)
     if not report.converged:
-        message = f"no solution was found from undeformed spheres{place(steady.parameters)}: {report.reason}"
+        found_none = "no solution was found from undeformed spheres{}: {}"
+        message = Message(found_none, place(steady.parameters), report.reason)
         raise NoSteadyState(message, advice=_advice(steady))
     if steady.distorted():
         new_mesh(steady)
@@ -81,7 +82,7 @@ def _from_spheres(steady: SteadySolver) -> Report:
     wanted, liquid = steady.parameters, steady.parameters.liquid
     # The flow of a thinning liquid through a narrow gap is found from a liquid at rest, that past a large sphere on its
     # own from the developed flow.
-    thinning = not liquid.modes and not liquid.newtonian
+    thinning = not liquid.has_memory and not liquid.newtonian
     for at_rest in (True, False) if thinning else (False,):
         place_undeformed(steady, at_rest=at_rest)
         for factor in STIFFER if any(wanted.Ca_es) else (1.0,):
@@ -105,15 +106,15 @@ def new_mesh(steady: SteadySolver, *, afresh: bool = False) -> None:
     """
     steady.remesh(afresh=afresh)
     report = solve_on_mesh(steady, steady.parameters, steady.y)
-    if not report.converged and steady.parameters.liquid.modes:
+    if not report.converged and steady.parameters.liquid.has_memory:
         report = relax(steady, steady.parameters)
     if not report.converged:
-        message = f"no solution was found after remeshing{place(steady.parameters)}: {report.reason}"
+        message = Message("no solution was found after remeshing{}: {}", place(steady.parameters), report.reason)
         raise NoSteadyState(message, advice=IN_TIME)
 
 
 def reach(steady: SteadySolver, tangent: Array, rates: Array) -> float:
-    """Largest step along a tangent, limited by the changes of distances, shapes and log-conformation.
+    """Largest step along a tangent, limited by the changes of distances, shapes and fields of the liquid.
 
     Args:
         steady: The scene, at a solution.
@@ -125,7 +126,9 @@ def reach(steady: SteadySolver, tangent: Array, rates: Array) -> float:
         (MOST_APART * d / abs(rate) for d, rate in zip(steady.parameters.gaps, rates, strict=True) if rate),
         default=np.inf,
     )
-    for name, most in (("h", MOST_SHAPE * max(steady.problem.betas, default=0.0)), ("s", MOST_STRESS)):
+    limits = {field.unknowns: field.most_change for field in steady.parameters.liquid.fields}
+    limits["h"] = MOST_SHAPE * max(steady.problem.betas, default=0.0)
+    for name, most in limits.items():
         rate = tangent[fields[name]] if name in fields else np.empty(0)
         if rate.size and (largest := float(np.abs(rate).max())) > 0:
             step = min(step, most / largest)
@@ -157,22 +160,27 @@ def follow(steady: SteadySolver, target: Parameters) -> Ended | None:
 
 
 def _continued(steady: SteadySolver, target: Parameters, way: list[Passed], *, sharpens: bool = False) -> Ended | None:
-    """See `follow`; adds the solutions passed to `way`. One that `sharpens` a kink takes no rounder one on its way."""
+    """Continue as `follow` does, and add the solutions passed to `way`.
+
+    With `sharpens` the continuation is that from a rounder kink of the stress to the one wanted (`solve_on_mesh`), on
+    whose own meshes no rounder kink is tried once more.
+    """
     start = steady.parameters
     if start == target:
         return None
     along = partial(start.towards, target)
-    tau, longest, refused, relaxed = 0.0, _first_step(start, target), "", 0
+    refused: Text = ""
+    tau, longest, relaxed = 0.0, _first_step(start, target), 0
     trail: deque[tuple[float, Snapshot]] = deque(maxlen=LAST)
     while tau < 1.0:
-        steady.factor()
+        here = steady.linearise()
         trail.append((tau, steady.snapshot))
         way.append(Passed.of(steady))
         steady.problem.monitor.at(where(steady.parameters))
         if replace(start, gaps=target.gaps) == target:
-            tangent = np.subtract(target.gaps, start.gaps) @ gap_tangents(steady)
+            tangent = np.subtract(target.gaps, start.gaps) @ here.gap_tangents
         else:
-            tangent = tangent_along(steady, lambda change, at=tau: along(at + change))  # type: ignore[misc]
+            tangent = here.tangent(lambda change, at=tau: along(at + change))  # type: ignore[misc]
         step = min(longest, reach(steady, tangent, np.subtract(target.gaps, start.gaps)))
         if step > 0.9 * (1.0 - tau):
             step = 1.0 - tau
@@ -191,15 +199,15 @@ def _continued(steady: SteadySolver, target: Parameters, way: list[Passed], *, s
                     relaxed = 0
                     break
             except MeshFailure as failure:
-                refused = str(failure)
+                refused = failure.sentence
             steady.recall(before)
             step /= 3
             if step < SMALLEST:
                 found = _end(steady, along, trail, refused)
                 if steady.parameters != way[-1].parameters:  # a solution nearer to the end was found
                     way.append(Passed.of(steady))
-                elastic, relaxed = bool(target.liquid.modes), relaxed + 1
-                if found.proven or not elastic or relaxed > MOST_RELAXED or not relax(steady, there).converged:
+                remembers, relaxed = target.liquid.has_memory, relaxed + 1
+                if found.proven or not remembers or relaxed > MOST_RELAXED or not relax(steady, there).converged:
                     return replace(found, way=[*way], last=steady)
                 longest = 3 * SMALLEST
                 break
@@ -208,7 +216,10 @@ def _continued(steady: SteadySolver, target: Parameters, way: list[Passed], *, s
 
 
 def solve_on_mesh(steady: SteadySolver, there: Parameters, guess: Array, *, new: bool = True) -> Report:
-    """Solve at given parameters, on a new mesh perhaps with a rounder kink first, which is then sharpened."""
+    """Solve at given parameters; on a new mesh, where that fails, with a rounder kink of the stress first.
+
+    From the solution with the rounder kink a continuation in the regularisation leads to the one wanted.
+    """
     report = steady.solve(there, guess)
     for factor in ROUNDER if new and there.liquid.regularisation and not report.converged else ():
         rounder = steady.solve(there.less_regularised(factor), guess)
@@ -226,7 +237,7 @@ def _first_step(start: Parameters, target: Parameters) -> float:
 
 
 def _growth(iterations: int, *, kinked: bool) -> float:
-    """Factor of the next step after so many Newton iterations, of which a stress with a kink takes more."""
+    """Factor of the next step after so many Newton iterations, of which more are usual for a stress with a kink."""
     more = OF_KINK if kinked else 1
     if iterations <= more * FEW_ITERATIONS:
         return 2.0
@@ -240,7 +251,7 @@ def _far(here: Parameters, there: Parameters) -> bool:
 
 
 def _end(
-    steady: SteadySolver, along: Callable[[float], Parameters], trail: deque[tuple[float, Snapshot]], refused: str
+    steady: SteadySolver, along: Callable[[float], Parameters], trail: deque[tuple[float, Snapshot]], refused: Text
 ) -> Ended:
     """Why the continuation stopped: at the end of the branch, or since `refused`."""
     target, end = along(1.0), None
@@ -251,7 +262,8 @@ def _end(
                 end = end_after(steady, trail)
     steady.recall(trail[-1][1])
     if end is None:
-        message = f"the continuation{place(target, ' to ')} stopped{place(steady.parameters)}: {refused}"
+        both = place(target, " to "), place(steady.parameters)
+        message = Message("the continuation{} stopped{}: {}", *both, refused)
         return Ended(NoSteadyState(message, advice=_advice(steady)))
     there, off = _numbers(along(end.at)), _numbers(along(end.at + end.error))
     at = {name: (value, abs(off[name] - value)) for name, value in there.items()}
@@ -267,14 +279,15 @@ def _closer(
     if step < NEAR_ENOUGH * fold:
         return False
     steady.recall(last)
-    steady.factor()
-    guess = steady.y + step * tangent_along(steady, lambda change: along(tau + change))
+    tangent = steady.linearise().tangent(lambda change: along(tau + change))
+    guess = steady.y + step * tangent
     if not steady.solve(along(tau + step), guess).converged:
         return False
     trail.append((tau + step, steady.snapshot))
     return True
 
 
+KINDS = {"De": PURE, "Ca_e": PURE, "d": LENGTH}  # of the parameters of a continuation
 WHY = {
     "fold": "in a fold",
     "wrinkles": "where the surface of a particle is compressed so much that it wrinkles",
@@ -291,12 +304,12 @@ def ended(kind: str, at: Mapping[str, tuple[float, float]], target: Parameters, 
         spread: What other meshes add to the errors, as a part of the parameter.
     """
     known = {name: (value, error and error + spread * value) for name, (value, error) in at.items()}
-    places = [f"{name} = {value:.4g}" + (f" +- {error:.2g}" if error else "") for name, (value, error) in known.items()]
-    said, wanted = f"steady states end at {', '.join(places)}, {WHY[kind]}", _numbers(target)
+    places = [Message("{} = {}", name, KINDS[name](value, error=error)) for name, (value, error) in known.items()]
+    said, wanted = Message("steady states end at {}, {}", Message.joined(", ", places), WHY[kind]), _numbers(target)
     if all(abs(wanted.get(name, 0.0) - value) <= error for name, (value, error) in known.items()):
-        unknown = NoSteadyState(f"{said}; whether they reach {where(target)} is not known", advice=IN_TIME)
-        return Ended(unknown, kind, at, known)
-    return Ended(BranchEnd(f"{said}, and do not reach {where(target)}"), kind, at, known)
+        unknown = Message("{}; whether they reach {} is not known", said, where(target))
+        return Ended(NoSteadyState(unknown, advice=IN_TIME), kind, at, known)
+    return Ended(BranchEnd(Message("{}, and do not reach {}", said, where(target))), kind, at, known)
 
 
 def _numbers(parameters: Parameters) -> dict[str, float]:
@@ -328,23 +341,24 @@ def prepared(steady: SteadySolver, there: Parameters, guess: Array) -> Array:
 
 
 def _advice(steady: SteadySolver) -> str:
-    return IN_TIME if steady.problem.velocity is None else ON_OTHER_CELLS
+    return IN_TIME if steady.problem.drive.free else ON_OTHER_CELLS
 
 
-def place(parameters: Parameters, before: str = " at ") -> str:
-    """Parameters as text with those of the viscosity, after a word; "" where there is nothing to say."""
-    said = [f"{name} = {value:.4g}" for name, value in parameters.liquid.solvent.numbers.items()]
-    said += [at] if (at := where(parameters)) else []
-    return before + ", ".join(said) if said else ""
+def place(parameters: Parameters, before: str = " at ") -> Text:
+    """Parameters in words with those of the viscosity, after a word; "" where there is nothing to say."""
+    of_viscosity = [f"{name} = {value:.4g}" for name, value in parameters.liquid.solvent.numbers.items()]
+    said: list[Text] = [*of_viscosity, *each_of(parameters)]
+    return before + Message.joined(", ", said) if said else ""
 
 
-def where(parameters: Parameters) -> str:
-    """Parameters as text, such as "De = 1, Ca_e = 0.1, d = 0.05"."""
+def where(parameters: Parameters) -> Message:
+    """Parameters in words, such as "De = 1, Ca_e = 0.1, d = 0.05"."""
+    return Message.joined(", ", each_of(parameters))
 
-    def shown(values: tuple[float, ...]) -> str:
-        return ", ".join(f"{v:.5g}" for v in dict.fromkeys(values))
 
-    parts = [f"De = {parameters.De:.5g}"] if parameters.De else []
-    parts += [f"Ca_e = {shown(parameters.Ca_es)}"] if any(parameters.Ca_es) else []
-    parts += [f"d = {shown(parameters.gaps)}"] if parameters.gaps else []
-    return ", ".join(parts)
+def each_of(parameters: Parameters) -> tuple[Message, ...]:
+    """Each of the parameters in words that is not 0, such as "De = 1" and "d = 0.05"."""
+    values = {"De": (parameters.De,) if parameters.De else (), "Ca_e": parameters.Ca_es, "d": parameters.gaps}
+    return tuple(
+        Message("{} = {}", name, KINDS[name](dict.fromkeys(each), ".5g")) for name, each in values.items() if any(each)
+    )

@@ -72,7 +72,7 @@ class Ended:
     """A continuation that has stopped before the parameters wanted.
 
     Attributes:
-        failure: Says why; to be raised where a solution is needed.
+        failure: Says why; to be raised where a solution is needed (`arrived`).
         kind: What ends the branch, "fold" or "wrinkles"; empty where no end is seen.
         on_mesh: Parameters at the end on the mesh at hand, each with its error; empty likewise.
         at: The same with what other meshes add to the errors.
@@ -91,6 +91,17 @@ class Ended:
     def proven(self) -> bool:
         """Whether the branch ends before the parameters wanted, on whichever mesh."""
         return isinstance(self.failure, BranchEnd)
+
+
+def arrived[T](found: T | Ended) -> T:
+    """What a continuation has arrived at, where there must be something.
+
+    Raises:
+        NoSteadyState: It has stopped before.
+    """
+    if isinstance(found, Ended):
+        raise found.failure
+    return found
 
 
 class SpentOnTheWay(BudgetSpent):
@@ -114,8 +125,7 @@ def end_after(steady: SteadySolver, trail: Sequence[tuple[float, Snapshot]]) -> 
     for tau, snapshot in trail:
         steady.recall(snapshot)
         try:
-            steady.factor()
-            rates.append((tau, 1 / shape_time(steady)[0]))
+            rates.append((tau, 1 / shape_time(steady.linearise())[0]))
         except NoSteadyState:  # the matrix is singular there
             rates.append((tau, 0.0))
     tau, step = rates[-1][0], max((b[0] - a[0] for a, b in pairwise(rates)), default=0.0)

@@ -23,7 +23,7 @@ from pairsim.solvers.steady.continuation import (
     solve_on_mesh,
 )
 from pairsim.solvers.steady.ends import Ended
-from pairsim.solvers.steady.guesses import adopt, place_undeformed
+from pairsim.solvers.steady.predictors import adopt, place_undeformed
 from pairsim.solvers.steady.scene import SteadySolver
 
 FEWEST_CELLS = 4  # on a half-circle; chosen
@@ -77,7 +77,7 @@ def _softness(problem: SteadyProblem, parameters: Parameters) -> float:
     """Largest product of diameter and Ca_e, and of the stress where a yield stress makes it larger."""
     stress = 1.0
     if parameters.liquid.regularisation:
-        stress = max(stress, Pipe(parameters.liquid, problem.flow).steady().gradient / FIRST_GRADIENT)
+        stress = max(stress, Pipe(parameters.liquid, problem.drive.flow).steady().gradient / FIRST_GRADIENT)
     return stress * max(beta * Ca_e for beta, Ca_e in zip(problem.betas, parameters.Ca_es, strict=True))
 
 
@@ -109,7 +109,7 @@ def try_from_rest(scene: SteadySolver) -> bool:
     Returns:
         Whether there is a solution, on a mesh that it distorts slightly.
     """
-    if scene.parameters.liquid.easier() != scene.parameters.liquid or scene.parameters.liquid.modes:
+    if scene.parameters.liquid.easier() != scene.parameters.liquid or scene.parameters.liquid.has_memory:
         return False
     place_undeformed(scene, at_rest=True)
     if scene.solve(scene.parameters).converged and not scene.distorted(least=SLIGHT):
@@ -168,10 +168,11 @@ def first_scene(problem: SteadyProblem, parameters: Parameters) -> SteadySolver 
 
 
 def scene_past_end(problem: SteadyProblem, parameters: Parameters, end: Ended) -> SteadySolver | Ended:
-    """What other cells tell of a branch that has ended: a scene at the parameters wanted, or its end.
+    """Try finer cells where a branch has ended: a scene at the parameters wanted, or the end of the branch.
 
-    Near the softest shapes the surface of a particle is neutral to waves as long as its cells, on each mesh at another
-    place: a branch that ends there on one mesh may be there on others, and then beyond its end on the first one, too.
+    Near the softest shapes the surface of a particle becomes neutral to waves as long as its cells, on each mesh at
+    other parameters. A branch that ends there on one mesh may go on on another one, whose solution then leads to one
+    on the first mesh as well, beyond the end there.
 
     Args:
         problem: The problem.
@@ -224,7 +225,7 @@ def _scout(problem: SteadyProblem, parameters: Parameters, ends: list[Ended]) ->
 
 
 def agreed(ends: Sequence[Ended], target: Parameters) -> Ended:
-    """The end of a branch as several meshes tell it: half-way, with an error that holds all; of one mesh, its own.
+    """The end of a branch from those on several meshes: midway between them, with an error that covers them all.
 
     Args:
         ends: The end of the branch on each mesh.

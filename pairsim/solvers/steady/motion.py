@@ -1,8 +1,8 @@
 """The residual of a quasi-steady scene that moves: with the terms that holding the distances drops.
 
 Holding the distances drops the velocity with which the particles' surfaces deform, the viscous stress inside them, the
-velocity of the mesh relative to the particles, and the rate of s = log c. Given the rates of distances and unknowns,
-they are put back.
+velocity of the mesh relative to the particles, and the rates of what the liquid carries along. Given the rates of
+distances and unknowns, they are put back.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ import numpy as np
 
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.steady.linearisation import DIFFERENCE, Linearisation
 from pairsim.solvers.steady.scene import SteadySolver
-from pairsim.solvers.steady.tangents import DIFFERENCE
 
 
 def moving_residual(
@@ -27,7 +27,7 @@ def moving_residual(
     stress: bool = True,
     solids: bool = True,
 ) -> Array:
-    """The complete residual of a scene at given rates, shape (n_y,); the forms are left at the given parameters.
+    """The complete residual of a scene at given rates, shape (n_y,).
 
     Args:
         steady: The scene.
@@ -35,35 +35,40 @@ def moving_residual(
         y: Free unknowns, shape (n_y,).
         y_t: Their rates, seen by observers who move with the particles, shape (n_y,).
         rates: Rates of the distances [U_av], shape (N-1,).
-        stress: Whether the stress of the polymer has a rate, too; otherwise it follows the surfaces at once.
+        stress: Whether what the liquid carries along has a rate, too; otherwise it follows the surfaces at once.
         solids: Whether viscous solids have their stress.
     """
     scene, constraints = steady.scene, steady.constraints
     h_t = material_rates(steady, parameters, y_t, rates)
-    steady.apply(parameters)
-    h, x = steady.newton.state(y)
-    liquid, U, means = scene.liquid, y[constraints.fields["U_p"]], []
-    for body, at in zip(steady.bodies, scene.nodes.interfaces, strict=True):
-        means.append(body.mean(h_t, h))
-        if body.phase is not None:
-            liquid.nodal("u", x)[at] += body.displacement(h_t)[body.nodes] - [means[-1], 0.0]
-    if solids:
-        scene.set_solid_rates(scene.with_displacements(x, h - h_t), 1.0)
-    if scene.material.modes and stress:
-        x_t = constraints.N @ y_t + constraints.C @ h_t
-        # The mesh goes with the particles by what is left of U without the motion of their surfaces: all of it where
-        # distances are held, the common velocity where they change at the rates that belong to U.
-        still = y.copy()
-        still[constraints.fields["U_p"]] = U - means
-        frame, vertices = liquid.nodal("w", constraints.N @ still), liquid.six_node_mesh.vertices
-        liquid.nodal("w", x)[:] = frame * [1.0, 0.0] + liquid.nodal("eta", x_t)[vertices]
-        star = x[: liquid.size].copy()
-        liquid.nodal("s", star)[:] -= liquid.nodal("s", x_t)
-        liquid.set_star(star)
-        liquid.constants["rate"].value = 1.0
-    residual = steady.newton.reduce(x)
-    steady.apply(parameters)
-    return residual
+    with steady.changed_to(parameters):
+        h, x = steady.newton.state(y)
+        liquid, U, means = scene.liquid, y[constraints.fields["U_p"]], []
+        for body, at in zip(steady.bodies, scene.nodes.interfaces, strict=True):
+            means.append(body.mean(h_t, h))
+            if body.phase is not None:
+                liquid.nodal("u", x)[at] += body.displacement(h_t)[body.nodes] - [means[-1], 0.0]
+        if solids:
+            scene.set_solid_rates(scene.with_displacements(x, h - h_t), 1.0)
+        if scene.material.has_memory and stress:
+            x_t = constraints.N @ y_t + constraints.C @ h_t
+            # The mesh goes with the particles by what is left of U without the motion of their surfaces: all of it
+            # where distances are held, the common velocity where they change at the rates that belong to U.
+            still = y.copy()
+            still[constraints.fields["U_p"]] = U - means
+            frame, vertices = liquid.nodal("w", constraints.N @ still), liquid.six_node_mesh.vertices
+            liquid.nodal("w", x)[:] = frame * [1.0, 0.0] + liquid.nodal("eta", x_t)[vertices]
+            star = x[: liquid.size].copy()
+            for field in scene.material.transported:
+                liquid.nodal(field.name, star)[:] -= liquid.nodal(field.name, x_t)
+            liquid.set_star(star)
+            liquid.constants["rate"].value = 1.0
+        return steady.newton.reduce(x)
+
+
+def rate_terms(at: Linearisation, y_t: Array, rates: Array, *, stress: bool = True, solids: bool = True) -> Array:
+    """What rates add to the residual of a solution, shape (n_y,); arguments as of `moving_residual`."""
+    moving = moving_residual(at.steady, at.parameters, at.y, y_t, rates, stress=stress, solids=solids)
+    return moving - at.residual
 
 
 def material_rates(steady: SteadySolver, parameters: Parameters, y_t: Array, rates: Array) -> Array:

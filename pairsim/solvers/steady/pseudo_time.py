@@ -28,30 +28,29 @@ def relax(steady: SteadySolver, parameters: Parameters) -> Report:
     Returns:
         Report of the last step.
     """
-    newton = steady.newton
-    h_star, y, dt = steady.apply(parameters), steady.y, FIRST_STEP * parameters.liquid.longest
+    newton, liquid, longest = steady.newton, steady.scene.liquid, parameters.liquid.longest
     steady.forget()
-    liquid = steady.scene.liquid
-    for _ in range(MOST_STEPS):
-        steady.problem.monitor.check()
-        liquid.constants["rate"].value = 1 / dt if dt < LAST_STEP * parameters.liquid.longest else 0.0
-        _, x = newton.state(y)
-        liquid.set_star(x[: liquid.size])
-        newton.forget()
-        new, report = newton.solve(y, h_star, 1.0, 0.0)
-        steady.iterations += report.iterations
-        steady.factorisations += report.factorisations
-        if report.converged and steady.distortion_of(*newton.state(new)) > 0:
-            y = new
-            if liquid.constants["rate"].value == 0.0:
-                steady.y, steady.parameters = y, parameters
-                return report
-            dt *= 2.0
-        else:
-            dt /= 4
-            if dt < 1e-3 * FIRST_STEP * parameters.liquid.longest:
-                break
+    with steady.changed_to(parameters) as h_star:
+        y, dt = steady.y, FIRST_STEP * longest
+        for _ in range(MOST_STEPS):
+            steady.problem.monitor.check()
+            liquid.constants["rate"].value = 1 / dt if dt < LAST_STEP * longest else 0.0
+            _, x = newton.state(y)
+            liquid.set_star(x[: liquid.size])
+            newton.forget()
+            new, report = newton.solve(y, h_star, 1.0, 0.0)
+            steady.iterations += report.iterations
+            steady.factorisations += report.factorisations
+            if report.converged and steady.distortion_of(*newton.state(new)) > 0:
+                y = new
+                if liquid.constants["rate"].value == 0.0:
+                    steady.y, steady.parameters = y, parameters
+                    return report
+                dt *= 2.0
+            else:
+                dt /= 4
+                if dt < 1e-3 * FIRST_STEP * longest:
+                    break
     # If the stress grows without bound, every step may converge without a steady state being reached.
-    steady.apply(steady.parameters)
     reason = "no steady state was reached in pseudo-time" if report.converged else report.reason
     return replace(report, converged=False, reason=reason)

@@ -31,9 +31,9 @@ from numpy.polynomial.polynomial import Polynomial, polyfromroots
 
 from pairsim.fem.scene import Body
 from pairsim.runtime.arrays import Array
-from pairsim.solvers.steady.motion import moving_residual
+from pairsim.solvers.steady.linearisation import Linearisation
+from pairsim.solvers.steady.motion import rate_terms
 from pairsim.solvers.steady.scene import SteadySolver
-from pairsim.solvers.steady.tangents import gap_tangents, tangent_along
 
 # Dimension of the Krylov space; with twice as many tau_0 changes by less than 1 % in ten scenes, viscous solids too.
 STEPS = 6
@@ -42,11 +42,11 @@ PROBE = 1e-3  # largest velocity of the surfaces in a probe [U_av], small enough
 SOLVED = 1e-3  # residual of the linear systems, small enough for dU, which is small against the velocities; chosen
 
 
-def relaxation_time(steady: SteadySolver) -> float:
-    """Slowest decay time of a disturbance at held distances [D_c/U_av]; `SteadySolver.factor` must have been called."""
-    liquid, (tau_0, of_solids) = steady.scene.material, shape_time(steady)
+def relaxation_time(at: Linearisation) -> float:
+    """Slowest decay time of a disturbance of a solution at held distances [D_c/U_av]."""
+    liquid, (tau_0, of_solids) = at.parameters.liquid, shape_time(at)
     if not liquid.modes or math.isinf(tau_0):
-        return tau_0
+        return max(tau_0, float(liquid.solvent.memory))
     tau_s, tau_l = tau_0 * of_solids, tau_0 * (1 - of_solids)
     # t - tau_s - tau_l [xi + sum_i G_i De_i t/(t - De_i)] = 0, times all t - De_i.
     times = [float(liquid.relaxation_time(mode)) for mode in liquid.modes]
@@ -57,10 +57,10 @@ def relaxation_time(steady: SteadySolver) -> float:
     return float(np.real(whole.roots()).max())
 
 
-def shape_time(steady: SteadySolver) -> tuple[float, float]:
+def shape_time(at: Linearisation) -> tuple[float, float]:
     """Decay time tau_0 of the shapes, in a liquid that follows at once, and the part of it due to viscous solids."""
-    moving = _unknowns_that_move(steady)
-    return _shape_time(steady, moving) if moving.any() else (0.0, 0.0)
+    moving = _unknowns_that_move(at.steady)
+    return _shape_time(at, moving) if moving.any() else (0.0, 0.0)
 
 
 def _is_viscous(body: Body) -> bool:
@@ -75,23 +75,21 @@ def _unknowns_that_move(steady: SteadySolver) -> np.ndarray:
     return np.asarray(abs(steady.constraints.M).T @ np.ones(steady.scene.h_size) > 0)
 
 
-def _shape_time(steady: SteadySolver, moving: np.ndarray) -> tuple[float, float]:
+def _shape_time(at: Linearisation, moving: np.ndarray) -> tuple[float, float]:
     """tau_0, infinite where nothing decays, and the part of it that is due to the viscosity of solids."""
-    parameters, still = steady.parameters, steady.residual()
-    no_rates = np.zeros(len(parameters.gaps))
+    still = np.zeros(len(at.parameters.gaps))
 
     def times(v: Array, *, solids: bool = True) -> Array:
         """J^-1 M v of rates v of the unknowns that move, shape (n_y,)."""
         y_t, scale = np.zeros(len(moving)), PROBE / float(np.abs(v).max())
         y_t[moving] = scale * v
-        change = moving_residual(steady, parameters, steady.y, y_t, no_rates, stress=False, solids=solids) - still
-        return steady.newton.linear_solve(change, tolerance=SOLVED) / scale
+        return at.solve(rate_terms(at, y_t, still, stress=False, solids=solids), tolerance=SOLVED) / scale
 
-    start = times(_disturbance(steady)[moving])[moving]
+    start = times(_disturbance(at)[moving])[moving]
     basis, H, results = [start / np.linalg.norm(start)], np.zeros((STEPS + 1, STEPS)), []
     for j in range(STEPS):
         y = times(basis[j])
-        results.append(_results(steady, y, basis[j], moving))
+        results.append(_results(at.steady, y, basis[j], moving))
         w = y[moving]
         for _ in range(2):
             parts = np.array(basis) @ w
@@ -100,7 +98,7 @@ def _shape_time(steady: SteadySolver, moving: np.ndarray) -> tuple[float, float]
         H[j + 1, j] = np.linalg.norm(w)
         basis.append(w / H[j + 1, j])
     tau, of_solids = _late_time(H[:STEPS], np.array(results)), 0.0
-    if steady.scene.material.modes and any(map(_is_viscous, steady.bodies)):
+    if at.parameters.liquid.modes and any(map(_is_viscous, at.steady.bodies)):
         v = np.linalg.matrix_power(H[:STEPS], LATE)[:, 0] @ np.array(basis[:-1])
         of_solids = 1 - float(v @ times(v, solids=False)[moving]) / float(v @ times(v)[moving])
     return tau, of_solids
@@ -136,15 +134,14 @@ def _results(steady: SteadySolver, y: Array, v: Array, moving: np.ndarray) -> Ar
     """
     y_t = np.zeros(len(moving))
     y_t[moving] = v
-    h, _ = steady.newton.state(steady.y)
+    h, _ = steady.state()
     h_t = steady.constraints.M @ y_t
     U = y[steady.constraints.fields["U_p"]] + [body.mean(h_t, h) for body in steady.bodies]
     return np.asarray(np.diff(U) if len(U) > 1 else U)
 
 
-def _disturbance(steady: SteadySolver) -> Array:
+def _disturbance(at: Linearisation) -> Array:
     """What changes the shapes smoothly: a change of all distances, or of Ca_e where there are none, shape (n_y,)."""
-    if steady.parameters.gaps:
-        return np.asarray(gap_tangents(steady).sum(axis=0))
-    now = steady.parameters
-    return tangent_along(steady, lambda tau: now.softer(1 + tau))
+    if at.parameters.gaps:
+        return np.asarray(at.gap_tangents.sum(axis=0))
+    return at.tangent(lambda tau: at.parameters.softer(1 + tau))

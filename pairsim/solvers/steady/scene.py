@@ -1,12 +1,14 @@
 """Quasi-steady solutions of a scene as functions of its parameters, on a mesh that serves them.
 
 Distances are prescribed, and time derivatives at fixed X are dropped. Shapes, stresses, flow and velocities are solved
-for together; see "Quasi-steady solutions" in docs/explanation/numerics.md. First guesses and tangents are functions of
-a solver (`guesses`, `tangents`).
+for together; see "Quasi-steady solutions" in docs/explanation/numerics.md. First guesses are functions of a solver
+(`guesses`); what is done with the matrix at a solution is done with its `linearisation`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,6 +31,7 @@ from pairsim.solvers.nonlinear.factors import LAST
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.developed_flow import DevelopedFlows
+from pairsim.solvers.steady.linearisation import Linearisation
 
 # Stricter than in time, since near the end of a branch distorted cells let rims buckle too early: at Ca_e 0.14 instead
 # of 0.16 (beta 0.4, d 0.1).
@@ -51,21 +54,6 @@ class Snapshot:
     y: Array
     reference: Reference
     mesh: SixNodeMesh
-
-
-@dataclass
-class Factored:
-    """A solution at which the matrix was factorised.
-
-    Attributes:
-        y: Free unknowns, shape (n_y,).
-        parameters: Parameters.
-        gap_tangents: What `pairsim.solvers.steady.tangents.gap_tangents` has found there.
-    """
-
-    y: Array
-    parameters: Parameters
-    gap_tangents: Array | None = None
 
 
 def cells_around_spheres(problem: SteadyProblem, parameters: Parameters) -> Cells:
@@ -91,7 +79,7 @@ class SteadySolver(MeshedSolver):
     Attributes:
         parameters: Parameters of the last solution, or of the first guess.
         y: Free unknowns of the last solution, or the first guess, shape (n_y,); zero at first.
-        factored: Where the matrix was factorised by `factor`, None since the last solve.
+        linearised: What `linearise` returned last, None since the last solve.
         iterations: Number of Newton iterations.
         factorisations: Number of factorisations.
         flows: Developed flows of the liquids so far.
@@ -102,17 +90,21 @@ class SteadySolver(MeshedSolver):
     """
 
     def __init__(self, problem: SteadyProblem, parameters: Parameters, cells: Cells | None = None) -> None:
-        self.problem, self.clock, self.flows = problem, Clock(), DevelopedFlows(problem.flow)
+        self.problem, self.clock, self.flows = problem, Clock(), DevelopedFlows(problem.drive.flow)
         self.iterations = self.factorisations = 0
         # Parameters at which a mesh around spheres was last found to be too distorted.
         self._refused: Parameters | None = None
-        self.factored: Factored | None = None
+        self.linearised: Linearisation | None = None
         if cells is None:
             with self.clock("mesh"):
                 cells = cells_around_spheres(problem, parameters)
         outlines, solids, liquid = cells.reference.outlines, parameters.solids, parameters.liquid
         self.meshed = MeshedScene(
-            problem, outlines, cells.insides, solids, liquid=liquid, constrain=self._constrain, clock=self.clock
+            *(problem, outlines, cells.insides, solids),
+            liquid=liquid,
+            steady=True,
+            constrain=self._constrain,
+            clock=self.clock,
         )
         self._sphere_points: list[Array | None] = [
             None if b.phase is None else b.phase.mesh.geometry.x.copy() for b in self.bodies
@@ -122,7 +114,7 @@ class SteadySolver(MeshedSolver):
 
     def _constrain(self, meshed: MeshedScene) -> Constraints:
         """Constraints on a new mesh; discards the factors."""
-        self.factored = None
+        self.linearised = None
         constraints = self._constraints_on(meshed)
         self._untouched = constraints.base.copy()
         return constraints
@@ -164,9 +156,22 @@ class SteadySolver(MeshedSolver):
         self.newton.place(h_star)
         return h_star
 
+    @contextmanager
+    def changed_to(self, parameters: Parameters) -> Iterator[Array]:
+        """Set forms and constraints to other parameters, as `apply` does, and at the end to those of the solution."""
+        try:
+            yield self.apply(parameters)
+        finally:
+            self.apply(self.parameters)
+
+    def residual_at(self, parameters: Parameters, y: Array) -> Array:
+        """The residual of free unknowns y at given parameters, shape (n_y,)."""
+        with self.changed_to(parameters):
+            return self.newton.residual_at(y)
+
     def _state_at(self, parameters: Parameters, y: Array) -> tuple[Array, Array]:
-        self.apply(parameters)
-        return self.newton.state(y)
+        with self.changed_to(parameters):
+            return self.newton.state(y)
 
     def distortion_of(self, h: Array, x: Array) -> float:
         """Smallest ratio of current to reference Jacobian in the liquid; zero or negative if any cell is inverted."""
@@ -265,7 +270,7 @@ class SteadySolver(MeshedSolver):
             material: Free unknowns of the particles.
         """
         new = self.meshed.carried(old, x, h)
-        y = free_unknowns(self.constraints, new)
+        y = free_unknowns(self.scene, self.constraints, new)
         y[self.meshed.material] = material
         if self.scene.dp is not None:
             assert old.dp is not None
@@ -276,7 +281,8 @@ class SteadySolver(MeshedSolver):
 
     def state(self) -> tuple[Array, Array]:
         """Material positions h and full vector x of the solution; sets the forms to its parameters."""
-        return self._state_at(self.parameters, self.y)
+        self.apply(self.parameters)
+        return self.newton.state(self.y)
 
     def solve(self, parameters: Parameters, guess: Array | None = None) -> Report:
         """Solve at given parameters. On success `parameters` and `y` are updated.
@@ -291,21 +297,22 @@ class SteadySolver(MeshedSolver):
             Stopped: A signal was received.
         """
         self.problem.monitor.check()
-        h_star, self.factored = self.apply(parameters), None
-        y, report = self.newton.solve(self.y if guess is None else guess, h_star, 1.0, 0.0)
-        self.iterations += report.iterations
-        self.factorisations += report.factorisations
-        if report.converged and self.distortion_of(*self.newton.state(y)) <= 0:
-            report = replace(report, converged=False, reason="a cell is inverted")
-            self.newton.forget()
-        if report.converged:
-            self.y, self.parameters = y, parameters
+        self.linearised = None
+        with self.changed_to(parameters) as h_star:
+            y, report = self.newton.solve(self.y if guess is None else guess, h_star, 1.0, 0.0)
+            self.iterations += report.iterations
+            self.factorisations += report.factorisations
+            if report.converged and self.distortion_of(*self.newton.state(y)) <= 0:
+                report = replace(report, converged=False, reason="a cell is inverted")
+                self.newton.forget()
+            if report.converged:
+                self.y, self.parameters = y, parameters
         return report
 
     def forget(self) -> None:
         """Discard the factors."""
         self.newton.forget()
-        self.factored = None
+        self.linearised = None
 
     def distorted(
         self, parameters: Parameters | None = None, y: Array | None = None, least: float = LEAST_STEADY
@@ -326,8 +333,8 @@ class SteadySolver(MeshedSolver):
         """Whether a cell of the mesh is inverted in a state."""
         return self.distortion_of(*self._state_at(parameters, y)) <= 0
 
-    def factor(self, part: float = 1.0) -> None:
-        """Assemble the matrix at the solution for tangents, and factorise it unless the factors in hand serve.
+    def linearise(self, part: float = 1.0) -> Linearisation:
+        """The equations linearised at the solution, with its matrix, which is factorised unless factors in hand serve.
 
         One step with this matrix removes the error that lagged matrices leave.
 
@@ -338,21 +345,17 @@ class SteadySolver(MeshedSolver):
             NoSteadyState: The matrix is singular.
         """
         self.apply(self.parameters)
-        if (at := self.factored) is not None and at.y is self.y and at.parameters == self.parameters:
-            return
-        before = self.newton.factorisations
+        if (at := self.linearised) is not None and at.y is self.y and at.parameters == self.parameters:
+            return at
+        self.linearised, before = None, self.newton.factorisations
         regular = self.newton.linearise_at(self.y)
         self.factorisations += self.newton.factorisations - before
         if not regular:
             raise NoSteadyState("Newton's matrix is singular at the solution", advice="a larger mesh.Np")
         self.y = self.y - part * self.newton.linear_solve(self.newton.residual_at(self.y), tolerance=LAST)
         self.iterations += 1
-        self.factored = Factored(self.y, self.parameters)
-
-    def residual(self) -> Array:
-        """Residual at the solution, shape (n_y,)."""
-        self.apply(self.parameters)
-        return self.newton.residual_at(self.y)
+        self.linearised = Linearisation(self)
+        return self.linearised
 
     def velocity_row(self) -> Array:
         """Coefficients c, shape (n_y,), with c . y the velocity of the last particle relative to the first one."""

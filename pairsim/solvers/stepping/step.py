@@ -8,8 +8,15 @@ import numpy as np
 
 from pairsim.fem.diagnostics import Observation
 from pairsim.fem.scene import Scene
+from pairsim.quantities.kinds import TIME
 from pairsim.runtime.arrays import Array
+from pairsim.runtime.message import Message, Text
 from pairsim.solvers.nonlinear.convergence import Report
+
+
+def at_step(t: float, step: int) -> Text:
+    """Time [D_c/U_av] and number of a step in words, for failures; "" at the start of a run."""
+    return Message("t = {} (step {})", TIME(t, "g"), step) if t or step else ""
 
 
 @dataclass(frozen=True)

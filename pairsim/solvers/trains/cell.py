@@ -11,12 +11,15 @@ from dataclasses import replace
 
 import numpy as np
 
+from pairsim.physics.fields import DISPLACEMENT, VELOCITY
+from pairsim.quantities.kinds import LENGTH
 from pairsim.runtime.errors import NoSteadyState
+from pairsim.runtime.message import Message
 from pairsim.solvers.mesh_transfer import free_unknowns
 from pairsim.solvers.meshed_scene import Cells
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
-from pairsim.solvers.steady.ends import Ended
+from pairsim.solvers.steady.ends import arrived
 from pairsim.solvers.steady.first_solution import first_scene
 from pairsim.solvers.steady.scene import SteadySolver
 
@@ -45,14 +48,13 @@ def one_particle(problem: SteadyProblem, parameters: Parameters, d: float | None
     """
     problem, long = replace(problem, closed=True, periodic=True), problem.betas[0]  # of a particle along the axis
     for _ in range(MOST_SPACINGS):
-        found = first_scene(problem if d is None else replace(problem, length=d + long), parameters)
-        if isinstance(found, Ended):
-            raise found.failure
+        found = arrived(first_scene(problem if d is None else replace(problem, length=d + long), parameters))
         if d is None or abs(off := distance(found) - d) <= SAME_DISTANCE * d:
             return found
         long -= off
         found.close()
-    raise NoSteadyState(f"the spacing at which facing surfaces are {d:.5g} apart was not found")
+    assert d is not None, "any distance is right where none is given"
+    raise NoSteadyState(Message("the spacing at which facing surfaces are {} apart was not found", LENGTH(d, ".5g")))
 
 
 def repeated(one: SteadySolver, count: int) -> SteadySolver:
@@ -63,7 +65,7 @@ def repeated(one: SteadySolver, count: int) -> SteadySolver:
         count: Number of particles.
 
     Raises:
-        NoSteadyState: The solution is none of the cell of several.
+        NoSteadyState: Newton's method does not confirm the repeated solution as one of the cell of several.
     """
     problem, here = one.problem, one.parameters
     parameters = Parameters((distance(one),) * (count - 1), here.solids * count, here.liquid, here.sizes * count)
@@ -73,13 +75,13 @@ def repeated(one: SteadySolver, count: int) -> SteadySolver:
     cells = Cells(insides * count, one.scene.reference.repeated(count), mesh)
     train = SteadySolver(several, parameters, cells)
     (h_one, x_one), x = one.state(), np.zeros(train.scene.size)
-    fields = ["u", "s"] if train.scene.material.modes else ["u"]
+    fields = [VELOCITY, *train.scene.material.transported]
     if train.scene.moving and one.scene.moving:
-        fields.append("eta")
+        fields.append(DISPLACEMENT)
     for at in nodes:
         for field in fields:
-            train.scene.liquid.nodal(field, x)[at] = one.scene.liquid.nodal(field, x_one)
-    y = free_unknowns(train.constraints, x)
+            train.scene.liquid.nodal(field.name, x)[at] = one.scene.liquid.nodal(field.name, x_one)
+    y = free_unknowns(train.scene, train.constraints, x)
     for name in one.constraints.fields.keys() & {"U_p", "p_s"}:
         y[train.constraints.fields[name]] = np.tile(one.y[one.constraints.fields[name]], count)
     axial = np.arange(len(h_one)) % 2 == 0

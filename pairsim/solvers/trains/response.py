@@ -27,7 +27,6 @@ from numpy.polynomial import Polynomial
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.steady.motion import material_rates, moving_residual
 from pairsim.solvers.steady.scene import SteadySolver
-from pairsim.solvers.steady.tangents import residual_change
 
 ORDERS = 4  # of the series; chosen
 PROBE = 1e-4  # rates at which the residual is differenced, relative to the rate of the distance; chosen
@@ -43,13 +42,13 @@ def response(train: SteadySolver) -> tuple[Array, Array]:
     Raises:
         NoSteadyState: Newton's matrix is singular at the solution.
     """
-    train.factor()
-    here, y, (h, _) = train.parameters, train.y, train.state()
+    at = train.linearise()
+    here, y, (h, _) = at.parameters, at.y, train.state()
     rates = np.eye(len(here.gaps))[0]
-    change = residual_change(train, partial(here.with_longer_gap, 0))
+    change = at.residual_change(partial(here.with_longer_gap, 0))
     U, places = list[Array](), list[Array]()
     for _ in range(ORDERS + 1):
-        Y = -train.newton.linear_solve(change)
+        Y = -at.solve(change)
         h_t = material_rates(train, here, Y, rates)
         U.append(Y[train.constraints.fields["U_p"]])
         places.append(np.array([body.mean(h_t, h) for body in train.bodies]))

@@ -26,7 +26,7 @@ import scipy
 from pairsim.runtime.arrays import Array
 
 WAVES = 400  # wave numbers between 0 and pi in means and maxima over all; chosen
-ROUNDING = 1e-9  # of rates that vanish by reversibility, relative to the others; 1e-11 was measured
+NEGLIGIBLE_RATE = 1e-9  # of rates that vanish by reversibility, relative to the others; 1e-11 was measured
 BEYOND = 8.0  # factor of what the rest of the row is expected to change; long waves have the squares of distances
 EARLIEST, LATEST = 1e-6, 1e12  # times between which a spread is followed [D_c/U_av]; chosen
 
@@ -75,7 +75,8 @@ class Spectrum:
 
     Attributes:
         rates: lambda(2 pi m/n), m = 0, ..., n - 1, complex, of an even number n of at least 2.
-        others: The same otherwise computed, (any, n); what they differ by is part of the errors.
+        others: Rates as other computations have them, such as on larger cells, (any, n); differences from `rates` are
+            part of the errors.
     """
 
     rates: Array
@@ -95,7 +96,7 @@ class Spectrum:
     def at(self, k: Array, rest: float = 0.0) -> Waves:
         """Waves of given numbers; half-widths have a part of what every second wave of the cell alone would change."""
         row, half = _folded(self.rates), np.maximum(k, 1e-8)[:, None] / 2
-        off = np.abs([_folded(other) - row for other in self.others]).sum(axis=0) + ROUNDING * np.abs(row).max()
+        off = np.abs([_folded(other) - row for other in self.others]).sum(axis=0) + NEGLIGIBLE_RATE * np.abs(row).max()
         j = np.arange(1, len(self.rates) // 2 + 1)
         shapes = -((np.sin(half * j) / np.sin(half)) ** 2) / 2, np.sin(2 * half * j)
         scaled, scaled_error = shapes[0] @ row[0], np.abs(shapes[0]) @ off[0]
@@ -131,7 +132,7 @@ class Spectrum:
         All decay; some grow; all keep their size, but for rounding; or none of these is certain.
         """
         growing, turning = np.abs(_folded(self.rates)).max(axis=1)
-        if growing <= ROUNDING * turning:
+        if growing <= NEGLIGIBLE_RATE * turning:
             return "neither"
         scaled, error = self.everywhere.scaled, self.everywhere.scaled_error
         return "clusters" if (scaled > error).any() else "orders" if (scaled < -error).all() else "undecided"

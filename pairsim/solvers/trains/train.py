@@ -9,7 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy
 
+from pairsim.quantities.kinds import LENGTH
 from pairsim.runtime.errors import NoSteadyState
+from pairsim.runtime.message import Message
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.first_solution import coarser
@@ -55,7 +57,7 @@ class Train:
         return float(max(waves.growth_error.max(), waves.frequency_error.max()) / np.abs(self.spectrum.rates).max())
 
     def beside(self, coarse: Train, coarsest: Train) -> Train:
-        """This train with what those on cells that are larger by `COARSER` and its square tell of its errors."""
+        """This train with its errors, from the same train on cells that are larger by `COARSER` and by its square."""
         (rates, near, far), fewer = (each.spectrum.rates for each in (self, coarse, coarsest)), self.spectrum.others[:1]
         others = np.vstack([fewer, rates + LEFT * (near - rates), rates + LEFT * BEFORE * (far - near)])
         return replace(self, spectrum=Spectrum(rates, others), U_error=LEFT * abs(coarse.U - self.U))
@@ -75,8 +77,7 @@ def train_of(problem: SteadyProblem, parameters: Parameters, count: int, d: floa
         MeshFailure: A mesh could not be generated.
     """
     with closing(one_particle(problem, parameters, d)) as one:
-        one.factor()
-        t_relax, U = relaxation_time(one), float(one.y[one.constraints.fields["U_p"]][0])
+        t_relax, U = relaxation_time(one.linearise()), float(one.y[one.constraints.fields["U_p"]][0])
         with closing(repeated(one, count)) as cell:
             found = response(cell)
             fewer, rates = (growth_rates(*found, orders) for orders in (ORDERS - 1, ORDERS))
@@ -85,7 +86,7 @@ def train_of(problem: SteadyProblem, parameters: Parameters, count: int, d: floa
 
 
 def on_meshes(problem: SteadyProblem, parameters: Parameters, count: int, d: float | None = None) -> Iterator[Train]:
-    """The train with its errors on the given mesh, and on finer and finer ones; as `train_of`."""
+    """Yield the train with its errors on the given mesh, then on finer and finer ones; arguments as of `train_of`."""
     coarse = coarsest = train_of(coarser(problem, COARSER), parameters, count, d)
     while True:
         found = train_of(problem, parameters, count, d)
@@ -116,6 +117,7 @@ def transition(
     ends = [growth(d) for d in between]
     if ends[0] * ends[1] >= 0:
         does = "clusters" if ends[0] > 0 else "orders"
-        raise NoSteadyState(f"the train {does} at both d = {between[0]:g} and d = {between[1]:g}")
+        least, largest = (LENGTH(d, "g") for d in between)
+        raise NoSteadyState(Message("the train {} at both d = {} and d = {}", does, least, largest))
     d = float(scipy.optimize.brentq(growth, *between, xtol=PRECISION * (between[1] - between[0])))
     return d, (growth((1 + STEP) * d) - growth((1 - STEP) * d)) / (2 * STEP * d)

@@ -93,7 +93,7 @@ class RunAdaptation:
         return replace(problem, mesh=problem.mesh.scaled(self.factor, FEWEST))
 
     def _settling(self, problem: Problem) -> RunAdaptation:
-        """The same with cells on which the quasi-steady state that a run from rest goes to is exact enough."""
+        """A copy with cells so small that the quasi-steady state to which a run from rest goes is exact enough."""
         most = AIM * self.wanted * self.dU / 2  # the error has two terms of the cells, of which this is one
         part = -np.expm1(-problem.t_end / problem.liquid.longest)  # to which it sets in
         found = self

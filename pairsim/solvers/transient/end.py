@@ -8,7 +8,7 @@ from typing import Literal
 
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.problems import Problem
-from pairsim.solvers.steady.ends import Ended
+from pairsim.solvers.steady.ends import arrived
 from pairsim.solvers.steady.first_solution import first_scene
 from pairsim.solvers.stepping.step_size import reached
 from pairsim.solvers.transient.start import steady_scene
@@ -54,11 +54,8 @@ def settled(problem: Problem, gaps: tuple[float, ...]) -> tuple[Point, bool]:
         MeshFailure: A mesh could not be generated.
     """
     steady, parameters = steady_scene(problem, gaps)
-    scene = first_scene(steady, parameters)
-    if isinstance(scene, Ended):
-        raise scene.failure
-    with closing(Branch(scene)) as branch:
-        point, creeps = branch.at(parameters), False
+    with closing(Branch(arrived(first_scene(steady, parameters)))) as branch:
+        point, creeps = arrived(branch.at(parameters)), False
         if parameters.liquid.regularisation:
-            creeps = point.t_relax > CREEPS * branch.at(parameters.less_regularised(0.1)).t_relax
+            creeps = point.t_relax > CREEPS * arrived(branch.at(parameters.less_regularised(0.1))).t_relax
         return point, creeps

@@ -1,7 +1,7 @@
 """A time step of any size on the present mesh of a run, and how the run goes over to a new mesh.
 
 See "Remeshing" in docs/explanation/numerics.md. At a remeshing the particles keep their meshes and histories. Of the
-liquid only the log-conformation has a history, which is interpolated to the new mesh.
+liquid only what it carries along has a history, which is interpolated to the new mesh.
 """
 
 from __future__ import annotations
@@ -64,7 +64,11 @@ class StepSolver(MeshedSolver):
     def _make_particles(self, outlines: Sequence[Outline], insides: Sequence[SixNodeMesh | None]) -> None:
         solids, liquid = self.problem.solids, self.problem.liquid
         self.meshed = MeshedScene(
-            self.problem, outlines, insides, solids, liquid=liquid, constrain=self._constrain, clock=self.clock
+            *(self.problem, outlines, insides, solids),
+            liquid=liquid,
+            steady=False,
+            constrain=self._constrain,
+            clock=self.clock,
         )
 
     def _constrain(self, meshed: MeshedScene) -> Constraints:
@@ -73,7 +77,7 @@ class StepSolver(MeshedSolver):
         return transient_constraints(meshed.scene)
 
     def _prescribe_ends(self, x: Array, t: float) -> None:
-        """Set u and s at developed ends in a full vector to those of the flow without particles at time t."""
+        """Set the fields at developed ends in a full vector to those of the flow without particles at time t."""
         if not self.problem.periodic:
             self.scene.prescribe_ends(x, self.pipe(t))
 
@@ -93,9 +97,9 @@ class StepSolver(MeshedSolver):
         end with stresses up to hundreds of times too large, from which Newton's method diverges.
         """
         x = self.history.x[0]
-        if self._carried is None and self.problem.liquid.modes and not self.problem.periodic:
+        if self._carried is None and self.problem.liquid.has_memory and not self.problem.periodic:
             x = self.scene.at_rest_between(self.pipe(self.history.t[0]))
-        y = free_unknowns(self.constraints, x)
+        y = free_unknowns(self.scene, self.constraints, x)
         if self._carried is not None:
             y[self.meshed.material] = self._carried
         return y
@@ -127,11 +131,10 @@ class StepSolver(MeshedSolver):
         while sizes[0] > SURE_STEP:
             sizes.insert(0, sizes[0] / 10)
         for liquid in self._easier_liquids(reports):
-            self.scene.liquid.become(liquid)
-            found, report = self._solved(guess.copy(), sizes[0], U_m)
+            with self.scene.liquid.changed_to(liquid):
+                found, report = self._solved(guess.copy(), sizes[0], U_m)
             reports.append(report)
             guess = found if report.converged else guess
-        self.scene.liquid.become(self.problem.liquid)
         for size in sizes:
             guess, report = self._solved(guess, size, U_m)
             reports.append(report)
@@ -216,4 +219,5 @@ class StepSolver(MeshedSolver):
         change = balanced(self.scene, x, h, self.constraints.M @ y, U_m, self.clock) - x
         self.history.x = [x + change, *map(np.copy, self.history.x[1:])]
         for past in self.history.x[1:]:
-            liquid.nodal("s", past)[:] += liquid.nodal("s", change)
+            for field in self.problem.liquid.transported:
+                liquid.nodal(field.name, past)[:] += liquid.nodal(field.name, change)

@@ -13,15 +13,17 @@ from pairsim.fem.scene import Scene
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
+from pairsim.runtime.message import Message
 from pairsim.solvers.errors.adjoints import Adjoints
 from pairsim.solvers.errors.estimate import ErrorEstimator
+from pairsim.solvers.goals import dU
 from pairsim.solvers.mesh_transfer import free_unknowns
 from pairsim.solvers.meshed_scene import cut_particles
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import Problem, SteadyProblem
-from pairsim.solvers.steady.ends import Ended
+from pairsim.solvers.steady.ends import arrived
 from pairsim.solvers.steady.first_solution import first_scene
-from pairsim.solvers.steady.scene import SteadySolver
+from pairsim.solvers.steady.linearisation import Linearisation
 
 SCALARS = ("p_s", "m", "dp")  # fields in the same numbering in scenes in time and quasi-steady scenes
 
@@ -45,29 +47,30 @@ class Flow:
     dU_error: Array
 
     @staticmethod
-    def of(steady: SteadySolver, x: Array) -> Flow:
+    def of(at: Linearisation, x: Array) -> Flow:
         """The flow of a quasi-steady solution.
 
         Args:
-            steady: The scene, at a solution.
+            at: The solution.
             x: Its full vector, shape (n,).
         """
-        liquid, constraints, y = steady.scene.liquid, steady.constraints, steady.y
-        nodal = {f.name: liquid.nodal(f.name, x) for f in liquid.compiled.fields}
+        steady, y = at.steady, at.y
+        liquid, constraints = steady.scene.liquid, steady.constraints
+        nodal = {f.name: liquid.nodal(f.name, x) for f in liquid.fields}
         scalars = {name: y[constraints.fields[name]] for name in SCALARS if name in constraints.fields}
         U, error = y[constraints.fields["U_p"]], np.zeros(max(len(steady.bodies) - 1, 0))
         if error.size:
-            estimate = ErrorEstimator().estimate(steady, Adjoints.of(steady), steady.observe())
-            error = np.abs(estimate.dU) + estimate.dU_error
+            estimate = ErrorEstimator().estimate(at, Adjoints.of(at), steady.observe())[dU]
+            error = np.abs(estimate.correction) + estimate.half_width
         return Flow(nodal, constraints.V @ y, scalars, U, error)
 
     def unknowns(self, scene: Scene, constraints: Constraints) -> Array:
         """The free unknowns of a scene in time on the same meshes, shape (n_y,)."""
         liquid, x = scene.liquid, np.zeros(scene.size)
-        for field in liquid.compiled.fields:
+        for field in liquid.fields:
             if field.name in self.liquid:
                 liquid.nodal(field.name, x)[:] = self.liquid[field.name]
-        y, entry = free_unknowns(constraints, x), constraints.M.tocoo()
+        y, entry = free_unknowns(scene, constraints, x), constraints.M.tocoo()
         y[entry.col] = self.velocity[entry.row]
         for name, values in self.scalars.items():
             y[constraints.fields[name]] = values
@@ -126,18 +129,16 @@ def quasi_steady(problem: Problem, clock: Clock) -> Start:
         MeshFailure: A mesh could not be generated.
     """
     try:
-        steady = first_scene(*steady_scene(problem, problem.gaps))
-        if isinstance(steady, Ended):
-            raise steady.failure
+        steady = arrived(first_scene(*steady_scene(problem, problem.gaps)))
     except NoSteadyState as failure:
-        message = f"the run has no quasi-steady state to start from: {failure.message}"
+        message = Message("the run has no quasi-steady state to start from: {}", failure.message)
         raise NoSteadyState(message, advice="start: rest") from failure
     try:
-        steady.factor()
+        at = steady.linearise()
         h, x = steady.state()
         scene = steady.scene
         insides = tuple(None if body.phase is None else body.phase.six_node_mesh for body in steady.bodies)
-        flow = Flow.of(steady, x)
+        flow = Flow.of(at, x)
         work = steady.iterations, steady.factorisations
         for name, seconds in steady.clock.seconds.items():
             clock.seconds[name] += seconds
@@ -149,7 +150,7 @@ def quasi_steady(problem: Problem, clock: Clock) -> Start:
 def settles(problem: Problem) -> bool:
     """Whether a run goes from rest to a quasi-steady state whose error is part of its own."""
     liquid, wanted = problem.liquid, problem.dU_error and not problem.from_steady
-    return wanted and bool(problem.gaps and liquid.modes) and liquid.yielding is None
+    return wanted and bool(problem.gaps) and liquid.has_memory and liquid.yielding is None
 
 
 def settled_error(problem: Problem, clock: Clock) -> Array | float:
@@ -164,11 +165,11 @@ def settled_error(problem: Problem, clock: Clock) -> Array | float:
 def steady_scene(problem: Problem, gaps: tuple[float, ...]) -> tuple[SteadyProblem, Parameters]:
     """The quasi-steady problem of a run on its cells, and its parameters at given distances [D_c], N-1 values."""
     steady = SteadyProblem(
-        problem.betas,
-        problem.length,
-        problem.periodic,
-        problem.mesh,
-        problem.boundary_velocity,
+        betas=problem.betas,
+        length=problem.length,
+        periodic=problem.periodic,
+        mesh=problem.mesh,
+        drive=problem.drive,
         narrowest=min(problem.gaps, default=np.inf),
         closed=problem.closed,
         monitor=problem.monitor,

@@ -14,6 +14,7 @@ import numpy as np
 
 from pairsim.fem.algebra.scene_constraints import balance_constraints
 from pairsim.fem.scene import Scene
+from pairsim.physics.fields import PRESSURE
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
 from pairsim.solvers.mesh_transfer import free_unknowns
@@ -46,7 +47,7 @@ def balanced(scene: Scene, x: Array, h: Array, velocity: Array, U_m: float, cloc
     liquid = scene.liquid
     constraints = balance_constraints(scene, x)
     newton = Newton(scene, constraints, clock=clock)
-    y = free_unknowns(constraints, x)
+    y = free_unknowns(scene, constraints, x)
     moved = constraints.V.tocoo()
     y[moved.col] = velocity[moved.row]
     # The mesh moves with the liquid during the deformation, so that there is no convection relative to it.
@@ -54,6 +55,7 @@ def balanced(scene: Scene, x: Array, h: Array, velocity: Array, U_m: float, cloc
     if scene.moving:
         liquid.nodal("eta", star)[:] -= time * (liquid.nodal("u", star) - [U_m, 0.0])
     momentum = np.concatenate([constraints.fields[name] for name in ("u", "v", "U_p") if name in constraints.fields])
+    balancing = [*(field.unknowns for field in scene.material.transported), PRESSURE.unknowns, "m", "dp"]
     try:
         newton.place(h)
         scene.set_step(star, time, U_m, solids=False)
@@ -69,7 +71,7 @@ def balanced(scene: Scene, x: Array, h: Array, velocity: Array, U_m: float, cloc
                 y = before
                 break
             before = y.copy()
-            for name in ("s", "p_f", "m", "dp"):
+            for name in balancing:
                 if name in constraints.fields:
                     y[constraints.fields[name]] += change[constraints.fields[name]]
             last = w

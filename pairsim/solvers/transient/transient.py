@@ -8,15 +8,17 @@ from dataclasses import replace
 import numpy as np
 
 from pairsim.fem import diagnostics
+from pairsim.quantities.kinds import TIME
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InvertedCell, MeshFailure, NewtonFailure, StepTooSmall
-from pairsim.solvers.errors.equation import ErrorEquation
+from pairsim.runtime.message import Message
+from pairsim.solvers.errors.error_transport import ErrorEquation
 from pairsim.solvers.errors.run_errors import RunErrors
 from pairsim.solvers.meshed_scene import needs_mesh
 from pairsim.solvers.nonlinear.convergence import Report
 from pairsim.solvers.problems import Problem
 from pairsim.solvers.stepping.history import ErrorHistory, History
-from pairsim.solvers.stepping.step import Step
+from pairsim.solvers.stepping.step import Step, at_step
 from pairsim.solvers.stepping.step_size import Scheme, extrapolation_weights, land, reached, velocity_error
 from pairsim.solvers.transient.scene import StepSolver
 from pairsim.solvers.transient.start import at_rest, quasi_steady, settled_error, settles
@@ -25,8 +27,6 @@ from pairsim.solvers.transient.state import Counts, Extremes, State
 # Weight of errors of the distances between particles relative to errors of the shapes. Measured: dU to 0.15 % in 75
 # steps, against 0.34 % in 92 steps with weight 1.
 RELATIVE_WEIGHT = 20.0
-# Weight of errors of the log-conformation; chosen such that dU follows that of finer steps through the start-up.
-CONFORMATION_WEIGHT = 0.4
 # Least error in units of the tolerance, for scenes that do not change; 0 stands for an unknown error.
 NO_ERROR = 1e-12
 
@@ -74,7 +74,7 @@ class Transient(StepSolver):
             start.h,
             [-float(place) for place in diagnostics.centres(self.bodies, start.h)[:1]] or [0.0],
         )
-        self.history = History([0.0], [start.h], [np.zeros(self.scene.size)], frame=frame)
+        self.history = History([0.0], [start.h], [self.scene.at_rest], frame=frame)
         errors = ErrorHistory([0.0], [np.zeros(self.scene.h_size)], [np.zeros(self.scene.size)])
         if start.flow is not None:
             y = start.flow.unknowns(self.scene, self.constraints)
@@ -145,10 +145,11 @@ class Transient(StepSolver):
             weights = extrapolation_weights(past.t, t)
             predicted = sum(w * old for w, old in zip(weights, past.h, strict=True))
             size = self._size_of(h - predicted)
-            if self.problem.liquid.modes:
-                predicted = sum(w * old for w, old in zip(weights, past.x, strict=True))
-                change = self.scene.liquid.nodal("s", x - predicted)
-                size = max(size, CONFORMATION_WEIGHT * float(np.sqrt(np.mean(change**2))))
+            if weighted := [field for field in self.problem.liquid.fields if field.step_weight]:
+                change = x - sum(w * old for w, old in zip(weights, past.x, strict=True))
+                for field in weighted:
+                    off = self.scene.liquid.nodal(field.name, change)
+                    size = max(size, field.step_weight * float(np.sqrt(np.mean(off**2))))
             error = size * velocity_error(past.t, t) / self.problem.control.tolerance
             error = max(error, NO_ERROR)
         return y, h, x, report, error
@@ -195,9 +196,9 @@ class Transient(StepSolver):
             self.counts.remeshings += 1
             self._on_new_mesh(geometry, self._U_m, self._error.errors if self._error is not None else None)
         except MeshFailure as failure:
-            t, step = self.history.t[0], self.counts.steps
+            at = at_step(self.history.t[0], self.counts.steps)
             advice = "a larger mesh.Np; very soft particles may have no steady shape"
-            raise MeshFailure(failure.message, t=t, step=step, advice=advice) from failure
+            raise MeshFailure(failure.message, at=at, advice=advice) from failure
 
     def steps(self, milestones: Iterator[float]) -> Iterator[Step]:
         """Integrate in time up to the last milestone.
@@ -310,13 +311,14 @@ class Transient(StepSolver):
         return found
 
     def _give_up(self, t: float, report: Report, valid: bool, error: float) -> None:
-        step, fixed = self.counts.steps, self.problem.control.fixed
-        kept = f"the step time.fixed_step = {fixed:g} failed at t = {t:g}: " if fixed is not None else ""
+        at, fixed, kept = at_step(t, self.counts.steps), self.problem.control.fixed, Message("")
+        if fixed is not None:
+            kept = Message("the step time.fixed_step = {} failed at t = {}: ", f"{fixed:g}", TIME(t, "g"))
         advice = "a smaller time.fixed_step, or automatic steps without it" if kept else "a larger mesh.Np"
         if not report.converged:
             advice += "" if kept else " or a smaller time.first_step"
-            raise NewtonFailure(kept + report.reason, t=t, step=step, advice=advice)
+            raise NewtonFailure(kept + report.reason, at=at, advice=advice)
         if not valid:
-            raise InvertedCell(f"{kept}a cell was inverted", t=t, step=step, advice=advice)
+            raise InvertedCell(kept + "a cell was inverted", at=at, advice=advice)
         message = f"the local error is {error:.2g} times the tolerance at the smallest step"
-        raise StepTooSmall(message, t=t, step=step, advice="a larger time.tol")
+        raise StepTooSmall(message, at=at, advice="a larger time.tol")

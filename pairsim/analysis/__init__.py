@@ -1,0 +1,1 @@
+"""What tables say: master curves, time series, travels, the part of inputs in an answer."""

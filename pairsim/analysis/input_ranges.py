@@ -1,0 +1,92 @@
+"""The quantities that a case is given by: the range of dU in their draws, and their values on axes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+
+from pairsim.cases.experiment import follows_in
+from pairsim.cases.laws import Laws
+from pairsim.cases.physical import BLOCK
+from pairsim.cases.quantity_text import as_given, unit_in
+from pairsim.quantities.kinds import VELOCITY
+from pairsim.quantities.scales import Scales
+from pairsim.record.record import Record
+from pairsim.record.run_entries import DRAWN
+from pairsim.runtime.arrays import Array
+from pairsim.solvers.curves.interpolant import hermite, slopes_of
+
+COVERED = 0.95  # part of the draws of the inputs that a range holds
+MANY = 1e-3  # part of the draws beyond an end of the atlas from which on it is told; chosen
+FINE = 2000  # distances at which the ends of a range are looked at for their signs; chosen
+
+
+def quantity_for(case: Mapping[str, Any], name: str, scales: Scales) -> tuple[str, str, Callable[[Any], Any]]:
+    """The quantity that De or Ca_e of a case follows from: its key, its unit as given, and its value by the number."""
+    block = case[BLOCK]
+    able = [each.quantity for each in follows_in(Laws.in_case(case)) if name in each.keys]
+    of = min(able, key=lambda each: each.key not in block)
+    given = block.get(of.key, of.example)
+    unit = as_given(given[0] if isinstance(given, list) else given)[1]
+    one = of.number(unit_in(of.unit, unit), scales)
+    return of.key, unit, lambda values: (values / one) ** (-1.0 if of.inverse else 1.0)
+
+
+@dataclass(frozen=True)
+class DrawnRange:
+    """The range of dU in which most draws of the inputs are, at constant distance in units.
+
+    It holds `COVERED` of all draws, those outside of the atlas being counted as outside of it; where there are more of
+    these, of the others.
+    """
+
+    d: Array  # distances [D_c], ascending, shape (n,)
+    least: Array  # where the range begins [um/s], shape (n,)
+    largest: Array  # where it ends
+    outside: Array  # part of the draws that are outside of the atlas
+    beyond: str  # what many of these are beyond, such as "Ca_e above 0.1"
+    missing: str  # numbers that differ from draw to draw, but for which the atlas has one value alone
+
+    @classmethod
+    def of(cls, record: Record) -> Self | None:
+        """That of a curve, in its run.json; None if it has none."""
+        if (entry := DRAWN.of(record)) is None:
+            return None
+        arrays = {name: np.asarray(entry[name], dtype=float) for name in ("d", "least", "largest", "outside")}
+        return cls(**arrays, beyond=entry["beyond"], missing=entry["missing"])
+
+    def _at(self, values: Array, d: Array | float) -> Array:
+        x = np.log(self.d)
+        return hermite(x, values, slopes_of(values, x))(np.log(d))
+
+    def words(self, d: float) -> str:
+        """The range at a distance [D_c], such as -14.0 to -9.1 um/s."""
+        least, largest = (float(self._at(each, d)) for each in (self.least, self.largest))
+        size = 10.0 ** (2 - math.floor(math.log10(largest - least))) if largest > least else 1e3  # three digits of it
+        digits = max(round(math.log10(size)), 0)
+        ends = math.floor(least * size) / size, math.ceil(largest * size) / size  # outwards: draws crowd at an extremum
+        return f"{ends[0]:+.{digits}f} to {ends[1]:+.{digits}f} {VELOCITY.physical}"
+
+    def outside_at(self, d: float) -> str:
+        """Which part of the draws is outside of the atlas at a distance [D_c], and what that means; "" if none is."""
+        part = float(np.interp(np.log(d), np.log(self.d), self.outside))
+        if not part:
+            return ""
+        at_end = "d beyond its ends" if part > self.outside.min() + MANY else ""
+        beyond = " or ".join(filter(None, (self.beyond, at_end)))
+        means = (
+            "count as outside of this range" if part < 1 - COVERED else "are not known: the range is that of the others"
+        )
+        return f"{100 * part:.2g} % of the draws are outside of the atlas{beyond and f', {beyond},'} and {means}"
+
+    def around(self, zero: float) -> tuple[float, float]:
+        """The distances about a zero of dU between which the range holds both signs, and so zeros of draws [D_c]."""
+        d = np.geomspace(self.d[0], self.d[-1], FINE)
+        unsure = (self._at(self.least, d) <= 0) & (self._at(self.largest, d) >= 0)
+        at = int(np.abs(np.log(d / zero)).argmin())
+        below, above = np.flatnonzero(~unsure[:at]), np.flatnonzero(~unsure[at + 1 :])
+        return float(d[below[-1] + 1] if len(below) else d[0]), float(d[at + above[0]] if len(above) else d[-1])

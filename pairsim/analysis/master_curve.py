@@ -1,0 +1,398 @@
+"""A master curve: dU as a function of the distance, whichever way it was found, and what follows from it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+
+from pairsim.analysis.input_ranges import DrawnRange
+from pairsim.analysis.pair_motion import Memory, Motion
+from pairsim.analysis.rows_of_points import point_row
+from pairsim.analysis.travel import Travel, distance_on, travel
+from pairsim.cases.inputs import Input
+from pairsim.quantities.kinds import VELOCITY
+from pairsim.quantities.scales import Scales
+from pairsim.record.column import Column, error_of
+from pairsim.record.columns import (
+    BRIDGE,
+    BY_DIFFERENCE,
+    CREEP,
+    CURVE_COLUMNS,
+    D_ERROR,
+    DISTANCE,
+    DU,
+    DU_DISCRETE,
+    DU_ERROR,
+    DU_HALF,
+    DU_HELD,
+    EQUILIBRIA_COLUMNS,
+    SENSITIVITIES,
+    SLOPE,
+    STABLE,
+    STRETCH,
+    T_RELAX,
+    U,
+)
+from pairsim.record.record import Record
+from pairsim.record.table import Table
+from pairsim.record.table_files import read_table
+from pairsim.runtime.arrays import Array
+from pairsim.runtime.errors import InputError
+from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU, CurveInterpolant, Peak, Region
+
+if TYPE_CHECKING:
+    from pairsim.atlas.atlas import Atlas
+    from pairsim.solvers.curves.branch import Point
+
+CLOSE = 1e-9  # relative difference of distances that is rounding; chosen
+
+
+@dataclass(frozen=True)
+class Zero:
+    """A distance at which dU vanishes, with its error where it is known, and whether it is stable."""
+
+    d: float
+    stable: bool
+    error: float | None = None
+
+    @property
+    def kind(self) -> str:
+        return "stable" if self.stable else "unstable"
+
+
+class Curve:
+    """dU as a function of the distance: a cubic Hermite interpolant over log d, with an interval.
+
+    Its points are those of curve.csv in ascending distance. Gaps are named by the suffixes of their columns: "" of a
+    pair, "_1", "_2", ... of more particles.
+
+    Args:
+        table: The columns of curve.csv, shape (points,) each.
+        equilibria: The known zeros, the columns of equilibria.csv; None: those of the interpolant.
+        record: The record of the computation, which has the units and the inputs of the case.
+        source: What messages name.
+    """
+
+    def __init__(
+        self,
+        table: Mapping[str, Array],
+        equilibria: Mapping[str, Array] | None = None,
+        record: Record | None = None,
+        source: str = "curve",
+    ) -> None:
+        self.table = Table(table, CURVE_COLUMNS)
+        self.record, self.source = record if record is not None else Record(), source
+        self._known = None if equilibria is None else Table(equilibria, EQUILIBRIA_COLUMNS)
+        self._interpolants: dict[str, CurveInterpolant | None] = {}
+
+    @classmethod
+    def of_points(cls, points: Sequence[Point]) -> Self:
+        """That of quasi-steady solutions in ascending distance."""
+        return cls(Table.of_rows(map(point_row, points)))
+
+    @classmethod
+    def read(cls, folder: Path, *, missing_ok: bool = False) -> Self:
+        """That of a folder of results.
+
+        Args:
+            folder: The folder.
+            missing_ok: Whether a folder without curve.csv has a curve without points.
+
+        Raises:
+            InputError: A table cannot be read.
+        """
+        table = read_table(folder / "curve.csv", missing_ok=missing_ok)
+        zeros = read_table(folder / "equilibria.csv", missing_ok=True)
+        return cls(table, zeros, Record.read(folder), str(folder))
+
+    @classmethod
+    def of_atlas(
+        cls,
+        atlas: Atlas,
+        *,
+        beta: float,
+        De: float,
+        Ca_e: float,
+        record: Record | None = None,
+        source: str = "atlas",
+    ) -> Self:
+        """That of an atlas at a place in its box, with derivatives of dU.
+
+        Raises:
+            InputError: The place is outside of the box.
+        """
+        found = atlas.at(beta, De, Ca_e)
+        columns = {DISTANCE: found.d, DU: found.dU, DU_HELD: found.dU, DU_DISCRETE: found.dU}
+        columns |= {DU_ERROR: found.half_widths, SLOPE: found.slope}
+        columns |= {U.with_suffix("_L"): found.U + found.dU / 2, U.with_suffix("_T"): found.U - found.dU / 2}
+        columns |= {STRETCH: found.stretch, T_RELAX: found.t_relax}
+        if found.by_difference is not None:
+            columns[BY_DIFFERENCE] = found.by_difference
+        columns |= {SENSITIVITIES[name]: change for name, change in found.sensitivities.items()}
+        return cls({column.name: values for column, values in columns.items()}, None, record, source)
+
+    def __reduce__(self) -> Any:
+        """Pickled by its points and zeros."""
+        known = None if self._known is None else dict(self._known)
+        return type(self), (dict(self.table), known, self.record, self.source)
+
+    def __repr__(self) -> str:
+        return f"<curve of {self.table.rows} points, {self.source}>"
+
+    @property
+    def gaps(self) -> list[str]:
+        """The gaps, from upstream; none of a single particle."""
+        return self.table.gaps
+
+    @property
+    def scales(self) -> Scales | None:
+        """The units of the case; None without a `physical` block."""
+        return self.record.scales
+
+    @property
+    def steady(self) -> bool:
+        """Whether it is that of a pair in steady states, not that from rest after a time."""
+        return self.table.has(DU_HELD) and self.table.has(DU)
+
+    def named(self, source: str, record: Record | None = None) -> Curve:
+        """The same curve with another name in messages and, if given, another record."""
+        known = vars(self).get("equilibria", self._known)  # if they were found already
+        found = Curve(self.table, known, record if record is not None else self.record, source)
+        found._interpolants = self._interpolants
+        return found
+
+    def converted(self, scales: Scales | None) -> Curve:
+        """The curve in um and um/s, by the scales of an experiment; as it is without."""
+        zeros = None if self._known is None else self._known.converted(scales)
+        return Curve(self.table.converted(scales), zeros, self.record, self.source)
+
+    def interpolant(self, gap: str = "") -> CurveInterpolant | None:
+        """dU of a gap over the distance; None unless there are two points over a distance that all gaps have.
+
+        A curve from rest has no slopes of its own.
+        """
+        if gap not in self._interpolants:
+            self._interpolants[gap] = self._interpolated(gap)
+        return self._interpolants[gap]
+
+    def _interpolated(self, gap: str) -> CurveInterpolant | None:
+        table, slope = self.table, self.table.known(SLOPE, gap)
+        if (slope is None and table.known(DU_HALF, gap) is None) or table.rows < 2:
+            return None
+        d, dU, error = table[table.varied(gap)], table.of(DU, gap), table.of(DU_ERROR, gap)
+        discrete, zero = table.known(DU_DISCRETE, gap), np.zeros_like(d)
+        discrete, slope = (zero if each is None else each for each in (discrete, slope))
+        return CurveInterpolant(*(np.asarray(each, dtype=float) for each in (d, dU, discrete, slope, error)))
+
+    def of(self, gap: int = 1) -> CurveInterpolant:
+        """The interpolant of a gap by its number, counted from upstream.
+
+        Raises:
+            InputError: There is no such gap, or no curve over a single distance.
+        """
+        found = self.interpolant(self.gaps[gap - 1]) if 0 < gap <= len(self.gaps) else None
+        if found is None:
+            allowed = "must be a gap of a curve with at least two points over a single distance"
+            raise InputError("curve", "gap", gap, allowed)
+        return found
+
+    def __call__(self, d: Any, gap: int = 1) -> tuple[Any, Any]:
+        """The interpolated dU, and the half-width of its interval: the errors at the points, and between them.
+
+        Args:
+            d: Distance or array of distances of any shape: numbers [D_c], or texts with a unit such as "5um".
+            gap: Number of the gap, counted from upstream.
+
+        Returns:
+            dU and its half-width [U_av]: numbers if `d` is one, else arrays of the shape of `d`.
+
+        Raises:
+            InputError: A distance is outside the curve, or there is no curve over a single distance.
+        """
+        found, places = self.of(gap), np.asarray(d)
+        if places.dtype.kind == "U":
+            lengths = [distance_on(found, str(each), "d", self.scales, "curve") for each in places.flat]
+            places = np.reshape(lengths, places.shape)
+        places = places.astype(float)
+        low, high = found.d[[0, -1]]
+        outside = places[~((places >= low) & (places <= high))]
+        if outside.size:
+            allowed = f"must be from {low:g} to {high:g}, the ends of the curve"
+            raise InputError("curve", "d", float(outside.flat[0]), allowed)
+        values = found.values(places), found.half_widths(places)
+        return (float(values[0]), float(values[1])) if places.ndim == 0 else values
+
+    def distance(self, given: float | str, option: str = "d") -> float:
+        """A distance on the curve [D_c]: a number [D_c], or a text with a unit such as "5um".
+
+        Raises:
+            InputError: It is neither a number nor a length, the case has no units, or it is outside the curve; the
+                message names the option.
+        """
+        return distance_on(self.of(), given, option, self.scales, self.source)
+
+    def at(self, places: Sequence[float | str]) -> Table:
+        """The columns d, dU and dU_error at any distances: numbers [D_c], or lengths with their units.
+
+        Raises:
+            InputError: It is no curve over a single distance, or a distance is outside of it.
+        """
+        found: dict[str, Array] = {}
+        for gap in self.gaps:
+            if (curve := self.interpolant(gap)) is None:
+                break
+            d = np.array([distance_on(curve, each, "--at", self.scales, self.source) for each in places])
+            name = DU.name + gap
+            found |= {self.table.varied(gap).name: d, name: curve.values(d), error_of(name): curve.half_widths(d)}
+        if not found:
+            allowed = "goes with a curve of at least two points over a single distance"
+            raise InputError(self.source, "--at", None, allowed)
+        return Table(found, self.table.declared)
+
+    def peak_of(self, gap: str) -> Peak:
+        """The largest |dU| of a gap: that of the curve, or of points that have none, without interpolation."""
+        if (curve := self.interpolant(gap)) is not None:
+            return curve.peak
+        d, dU, error = self.table[self.table.varied(gap)], self.table.of(DU, gap), self.table.of(DU_ERROR, gap)
+        largest = int(np.argmax(np.abs(dU)))
+        return Peak(float(d[largest]), float(dU[largest]), float(error[largest]), 0.0)
+
+    @cached_property
+    def peak(self) -> Peak:
+        """The largest |dU|, its place, and the half-widths of both; of a row those of its first gap."""
+        return self.peak_of(self.gaps[0]) if self.gaps else self.of().peak
+
+    @cached_property
+    def equilibria(self) -> Table:
+        """The zeros with their half-widths, as in equilibria.csv: known ones, or those of the interpolant."""
+        if self._known is not None:
+            return self._known
+        curve, table = self.interpolant(), self.table
+        d = np.array(curve.zeros if curve is not None else [])
+        slopes = table[SLOPE] if table.has(SLOPE) else np.gradient(table[DU], table[DISTANCE])
+        slope = np.interp(d, table[DISTANCE], slopes)
+        half = curve.half_widths(d) if curve is not None else d
+        found = {DISTANCE: d, STABLE: slope < 0, SLOPE: slope, D_ERROR: half / np.abs(slope)}
+        return Table({column.name: values for column, values in found.items()}, EQUILIBRIA_COLUMNS)
+
+    @cached_property
+    def zeros(self) -> list[Zero]:
+        """The distances at which dU vanishes, ascending."""
+        return zeros_in(self.equilibria)
+
+    @cached_property
+    def regions(self) -> list[Region]:
+        """Where the pair separates, comes closer, or may do either; none if dU vanishes at every distance.
+
+        Of more than two particles those of the first gap.
+        """
+        peak, curve = self.peak, self.interpolant(self.gaps[0])
+        if abs(peak.dU) < NEGLIGIBLE_DU:
+            return []
+        if curve is None:
+            return [Region(peak.d, peak.d, int(np.sign(peak.dU)) if abs(peak.dU) > peak.error else 0)]
+        return curve.regions([zero.d for zero in self.zeros])
+
+    @cached_property
+    def arrested(self) -> list[Region]:
+        """Those of the regions in which unyielded liquid holds the pair together at every point."""
+        if not self.table.has(CREEP):
+            return []
+        from pairsim.solvers.curves.unyielded_bridge import held_together  # loads FEniCSx
+
+        d, held = self.table[DISTANCE], held_together(*(self.table[each] for each in (DU, DU_ERROR, BRIDGE, CREEP)))
+        found = []
+        for each in self.regions:
+            here = (each.start * (1 - CLOSE) <= d) & (d <= each.stop * (1 + CLOSE))
+            if not each.sign and here.any() and held[here].all():
+                found.append(each)
+        return found
+
+    @cached_property
+    def motion(self) -> Motion | None:
+        """How the pair moves at each distance; None of fewer than two points, and where the table does not tell it."""
+        curve = self.interpolant()
+        return None if curve is None else Motion.of(self.table, curve)
+
+    def memory(self, start: float) -> Memory | None:
+        """How a pair that starts at a distance [D_c] forgets that; None if the decay times are not known."""
+        return None if self.motion is None else self.motion.memory(start)
+
+    def forgotten(self, start: float) -> float | None:
+        """The distance of `Memory.forgotten`, None if the decay times are not known."""
+        memory = self.memory(start)
+        return None if memory is None else memory.forgotten
+
+    def travel(self, start: float | str, stop: float | str) -> Travel:
+        """Time and length of tube in which the pair moves from one distance to another.
+
+        Args:
+            start: First distance: a number [D_c], or a text with a unit such as "5um".
+            stop: Last distance.
+
+        Raises:
+            InputError: The curve is not that of a pair, a distance is outside the curve, there is a zero of dU between
+                the distances or there may be one, or the pair moves in the other direction.
+        """
+        if self.motion is None:
+            allowed = "must be the curve of a pair in steady states, with at least two points"
+            raise InputError(self.source, "", None, allowed)
+        return travel(self.motion, start, stop, self.source, self.scales)
+
+    def interpolated(self, values: Array, d: float) -> float:
+        """Values at the points of a pair, shape (points,), at a distance between them: linear in log d."""
+        return float(np.interp(np.log(d), np.log(self.table[DISTANCE]), values))
+
+    @property
+    def by_difference(self) -> Array | None:
+        """Derivative of dU by the difference of the diameters over their mean, (points,); None where not known."""
+        return self.table.known(BY_DIFFERENCE)
+
+    def change_by(self, one: Input) -> Array | None:
+        """Derivative of dU at constant distance in units by an input's logarithm, or by a percentage [um/s], (points,).
+
+        None where the input changes numbers by which there are no derivatives.
+        """
+        scales = ("length", "velocity")
+        numbers = {name: change for name, change in one.changes.items() if change and name not in scales}
+        columns = {name: SENSITIVITIES.get(name) for name in numbers}
+        if any(column is None or not self.table.has(column) for column in columns.values()):
+            return None
+        length, velocity = (one.changes.get(name, 0.0) for name in scales)
+        table = self.table
+        dU = table[DU] * velocity - table[DISTANCE] * table[SLOPE] * length
+        by_numbers = (numbers[name] * table[column] for name, column in columns.items() if column is not None)
+        return np.asarray(VELOCITY.factor(self.scales) * (dU + sum(by_numbers)))
+
+    def half_widths_by(self, inputs: Sequence[Input]) -> dict[str, Array]:
+        """The part of each input in the half-width of dU, as of `change_by`; infinite where it is not known.
+
+        Quantities are independent, so that squares add up.
+        """
+        found = {}
+        for one in inputs:
+            if one.half_width:
+                change, unknown = self.change_by(one), np.full_like(self.table[DU], np.inf)
+                found[one.key] = unknown if change is None else np.abs(change) * one.half_width / one.size
+        return found
+
+    @cached_property
+    def drawn(self) -> DrawnRange | None:
+        """The range of dU in draws of the inputs; an answer of an atlas has it where inputs have half-widths."""
+        return DrawnRange.of(self.record)
+
+
+def zeros_in(table: Table, distance: Column = DISTANCE) -> list[Zero]:
+    """The zeros in a table, whose distances are in this column."""
+    d, stable, errors = table.known(distance), table.known(STABLE), table.known(D_ERROR)
+    if d is None or stable is None:
+        return []
+    half_widths = [float(each) if math.isfinite(each) else None for each in (errors if errors is not None else ())]
+    listed = zip(d, stable, half_widths or [None] * len(d), strict=True)
+    return [Zero(float(each), bool(kind), error) for each, kind, error in listed]

@@ -1,0 +1,157 @@
+"""Time and length of tube in which a pair moves from one distance to another, from its master curve."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pairsim.analysis.pair_motion import Motion
+from pairsim.quantities.kinds import LENGTH, POSITION, TIME
+from pairsim.quantities.scales import Scales
+from pairsim.quantities.text import in_unit, with_name
+from pairsim.record.record import no_units
+from pairsim.runtime.arrays import Array
+from pairsim.runtime.errors import InputError
+from pairsim.runtime.message import Message, Text, in_units
+from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU, CurveInterpolant
+
+NODES = 4  # of the quadrature between two samples of a curve, which leaves 1e-10 of smooth ones
+SAME = 1e-9  # relative difference of a distance from an end of the curve that is due to rounding
+
+
+@dataclass(frozen=True)
+class Travel:
+    """Time and length of tube for the motion of a pair between two distances, with half-widths of their intervals.
+
+    Attributes:
+        start: First distance [D_c].
+        stop: Last distance [D_c].
+        time: Integral of dz/dU over the distance z of the centres of volume [D_c/U_av].
+        length: Integral of U/dU dz with the mean velocity U of the pair: how far it travels along the tube [D_c].
+        time_error: Half-width of the time: with dU on either end of its interval everywhere.
+        length_error: Half-width of the length, in the same way.
+        forgotten: Distance from which on a pair that starts at the first one moves so; see `Memory`.
+        start_error: By how much a start from rest at the first distance may change the time [D_c/U_av]; no part of
+            `time_error`, as of a pair that only passes there. None if the curve does not have it.
+        scales: The units of the case, None without a `physical` block.
+    """
+
+    start: float
+    stop: float
+    time: float
+    length: float
+    time_error: float
+    length_error: float
+    forgotten: float | None
+    start_error: float | None
+    scales: Scales | None = None
+
+    def __str__(self) -> str:
+        """The answer of `pairsim travel`."""
+        scales, velocity = self.scales, self.length / self.time
+        start, stop = (in_unit(scales, LENGTH, d, digits=6) for d in (self.start, self.stop))
+        time = with_name(scales, TIME, self.time, self.time_error)
+        tube = with_name(scales, POSITION, self.length, self.length_error)
+        mean = f"{velocity:.4g} U_av" if scales is None else f"{1e3 * scales.velocity * velocity:.4g} mm/s"
+        lines = [f"from d = {start} to {stop}: {time} and {tube} of tube (mean velocity {mean})"]
+        if self.forgotten is not None:
+            there = in_unit(scales, LENGTH, self.forgotten, digits=3)
+            known = f"has forgotten its start by d = {there}"
+            known = known if self.forgotten < np.inf else "does not forget its start on this curve"
+            lines.append(f"this is of a pair that passes d = {start}; one that starts there {known}")
+            if self.start_error is not None:
+                changed = with_name(scales, TIME, self.start_error, digits=2)
+                lines[-1] += f", and takes up to about {changed} more or less if it starts from rest"
+        return "\n".join(lines)
+
+
+def travel(motion: Motion, start: float | str, stop: float | str, source: str, scales: Scales | None) -> Travel:
+    """Integrate the motion of a pair from one distance to another, see `Curve.travel`.
+
+    Raises:
+        InputError: A distance is outside the curve, there is a zero of dU between the distances or there may be one, or
+            the pair moves in the other direction. Messages name `source`.
+    """
+    curve = motion.curve
+    begin, end = (distance_on(curve, d, option, scales, source) for option, d in (("--from", start), ("--to", stop)))
+    if why := _obstacle(curve, begin, end):
+        raise _refusal(source, "--to", stop, why, scales)
+    low, high = sorted((begin, end))
+    samples = curve.samples[0]
+    places = np.log([low, *samples[(low < samples) & (samples < high)], high])
+    nodes, weights = np.polynomial.legendre.leggauss(NODES)
+    half = np.diff(places)[:, None] / 2
+    d = np.exp(places[:-1, None] + half * (1 + nodes))
+    way = half * weights * d * motion.stretch(d)
+    speed, error = np.abs(curve.values(d)), curve.half_widths(d)
+
+    def with_half_width(velocity: Array | float) -> tuple[float, float]:
+        """The integral of velocity/|dU| over the distance of the centres, and with half-widths added to |dU|."""
+        value, least, most = (float((way * velocity / (speed + part * error)).sum()) for part in (0, 1, -1))
+        return value, max(value - least, most - value)
+
+    (time, time_error), (length, length_error) = with_half_width(1.0), with_half_width(motion.velocity(d))
+    memory = motion.memory(begin)
+    forgotten = memory.forgotten if memory is not None else None
+    behind = motion.from_rest(begin) if motion.from_rest is not None else None
+    start_error = None if behind is None else float(behind / abs(curve.values(begin)))
+    return Travel(begin, end, time, length, time_error, length_error, forgotten, start_error, scales)
+
+
+def distance_on(curve: CurveInterpolant, given: float | str, option: str, scales: Scales | None, source: str) -> float:
+    """A distance on a curve [D_c], which is an end of the curve where it differs from it by rounding.
+
+    It is given as a number [D_c], or as a length with its unit. Messages name `source` and the option.
+
+    Raises:
+        InputError: It is neither a number nor a length, the case has no units, or it is outside the curve.
+    """
+    try:
+        d = float(given)
+    except ValueError:
+        from pairsim.cases.quantity_text import A_LENGTH, si  # loads what checks cases
+
+        try:
+            length = si(str(given), A_LENGTH)
+        except ValueError as error:
+            raise InputError(source, option, given, f"{error}, or a number of tube diameters") from None
+        if scales is None:
+            raise no_units(source) from None
+        d = length / scales.length
+    least, largest = curve.ends
+    d = next((end for end in (least, largest) if abs(d - end) < SAME * end), d)
+    if not least <= d <= largest:
+        ends = LENGTH(least, "g"), LENGTH(largest, "g")
+        allowed = Message("must be between d = {} and d = {}, the ends of the curve", *ends)
+        raise _refusal(source, option, given, allowed, scales)
+    return d
+
+
+def _refusal(source: str, option: str, given: float | str, allowed: Text, scales: Scales | None) -> InputError:
+    """The error that names distances in the units in which the wrong one was given."""
+    try:
+        return InputError(source, option, float(given), str(allowed))
+    except ValueError:
+        return InputError(source, option, given, in_units(allowed, scales))
+
+
+def _obstacle(curve: CurveInterpolant, start: float, stop: float) -> Text:
+    """Why a pair does not move from one distance to another; empty where it does."""
+    low, high = sorted((start, stop))
+    if start == stop:
+        return "must differ from --from"
+    if abs(curve.peak.dU) < NEGLIGIBLE_DU:
+        return "must be left out: dU = 0 at every distance, so that the pair keeps its own"
+    if zeros := [zero for zero in curve.zeros if low <= zero <= high]:
+        side = "must be on the same side of the zeros of dU as d = {}: dU = 0 at d = {}"
+        return Message(side, LENGTH(start, "g"), LENGTH(zeros))
+    if (curve.values(np.sqrt(low * high)) > 0) != (stop > start):
+        side, motion = ("above", "separates") if stop < start else ("below", "approaches")
+        return Message("must be {} d = {}: the pair {} there", side, LENGTH(start, "g"), motion)
+    samples = curve.samples[0]
+    inside = np.array([low, *samples[(low < samples) & (samples < high)], high])
+    unsure = inside[np.abs(curve.values(inside)) <= curve.half_widths(inside)]
+    if not unsure.size:
+        return ""
+    return Message("must be reached without a distance at which dU may vanish, as at d = {}", LENGTH(unsure[0]))

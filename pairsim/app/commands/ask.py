@@ -1,0 +1,100 @@
+"""Say at once whether a pair of equal beads separates or collides, how fast, and from which distance on.
+
+The answer is read from an atlas of master curves; every +- is that of its
+interval, and quantities may have one: '5 +- 1 kPa'. Distances have units, or
+are in tube diameters. Where the atlas has no answer, the command says why,
+and which computation has one. Other quantities of units: write a case file
+with units -o.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import pairsim
+from pairsim.app.options import Settings
+from pairsim.app.quantity_options import Text, of_option, quantity
+from pairsim.cases.keys import groups_of
+from pairsim.cases.physical import QUANTITIES
+from pairsim.cases.yaml_file import apply_settings
+from pairsim.quantities.kinds import LENGTH, VELOCITY
+from pairsim.quantities.text import in_unit
+from pairsim.runtime.errors import InputError
+from pairsim.sweeps.files import FILES
+
+EXAMPLES = (
+    "Examples: pairsim ask --tube 50um --particle 20um --flow 1ul/min --modulus '5 +- 1 kPa' "
+    "--viscosity 1Pa.s --at 8um | pairsim ask case.yaml --from 5um --to 20um --compute"
+)
+
+
+def ask(
+    *,
+    case: Annotated[Path | None, typer.Argument(help="Case file (YAML), in place of --tube and others.")] = None,
+    atlas: Annotated[
+        Path | None, typer.Option(help="File of an atlas, atlas.npz of pairsim atlas (default: those that ship).")
+    ] = None,
+    tube: Annotated[Text, quantity(QUANTITIES["tube"])] = None,
+    particle: Annotated[list[str] | None, quantity(QUANTITIES["particle"], several=True)] = None,
+    flow_rate: Annotated[Text, quantity(QUANTITIES["flow_rate"])] = None,
+    velocity: Annotated[Text, quantity(QUANTITIES["velocity"])] = None,
+    modulus: Annotated[Text, quantity(QUANTITIES["modulus"])] = None,
+    viscosity: Annotated[Text, quantity(QUANTITIES["viscosity"])] = None,
+    relaxation: Annotated[Text, quantity(QUANTITIES["relaxation"])] = None,
+    liquid: Annotated[Text, typer.Option(metavar="LAW", help="Law of the liquid, as for units.")] = None,
+    at: Annotated[
+        list[str] | None, typer.Option("--at", metavar="D", help="Distance at which dU is wanted, such as 8um; repeat.")
+    ] = None,
+    start: Annotated[Text, typer.Option("--from", metavar="D", help="First distance of a travel, with --to.")] = None,
+    stop: Annotated[Text, typer.Option("--to", metavar="D", help="Last distance of a travel.")] = None,
+    compute: Annotated[
+        bool, typer.Option("--compute", help="Where the atlas has no answer, compute it: pairsim curve.")
+    ] = False,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Folder of the curve of --compute.")] = None,
+    set_: Settings = None,
+) -> None:
+    options = locals()
+
+    names = [name for name in options if name in QUANTITIES or name == "liquid"]
+    given = {name: options[name] for name in names if options[name]}
+    if particle:
+        given["particle"] = particle[0] if len(particle) == 1 else particle
+    if case is None and tube is None:
+        raise InputError("pairsim ask", "--tube", None, "must be given, or a case file")
+    if case is not None and given:
+        name, value = next(iter(given.items()))
+        option, key = ("--liquid", name) if name == "liquid" else (QUANTITIES[name].option, f"physical.{name}")
+        allowed = f"must be left out if a case file is given; --set {key}=... replaces its key"
+        raise InputError("pairsim ask", option, value, allowed)
+    if relaxation and not (liquid or case):
+        raise InputError("pairsim ask", "--liquid", None, "must be given with --relaxation, as for pairsim units")
+    if (start is None) != (stop is None):
+        raise InputError("pairsim ask", "--from" if start is None else "--to", None, "must be given, too, for a travel")
+    apply_settings(given, tuple(set_ or ()), groups_of(FILES["curve"]))
+    try:
+        answer = pairsim.ask(case, atlas=atlas, compute=compute, folder=output, progress=compute, **given)
+    except InputError as error:
+        of_options = (of_option("pairsim ask", each, names) if each.file == "case" else each for each in error.mistakes)
+        raise InputError.of_all(of_options) from None
+    curve = answer.curve.named("pairsim ask")
+    scales, drawn = curve.scales, curve.drawn
+    lines = [*answer.findings(), *(f"Warning: {warning}" for warning in answer.warnings)]
+    for place in at or ():
+        d = curve.distance(place, "--at")
+        dU, half_width = curve(d)
+        value = in_unit(scales, VELOCITY, dU, half_width, "+")
+        part = "" if drawn is None else f"; by the inputs {drawn.words(d)}"
+        if drawn is not None and (outside := drawn.outside_at(d)):
+            part += f" ({outside})"
+        lines.append(f"At d = {in_unit(scales, LENGTH, d)}: dU = {value}{part}.")
+    for option, end in (("--from", start), ("--to", stop)):
+        if end is not None:
+            curve.distance(end, option)
+    typer.echo("\n".join(lines))  # also where the pair does not make the travel
+    if start is not None and stop is not None:
+        typer.echo(str(curve.travel(start, stop)))
+        if drawn is not None:
+            typer.echo("The half-widths of the inputs are not in the +- of this travel.")

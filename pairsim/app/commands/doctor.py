@@ -1,0 +1,24 @@
+"""Check the installation: versions and places of what is needed, and a small case.
+
+The first time forms are compiled, for some ten seconds.
+
+Exit codes: 0 cases can be computed, 4 they cannot.
+"""
+
+from __future__ import annotations
+
+import typer
+
+from pairsim.app.installation import findings
+from pairsim.runtime.errors import EnvironmentFailure, PairsimError
+
+EXAMPLES = "Example: pairsim doctor"
+
+
+def doctor() -> None:
+    try:
+        for name, found in findings():
+            typer.echo(f"{name}: {found}")
+    except (PairsimError, ImportError) as error:
+        typer.echo(f"pairsim: {error}", err=True)
+        raise typer.Exit(EnvironmentFailure.exit_code) from None

@@ -1,0 +1,53 @@
+"""Fit the modulus of two beads, or the relaxation time of their liquid, to a film of their distance.
+
+The interval has what the case does not know exactly: half-widths such as
+particle: 20 +- 0.4 um, and particle_difference: 0 +- 0.5 %, by which the
+leading bead is larger than the trailing one; without it this is unknown.
+Tables of TrackPy, TrackMate, ImageJ and others are read as they are: their
+positions are those of centres, and the case has the diameter.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import pairsim
+from pairsim.app.options import Fps, Particles, Pixel
+
+EXAMPLES = (
+    "Examples: pairsim fit film.csv case.yaml | "
+    "pairsim fit tracks.csv case.yaml --fps 500 --pixel '.65 +- .01 um' --particles 3,5"
+)
+
+
+def fit(
+    film: Annotated[Path, typer.Argument(help=r"Table with columns such as t \[s] and d \[um], or of a tracker.")],
+    case: Annotated[Path, typer.Argument(help="Case file with a physical block; what is unknown may be left out.")],
+    unknown: Annotated[list[str] | None, typer.Option(help="modulus (default), relaxation or both.")] = None,
+    fps: Fps = None,
+    pixel: Pixel = None,
+    particles: Particles = None,
+    exchanged: Annotated[
+        Path | None,
+        typer.Option(metavar="FILM", help="Second film of the same beads, the other one leading or the flow turned."),
+    ] = None,
+    atlas: Annotated[Path | None, typer.Option(help="File of an atlas (default: those that ship).")] = None,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Folder of a picture, film.png.")] = None,
+) -> None:
+    typer.echo("fit: trying values over the range of the atlas, some seconds", err=True)
+    found = pairsim.fit(
+        film,
+        case,
+        unknown=unknown or "modulus",
+        exchanged=exchanged,
+        atlas=atlas,
+        fps=fps,
+        pixel=pixel,
+        particles=particles,
+    )
+    typer.echo(str(found))
+    if output is not None:
+        typer.echo(str(*found.plot(output)))

@@ -1,0 +1,36 @@
+"""Compute the time and the length of tube in which a pair moves from one distance to another, from its curve.
+
+The time is the integral of dc/dU [D_c/U_av] over the distance c between the
+centres of volume, the length that of U/dU dc with the mean velocity U of the
+pair [D_c]; there must be no zero of dU between the distances. Their
+half-widths follow from that of dU along the curve. If the case has a physical
+block, both are in s and mm. Also prints by how much the time changes for a
+pair that starts from rest at the first distance, and where that is forgotten.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import pairsim
+from pairsim.record.folder import kind_of
+from pairsim.runtime.errors import InputError
+
+EXAMPLES = "Examples: pairsim travel runs/curve --from 0.1 --to 0.5 | pairsim travel runs/curve --from 5um --to 25um"
+
+
+def travel(
+    directory: Annotated[Path, typer.Argument(help="Folder of curve.")],
+    start: Annotated[
+        str, typer.Option("--from", metavar="D", help="First distance, in tube diameters D_c or with a unit.")
+    ],
+    stop: Annotated[
+        str, typer.Option("--to", metavar="D", help="Last distance, in tube diameters D_c or with a unit.")
+    ],
+) -> None:
+    if (kind := kind_of(directory)) != "curve":
+        raise InputError(str(directory), "", None, f"must be a folder of `pairsim curve`, not of `pairsim {kind}`")
+    typer.echo(str(pairsim.open(directory).travel(start, stop)))

@@ -1,0 +1,128 @@
+"""One HTML page that holds all of a folder's results: `report`."""
+
+from __future__ import annotations
+
+import base64
+import tempfile
+import time
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import jinja2
+from markupsafe import Markup
+
+from pairsim.app import open_and_plot
+from pairsim.app.sweep_results import SweepResult
+from pairsim.computing.result import Result
+from pairsim.questions.registry import QUESTIONS
+from pairsim.record.folder import REPORT, kind_of, write_file
+from pairsim.record.record import Record
+from pairsim.record.tables import DIGITS, brief, readable
+from pairsim.runtime.errors import InputError
+from pairsim.runtime.text import duration
+from pairsim.runtime.version import __version__
+
+CAPTIONS = {
+    "fields": "What the particles change in the liquid, and the axial elastic stress in soft ones",
+    "sweep_series": "All cases over time",
+    "sweep_curves": "All curves",
+    "sweep_parameters": "Relative velocity at the end over a parameter",
+    "sweep_zeros": "Zeros of the relative velocity over a parameter",
+}
+"""What is said below pictures, by the names of their files; those of commands have their own."""
+LOOK: dict[str, Any] = {"index": False, "border": 0, "na_rep": "", "float_format": DIGITS}
+"""How the table looks, by the names of pandas."""
+OF_A_CASE = ("wall_time", "peak_memory", "unknowns")
+"""Entries of run.json that say nothing of a whole sweep."""
+MOST_ROWS = 500  # of a table
+
+
+def report(folder: str | PathLike[str]) -> Path:
+    """Write report.html into a folder: answer, warnings, pictures, table and provenance on one page.
+
+    The file needs no network and no other file. One that is there is replaced: it holds nothing that cannot be made
+    again.
+
+    Args:
+        folder: A folder of run, curve, critical or sweep; it may be unfinished or that of a failure.
+
+    Returns:
+        The file.
+
+    Raises:
+        InputError: The folder holds no results of pairsim, or cannot be written to.
+    """
+    directory = Path(folder)
+    kind = kind_of(directory)
+    content = _of_result(open_and_plot.open(directory))
+    table = content.pop("table")
+    step = -(-len(table) // MOST_ROWS) or 1
+    loader = jinja2.PackageLoader("pairsim.app")
+    pages = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, loader=loader)
+    case = next((path for name in ("case.yaml", "grid.yaml") if (path := directory / name).is_file()), None)
+    page = pages.get_template("report.html.j2").render(
+        **content,
+        kind=kind,
+        name=directory.resolve().name,
+        pictures=_pictures(directory, kind),
+        table=Markup(brief(table[::-step][::-1]).to_html(**LOOK)) if len(table) else "",
+        step=step,
+        case=case.read_text(encoding="utf-8") if case else "",
+        version=__version__,
+        written=time.strftime("%Y-%m-%d %H:%M:%S %z"),
+    )
+    path = directory / REPORT
+    write_file(path, page, option="")
+    return path
+
+
+def _of_result(result: Result | SweepResult) -> dict[str, Any]:
+    """What the page says of a result."""
+    if isinstance(result, SweepResult):
+        first, file = result.cases[0].record if result.cases else Record(), "results.csv"
+        record = Record({name: value for name, value in first.items() if name not in OF_A_CASE})
+        table = result.frame("results", physical=None)
+        answer = [", ".join(f"{count} {status}" for status, count in result.record.counts.items() if count)]
+        failed = ((case.folder, case.state) for case in result.record.without_result)
+        warnings = [f"{folder}: {state.message or state.reason}" for folder, state in failed] + result.warnings
+    else:
+        record, file = result.record, f"{result.question.table}.csv"
+        answer = [line for line in result.answer.splitlines() if not line.startswith("Warning: ")]
+        warnings = result.warnings
+        table = readable(result.frame(physical=None) if len(result.table) else result.table, whole=True)
+    return {
+        "status": result.status,
+        "answer": answer,
+        "warnings": warnings,
+        "table": table,
+        "physical": record.scales is not None,
+        "file": file,
+        "provenance": _provenance(record),
+    }
+
+
+def _provenance(record: Record) -> dict[str, str]:
+    """Command, time, machine and versions, as far as run.json has them."""
+    found = {
+        "command": record.command,
+        "started": record.started,
+        "wall time": duration(record.wall_time) if record.wall_time is not None else None,
+        "largest memory": f"{record.peak_memory / 2**20:.0f} MiB" if record.peak_memory is not None else None,
+        "unknowns": record.unknowns,
+        "machine": ", ".join(record.machine.values()),
+        "versions": ", ".join(f"{name} {number}" for name, number in record.versions.items()),
+    }
+    return {name: str(value) for name, value in found.items() if value}
+
+
+def _pictures(directory: Path, kind: str) -> list[tuple[str, str]]:
+    """The pictures that `pairsim plot` draws, each with its caption as a data URI; none where there is nothing yet."""
+    captions = CAPTIONS | dict(QUESTIONS[kind].captions if kind in QUESTIONS else {})
+    with tempfile.TemporaryDirectory() as out:
+        try:
+            files = open_and_plot.plot(directory, out=out)
+        except InputError:
+            return []
+        encoded = ((path.stem, base64.b64encode(path.read_bytes()).decode("ascii")) for path in files)
+        return [(captions.get(name, name), f"data:image/png;base64,{data}") for name, data in encoded]

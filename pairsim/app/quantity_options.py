@@ -1,0 +1,116 @@
+"""Options that are made of what is declared: one for each quantity of an experiment, and for each number of a law."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Iterator, Mapping
+from inspect import Parameter
+from typing import Annotated, Any
+
+import typer
+
+from pairsim.cases.physical import EXPERIMENT, QUANTITIES
+from pairsim.physics.declared import DIMENSIONS, PARAMETERS
+from pairsim.physics.material import Material
+from pairsim.quantities.measurable import Measurable
+from pairsim.runtime.errors import InputError
+
+Text = str | None
+REQUIRED = "tube", "particle"
+"""Quantities without which there are no numbers of beads in a tube."""
+EXPONENT = 0.6
+"""What an example has where a unit depends on a parameter of a law."""
+
+
+SEVERAL = "repeat it for several: one for each gap of a run, those of a curve, the ends of --kind critical"
+
+
+def of_experiment() -> Iterator[Parameter]:
+    """An option for each quantity that sets a scale, or gives a key of a case."""
+    return map(_of_quantity, EXPERIMENT)
+
+
+def of_laws(laws: Mapping[str, type[Material]], shared: Collection[str] = ()) -> Iterator[Parameter]:
+    """An option for each quantity that numbers of some laws follow from, and for each of those that have no unit.
+
+    Args:
+        laws: The laws by name.
+        shared: Keys of further quantities, on which the numbers of all of them depend.
+    """
+    named = numbers_of(laws)
+    follow = {name: p.dimension.key for law in laws.values() for name, p in law.parameters().items() if p.dimension}
+    for key in DIMENSIONS:
+        names = [name for name, of in follow.items() if of == key]
+        if names or key in shared:
+            yield _of_quantity(QUANTITIES[key], dict.fromkeys(law for name in names for law in named[name]))
+    for name in pure_numbers(laws):
+        words = next(law.parameters()[name].words for law in laws.values() if name in law.parameters())
+        help_ = f"{_sentence(words)} ({', '.join(named[name])})."
+        option = typer.Option(f"--{name.replace('_', '-')}", metavar="NUMBER", help=help_)
+        yield Parameter(name, Parameter.KEYWORD_ONLY, default=None, annotation=Annotated[float | None, option])
+
+
+def numbers_of(laws: Mapping[str, type[Material]]) -> dict[str, list[str]]:
+    """The names of the laws that have a number, by its name."""
+    found: dict[str, list[str]] = {}
+    for law in laws.values():
+        for name in law.parameters():
+            found.setdefault(name, []).append(law.name)
+    return found
+
+
+def pure_numbers(laws: Mapping[str, type[Material]]) -> list[str]:
+    """The names of the numbers of some laws that have no unit."""
+    every = {name: p for law in laws.values() for name, p in law.parameters().items() if p.dimension is None}
+    return list(every)
+
+
+def quantity(of: Measurable, laws: Collection[str] = (), several: bool = False) -> Any:
+    """The option of a quantity, which some laws need; `several` if it is repeated for several values."""
+    return typer.Option(of.option, metavar="QUANTITY", help=_help(of, laws, several))
+
+
+def _of_quantity(of: Measurable, laws: Collection[str] = ()) -> Parameter:
+    several = of.many or of.ranged
+    kind: Any = list[str] if several else str
+    option = quantity(of, laws, several)
+    if of.key in REQUIRED:
+        return Parameter(of.key, Parameter.KEYWORD_ONLY, annotation=Annotated[kind, option])
+    return Parameter(of.key, Parameter.KEYWORD_ONLY, default=None, annotation=Annotated[kind | None, option])
+
+
+def _help(of: Measurable, laws: Collection[str], several: bool) -> str:
+    """What it is, an example, what it gives, and what is taken where it is not given."""
+    words, *more = of.words.split("; ")
+    gives = [each for each in more if each.startswith("gives ")]
+    example = of.with_parameters(dict.fromkeys(of.of_unit, EXPONENT)).example
+    for other in QUANTITIES.values():  # an option in place of the name of a key
+        words = words.replace(f"in place of {other.key}", f"in place of {other.option}")
+    said = [f"default: {of.default}"] if of.default else []
+    said += [SEVERAL if of.ranged else "repeat it for one value each, from upstream"] if several else []
+    said += [", ".join(laws)] if laws else []
+    example = f"'{example}'" if "+-" in example else example.replace(" ", "")
+    return "; ".join([f"{_sentence(words)}, such as {example}", *gives]) + (f" ({'; '.join(said)})." if said else ".")
+
+
+def _sentence(words: str) -> str:
+    return words[:1].upper() + words[1:]
+
+
+def of_option(command: str, error: InputError, options: Collection[str] | None = None) -> InputError:
+    """The same error of a command with options in place of the keys of a case that they stand for.
+
+    Keys without an option among these, by default of `units`, are set by --set.
+    """
+
+    def option(key: re.Match[str]) -> str:
+        declared = PARAMETERS.get(key[1])
+        dimension = None if declared is None else declared.parameter.dimension
+        name = key[1] if dimension is None else dimension.key
+        if options is not None and name not in options:
+            return f"--set {name}"
+        return QUANTITIES[name].option if name in QUANTITIES else f"--{name.replace('_', '-')}"
+
+    key, allowed = (re.sub(r"\b(?:physical|liquid|solid)\.(\w+)", option, text) for text in (error.key, error.allowed))
+    key = f"--{key}" if key in ("liquid", "solid", "carrier", "celsius") else key
+    return InputError(command, key, error.value, allowed.removesuffix(" in physical"))

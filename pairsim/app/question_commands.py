@@ -1,0 +1,134 @@
+"""The commands of questions, made of their records: check a case, and show its cost, or compute it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from inspect import Parameter, Signature
+from pathlib import Path
+from typing import Annotated, Any, NoReturn
+
+import typer
+from typer.core import TyperCommand
+
+from pairsim.app.made import made
+from pairsim.app.options import Budget, CaseFile, CaseFileOrNone, DryRun, Output, Overwrite, Quiet, Settings
+from pairsim.app.question_functions import function_of
+from pairsim.cases.identity import default_folder
+from pairsim.computing.case_files import read_case
+from pairsim.computing.question import Flag, Question
+from pairsim.computing.result import Result
+from pairsim.questions.registry import QUESTIONS
+from pairsim.record.folder import FIELDS_XDMF
+from pairsim.runtime.errors import BranchEnd, EnvironmentFailure, InputError, RunFailure
+from pairsim.runtime.launcher import check_single
+from pairsim.runtime.signals import Signals
+from pairsim.sweeps.files import FILES
+
+EXIT_CODES = {"finished": 0, "failed": RunFailure.exit_code, "interrupted": 130}
+"""Exit code of a command, by status."""
+REASON_CODES = {kind.reason: kind.exit_code for kind in (EnvironmentFailure, BranchEnd)}
+"""Exit codes of reasons that have their own."""
+
+
+def command_of_question(name: str) -> TyperCommand:
+    """The command of a question: the options of all with those that it alone has, help and examples of its record."""
+    question = QUESTIONS[name]
+
+    def command(**given: Any) -> None:
+        flags = {flag: given.pop(flag.name) for flag in question.flags}
+        _compute(question, flags, **given)
+
+    command.__signature__ = Signature([*_parameters(question)])  # type: ignore[attr-defined]  # which typer reads
+    return made(name, command, question.help, question.examples)
+
+
+def _parameters(question: Question[Any]) -> Iterator[Parameter]:
+    """The arguments and options of a question, as parameters of a function."""
+    keyword = Parameter.KEYWORD_ONLY
+    if question.resumable:
+        yield Parameter("case", keyword, default=None, annotation=CaseFileOrNone)
+    else:
+        yield Parameter("case", keyword, annotation=CaseFile)
+    yield Parameter("output", keyword, default=None, annotation=Output)
+    yield Parameter("overwrite", keyword, default=False, annotation=Overwrite)
+    for flag in question.flags:
+        option = f"--{flag.name.replace('_', '-')}"
+        if flag.resumes:
+            folder = Annotated[Path | None, typer.Option(option, metavar="DIR", help=flag.help)]
+            yield Parameter(flag.name, keyword, default=None, annotation=folder)
+        else:
+            yield Parameter(
+                flag.name, keyword, default=False, annotation=Annotated[bool, typer.Option(option, help=flag.help)]
+            )
+    yield Parameter("budget", keyword, default=None, annotation=Budget)
+    yield Parameter("dry_run", keyword, default=False, annotation=DryRun)
+    yield Parameter("quiet", keyword, default=False, annotation=Quiet)
+    yield Parameter("set_", keyword, default=None, annotation=Settings)
+
+
+def _compute(
+    question: Question[Any],
+    flags: Mapping[Flag, Any],
+    case: Path | None,
+    output: Path | None,
+    overwrite: bool,
+    budget: str | None,
+    dry_run: bool,
+    quiet: bool,
+    set_: list[str] | None,
+) -> None:
+    """Carry out the command of a question; arguments are those of its options, `flags` those that it alone has."""
+    file, folder = _places(question, flags, case, output, overwrite)
+    check_single()
+    checked = read_case(question, file, tuple(set_ or ()), FILES)
+    directory = folder or default_folder(question.name, checked, file.stem)
+    if dry_run:
+        notes = (f"note: {note}" for note in (*checked.remarks, *checked.notes))
+        typer.echo("\n".join([f"{directory}: {question.estimate(checked)}", *notes]))
+        return
+    on = {flag.name: bool(value) for flag, value in flags.items()}
+    with Signals(final=True) as signals:
+        result: Result = function_of(question.name)(
+            checked, folder=directory, overwrite=overwrite, progress=not quiet, signals=signals, budget=budget, **on
+        )
+        _end(result, directory, quiet)
+
+
+def _places(
+    question: Question[Any], flags: Mapping[Flag, Any], case: Path | None, output: Path | None, overwrite: bool
+) -> tuple[Path, Path | None]:
+    """The case file, and the folder for the results if one is given: of a computation that goes on, its own."""
+    for flag, folder in flags.items():
+        if not flag.resumes:
+            continue
+        if folder is not None and (overwrite or output is not None):
+            option = "--overwrite" if overwrite else "-o"
+            allowed = f"must be left out with --{flag.name}, which gives the folder"
+            raise InputError(f"pairsim {question.name}", option, None, allowed)
+        if case is None and folder is None:
+            raise typer.BadParameter(f"must be given, or else --{flag.name} DIR", param_hint="CASE")
+        if folder is not None:
+            return case or folder / "case.yaml", folder
+    assert case is not None
+    return case, output
+
+
+def _end(result: Result, directory: Path, quiet: bool) -> NoReturn:
+    """Draw, give the folder (stdout) and what to do next (stderr), and exit with the code of the outcome."""
+
+    least, code = result.question.draws_from, REASON_CODES.get(result.reason, EXIT_CODES[result.status])
+    drawn = least is not None and (result.columns.rows >= least or (directory / FIELDS_XDMF).exists())
+    if result.status == "finished" and drawn:
+        try:
+            result.plot(directory)
+        except InputError as error:
+            typer.echo(f"warning: no picture: {error}; pairsim plot {directory} draws it", err=True)
+    if code == 0:
+        typer.echo(str(directory))
+    with suppress(OSError):  # a terminal that is gone changes no exit code
+        if quiet and code:
+            typer.echo(result.message, err=True)
+        elif not quiet and directory.is_dir() and result.status == "finished":  # else the answer has it
+            typer.echo(result.advice, err=True)
+    raise typer.Exit(code)

@@ -1,0 +1,116 @@
+"""Quantities of a case become numbers before it is validated, and are forgotten again where it is changed."""
+
+from __future__ import annotations
+
+import copy
+import math
+import re
+from collections.abc import Collection
+from contextlib import suppress
+from typing import Any, NamedTuple
+
+from pairsim.cases.experiment import Experiment, follows_in
+from pairsim.cases.laws import Laws
+from pairsim.cases.mistakes import Mistake
+from pairsim.cases.physical import BLOCK, QUANTITIES
+from pairsim.cases.values import is_finite
+from pairsim.cases.yaml_file import Content, within
+from pairsim.quantities.kinds import LENGTH
+
+SAME = 1e-9  # relative tolerance at which two numbers count as equal
+
+
+class InNumbers(NamedTuple):
+    """A case whose quantities have become numbers, and the mistakes of its `physical` block.
+
+    The origin of each dotted key is that of the quantity which is given in its place, right or wrong.
+    """
+
+    data: dict[str, Any]
+    experiment: Experiment | None
+    origins: dict[str, str]
+    mistakes: list[Mistake]
+
+    def named(self, mistake: Mistake) -> Mistake:
+        """A mistake in a number as one of the quantity that it follows from."""
+        origin = self.origins.get(mistake.key) or self.origins.get(mistake.key.partition("[")[0])
+        if origin is None or mistake.value is None or self.experiment is None:
+            return mistake
+        given = self.experiment.given
+        where = f"in a tube of {given['tube']} " if QUANTITIES[origin].kind == LENGTH else ""
+        number = f"{where}that is {mistake.key} = {_shown(mistake.value)}"
+        remarks = [f"; {each}" for each in self.experiment.remarks]
+        return Mistake(f"{BLOCK}.{origin}", given[origin], f"{number}; {mistake.allowed}{''.join(remarks)}")
+
+
+def in_numbers(given: Content, fields: Collection[str]) -> InNumbers:
+    """Put numbers that follow from the `physical` block of a case beside it, for keys that it may have (`fields`)."""
+    data, origins = copy.deepcopy(dict(given)), dict[str, str]()
+    experiment = Experiment.in_case(given)
+    if experiment is None:
+        return InNumbers(data, None, origins, [])
+    mistakes, numbers = list(experiment.mistakes), experiment.numbers
+    for each in follows_in(experiment.laws):
+        if (quantity := each.quantity.key) not in experiment.given:
+            continue
+        key = each.key_in(fields)
+        if _group_of(key) not in fields:
+            mistakes.append(Mistake(f"{BLOCK}.{quantity}", None, f"must be left out: this kind of case has no {key}"))
+            continue
+        try:
+            group, last = within(data, key)
+        except ValueError:
+            continue  # rejected by the validation
+        if (own := group.get(last)) is None:
+            group[last] = numbers.get(each.key)
+            origins[key] = quantity
+        elif each.key in numbers and not _same(own, numbers[each.key]):
+            allowed = f"must be left out, or be {_shown(numbers[each.key])} as given by {BLOCK}.{quantity}"
+            mistakes.append(Mistake(key, own, allowed))
+    return InNumbers(data, experiment, origins, mistakes)
+
+
+def given_by(case: Content, fields: Collection[str]) -> list[str]:
+    """Those of some dotted keys that quantities of the block of a case stand for."""
+    if (experiment := Experiment.in_case(case)) is None:
+        return []
+    given = [each for each in follows_in(experiment.laws) if each.quantity.key in experiment.given]
+    return [key for each in given if (key := each.key_in(fields)) in fields]
+
+
+def forget_numbers(data: dict[str, Any]) -> None:
+    """Remove from a case, as read from a folder of results, the numbers computed from its `physical` block.
+
+    They would contradict the block after a change of it. Numbers that differ from those of the block are kept, so that
+    the contradiction is reported.
+    """
+    experiment = Experiment.in_case(data)
+    numbers = experiment.numbers if experiment is not None else {}
+    for each in follows_in(Laws.in_case(data)):
+        for key in each.keys if each.key in numbers else ():
+            with suppress(ValueError):  # there is another value in place of its group
+                group, last = within(data, key) if _group_of(key) in data else ({}, key)
+                if last in group and _same(group[last], numbers[each.key]):
+                    del group[last]
+    if numbers and "De" not in numbers and data.get("De") == 0:
+        del data["De"]
+
+
+def _group_of(key: str) -> str:
+    """The key at the top of a case that a dotted key is in."""
+    return re.split(r"[.\[]", key)[0]
+
+
+def _same(given: Any, number: Any) -> bool:
+    """Whether two numbers, or two lists of numbers, are equal within the relative tolerance `SAME`."""
+    if isinstance(given, list | tuple) or isinstance(number, tuple):
+        many = [value if isinstance(value, list | tuple) else (value,) for value in (given, number)]
+        return len(many[0]) == len(many[1]) and all(_same(a, b) for a, b in zip(*many, strict=True))
+    return is_finite(given) and math.isclose(given, number, rel_tol=SAME)
+
+
+def _shown(number: Any) -> str:
+    """A number or a list of numbers as text for a message."""
+    if isinstance(number, tuple | list):
+        return f"[{', '.join(map(_shown, number))}]"
+    return f"{number:.4g}" if is_finite(number) else str(number)

@@ -1,0 +1,207 @@
+"""The quantities of a `physical` block with the laws of its case: their values, scales, and the numbers that follow."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import combinations
+from typing import Any, NamedTuple, Self
+
+from pydantic import ValidationError
+
+from pairsim.cases.laws import Laws
+from pairsim.cases.mistakes import Mistake, missing
+from pairsim.cases.physical import BLOCK, DIFFERENCE, EXPERIMENT, QUANTITIES, RANGE_OF_LENGTHS
+from pairsim.cases.quantity_text import measured, quantity_range, rounded
+from pairsim.cases.usual import unusual
+from pairsim.cases.values import Range
+from pairsim.cases.yaml_file import Content
+from pairsim.physics.declared import DIMENSIONS
+from pairsim.physics.liquids import Liquid
+from pairsim.physics.liquids.viscous import ZERO_SHEAR
+from pairsim.quantities.measurable import Measurable
+from pairsim.quantities.scales import Scales, mean_velocity
+
+USUAL_COUNT = 2  # of particles, where a case does not say it
+
+
+class Follows(NamedTuple):
+    """A number that a case may have, and the quantity that it follows from where that is given."""
+
+    keys: tuple[str, ...]  # its dotted key, and other names that it has in other kinds of cases
+    quantity: Measurable
+
+    @property
+    def key(self) -> str:
+        return self.keys[0]
+
+    def key_in(self, fields: Collection[str]) -> str:
+        """What it is called among some keys: distances of a run are d0."""
+        return next((key for key in reversed(self.keys) if key in fields), self.key)
+
+
+def follows_in(laws: Laws) -> list[Follows]:
+    """The numbers that a case with some laws may have in place of quantities."""
+    of_laws = [((key,), each.dimension) for key, each in Liquid.OF_POLYMER.items()]
+    of_laws += [((each.key,), each.parameter.dimension) for each in laws.declared()]
+    own = [Follows(each.gives, each) for each in QUANTITIES.values() if each.gives]
+    return own + [Follows(keys, quantity) for keys, quantity in of_laws if quantity is not None]
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """What an experiment measured, and the laws that some of it belongs to; in a case that need not be valid yet.
+
+    Attributes:
+        given: Its quantities by key, as they are written.
+        laws: The laws of the case.
+        particles: Their number, as it is given.
+    """
+
+    given: Mapping[str, Any]
+    laws: Laws
+    particles: Any = USUAL_COUNT
+
+    @classmethod
+    def in_case(cls, case: Content) -> Self | None:
+        """That of a case as keys and values, which need not be validated yet; None without a `physical` block."""
+        block = case.get(BLOCK)
+        if not isinstance(block, Mapping):
+            return None
+        given = {key: value for key, value in block.items() if value is not None}
+        return cls(given, Laws.in_case(case), case.get("particles", USUAL_COUNT))
+
+    @cached_property
+    def _in_si(self) -> tuple[dict[str, Any], list[Mistake]]:
+        """The quantities in SI units, None of those that are wrong, and the mistakes in them."""
+        law = self.laws.liquid.viscosity_law.measured
+        values, mistakes = dict[str, Any](), list[Mistake]()
+        for key, text in self.given.items():
+            if (of := QUANTITIES.get(key)) is not None:
+                of = of.with_parameters(self.laws.liquid.numbers(law.of_unit) if key == law.key else {})
+                values[key] = _in_si(of, text, f"{BLOCK}.{key}", mistakes)
+        return values, mistakes
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """Its quantities in SI units, tuples of those with several values."""
+        return dict(self._in_si[0])
+
+    @property
+    def mistakes(self) -> list[Mistake]:
+        """What is wrong with its quantities, or else between them."""
+        return self._in_si[1] or list(self._check_together())
+
+    @property
+    def scales(self) -> Scales:
+        """The units of length, velocity and stress in SI units, if it is valid."""
+        return self._scales(self.values)
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """The dimensionless numbers that follow, by the first of their keys; none if it has mistakes."""
+        if self.mistakes or "tube" not in self.values:
+            return {}
+        return {key: _each(number, rounded) for key, number in self.with_values(self.values)[1].items()}
+
+    @property
+    def remarks(self) -> list[str]:
+        """Sentences on quantities that are far from usual, as if the prefix of a unit was misread."""
+        values = self.values
+        return [remark for key, value in values.items() for remark in unusual(QUANTITIES[key], self.given[key], value)]
+
+    def with_values(self, values: Mapping[str, Any]) -> tuple[Scales, dict[str, Any]]:
+        """The scales and the numbers of it with other values in SI units, which may be arrays."""
+        scales, found = self._scales(values), dict[str, Any]()
+        for each in follows_in(self.laws):
+            if each.quantity.key in values:
+                # A solvent is in units of its own viscosity.
+                of_solvent = each.key.startswith("liquid.solvent.") and "xi" in found
+                own = replace(scales, viscosity=found["xi"] * scales.viscosity) if of_solvent else scales
+                found[each.key] = _each(values[each.quantity.key], each.quantity.number, own)
+        if "beta" in found and (difference := values.get(DIFFERENCE.key)):
+            found["beta"] = tuple(found["beta"] * (1 + side * difference / 2) for side in (-1, 1))
+        return scales, found
+
+    def _scales(self, values: Mapping[str, Any]) -> Scales:
+        """The scales from quantities in SI units."""
+        length, law = values["tube"], self.laws.liquid.viscosity_law
+        velocity = values["velocity"] if "velocity" in values else mean_velocity(values["flow_rate"], length)
+        return Scales(length, velocity, law.unit_viscosity(values[law.measured.key], velocity / length))
+
+    def _check_together(self) -> Iterator[Mistake]:
+        """Check quantities in SI units against each other and against the laws; yields mistakes."""
+        values = self.values
+
+        def wrong(key: str, allowed: str) -> Mistake:
+            return Mistake(f"{BLOCK}.{key}", self.given[key], allowed)
+
+        given = [each for each in follows_in(self.laws) if each.quantity.key in values]
+        rivals = [
+            (one.quantity.key, other.quantity.key) for one, other in combinations(given, 2) if one.key == other.key
+        ]
+        for one, other in [("flow_rate", "velocity"), *rivals]:
+            if one in values and other in values:
+                yield wrong(other, f"must be left out if {BLOCK}.{one} is given")
+        if "flow_rate" not in values and "velocity" not in values:
+            yield missing(f"{BLOCK}.flow_rate", f"must be given, or else {BLOCK}.velocity")
+        if DIFFERENCE.key in values:
+            if not isinstance(values.get("particle"), float):
+                yield wrong(DIFFERENCE.key, f"must go with {BLOCK}.particle, one diameter: the mean of both")
+            if self.particles != 2:
+                yield wrong(DIFFERENCE.key, "must be left out: it is that of two particles")
+        yield from self._check_laws(values, wrong)
+
+    def _check_laws(self, values: Mapping[str, Any], wrong: Callable[[str, str], Mistake]) -> Iterator[Mistake]:
+        """Check whether the quantities are those that the laws need; yields mistakes."""
+        law = self.laws.liquid.viscosity_law.measured
+        if unknown := [name for name in law.of_unit if name not in self.laws.liquid.numbers(law.of_unit)]:
+            yield from (missing(f"liquid.{name}", "must be a number, with liquid: {law: ...}") for name in unknown)
+            return
+        if law.key not in values:
+            yield missing(f"{BLOCK}.{law.key}", f"must be given in {BLOCK}")
+            return
+        follows = follows_in(self.laws)
+        for key in (key for key in DIMENSIONS if key in values and key != law.key):
+            of = [each.key for each in follows if each.quantity.key == key]
+            in_liquid = [place for place in of if place.startswith("liquid.")]
+            if not of:
+                yield wrong(key, f"must be left out: the laws of this case need no {key} ({DIMENSIONS[key].words})")
+            elif len(in_liquid) > 1:
+                places = " and ".join(in_liquid)
+                yield wrong(key, f"must be left out: it would stand for {places}, which are to be given")
+        if law is ZERO_SHEAR and values.get("solvent", 0) > values[law.key]:
+            yield wrong("solvent", f"must be at most {BLOCK}.{law.key} = {self.given[law.key]}, which includes it")
+
+
+def changes_no_other(key: str) -> bool:
+    """Whether a quantity, such as a distance or a time, gives no more than a key of its own."""
+    return QUANTITIES[key] in EXPERIMENT and not QUANTITIES[key].uncertain
+
+
+def _in_si(of: Measurable, value: Any, place: str, mistakes: list[Mistake]) -> Any:
+    """A value in SI units, or a tuple of the values of a list or range; mistakes are added to a list."""
+    entries = value
+    try:
+        if isinstance(value, Mapping) and of.ranged:
+            entries = quantity_range(Range[str].model_validate(value))
+        if not isinstance(entries, list | tuple) or not (of.many or of.ranged):
+            number, half_width = measured(value, of)
+            if half_width and not of.uncertain:
+                raise ValueError("must be given without +-")
+            return number
+    except ValueError as error:
+        of_range = error.errors() if isinstance(error, ValidationError) else ()
+        unfit = ", ".join(str(each["loc"][0]) for each in of_range)
+        wrong = f"has no valid {unfit}" if unfit else str(error)
+        also = f"; may be a list or a range, too, such as {RANGE_OF_LENGTHS}" if of.ranged else ""
+        mistakes.append(Mistake(place, value, wrong + also))
+        return None
+    one = replace(of, uncertain=False)
+    return tuple(_in_si(one, each, f"{place}[{i}]", mistakes) for i, each in enumerate(entries))
+
+
+def _each(value: Any, function: Callable[..., Any], *more: Any) -> Any:
+    """A function of a value and of `more`, or of each of the values in nested tuples."""
+    return tuple(_each(each, function, *more) for each in value) if isinstance(value, tuple) else function(value, *more)

@@ -1,0 +1,177 @@
+"""The laws that a case names, as objects that know their parameters, before and after the case is validated.
+
+A value of `liquid` or `solid` is the name of a law, or a block with its parameters: `{law: ..., n: 0.6}`. The block of
+a viscoelastic law may have a `solvent` and, with a yield stress, `yielding`, blocks of their own; a liquid of several
+relaxation times has `law: modes` and a list of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Self
+
+from pydantic import BaseModel
+
+from pairsim.cases.values import is_finite
+from pairsim.cases.yaml_file import Content
+from pairsim.physics import liquids, solids
+from pairsim.physics.declared import LAWS
+from pairsim.physics.liquids import NEWTONIAN, ConformationLaw, Liquid, Newtonian, ViscousLaw
+from pairsim.physics.material import Material, Parameter
+from pairsim.physics.solids import Solid
+
+MODES = "modes"  # the law of a liquid of several modes in case files
+VISCOUS = {name: law for name, law in liquids.LAWS.items() if issubclass(law, ViscousLaw)}
+ELASTIC = {name: law for name, law in liquids.LAWS.items() if issubclass(law, ConformationLaw)}
+
+
+class Declared(NamedTuple):
+    """A parameter of a law that a case names: its dotted key, declaration, and value, None if it is not given."""
+
+    key: str
+    parameter: Parameter
+    value: Any
+
+
+@dataclass(frozen=True)
+class LawChoice:
+    """A law that a case names, with what is given of it; in a case that is not validated yet either may be wrong.
+
+    Attributes:
+        key: Its dotted key in the case, such as liquid.solvent or solid[1].
+        name: The name of the law, "" where that is no text.
+        given: The entries of its block beside the name, as they are given.
+    """
+
+    key: str
+    name: str
+    given: Mapping[str, Any]
+
+    @classmethod
+    def of(cls, key: str, value: Any, default: str = "") -> Self:
+        """That of a value of a case, as it is read or validated; `default` is the law where there is none."""
+        if isinstance(value, BaseModel):
+            value = value.model_dump(mode="json", exclude_unset=True)
+        block = value if isinstance(value, Mapping) else {"law": default if value is None else value}
+        name = block.get("law")
+        given = {entry: each for entry, each in block.items() if each is not None and entry != "law"}
+        return cls(key, name if isinstance(name, str) else "", given)
+
+    def declared(self) -> Iterator[Declared]:
+        """The parameters of the law; none if there is no law of this name."""
+        law = LAWS.get(self.name)
+        for name, parameter in law.parameters().items() if law is not None else ():
+            yield Declared(f"{self.key}.{name}", parameter, self.given.get(name))
+
+    def made[M: Material](self, laws: Mapping[str, type[M]], *first: float, **more: float) -> M:
+        """The law with its parameters, of a valid case; `first` and `more` are those that its block does not have."""
+        law = laws[self.name]
+        return law(*first, **{name: self.given[name] for name in law.parameters() if name in self.given}, **more)
+
+
+@dataclass(frozen=True)
+class LiquidChoice(LawChoice):
+    """The liquid that a case names."""
+
+    @property
+    def solvent(self) -> LawChoice | None:
+        """The law of the solvent; None if none is given."""
+        return self._part("solvent")
+
+    @property
+    def yielding(self) -> LawChoice | None:
+        """What a yield stress does to the relaxation of the polymer; None if none is given."""
+        return self._part("yielding")
+
+    def _part(self, name: str) -> LawChoice | None:
+        return LawChoice.of(f"{self.key}.{name}", self.given[name]) if name in self.given else None
+
+    @property
+    def modes(self) -> tuple[LawChoice, ...]:
+        """The modes of a liquid of several relaxation times; none of another one."""
+        listed = self.given.get(MODES)
+        blocks = listed if isinstance(listed, list | tuple) else ()
+        return tuple(LawChoice.of(f"{self.key}.{MODES}[{i}]", each) for i, each in enumerate(blocks))
+
+    @property
+    def parts(self) -> tuple[LawChoice, ...]:
+        """The laws that it names beside its own."""
+        return (*filter(None, (self.solvent, self.yielding)), *self.modes)
+
+    @property
+    def is_viscous(self) -> bool:
+        """Whether it has a viscosity alone, and so no De."""
+        return self.name in VISCOUS
+
+    @property
+    def viscosity_law(self) -> ViscousLaw:
+        """The law that gives the unit of viscosity of the case."""
+        law = VISCOUS.get(self.name, Newtonian)
+        return law.anyhow().with_numbers(self.numbers(law.parameters()))
+
+    def numbers(self, names: Iterable[str]) -> dict[str, float]:
+        """Those of some parameters that are given as numbers."""
+        return {name: self.given[name] for name in names if is_finite(self.given.get(name))}
+
+    def model(self, De: float, xi: float) -> Liquid:
+        """The liquid of a valid case with these De and xi, which one without modes has not."""
+        if self.is_viscous:
+            return Liquid(self.made(VISCOUS))
+        if not De:
+            return NEWTONIAN
+        solvent = self.solvent or LawChoice.of("", Newtonian.name)
+        yielding = None if self.yielding is None else self.yielding.made(liquids.YIELDING)
+        return Liquid(solvent.made(VISCOUS), xi, De, self._relaxing(), yielding)
+
+    def _relaxing(self) -> tuple[ConformationLaw, ...]:
+        """The modes of the polymer, whose weights add up to 1."""
+        if self.name != MODES:
+            return (self.made(ELASTIC),)
+        modes = self.modes
+        total = sum(each.given["weight"] for each in modes)
+        return tuple(each.made(ELASTIC, time=each.given["time"], weight=each.given["weight"] / total) for each in modes)
+
+
+@dataclass(frozen=True)
+class Laws:
+    """All laws that a case names.
+
+    Attributes:
+        liquid: The liquid.
+        solids: The solid of all particles, or one of each from upstream.
+    """
+
+    liquid: LiquidChoice
+    solids: tuple[LawChoice, ...]
+
+    @classmethod
+    def of(cls, liquid: Any, solid: Any) -> Self:
+        """Those of the values of `liquid` and `solid` of a case, as they are read or validated."""
+        several = enumerate(solid) if isinstance(solid, list | tuple) else ()
+        of_each = tuple(LawChoice.of(f"solid[{i}]", each, solids.DEFAULT.name) for i, each in several)
+        one = LawChoice.of("solid", solid, solids.DEFAULT.name)
+        return cls(
+            LiquidChoice.of("liquid", liquid, liquids.DEFAULT.name),
+            of_each if isinstance(solid, list | tuple) else (one,),
+        )
+
+    @classmethod
+    def in_case(cls, case: Content) -> Self:
+        """Those of a case as keys and values, which need not be validated yet."""
+        return cls.of(case.get("liquid"), case.get("solid"))
+
+    def declared(self) -> Iterator[Declared]:
+        """The parameters of all of them."""
+        for each in (self.liquid, *self.liquid.parts, *self.solids):
+            yield from each.declared()
+
+    def solid_models(self, Ca_es: tuple[float, ...]) -> tuple[Solid | None, ...]:
+        """The solids of a valid case with these Ca_e of its particles, None for rigid ones."""
+        each = self.solids if len(self.solids) == len(Ca_es) else self.solids[:1] * len(Ca_es)
+        return tuple(one.made(solids.LAWS, Ca_e) if Ca_e > 0 else None for one, Ca_e in zip(each, Ca_es, strict=True))
+
+
+def liquid_in(resolved: Content) -> Liquid:
+    """The liquid of a case with all its keys, as in case.yaml of a folder of results."""
+    return Laws.in_case(resolved).liquid.model(resolved.get("De", 0.0), resolved.get("xi", 1.0))

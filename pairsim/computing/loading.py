@@ -1,0 +1,112 @@
+"""Make a case of what a caller of Python has: a file, a dict or another case, with laws of one's own in them."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from os import PathLike
+from pathlib import Path
+from typing import Any, cast
+
+from pairsim.cases.case import SceneCase
+from pairsim.cases.conversion import forget_numbers
+from pairsim.cases.keys import groups_of
+from pairsim.cases.yaml_file import merge, read_yaml
+from pairsim.computing.case_files import Files, parse_case
+from pairsim.computing.question import Question
+from pairsim.physics.material import Material
+from pairsim.physics.own_laws import file_of, load_file, name_file
+from pairsim.physics.solids import Solid
+from pairsim.record.folder import plain
+from pairsim.runtime.errors import InputError
+
+AnyCase = str | PathLike[str] | Mapping[str, Any] | SceneCase
+"""Input for a case: the path of a case file, a dict of keys and values, or a case returned by `load`."""
+DECLARED = "pairsim.physics.declared"  # the module that lists the laws for case files, once it is imported
+
+
+def case_of[C: SceneCase](
+    question: Question[C], given: AnyCase, overrides: Mapping[str, Any] | None = None, files: Files | None = None
+) -> C:
+    """The checked case of a question, with keys that replace its own; `files` is that of `parse_case`.
+
+    Raises:
+        InputError: The file cannot be read, or a key or value is not allowed.
+    """
+    if isinstance(given, SceneCase) and given.kind == question.name and not overrides:
+        return cast("C", given)  # valid already
+    return case_from(question, content_of(given), overrides or {}, source_of(given), files)
+
+
+def case_from[C: SceneCase](
+    question: Question[C], data: dict[str, Any], overrides: Mapping[str, Any], source: str, files: Files | None = None
+) -> C:
+    """As `case_of`, from the content of what is given, and the name that it has in messages."""
+    forget_numbers(data)
+    merge(data, _written(overrides, source), groups_of(question.model), source)
+    return parse_case(question, data, source, files=files)
+
+
+def source_of(given: AnyCase) -> str:
+    """What messages name a case that is given."""
+    return str(given) if isinstance(given, str | PathLike) else "case"
+
+
+def content_of(given: AnyCase) -> dict[str, Any]:
+    """The keys and values of a file, of a dict or of a case; InputError for any other type."""
+    if isinstance(given, SceneCase):
+        return given.model_dump(mode="json", exclude_unset=True)
+    if isinstance(given, Mapping):
+        return _written(given, "case")
+    if isinstance(given, str | PathLike):
+        return read_yaml(Path(given))
+    raise InputError("case", "", type(given).__name__, "must be the path of a case file, a dict of its keys, or a case")
+
+
+def _written(keys: Mapping[str, Any], source: str) -> dict[str, Any]:
+    """Keys and values as a file has them; InputError where one cannot be written to a file."""
+    try:
+        return dict(plain(_with_blocks(keys)))
+    except (TypeError, ValueError) as error:
+        raise InputError(source, "", None, str(error)) from None
+
+
+def use_laws(*laws: str | PathLike[str] | type[Material]) -> None:
+    """Make laws of one's own known, before the first case is read; processes of sweeps know them, too.
+
+    Args:
+        laws: Files as for `--laws`, or classes that are defined in a file.
+
+    Raises:
+        InputError: A file or class cannot be used, or a case has been read already.
+    """
+    for each in laws:
+        file = file_of(each) if isinstance(each, type) else Path(each)
+        if file is None:  # it ships
+            continue
+        name_file(file)
+        for law in [each] if isinstance(each, type) else load_file(file):
+            if DECLARED in sys.modules and law.name not in sys.modules[DECLARED].LAWS:
+                allowed = "must be known before the first case is read: import it, or call pairsim.use_laws, earlier"
+                raise InputError("pairsim.use_laws", law.__name__, None, allowed)
+
+
+def _with_blocks(keys: Mapping[str, Any]) -> dict[str, Any]:
+    """Keys of a case with blocks in place of laws; the Ca_e of a solid is that of the case if this has none."""
+    found = dict(keys)
+    for key in ("liquid", "solid"):
+        value = found.get(key)
+        each = value if isinstance(value, list | tuple) else [value]
+        if not any(isinstance(law, Material) for law in each):
+            continue
+        use_laws(*(type(law) for law in each if isinstance(law, Material)))
+        blocks = [_block(law) if isinstance(law, Material) else law for law in each]
+        found[key] = blocks if isinstance(value, list | tuple) else blocks[0]
+        Ca_es = [law.Ca_e for law in each if isinstance(law, Solid)]
+        if Ca_es:
+            found.setdefault("Ca_e", Ca_es if len(Ca_es) > 1 else Ca_es[0])
+    return found
+
+
+def _block(law: Material) -> dict[str, Any]:
+    return {"law": law.name} | {name: getattr(law, name) for name in law.parameters()}

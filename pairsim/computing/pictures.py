@@ -1,0 +1,70 @@
+"""The pictures of a folder with the results of a question."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pairsim.computing.question import Question
+from pairsim.record.folder import FIELDS_XDMF
+from pairsim.runtime.errors import InputError
+
+if TYPE_CHECKING:
+    from pairsim.plots.style import Page
+
+
+def page_of(
+    formats: str | Sequence[str] | None, width: str | float, physical: bool | None, legend: bool, animate: bool
+) -> Page:
+    """What pictures are drawn for, of the options of `pairsim plot`.
+
+    Raises:
+        InputError: An option is wrong.
+    """
+    from pairsim.plots.style import Page
+
+    if animate and formats not in (None, "gif"):
+        raise InputError("--format", "", formats, "must be left out with --animate, which makes a GIF")
+    return Page.parse("png" if animate or formats is None else formats, width, physical, legend)
+
+
+def draw_result(
+    question: Question[Any],
+    directory: Path,
+    out: Path,
+    *,
+    formats: str | Sequence[str] | None = None,
+    width: str | float = 170.0,
+    field: str | None = None,
+    animate: bool = False,
+    physical: bool | None = None,
+    legend: bool = True,
+) -> list[Path]:
+    """Draw the results of a question in a folder into another one; returns the files written.
+
+    Raises:
+        InputError: There is nothing to draw yet, or an option is wrong or does not fit.
+    """
+    return draw(question, directory, out, page_of(formats, width, physical, legend, animate), field, animate)
+
+
+def draw(
+    question: Question[Any], directory: Path, out: Path, page: Page, field: str | None, animate: bool
+) -> list[Path]:
+    """As `draw_result`, for a page."""
+    alone = animate or field is not None
+    if alone and not question.frames:
+        raise no_fields(question.name, field, animate)
+    drawn = [] if alone else question.draw(directory, out, page)
+    if alone or (question.frames and (directory / FIELDS_XDMF).exists()):
+        from pairsim.plots.fields import draw_fields
+
+        drawn += draw_fields(directory, out, page, curve=question.frames == "d", field=field, animated=animate)
+    return drawn
+
+
+def no_fields(kind: str, field: str | None, animate: bool) -> InputError:
+    """The error of options that ask for fields of a folder that can have none."""
+    allowed = f"must be left out: it goes with a run or a curve, not with a {kind}"
+    return InputError("--animate" if animate else "--field", "", field, allowed)

@@ -1,0 +1,398 @@
+"""Results of a computation: tables, fields, status and warnings, from a folder."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import tempfile
+import weakref
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from functools import cached_property, partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+from pairsim.cases.yaml_file import read_yaml
+from pairsim.computing.loading import case_of
+from pairsim.computing.pictures import draw_result
+from pairsim.computing.question import Question, Tables
+from pairsim.computing.result_content import Content, files_in
+from pairsim.record.folder import CHECKPOINT, WAY
+from pairsim.record.record import Record
+from pairsim.runtime.errors import BranchEnd, BudgetSpent, InputError, failure_of
+from pairsim.runtime.locks import is_locked
+from pairsim.runtime.text import counted, duration
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import pyvista as pv
+
+    from pairsim.cases.case import SceneCase
+    from pairsim.quantities.scales import Scales
+    from pairsim.record.table import Table
+    from pairsim.runtime.arrays import Array
+
+SYMBOLS = {
+    r"\bdU": "dU is the velocity of the leading particle minus that of the trailing one",
+    r"\bD(_[LT\d]+)? ": "D, the Taylor parameter, is (length - height)/(length + height) of a particle, 0 of a sphere",
+}
+"""What symbols in answers mean, by the patterns that find them."""
+UNITS = {
+    "": "lengths are in tube diameters D_c, velocities in the mean velocity U_av, times in D_c/U_av",
+    "pressure": "pressures in eta_0 U_av/D_c",
+}
+"""Units of numbers without one, likewise."""
+CASE_NOT_AT_FAULT = ("interrupted", "write_failed", "environment")
+"""Reasons for which the same command may succeed."""
+KILLED = {
+    "status": "interrupted",
+    "reason": "interrupted",
+    "message": "the command was killed",
+}
+"""How a command ended whose run.json says that it is running, although no process is at work."""
+
+
+class Result:
+    """The result of a computation; returned by the functions of questions such as `curve`, and by `open`.
+
+    It has the data of a folder, whose files are read when first accessed, and only once; or its `content`, of which a
+    folder is made where one is needed. To see the progress of a running computation, `open` its folder again. Where an
+    `ending` is given, status, reason and message are not those of run.json: a sweep also records crashes and timeouts.
+    Pickled it keeps its tables, its record and its case.
+
+    Attributes:
+        folder: The folder; None without one, and for one that is temporary and goes with the result.
+        question: What was computed.
+        source: What messages name it.
+    """
+
+    def __init__(
+        self,
+        question: Question[Any],
+        folder: Path | None = None,
+        ending: Mapping[str, Any] | None = None,
+        *,
+        temporary: bool = False,
+        content: Content | None = None,
+        source: str = "",
+    ) -> None:
+        self.folder = None if temporary else folder
+        self.question, self._ending, self._content = question, ending, content
+        self.source = source or str(folder)
+        if folder is not None and (content is None or folder.is_dir()):
+            self._place = folder
+        if folder is not None and temporary:
+            weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
+
+    @cached_property
+    def _place(self) -> Path:
+        """The folder with the files of the result, which are written when a result without one needs them."""
+        assert self._content is not None, "a result has a folder or its content"
+        place = Path(tempfile.mkdtemp(prefix="pairsim-"))
+        weakref.finalize(self, shutil.rmtree, place, ignore_errors=True)
+        self._content.write(place, self.kind)
+        return place
+
+    def __reduce__(self) -> Any:
+        made = partial(type(self), content=self._packed(), source=self.source)
+        return made, (self.question, self.folder, self._ending)
+
+    def _packed(self) -> Content | None:
+        """Its data, with all files of a temporary folder; None of a folder that is not there, or has no tables."""
+        if self._content is None and not self._place.is_dir():
+            return None
+        tables, case = dict[str, Any](), None
+        with suppress(InputError):
+            tables = {name: dict(table) for name, table in self.tables.items()}
+        with suppress(InputError):
+            case = self.case
+        of_temporary = self.folder is None and "_place" in vars(self)
+        return Content(tables, self.record, case, files_in(self._place) if of_temporary else {}) if tables else None
+
+    @cached_property
+    def record(self) -> Record:
+        """The content of run.json: outcome, cost, versions and machine; empty if the file is missing or invalid."""
+        return Record.read(self._place) if self._content is None else self._content.record
+
+    @cached_property
+    def table(self) -> pd.DataFrame:
+        """The main table, with the columns of its CSV file (see the reference).
+
+        Counts are integers; `table.attrs["units"]` has the unit of each column.
+        """
+        from pairsim.record.tables import frame_of
+
+        return frame_of(self.columns)
+
+    @cached_property
+    def columns(self) -> Table:
+        """The columns of the main table as arrays by name."""
+        return self.tables[self.question.table]
+
+    @cached_property
+    def tables(self) -> Tables:
+        """The columns of all tables as arrays by name, by the name of the table."""
+        if self._content is None:
+            return self.question.read_tables(self._place)
+        from pairsim.record.table import Table  # loads numpy
+
+        return {name: Table(self._content.tables.get(name), columns) for name, columns in self.question.tables.items()}
+
+    @property
+    def scales(self) -> Scales:
+        """The units of length, velocity and viscosity in SI units; also `scales.time` and `scales.stress`.
+
+        Raises:
+            InputError: The case has no `physical` block.
+        """
+        return self.record.scales_of(self.source)
+
+    def frame(
+        self, name: str | None = None, *, physical: bool | None = False, at: Sequence[float | str] = ()
+    ) -> pd.DataFrame:
+        """A table, as `pairsim table` shows it.
+
+        Args:
+            name: Its name without .csv, such as "equilibria"; the main one by default.
+            physical: Whether to convert to um, s, um/s and Pa; None if the case has a `physical` block.
+            at: Distances of a curve, numbers [D_c] or texts such as "8um", for dU and its error there.
+
+        Raises:
+            InputError: There is no such table or distance, or `physical` is set and the case has no `physical` block.
+        """
+        from pairsim.record.tables import frame_of, in_units
+
+        name = self.question.table_named(name, self.source)
+        scales = None if physical is False else self.scales if physical else self.record.scales
+        table = self._table_named(name)
+        if at:
+            from pairsim.analysis.master_curve import Curve
+
+            table = Curve(table, {}, self.record, self.source).at(at)
+        frame = frame_of(table)
+        if scales is None:
+            return frame
+        try:
+            frame = in_units(frame, table.declared, [scales] * len(frame))
+        except TypeError as error:
+            file = str(self._place / f"{name}.csv")
+            raise InputError(file, "", None, f"must have numbers in its rows ({error})") from None
+        return self._with_quantity(frame, scales)
+
+    def _table_named(self, name: str) -> Table:
+        """A table, which a folder must have.
+
+        Raises:
+            InputError: The folder does not have it.
+        """
+        if self._content is not None or self.tables[name]:
+            return self.tables[name]
+        from pairsim.record.table_files import read_table
+
+        return read_table(self._place / f"{name}.csv", self.question.tables[name])  # says what is missing
+
+    def _with_quantity(self, frame: pd.DataFrame, scales: Scales) -> pd.DataFrame:
+        """The frame with the quantity of the experiment that gives the number which is followed, if one is."""
+        case = read_yaml(self._place / "case.yaml") if self._content is None else self.case.resolved()
+        if along := case.get("along"):
+            from pairsim.analysis.input_ranges import quantity_for
+
+            number = "De" if "De" in along else "Ca_e"
+            key, unit, value_of = quantity_for(case, number, scales)
+            frame.insert(list(frame).index(number), key, value_of(frame[number]))
+            frame.attrs["units"][key] = unit
+        return frame
+
+    @property
+    def physical(self) -> pd.DataFrame:
+        """The main table in um, s, um/s and Pa; see `frame`."""
+        return self.frame(physical=True)
+
+    @property
+    def kind(self) -> str:
+        """Name of the command."""
+        return self.question.name
+
+    @cached_property
+    def case(self) -> SceneCase:
+        """The case, with every default filled in.
+
+        Raises:
+            InputError: case.yaml is missing, or not valid in this version.
+        """
+        if self._content is not None and self._content.case is not None:
+            return self._content.case
+        return case_of(self.question, self._place / "case.yaml")
+
+    @cached_property
+    def _outcome(self) -> Mapping[str, Any]:
+        """Status, reason and message; a command is no longer running if nobody has locked its folder."""
+        found = {"status": "running", **(self.record if self._ending is None else self._ending)}
+        return KILLED if found["status"] == "running" and not is_locked(self._place) else found
+
+    @property
+    def status(self) -> str:
+        """One of "finished", "failed", "interrupted" (or killed) or "running"."""
+        return str(self._outcome["status"])
+
+    @property
+    def reason(self) -> str:
+        """Why it ended: "end", "contact", "max_gap", "interrupted", or the `reason` of a `RunFailure`."""
+        return str(self._outcome.get("reason", ""))
+
+    @property
+    def message(self) -> str:
+        """One line of text on how it ended."""
+        return str(self._outcome.get("message", ""))
+
+    @property
+    def warnings(self) -> list[str]:
+        """Warnings about the results."""
+        return list(self.record.warnings)
+
+    def check(self) -> Self:
+        """Raise an exception unless the computation has finished.
+
+        Returns:
+            The result itself.
+
+        Raises:
+            RunFailure: It failed; the subclass is that of its `reason`.
+            KeyboardInterrupt: It was interrupted.
+        """
+        if self.status == "interrupted":
+            raise KeyboardInterrupt(self.message)
+        if self.status != "finished":
+            raise failure_of(self.reason, self.message or f"the computation is {self.status}")
+        return self
+
+    @property
+    def answer(self) -> str:
+        """The answer in words, a line or more: what the particles do, how fast, the warnings and the cost.
+
+        Where it has not finished, why not, and what to do next.
+        """
+        warnings = [f"Warning: {warning}" for warning in self.warnings]
+        ended = [] if self.status == "finished" else [f"{self.status.capitalize()}: {self.happened}".removesuffix(": ")]
+        after = [self.advice] if ended and self.folder is not None and self.status != "running" else []
+        if proven := self.reason == BranchEnd.reason:
+            ended = [f"There is no steady state: {self.message}."]
+        known = self._content is not None or self._place.is_dir()
+        found = self.findings() if known and (self.columns.rows or not proven) else []
+        symbols = self._symbols("\n".join(found)) if self.folder is not None and self.columns.rows else []
+        return "\n".join([*ended, *found, *symbols, *warnings, *self._cost(), *after])
+
+    @property
+    def happened(self) -> str:
+        """How it ended, without what to try, which `advice` says of a folder."""
+        return self.message if self.folder is None else self.message.rpartition("; try ")[0] or self.message
+
+    def findings(self) -> list[str]:
+        """What the tables say in words, a line each; each question says its own."""
+        return []
+
+    def _symbols(self, text: str) -> list[str]:
+        """What symbols in a text mean, and in which units its numbers are without a `physical` block."""
+        said = [words for pattern, words in SYMBOLS.items() if re.search(pattern, text)]
+        if self.record.scales is None:
+            said.append(", ".join(words for pattern, words in UNITS.items() if pattern in text))
+        return [f"Here {'; '.join(said)}."] if said else []
+
+    def _cost(self) -> list[str]:
+        """Wall time and work."""
+        if (record := self.record).wall_time is None:
+            return []
+        counts = {"step": record.steps, "point": record.points}
+        parts = [counted(count, noun) for noun, count in counts.items() if count is not None]
+        parts += [f"{record.unknowns:,} unknowns"] if record.unknowns is not None else []
+        work = f" ({', '.join(parts)})" if parts else ""
+        return [f"Took {duration(float(record.wall_time))}{work}."]
+
+    def afterwards(self) -> str:
+        """What may come next where it has finished."""
+        if not self.question.captions:
+            return f"pairsim table {self.source} prints it"
+        return f"pairsim plot {self.source} draws it again"
+
+    @property
+    def advice(self) -> str:
+        """What to do next, in a line."""
+        directory, reason = self.source, self.reason
+        if reason == BranchEnd.reason:
+            drawn = " and fields.png the last shapes" if (self._place / "fields.png").exists() else ""
+            way = self._place / WAY
+            known = f"; {way} has the steady states on the way{drawn}" if way.exists() else ""
+            return f"Next: a smaller Ca_e or De{known}."
+        if self.status == "finished":
+            return f"Next: {self.afterwards()}."
+        resumes = self.question.resumable and (self._place / CHECKPOINT).is_file()
+        if reason in ("wall_time", "max_steps"):  # keys of `limits` as well
+            return (
+                f"Next: pairsim run --resume {directory} --set limits.{reason}=... continues from the last checkpoint."
+            )
+        if reason == BudgetSpent.reason and resumes:
+            return f"Next: pairsim run --resume {directory} with a larger --budget continues from the last checkpoint."
+        if reason == BudgetSpent.reason:
+            return "Next: the same command with a larger --budget and --overwrite; what was written stands until then."
+        if reason not in CASE_NOT_AT_FAULT:
+            _, found, remedy = self.message.rpartition("; try ")
+            change = f"try {remedy}; " if found else ""
+            return f"Next: {change}unchanged, the case fails in the same way. What was written stands."
+        if resumes:
+            return f"Next: pairsim run --resume {directory} continues from the last checkpoint."
+        return "Next: the same command with --overwrite computes it again; what was written stands until then."
+
+    def plot(
+        self,
+        folder: Path | str,
+        *,
+        formats: str | Sequence[str] | None = None,
+        width: str | float = 170.0,
+        field: str | None = None,
+        animate: bool = False,
+        physical: bool | None = None,
+        legend: bool = True,
+    ) -> list[Path]:
+        """Draw the result into a folder, which is made if needed; options and errors are those of `pairsim.plot`."""
+        look: dict[str, Any] = {"formats": formats, "width": width, "physical": physical, "legend": legend}
+        return draw_result(self.question, self._place, Path(folder), field=field, animate=animate, **look)
+
+    @cached_property
+    def places(self) -> Array:
+        """Times [D_c/U_av] (of a curve: distances [D_c]) at which there are fields, shape (n,)."""
+        from pairsim.record.xdmf import read_times
+
+        return read_times(self._place)
+
+    def fields(self, at: float, *, physical: bool = False) -> pv.UnstructuredGrid:
+        """Velocity, pressure, displacement and stresses on the deformed mesh, as a pyvista grid.
+
+        Args:
+            at: One of `places`: a time, of a curve a distance.
+            physical: Whether to convert to um, um/s and Pa.
+
+        Returns:
+            Names and components are as in fields.xdmf: vectors are (z, r, 0). NaN where there is no such field: the
+            elastic stress in the liquid, what is the liquid's alone in the particles. Cell data: `region`, 0 in the
+            liquid and i in particle i from upstream. Field data: `t`, the time or distance.
+
+        Raises:
+            InputError: There are no fields there, or `physical` is set and the case has no `physical` block.
+        """
+        import numpy as np
+
+        from pairsim.computing.fields_grid import grid_of
+        from pairsim.record.xdmf import read_frame
+
+        hits = np.flatnonzero(np.isclose(self.places, at, rtol=1e-9, atol=1e-12))
+        if not hits.size:
+            listed = ", ".join(f"{place:g}" for place in self.places)
+            key = "fields: [...]" if self.question.frames == "d" else "output.fields: true"
+            allowed = f"must be one of {listed}" if listed else f"was not written; the case needs `{key}` for fields"
+            raise InputError("fields", self.question.frames, at, allowed)
+        return grid_of(read_frame(self._place, int(hits[0])), self.scales if physical else None)
+
+    def __repr__(self) -> str:
+        reason = f" ({self.reason})" if self.reason not in ("", "end") else ""
+        where = f", {self.folder}" if self.folder is not None else ""
+        return f"<pairsim {self.kind}: {self.status}{reason}, {len(self.table)} rows{where}>"

@@ -1,0 +1,194 @@
+"""What a pair of an experiment does, read from an atlas: `ask`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pairsim.analysis.master_curve import Curve
+from pairsim.atlas.atlas import SHIPPED, Atlas
+from pairsim.cases.case import SceneCase
+from pairsim.cases.coverage import beyond, is_of_its_law, liquid_of_atlas
+from pairsim.cases.inputs import units_of
+from pairsim.cases.keys import keys_of
+from pairsim.computing.loading import AnyCase
+from pairsim.computing.result_content import Content
+from pairsim.computing.warnings import MOST_DE, beyond_checked
+from pairsim.lab.dimensionless_numbers import units
+from pairsim.lab.input_draws import range_of_draws
+from pairsim.lab.load import load
+from pairsim.physics.softest import beyond_steady_shapes, beyond_tension
+from pairsim.quantities.kinds import LENGTH, VELOCITY
+from pairsim.quantities.text import in_unit
+from pairsim.questions.compute import Computation
+from pairsim.questions.registry import QUESTIONS
+from pairsim.record.columns import DISTANCE, DU, DU_ERROR
+from pairsim.record.record import Record
+from pairsim.record.run_entries import DRAWN, NOTES, STATUS, WARNINGS
+from pairsim.runtime.errors import InputError
+
+SOURCE = "pairsim ask"
+POINTS = 9  # asked for of a curve that is computed, which adds others
+
+
+def ask(
+    case: AnyCase | None = None,
+    *,
+    atlas: Path | str | None = None,
+    compute: bool = False,
+    folder: Path | str | None = None,
+    progress: bool = False,
+    **given: Any,
+) -> Any:
+    """What a pair of equal beads does, from an atlas of master curves and so at once.
+
+    Args:
+        case: A case, as for `load`; or else the quantities of an experiment are `given`.
+        atlas: File of an atlas, atlas.npz of `pairsim atlas`; None: those that ship, of which the one of the law of the
+            liquid answers.
+        compute: Compute the curve where the atlas has no answer.
+        folder: Folder of this curve; None: a temporary one.
+        progress: Whether its progress is shown.
+        given: As for `units`: `tube="50um"`, `particle="20um"`, `flow_rate="1ul/min"`, and others; or keys to replace.
+
+    Returns:
+        A curve, as of `pairsim.curve`, with `findings()`, `dU(d)` and `travel(start, stop)`. Half-widths of quantities
+        such as `modulus="1.5 +- 0.3 kPa"` have their own part in the answer, by Monte Carlo on the atlas:
+        `record["dU_inputs"]` has the ends, `least` and `largest` [um/s], of the range that holds 95 % of draws of them,
+        at distances `d` [D_c], and the part of the draws `outside` of the atlas.
+
+    Raises:
+        InputError: A quantity is wrong; or the atlas has no answer, and the curve is not to be computed.
+
+    Example:
+        >>> beads = dict(tube="50um", particle="20um", flow_rate="1ul/min", viscosity="1Pa.s", modulus="5kPa")
+        >>> print(*pairsim.ask(**beads).findings())
+    """
+    question, atlases = QUESTIONS["curve"], _atlases(atlas)
+    asked = _case_of(case, given, atlases[0])
+    book, reasons = _of_its_law(asked, atlases)
+    if reasons:
+        if not compute:
+            cost = f"pairsim curve computes it ({question.estimate(asked)}), and --compute does that here"
+            doubts = "".join(f"; {each}" for each in _doubts(asked))
+            raise InputError(SOURCE, "", None, f"the atlas has no answer: {', and '.join(reasons)}; {cost}{doubts}")
+        return Computation[Any](question)(asked, folder=folder, progress=progress)
+    curve = _curve_of(asked, book)
+    others = [each for each in atlases if each is not book and not beyond(asked, each)]
+    record = Record.of({STATUS: "finished", WARNINGS: _disagreements(asked, curve, others)}) | units_of(asked)
+    if asked.De:
+        record = record.with_entries({NOTES: [f"The liquid of the atlas is {liquid_of_atlas(book, type(asked))}."]})
+    if any(each.half_width for each in record.inputs):
+        record = record.with_entries({DRAWN: range_of_draws(asked, book)})
+    content = Content({"curve": curve.table, "equilibria": curve.equilibria}, record, asked)
+    result = question.result(question, content=content, source=SOURCE)
+    result.curve = curve.named(SOURCE, record)  # whose interpolant is there already
+    return result
+
+
+def _curve_of(case: SceneCase, atlas: Atlas) -> Curve:
+    """The curve of an atlas for a case of a pair in its box."""
+    return Curve.of_atlas(atlas, beta=case.betas[0], De=case.De, Ca_e=case.Ca_es[0])
+
+
+def asked_of(
+    case: AnyCase | None, given: Mapping[str, Any], file: Path | str | None
+) -> tuple[Atlas, SceneCase, list[str]]:
+    """The atlas that answers, the checked case of a curve of a pair over its distances, and why it has no answer.
+
+    Arguments are those of `ask`.
+
+    Raises:
+        InputError: A quantity or the file is wrong.
+    """
+    atlases = _atlases(file)
+    found = _case_of(case, given, atlases[0])
+    atlas, reasons = _of_its_law(found, atlases)
+    return atlas, found, reasons
+
+
+def _atlases(file: Path | str | None) -> list[Atlas]:
+    return [Atlas.load(Path(each)) for each in ([file] if file else SHIPPED)]
+
+
+def _of_its_law(case: SceneCase, atlases: Sequence[Atlas]) -> tuple[Atlas, list[str]]:
+    """The atlas that answers, and why none does: of several the one of the law of the liquid.
+
+    At De = 0 an atlas of viscoelastic liquids has answers, too, but most of its curves are elsewhere.
+    """
+    answers = [(atlas, beyond(case, atlas)) for atlas in atlases]
+    return min(answers, key=lambda answer: (bool(answer[1]), not is_of_its_law(case, answer[0]), len(answer[1])))
+
+
+def _doubts(case: SceneCase) -> Iterator[str]:
+    """Why a computation of a case may not find what is asked for."""
+    if beyond_checked(case):
+        yield f"above De = {MOST_DE:g} no dU was compared with finer meshes, and it may find no steady state"
+    yield from beyond_steady_shapes(case.betas, case.Ca_es)
+    yield from beyond_tension(case.liquid_model, case.betas, case.Ca_es)
+
+
+def _disagreements(case: SceneCase, curve: Curve, others: Sequence[Atlas]) -> list[str]:
+    """Where other atlases with an answer are off its curve by more than both half-widths, in words."""
+    found, (d, ours, error_of_ours) = [], (curve.table[each] for each in (DISTANCE, DU, DU_ERROR))
+    for other in others:
+        theirs = _curve_of(case, other).of()
+        shared = (d >= theirs.d[0]) & (d <= theirs.d[-1])
+        values, half_widths = (
+            np.where(shared, each(np.clip(d, *theirs.ends)), np.nan) for each in (theirs.values, theirs.half_widths)
+        )
+        apart = np.abs(values - ours) - half_widths - error_of_ours
+        if not np.any(apart > 0):
+            continue
+        at = int(np.nanargmax(apart))
+        one, two = (
+            in_unit(case.scales, VELOCITY, float(dU[at]), float(error[at]), "+")
+            for dU, error in ((ours, error_of_ours), (values, half_widths))
+        )
+        place = in_unit(case.scales, LENGTH, float(d[at]))
+        found.append(
+            f"two atlases disagree: at d = {place} that of the law of the liquid, which answers, has dU = {one}, "
+            f"another one {two}; pairsim curve tells which is right"
+        )
+    return found
+
+
+def _case_of(case: AnyCase | None, given: Mapping[str, Any], atlas: Atlas) -> SceneCase:
+    """The checked case of a curve of a pair over the distances of an atlas; arguments are those of `ask`.
+
+    Raises:
+        InputError: A quantity is wrong, it is no case of a pair, or has a key that no curve has and that matters.
+    """
+    ends = {"ends": "developed", "length": "auto"}
+    more = {"d": dict(zip(("start", "stop"), atlas.box["d"], strict=True), num=POINTS)}
+    if case is None:
+        found = units(kind="curve", **{**ends, **given, **more}).case
+    else:
+        loaded = _loaded(case, given)
+        if loaded.n != 2:
+            raise InputError(SOURCE, "", None, f"must have a pair: this is a case of pairsim {loaded.kind}")
+        keys, of_curve = loaded.model_dump(mode="json", exclude_unset=True), QUESTIONS["curve"].model.model_fields
+        block = {key: value for key, value in keys.pop("physical", {}).items() if key not in ("distance", "end")}
+        declared = keys_of(type(loaded))
+        for key in keys.keys() - of_curve.keys():  # where and when a run begins and ends changes nothing of a curve
+            if declared[key].of_problem and getattr(loaded, key) != declared[key].default:
+                raise InputError(SOURCE, key, keys[key], "must be left out: an atlas does not know it")
+        known = {key: value for key, value in keys.items() if key in of_curve}
+        found = load({**ends, **known, **more, **({"physical": block} if block else {})}, kind="curve")
+    if found.n != 2:
+        raise InputError(SOURCE, "particles", found.n, "must be 2: the answers are those of pairs")
+    return found
+
+
+def _loaded(case: AnyCase, given: Mapping[str, Any]) -> SceneCase:
+    """A case; with quantities alone it may be of a run or, where it has several distances, of a curve."""
+    try:
+        return load(case, **given)
+    except InputError as error:
+        with suppress(InputError):
+            return load(case, kind="curve", **given)
+        raise error

@@ -1,0 +1,1 @@
+"""Files of cytometers, and the moduli of their events."""

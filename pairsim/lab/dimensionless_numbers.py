@@ -1,0 +1,296 @@
+"""The dimensionless numbers and scales of an experiment, and a case file of it: `units`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Container, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pairsim.cases.case import SceneCase
+from pairsim.cases.keys import keys_of
+from pairsim.cases.physical import BLOCK, DENSITY, QUANTITIES, Physical
+from pairsim.cases.quantity_text import si
+from pairsim.cases.run_case import Case
+from pairsim.cases.values import is_name
+from pairsim.cases.yaml_file import Content, yaml_text
+from pairsim.computing.warnings import beyond_checked
+from pairsim.lab.cytometer.suspending_media import extrapolated, methyl_cellulose
+from pairsim.lab.driving_pressure import velocity_for
+from pairsim.lab.load import load
+from pairsim.physics.homogeneous import falling_stress
+from pairsim.physics.liquids import LAWS, Liquid
+from pairsim.physics.pipe import Pipe
+from pairsim.quantities.kinds import LENGTH, TIME
+from pairsim.quantities.scales import Scales
+from pairsim.quantities.text import in_unit
+from pairsim.questions.registry import QUESTIONS
+from pairsim.record.folder import plain
+from pairsim.runtime.errors import InputError, NoSteadyState
+
+if TYPE_CHECKING:
+    from pairsim.lab.rheometer.rheology_of_case import Listener, MeasuredLiquid
+
+WATER = "1000 kg/m^3"
+SMALL_RE = 1.0
+SMALL_PART = 0.1  # inertia is negligible below this fraction of the larger of Ca_e and De
+RIGID = "rigid particles in a liquid without a memory keep their distance: only inertia, neglected here, changes it"
+INERTIA = "inertia may change the distance as much as the softness of the particles and the elasticity of the liquid"
+COLUMN = 24  # of the comments in a case file
+FURTHER = re.compile(r"[;:]| \(|, ")  # from here on the description of a key is for the reference
+
+Row = tuple[str, str, str]  # name, value with unit, and meaning
+
+
+@dataclass(frozen=True, repr=False)
+class Units:
+    """What `pairsim units` says of an experiment.
+
+    Attributes:
+        case: The case, to be given to `run` or another function.
+        written: The keys of the case that were given or follow from what was.
+        numbers: The dimensionless numbers.
+        scales: The units of length, velocity, time and stress, and the flow without particles.
+        notes: Whether inertia is negligible, defaults used, and warnings.
+        fit: The liquid that was fitted to files of a rheometer, if there were any.
+    """
+
+    case: SceneCase
+    written: Content
+    numbers: Sequence[Row]
+    scales: Sequence[Row]
+    notes: Sequence[str]
+    fit: MeasuredLiquid | None = None
+
+    def __repr__(self) -> str:
+        all_ = [*self.numbers, *self.scales]
+        wide = max(19, *(len(name) for name, _, _ in all_))
+        rows = [f"{name:<{wide}} {value:<15} {meaning}" for name, value, meaning in all_]
+        return "\n".join([*(f"note: {each}" for each in self.case.remarks), *rows, *self.notes])
+
+    def case_file(self, name: str) -> str:
+        """The text of a case file of this name, if it can be one, with what was given, and a comment a line."""
+        numbers = ", ".join(f"{name} {value}" for name, value, _ in self.numbers)
+        said = [*(self.fit.sentences if self.fit else ()), *self.notes]
+        warnings = [note.removeprefix("warning: ") for note in said if note.startswith("warning: ")]
+        intervals = self.fit.intervals if self.fit else {}
+        head = [f"Written by pairsim units; pairsim schema {self.case.kind} lists all keys.", numbers]
+        head += [*self.case.remarks, *warnings]
+        lines = [f"# {line}" for line in head]
+        for key, value in {**({"name": name} if is_name(name) else {}), **self.written}.items():
+            words = {key: type(self.case).model_fields[key].description or ""}
+            if key == BLOCK:
+                words |= {each: QUANTITIES[each].words for each in value}
+            mode = 0
+            for line in yaml_text(plain({key: value}), blocks=True).splitlines():
+                mode += line.lstrip().startswith("- ")
+                entry = line.partition(":")[0].strip(" -'")
+                interval = intervals.get(f"{entry}_{mode}", intervals.get(entry)) if key in (BLOCK, "liquid") else None
+                meaning = FURTHER.split(words.get(entry, ""))[0]
+                comment = ", ".join(filter(None, (meaning, interval and f"95 %: {interval}")))
+                lines.append(f"{line:{COLUMN - 1}} # {comment}" if comment else line)
+        return "\n".join([*lines, ""])
+
+
+def units(
+    *,
+    kind: str = "run",
+    pressure: str | None = None,
+    over: str | None = None,
+    rheology: Path | str | None = None,
+    spectrum: Path | str | None = None,
+    section: str | Sequence[str] = (),
+    listener: Listener | None = None,
+    carrier: str | None = None,
+    celsius: float = 23.0,
+    **given: Any,
+) -> Units:
+    """Compute the dimensionless numbers and scales of an experiment, as `pairsim units` does.
+
+    Args:
+        kind: The command that the case is for.
+        pressure: Pressure drop in place of the flow rate, such as "20kPa".
+        over: Length of tube over which it falls, such as "5cm".
+        rheology: File of a flow curve, to which the liquid is fitted: shear rate, viscosity or stress, N1.
+        spectrum: File of moduli, alike: frequency, G', G''.
+        section: A part of the name of the section that is read in a file of several; several names for two files.
+        listener: What is told while the files are read and fitted.
+        carrier: Methyl cellulose of deformability cytometry in place of a liquid, such as "0.59% MC-PBS".
+        celsius: Its temperature.
+        given: The keys of a `physical` block, each a text with its unit such as `tube="50um"`, and other keys of a
+            case, such as `liquid={"law": "power-law", "n": 0.6}`. Without a modulus the particles are rigid.
+
+    Returns:
+        Numbers, scales, defaults and warnings, and the case.
+
+    Raises:
+        InputError: A quantity is missing, or is wrong.
+
+    Example:
+        >>> beads = pairsim.units(tube="50um", particle="20um", flow_rate="1ul/min", viscosity="1Pa.s", modulus="5kPa")
+        >>> pairsim.run(beads.case)
+    """
+    quantities = {
+        **(given.pop(BLOCK, None) or {}),
+        **{key: given.pop(key) for key in Physical.model_fields if key in given},
+    }
+    fit = None
+    if carrier is not None:
+        K, n = methyl_cellulose(carrier, celsius)
+        if "liquid" in given:
+            raise InputError("pairsim units", "--liquid", given["liquid"], "must be left out with --carrier")
+        power_law = next(name for name, law in LAWS.items() if law.parameters().keys() == {"n"})
+        given["liquid"], quantities["consistency"] = {"law": power_law, "n": round(n, 6)}, f"{K:.6g}Pa.s^{n:.6f}"
+    if rheology is not None or spectrum is not None:
+        from pairsim.lab.rheometer.rheology_of_case import fit_liquid
+
+        fit = fit_liquid(rheology, spectrum, given.get("liquid"), section, quantities, listener)
+        given["liquid"] = fit.block
+        quantities |= fit.quantities
+    if isinstance(sizes := quantities.get("particle"), list):
+        given.setdefault("particles", len(sizes))
+    if not quantities.keys() & {"modulus", "young"}:
+        given.setdefault("Ca_e", 0)
+    if not quantities.keys() & {"distance", "spacing"} and kind in QUESTIONS:
+        model: type[SceneCase] = QUESTIONS[kind].model
+        usual = {name: key.usual for name, key in keys_of(model).items() if key.usual is not None}
+        given = usual | given
+
+    def case_with(**more: str) -> SceneCase:
+        try:
+            return load({**given, BLOCK: {"density": WATER, **quantities, **more}}, kind=kind)
+        except InputError as error:
+            of_fit = {f"{BLOCK}.{key}" for key in fit.fitted} if fit else ()
+            for each in error.mistakes:
+                if each.key in of_fit:
+                    each.allowed += "; it is that of the fit, and no case is made of this liquid here"
+            raise
+
+    if pressure is not None or over is not None:
+        if pressure is None or over is None:
+            missing, other = ("--over", "--pressure") if over is None else ("--pressure", "--over")
+            allowed = f"must be given with {other}, such as --pressure 20kPa --over 5cm"
+            raise InputError("pairsim units", missing, None, allowed)
+        for key in quantities.keys() & {"flow_rate", "velocity"}:
+            raise InputError("pairsim units", f"{BLOCK}.{key}", quantities[key], "must be left out with --pressure")
+        quantities["velocity"] = velocity_for(pressure, over, lambda velocity: case_with(velocity=velocity))
+    case = case_with()
+    scales = case.scales
+    assert scales is not None
+    Re = scales.reynolds(si(quantities.get(DENSITY.key, WATER), DENSITY))
+    numbers, notes = _numbers(case, Re), [*_notes(case, {**given, **quantities}, Re)]
+    rows, warnings = _of_flow(case.liquid_model, scales, fit, None if carrier is None else celsius)
+    written = {BLOCK: quantities, **given}
+    notes += [*warnings, *(f"note: {note}" for note in case.notes)]
+    return Units(case, written, [*numbers], [*_scales(scales), *rows], notes, fit)
+
+
+def _numbers(case: SceneCase, Re: float) -> Iterator[Row]:
+    viscous, modes, soft = case.is_viscous, case.liquid_model.modes, any(case.Ca_es)
+    yield "beta", _list(case.beta), "particle over tube diameter, D_p/D_c"
+    if not viscous:
+        yield "De", f"{case.De:.4g}", "Deborah number lambda U_av/D_c"
+    yield "Ca_e", _list(case.Ca_e), "elastic capillary number eta_0 U_av/(D_c G_p)"
+    if modes:
+        yield "xi", f"{case.xi:.4g}", "solvent over total viscosity"
+    for each in case.declared_parameters:
+        if each.value is not None and (soft if each.key.startswith("solid") else modes or viscous):
+            yield each.key, f"{each.value:.4g}", each.parameter.words
+    if case.n > 1:
+        yield *_distances(case), "distance between the surfaces over tube diameter"
+    yield "Re", f"{Re:.3g}", "Reynolds number rho U_av D_c/eta_0"
+    yield "Re beta^2", f"{Re * max(case.betas) ** 2:.3g}", "Reynolds number of a particle"
+
+
+def _scales(scales: Scales) -> Iterator[Row]:
+    yield "length", f"{scales.length * 1e6:.4g} um", "tube diameter D_c"
+    yield "velocity", f"{scales.velocity * 1e3:.4g} mm/s", "mean velocity U_av"
+    yield "time", f"{scales.time * 1e3:.4g} ms", "D_c/U_av"
+    yield "viscosity", f"{scales.viscosity:.4g} Pa s", "eta_0"
+    yield "stress", f"{scales.stress:.4g} Pa", "eta_0 U_av/D_c"
+
+
+def _of_flow(
+    liquid: Liquid, scales: Scales, fit: MeasuredLiquid | None, celsius: float | None
+) -> tuple[list[Row], list[str]]:
+    """What the liquid without particles does at the wall, and warnings of shear bands and of rates beyond the data.
+
+    The temperature is that of a named carrier.
+    """
+    try:
+        flow = Pipe(liquid).steady()
+    except NoSteadyState as error:
+        return [], [f"warning: {error}"]
+    rate, warnings = flow.wall_rate / scales.time, []
+    if falls := falling_stress(liquid, flow.wall_rate):
+        between = " to ".join(f"{each / scales.time:.3g}" for each in falls)
+        bands = "it may form shear bands, and have no steady flow; a larger solvent viscosity (xi) helps"
+        warnings.append(f"warning: the shear stress falls with the shear rate from {between} 1/s: {bands}")
+    if fit and rate > 1.001 * (most := max(x.max() for _, x, _ in fit.data.curves)):
+        beyond = f"beyond the data, which end at {most:.4g} 1/s: the law is extrapolated"
+        warnings.append(f"warning: the shear rate at the wall, {rate:.4g} 1/s, and those at the particles are {beyond}")
+    if celsius is not None:
+        warnings += [f"warning: {beyond}" for beyond in extrapolated(celsius, rate)]
+    rows = [("wall shear rate", f"{rate:.4g} 1/s", "of the flow without particles")]
+    if liquid.modes:
+        Wi = f"{liquid.longest * flow.wall_rate:.4g}"
+        rows.append(("Wi at the wall", Wi, "Weissenberg number lambda times this rate"))
+    rows.append(("wall stress", f"{flow.gradient / 4 * scales.stress:.4g} Pa", "shear stress there"))
+    drop = 1e-5 * flow.gradient * scales.stress / scales.length
+    return [*rows, ("pressure drop", f"{drop:.4g} kPa/cm", "without particles")], warnings
+
+
+def _distances(case: SceneCase) -> tuple[str, str]:
+    """The key of the distances, and their values."""
+    if isinstance(case, Case):
+        return "d0", _list(case.d0)
+    least, most = case.range_of_d
+    return "d", f"{least:.4g} to {most:.4g}"
+
+
+def _list(value: Any) -> str:
+    return ", ".join(f"{entry:.4g}" for entry in (value if isinstance(value, tuple) else (value,)))
+
+
+def _notes(case: SceneCase, given: Container[str], Re: float) -> Iterator[str]:
+    """Whether inertia is negligible, the defaults used for quantities that were not given, and warnings."""
+    of_particle, drive = Re * max(case.betas) ** 2, max(*case.Ca_es, case.De)
+    small = Re <= SMALL_RE and of_particle <= SMALL_PART * drive
+    comparison = f"Re beta^2 = {of_particle:.2g} against {drive:.2g}, the larger of Ca_e and De"
+    yield f"inertia {'is' if small else 'may not be'} negligible: Re = {Re:.2g}, {comparison}"
+    for default in _defaults(case, given):
+        yield f"default used: {default}"
+    for text in beyond_checked(case):
+        yield f"warning: {text}"
+    if not case.liquid_model.modes and not any(case.Ca_es):
+        yield f"warning: {RIGID}"
+    elif not small:
+        yield f"warning: {INERTIA}"
+
+
+def _defaults(case: SceneCase, given: Container[str]) -> Iterator[str]:
+    modes = case.liquid_model.modes
+    if not modes and not case.is_viscous:
+        yield "no relaxation time: the liquid is Newtonian (De = 0)"
+    elif modes and case.liquid is None:
+        parameters = ", ".join(f"{name} = {value:g}" for name, value in modes[0].numbers.items())
+        yield f"liquid: {modes[0].name}" + (f" with {parameters}" if parameters else "")
+    elif modes:
+        for each in case.declared_parameters:
+            if each.value is None and not each.key.startswith("solid"):
+                yield f"{each.key} = {each.parameter.default:g}"
+    if modes and "solvent" not in given:
+        yield f"solvent viscosity: xi = {case.xi:g} of the total"
+    if "modulus" not in given and "young" not in given:
+        yield "no modulus: the particles are rigid (Ca_e = 0)"
+    if "distance" not in given and case.n > 1:
+        name, values = _distances(case)
+        lengths = " to ".join(in_unit(case.scales, LENGTH, d) for d in dict.fromkeys(case.range_of_d))
+        yield f"distance between the surfaces: {name} = {values} D_c, {lengths}"
+    if isinstance(case, Case) and "end" not in given:
+        yield f"end time: {case.time.end:g} D_c/U_av, {in_unit(case.scales, TIME, case.time.end)}"
+    if isinstance(case, Case) and "start" not in given:
+        yield f"start: {case.start}, as of beads that have flowed through the tube for long"
+    if "density" not in given:
+        yield f"density: {WATER}"

@@ -1,0 +1,53 @@
+"""The mean velocity that a pressure drop drives through a tube."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from pairsim.cases.case import SceneCase
+from pairsim.cases.quantity_text import A_LENGTH, si
+from pairsim.quantities import kinds
+from pairsim.quantities.measurable import Measurable
+from pairsim.runtime.errors import InputError, NoSteadyState
+
+PRESSURE = Measurable("pressure", kinds.PRESSURE, "pressure drop", "20 kPa")
+SLOWEST, FASTEST, COUNT = 1e-7, 10.0, 33  # mean velocities among which those that fit are looked for [m/s]; chosen
+
+
+def velocity_for(pressure: str, over: str, case_at: Callable[[str], SceneCase]) -> str:
+    """The mean velocity at which the pressure falls by so much over a length of tube without particles, all with units.
+
+    Raises:
+        InputError: No velocity, or more than one, has this pressure drop.
+    """
+    from scipy.optimize import brentq  # takes longer to load than an atlas to answer
+
+    from pairsim.physics.pipe import Pipe
+
+    wanted = si(pressure, PRESSURE) / si(over, A_LENGTH)
+
+    def excess(log_velocity: float) -> float:
+        """Logarithm of the pressure gradient over the one wanted; not a number where no case or steady flow is."""
+        try:
+            case = case_at(f"{math.exp(log_velocity):.17g} m/s")
+            scales = case.scales
+            assert scales is not None
+            return math.log(Pipe(case.liquid_model).steady().gradient * scales.stress / scales.length / wanted)
+        except (InputError, NoSteadyState):
+            return math.nan
+
+    places = np.linspace(math.log(SLOWEST), math.log(FASTEST), COUNT)
+    off = np.array([excess(place) for place in places])
+    if np.isnan(off).all():
+        case_at(f"{math.exp(places[COUNT // 2]):.17g} m/s")  # says what else is wrong
+    found = [i for i in range(COUNT - 1) if off[i] * off[i + 1] <= 0]
+    if len(found) != 1:
+        fitting = ", ".join(f"{math.exp(places[i]):.2g} m/s" for i in found)
+        several = f"has several mean velocities, near {fitting}: give --flow or --velocity"
+        allowed = several if found else f"has no mean velocity from {SLOWEST:g} to {FASTEST:g} m/s"
+        raise InputError("pairsim units", "--pressure", pressure, allowed)
+    (i,) = found
+    return f"{math.exp(brentq(excess, places[i], places[i + 1], xtol=1e-12)):.10g} m/s"

@@ -1,0 +1,289 @@
+"""A film of two beads: their distance over time, from tables that trackers and spreadsheets write."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from pairsim.cases.quantity_text import measured, si
+from pairsim.lab.films.film_table import Column, FilmTable, read_film_table
+from pairsim.lab.films.tracker_tables import Distances, deviations, distances_of, named, usual_limits
+from pairsim.quantities.measurable import a_length
+from pairsim.runtime.arrays import Array, Indices
+from pairsim.runtime.errors import InputError
+from pairsim.runtime.text import counted
+
+PIXEL = a_length("pixel", "size of a pixel", ".65 um")
+AGREE = 0.01  # relative difference of two frame rates that are the same; chosen
+FAR = 100.0  # diameters between two centres that no atlas has, and hardly a picture; chosen
+
+
+@dataclass(frozen=True)
+class Film:
+    """The distance of two beads over time.
+
+    Attributes:
+        seconds: Times of the frames [s], strictly ascending, shape (frames,).
+        metres: Distances in these frames [m], of the same shape: of the centres, or of the facing surfaces.
+        from_centres: Whether they are those of the centres.
+        pixel: Size of a pixel [m] and the half-width of its interval of 95 %, if lengths were in pixels: all
+            `metres` are proportional to it.
+        notes: What was read, left out and put right, in sentences.
+        path: The file.
+        lines: The lines of the frames in the file, of the same shape.
+    """
+
+    seconds: Array
+    metres: Array
+    from_centres: bool
+    pixel: tuple[float, float] | None
+    notes: tuple[str, ...]
+    path: Path
+    lines: Indices
+
+    def gaps(self, diameter: float) -> Array:
+        """Distances between the surfaces of two beads of one diameter [m] in metres, shape (frames,).
+
+        Raises:
+            InputError: Centres are nearer than that, or so far apart that their unit is another one, or jump.
+        """
+        if self.metres.min() > FAR * diameter:
+            far = f"has distances from {1e6 * self.metres.min():.4g} um on, of beads of {1e6 * diameter:.4g} um"
+            wrong = "the unit, or the scale in the tracker, is another one, such as inch or cm of a print"
+            raise InputError(str(self.path), "", None, f"{far}: {wrong}")
+        if not self.from_centres:
+            return self.metres
+        gaps = self.metres - diameter
+        if (gaps <= 0).any():
+            i = int(gaps.argmin())
+            near = f"has centres {1e6 * self.metres[i]:.4g} um apart"
+            wrong = f"{near}, less than the diameter of the case, {1e6 * diameter:.4g} um"
+            hint = "; --pixel or particle is wrong, or they are centres of something else"
+            raise InputError(str(self.path), "", None, wrong + hint, line=int(self.lines[i]))
+        if len(gaps) > 2:
+            off, between = deviations(gaps[:, None], np.diff(self.seconds)), np.diff(self.seconds)
+            if (jumps := np.flatnonzero(off > usual_limits(diameter / 2, off, between))).size:
+                wrong = "must not jump by more than half a diameter: one of the centres is that of another bead here"
+                raise InputError(str(self.path), "", None, wrong, line=int(self.lines[jumps[0] + 1]))
+        return gaps
+
+
+def film_of(
+    path: Path | str,
+    *,
+    fps: float | str | None = None,
+    pixel: str | None = None,
+    particles: str | Sequence[object] | None = None,
+) -> Film:
+    """Read a film.
+
+    Args:
+        path: A table with times and distances, columns such as "t [s]" and "d [um]" (between surfaces) or "c [um]"
+            (between centres), or of a tracker: frames, particles and their positions.
+        fps: Frames per second, for frame numbers in place of times.
+        pixel: Size of a pixel, which may have a half-width, such as ".65 +- .01 um" or "1.54 px/um", for lengths in
+            pixels or without a unit.
+        particles: Names of the two particles in a table with more, such as "3,5"; "3+7,5" joins two parts of a track.
+
+    Raises:
+        InputError: It is no such table, or an option is missing.
+    """
+    rate, size = _rate(fps), _pixel(pixel)
+    if particles is not None and not isinstance(particles, Iterable):
+        raise InputError("--particles", "", particles, "must be two names, such as 3,5")
+    table = read_film_table(Path(path))
+    several = [*table.particles.values()] or [table.columns]
+    lengths = [each[axis] for each in several for axis in ("x", "y", "d", "c") if axis in each]
+    missing: list[InputError] = []  # options, all of which are asked for at once
+    with _collected(missing):
+        seconds, said = _seconds(table, rate)
+    with _collected(missing):
+        metre = _metre(table, lengths, size)
+    with _collected(missing, only="--particles" if missing else None):
+        found, (what, *notes) = (distances_of if table.tracked else _distances)(table, particles)
+    if missing:
+        raise InputError.of_all(missing)
+    rows = found.assign(t=seconds[found.index])
+    rows = _in_order(table, rows, lengths[0].heading, notes)
+    metres = rows["d"].to_numpy(dtype=float) * metre
+    ends = f"{1e6 * metres.min():.4g} to {1e6 * metres.max():.4g} um"
+    times = f"t {rows['t'].iloc[0]:.4g} to {rows['t'].iloc[-1]:.4g} s"
+    in_px = ""
+    if size is not None:
+        um, half_width = (1e6 * each for each in size)
+        in_px = f" (1 px = {um:.4g}{f' +- {half_width:.2g}' if half_width else ''} um)"
+    read = f"read: {table.path.name}: {counted(len(rows), 'frame')}, {times}{said}, {what} {ends}{in_px}"
+    return Film(
+        seconds=rows["t"].to_numpy(dtype=float),
+        metres=metres,
+        from_centres="d" not in table.columns,
+        pixel=size,
+        notes=(read, *notes),
+        path=table.path,
+        lines=rows.index.to_numpy(),
+    )
+
+
+@contextmanager
+def _collected(errors: list[InputError], only: str | None = None) -> Iterator[None]:
+    """Add an error of input to a list, or drop it if it is not that of the option wanted."""
+    try:
+        yield
+    except InputError as error:
+        if only in (None, error.key):
+            errors.append(error)
+
+
+def _distances(table: FilmTable, particles: str | Sequence[object] | None) -> Distances:
+    """Those of a column, in its unit."""
+    if particles is not None:
+        raise table.error("--particles", str(particles), "must be left out: the film has distances")
+    column = table.columns.get("d") or table.columns["c"]
+    rows = pd.DataFrame({"key": table.clock.numbers, "d": column.numbers})
+    gaps = rows[rows.isna().any(axis=1)].index
+    left_out = [f"left out: {counted(len(gaps), 'row')} without a number, of {len(rows)}: line {named(gaps)}"]
+    return Distances(rows.dropna(), [column.heading, *(left_out if len(gaps) else [])])
+
+
+def _rate(fps: float | str | None) -> float | None:
+    """Frames per second, which may be a fraction such as 30000/1001."""
+    if fps is None:
+        return None
+    try:
+        rate = float(Fraction(re.sub(r"\s*(fps|Hz|/s|1/s)$", "", fps.strip()))) if isinstance(fps, str) else float(fps)
+    except (TypeError, ValueError, ZeroDivisionError):
+        rate = np.nan
+    if not 0 < rate < np.inf:
+        raise InputError("--fps", "", fps, "must be frames per second above 0, such as 500")
+    return rate
+
+
+def _pixel(pixel: str | None) -> tuple[float, float] | None:
+    """Size of a pixel and its half-width [m]."""
+    if pixel is None:
+        return None
+    pixel = str(pixel)
+    try:
+        if inverse := re.fullmatch(r"(.*?)\s*(?:px|pix|pixels?)\s*(?:/|per)\s*([^\W\d]+)(.*)", pixel):
+            text, unit, rest = inverse.groups()  # as ImageJ gives its scale
+            number, half_width = measured(f"{text} {unit}{rest}", PIXEL)
+            length = si(f"1 {unit}", PIXEL) ** 2 / number
+            return length, length * half_width / number
+        return measured(re.sub(r"\s*(?:/|per)\s*(?:px|pix|pixels?)\b", "", pixel), PIXEL)
+    except ValueError as error:
+        raise InputError("--pixel", "", pixel, str(error)) from None
+
+
+def _seconds(table: FilmTable, rate: float | None) -> tuple[pd.Series[float], str]:
+    """Times of the rows [s], by line, and what is to be said of them."""
+    t, frame = table.columns.get("t"), table.columns.get("frame")
+    if t is not None and np.isnan(t.size) and (t.unit or rate is not None):
+        frame, t = frame or t, None
+    if t is not None and np.isnan(t.size):
+        raise table.error(
+            t.heading, None, "must be a column with its unit, such as t [s], or have frame numbers: --fps"
+        )
+    if t is not None and rate is None:
+        if frame is not None and frame.numbers.nunique() > 1:
+            same = t.numbers.nunique() == 1
+            if same or (t.size == 1 and t.numbers.equals(frame.numbers)):
+                unset = "is the same in all rows" if same else "counts frames, one a second"
+                raise table.error("--fps", None, f"must be given: {t.heading} {unset}, as where no interval is set")
+        said = "" if frame is None else f' (column "{t.heading}": {_rate_of(t, frame):.4g} frames per second)'
+        return t.numbers * t.size, said
+    if frame is None:
+        of = "" if t is None else f', column "{t.heading}"'
+        raise table.error("--fps", f"{rate:g}", f"must be left out: the film has times{of}")
+    if rate is None:
+        raise table.error("--fps", None, f'must be given: the film has numbers of frames, column "{frame.heading}"')
+    wrong = frame.numbers[frame.numbers % 1 > 0]
+    if len(wrong):
+        line = int(wrong.index[0])
+        raise table.error(frame.heading, wrong.iloc[0], "must be whole, as numbers of frames are, with --fps", line)
+    said = f" ({rate:g} frames per second)"
+    if t is not None:
+        own = _rate_of(t, frame)
+        if abs(own / rate - 1) > AGREE:
+            said = f' ({rate:g} frames per second; column "{t.heading}", which says {own:.4g}, is not read)'
+    return frame.numbers / rate, said
+
+
+def _rate_of(t: Column, frame: Column) -> float:
+    """Frames per second by a column of times and one of frames."""
+    steps = pd.DataFrame({"frame": frame.numbers, "t": t.numbers * t.size}).drop_duplicates("frame").diff()
+    rates = (steps["frame"] / steps["t"])[steps["t"] != 0]
+    return float(rates.median())
+
+
+def _metre(table: FilmTable, lengths: Sequence[Column], size: tuple[float, float] | None) -> float:
+    """The unit of lengths [m], which is one for all of them."""
+    units = {each.unit: each for each in reversed(lengths)}
+    first = lengths[0]
+    if len(units) > 1 and "" in units:  # y without a unit has that of x
+        units.pop("")
+    unit, column = next(iter(units.items()))
+    if len(units) > 1:
+        raise table.error(first.heading, None, f"must have one unit with others, and they have {', '.join(units)}")
+    if unit not in ("", "px"):
+        if size is not None:
+            raise table.error("--pixel", None, f'must be left out: "{column.heading}" is in {unit}')
+        return column.size
+    if size is None and not unit and not table.tracked:
+        allowed = "must be a column with its unit, such as d [um], or have pixels: --pixel"
+        raise table.error(column.heading, None, allowed)
+    if size is None:
+        given = "is in px" if unit else "has no unit"
+        hint = "such as '.65 +- .01 um'" if unit else "such as '.65 +- .01 um' if it is in px, or 1um if it is in um"
+        raise table.error("--pixel", None, f'must be given, {hint}: "{column.heading}" {given}')
+    return size[0]
+
+
+def _in_order(table: FilmTable, rows: pd.DataFrame, heading: str, notes: list[str]) -> pd.DataFrame:
+    """Distances "d" over times "t" that ascend, those of one time as their mean.
+
+    Args:
+        table: Their table.
+        rows: Them, by line.
+        heading: That of the distances.
+        notes: What was done is added to them.
+    """
+    clock = table.clock.heading
+    if untimed := int(rows["t"].isna().sum()):
+        notes.append(f"left out: {counted(untimed, 'frame')} without a time")
+        rows = rows.dropna()
+    if rows.empty:
+        raise table.error(heading, None, "must have numbers below it, beside times")
+    if (rows["d"] <= 0).any():
+        line = int(rows.index[rows["d"] <= 0][0])
+        why = "must be above 0: particles are swapped, or surfaces overlap"
+        raise table.error(heading, f"{rows['d'][line]:g}", why, line)
+    steps = np.diff(rows["t"])
+    if len(rows) > 1 and (steps < 0).all() and not table.tracked:
+        notes.append("turned round: rows are in descending order of time")
+        rows, steps = rows[::-1], -steps[::-1]
+    if (steps < 0).any():
+        i = int(np.flatnonzero(steps < 0)[0])
+        t, before = (f"{rows['t'].iloc[k]:.6g} s" for k in (i + 1, i))
+        raise table.error(clock, t, f"must not step back: it is {before} before", int(rows.index[i + 1]))
+    if (steps > 0).all():
+        return rows
+    if not steps.any():
+        raise table.error(clock, f"{rows['t'].iloc[0]:g} s", "must not be the same in all rows")
+    frames = rows.assign(line=rows.index).groupby("t")
+    merged = frames.agg(d=("d", "mean"), line=("line", "first"), spread=("d", np.ptp), size=("d", "size"))
+    alone = merged["d"][merged["size"] == 1]
+    usual = float(np.abs(np.diff(alone if len(alone) > 1 else merged["d"])).max(initial=0.0))
+    if len(far := merged[merged["spread"] > usual]):
+        t, line = far.index[0], int(far["line"].iloc[0])
+        both = named(f"{each:g}" for each in rows["d"][rows["t"] == t])
+        allowed = f"must have one distance at a time, and has {both}, which differ by more than those of neighbours"
+        raise table.error(clock, f"{t:.6g} s", allowed, line)
+    notes.append(f"merged: {counted(len(rows) - len(merged), 'row')} with the time of another one, into their mean")
+    return merged.reset_index().set_index("line")[["t", "d"]]

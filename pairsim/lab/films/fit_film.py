@@ -1,0 +1,385 @@
+"""The modulus of two beads, or the relaxation time of their liquid, from films of their distance: `fit`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from pairsim.analysis.master_curve import Curve
+from pairsim.analysis.time_series import Series
+from pairsim.atlas.atlas import Atlas
+from pairsim.cases.case import SceneCase
+from pairsim.cases.inputs import inputs_of
+from pairsim.cases.physical import DIFFERENCE, QUANTITIES
+from pairsim.cases.quantity_text import as_given, percentage, si, unit_in
+from pairsim.computing.loading import AnyCase, content_of
+from pairsim.lab.ask_atlas import asked_of
+from pairsim.lab.films.film import Film, film_of
+from pairsim.lab.films.film_model import FilmModel, Seen, Uncertain
+from pairsim.lab.films.fit_search import LEAST, Search
+from pairsim.lab.load import load
+from pairsim.quantities.measurable import Measurable
+from pairsim.quantities.scales import Scales
+from pairsim.record.columns import DISTANCE
+from pairsim.record.folder import kind_of
+from pairsim.record.record import Record
+from pairsim.runtime.arrays import Array, Flags
+from pairsim.runtime.errors import InputError
+
+if TYPE_CHECKING:
+    from pairsim.plots.style import Page
+
+GIVES = {"modulus": ("Ca_e", -1), "relaxation": ("De", 1)}
+"""What may be unknown, the number that follows from it, and the power of it."""
+MIDDLE = 0.5  # the same in the case that is checked, whose answer does not depend on it
+WIDE = 2.0  # ratio to its value at which an interval ends of which it is said that the data do not determine it; chosen
+CHANCE = 3.0  # standard errors that the correlation of neighbouring residuals may have by chance; chosen
+UNKNOWN_DIFFERENCE = 0.1  # half-width of the difference of two diameters where nothing is known of it, over their mean
+
+
+class Value(NamedTuple):
+    """A quantity, the least and the largest one of its interval of 95 %, and their unit."""
+
+    value: float
+    least: float
+    most: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class FilmFit:
+    """A fit to films.
+
+    Attributes:
+        values: By quantity, its value, the least and the largest one of its interval of 95 %, and their unit.
+        times: Times of the frames that were used [s], shape (frames,); of several films, one after the other.
+        distances: Distances between the surfaces in these frames [um], of the same shape.
+        fitted: Those of the model [um], of the same shape.
+        alike: Correlation of the residuals of neighbouring frames, less what the atlas may be off by.
+        cut: The quantities whose interval ends because the atlas does.
+        parts: By quantity and by what is not known, half-widths over the value, to first order: the root of the
+            difference of squares, with the thing and if it were known; "noise" is what would remain.
+        equal: As `values`, of beads whose diameters are equal; empty where their difference is given.
+        difference: Difference of the diameters, leading less trailing over their mean, and its half-width, as fitted.
+        left_out: Number of frames that were left out as outliers.
+        notes: What was read, and what the intervals do not contain, in sentences.
+    """
+
+    values: Mapping[str, Value]
+    times: Array
+    distances: Array
+    fitted: Array
+    alike: float
+    cut: frozenset[str] = frozenset()
+    parts: Mapping[str, Mapping[str, float]] | None = None
+    equal: Mapping[str, Value] | None = None
+    difference: tuple[float, float] = (0.0, 0.0)
+    left_out: int = 0
+    notes: tuple[str, ...] = ()
+
+    @property
+    def residuals(self) -> Array:
+        """Distances of the model less those of the frames [um], shape (frames,)."""
+        return self.fitted - self.distances
+
+    def plot(self, out: Path | str) -> list[Path]:
+        """Draw film and fitted motion over time, and the residuals: film.png in a folder."""
+        from pairsim.lab.pictures import draw_film
+        from pairsim.plots.style import Page
+
+        film, fitted = (self.times, self.distances), (self.times, self.fitted)
+        return draw_film(film, {"fit": fitted}, Path(out), Page())
+
+    def __str__(self) -> str:
+        return "\n".join(self._sentences())
+
+    def _sentences(self) -> Iterator[str]:
+        for name, found in self.values.items():
+            cut = "; the interval ends where the atlas does, values beyond were not looked at" * (name in self.cut)
+            yield f"{name} = {_interval(found)}{cut}"
+            largest = sorted((self.parts or {}).get(name, {}).items(), key=lambda item: -item[1])
+            sizes = [(part, f"+- {100 * half:.2g} %" if half < 1 else "> 100 %") for part, half in largest]
+            said = [
+                f"{part} {size}"
+                for (part, size), (_, half) in zip(sizes, largest, strict=True)
+                if 10 * half > largest[0][1]
+            ]
+            if np.isfinite(found.most) and said:
+                yield f"  by {', '.join(said)}"
+        size, half_width = (100 * each for each in self.difference)
+        if size and not half_width:
+            side = "larger" if size > 0 else "smaller"
+            yield f"The leading bead is taken to be {abs(size):.4g} % {side} than the trailing one, as the case says."
+        if half_width:
+            yield (
+                f"The leading bead is {abs(size):.2g} +- {half_width:.2g} % {'larger' if size > 0 else 'smaller'} than "
+                "the trailing one, as fitted."
+            )
+        for name, found in (self.equal or {}).items():
+            yield (
+                f"If the diameters are equal (particle_difference: 0 % in the physical block), {name} = "
+                f"{_interval(found)}."
+            )
+        frames = f"{len(self.times)} frames, off by {self.residuals.std():.2g} um (standard deviation)"
+        yield frames + (f"; {self.left_out} more are outliers and were left out" if self.left_out else "")
+        if self.alike > CHANCE / np.sqrt(len(self.times)):
+            yield "A bad fit: neighbouring frames are off in the same direction, so this model is not theirs."
+        yield from self.notes
+
+
+def _interval(found: Value) -> str:
+    """A value and its interval in words."""
+    wide = found.most > WIDE * found.value or found.value > WIDE * found.least
+    unknown = ": these data do not determine it" if wide else ""
+    return f"{found.value:.4g} {found.unit}, 95 %: {found.least:.4g} to {found.most:.4g}{unknown}"
+
+
+def fit(
+    film: Path | str,
+    case: AnyCase,
+    *,
+    unknown: str | Sequence[str] = "modulus",
+    exchanged: Path | str | None = None,
+    atlas: Path | str | None = None,
+    fps: float | str | None = None,
+    pixel: str | None = None,
+    particles: str | Sequence[object] | None = None,
+) -> FilmFit:
+    """Fit quantities of an experiment to a film of two beads of one material, whose diameters may differ slightly.
+
+    The model is the motion along the curve of an atlas, from an unknown distance on, with what is left of the start: a
+    sum of exponentials in time, of the slowest decay time at the values that are tried and faster ones. What is not
+    known exactly has its part in the intervals: noise, which follows from the scatter of the film; quantities of the
+    case with half-widths; the size of a pixel; the atlas; and the difference of the two diameters, which is unknown
+    unless the case has `particle_difference`. Intervals are those of the profile of the likelihood (Bates and Watts
+    1988, chapter 6). Where values on both sides of a turning point give nearly the same film, its deviation from the
+    best one is that of two numbers.
+
+    Args:
+        film: Table with times and distances, columns such as "t [s]" and "d [um]", or of a tracker; see `film_of`.
+        case: The experiment. What is unknown may be left out of its `physical` block; a value that is there gives
+            the unit of the answer, and nothing else.
+        unknown: "modulus", "relaxation" or both.
+        exchanged: A second film of the same beads, in which the other one leads, or after the flow was turned.
+        atlas: File of an atlas; None: those that ship.
+        fps: Frames per second, for a film with frame numbers in place of times.
+        pixel: Size of a pixel, such as ".65 +- .01 um", for lengths in pixels.
+        particles: Names of the two beads in a film with more, such as "3,5".
+
+    Raises:
+        InputError: A file or key is wrong, or the atlas has no answer for the case.
+    """
+    unknown = list(dict.fromkeys([unknown] if isinstance(unknown, str) else unknown))
+    unknown = [*GIVES] if unknown == ["both"] else unknown
+    if not unknown or not {*unknown} <= GIVES.keys():
+        raise InputError("pairsim fit", "unknown", ", ".join(unknown), f"allowed: {', '.join(GIVES)}, both")
+    book, asked, units, difference = _case_of(case, unknown, atlas)
+    paths = [Path(each) for each in (film, exchanged) if each is not None]
+    films = [film_of(path, fps=fps, pixel=pixel, particles=particles) for path in paths]
+    model, notes = _model_of(films, paths, book, asked, unknown, difference)
+    numbers = [GIVES[name][0] for name in unknown]
+    search = Search.of(model, numbers)
+    seen = np.concatenate([each.distances for each in model.films])
+    fitted = search.found.residuals + seen
+    if not (book.d[0] < fitted.min() and fitted.max() < book.d[-1]):
+        raise InputError(str(film), "", None, "the motion that fits best leaves the distances of the atlas")
+    equal = {}
+    if model.difference == (0.0, UNKNOWN_DIFFERENCE):
+        equal = _values(
+            Search.of(replace(model, difference=(0.0, 0.0)), numbers, search.likelihood.noise),
+            unknown,
+            units,
+            asked,
+        )
+    used: Flags = search.likelihood.used
+    um = 1e6 * _scales(asked).length
+    return FilmFit(
+        values=_values(search, unknown, units, asked),
+        times=np.concatenate([each.seconds for each in films])[used],
+        distances=um * seen[used],
+        fitted=um * fitted[used],
+        alike=search.alike,
+        cut=frozenset(
+            name
+            for name, (_, log), (_, end) in zip(unknown, search.reach, search.likelihood.bounds, strict=True)
+            if log >= end
+        ),
+        parts=dict(zip(unknown, search.parts, strict=True)),
+        equal=equal,
+        difference=search.difference,
+        left_out=int(np.count_nonzero(~used)),
+        notes=(*dict.fromkeys(note for each in films for note in each.notes), *notes),
+    )
+
+
+def _values(search: Search, unknown: Sequence[str], units: Sequence[str], case: SceneCase) -> dict[str, Value]:
+    """What is unknown, in units."""
+    found = {}
+    for name, unit, log, reach in zip(unknown, units, search.found.logs, search.reach, strict=True):
+        number, power = GIVES[name]
+        of = QUANTITIES[name]
+        size = unit_in(of.unit, unit)
+
+        def quantity(value: float, of: Measurable = of, size: float = size, power: int = power) -> float:
+            return (value / of.number(size, _scales(case))) ** power
+
+        ends = [quantity(float(np.exp(each))) for each in reach]
+        if reach[0] <= np.log(LEAST * search.model.atlas.box[number][1]):  # it holds rigid beads, or a Newtonian liquid
+            ends[0] = np.inf if power < 0 else 0.0
+        least, most = sorted(ends)
+        found[name] = Value(quantity(float(np.exp(log))), least, most, unit)
+    return found
+
+
+def _model_of(
+    films: Sequence[Film],
+    paths: Sequence[Path],
+    book: Atlas,
+    case: SceneCase,
+    unknown: Sequence[str],
+    difference: tuple[float, float],
+) -> tuple[FilmModel, list[str]]:
+    """What the films show in the units of the case, and what intervals do not contain, in sentences.
+
+    Raises:
+        InputError: A film has too few frames, or its distances are none of such beads.
+    """
+    scales, beta, notes = _scales(case), case.betas[0], []
+    numbers = {"beta": beta, "De": case.De, "Ca_e": case.Ca_es[0]}
+    seen: list[Seen] = []
+    for film, path in zip(films, paths, strict=True):
+        least = len(unknown) + 3
+        if len(film.seconds) < least:
+            raise InputError(str(path), "", None, f"must have at least {least} frames; has {len(film.seconds)}")
+        whole = film.metres / scales.length
+        gaps = film.gaps(beta * scales.length) / scales.length
+        times = (film.seconds - film.seconds[0]) / scales.time
+        pixel = film.pixel[1] / film.pixel[0] if film.pixel else 0.0
+        seen.append(Seen(times, gaps, whole if film.from_centres else None, pixel, len(seen) > 0))
+    uncertain = []
+    for each in inputs_of(case):
+        if not each.half_width or each.key in unknown:
+            continue
+        if more := [
+            name for name, change in each.changes.items() if change and name not in (*numbers, "length", "velocity")
+        ]:
+            notes.append(f"What the half-width of {each.key} changes by {', '.join(more)} is not in the intervals.")
+        powers = {
+            name: change / numbers.get(name, 1.0) for name, change in each.changes.items() if numbers.get(name, 1.0)
+        }
+        uncertain.append(Uncertain(each.key, each.half_width / each.value, powers))
+    if book.at(**numbers).by_difference is None:
+        difference = (0.0, 0.0)
+        notes.append("This atlas does not know what a difference of the diameters does: they are taken to be equal.")
+    return FilmModel(book, numbers, seen, uncertain, difference), notes
+
+
+def _case_of(
+    case: AnyCase, unknown: Sequence[str], file: Path | str | None
+) -> tuple[Atlas, SceneCase, list[str], tuple[float, float]]:
+    """The atlas, the case of two equal beads with unknown quantities in the middle of it, and what is left out of it.
+
+    This are the units of the answers, and the difference of the diameters over their mean, with its half-width.
+
+    Raises:
+        InputError: The case has no units, or the atlas has no answer.
+    """
+    content = content_of(case)
+    block = content.get("physical")
+    if not isinstance(block, Mapping):
+        raise InputError("pairsim fit", "physical", None, "must be given: the quantities of the experiment")
+    others, difference = _difference_of(block)
+    if not {"distance", "d", "d0"} & {*block, *content}:  # films have it
+        others["distance"] = QUANTITIES["distance"].example
+    numbers = {GIVES[name][0] for name in unknown if name not in block and "young" not in block}
+    if numbers & content.keys():  # as of a case that was made without what is unknown
+        case = {key: value for key, value in content.items() if key not in numbers}
+    values, units = {}, []
+    for name in unknown:
+        of = QUANTITIES[name]
+        given = block.get(name) or of.example
+        units.append(as_given(given[0] if isinstance(given, list) else given)[1])
+        values[name] = si(of.example, of)
+    for _ in range(2):  # the second time with numbers in the middle of the atlas
+        replaced = others | {name: f"{value:.15g} {QUANTITIES[name].unit}" for name, value in values.items()}
+        if "modulus" in replaced and "young" in block:
+            replaced["young"] = None
+        book, asked, reasons = asked_of(case, {"physical": replaced}, file)
+        for name in unknown:
+            number, power = GIVES[name]
+            now = QUANTITIES[name].number(values[name], _scales(asked))
+            values[name] *= (MIDDLE * book.box[number][1] / now) ** power if book.box[number][1] else 1.0
+    if reasons:
+        raise InputError("pairsim fit", "", None, f"the atlas has no answer: {' and '.join(reasons)}")
+    return book, asked, units, difference
+
+
+def _difference_of(block: Mapping[str, Any]) -> tuple[dict[str, str | None], tuple[float, float]]:
+    """Keys of a `physical` block that make the diameters equal, and their difference with its half-width.
+
+    Raises:
+        InputError: It is no percentage.
+    """
+    particle, given = block.get("particle"), block.get(DIFFERENCE.key)
+    if given is not None:
+        try:
+            return {DIFFERENCE.key: None}, percentage(given)
+        except ValueError as error:
+            raise InputError("case", f"physical.{DIFFERENCE.key}", given, str(error)) from None
+    if isinstance(particle, list | tuple) and len(particle) == 2:
+        with suppress(ValueError):  # wrong ones are named where the case is checked
+            trailing, leading = (si(each, QUANTITIES["particle"]) for each in particle)
+            mean = (trailing + leading) / 2
+            if leading != trailing:
+                return {"particle": f"{mean:.15g} m"}, ((leading - trailing) / mean, 0.0)
+    return {}, (0.0, UNKNOWN_DIFFERENCE)
+
+
+def _scales(case: SceneCase) -> Scales:
+    """The units of a case with a `physical` block."""
+    assert case.scales is not None
+    return case.scales
+
+
+def overlay_film(film: Film, folders: Sequence[Path], out: Path, page: Page) -> list[Path]:
+    """Draw a film, runs from their start on, and motions by curves from its first distance on: `film`.
+
+    Raises:
+        InputError: A folder has no units, or is neither a run nor a curve that has the first distance of the film.
+    """
+    from pairsim.lab.pictures import draw_film
+
+    t, d = film.seconds - film.seconds[0], film.metres
+    lines: dict[str, tuple[Array, Array]] = {}
+    for folder in folders:
+        kind, scales = kind_of(folder), Record.read(folder).scales
+        if kind not in ("run", "curve") or scales is None:
+            raise InputError(str(folder), "", None, "must be a run or a curve with a physical block, to go with a film")
+        if film.from_centres and not lines:
+            d = film.gaps(float(np.mean(load(folder / "case.yaml", kind=kind).betas)) * scales.length)
+        if kind == "curve":
+            times, distances = t / scales.time, _path_of(folder, d[0] / scales.length, t / scales.time)
+        else:
+            series = Series.read(folder)
+            times, distances = series.t, series.d()
+        lines[f"{kind} {folder.name}"] = scales.time * times, 1e6 * scales.length * distances
+    return draw_film((t, 1e6 * d), lines, out, page)
+
+
+def _path_of(folder: Path, start: float, times: Array) -> Array:
+    """The distances [D_c] by the curve of a folder at times [D_c/U_av], from a first one on, shape (times,).
+
+    Raises:
+        InputError: It is no curve that has the first distance.
+    """
+    curve = Curve.read(folder)
+    if (d := curve.table.known(DISTANCE)) is not None and not d[0] <= start <= d[-1]:
+        raise InputError(str(folder), "", None, "must be a curve that has the first distance of the film")
+    if curve.motion is None:
+        raise InputError(str(folder), "", None, "must be the curve of a pair in steady states")
+    return curve.motion.path(start, times)

@@ -1,0 +1,184 @@
+"""The values of what is unknown in films at which they are most probable, and the ranges in which they may be."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from itertools import product
+
+import numpy as np
+import scipy
+
+from pairsim.cases.physical import DIFFERENCE
+from pairsim.lab.films.film_model import NORMAL, FilmModel
+from pairsim.lab.films.likelihood import Fitted, Likelihood, crossing, minima_of, shares
+from pairsim.runtime.arrays import Array
+
+LEAST = 1e-3  # an unknown number over the largest one of the atlas: less is as good as 0
+PLACES = {1: 60, 2: 16}  # values of each of one or two unknown numbers that are looked at, for all minima; chosen
+EXACT = 1e-4  # least noise of distances that is assumed [D_c]; chosen
+FAR = 5.0  # standard deviations from which on a frame is an outlier: one of two million by chance
+OUTLIERS = 0.1  # part of the frames that may be outliers; chosen
+ROUNDS = 4  # of noise and outliers, at most
+SAME = 0.02  # relative change of the noise at which these end; chosen
+SCATTER = 1.4826  # standard deviation of normal values over the median of their sizes
+
+
+@dataclass(frozen=True)
+class Search:
+    """Films of a model, in logarithms of the unknown numbers.
+
+    Attributes:
+        model: What the films show.
+        numbers: Names of the unknown numbers, De or Ca_e.
+        likelihood: Of the films, with the noise that follows from their scatter, and without outliers.
+    """
+
+    model: FilmModel
+    numbers: Sequence[str]
+    likelihood: Likelihood
+
+    @classmethod
+    def of(cls, model: FilmModel, numbers: Sequence[str], noise: float = 0.0) -> Search:
+        """That with noise and outliers as of the best motion; a first guess of the noise [D_c] saves time."""
+
+        def at(logs: Array) -> dict[str, float]:
+            return dict(zip(numbers, np.exp(logs).tolist(), strict=True))
+
+        largest = np.array([model.atlas.box[name][1] for name in numbers])
+        likelihood = Likelihood(
+            changes=lambda logs, state: model.changes(at(logs), state),
+            residuals=lambda logs, state: model.residuals(at(logs), state),
+            bounds=np.log([LEAST * largest, largest]).T,
+            noise=noise or max(EXACT, *(_scatter(seen.times, seen.distances) for seen in model.films)),
+            states=model.states,
+            normal=np.arange(len(model.states)) >= len(model.films),
+            used=np.ones(sum(len(seen.times) for seen in model.films), dtype=bool),
+        )
+        search = cls(model, numbers, likelihood)
+        for _ in range(ROUNDS):
+            sizes = np.abs(search.found.residuals)
+            spread = max(SCATTER * float(np.median(sizes[search.likelihood.used])), EXACT)
+            used = sizes <= FAR * spread
+            used = used if (~used).mean() <= OUTLIERS else np.ones_like(used)
+            noise = max(EXACT, float(np.linalg.norm(sizes[used])) / np.sqrt(search.freedom))
+            if abs(noise / search.likelihood.noise - 1) < SAME and (used == search.likelihood.used).all():
+                break
+            search = replace(search, likelihood=replace(search.likelihood, noise=noise, used=used))
+        return search
+
+    @cached_property
+    def _axes(self) -> list[Array]:
+        return [np.linspace(low, high, PLACES[len(self.numbers)]) for low, high in self.likelihood.bounds]
+
+    @cached_property
+    def _grid(self) -> list[Fitted]:
+        """The best motions at all places of the grid, each from the one before, the last number changing first."""
+        first, found = [np.median(seen.distances[:3]) for seen in self.model.films], list[Fitted]()
+        state = np.array([*first, *[0.0] * self.model.differs])
+        for logs in product(*self._axes):
+            near = found[-1].state if found and logs[-1] > self._axes[-1][0] else state
+            found.append(self.likelihood.best(np.array(logs), near))
+        return found
+
+    @cached_property
+    def minima(self) -> list[Fitted]:
+        """All minima of the sum of squares, the least first."""
+        costs = np.array([each.cost for each in self._grid]).reshape([len(axis) for axis in self._axes])
+        lower = (costs == scipy.ndimage.minimum_filter(costs, 3, mode="nearest")).ravel()
+        free = range(len(self.numbers))
+        found = [
+            self.likelihood.best(each.logs, each.state, free)
+            for each, low in zip(self._grid, lower, strict=True)
+            if low
+        ]
+        return sorted(found, key=lambda each: each.cost)
+
+    @property
+    def found(self) -> Fitted:
+        """The best motion."""
+        return self.minima[0]
+
+    @property
+    def freedom(self) -> float:
+        """Frames that count, less what is fitted to them: parts count as far as the films determine them."""
+        seen = self.likelihood.counted(self.found.changes)
+        parts = float(np.sum(seen.parts * self.likelihood.weighted(seen.parts, seen.parts)))
+        return max(len(seen.residuals) - len(self.numbers) - seen.by_state.shape[1] - parts, 1.0)
+
+    def profile(self, k: int, log: float) -> float:
+        """The least sum of squares with unknown number k given."""
+        near = [each for each in self._grid if abs(each.logs[k] - log) <= abs(self._axes[k] - log).min()]
+        free = [other for other in range(len(self.numbers)) if other != k]
+        costs = np.array([each.cost for each in near])
+        found = np.inf
+        for i in minima_of(costs):
+            logs = near[i].logs.copy()
+            logs[k] = log
+            found = min(found, self.likelihood.best(logs, near[i].state, free).cost)
+        return found
+
+    @cached_property
+    def reach(self) -> list[tuple[float, float]]:
+        """Logarithms at the ends of the interval of 95 % of each unknown number."""
+        least, found = self.found.cost, []
+        one, two = (n * scipy.stats.f.ppf(0.95, n, self.freedom) for n in (1, 2))
+        several = len({round(float(each.logs[0]), 2) for each in self.minima if each.cost <= least + two}) > 1
+        limit = least + (two if several else one)
+        for k, axis in enumerate(self._axes):
+            logs = np.unique([*axis, *(each.logs[k] for each in self.minima)])
+            costs = np.array([self.profile(k, log) for log in logs])
+            costs[np.searchsorted(logs, self.found.logs[k])] = least
+            first, last = np.flatnonzero(costs <= limit)[[0, -1]]
+            low, high = (float(logs[each]) for each in (first, last))
+            function = partial(self.profile, k)
+            if first > 0:
+                low = crossing(function, low, float(logs[first - 1]), limit)
+            if last + 1 < len(logs):
+                high = crossing(function, high, float(logs[last + 1]), limit)
+            found.append((low, high))
+        return found
+
+    @cached_property
+    def _by_logs(self) -> Array:
+        """Derivatives of the residuals by the logarithms of the unknown numbers, shape (frames, numbers)."""
+        best = self.found
+        derivatives = (
+            self.likelihood.by_log(k, best.logs, best.state, best.changes.residuals) for k in range(len(self.numbers))
+        )
+        return np.column_stack(list(derivatives))
+
+    @cached_property
+    def parts(self) -> list[dict[str, float]]:
+        """Half-widths that each thing has in the interval of each unknown number, over its value, to first order."""
+        found = shares(self.likelihood, self.found.changes, self._by_logs, self.model.names, DIFFERENCE.key)
+        return [{name: NORMAL * size for name, size in each.items() if size > 0} for each in found]
+
+    @property
+    def difference(self) -> tuple[float, float]:
+        """The difference of the diameters and its half-width, as the films have it, or as it is known."""
+        if not self.model.differs:
+            return self.model.difference
+        best = self.found
+        seen = self.likelihood.counted(best.changes)
+        columns = np.concatenate([seen.by_state, self._by_logs[self.likelihood.used]], axis=1)
+        prior = np.diag(np.append(self.likelihood.normal.astype(float), np.zeros(len(self.numbers))))
+        spread = np.linalg.pinv(columns.T @ self.likelihood.weighted(seen.parts, columns) + prior)
+        k = seen.by_state.shape[1] - 1
+        return self.model.difference_at(best.state), self.model.difference[1] * float(np.sqrt(spread[k, k]))
+
+    @property
+    def alike(self) -> float:
+        """Correlation of the residuals of neighbouring frames, which is small where they are exact."""
+        off = self.found.residuals[self.likelihood.used]
+        return float(off[1:] @ off[:-1]) / max(float(off @ off), len(off) * self.likelihood.noise**2)
+
+
+def _scatter(times: Array, distances: Array) -> float:
+    """Standard deviation of the noise of a film, from how far frames are off the line between their neighbours."""
+    if len(times) < 3:
+        return EXACT
+    part = (times[1:-1] - times[:-2]) / (times[2:] - times[:-2])
+    off = distances[1:-1] - (1 - part) * distances[:-2] - part * distances[2:]
+    return SCATTER * float(np.median(np.abs(off) / np.sqrt(1 + (1 - part) ** 2 + part**2)))

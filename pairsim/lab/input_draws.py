@@ -1,0 +1,83 @@
+"""What the half-widths of the inputs do to dU of an atlas: draws of them, each with its own dU."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from pairsim.analysis.input_ranges import COVERED, MANY
+from pairsim.atlas.atlas import PARAMETERS, Atlas
+from pairsim.cases.case import SceneCase
+from pairsim.cases.inputs import drawn, inputs_of
+from pairsim.quantities.kinds import LENGTH, VELOCITY
+from pairsim.runtime.arrays import Array
+from pairsim.solvers.curves.interpolant import hermite, slopes_of
+
+BETWEEN = 4  # distances for each of the atlas, since dU of far pairs falls by factors from one to the next; chosen
+DRAWS = 2000  # of the inputs: the part of them in a range is known to 0.5 %
+KNOWN = {*PARAMETERS, "length", "velocity"}  # what may change from draw to draw, and the difference where it is known
+
+
+def range_of_draws(case: SceneCase, atlas: Atlas) -> dict[str, Any]:
+    """The range that holds dU of `COVERED` of all draws of the inputs, at distances that are constant in units.
+
+    What dU is of a draw outside of the atlas is not known. Such draws count as outside of the range, so that it holds
+    as many whatever theirs is; where there are too many of them, it is the range of those inside.
+
+    Returns:
+        What `pairsim.analysis.input_ranges.DrawnRange` reads.
+    """
+    scales, numbers = drawn(case, DRAWS)
+    assert case.scales is not None
+    given = {"beta": case.betas[0], "De": case.De, "Ca_e": case.Ca_es[0]}
+    places = np.stack([np.broadcast_to(numbers.get(name, each), DRAWS) for name, each in given.items()], axis=1)
+    inside = np.array([not atlas.outside(**dict(zip(PARAMETERS, each, strict=True))) for each in places])
+    shift = np.broadcast_to(np.log(LENGTH.factor(case.scales) / LENGTH.factor(scales)), DRAWS)
+    velocity = np.broadcast_to(VELOCITY.factor(scales), DRAWS)
+    x = np.log(atlas.d)
+    d = np.geomspace(float(atlas.d[0]), float(atlas.d[-1]), BETWEEN * (len(x) - 1) + 1)
+    d[[0, -1]] = atlas.d[[0, -1]]
+    values = np.full((DRAWS, len(d)), np.nan)
+    dU, known = atlas.velocities(places[inside])[0], set(KNOWN)
+    if "difference" in numbers and (by_difference := atlas.changes_by_difference(places[inside])) is not None:
+        dU = dU + numbers["difference"][inside, None] * by_difference
+        known.add("difference")
+    for i, curve in zip(np.flatnonzero(inside), dU, strict=True):
+        at = np.log(d) + shift[i]
+        here = (at >= x[0]) & (at <= x[-1])
+        values[i, here] = velocity[i] * hermite(x, curve, slopes_of(curve, x))(at[here])
+    least, largest = np.array([_ends(column) for column in values.T]).T
+    uncertain = [each for each in inputs_of(case) if each.half_width]
+    missing = {
+        name: None for each in uncertain for name, change in each.changes.items() if change and name not in known
+    }
+    return {
+        "d": d,
+        "least": least,
+        "largest": largest,
+        "outside": np.isnan(values).mean(axis=0),
+        "beyond": " or ".join(_beyond(places, atlas)),
+        "missing": ", ".join(missing),
+    }
+
+
+def _ends(values: Array) -> tuple[float, float]:
+    """The ends of the range of values, shape (draws,), of which some are nan; 0 and 0 if all are."""
+    known = values[np.isfinite(values)]
+    if not len(known):
+        return 0.0, 0.0
+    outside = 1 - len(known) / len(values)
+    tail = (1 - COVERED - outside) / 2 / (1 - outside) if outside < 1 - COVERED else (1 - COVERED) / 2
+    least, largest = np.quantile(known, [tail, 1 - tail])
+    return float(least), float(largest)
+
+
+def _beyond(places: Array, atlas: Atlas) -> Iterator[str]:
+    """Beyond which ends of the box many draws of beta, De and Ca_e are, shape (draws, 3)."""
+    for name, values in zip(PARAMETERS, places.T, strict=True):
+        low, high = atlas.box[name]
+        for part, words in (((values < low).mean(), f"below {low:g}"), ((values > high).mean(), f"above {high:g}")):
+            if part >= MANY:
+                yield f"{name} {words}"

@@ -1,0 +1,1 @@
+"""Files of rheometers, and the laws that are fitted to them."""

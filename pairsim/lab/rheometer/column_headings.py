@@ -1,0 +1,95 @@
+"""How the columns of flow curves and moduli are headed in files of rheometers, and which units stand there."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from ruamel.yaml import YAML
+
+from pairsim.cases.quantity_text import unit_in
+
+UNITS = {"rate": "1/s", "frequency": "rad/s", "phase": "deg", "factor": ""}
+UNITS |= dict.fromkeys(("viscosity", "complex viscosity"), "Pa*s")
+"""SI units of the quantities (phases in degrees); all others are stresses."""
+
+
+@cache
+def words() -> dict[str, Any]:
+    """How columns are headed and units are written, see headings.yaml."""
+    return YAML(typ="safe").load(Path(__file__).with_name("headings.yaml"))
+
+
+def places(option: str, row: Sequence[str]) -> dict[str, dict[int, str]]:
+    """Places of the cells that name a quantity, the preferred first, and what each says after the name."""
+    found: dict[str, dict[int, str]] = {}
+    for quantity, names in words()[option].items():
+        unlike = f"{words()['no values']}|{words()['unlike'].get(quantity, '$^')}"
+        for name in names:
+            for i, cell in enumerate(row):
+                match = re.search(name, cell, re.IGNORECASE)
+                if match and not re.search(unlike, cell, re.IGNORECASE):
+                    found.setdefault(quantity, {}).setdefault(i, cell[match.end() :])
+    return found
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a file."""
+
+    place: int  # from 0
+    heading: str
+    unit: str
+    factor: float  # the unit in SI units
+    assumed: str  # the SI unit, for a column without one
+
+    def __str__(self) -> str:
+        return f'column {self.place + 1} "{self.heading}"'
+
+
+def column(quantity: str, place: int, heading: str, rest: str, around: Sequence[str]) -> Column:
+    """A column with its unit, from the heading, what it says after the name, and cells around it.
+
+    Raises:
+        ValueError: Its unit is not known, or is none of the dimension; says which.
+    """
+    of = UNITS.get(quantity, "Pa")
+    si = of.replace("*", ".")
+    if re.search(r"[x*] ?1(0|e[-+]?\d)", " ".join([heading, *around])):
+        raise ValueError(f'must have a unit without a factor for "{heading}", as {si} is')
+    in_brackets = re.findall(r"[\[(]([^\[\]()]*)[\])]", heading)
+    after = re.sub(r"^[\s\])]*(in\b|[,/:;-])?\s*", "", rest)
+    bare = re.fullmatch(r"[\[(](.*)[\])]", after)
+    words_in = [*re.split(r"\bin\b|,", after)[1:], *re.findall(r"^\S{2,}", after)]
+    pieces = [bare[1] if bare else after, *reversed(in_brackets), *words_in, *around]
+    for text in [each.strip("[]() ") if each in around else each.strip() for each in pieces]:
+        if text and (factor := factor_of(text, of)) is not None:
+            return Column(place, heading, text.replace("*", "."), factor, si)
+    of_words = [each for each in in_brackets if re.search(r"[^\W\d_].*[^\W\d_]", each)]
+    named = [each for each in of_words if not any(places(option, [each]) for option in ("--rheology", "--spectrum"))]
+    named += re.findall(r"\bin (.+)", rest)
+    for text in [after, *named, *around]:
+        unit = text.strip("[]() ")
+        if unit and si and (re.search(words()["like units"], unit) or text in named or f"[{unit}]" == text):
+            raise ValueError(f'must have a unit as {si} is for "{heading}", not {unit.replace("*", ".")}')
+    return Column(place, heading, "", 1.0, si)
+
+
+def factor_of(text: str, of: str) -> float | None:
+    """A unit in another one, None if it is no such unit."""
+    turns = re.search("(?i)hz|hertz|rpm|rev|u/min|cycle", text)
+    if re.fullmatch(r"[\d\s.]*", text) or re.search(r"\bMPA\b|\bMPAS", text) or (turns and of == UNITS["rate"]):
+        return None  # milli or mega? and a shear rate is no speed of rotation
+    for spelled in (text, text.replace(" ", "/"), text.lower()):
+        for pattern, by in words()["units"].items():
+            spelled = re.sub(pattern, by, spelled)
+        with suppress(ValueError):
+            hertz = of == UNITS["frequency"] and re.search("(?i)hz|hertz", text)
+            return unit_in(of, spelled) * (2 * np.pi if hertz else 1.0)
+    return None

@@ -1,0 +1,273 @@
+"""Files of a rheometer, and the liquid of a case that is fitted to them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pairsim.cases.physical import BLOCK
+from pairsim.cases.quantity_text import si, suited
+from pairsim.lab.rheometer.export_files import read_columns
+from pairsim.lab.rheometer.law_fits import (
+    Fit,
+    Measured,
+    Number,
+    as_good,
+    described,
+    dimensions_of,
+    each_fit,
+    fits,
+    ranked,
+    scatter,
+    tried,
+)
+from pairsim.physics.liquids import LAWS
+from pairsim.physics.liquids.viscous import ViscousLaw
+from pairsim.physics.material import Material
+from pairsim.quantities.kinds import STRESS
+from pairsim.runtime.arrays import Array
+from pairsim.runtime.errors import InputError
+
+ALL = {of.key: of for law in LAWS.values() for of in dimensions_of(law).values() if of is not None}
+"""What can be known of a liquid, by its key in the `physical` block."""
+
+
+@dataclass(frozen=True)
+class MeasuredLiquid:
+    """The best fit to files of a rheometer."""
+
+    fit: Fit
+    data: Measured  # what was measured
+    quantities: dict[str, str]  # what goes into `physical` of a case
+    fitted: frozenset[str]  # the keys of those that were fitted
+    block: Any  # value of its key `liquid`
+    intervals: dict[str, str]  # of each fitted number, by its key in either
+    sentences: list[str]  # what was read, the fit in words, and warnings
+
+
+class Listener:
+    """What is told while files are read and fitted; this one does not listen."""
+
+    def answer(self, sentence: str) -> None:
+        """A sentence of the answer."""
+
+    def progress(self, sentence: str) -> None:
+        """What is being done."""
+
+
+def fit_liquid(
+    rheology: Path | str | None,
+    spectrum: Path | str | None,
+    liquid: Any = None,
+    section: str | Sequence[str] = (),
+    quantities: Mapping[str, Any] | None = None,
+    listener: Listener | None = None,
+) -> MeasuredLiquid:
+    """Fit a law to files as of `pairsim.units`, whose other arguments are these, too.
+
+    The liquid may be a law, or a block with its name and numbers that are held; None for what is best by the Bayesian
+    information criterion. Quantities of the `physical` block that are those of the liquid are held.
+
+    Raises:
+        InputError: A file cannot be used, or has too few points for the law.
+        KeyboardInterrupt: It was interrupted; the listener has been told of the best law so far.
+    """
+    listener = listener or Listener()
+    block = dict(liquid) if isinstance(liquid, Mapping) else {"law": liquid}
+    law, numbers = block.pop("law", None), block
+    if law is not None and law not in LAWS:
+        allowed = f"must be the name of a law, whose parameters are fitted: {', '.join(LAWS)}"
+        raise InputError("pairsim units", "--liquid", liquid, allowed)
+    held = {key: text for key, text in (quantities or {}).items() if key in ALL}
+    given = {name: float(value) for name, value in numbers.items()}
+    for key, text in held.items():
+        try:
+            given[key] = si(text, ALL[key].with_parameters(numbers))
+        except ValueError as error:
+            raise InputError("pairsim units", f"{BLOCK}.{key}", text, str(error)) from None
+    columns: dict[str, Array] = {}
+    said: list[str] = []
+    for option, file in (("--rheology", rheology), ("--spectrum", spectrum)):
+        if file is not None:
+            of_file, read = read_columns(option, Path(file), section)
+            columns, said = columns | of_file, said + read
+    data, found = Measured(**columns), list[Fit]()
+    if names := tried(data, [law] if law else None, given):
+        for sentence in said:
+            listener.answer(sentence)
+        found = _fitted(data, names, given, listener)
+    if not found:
+        known = f" besides {', '.join(given)}" if given else ""
+        allowed = f"must be a law with unknown numbers{known}, fewer of them than there are points"
+        raise InputError("pairsim units", "--liquid", law, allowed)
+    fitted, value, intervals = keys_of(found[0])
+    of_fit = sentences(found, data, chosen=law is not None)
+    for sentence in of_fit:
+        listener.answer(sentence)
+    of_case = {**fitted, **held}
+    return MeasuredLiquid(
+        found[0], data, of_case, frozenset(fitted.keys() - held.keys()), value, intervals, said + of_fit
+    )
+
+
+def _fitted(data: Measured, names: list[str], given: Mapping[str, float], listener: Listener) -> list[Fit]:
+    """The fits of laws, the best first, with their intervals."""
+    found = dict[str, Fit]()
+    try:
+        if len(names) > 1:
+            listener.progress(f"fit: trying {', '.join(names)}")
+        for fit in each_fit(data, names, given):
+            found[fit.law.name] = fit
+            listener.progress(f"fit: {_label(fit)}: off by {_percent(fit.deviation)}")
+        if fits := ranked(found.values()):
+            listener.progress(f"fit: intervals of {_label(fits[0])}")
+            _ = fits[0].numbers
+    except KeyboardInterrupt:
+        listener.answer(_stopped(ranked(found.values()), [name for name in names if name not in found]))
+        raise
+    return fits
+
+
+def _stopped(found: Sequence[Fit], left: Sequence[str]) -> str:
+    """What is known of the best law when fits are interrupted."""
+    if not found:
+        return "fit: stopped before the first law was fitted"
+    best = found[0]
+    numbers = ", ".join(f"{key} = {value}" for key, value in _values(best).items())
+    rest = f"; not tried: {', '.join(left)}" if left else ""
+    known = f"{_label(best)}: {numbers}; off by {_percent(best.deviation)}, intervals are not known"
+    return f"fit: stopped; the best so far is {known}{rest}; --liquid {best.law.name} fits this law alone"
+
+
+def _label(fit: Fit) -> str:
+    return fit.law.label + (f", {len(fit.liquid.modes)} modes" if len(fit.liquid.modes) > 1 else "")
+
+
+def _percent(deviation: float) -> str:
+    return f"{100 * deviation:.2g} %"
+
+
+@dataclass(frozen=True)
+class _Key:
+    """A number of a fitted liquid as a quantity of a case."""
+
+    key: str  # in the `physical` block
+    value: str  # with its unit
+    factor: float  # of the number in this unit
+
+
+def _keys(fit: Fit) -> dict[str, _Key]:
+    """The quantities of a `physical` block that a fitted liquid gives, by the name of its number."""
+    own, liquid, found = _own(fit), fit.liquid, dict[str, _Key]()
+    values = {"eta_0": fit.eta_0, "De": liquid.De, "xi": liquid.xi} | own.numbers
+    for name, of in dimensions_of(fit.law).items():
+        default = own.parameters()[name].default if name in own.parameters() else None
+        if of is not None and values[name] != default:
+            factor = of.size(fit.eta_0) if name != "eta_0" else 1.0
+            unit, size = suited(factor * values[name], of.with_parameters(_pure(fit)).unit)
+            found[name] = _Key(of.key, f"{factor * values[name] / size:.4g} {unit}", factor / size)
+    return found
+
+
+def _own(fit: Fit) -> Any:
+    """The law of a fitted liquid with its numbers."""
+    return fit.liquid.modes[0] if fit.liquid.modes else fit.liquid.solvent
+
+
+def _pure(fit: Fit) -> dict[str, float]:
+    """The numbers of a law that have no unit."""
+    own = _own(fit)
+    return {
+        name: float(f"{getattr(own, name):.4g}")
+        for name, p in own.parameters().items()
+        if p.dimension is None and name != own.regularisation
+    }
+
+
+def _values(fit: Fit) -> dict[str, str]:
+    """The numbers of a fitted liquid, quantities with their units first."""
+    keys = _keys(fit)
+    others = {name: f"{value:.4g}" for name, value in fit.values.items() if name not in keys}
+    return {each.key: each.value for each in keys.values()} | others
+
+
+def keys_of(fit: Fit) -> tuple[dict[str, str], Any, dict[str, str]]:
+    """The quantities of a `physical` block that a fitted liquid gives, the value of `liquid`, and intervals by key."""
+    keys, pure, modes, law = _keys(fit), _pure(fit), fit.liquid.modes, fit.law.name
+    quantities, intervals = {each.key: each.value for each in keys.values()}, dict[str, str]()
+    for name, number in fit.numbers.items():
+        if not number.given:
+            key = keys.get(name)
+            intervals[key.key if key else name] = _interval(number, key.factor if key else 1.0)
+    if len(modes) < 2:
+        return quantities, {"law": law, **pure} if pure else law, intervals
+    each = [{key: fit.values.get(f"{key}_{i + 1}", 1.0) for key in ("time", "weight")} for i in range(len(modes))]
+    block = [{"law": law, **{key: float(f"{v:.4g}") for key, v in mode.items()}, **pure} for mode in each]
+    return quantities, {"law": "modes", "modes": block}, intervals
+
+
+def _interval(number: Number, factor: float = 1.0) -> str:
+    """Where a number, times a factor, is with a probability of 95 %."""
+    least, most = factor * number.least, factor * number.most
+    if np.isinf(least) and np.isinf(most):
+        return "not determined by these data"
+    if np.isinf(least):
+        return f"at most {most:.4g}"
+    return f"at least {least:.4g}" if np.isinf(most) else f"{least:.4g} to {most:.4g}"
+
+
+def sentences(fits: Sequence[Fit], data: Measured, chosen: bool = False) -> list[str]:
+    """The best fit in words, with the intervals of its numbers, and what the data do not tell."""
+    best, *others = fits
+    _, _, intervals = keys_of(best)
+    numbers = ", ".join(f"{key} = {value} ({intervals.get(key, 'given')})" for key, value in _values(best).items())
+    noise = f"{_percent(best.deviation)} where neighbouring points scatter by {_percent(scatter(data))}"
+    rest = f"; next best: {_label(others[0])}, {_percent(others[0].deviation)}" if others else ""
+    said = [f"fit: {_label(best)}: {numbers}; intervals of 95 %", f"fit: off by {noise}{rest}"]
+    tau_y = _yield_of(best.law)
+    if tau_y in best.numbers and np.isfinite(best.numbers[tau_y].least):
+        said.append(f"this liquid yields: below a stress of {_keys(best)[tau_y].value} it is solid")
+    return said + [f"warning: {text}" for text in _doubts(best, others, data, noise, chosen)]
+
+
+def _yield_of(law: type[Material]) -> str:
+    """The name of the parameter of a law that is its yield stress; "" without one."""
+    found = (name for name, p in law.parameters().items() if p.dimension is not None and p.dimension.kind == STRESS)
+    return next(found, "")
+
+
+def _doubts(best: Fit, others: Sequence[Fit], data: Measured, noise: str, chosen: bool) -> Iterator[str]:
+    viscous, label = issubclass(best.law, ViscousLaw), best.law.label
+    if not described(best, data):
+        if chosen:
+            yield f"{label}, the only law tried, does not describe these data: it is off by {noise}"
+        else:
+            yield f"no law tried describes these data: the best, {label}, is off by {noise}"
+        yielding = [name for name, law in LAWS.items() if _yield_of(law)]
+        better = fits(data, yielding) if chosen and data.kinds == {"viscosity"} and not _yield_of(best.law) else []
+        if better and described(better[0], data):
+            yield f"these data yield: --liquid {better[0].law.name} describes them"
+    if (xi := best.numbers.get("xi")) and np.isinf(xi.least):
+        yield "these data do not show the viscosity of the solvent: --solvent holds a known one"
+    alike = [fit.law for fit in as_good(best, others)] if described(best, data) and not viscous else []
+    taken = f"{label} is taken, and {_and([law.label for law in alike])} {'fit' if alike[1:] else 'fits'} as well"
+    choose = f"{taken}: --liquid {' or '.join(law.name for law in alike)} chooses one" if alike else ""
+    if viscous:
+        more = "N1 or moduli tell, and a time that is known is held by --relaxation"
+        yield f"a viscosity alone does not tell whether the liquid is elastic: De = 0 is assumed; {more}"
+    elif data.kinds == {"viscosity"} and not best.numbers["De"].given:
+        yield "no elasticity was measured: relaxation time and N1 follow from the thinning by the law alone"
+    elif not data.kinds & {"viscosity", "N1"}:
+        more = f"; {choose}" if choose else ""
+        yield f"moduli do not tell how the viscosity falls with the rate, which a flow curve (--rheology) does{more}"
+    elif choose:
+        yield choose
+
+
+def _and(names: Sequence[str]) -> str:
+    *first, last = [*names] or [""]
+    return f"{', '.join(first)} and {last}" if first else last

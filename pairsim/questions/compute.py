@@ -1,0 +1,105 @@
+"""Compute one case: what `pairsim.run` and the functions of all other questions do."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from contextlib import nullcontext
+from dataclasses import asdict
+from inspect import cleandoc
+from os import PathLike
+from pathlib import Path
+from threading import RLock
+from typing import Any
+
+from pairsim.cases.estimate import LARGE
+from pairsim.cases.quantity_text import seconds_of
+from pairsim.computing.case_files import Files
+from pairsim.computing.loading import AnyCase, case_of
+from pairsim.computing.progress import Reporter
+from pairsim.computing.question import Question, own_files
+from pairsim.computing.result import Result
+from pairsim.questions.registry import QUESTIONS
+from pairsim.runtime.errors import InputError
+from pairsim.runtime.locks import command_line
+from pairsim.runtime.signals import Signals
+
+Folder = str | PathLike[str]
+# Time without any result after which a command ends where no budget is given [s]; in proportion to the unknowns of a
+# large case. The longest proof that there is no steady state among fifty scenes took 200 s on a busy machine; chosen.
+PATIENCE = 240.0
+ONE_AT_A_TIME = RLock()
+"""Held by the thread that computes: PETSc, MUMPS and gmsh know one thread of a process."""
+
+
+class Computation[R: Result]:
+    """The Python function of a question, such as `pairsim.run`. Among `files` it looks for what a case is for."""
+
+    def __init__(self, question: Question[Any], files: Files | None = None) -> None:
+        self.question, self._files = question, files
+        sentence = question.help.splitlines()[0]
+        self.__name__, self.__doc__ = question.name, f"{sentence}\n\n{cleandoc(str(Computation.__call__.__doc__))}"
+
+    def __call__(
+        self,
+        case: AnyCase,
+        *,
+        folder: Folder | None = None,
+        overwrite: bool = False,
+        progress: bool = False,
+        signals: bool | Signals = False,
+        budget: str | None = None,
+        **more: Any,
+    ) -> R:
+        """Compute a case; a call from a second thread waits for the first one's end.
+
+        Args:
+            case: Path of a case file, a dict of its keys, or a case from `load`.
+            folder: Where the files of the command go. None: a temporary folder that goes with the result.
+            overwrite: Replace earlier results in the folder.
+            progress: Show progress on stderr, and the answer.
+            signals: End in order at SIGINT, SIGTERM and SIGHUP, as the command line does: True, or a
+                `pairsim.runtime.signals.Signals` that the caller has entered. Without it no signal handler is
+                installed; a KeyboardInterrupt ends the computation, and what was computed until then is returned.
+            budget: Largest wall time, such as "10min"; what is known by then is kept.
+            more: Keys to replace, as for `load`; and what the command alone has: `resume=True` of `run` continues from
+                the folder's checkpoint, or begins where there is none; `sensitivities=True` of `curve` adds the
+                derivatives of dU with respect to Ca_e, De, xi and beta.
+
+        Returns:
+            The result, also if the computation failed or was interrupted: see its `status`, or call its `check`.
+
+        Raises:
+            InputError: The case or the folder cannot be used.
+            WriteFailure: The first files of the folder or the last run.json cannot be written.
+        """
+        import pairsim.runtime.fenicsx  # noqa: F401  # before everything else that loads MPI or is compiled
+
+        # isort: split
+        from pairsim.computing.session import Options, carry_out
+
+        given = {flag: more.pop(flag.name, False) for flag in self.question.flags}
+        resumed = [flag.name for flag, on in given.items() if flag.resumes and on]
+        flags = {flag.name: on for flag, on in given.items() if not flag.resumes}
+        if resumed and folder is None:
+            allowed = "must be left out without a folder, which has the checkpoint"
+            raise InputError(f"pairsim.{self.__name__}", resumed[0], True, allowed)
+        overwrite = overwrite and not resumed
+        checked = case_of(self.question, case, more, self._files)
+        reporter = Reporter(progress)
+        patience = PATIENCE * max(self.question.estimate(checked).unknowns / LARGE, 1.0)
+        title = "" if folder is None else Path(folder).resolve().name
+        directory = Path(tempfile.mkdtemp(prefix="pairsim-") if folder is None else folder)
+        try:
+            with ONE_AT_A_TIME, Signals() if signals is True else nullcontext(signals or None) as caught:
+                own = own_files(QUESTIONS.values())
+                options = Options(overwrite, reporter, command_line(), own, caught, seconds_of(budget), patience, title)
+                outcome = carry_out(self.question, checked, directory, options, resume=bool(resumed), **flags)
+        except BaseException:
+            if folder is None:
+                shutil.rmtree(directory, ignore_errors=True)
+            raise
+        result: R = self.question.result(self.question, directory, asdict(outcome), temporary=folder is None)
+        if progress:
+            reporter.say(result.answer)
+        return result

@@ -1,0 +1,1 @@
+"""Folders of results: tables, fields, run.json, checkpoints; nothing is solved."""

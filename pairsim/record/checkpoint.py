@@ -1,0 +1,123 @@
+"""checkpoint.npz: the state of a run, from which it is resumed; results then differ by Newton's tolerance at most.
+
+The file contains arrays and one JSON text, no pickles. It is written under a temporary name and renamed, so that a
+complete checkpoint exists at all times.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields, is_dataclass
+from pathlib import Path
+from types import UnionType
+from typing import Any, cast, get_args, get_origin, get_type_hints
+
+import numpy as np
+
+from pairsim.record.folder import CHECKPOINT, write_bytes
+from pairsim.runtime.arrays import Array
+from pairsim.runtime.errors import InputError
+from pairsim.solvers.transient.adaptation import RunAdaptation
+from pairsim.solvers.transient.state import State
+
+FORMAT = 7
+ARRAY = "array"
+FREE = ("name", "time.end", "physical.end", "limits", "output")
+"""Keys and groups of keys that may be changed when a run is resumed."""
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """A run after an accepted step."""
+
+    state: State
+    case: dict[str, Any]  # with all defaults, as plain data
+    adaptation: RunAdaptation | None  # what its cells follow from, None if they are those of the case
+    rows: int  # number of rows in series.csv at this step
+    frames: int  # number of frames in fields.xdmf at this step
+    wall: float  # wall time of the run so far [s]
+
+    def save(self, folder: Path) -> None:
+        """Write checkpoint.npz into a folder.
+
+        Raises:
+            OSError: It cannot be written; the old file is kept.
+        """
+        arrays: dict[str, Array] = {}
+        entries = {"format": FORMAT, "checkpoint": _packed(self, arrays)}
+        buffer = io.BytesIO()
+        np.savez(buffer, allow_pickle=False, entries=np.array(json.dumps(entries)), **cast(Any, arrays))
+        write_bytes(folder / CHECKPOINT, buffer.getvalue())
+
+
+def _packed(value: Any, arrays: dict[str, Array]) -> Any:
+    """Plain data, in which an array is its name in `arrays`."""
+    if isinstance(value, np.ndarray):
+        arrays[name := f"array_{len(arrays)}"] = value
+        return {ARRAY: name}
+    if is_dataclass(value):
+        return {each.name: _packed(getattr(value, each.name), arrays) for each in fields(value)}
+    return [_packed(each, arrays) for each in value] if isinstance(value, list | tuple) else value
+
+
+def _unpacked(kind: Any, value: Any, arrays: Mapping[str, Array]) -> Any:
+    """The value of a type, such as a dataclass of others, from its plain data."""
+    if isinstance(value, dict) and ARRAY in value:
+        return arrays[value[ARRAY]]
+    if isinstance(kind, UnionType):
+        return value if value is None else _unpacked(get_args(kind)[0], value, arrays)
+    if is_dataclass(kind):
+        kinds = get_type_hints(kind)
+        return cast(Any, kind)(**{name: _unpacked(kinds[name], each, arrays) for name, each in value.items()})
+    if (origin := get_origin(kind)) in (list, tuple):
+        return origin(_unpacked(get_args(kind)[0], each, arrays) for each in value)
+    return value
+
+
+def load(folder: Path) -> Checkpoint | None:
+    """Read the checkpoint of a folder, None if there is none.
+
+    Raises:
+        InputError: The file is damaged, or of another format.
+    """
+    path = folder / CHECKPOINT
+    if not path.exists():
+        return None
+    try:
+        with np.load(path, allow_pickle=False) as stored:
+            entries = json.loads(str(stored["entries"]))
+            if entries["format"] != FORMAT:
+                raise ValueError(f"its format is {entries['format']}, not {FORMAT}")
+            return _unpacked(Checkpoint, entries["checkpoint"], dict(stored))
+    except Exception as error:  # a damaged or foreign file can raise almost anything
+        allowed = f"must be a complete checkpoint of this version ({error}); run the case again with --overwrite"
+        raise InputError(str(path), "", None, allowed) from error
+
+
+def check_same(old: Mapping[str, Any], new: Mapping[str, Any], source: str) -> None:
+    """Check that a resumed run solves the problem of its checkpoint, by both resolved cases as plain data.
+
+    Messages name the file `source`.
+
+    Raises:
+        InputError: Keys that are not in `FREE` differ; gives both values of each.
+    """
+    if mistakes := list(_differences(old, new, source)):
+        mistakes[-1].allowed += f"; a resumed run may change only {', '.join(FREE)}"
+        raise InputError.of_all(mistakes)
+
+
+def _differences(old: Mapping[str, Any], new: Mapping[str, Any], source: str, group: str = "") -> Iterator[InputError]:
+    """Yield an error for each key, with the prefix `group`, such as "mesh.", that differs and may not."""
+    for key in dict.fromkeys((*old, *new)):
+        name = group + key
+        if name in FREE:
+            continue
+        before, after = old.get(key), new.get(key)
+        if isinstance(before, Mapping) and isinstance(after, Mapping):
+            yield from _differences(before, after, source, f"{name}.")
+        elif before != after:
+            allowed = f"must be {'left out' if before is None else repr(before)}, as when the run began"
+            yield InputError(source, name, "nothing" if after is None else after, allowed)

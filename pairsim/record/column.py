@@ -1,0 +1,167 @@
+"""What a column of a table is, and the names of the columns of every gap or particle."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from enum import Enum
+from typing import Any
+
+from pairsim.quantities.kinds import PURE, Kind
+
+GAP, PARTICLE = "gap", "particle"
+WORDS: dict[str, dict[str, str]] = {
+    "": {"": ""},
+    GAP: {"": "the pair", "_i": "particles i and i+1"},
+    PARTICLE: {
+        "_L": "the leading (downstream) particle",
+        "_T": "the trailing (upstream) particle",
+        "_i": "particle i (counted from upstream)",
+    },
+}
+"""The gaps and particles by the suffixes of their columns: those of a pair, and `_i` in larger rows."""
+SUFFIX = "_[0-9]+|_[LT]|"
+
+
+class Shown(Enum):
+    """Where a column is shown to readers who have not asked for all columns."""
+
+    ALWAYS = "always"  # in every table
+    USUALLY = "usually"  # but in tables of relative velocities, which say most by a few columns
+    ON_REQUEST = "on request"  # nowhere: it is of interest to whoever judges the numerics
+
+
+@dataclass(frozen=True)
+class Column:
+    """A quantity in tables, with a column of its own or one for each gap or particle."""
+
+    name: str
+    symbol: str  # symbol of the paper (TeX); `{_}`, in a subscript `{,}`, stands for the suffix
+    meaning: str  # `{_}` stands for the suffix, `{of}` for the gap or particle
+    unit: Kind = PURE
+    of: str = ""  # what it has a column for each of, `GAP` or `PARTICLE`
+    shown: Shown = Shown.USUALLY
+    whole: bool = False  # whether its values are whole numbers
+    unknown: bool = False  # whether a value may be unknown, nan in the file
+    value: Callable[[Any], Any] | None = None  # takes it off what the computation of its question has found
+
+    def with_suffix(self, suffix: str) -> Column:
+        """Its column for a gap or particle.
+
+        Raises:
+            KeyError: It has no column with this suffix.
+        """
+        number = suffix.removeprefix("_")
+        subscript, words = (f"_{{{number}}}", "_i") if number.isdecimal() else (suffix, suffix)
+        symbol = self.symbol.replace("{_}", subscript).replace("{,}", suffix.replace("_", ","))
+        meaning = self.meaning.replace("{_}", suffix).replace("{of}", WORDS[self.of][words])
+        return replace(self, name=self.name + suffix, symbol=symbol, meaning=meaning)
+
+    def suffixes(self, n: int) -> list[str]:
+        """What the names of its columns end with in tables of `n` particles, from upstream; see `suffixes`."""
+        return suffixes(self.of, n)
+
+    def named(self, n: int) -> list[str]:
+        """The names of its columns in tables of `n` particles: of a pair, the leading one comes first."""
+        return [self.name + suffix for suffix in self.suffixes(n)[:: -1 if n == 2 else 1]]
+
+
+class Columns(Iterable[Column]):
+    """The columns that a table may have; of several with one name the last one counts.
+
+    A file need not have all of them: which ones depends on the case.
+    """
+
+    def __init__(self, *groups: Column | Iterable[Column]) -> None:
+        every = (each for group in groups for each in ([group] if isinstance(group, Column) else group))
+        self._columns: Mapping[str, Column] = {each.name: each for each in every}
+
+    def __iter__(self) -> Iterator[Column]:
+        return iter(self._columns.values())
+
+    def __len__(self) -> int:
+        return len(self._columns)
+
+    def column(self, name: str) -> Column:
+        """The column of a name in a header, with its number filled in: `column("D_3").symbol == "D_{3}"`.
+
+        Raises:
+            KeyError: There is no such column.
+        """
+        if (alone := self._columns.get(name)) is not None and not alone.of:
+            return alone.with_suffix("")
+        suffix = name[len(re.sub(f"({SUFFIX})$", "", name, count=1)) :]
+        found = self._columns[name.removesuffix(suffix)]
+        if not found.of:  # a name of its own, such as t_L, is none of t
+            raise KeyError(name)
+        return found.with_suffix(suffix)
+
+    def get(self, name: str) -> Column | None:
+        """The same; None for a column that the table does not declare."""
+        try:
+            return self.column(name)
+        except KeyError:
+            return None
+
+    def named(self, n: int) -> list[str]:
+        """The names of all columns in tables of `n` particles, in order."""
+        return names_of(n, *self)
+
+    @property
+    def own(self) -> Columns:
+        """Those that take their value off what a computation has found."""
+        return Columns(each for each in self if each.value is not None)
+
+    def own_row(self, n: int, found: Any) -> dict[str, float]:
+        """The values of `own` in tables of `n` particles, by name; what they are taken of is that of their question."""
+        return table_row(n, {each: each.value(found) for each in self.own if each.value is not None})
+
+
+def suffixes(of: str, n: int) -> list[str]:
+    """What the names of the columns of every gap or particle end with, from upstream.
+
+    Args:
+        of: `GAP`, `PARTICLE`, or "" for a quantity with one column.
+        n: Number of particles.
+
+    Returns:
+        "" for the gap of a pair, "_T" and "_L" for its particles; "_1", "_2", ... for those of other rows.
+    """
+    if not of:
+        return [""]
+    if n == 2:
+        return [""] if of == GAP else ["_T", "_L"]
+    return [f"_{i}" for i in range(1, n + (of == PARTICLE))]
+
+
+def suffixes_in(names: Iterable[str], column: Column) -> list[str]:
+    """The suffixes with which a column is among names, in their order; see `suffixes`."""
+    pattern = re.compile(f"{column.name}({SUFFIX})")
+    return [name.removeprefix(column.name) for name in names if pattern.fullmatch(name)]
+
+
+def names_of(n: int, *columns: Column) -> list[str]:
+    """The names of columns in tables of `n` particles: of a pair, the leading one comes first."""
+    return [name for column in columns for name in column.named(n)]
+
+
+def table_row(n: int, values: Mapping[Column, Any]) -> dict[str, float]:
+    """A row of a table of `n` particles by the names of its columns.
+
+    Each column has a number, or one for each of the n - 1 gaps or the n particles from upstream.
+
+    Raises:
+        ValueError: A column has fewer or more values.
+    """
+    row: dict[str, float] = {}
+    for column, value in values.items():
+        entries = value if column.of else (value,)
+        names = (column.name + suffix for suffix in column.suffixes(n))
+        row |= {name: float(entry) for name, entry in zip(names, entries, strict=True)}
+    return row
+
+
+def error_of(name: str) -> str:
+    """The column of the error of a column: `dU_error_1` of `dU_1`."""
+    return re.sub(f"({SUFFIX})$", r"_error\1", name, count=1)

@@ -1,0 +1,307 @@
+"""The columns that tables of several questions share, and those of the tables of many cases.
+
+A column of one question alone is declared beside it. A question lists the columns of each of its tables
+(`Question.tables`), where they are found by the names in the header of a file.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pairsim.quantities.kinds import FORCE, LENGTH, POSITION, PURE, RATE, SECONDS, STRESS, TIME, VELOCITY, Kind
+from pairsim.record.column import GAP, PARTICLE, Column, Columns, Shown
+
+
+def _correction(of: str, name: str, unit: Kind) -> Column:
+    """The estimated discretisation error of a quantity."""
+    meaning = f"estimate of exact minus discrete {name}{{_}}, contained in it unless corrected is 0"
+    return Column(f"{name}_correction", r"\delta^h{_}", meaning, unit, of, Shown.ON_REQUEST, unknown=True)
+
+
+def _error(of: str, name: str, unit: Kind, by: str, shown: Shown = Shown.USUALLY) -> Column:
+    """The half-width of the interval of a quantity."""
+    meaning = f"half-width of the interval of {name}{{_}}: error by {by}"
+    return Column(f"{name}_error", r"\epsilon{_}", meaning, unit, of, shown, unknown=True)
+
+
+def _by(name: str, symbol: str, words: str = "") -> Column:
+    """The derivative of dU by a parameter."""
+    symbol = rf"\partial\Delta U{{_}}/\partial {symbol}"
+    return Column(f"by_{name}", symbol, f"derivative of dU{{_}} by {words or name}", VELOCITY, GAP)
+
+
+def _observed(name: str, symbol: str, meaning: str, unit: Kind = PURE, shown: Shown = Shown.USUALLY) -> Column:
+    """A column of the same name as in `Observation`, or in `Observation.conformation`."""
+    return Column(name, symbol, meaning, unit, shown=shown)
+
+
+_MESH_ENDS_NEWTON = "mesh, ends and Newton's method"
+_WHILE = "dU{{_}} at {} of the time of a run at held distances; where it differs from dU{{_}} it has not settled"
+
+T = Column("t", r"t", "time", TIME, shown=Shown.ALWAYS)
+DISTANCE = Column("d", r"d{_}", "distance between the facing surfaces of {of} on the axis", LENGTH, GAP, Shown.ALWAYS)
+U = Column("U", r"U{_}", "velocity of {of}, the volume average of u_z", VELOCITY, PARTICLE, Shown.ALWAYS)
+DU = Column(
+    "dU",
+    r"\Delta U{_}",
+    "velocity of the downstream particle of {of} minus that of the upstream one; positive: they separate",
+    VELOCITY,
+    GAP,
+    Shown.ALWAYS,
+)
+DU_HELD = Column(
+    "dU_held",
+    r"\Delta U_{h{,}}",
+    "dU{_} with all distances held, as if shapes and stresses had endless time",
+    VELOCITY,
+    GAP,
+)
+DU_HALF = Column("dU_half", r"\Delta U_{2T{,}}", _WHILE.format("half"), VELOCITY, GAP)
+DU_QUARTER = Column("dU_quarter", r"\Delta U_{T{,}}", _WHILE.format("a quarter"), VELOCITY, GAP)
+DU_DISCRETE = Column(
+    "dU_discrete",
+    r"\Delta U^h{_}",
+    "dU{_} of the discrete solution, at held distances or in a run, without the estimate of its error",
+    VELOCITY,
+    GAP,
+)
+CORRECTED = Column(
+    "corrected",
+    "",
+    "1: velocities, forces and pressure drop contain the estimates of their errors; 0: they do not, as the estimates "
+    "are what remains of much larger contributions",
+    whole=True,
+)
+STRETCH = Column(
+    "stretch",
+    r"\mathrm{d}c{_}/\mathrm{d}d",
+    "rate of the centres of volume, dU{_}, over that of the surfaces, when all distances change together",
+    PURE,
+    GAP,
+    Shown.ON_REQUEST,
+)
+FROM_REST = Column(
+    "from_rest",
+    r"\delta c{_}",
+    "bound on what a start from rest adds to, or takes from, the distance of the centres; 0 without softness",
+    LENGTH,
+    GAP,
+    Shown.ON_REQUEST,
+)
+T_RELAX = Column("t_relax", r"t_r", "slowest decay time of a disturbance at held distance", TIME, unknown=True)
+TAYLOR = Column("D", r"D{_}", "Taylor parameter (L_z - L_r)/(L_z + L_r) of {of}", PURE, PARTICLE)
+DP = Column("dp", r"\Delta p", "pressure drop over the length of the tube", STRESS)
+DP_PLUS = Column("dp_plus", r"\Delta p^+", "pressure drop in excess of that of the same tube without particles", STRESS)
+Z = Column(
+    "z",
+    r"z{_}",
+    "position of the centre of {of} along the tube, from where that of the first (upstream) one started",
+    POSITION,
+    PARTICLE,
+)
+F = Column(
+    "F",
+    r"F{_}",
+    "force along the tube that moves {of} at the prescribed velocity",
+    FORCE,
+    PARTICLE,
+    Shown.ALWAYS,
+)
+DT = Column("dt", r"\Delta t", "size of the time step that ends at t", TIME)
+NEWTON = Column(
+    "newton",
+    "n",
+    "Newton iterations of the step, or of the continuation from the previous point",
+    shown=Shown.ON_REQUEST,
+    whole=True,
+)
+MESH = Column("mesh", r"k", "number of remeshings before the step", shown=Shown.ON_REQUEST, whole=True)
+MESHES = Column("meshes", r"k", "number of meshes made so far", shown=Shown.ON_REQUEST, whole=True)
+SLOPE = Column(
+    "slope",
+    r"\mathrm{d}\Delta U{_}/\mathrm{d}d",
+    "derivative of dU_held{_} by d when all distances change together; at a zero of dU that of dU, and a zero with "
+    "negative slope is stable",
+    RATE,
+    GAP,
+)
+BY_CA_E = _by("Ca_e", r"\mathrm{Ca}_e")
+BY_DE = _by("De", r"\mathrm{De}")
+BY_XI = _by("xi", r"\xi")
+BY_BETA = _by("beta", r"\beta")
+BY_DIFFERENCE = _by(
+    "difference", r"\delta", "the difference of the diameters, the leading less the trailing one, over their mean"
+)
+SENSITIVITIES = {each.name.removeprefix("by_"): each for each in (BY_CA_E, BY_DE, BY_XI, BY_BETA, BY_DIFFERENCE)}
+"""The derivatives of dU by the name of the number."""
+CA_E = Column("Ca_e", r"\mathrm{Ca}_e", "elastic capillary number of the soft particles", shown=Shown.ALWAYS)
+DE = Column("De", r"\mathrm{De}", "Deborah number", shown=Shown.ALWAYS)
+D_CR = Column("d_cr", r"d_{cr}", "critical distance, at which dU = 0", LENGTH)
+STABLE = Column("stable", "", "true: the pair returns to this distance after a small displacement")
+KIND = Column(
+    "kind",
+    "",
+    "wanted: at a requested value; added: between two; vanishes: fold of two zeros; edge: d leaves its range",
+)
+BRANCH = Column("branch", "", "number of the branch of critical distances", whole=True)
+PEAK = Column("peak", "", "largest |dU| between a zero and the next, over that of the whole curve")
+CERTAIN = Column("certain", "", "true: |dU| exceeds its error on both sides of the zero")
+D_ERROR = Column(
+    "d_error",
+    r"\epsilon_d",
+    "error of the distance where dU (of trains, the largest growth rate) is 0: its error over |slope|; empty where two "
+    "zeros meet",
+    LENGTH,
+)
+PARAMETER_ERROR = Column(
+    "parameter_error", r"\epsilon", "error of the followed parameter where two zeros meet; empty elsewhere"
+)
+DU_CORRECTION = _correction(GAP, "dU", VELOCITY)
+DU_ERROR = _error(
+    GAP,
+    "dU",
+    VELOCITY,
+    "mesh, ends, Newton's method and motion; in a run by mesh, time steps and start",
+    Shown.ALWAYS,
+)
+ENDS_ERROR = Column(
+    "ends_error",
+    r"\epsilon_{L{,}}",
+    "the part of dU_error{_} that is due to the ends of the tube",
+    VELOCITY,
+    GAP,
+    Shown.ON_REQUEST,
+)
+REGULARISATION_ERROR = Column(
+    "regularisation_error",
+    r"\epsilon_{m{,}}",
+    "the part of dU_error{_} that is due to the regularisation of a liquid with a yield stress",
+    VELOCITY,
+    GAP,
+    Shown.ON_REQUEST,
+)
+BRIDGE = Column(
+    "bridge",
+    r"b{_}",
+    "radius of the cylinder around the axis in which no liquid yields between the particles; 0: some does",
+    LENGTH,
+    GAP,
+)
+PLUG = Column("plug", r"r_p", "radius within which the liquid does not yield where there are no particles", LENGTH)
+CREEP = Column(
+    "creep",
+    r"k{_}",
+    "power of 1/m by which dU_held{_} has fallen from a tenth of m; nan where no bridge makes it worth asking",
+    PURE,
+    GAP,
+    Shown.ON_REQUEST,
+    unknown=True,
+)
+U_CORRECTION = _correction(PARTICLE, "U", VELOCITY)
+U_ERROR = _error(PARTICLE, "U", VELOCITY, _MESH_ENDS_NEWTON)
+DP_PLUS_CORRECTION = _correction("", "dp_plus", STRESS)
+DP_PLUS_ERROR = _error("", "dp_plus", STRESS, _MESH_ENDS_NEWTON)
+F_CORRECTION = _correction(PARTICLE, "F", FORCE)
+F_ERROR = _error(PARTICLE, "F", FORCE, _MESH_ENDS_NEWTON, Shown.ALWAYS)
+WANTED = Column(
+    "wanted", "", "1 for a requested point, 0 for a point added by refinement", shown=Shown.ON_REQUEST, whole=True
+)
+M = _observed(
+    "m",
+    "m",
+    "uniform source in the liquid's continuity equation; measures the error of time steps",
+    RATE,
+    Shown.ON_REQUEST,
+)
+VOLUME_ERROR = _observed(
+    "volume_error", r"\epsilon_V", "largest relative change of a particle's volume", shown=Shown.ON_REQUEST
+)
+DISTORTION = Column(
+    "distortion",
+    "q",
+    "smallest ratio of the current to the reference Jacobian of a liquid cell; 0: inverted",
+    shown=Shown.ON_REQUEST,
+)
+POLYMER_HEALTH = (
+    _observed("c_max", r"\max\,\mathrm{tr}\,c", "largest trace of the conformation tensor"),
+    _observed("c_max_z", "z", "axial position of c_max", LENGTH),
+    _observed("c_max_r", "r", "radial position of c_max", LENGTH),
+    _observed("c_min", r"\min\,c", "smallest eigenvalue of the conformation tensor"),
+    _observed("s_jump", r"[s]", "largest change of s = log c within a cell", shown=Shown.ON_REQUEST),
+)
+"""Diagnostics of a viscoelastic liquid, the last columns of a table."""
+OBSERVED = (M, VOLUME_ERROR)
+"""Quantities that are read off the observation of a solution."""
+MOTION = (DISTANCE, U, DU, TAYLOR, DP, DP_PLUS)
+"""What tables of runs and curves have of every solution."""
+YIELD_HEALTH = (REGULARISATION_ERROR, BRIDGE, CREEP, PLUG)
+"""Diagnostics of quasi-steady solutions that follow in a liquid with a yield stress."""
+FORCES = (F, F_CORRECTION, F_ERROR)
+"""What curve.csv has of every particle, if their velocity is prescribed."""
+STEADY_HEALTH = (T_RELAX, MESHES, *OBSERVED, DISTORTION)
+"""Diagnostics of quasi-steady solutions, before those of a viscoelastic liquid."""
+STEADY = (*STEADY_HEALTH, *POLYMER_HEALTH, *YIELD_HEALTH)
+"""All diagnostics of quasi-steady solutions."""
+WAY_COLUMNS = Columns(DE, CA_E, DISTANCE, U, DU, TAYLOR)
+"""The columns of way.csv: steady states on the way to parameters that were not reached."""
+CURVE_COLUMNS = Columns(
+    *MOTION,
+    *(NEWTON, DU_HELD, DU_DISCRETE, DU_HALF, DU_QUARTER, STRETCH, FROM_REST, DU_CORRECTION, DU_ERROR, ENDS_ERROR),
+    *(SLOPE, SENSITIVITIES.values(), U_CORRECTION, U_ERROR, DP_PLUS_CORRECTION, DP_PLUS_ERROR, FORCES),
+    *(CORRECTED, WANTED, STEADY_HEALTH, POLYMER_HEALTH, YIELD_HEALTH),
+)
+"""The columns that curve.csv may have, in their order."""
+EQUILIBRIA_COLUMNS = Columns(DISTANCE, STABLE, SLOPE, PEAK, D_ERROR, CERTAIN)
+"""The columns of equilibria.csv."""
+STATE_COLUMNS = (T, *MOTION, Z)
+"""The columns that series.csv begins with."""
+ERROR_COLUMNS = (DU_DISCRETE, DU_CORRECTION, DU_ERROR)
+"""Those of the error of dU, which follow where it is estimated."""
+RUN_HEALTH = (DT, NEWTON, MESH, *OBSERVED, DISTORTION)
+"""Diagnostics of a run, before those of a viscoelastic liquid."""
+SERIES_COLUMNS = Columns(STATE_COLUMNS, ERROR_COLUMNS, BRIDGE, RUN_HEALTH, POLYMER_HEALTH)
+"""The columns that series.csv may have, in their order."""
+
+SHARED = Columns([each for each in vars().values() if isinstance(each, Column)], POLYMER_HEALTH)
+"""All of them."""
+
+
+def observed(observation: Any) -> dict[Column, Any]:
+    """The values that are read off the `Observation` of a solution."""
+    values = {each: getattr(observation, each.name) for each in OBSERVED}
+    polymer = POLYMER_HEALTH if observation.conformation is not None else ()
+    return values | {each: getattr(observation.conformation, each.name) for each in polymer}
+
+
+def of_cases(name: str, meaning: str, unit: Kind = PURE, of: str = "", *, whole: bool = False) -> Column:
+    """A column of the tables of many cases."""
+    return Column(name, "", meaning, unit, of, Shown.ALWAYS, whole=whole)
+
+
+STEPS = of_cases("steps", "accepted time steps of a run", whole=True)
+UNKNOWNS = of_cases("unknowns", "unknowns of the largest linear system", whole=True)
+WALL_TIME = of_cases("wall_time", "wall time, without the start of Python; the median of all repetitions", SECONDS)
+COST = (UNKNOWNS, WALL_TIME)
+"""The last columns of results.csv. Like `STEPS` they are entries of run.json."""
+HOW_IT_STANDS = of_cases("status", "pending, finished or failed; the worst of all repetitions")
+WHY = of_cases("reason", "why the case ended")
+POINT_COUNT = of_cases("points", "points of the curve or of the lines of critical distances", whole=True)
+OF_CASES = (HOW_IT_STANDS, WHY, POINT_COUNT, STEPS, *COST)
+"""The columns that all tables of many cases may have."""
+ZEROS = of_cases(
+    "zeros", "zeros of dU from the smallest d on, or the critical distances asked for, spaces between", LENGTH
+)
+ZEROS_ERROR = of_cases("zeros_error", "error of each of them, half-width, with spaces between", LENGTH)
+SWEEP_COLUMNS = Columns(
+    of_cases("folder", "folder of the case within that of the sweep"),
+    OF_CASES,
+    of_cases("warnings", "what run.json of the case warns of, separated by semicolons"),
+    ZEROS,
+    of_cases("stable", "whether each of them is stable: true or false"),
+    ZEROS_ERROR,
+    of_cases("d_peak", "distance of the largest |dU| of the curve, which may lie between two points", LENGTH, GAP),
+    of_cases("d_peak_error", "error of d_peak, half-width", LENGTH, GAP),
+    of_cases("dU_peak", "dU there", VELOCITY, GAP),
+    of_cases("dU_error", "error of dU_peak, of a run that of dU, half-width", VELOCITY, GAP),
+)
+"""Columns that only results.csv has, beside those of the main table of its question."""

@@ -1,0 +1,203 @@
+"""A folder of results: the names of its files, how they are written, and what its run.json says."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from pairsim.cases.yaml_file import yaml_text
+from pairsim.runtime.errors import InputError
+from pairsim.runtime.locks import LOCK_FILES
+from pairsim.runtime.text import printable
+
+SERIES, WAY, CHECKPOINT, REPORT = "series.csv", "way.csv", "checkpoint.npz", "report.html"
+FIELDS_XDMF, FRAMES = "fields.xdmf", "fields"
+"""The index of the frames of fields, and the folder with a file for each."""
+PICTURES = ("fields", "runs", "curves")
+EXTRA = ("velocity_extra", "tau_zz_extra", "pressure_extra")
+FIELD_NAMES = ("velocity", "streamlines", "tr_c", "N1", "tau_zz", "pressure", *EXTRA)
+PICTURE_ENDINGS = ("png", "pdf", "svg", "gif")
+OWN_FILES = (
+    "case.yaml",
+    "run.json",
+    CHECKPOINT,
+    FIELDS_XDMF,
+    REPORT,
+    *(f"{stem}.{end}" for stem in (*PICTURES, *(f"field-{n}" for n in FIELD_NAMES)) for end in PICTURE_ENDINGS),
+)
+"""Files of all commands in a folder of results, but for `frame_files`, and for the tables and pictures of a command."""
+
+
+def part_of(path: Path) -> Path:
+    """The temporary name under which `path` is written; fixed, so that what a killed run left behind is found again."""
+    return path.with_name(f".{path.name}.part")
+
+
+def frame_files(folder: Path) -> list[tuple[int, Path]]:
+    """The files of single frames of fields with their numbers, also those that a killed run left unfinished."""
+    found = [
+        (re.fullmatch(r"(\d{4,})\.h5|\.(\d{4,})\.h5\.part", file.name), file) for file in folder.glob(f"{FRAMES}/*")
+    ]
+    return sorted((int(match[1] or match[2]), file) for match, file in found if match)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file as `write_bytes` does."""
+    write_bytes(path, printable(text).encode())
+
+
+def write_file(path: Path, content: str | bytes, option: str = "-o") -> None:
+    """Write a file whose place a user has named by an option; its folder is made if needed.
+
+    Raises:
+        InputError: It cannot be written.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_bytes(path, printable(content).encode() if isinstance(content, str) else content)
+    except OSError as error:
+        raise InputError(str(path), option, None, f"must be a writable file ({error.strerror or error})") from None
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Write a file aside and rename it: whatever ends the process, readers see either the old or the new content.
+
+    It is not forced onto the disk, which takes 5 to 10 ms a file: what counts is the death of the process, not that of
+    the machine.
+
+    Raises:
+        OSError: It cannot be written; the old file is kept, and the error names it.
+    """
+    part = part_of(path)
+    with naming(path):
+        try:
+            part.write_bytes(content)
+            part.replace(path)
+        except BaseException:
+            with suppress(OSError):  # on a file system that is read-only
+                part.unlink(missing_ok=True)
+            raise
+
+
+@contextmanager
+def naming(path: Path) -> Iterator[None]:
+    """Context in which an OSError gets the name of a file, which those of writing to an open one do not have."""
+    try:
+        yield
+    except OSError as error:
+        error.filename = str(path)
+        raise
+
+
+def plain(value: Any, where: str = "") -> Any:
+    """Convert numpy numbers and arrays, paths and tuples, also in nested values, to types that YAML and JSON have.
+
+    Error messages name the dotted key of the value, which is `where`.
+
+    Raises:
+        ValueError: A number is nan; the message names its key.
+        TypeError: A value is of a type that cannot be converted.
+    """
+    import numpy as np  # its threads begin while SIGTERM is blocked, see runtime/fenicsx
+
+    if isinstance(value, np.ndarray | np.generic):
+        return plain(value.tolist(), where)
+    if isinstance(value, Mapping):
+        return {str(key): plain(item, f"{where}.{key}" if where else str(key)) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item, f"{where}[{i}]") for i, item in enumerate(value)]
+    if isinstance(value, float):
+        if math.isnan(value):
+            raise ValueError(f"{where or 'value'} is nan and would be written to a file")
+        return value + 0.0  # no -0.0, which would make another case
+    if isinstance(value, Path | str):
+        return printable(str(value))
+    if value is None or isinstance(value, bool | int):
+        return value
+    raise TypeError(f"{where or 'value'}: cannot write a {type(value).__name__}")
+
+
+def prepare_folder(folder: Path, overwrite: bool = False, files: Iterable[str] = OWN_FILES) -> None:
+    """Make a folder for results, and its parents, or remove the files of earlier results from it; others are kept.
+
+    Raises:
+        InputError: It cannot be used as a folder, or it is not empty and `overwrite` is not set.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if not overwrite and any(file.name not in LOCK_FILES for file in folder.iterdir()):
+            allowed = "must be a new or empty folder, unless --overwrite replaces the results in it"
+            if (folder / CHECKPOINT).is_file():
+                allowed += f"; pairsim run --resume {folder} continues its run"
+            raise InputError(str(folder), "-o", None, allowed)
+        old = [file for name in files for file in (folder / name, part_of(folder / name))]
+        for file in (*old, *(file for _, file in frame_files(folder))):
+            file.unlink(missing_ok=True)
+        with suppress(OSError):  # not there, or not empty
+            (folder / FRAMES).rmdir()
+    except OSError as error:
+        why = "is a file" if folder.is_file() else str(error)
+        raise InputError(str(folder), "-o", None, f"must be a folder that can be used ({why})") from error
+
+
+def write_yaml(path: Path, content: Mapping[str, Any]) -> None:
+    """Write a mapping as YAML, keys in the given order.
+
+    Raises:
+        ValueError: A number is nan (infinity is valid YAML).
+        OSError: The file cannot be written.
+    """
+    write_text(path, yaml_text(plain(content)))
+
+
+def write_json(path: Path, content: Mapping[str, Any]) -> None:
+    """Write a mapping as JSON, keys in the given order.
+
+    Raises:
+        ValueError: A number is nan or infinite.
+        OSError: The file cannot be written.
+    """
+    write_text(path, json.dumps(plain(content), indent=2, allow_nan=False, ensure_ascii=False) + "\n")
+
+
+MARKS = {"study.csv": "study", "sweep.json": "sweep"}
+"""The files by which the folder of a command for many cases is recognised."""
+MOST_FOLDERS = 5  # that a message names
+
+
+def kind_of(directory: Path) -> str:
+    """The command that wrote a folder.
+
+    Raises:
+        InputError: It is not a folder of results.
+    """
+    if not directory.exists():
+        raise InputError(str(directory), "", None, "no such folder")
+    if not directory.is_dir():
+        raise InputError(
+            str(directory), "", None, "must be a folder of results, such as runs/quickstart, but is a file"
+        )
+    for name, kind in MARKS.items():
+        if (directory / name).is_file():
+            return kind
+    if isinstance(named := read_json(directory / "run.json").get("kind"), str):
+        return named
+    content = "has no run.json, sweep.json or study.csv" if any(directory.iterdir()) else "is empty"
+    inside = sorted({path.parent.name for path in directory.glob("*/run.json")})
+    more = ", ..." if len(inside) > MOST_FOLDERS else ""
+    hint = f"; there are results in its folders {', '.join(inside[:MOST_FOLDERS])}{more}" if inside else ""
+    raise InputError(str(directory), "", None, f"must be a folder of results, but {content}{hint}")
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """The content of a JSON file with entries by name; none if it is missing or invalid."""
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return content if isinstance(content, dict) else {}

@@ -1,0 +1,75 @@
+"""Entries of run.json: what a record says, declared once. Nothing here loads numpy, as questions declare theirs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from pairsim.record.columns import MESHES, STEPS, UNKNOWNS, WALL_TIME
+
+if TYPE_CHECKING:
+    from pairsim.record.record import Record
+
+
+@dataclass(frozen=True)
+class Entry[V]:
+    """An entry of run.json, declared once; those of one question alone beside that, in its `Question.entries`."""
+
+    name: str
+    meaning: str
+
+    def of(self, record: Record) -> V | None:
+        """Its value; None where a record does not have it."""
+        value: V | None = record.get(self.name)
+        return value
+
+
+type Entries = Mapping[Entry[Any], Any]
+"""Values of entries."""
+
+KIND = Entry[str]("kind", "the question")
+STATUS = Entry[str]("status", "running, finished, failed or interrupted")
+REASON = Entry[str]("reason", "why it ended")
+MESSAGE = Entry[str]("message", "how it ended, in words")
+STARTED = Entry[str]("started", "when it began")
+COMMAND = Entry[str]("command", "the command line, or the call in Python")
+MACHINE = Entry[Mapping[str, str]]("machine", "node, system and processor")
+VERSIONS = Entry[Mapping[str, str]]("versions", "versions of the program and its libraries")
+SECONDS = Entry[float](WALL_TIME.name, "wall time in s, that before a run was resumed included")
+PEAK_MEMORY = Entry[int]("peak_memory", "peak memory of the process in bytes")
+KEY = Entry[str]("key", "hash of the case")
+LAWS = Entry[Mapping[str, str]]("laws", "hash of the source of each law of a user's own")
+WARNINGS = Entry[Sequence[str]]("warnings", "warnings about the results")
+NOTES = Entry[Sequence[str]]("notes", "of an answer of an atlas, what it adds in words")
+SCALES = Entry[Mapping[str, Any]]("scales", "units of length, time, velocity and stress, with a physical block")
+INPUTS = Entry[list[Mapping[str, Any]]]("inputs", "the quantities of the physical block, with half-widths")
+PHASES = Entry[Mapping[str, float]]("wall_time_by_phase", "wall time of each phase in s")
+COMMON = (KIND, STATUS, REASON, MESSAGE, STARTED, COMMAND, MACHINE, VERSIONS, SECONDS, PEAK_MEMORY, KEY, LAWS)
+"""The entries of every question."""
+AT_THE_END = (WARNINGS, SCALES, INPUTS, PHASES)
+"""Those that follow when a computation has ended, after those of its question."""
+SIZE = Entry[int](UNKNOWNS.name, "unknowns of the largest linear system")
+POINTS = Entry[int]("points", "points of a curve, or steady states")
+NEWTON_ITERATIONS = Entry[int]("newton_iterations", "Newton iterations in all")
+FACTORISATIONS = Entry[int]("factorisations", "factorisations of Newton's matrix in all")
+ADAPTATION = Entry[Mapping[str, Any]]("adaptation", "how meshes were adapted to the accuracy, and whether it was kept")
+MESH_COUNT = Entry[int](MESHES.name, "meshes made")
+END_OF_BRANCH = Entry[Mapping[str, Any]]("end_of_branch", "where steady states end, if they do before what was asked")
+OF_STEADY = (POINTS, ADAPTATION, NEWTON_ITERATIONS, FACTORISATIONS, MESH_COUNT, SIZE, END_OF_BRANCH)
+"""The entries of questions about quasi-steady states."""
+TIME_STEPS = Entry[int](STEPS.name, "accepted time steps")
+SETTLED = Entry[Mapping[str, Any]](
+    "settled", "of a run with two particles or more, what is quasi-steady at its last distances"
+)
+START = Entry[str]("start", "how a run began: from rest, or in a steady state")
+HOLD = Entry[bool]("hold", "whether distances were held in a run")
+REACHED = Entry[float]("t", "time that a run has reached")
+REJECTED = Entry[int]("rejected_steps", "time steps that were repeated with a smaller size")
+REMESHINGS = Entry[int]("remeshings", "new meshes in a run")
+OF_RUNS = (
+    *(REACHED, SIZE, TIME_STEPS, REJECTED, NEWTON_ITERATIONS, FACTORISATIONS, REMESHINGS),
+    *(START, HOLD, SETTLED, ADAPTATION),
+)
+"""The entries of runs."""
+DRAWN = Entry[Mapping[str, Any]]("dU_inputs", "of an answer of an atlas, the range that holds most draws of the inputs")

@@ -1,0 +1,128 @@
+"""Tables as pandas frames: with units, converted to them, and as text."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from typing import Any
+
+import pandas as pd
+
+from pairsim.quantities.kinds import PURE
+from pairsim.quantities.scales import Scales
+from pairsim.record.column import Columns, Shown, error_of, suffixes_in
+from pairsim.record.columns import DU
+from pairsim.record.table import Table
+from pairsim.record.table_files import cell, table_text
+
+DIGITS = "{:.5g}".format
+UNITS, SHOWN = "units", "shown"
+"""Attributes of frames, by the names of columns: their units, and where they are shown (`Shown`)."""
+MOST_ROWS = 40  # of a table on a screen that is not asked for all
+
+
+def frame_of(table: Table) -> pd.DataFrame:
+    """The columns of a table as a frame: counts are integers, and `attrs["units"]` has the unit of each column."""
+    return described(pd.DataFrame(dict(table)), table.declared)
+
+
+def described(frame: pd.DataFrame, declared: Columns) -> pd.DataFrame:
+    """The frame with its counts and flags as integers, and with what is declared of its columns in `attrs`."""
+    for name in frame.columns:
+        whole = (entry := declared.get(str(name))) is not None and entry.whole
+        if whole and pd.api.types.is_numeric_dtype(frame[name]):
+            frame[name] = frame[name].astype("int64" if frame[name].notna().all() else "Int64")
+    return with_units(frame, declared)
+
+
+def with_units(frame: pd.DataFrame, declared: Columns, converted: Collection[str] = ()) -> pd.DataFrame:
+    """The frame with `attrs["units"]`: the unit of each column by its name, "" for pure numbers.
+
+    Columns that are converted have physical units.
+    """
+    known = {name: declared.get(name) for name in map(str, frame.columns)}
+    units = {name: PURE if entry is None else entry.unit for name, entry in known.items()}
+    frame.attrs[UNITS] = {name: unit.physical if name in converted else unit.name for name, unit in units.items()}
+    frame.attrs[SHOWN] = {name: entry.shown.value for name, entry in known.items() if entry is not None}
+    return frame
+
+
+def in_units(
+    frame: pd.DataFrame, declared: Columns, scales: Sequence[Scales], keys: Collection[str] = ()
+) -> pd.DataFrame:
+    """The frame in um, s, um/s, Pa and nN, by the scales of the experiment of each row; some columns stay as they are.
+
+    Cells may be lists.
+
+    Raises:
+        TypeError: A column that has a unit has something else than numbers.
+    """
+    converted: dict[str, Any] = {}
+    for name in (str(each) for each in frame.columns if each not in keys):
+        if (entry := declared.get(name)) is not None and entry.unit.physical:
+            rows = zip(frame[name], map(entry.unit.factor, scales), strict=True)
+            converted[name] = [_times(value, size) for value, size in rows]
+    return with_units(frame.assign(**converted), declared, converted)
+
+
+def _times(value: Any, size: float) -> Any:
+    """A number, or the numbers of a list, times a factor: 0.0833333333333333 D_c are 5 um, and no 4.999999999999998."""
+    if isinstance(value, list):
+        return [_times(each, size) for each in value]
+    return value if value is None else float(f"{value * size:.12g}")
+
+
+def stacked(frames: Sequence[pd.DataFrame]) -> pd.DataFrame:
+    """Frames with the same columns, one below the other."""
+    found = pd.concat(frames, ignore_index=True)
+    known = frames[0].attrs
+    found.attrs = {UNITS: {key: known[UNITS].get(key, "") for key in found}, SHOWN: known[SHOWN]}
+    return found
+
+
+def csv_text(table: pd.DataFrame) -> str:
+    """A table as CSV with 17 digits and the unit of each column after its name."""
+    values = table.astype(object).where(table.notna(), None)
+    return table_text(headings(table), values.itertuples(index=False))
+
+
+def headings(table: pd.DataFrame) -> list[str]:
+    """Names of the columns with their units."""
+    units = table.attrs[UNITS]
+    return [f"{name} [{units[name]}]" if units.get(name) else str(name) for name in table.columns]
+
+
+def readable(frame: pd.DataFrame, whole: bool = False) -> pd.DataFrame:
+    """The frame with errors beside what they belong to; the columns of less interest come last if `whole`.
+
+    Else they are left out: of relative velocities all but those that are always shown and keys that vary, of other
+    tables those that are shown on request.
+    """
+    names, known = [str(name) for name in frame.columns], frame.attrs.get(SHOWN, {})
+    errors, moving = {error_of(name) for name in names}, bool(suffixes_in(names, DU))
+    shown = {Shown.ALWAYS.value, None} if moving else {Shown.ALWAYS.value, Shown.USUALLY.value, None}
+
+    main = [name for name in names if known.get(name) in shown and name not in errors]
+    main.sort(key=lambda name: moving and name.startswith("U"))
+    ordered = [each for name in main for each in (name, error_of(name)) if each in names]
+    return frame[[*ordered, *(name for name in names if whole and name not in ordered)]]
+
+
+def brief(table: pd.DataFrame) -> pd.DataFrame:
+    """The table for readers: units after the names of columns, lists as numbers with spaces between, unknown empty."""
+
+    def words(values: list[Any]) -> str:
+        return " ".join(DIGITS(each) if isinstance(each, float) else cell(each) for each in values)
+
+    def shown(value: Any) -> Any:
+        if isinstance(value, list):
+            return words(value)
+        return "" if value is None or value is pd.NA else value
+
+    joined = table.map(shown)
+    return joined.set_axis([name.removeprefix("physical.") for name in headings(table)], axis="columns")
+
+
+def screen_text(table: pd.DataFrame, width: int, whole: bool = False) -> str:
+    """A table to be read on a screen of so many characters: five digits, and the main columns unless `whole`."""
+    shown, rows = brief(readable(table, whole)), None if whole else MOST_ROWS
+    return str(shown.to_string(index=False, max_rows=rows, line_width=width, float_format=DIGITS, na_rep=""))

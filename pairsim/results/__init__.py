@@ -1,1 +1,0 @@
-"""Read and write folders of results; solves nothing."""

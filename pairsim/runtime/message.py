@@ -1,0 +1,98 @@
+"""Messages: text in which quantities keep their kinds until it is known in which units they are to be read."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any, NoReturn, Protocol
+
+PLACE = "{}"
+
+
+class InUnits(Protocol):
+    """What may stand in a message: it has a text without units, and one in units.
+
+    Scales are those of `pairsim.quantities.scales`, of which this package knows nothing; None: no units.
+    """
+
+    def in_units(self, scales: Any) -> str: ...
+
+
+class Message:
+    """A text with quantities in it: `Message("no steady state below d = {}", LENGTH(0.19))`.
+
+    Messages are composed by `+`, by `joined`, or by standing in a place of another one. They are refused by f-strings,
+    in which their quantities would be lost without a word.
+
+    Args:
+        template: The text, with {} for each place.
+        places: What stands there, in order: quantities, messages, and text or whole numbers as they are.
+
+    Raises:
+        ValueError: The text has more places, or fewer.
+    """
+
+    def __init__(self, template: str, *places: InUnits | str | int) -> None:
+        texts = template.split(PLACE)
+        if len(texts) != len(places) + 1:
+            raise ValueError(f"{len(places)} values for {len(texts) - 1} places in {template!r}")
+        parts: list[str | InUnits] = [texts[0]]
+        for place, text in zip(places, texts[1:], strict=True):
+            parts += place.parts if isinstance(place, Message) else [str(place) if isinstance(place, int) else place]
+            parts.append(text)
+        self.parts: tuple[str | InUnits, ...] = tuple(part for part in parts if part != "")
+
+    @classmethod
+    def joined(cls, between: str, texts: Iterable[Text]) -> Message:
+        """Texts as one, with another text between them."""
+        each = [*texts]
+        return cls(between.join([PLACE] * len(each)), *each)
+
+    def __str__(self) -> str:
+        """The text without units, in which quantities are dimensionless."""
+        return "".join(map(str, self.parts))
+
+    def in_units(self, scales: Any) -> str:
+        """The text with its quantities in units; that without units where `scales` is None."""
+        return "".join(part if isinstance(part, str) else part.in_units(scales) for part in self.parts)
+
+    def __add__(self, text: Text) -> Message:
+        return Message(PLACE + PLACE, self, text)
+
+    def __radd__(self, text: str) -> Message:
+        return Message(PLACE + PLACE, text, self)
+
+    def __bool__(self) -> bool:
+        return bool(self.parts)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Message) and self.parts == other.parts
+
+    def __hash__(self) -> int:
+        return hash(self.parts)
+
+    def __repr__(self) -> str:
+        return f"Message({str(self)!r})"
+
+    def __format__(self, _: str) -> NoReturn:
+        raise TypeError(
+            f"{self!r} would lose its quantities in an f-string; give it a place in a Message, or use str()"
+        )
+
+
+Text = str | Message
+
+
+def in_units(text: Text, scales: Any) -> str:
+    """A text, with the quantities of a message in units; see `Message.in_units`."""
+    return text if isinstance(text, str) else text.in_units(scales)
+
+
+def entries_in_units(entry: Any, scales: Any) -> Any:
+    """An entry of a record, such as a list or a mapping, with all messages in it as texts in units."""
+    if isinstance(entry, Message):
+        return entry.in_units(scales)
+    if isinstance(entry, dict):
+        return {key: entries_in_units(value, scales) for key, value in entry.items()}
+    if isinstance(entry, list | tuple):
+        return [entries_in_units(value, scales) for value in entry]
+    return entry

@@ -1,0 +1,75 @@
+"""Whether neighbours are held together by unyielded liquid.
+
+Where liquid that does not yield joins two particles, their distance changes by creep of the regularisation alone: dU
+vanishes as 1/m. So do the shear rates of unyielded liquid anywhere, but not dU at an ordinary zero of a curve, nor that
+of particles which a yielding liquid surrounds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pairsim.fem.unyielded import bridges
+from pairsim.quantities.scales import TUBE_RADIUS
+from pairsim.runtime.arrays import Array
+from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU
+from pairsim.solvers.steady.scene import SteadySolver
+
+# Exponents -d ln dU/d ln m of creep. Between decades of m from 1e2 to 1e5 those of locked pairs were .74 to 1.0.
+CREEPS = 0.67, 1.33
+APART = 10.0  # factor of the two values of m; chosen
+
+
+@dataclass(frozen=True)
+class Hold:
+    """What unyielded liquid does to neighbours.
+
+    Attributes:
+        bridge: See `pairsim.fem.unyielded.bridges`, (N-1,).
+        creep: The exponent of 1/m by which dU at held distances falls over the last factor `APART` of m; NaN where no
+            bridge makes it worth asking, or where dU has two signs, (N-1,).
+        plug: Radius of the plug of the flow without particles [D_c]; 0 in liquids without a yield stress.
+    """
+
+    bridge: Array
+    creep: Array
+    plug: float
+
+    @classmethod
+    def of(cls, steady: SteadySolver, undecided: np.ndarray) -> Hold:
+        """What unyielded liquid does at the present solution, at which the scene is left.
+
+        Args:
+            steady: The scene.
+            undecided: Whether the interval of dU holds both signs, (N-1,); boolean.
+        """
+        h, x = steady.state()
+        bridge, liquid = bridges(steady.scene, x, h), steady.parameters.liquid
+        yields_at = liquid.solvent.yield_stress
+        stress = abs(steady.flows.at(liquid).gradient) * TUBE_RADIUS / 2  # at the wall, 0 without flow
+        plug = TUBE_RADIUS * yields_at / max(stress, yields_at) if yields_at else 0.0
+        creep = np.full(len(bridge), np.nan)
+        fields = steady.constraints.fields["U_p"]
+        asked = undecided & (bridge > 0) & (np.abs(np.diff(steady.y[fields])) > NEGLIGIBLE_DU)
+        if asked.any():
+            here = steady.snapshot
+            if steady.solve(steady.parameters.less_regularised(1 / APART)).converged:
+                with np.errstate(invalid="ignore", divide="ignore"):
+                    power = np.log(np.diff(steady.y[fields]) / np.diff(here.y[fields])) / np.log(APART)
+                creep[asked] = power[asked]
+            steady.recall(here)
+            steady.forget()
+        return cls(bridge, creep, plug)
+
+
+def held_together(dU: Array, error: Array, bridge: Array, creep: Array) -> np.ndarray:
+    """Whether unyielded liquid holds neighbours together; arrays of one shape, boolean.
+
+    Args:
+        dU: Their relative velocities [U_av].
+        error: Half-widths of these.
+        bridge, creep: See `Hold`.
+    """
+    return np.asarray((np.abs(dU) <= error) & (bridge > 0) & (creep > CREEPS[0]) & (creep < CREEPS[1]))

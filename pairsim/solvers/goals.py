@@ -1,0 +1,262 @@
+"""Goals: what is asked of a quasi-steady solution, such as dU, forces, or the shape of a particle.
+
+A goal is declared once, here. Adjoints (`pairsim.solvers.errors.adjoints`), estimates of errors
+(`pairsim.solvers.errors.estimate`), the adaptation of meshes (`pairsim.solvers.curves.adaptation`), columns and
+warnings loop over goals. A new one is another `Goal`, which a question hands to its branch. It says what its
+functionals are, or how its values are combined of those of another goal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from enum import Enum
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from pairsim.quantities.kinds import FORCE, PURE, STRESS, VELOCITY, Kind
+
+if TYPE_CHECKING:
+    from pairsim.fem.diagnostics import Observation
+    from pairsim.runtime.arrays import Array
+    from pairsim.solvers.steady.scene import SteadySolver
+
+
+class Scale(Enum):
+    """What the error of a goal is compared with: `accuracy` is a part of it."""
+
+    LARGEST = "the largest value of all points"
+    ITSELF = "the value of the same particle or gap at the same point"
+    DISTANCE = "the change of dU over a critical distance, by its slope there: the error is that of the distance"
+
+
+@dataclass(frozen=True)
+class Functional:
+    """Functionals of a solution, linearised.
+
+    Attributes:
+        rows: Their derivatives by the free unknowns, (k, n_y).
+        reading: What a better way to read them off the discrete solution adds to what is reported, (k,); None: nothing.
+        apart: Length of tube over which the pressure drop of the flow without particles is subtracted [D_c].
+    """
+
+    rows: Array
+    reading: Array | None = None
+    apart: float = 0.0
+
+
+@dataclass(frozen=True)
+class Goal:
+    """A quantity that is asked for: one number, or one for each particle or gap.
+
+    Attributes:
+        name: Name of its column; those of its correction and of its half-width follow from it.
+        kind: Its kind of quantity.
+        value: Its values, from a solution and what is observed of it, corrected where corrections are added, (k,).
+        functional: Its functionals at a solution; None if it is combined of another goal.
+        parent: The goal of whose values it is a combination.
+        combination: The coefficients of the combination of n values of the parent, (k, n).
+        per: What it has a value for each of.
+        scale: What its error is compared with.
+        observed: The attribute of an `Observation` that its correction is added to, "" if there is none.
+        added: Whether the estimate of its error is added to it where it is trusted.
+        left_out_counts: Whether an estimate that is not added is counted once more in the half-width.
+        of_others: Least part of what a correction leaves in one value of what it leaves in another one.
+        rounding: Rounding of its values, a part of the half-width.
+        second_order: Whether the half-width has a term of second order for a single soft particle in a liquid without
+            modes.
+        scouted: Whether it may vanish at the points that are asked for, so that coarse solutions at other distances
+            tell its largest value. It is linear in the free unknowns then.
+        everywhere: Whether all cells become smaller for it, never those alone that have most of the scatter: cells far
+            from the particles count for a pressure drop, and those that do not resolve the stress for a force.
+        creeps: Whether it is creep where unyielded liquid holds particles together, which no cells make more exact.
+        error: Name of the column of its half-width, if that is not the usual one.
+    """
+
+    name: str
+    kind: Kind
+    value: Callable[[SteadySolver, Observation], Array] = field(compare=False)
+    functional: Callable[[SteadySolver], Functional] | None = field(default=None, compare=False)
+    parent: Goal | None = None
+    combination: Callable[[int], Array] | None = field(default=None, compare=False)
+    per: Literal["", "particle", "gap"] = ""
+    scale: Scale = field(default=Scale.LARGEST, compare=False)
+    observed: str = ""
+    added: bool = True
+    left_out_counts: bool = False
+    of_others: float = 0.0
+    rounding: float = 0.0
+    second_order: bool = False
+    scouted: bool = False
+    everywhere: bool = False
+    creeps: bool = False
+    error: str = ""
+
+    @property
+    def root(self) -> Goal:
+        """The goal whose functionals it has."""
+        return self if self.parent is None else self.parent.root
+
+    @property
+    def error_column(self) -> str:
+        """Name of the column of its half-width, without the suffix of a particle or gap."""
+        return self.error or f"{self.name}_error"
+
+    def combined(self, count: int) -> Array:
+        """The coefficients of its combination of the `count` functionals of its root, (k, count)."""
+        if self.parent is None or self.combination is None:
+            return np.eye(count)
+        inner = self.parent.combined(count)
+        return np.asarray(self.combination(len(inner)) @ inner)
+
+    def linear_value(self, steady: SteadySolver) -> Array:
+        """Its values at a discrete solution, of a goal that is linear in the free unknowns, (k,)."""
+        assert self.root.functional is not None, "a goal that is not combined has functionals"
+        values = self.root.functional(steady).rows @ steady.y
+        return np.asarray(self.combined(len(values)) @ values)
+
+
+def _unknowns(name: str) -> Callable[[SteadySolver], Functional]:
+    """Functionals that are free unknowns themselves: those of a field, none where a scene does not have it."""
+
+    def functional(steady: SteadySolver) -> Functional:
+        own = steady.constraints.fields.get(name, np.empty(0, np.int64))
+        rows = np.zeros((len(own), steady.constraints.size))
+        rows[np.arange(len(own)), own] = 1.0
+        return Functional(rows)
+
+    return functional
+
+
+def _of_shape(
+    measure: Callable[[Array], Callable[[Array], float]], reading: Callable[[Array], float] | None = None
+) -> Callable[[SteadySolver], Functional]:
+    """A measure of the shape of a single soft particle.
+
+    Args:
+        measure: Makes it, a function of the outline, for shapes near a given outline.
+        reading: What a better way to measure an outline adds.
+    """
+
+    def functional(steady: SteadySolver) -> Functional:
+        from pairsim.solvers.steady.linearisation import DIFFERENCE
+
+        body, *others = steady.bodies
+        if others or body.phase is None:
+            return Functional(np.zeros((0, steady.constraints.size)))
+        outline = body.outline_points(steady.state()[0])
+        of_outline, step = measure(outline), DIFFERENCE * body.outline.radius
+        by_position = np.zeros((1, steady.scene.h_size))
+        for (node, component), value in np.ndenumerate(outline):
+            ends = []
+            for change in (step, -step):
+                outline[node, component] = value + change
+                ends.append(of_outline(outline))
+            outline[node, component] = value
+            at = body.start + 2 * body.nodes[node] + component
+            by_position[0, at] = (ends[0] - ends[1]) / (2 * step)
+        better = None if reading is None else np.array([reading(outline)])
+        return Functional(np.asarray((steady.constraints.M.T @ by_position.T).T), better)
+
+    return functional
+
+
+def _taylor_parameter(_: Array) -> Callable[[Array], float]:
+    from pairsim.fem.diagnostics import taylor_parameter
+
+    return taylor_parameter
+
+
+def _deformation_of_hull(outline: Array) -> Callable[[Array], float]:
+    """The points of the convex hull stay the same under small changes."""
+    from pairsim.fem.diagnostics import hull, measure, polygon
+
+    convex = hull(polygon(outline))
+    return lambda changed: measure(polygon(changed)[convex])[1]
+
+
+def _polygons_of_hull(outline: Array) -> float:
+    """What a polygon makes of the deformation falls with the square of the length of its sides."""
+    from pairsim.fem.diagnostics import POINTS, hull, measure, polygon
+
+    fine, coarse = (measure(each[hull(each)])[1] for each in (polygon(outline), polygon(outline, points=POINTS[::2])))
+    return (fine - coarse) / 3
+
+
+def _value_of_hull(steady: SteadySolver, _: Observation) -> Array:
+    from pairsim.fem.diagnostics import contour
+
+    return np.array([contour(steady.bodies[0].outline_points(steady.state()[0])).deformation_hull])
+
+
+def _pressure_drop(steady: SteadySolver) -> Functional:
+    """The pressure drop read off inside the tube, whose adjoint is smooth."""
+    from pairsim.solvers.steady.pressure_drop import InnerDrop
+
+    drop = InnerDrop.of(steady)
+    reading = drop.value - steady.scene.pressure_drop(steady.state()[1])
+    return Functional(drop.row[None], np.array([reading]), drop.apart)
+
+
+# Rounding of a relative velocity [U_av]: equal rigid spheres in a Newtonian liquid, whose dU is 0, have up to 5e-15 on
+# 24 meshes.
+ROUNDING = 1e-13
+# Least part of what is left in one gap of that in another: the estimate of a single gap may vanish by chance. Chosen.
+OF_OTHER_GAPS = 0.1
+
+U = Goal("U", VELOCITY, lambda _, o: o.U, _unknowns("U_p"), per="particle", observed="U", second_order=True)
+"""Velocities of the particles."""
+dU = Goal(
+    "dU",
+    VELOCITY,
+    lambda _, o: o.dU,
+    parent=U,
+    combination=lambda n: np.diff(np.eye(n), axis=0),
+    per="gap",
+    of_others=OF_OTHER_GAPS,
+    rounding=ROUNDING,
+    scouted=True,
+    creeps=True,
+)
+"""Velocities of the particles relative to their upstream neighbours."""
+CRITICAL = replace(dU, scale=Scale.DISTANCE)
+"""dU where it is asked for the distance at which it vanishes."""
+F = Goal(
+    "F",
+    FORCE,
+    lambda _, o: o.F,
+    _unknowns("F"),
+    per="particle",
+    scale=Scale.ITSELF,
+    observed="F",
+    everywhere=True,
+)
+"""Forces that move the particles at a prescribed velocity."""
+D = Goal("D", PURE, lambda _, o: o.D, _of_shape(_taylor_parameter), added=False, left_out_counts=True)
+"""Taylor's parameter of a single soft particle."""
+DEFORMATION = Goal(
+    "deformation_hull",
+    PURE,
+    _value_of_hull,
+    _of_shape(_deformation_of_hull, _polygons_of_hull),
+    added=False,
+    left_out_counts=True,
+    error="deformation_error",
+)
+"""Deformation of the convex hull of a single soft particle."""
+DP_PLUS = Goal(
+    "dp_plus",
+    STRESS,
+    lambda _, o: np.array([o.dp_plus]),
+    _pressure_drop,
+    observed="dp",
+    left_out_counts=True,
+    everywhere=True,
+)
+"""The pressure drop that the particles cause."""
+
+GOALS = (U, dU, F, D, DEFORMATION, DP_PLUS)
+"""Those that every estimate has; they have no values where a scene does not have what they are."""
+DECIDING = (F, dU)
+"""The first of these that has values decides whether estimates are trusted."""

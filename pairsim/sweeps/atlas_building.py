@@ -1,0 +1,182 @@
+"""`pairsim atlas`: master curves at random places and where the interpolant is least sure, and their interpolant."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from itertools import product
+from math import ceil
+from pathlib import Path
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.stats import qmc
+
+from pairsim.analysis.master_curve import Curve
+from pairsim.atlas import fit
+from pairsim.atlas.atlas import PARAMETERS, Atlas, Curves, scaled
+from pairsim.cases.case import SceneCase
+from pairsim.cases.coverage import beyond
+from pairsim.cases.identity import RUNS
+from pairsim.cases.yaml_file import read_yaml
+from pairsim.questions.registry import QUESTIONS
+from pairsim.record.columns import BY_DIFFERENCE, DISTANCE, SENSITIVITIES, STRETCH, T_RELAX, U
+from pairsim.record.folder import plain
+from pairsim.record.record import Record
+from pairsim.runtime.arrays import Array, Flags
+from pairsim.runtime.errors import InputError
+from pairsim.runtime.version import __version__
+from pairsim.sweeps.atlas_file import AtlasFile, check_atlas
+from pairsim.sweeps.files import parse_file
+from pairsim.sweeps.grid import Grid, grid_from, read_base
+from pairsim.sweeps.sweep import Options, Workers, run_sweep
+
+TABLE = "atlas.npz"
+EVERY = 6  # curves of a round, after which the interpolant is made anew: half of them at random places
+DISTANCES = 41  # at which curves are interpolated, equally far apart in log d: a ratio of 1.12 from .02 to 2
+CANDIDATES = 512  # for places where the interpolant is least sure
+AT_EDGES = 0.35  # part of their values that are put on the nearer end of their range
+SAME_PLACE = 1e-3  # difference from a place that is known, over the box, below which a curve tells nothing new; chosen
+LEAST_ENDS = 0.02  # of the largest De and Ca_e: both smaller than this tell nothing, since dU vanishes there
+
+
+def build(path: Path, folder: Path | None, options: Options, workers: Workers) -> tuple[int, str, Path]:
+    """Compute the curves of an atlas file that are not there yet, and make the atlas of them after each round.
+
+    Returns exit code and message of the last sweep, and the folder, made or continued, in which `TABLE` is the atlas.
+
+    Raises:
+        InputError: The file is invalid, the folder belongs to another one, or the atlas to go on from to another box.
+    """
+    data = read_yaml(path)
+    file = parse_file("atlas", AtlasFile, check_atlas, data, str(path))
+    directory = folder or RUNS / (file.name or path.stem)
+    base = {**read_base(path, data, QUESTIONS["curve"].model), "d": {"start": file.d[0], "stop": file.d[1], "num": 2}}
+    options = replace(options, flags={"sensitivities": True})
+    box = {name: list(getattr(file, name)) for name in (*PARAMETERS, "d")}
+    inner = box | {name: list(each) for name, each in file.within.items()}
+    random, spread = (qmc.Halton(dimensions, rng=np.random.default_rng(file.seed)) for dimensions in (3, 6))
+    draws = spread.random(CANDIDATES)
+    candidates = _places(inner, np.where(draws[:, 3:] < AT_EDGES, np.round(draws[:, :3]), draws[:, :3]))
+
+    def grid_of(places: Array, name: str) -> Grid:
+        cases = [dict(zip(PARAMETERS, map(float, place), strict=True)) for place in places]
+        return grid_from(path, {"name": name, "command": "curve", "base": base, "cases": cases})
+
+    atlas = None
+    if file.start:
+        atlas, *others = (Atlas.load(path.parent / each) for each in file.starts)
+        if atlas.box != box:
+            allowed = "must be an atlas of the same box and base: its box is another one"
+            raise InputError(str(path), "start", file.start, allowed)
+        random.fast_forward(int(atlas.curves.random.sum()))
+        for other in others:
+            atlas = joined(atlas, other, lambda place: grid_of(place, "start").cases[0].case, str(path))
+    code, message = 0, ""
+    for number in range(ceil(file.curves / EVERY)):
+        drawn = _places(inner, random.random(EVERY // 2))
+        if atlas is None:
+            chosen = _places(box, np.array([*product((0, 1), repeat=3)]))
+        else:
+            chosen = fit.least_sure(atlas, candidates, EVERY // 2)
+        if atlas is not None:
+            drawn = drawn[~_among(drawn, atlas.curves.places)]
+        candidates = candidates[~_among(candidates, np.concatenate([drawn, chosen]))]
+        round_ = directory / f"round-{number:02d}"
+        grid = grid_of(np.concatenate([drawn, chosen]), round_.name)
+        if (pair := grid.cases[0].case).n != 2:
+            raise InputError(str(path), "base.particles", pair.n, "must be 2: an atlas has curves of pairs")
+        first, *rest = (plain(each.case.resolved()) for each in grid.cases)
+        common = {key: value for key, value in first.items() if all(case.get(key) == value for case in rest)}
+        if atlas is not None:
+            if why := beyond(pair, atlas):
+                allowed = f"must be an atlas of the same box and base: {' and '.join(why)}"
+                raise InputError(str(path), "start", file.start, allowed)
+            common = {key: value for key, value in common.items() if atlas.provenance["case"].get(key) == value}
+        code, message = run_sweep(grid, round_, options, workers)
+        if code not in (0, 3):
+            return code, message, directory
+        d = np.geomspace(*file.d, DISTANCES)
+        curves = curves_in(curve_folders(round_), d, drawn if inner == box else drawn[:0])
+        if atlas is not None:
+            curves = atlas.curves + curves
+        atlas = fit.fit(curves, d, box, {"pairsim": __version__, "case": common})
+        atlas.save(directory / TABLE)
+    assert atlas is not None
+    size = 100 * np.sqrt(np.median(np.mean(fit.left_out(atlas) ** 2, axis=1)))
+    known = (
+        f"{len(atlas.curves.places)} curves, half of them off by up to {size:.2g} % of their peak without themselves"
+    )
+    return code, f"{message}; {known}", directory
+
+
+def _among(places: Array, known: Array) -> Flags:
+    """Which places, shape (places, 3), are among known ones."""
+    return np.asarray((places[:, None] == known).all(axis=2).any(axis=1))
+
+
+def _places(box: Mapping[str, Sequence[float]], x: Array) -> Array:
+    """Places at coordinates from 0 to 1 in the box, shape (places, 3), without those where dU nearly vanishes."""
+    low, high = np.array([box[name] for name in PARAMETERS]).T
+    found = np.unique(np.round(low + (high - low) * x, 6), axis=0)
+    return np.asarray(found[(found[:, 1:] > LEAST_ENDS * high[1:]).any(axis=1)])
+
+
+def joined(atlas: Atlas, other: Atlas, case_at: Callable[[Array], SceneCase], source: str) -> Atlas:
+    """An atlas with those curves of another one that are in its box, and of its cases, at other places than its own.
+
+    None of them counts as one at a random place: they may be in a part of the box alone. Messages name `source`.
+
+    Raises:
+        InputError: The other one has other distances, or other physics.
+    """
+    places = other.curves.places
+    inside = np.array([not atlas.outside(**dict(zip(PARAMETERS, each, strict=True))) for each in places])
+    theirs, ours = (scaled(atlas.box, each.places)[0] for each in (other.curves, atlas.curves))
+    known = (np.abs(theirs[:, None] - ours) < SAME_PLACE).all(axis=2).any(axis=1)
+    new = inside & ~known
+    if not new.any():
+        return atlas
+    why = beyond(case_at(places[new][:1]), other)
+    if len(other.d) != len(atlas.d) or not np.allclose(other.d, atlas.d):
+        why.append("its curves have other distances")
+    if why:
+        raise InputError(source, "start", None, f"must be atlases of the same curves: {' and '.join(why)}")
+    more = Curves(*(each[new] for each in vars(other.curves).values()))
+    more = replace(more, random=np.zeros(int(new.sum()), dtype=bool))
+    return fit.fit(atlas.curves + more, atlas.d, atlas.box, atlas.provenance)
+
+
+def curve_folders(sweep: Path) -> list[Path]:
+    """The folders of all curves of a sweep that have finished."""
+    found = sorted(path.parent for path in sweep.glob("*/run.json"))
+    return [each for each in found if Record.read(each).status == "finished"]
+
+
+def curves_in(folders: Sequence[Path], d: Array, drawn: Array) -> Curves:
+    """The curves of folders, with sensitivities, at distances, shape (distances,).
+
+    Places that were drawn at random have the shape (places, 3).
+
+    Raises:
+        InputError: A curve does not reach the ends of the distances.
+    """
+    places, rows = [], []
+    for folder in folders:
+        found, case = Curve.read(folder, missing_ok=True), read_yaml(folder / "case.yaml")
+        table, curve = found.table, found.interpolant()
+        if curve is None or curve.d[0] > d[0] * (1 + 1e-9) or curve.d[-1] < d[-1] * (1 - 1e-9):
+            message = found.record.message
+            allowed = f"must be a curve over all distances of the atlas ({message}): make the box smaller"
+            raise InputError(str(folder), "", None, allowed)
+        inside, unknown = np.clip(d, *curve.ends), np.full_like(table[DISTANCE], np.nan)
+        known = [table.known(column) for column in (*(SENSITIVITIES[name] for name in PARAMETERS), BY_DIFFERENCE)]
+        *by, by_difference = (unknown if each is None else each for each in known)
+        columns = [*by, (table.of(U, "_L") + table.of(U, "_T")) / 2, table[STRETCH], table[T_RELAX], by_difference]
+        x, at = np.log(table[DISTANCE]), np.log(inside)
+        smooth = [CubicSpline(x, each)(at) if np.isfinite(each).all() else np.full_like(d, np.nan) for each in columns]
+        places.append([float(case[name]) for name in PARAMETERS])
+        rows.append([curve.values(inside), curve.half_widths(inside), *smooth])
+    by_curve, where = np.array(rows), np.array(places)
+    random = _among(where, drawn)
+    return Curves(where, random, by_curve[:, 0], by_curve[:, 1], by_curve[:, 2:5], by_curve[:, 5:8], by_curve[:, 8])

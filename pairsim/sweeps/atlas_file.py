@@ -1,0 +1,60 @@
+"""The keys of atlas files, and the checks that involve several of them; `atlas.py` chooses the curves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from pairsim.cases.keys import Keys
+from pairsim.cases.mistakes import Mistake
+from pairsim.cases.values import Whole
+from pairsim.sweeps.grid_file import MOST_CASES, Changes, FolderName, as_list
+
+Ends = tuple[Annotated[float, Field(ge=0)], Annotated[float, Field(ge=0)]]
+
+
+class AtlasFile(Keys):
+    """An atlas file: a box of parameters, in which master curves are computed where they tell most."""
+
+    name: FolderName | None = Field(None, description="name of the folder of the atlas; default: that of the file")
+    base: Changes = Field({}, description="keys that all curves share, or the path of a case file")
+    beta: Ends = Field(description="least and largest diameter of the particles [D_c]", examples=[[0.3, 0.5]])
+    De: Ends = Field(description="least and largest Deborah number", examples=[[0, 1]])
+    Ca_e: Ends = Field(description="least and largest elastic capillary number", examples=[[0, 0.1]])
+    d: Ends = Field((0.02, 2.0), description="least and largest distance [D_c]")
+    curves: Whole = Field(ge=1, le=MOST_CASES, description="number of curves, in rounds of 6 (the first one up to 11)")
+    start: str | list[str] = Field(
+        [],
+        description="file of an atlas, to whose curves these are added; or several, the first one of this box and "
+        "base, and of the others those curves that are in the box, as those of a Newtonian liquid are at De = 0",
+    )
+    within: dict[Literal["beta", "De", "Ca_e"], Ends] = Field(
+        {},
+        description="part of the box in which the curves that are added to those of start are computed; default: all",
+        examples=[{"De": [0, 0.3]}],
+    )
+    seed: Whole = Field(0, description="seed of the places that are candidates")
+
+    @property
+    def starts(self) -> list[str]:
+        """The values of `start`."""
+        return as_list(self.start)
+
+
+def check_atlas(file: AtlasFile) -> Iterator[Mistake]:
+    """Check the keys of an atlas file; yields mistakes."""
+    for key in ("beta", "De", "Ca_e", "d"):
+        low, high = getattr(file, key)
+        if not low < high and (key in ("beta", "d") or low > high):
+            yield Mistake(key, [low, high], "must be the least and the largest value")
+    for key, (low, high) in file.within.items():
+        if not getattr(file, key)[0] <= low <= high <= getattr(file, key)[1]:
+            yield Mistake(f"within.{key}", [low, high], f"must be a part of {key}: {list(getattr(file, key))}")
+    if file.within and not file.start:
+        yield Mistake("within", None, "must be left out without start: the first curves are those at the corners")
+    if file.De[1] == file.Ca_e[1] == 0:
+        yield Mistake(
+            "Ca_e", list(file.Ca_e), "must end above 0, or De: dU of rigid pairs vanishes in Newtonian liquids"
+        )

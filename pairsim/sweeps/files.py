@@ -1,0 +1,38 @@
+"""All kinds of files that commands read, and the reading of those with many cases."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from pairsim.cases.messages import mistakes_of
+from pairsim.cases.mistakes import Mistake, input_error
+from pairsim.computing.case_files import Files, refuse_file_of_another_command
+from pairsim.questions.registry import QUESTIONS
+from pairsim.sweeps.atlas_file import AtlasFile
+from pairsim.sweeps.grid_file import SweepFile
+from pairsim.sweeps.study_file import StudyFile
+
+FILES = Files(QUESTIONS, {"sweep": SweepFile, "study": StudyFile, "atlas": AtlasFile})
+"""The models of all kinds of files, by the command that reads them."""
+
+
+def parse_file[T: BaseModel](
+    command: str, model: type[T], check: Callable[[T], Iterator[Mistake]], data: Mapping[str, Any], source: str
+) -> T:
+    """Validate the keys of a file of many cases, each on its own and against each other, but not its cases.
+
+    Raises:
+        InputError: The file has mistakes, or is for another command.
+    """
+    refuse_file_of_another_command(data, command, FILES, source)
+    try:
+        file = model.model_validate(data)
+        mistakes = list(check(file))
+    except ValidationError as error:
+        mistakes = mistakes_of(error, model, data)
+    if mistakes:
+        raise input_error(mistakes, data, source)
+    return file

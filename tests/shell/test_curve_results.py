@@ -1,0 +1,140 @@
+"""A curve is the same object whether it was computed, read from a folder, answered by an atlas, or unpickled."""
+
+from __future__ import annotations
+
+import pickle
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import pairsim
+from pairsim.analysis.master_curve import Curve
+from pairsim.atlas.atlas import SHIPPED, Atlas
+from pairsim.record.folder import plain
+
+QUANTITIES = {"tube": "50um", "particle": "20um", "flow_rate": "1ul/min", "viscosity": "1Pa.s", "modulus": "5kPa"}
+COARSE = {"ends": "developed", "length": 3, "mesh": {"Np": 8, "max_size": 0.5}, "d": [0.1, 0.2, 0.4], "max_points": 3}
+WAYS = ("computed", "opened", "asked", "computed, unpickled", "opened, unpickled", "asked, unpickled")
+
+
+@pytest.fixture(scope="module")
+def curves(tmp_path_factory: pytest.TempPathFactory) -> dict[str, pairsim.CurveResult]:
+    """The result of a curve in each way."""
+    folder = tmp_path_factory.mktemp("curves") / "curve"
+    case = COARSE | {"physical": QUANTITIES}
+    stored = pairsim.curve(case, folder=folder, sensitivities=True).check()
+    found = {"computed": pairsim.curve(case, sensitivities=True), "opened": pairsim.open(folder)}
+    assert stored.frame().equals(found["opened"].frame())
+    found["asked"] = pairsim.ask(**QUANTITIES | {"modulus": "5 +- 1 kPa"})
+    return found | {f"{way}, unpickled": pickle.loads(pickle.dumps(result)) for way, result in found.items()}
+
+
+@pytest.fixture(params=WAYS)
+def result(request: pytest.FixtureRequest, curves: dict[str, pairsim.CurveResult]) -> pairsim.CurveResult:
+    return curves[request.param]
+
+
+def test_it_is_its_interpolant_and_an_error_outside(result: pairsim.CurveResult) -> None:
+    d, dU, error = (result.table[name].to_numpy() for name in ("d", "dU", "dU_error"))
+    assert isinstance(result.curve, Curve)
+    assert result.dU(d) == pytest.approx(dU)
+    assert result.curve(d)[1] == pytest.approx(error)
+    between = float(np.sqrt(d[0] * d[1]))
+    value, half_width = result.curve(f"{50 * between:.15g}um")
+    assert value == pytest.approx(result.dU(between), rel=1e-9)
+    assert half_width > 0
+    assert result.dU([[d[0], between]]).shape == (1, 2)
+    with pytest.raises(pairsim.InputError, match="the ends of the curve"):
+        result.dU(d[0] / 2)
+    with pytest.raises(pairsim.InputError, match="gap"):
+        result.dU(between, gap=2)
+
+
+def test_it_has_its_tables_in_both_units(result: pairsim.CurveResult) -> None:
+    frame, physical = result.frame(), result.physical
+    assert list(frame) == list(result.table)
+    assert (frame.attrs["units"]["dU"], physical.attrs["units"]["dU"]) == ("U_av", "um/s")
+    assert physical["dU"].to_numpy() == pytest.approx(1e6 * result.scales.velocity * frame["dU"].to_numpy())
+    assert result.frame(at=["10um"])["dU"][0] == pytest.approx(result.dU("10um"))
+    assert list(result.zeros.columns[:3]) == ["d", "stable", "slope"]
+    assert result.frame("equilibria")["d"].tolist() == result.zeros["d"].tolist()
+
+
+def test_it_knows_its_peak_its_regions_its_motion_and_its_inputs(result: pairsim.CurveResult) -> None:
+    curve, d = result.curve, result.columns["d"]
+    assert abs(curve.peak.dU) == pytest.approx(np.abs(curve.of().samples[1]).max())
+    assert [zero.d for zero in curve.zeros] == result.zeros["d"].tolist()
+    assert curve.regions
+    assert curve.motion is not None
+    start = float(d[1])
+    moved = curve.motion.path(start, np.array([0.0, 1.0]))
+    assert moved[0] == pytest.approx(start)
+    assert (moved[1] > start) == (curve(start)[0] > 0)
+    inputs = {each.key: each for each in result.record.inputs}
+    change = curve.change_by(inputs["modulus"])
+    assert change is not None
+    assert change.shape == d.shape
+    assert curve.scales == result.scales
+
+
+def test_it_has_an_answer_a_case_and_a_picture(result: pairsim.CurveResult, tmp_path: Path) -> None:
+    assert result.findings()[0].startswith("The pair ")
+    assert result.answer.startswith("\n".join(result.findings()[:1]))
+    assert (result.case.kind, result.case.beta) == ("curve", 0.4)
+    assert (result.status, result.kind, result.reason in ("", "end")) == ("finished", "curve", True)
+    assert result.advice.startswith("Next: ")
+    assert repr(result).startswith(f"<pairsim curve: finished, {len(result.table)} rows")
+    assert result.places.size == 0
+    assert [path.name for path in result.plot(tmp_path)] == ["curve.png"]
+
+
+@pytest.mark.parametrize("way", ["computed", "opened", "asked"])
+def test_unpickled_it_says_the_same(way: str, curves: dict[str, pairsim.CurveResult]) -> None:
+    first, again = curves[way], curves[f"{way}, unpickled"]
+    pd.testing.assert_frame_equal(again.frame(), first.frame())
+    pd.testing.assert_frame_equal(again.physical, first.physical)
+    assert again.frame().attrs == first.frame().attrs
+    assert again.case == first.case
+    assert plain(again.record) == plain(first.record)
+    assert (again.answer, again.advice, repr(again)) == (first.answer, first.advice, repr(first))
+
+
+def test_a_result_keeps_its_data_where_its_folder_is_gone(tmp_path: Path) -> None:
+    case = COARSE | {"beta": 0.4, "De": 0, "Ca_e": 0, "particles": 1, "length": 3}
+    result = pairsim.curve({name: value for name, value in case.items() if name != "d"}, folder=tmp_path / "one")
+    content, answer = pickle.dumps(result), result.answer
+    shutil.rmtree(tmp_path / "one")
+    again = pickle.loads(content)
+    assert again.frame().equals(result.frame())
+    assert again.answer == answer
+    assert again.case.n == 1
+
+
+def of_atlas(book: Atlas) -> Curve:
+    return Curve.of_atlas(book, beta=0.4, De=0.0, Ca_e=0.05)
+
+
+def read(book: Atlas) -> Curve:
+    """The same by way of its columns, as of a folder."""
+    found = of_atlas(book)
+    return Curve(dict(found.table), dict(found.equilibria))
+
+
+def unpickled(book: Atlas) -> Curve:
+    return pickle.loads(pickle.dumps(of_atlas(book)))  # type: ignore[no-any-return]
+
+
+@pytest.mark.parametrize("made", [of_atlas, read, unpickled])
+def test_a_curve_alone_is_the_same_object_too(made: Callable[[Atlas], Curve]) -> None:
+    book = Atlas.load(next(path for path in SHIPPED if path.stem == "newtonian"))
+    first, curve = of_atlas(book), made(book)
+    d = np.geomspace(0.03, 1.5, 30)
+    assert np.array_equal(curve(d), first(d))
+    assert (curve.peak, curve.zeros, curve.regions) == (first.peak, first.zeros, first.regions)
+    way = sorted((0.1, 0.5), reverse=curve(0.2)[0] < 0)
+    assert str(curve.travel(*way)) == str(first.travel(*way))
+    assert curve.forgotten(0.1) == first.forgotten(0.1)
