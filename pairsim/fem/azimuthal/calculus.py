@@ -33,7 +33,7 @@ ANGLES = (Angle(1, 0), Angle(0, 1))
 
 
 @dataclass(frozen=True)
-class Field:
+class Section:
     """A scalar, vector or symmetric tensor in a half-plane.
 
     Attributes:
@@ -44,15 +44,15 @@ class Field:
     value: Expr
     by_theta: Expr
 
-    def __add__(self, other: Field) -> Field:
-        return Field(self.value + other.value, self.by_theta + other.by_theta)
+    def __add__(self, other: Section) -> Section:
+        return Section(self.value + other.value, self.by_theta + other.by_theta)
 
-    def __sub__(self, other: Field) -> Field:
-        return Field(self.value - other.value, self.by_theta - other.by_theta)
+    def __sub__(self, other: Section) -> Section:
+        return Section(self.value - other.value, self.by_theta - other.by_theta)
 
-    def times(self, factor: Expr) -> Field:
+    def times(self, factor: Expr) -> Section:
         """The product with a factor that does not depend on theta."""
-        return Field(factor * self.value, factor * self.by_theta)
+        return Section(factor * self.value, factor * self.by_theta)
 
 
 def _cosine(f: Expr, at: Angle) -> tuple[Expr, Expr]:
@@ -63,21 +63,21 @@ def _sine(f: Expr, at: Angle) -> tuple[Expr, Expr]:
     return at.sin * f, at.cos * f
 
 
-def scalar(f: Expr, at: Angle) -> Field:
+def scalar(f: Expr, at: Angle) -> Section:
     """The scalar f cos theta."""
-    return Field(*_cosine(f, at))
+    return Section(*_cosine(f, at))
 
 
-def vector(f: Expr, at: Angle) -> Field:
+def vector(f: Expr, at: Angle) -> Section:
     """The vector (f_0 cos theta, f_1 cos theta, f_2 sin theta)."""
     parts = [_cosine(f[0], at), _cosine(f[1], at), _sine(f[2], at)]
-    return Field(*(ufl.as_vector([part[i] for part in parts]) for i in range(2)))
+    return Section(*(ufl.as_vector([part[i] for part in parts]) for i in range(2)))
 
 
-def tensor(f: Expr, at: Angle) -> Field:
+def tensor(f: Expr, at: Angle) -> Section:
     """The symmetric tensor with zz, zr, rr, tt = f_0 to f_3 times cos theta, and zt, rt = f_4, f_5 times sin theta."""
     parts = [_cosine(f[i], at) for i in range(4)] + [_sine(f[i], at) for i in (4, 5)]
-    return Field(*(symmetric([part[i] for part in parts]) for i in range(2)))
+    return Section(*(symmetric([part[i] for part in parts]) for i in range(2)))
 
 
 def symmetric(f: Any) -> Expr:
@@ -86,23 +86,28 @@ def symmetric(f: Any) -> Expr:
     return ufl.as_matrix([[zz, zr, zt], [zr, rr, rt], [zt, rt, tt]])
 
 
-def axisymmetric_vector(f: Expr) -> Field:
+def axisymmetric_scalar(f: Expr) -> Section:
+    """An axisymmetric scalar."""
+    return Section(f, 0 * f)
+
+
+def axisymmetric_vector(f: Expr) -> Section:
     """The axisymmetric vector without swirl (f_0, f_1, 0)."""
-    return Field(ufl.as_vector([f[0], f[1], 0]), ufl.as_vector([0, 0, 0]))
+    return Section(ufl.as_vector([f[0], f[1], 0]), ufl.as_vector([0, 0, 0]))
 
 
-def axisymmetric_tensor(block: Expr, hoop: Expr) -> Field:
+def axisymmetric_tensor(block: Expr, hoop: Expr) -> Section:
     """The axisymmetric tensor with a (z, r) block and a hoop component."""
     value = ufl.as_matrix([[block[0, 0], block[0, 1], 0], [block[1, 0], block[1, 1], 0], [0, 0, hoop]])
-    return Field(value, 0 * value)
+    return Section(value, 0 * value)
 
 
-def identity() -> Field:
+def identity() -> Section:
     """The unit tensor."""
     return axisymmetric_tensor(ufl.Identity(2), 1)
 
 
-def grad(v: Field, r: Expr) -> Expr:
+def grad(v: Section, r: Expr) -> Expr:
     """Gradient of a vector, L_ij = e_i . d v/d x_j, shape (3, 3).
 
     Args:
@@ -113,7 +118,19 @@ def grad(v: Field, r: Expr) -> Expr:
     return ufl.as_matrix([[plane[i, 0], plane[i, 1], turned[i]] for i in range(3)])
 
 
-def along(b: Expr, T: Field, r: Expr) -> Expr:
+def slope(f: Section, r: Expr) -> Expr:
+    """Gradient of a scalar, shape (3,).
+
+    Args:
+        f: The scalar.
+        r: Radius.
+    """
+    # UFL has no gradient of the zero that f cos theta is at 90 degrees.
+    plane = (0, 0) if isinstance(f.value, ufl.constantvalue.Zero) else ufl.grad(f.value)
+    return ufl.as_vector([plane[0], plane[1], f.by_theta / r])
+
+
+def along(b: Expr, T: Section, r: Expr) -> Expr:
     """The derivative b . grad T of a tensor along a vector, shape (3, 3).
 
     Args:
@@ -143,7 +160,7 @@ class Kinematics:
     r: Expr
 
     @staticmethod
-    def of(eta: Field, r: Expr) -> Kinematics:
+    def of(eta: Section, r: Expr) -> Kinematics:
         """Kinematics of a displacement."""
         return Kinematics(grad(eta, r), r)
 
@@ -162,10 +179,14 @@ class Kinematics:
         """Disturbed volume per unit undisturbed area, what the integrals over theta at one of two angles amount to."""
         return pi * self.r * self.J
 
-    def grad(self, v: Field) -> Expr:
+    def grad(self, v: Section) -> Expr:
         """Gradient of a vector with respect to the disturbed position."""
         return ufl.dot(grad(v, self.r), self.inverse)
 
-    def along(self, b: Expr, T: Field) -> Expr:
+    def slope_along(self, b: Expr, f: Section) -> Expr:
+        """The derivative of a scalar along a vector with respect to the disturbed position."""
+        return ufl.dot(slope(f, self.r), ufl.dot(self.inverse, b))
+
+    def along(self, b: Expr, T: Section) -> Expr:
         """The derivative of a tensor along a vector with respect to the disturbed position."""
         return along(ufl.dot(self.inverse, b), T, self.r)

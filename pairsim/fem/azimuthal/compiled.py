@@ -11,7 +11,8 @@ from pairsim.fem.azimuthal import fields
 from pairsim.fem.azimuthal.calculus import Angle
 from pairsim.fem.azimuthal.forms import Terms, disturbed_liquid, disturbed_solid, linearised
 from pairsim.fem.phases.compiled_form import CompiledForm, compiled
-from pairsim.fem.phases.compiled_phase import COORDINATE, QUADRATURE_DEGREE, FieldSpec, mixed_element, split
+from pairsim.fem.phases.compiled_phase import COORDINATE, QUADRATURE_DEGREE, mixed_element, split
+from pairsim.physics.fields import PRESSURE_OF_SOLID, Field
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.solids import Solid
 
@@ -28,8 +29,8 @@ class CompiledDisturbance:
         constants: Constants of the form by name.
     """
 
-    fields: tuple[FieldSpec, ...]
-    base_fields: tuple[FieldSpec, ...]
+    fields: tuple[Field, ...]
+    base_fields: tuple[Field, ...]
     form: CompiledForm
     base: ufl.Coefficient
     constants: dict[str, ufl.Constant]
@@ -40,8 +41,8 @@ _COMPILED: dict[tuple[object, ...], CompiledDisturbance] = {}
 
 def _compile(
     kind: tuple[object, ...],
-    unknown: tuple[FieldSpec, ...],
-    base_fields: tuple[FieldSpec, ...],
+    unknown: tuple[Field, ...],
+    base_fields: tuple[Field, ...],
     names: tuple[str, ...],
     build: Callable[[Terms, Angle], ufl.Form],
 ) -> CompiledDisturbance:
@@ -58,26 +59,24 @@ def _compile(
     return _COMPILED[kind]
 
 
-def liquid_disturbance(liquid: Liquid, base_fields: tuple[FieldSpec, ...]) -> CompiledDisturbance:
+def liquid_disturbance(liquid: Liquid, base_fields: tuple[Field, ...]) -> CompiledDisturbance:
     """The disturbance of a liquid.
 
     Args:
         liquid: The liquid; the form depends on its laws.
         base_fields: Fields of the axisymmetric solution, with the velocity w of the mesh.
     """
-    count = len(liquid.modes)
-    unknown = [fields.VELOCITY, fields.PRESSURE, *([fields.conformation(count)] if count else []), fields.DISPLACEMENT]
-    kind = (liquid.structure, base_fields)
-    return _compile(kind, tuple(unknown), base_fields, (*liquid.numbers, "rate", "Re"), disturbed_liquid(liquid))
+    kind, names = (liquid.structure, base_fields), (*liquid.numbers, "rate", "Re")
+    return _compile(kind, fields.of_liquid(liquid), base_fields, names, disturbed_liquid(liquid))
 
 
-UNDEFORMED = FieldSpec("X", 2, 2, odd=(1,))
+UNDEFORMED = Field("X", 2, 2, odd=(1,))
 
 
 def solid_disturbance(solid: Solid, *, volume_modulus: bool) -> CompiledDisturbance:
     """The disturbance of a solid, whose axisymmetric solution is given by undeformed positions and pressure."""
     kind = (solid.name, volume_modulus)
-    base = (UNDEFORMED, FieldSpec("p", 1, 1))
+    base = (UNDEFORMED, PRESSURE_OF_SOLID)
     unknown = [
         fields.DISPLACEMENT,
         fields.PRESSURE,

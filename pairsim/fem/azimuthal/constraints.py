@@ -169,7 +169,10 @@ class _Builder:
         self.free(0, "u", outer | interface, axis, VECTOR_ON_AXIS)
         vertices = numbering.carriers("p")
         self.free(0, "p", np.zeros(len(vertices), dtype=bool), axis[vertices], SCALAR_ON_AXIS)
-        for mode in range(numbering.field("chi").components // COMPONENTS if "chi" in numbering else 0):
+        for field in scene.material.solvent.transported:
+            carriers = numbering.carriers(field.name)
+            self.free(0, field.name, ends[carriers], axis[carriers], SCALAR_ON_AXIS)
+        for mode in range(len(scene.material.modes)):
             self.free(0, "chi", ends, axis, TENSOR_ON_AXIS, first=COMPONENTS * mode)
         own = displaced_nodes(mesh, interface)
         self.free(0, "eta", outer | interface | ~own, axis, VECTOR_ON_AXIS)

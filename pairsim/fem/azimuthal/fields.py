@@ -7,21 +7,25 @@ from dataclasses import dataclass
 import numpy as np
 
 from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
-from pairsim.fem.phases.compiled_phase import FieldSpec, dofs_of, mixed_element
+from pairsim.fem.phases.compiled_phase import dofs_of, mixed_element
+from pairsim.physics.fields import Field
+from pairsim.physics.liquids import Liquid
 from pairsim.runtime.arrays import Array, Indices
 from pairsim.runtime.fenicsx import dolfinx
 
-VELOCITY = FieldSpec("u", 2, 3)
-PRESSURE = FieldSpec("p", 1, 1)
-DISPLACEMENT = FieldSpec("eta", 2, 3)
-MATERIAL_VELOCITY = FieldSpec("v", 2, 3)
+VELOCITY = Field("u", 2, 3)
+PRESSURE = Field("p", 1, 1)
+DISPLACEMENT = Field("eta", 2, 3)
+MATERIAL_VELOCITY = Field("v", 2, 3)
 COMPONENTS = 6
 """Components of a symmetric tensor: zz, zr, rr, tt, zt, rt."""
 
 
-def conformation(modes: int) -> FieldSpec:
-    """The field of the relative disturbance chi of the conformation of all modes."""
-    return FieldSpec("chi", 2, COMPONENTS * modes)
+def of_liquid(liquid: Liquid) -> tuple[Field, ...]:
+    """Disturbances of a liquid: what its laws carry along, of the conformation of all modes the relative one chi."""
+    scalars = tuple(Field(f.name, f.degree) for f in liquid.solvent.transported)
+    count = len(liquid.modes)
+    return VELOCITY, PRESSURE, *scalars, *((Field("chi", 2, COMPONENTS * count),) if count else ()), DISPLACEMENT
 
 
 @dataclass(frozen=True)
@@ -56,7 +60,7 @@ class Numbering:
         canonical: Canonical number of each degree of freedom of DOLFINx.
     """
 
-    def __init__(self, mesh: object, six_node_mesh: SixNodeMesh, fields: tuple[FieldSpec, ...]) -> None:
+    def __init__(self, mesh: object, six_node_mesh: SixNodeMesh, fields: tuple[Field, ...]) -> None:
         self._mesh, self.fields = six_node_mesh, fields
         self.space = dolfinx.fem.functionspace(mesh, mixed_element(fields))
         self._start: dict[str, int] = {}
@@ -75,7 +79,7 @@ class Numbering:
     def __contains__(self, name: str) -> bool:
         return name in self._start
 
-    def field(self, name: str) -> FieldSpec:
+    def field(self, name: str) -> Field:
         """The field of a name."""
         return next(f for f in self.fields if f.name == name)
 

@@ -15,12 +15,13 @@ import ufl
 from ufl.algorithms import expand_derivatives, replace
 
 from pairsim.fem.azimuthal import calculus
-from pairsim.fem.azimuthal.calculus import ANGLES, Angle, Expr, Field, Kinematics
+from pairsim.fem.azimuthal.calculus import ANGLES, Angle, Expr, Kinematics, Section
 from pairsim.fem.azimuthal.fields import COMPONENTS
 from pairsim.fem.phases.compiled_phase import UPWIND_SCALE, VOLUME_MODULUS, mode_part
 from pairsim.physics.forms.constitutive import upwind_time
 from pairsim.physics.liquids import ConformationLaw, Liquid
-from pairsim.physics.liquids.conformation import Invariants
+from pairsim.physics.liquids.conformation import LOG_CONFORMATION, Invariants
+from pairsim.physics.liquids.structured import StructuredLaw
 from pairsim.physics.liquids.viscous import LEAST_RATE
 from pairsim.physics.log_conformation import LogConformation
 from pairsim.physics.solids import Solid
@@ -65,12 +66,12 @@ def linearised(build: Callable[[Terms, Angle], ufl.Form], terms: Terms, x: ufl.C
     return replace(derivative, {x: ufl.as_vector([0.0] * x.ufl_shape[0])})
 
 
-def work(kin: Kinematics, stress: Expr, p: Expr, v: Field) -> Expr:
+def work(kin: Kinematics, stress: Expr, p: Expr, v: Section) -> Expr:
     """Virtual work of the stress sigma - p I with a test function v, per area of the half-plane."""
     return ufl.inner(stress - p * ufl.Identity(3), kin.grad(v)) * kin.volume
 
 
-def extension(eta: Field, xi: Field, mesh: ufl.Mesh, r: Expr) -> Expr:
+def extension(eta: Section, xi: Section, mesh: ufl.Mesh, r: Expr) -> Expr:
     """Elastic extension of the displacement into the liquid, as `pairsim.physics.forms.mesh_motion` has it."""
     strain, other = ufl.sym(calculus.grad(eta, r)), ufl.sym(calculus.grad(xi, r))
     return (2 * ufl.inner(strain, other) + ufl.tr(strain) * ufl.tr(other)) / abs(ufl.JacobianDeterminant(mesh))
@@ -97,14 +98,25 @@ def disturbed_liquid(liquid: Liquid) -> Callable[[Terms, Angle], ufl.Form]:
         p = terms.base["p"] + calculus.scalar(x["p"], at).value
         L = kin.grad(u)
         gamma2 = 2 * ufl.inner(ufl.sym(L), ufl.sym(L)) + LEAST_RATE**2
-        stress = 2 * here.xi * here.solvent.viscosity(gamma2) * ufl.sym(L)
+        carried = {
+            f.name: calculus.axisymmetric_scalar(terms.base[f.name]) + calculus.scalar(x[f.name], at)
+            for f in here.solvent.transported
+        }
+        state = [each.value for each in carried.values()]
+        stress = 2 * here.xi * here.solvent.viscosity_at(gamma2, *state) * ufl.sym(L)
         rate = terms.constants["rate"]
         v = u.value - calculus.axisymmetric_vector(terms.base["w"]).value - rate * eta.value
         acceleration = rate * calculus.vector(x["u"], at).value + ufl.dot(L, v)
         w = calculus.vector(test["u"], at)
         more = terms.constants["Re"] * ufl.inner(acceleration, w.value) * kin.volume
+        if isinstance(here.solvent, StructuredLaw):
+            time = upwind_time(terms.mesh, v, here.solvent.memory, UPWIND_SCALE)
+            for name, own in zip(carried, here.solvent.rates(gamma2, *state), strict=True):
+                strong = rate * calculus.scalar(x[name], at).value + kin.slope_along(v, carried[name]) - own
+                t = calculus.scalar(test[name], at)
+                more += (t.value + time * kin.slope_along(v, t)) * strong * kin.volume
         for i, law in enumerate(here.modes):
-            half = LogConformation.of(mode_part(terms.base["s"], i) / 2)
+            half = LogConformation.of(mode_part(terms.base[LOG_CONFORMATION.name], i) / 2)
             root, inverse = (calculus.axisymmetric_tensor(*half.exp(sign)).value for sign in (1, -1))
             chi, S = (calculus.tensor([f["chi"][COMPONENTS * i + k] for k in range(COMPONENTS)], at) for f in (x, test))
             c1 = between(root, chi)
@@ -124,9 +136,9 @@ def disturbed_liquid(liquid: Liquid) -> Callable[[Terms, Angle], ufl.Form]:
     return build
 
 
-def between(root: Expr, chi: Field) -> Field:
+def between(root: Expr, chi: Section) -> Section:
     """The tensor root chi root with an axisymmetric tensor root, given by its components."""
-    return Field(ufl.dot(root, ufl.dot(chi.value, root)), ufl.dot(root, ufl.dot(chi.by_theta, root)))
+    return Section(ufl.dot(root, ufl.dot(chi.value, root)), ufl.dot(root, ufl.dot(chi.by_theta, root)))
 
 
 def polymer(liquid: Liquid, law: ConformationLaw, c: Expr, at: Invariants) -> Expr:

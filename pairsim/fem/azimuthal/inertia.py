@@ -11,15 +11,9 @@ import ufl
 from pairsim.fem.azimuthal.fields import Numbering
 from pairsim.fem.meshes.six_node_mesh import TO_BASIX, SixNodeMesh
 from pairsim.fem.phases.compiled_form import CompiledForm, compiled
-from pairsim.fem.phases.compiled_phase import (
-    COORDINATE,
-    MESH_VELOCITY,
-    QUADRATURE_DEGREE,
-    VELOCITY,
-    mixed_element,
-    split,
-)
+from pairsim.fem.phases.compiled_phase import COORDINATE, QUADRATURE_DEGREE, mixed_element, split
 from pairsim.fem.scene import Scene
+from pairsim.physics.fields import MESH_VELOCITY, VELOCITY
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.fenicsx import MPI, dolfinx
 

@@ -10,8 +10,9 @@ from scipy import sparse
 from pairsim.fem.azimuthal.compiled import CompiledDisturbance, liquid_disturbance, solid_disturbance
 from pairsim.fem.azimuthal.fields import Numbering
 from pairsim.fem.meshes.six_node_mesh import TO_BASIX, SixNodeMesh
-from pairsim.fem.phases.compiled_phase import COORDINATE, MESH_VELOCITY
+from pairsim.fem.phases.compiled_phase import COORDINATE
 from pairsim.fem.phases.phase import Phase
+from pairsim.physics.fields import MESH_VELOCITY
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.solids import Solid
 from pairsim.runtime.arrays import Array

@@ -51,7 +51,7 @@ class DisturbedScene:
     def __init__(
         self, scene: Scene, h: Array, x: Array, U: Array, *, Re: float = 0.0, volume_modulus: bool = False
     ) -> None:
-        self.scene, self._Re, self._remembers = scene, Re, bool(Re or scene.material.modes)
+        self.scene, self._Re, self._remembers = scene, Re, bool(Re or scene.material.has_memory)
         base = x[: scene.liquid.size], mesh_velocity(scene, U)
         self.phases = [DisturbedPhase.liquid(scene.liquid, scene.positions(x), *base, Re)]
         for body in scene.bodies:

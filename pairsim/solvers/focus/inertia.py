@@ -66,11 +66,11 @@ def by_inertia(steady: SteadySolver) -> Inertia:
     Raises:
         NoSteadyState: A matrix is singular.
     """
-    steady.factor()
+    linearised = steady.linearise()
     _, x = steady.state()
     place = steady.constraints.fields["U_p"]
     load = steady.constraints.T @ inertia(steady.scene, x, mesh_velocity(steady.scene, steady.y[place]))
-    change = -steady.newton.linear_solve(load)
+    change = -linearised.solve(load)
     there: list[Disturbance] = [
         disturbance_at(steady, steady.y + Re * change, Re=Re) for Re in (DIFFERENCE, -DIFFERENCE)
     ]
