@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from pairsim.runtime.arrays import Array
+from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.solvers.focus.rates import Disturbance, disturb
 from pairsim.solvers.steady.first_solution import coarser, try_from_other_mesh
 from pairsim.solvers.steady.scene import SteadySolver
 
 LARGER = (2**0.5, 2.0)  # factors of the cells; chosen
 SHARES = (1.0, 0.5)  # of the differences to the rates on them that are taken as half-width; chosen
+FLOOR = 1e-3  # half-width at least, of the largest rate, as both differences may be small by chance; chosen
 LEAST = 0.2  # part of the largest half-width that each rate of a row has at least, as differences may vanish; chosen
 
 
@@ -26,22 +26,26 @@ def half_widths(steady: SteadySolver, found: Disturbance) -> Array:
         steady: The scene, at the solution.
         found: Its disturbance.
     """
-    widths = [
-        share * np.abs(found.rates - rates)
-        for share, rates in zip(SHARES, _on_larger_cells(steady), strict=True)
-        if rates is not None
-    ]
+    widths = list[Array]()
+    for factor, share in zip(LARGER, SHARES, strict=True):
+        if (rates := _rates_on_larger_cells(steady, factor)) is not None:
+            widths.append(share * np.abs(found.rates - rates))
     if not widths:
         return np.full(found.rates.shape, np.inf)
     widest = np.max(widths, axis=0)
-    return np.asarray(np.maximum(widest, LEAST * widest.max()))
+    least = max(LEAST * widest.max(), FLOOR * np.abs(found.rates).max())
+    return np.asarray(np.maximum(widest, least))
 
 
-def _on_larger_cells(steady: SteadySolver) -> Iterator[Array | None]:
-    """The rates on larger cells, None where there is no solution."""
-    for factor in LARGER:
+def _rates_on_larger_cells(steady: SteadySolver, factor: float) -> Array | None:
+    """The rates on cells larger by a factor, None where there is no solution."""
+    try:
         other = SteadySolver(coarser(steady.problem, factor), steady.parameters)
-        try:
-            yield disturb(other).rates if try_from_other_mesh(other, steady.parameters, steady) else None
-        finally:
-            other.close()
+    except MeshFailure:
+        return None
+    try:
+        return disturb(other).rates if try_from_other_mesh(other, steady.parameters, steady) else None
+    except NoSteadyState:
+        return None
+    finally:
+        other.close()
