@@ -1,0 +1,50 @@
+"""The picture of growth rates over what is followed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pairsim.plots.chart import POINT, Line, Panel, draw_chart
+from pairsim.plots.labels import parts_along, read_case
+from pairsim.plots.style import Page, printing
+from pairsim.plots.units import Units
+from pairsim.questions.focus import FOLLOWED, GROWTH, RE_MOST, TABLE, A
+from pairsim.record.columns import DISTANCE
+from pairsim.record.table_files import read_table
+
+
+@printing()
+def draw_focus(directory: Path, out: Path, page: Page) -> list[Path]:
+    """Draw `focus`: the largest growth rate, the entries of the matrix of several particles, and the Reynolds number.
+
+    No file is written where nothing is followed.
+    """
+    units, case = Units.of(directory, page.physical), read_case(directory / "case.yaml")
+    table = read_table(directory / "focus.csv", TABLE, missing_ok=True).converted(units.scales)
+    key = next(iter(case.get("along") or {}), "")
+    if not key or not table.rows:
+        return []
+    if key == DISTANCE.name:
+        column = DISTANCE.with_suffix(table.suffixes(DISTANCE)[0])
+        label, x = units.axis_label([DISTANCE.with_suffix("")]), table[column]
+    else:
+        label, x = units.followed(case, FOLLOWED[key], table[key])
+    panels: dict[Any, Panel] = {GROWTH: Panel(label, units.axis_label([GROWTH]), wide="x")}
+    joined = {"linestyle": "-"}
+    lines = [Line(GROWTH, x, table[GROWTH], table.half_widths(GROWTH), mark=POINT, look=joined)]
+    if len(entries := table.suffixes(A)) > 1:
+        shown = [suffix for suffix in entries if suffix[1] == "1"]  # of the first particle; others are much the same
+        columns = [A.with_suffix(suffix) for suffix in shown]
+        panels[A] = Panel(label, units.axis_label(columns), wide="x")
+        lines += [
+            Line(A, x, table[each], table.half_widths(A, suffix), mark=POINT, look=joined, label=f"${each.symbol}$")
+            for suffix, each in zip(shown, columns, strict=True)
+        ]
+    if np.isfinite(table[RE_MOST]).any():
+        panels[RE_MOST] = Panel(label, units.axis_label([RE_MOST]), wide="x")
+        lines.append(Line(RE_MOST, x, table[RE_MOST], mark=POINT, look=joined))
+    figure, _ = draw_chart(page, panels, lines, parts_along(case, key, units.scales is not None))
+    return page.save(figure, out, "focus")
