@@ -12,7 +12,7 @@ system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
@@ -25,7 +25,8 @@ from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.followed_key import FollowedKey
 from pairsim.cases.keys import Key, PerGap
 from pairsim.cases.mistakes import Mistake, broken, missing
-from pairsim.cases.quantity_text import ValuesOrQuantities
+from pairsim.cases.physical import BLOCK, QUANTITIES
+from pairsim.cases.quantity_text import ValuesOrQuantities, si
 from pairsim.cases.values import Distance, Whole, is_finite
 from pairsim.computing.question import InSweeps, Question
 from pairsim.computing.result import Result
@@ -42,6 +43,10 @@ if TYPE_CHECKING:
 
 FOLLOWED = {each.name: each for each in (DISTANCE, CA_E, DE)}
 """What rates are followed over, by the key in `along`."""
+IN_UNITS = QUANTITIES["distance"]
+"""The quantity by which distances are given there, too."""
+KEYS = *FOLLOWED, f"{BLOCK}.{IN_UNITS.key}"
+"""The keys in `along`."""
 MOST = 5  # particles; chosen
 LEAST_D, MOST_D = 1e-4, 1e4  # distances, as of the key d [D_c]
 DISTURBED = 2.0  # factor of the time for disturbances, half-widths and inertia; measured in docs/how-to/focus.md
@@ -92,6 +97,11 @@ TABLE = Columns(DISTANCE, CA_E, DE, U, U_ERROR, INTERVALS, RE, MATRIX, NEWTON, U
 """The columns that focus.csv may have, in their order."""
 
 
+def column_of(key: str) -> Column:
+    """The column of what is followed by its key in `along`."""
+    return FOLLOWED.get(key, DISTANCE)
+
+
 class FocusCase(SceneCase):
     """Particles on the axis that are displaced from it."""
 
@@ -105,8 +115,8 @@ class FocusCase(SceneCase):
     )
     along: dict[str, ValuesOrQuantities] | None = Field(
         None,
-        description="what rates are followed over, with its values (a list or a range): d (of all gaps), Ca_e or De; "
-        "default: the values of the case only",
+        description="what rates are followed over, with its values (a list or a range): Ca_e, De, or d or "
+        "physical.distance of all gaps; default: the values of the case only",
         examples=["{Ca_e: [0.01, 0.02]}"],
     )
 
@@ -118,8 +128,16 @@ class FocusCase(SceneCase):
     @property
     def series(self) -> tuple[float, ...]:
         """The values of what is followed, in the order of solution: distances from the largest down, else ascending."""
-        values = sorted({float(each) for each in (self.along or {}).get(self.key, ())})
-        return tuple(values[:: -1 if self.key == DISTANCE.name else 1])
+        given = (self.along or {}).get(self.key, ())
+        if self.key not in FOLLOWED and self.scales is not None:
+            given = tuple(IN_UNITS.number(si(each, IN_UNITS), self.scales) for each in given)
+        values = sorted({float(each) for each in given})
+        return tuple(values[:: -1 if self.spreads else 1])
+
+    @property
+    def spreads(self) -> bool:
+        """Whether the distances are followed."""
+        return bool(self.key) and column_of(self.key) is DISTANCE
 
     @property
     def places(self) -> list[Parameters]:
@@ -127,7 +145,7 @@ class FocusCase(SceneCase):
         here = Parameters(self.each("d"), self.solid_models, self.liquid_model)
         if not self.key:
             return [here]
-        if self.key == DISTANCE.name:
+        if self.spreads:
             gaps = self.n - 1
             return [Parameters((d,) * gaps, here.solids, here.liquid) for d in self.series]
         followed = FollowedKey.of(self, self.key, self.series)
@@ -137,12 +155,12 @@ class FocusCase(SceneCase):
     @property
     def gaps(self) -> tuple[float, ...]:
         """The largest distances [D_c], which set the length of the tube."""
-        return (self.series[0],) * (self.n - 1) if self.key == DISTANCE.name else self.each("d")
+        return (self.series[0],) * (self.n - 1) if self.spreads else self.each("d")
 
     @property
     def narrowest(self) -> float:
         """The smallest distance [D_c]; infinite without one."""
-        return self.series[-1] if self.key == DISTANCE.name else min(self.each("d"), default=inf)
+        return self.series[-1] if self.spreads else min(self.each("d"), default=inf)
 
     @property
     def range_of_d(self) -> tuple[float, float]:
@@ -160,14 +178,13 @@ def check(case: FocusCase) -> Iterator[Mistake]:
         yield from wrong
         if wrong:
             return
-    followed = case.key == DISTANCE.name
-    if case.n > 1 and case.d is None and not followed:
+    if case.n > 1 and case.d is None and not case.spreads:
         yield missing("d", "must be a number, the distance between facing surfaces, or along: {d: [...]} be given")
     liquid = "must be one without a yield stress: how much a rounded one changes the rates has not been judged"
     yield from broken(
         case,
         ("d", case.n == 1 and case.d is not None, "must be left out: there is only one particle"),
-        ("d", case.n > 1 and case.d is not None and followed, "must be left out: along has its values"),
+        ("d", case.n > 1 and case.d is not None and case.spreads, "must be left out: along has its values"),
         ("ends", case.ends != "developed", "must be developed: what leaves one end must not enter at the other one"),
     )
     if case.liquid_model.regularisation:
@@ -178,20 +195,40 @@ def check(case: FocusCase) -> Iterator[Mistake]:
 def _check_along(case: FocusCase) -> Iterator[Mistake]:
     """Check what is followed, and its values."""
     along = dict(case.along or {})
-    if len(along) != 1 or case.key not in FOLLOWED:
-        keys = "d, Ca_e or De"
-        yield Mistake("along", along, f"must be one of {keys} with its values, such as along: {{Ca_e: [0.01, 0.02]}}")
+    if len(along) != 1 or case.key not in KEYS:
+        keys, example = ", ".join(KEYS), "along: {Ca_e: [0.01, 0.02]}"
+        yield Mistake("along", along, f"must be one key of {keys} with its values, such as {example}")
         return
     given = along[case.key]
-    if case.key != DISTANCE.name:
+    if not case.spreads:
         try:
             FollowedKey.of(case, case.key, given)
         except ValueError as error:
             yield Mistake("along", along, str(error))
     elif case.n == 1:
         yield Mistake("along", along, "must be Ca_e or De: there is only one particle")
+    elif case.key not in FOLLOWED:
+        yield from _check_in_units(case, along, given)
     elif not all(is_finite(each) and LEAST_D <= each <= MOST_D for each in given):
-        yield Mistake("along", along, f"must be distances from {LEAST_D:g} to {MOST_D:g} [D_c], as numbers")
+        yield Mistake(
+            "along",
+            along,
+            f"must be distances from {LEAST_D:g} to {MOST_D:g} [D_c]; with units it is physical.distance",
+        )
+
+
+def _check_in_units(case: FocusCase, along: dict[str, Any], given: Sequence[float | str]) -> Iterator[Mistake]:
+    """Check distances with their units."""
+    if case.scales is None:
+        yield Mistake("along", along, f"must be d: the case has no {BLOCK} block")
+        return
+    try:
+        numbers = [IN_UNITS.number(si(each, IN_UNITS), case.scales) for each in given]
+    except ValueError as error:
+        yield Mistake("along", along, str(error))
+        return
+    if not all(LEAST_D <= each <= MOST_D for each in numbers):
+        yield Mistake("along", along, f"must be distances from {LEAST_D:g} to {MOST_D:g} tube diameters")
 
 
 def estimate(case: FocusCase) -> Estimate:

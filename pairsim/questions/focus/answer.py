@@ -111,10 +111,10 @@ def _inertia(table: Table, rows: list[int]) -> str:
 def _memory(table: Table, scales: Scales | None) -> list[str]:
     """A line on what it changes that stresses and shapes remember displacements, where that is more than the error."""
     change = {name: np.abs(table[name] - table[AT_REST.name + name.removeprefix(A.name)]) for name in table.each(A)}
-    beyond = {name: each / np.nan_to_num(table[_error(name)], nan=np.inf) for name, each in change.items()}
+    beyond = {name: each - np.nan_to_num(table[_error(name)], nan=np.inf) for name, each in change.items()}
     name = max(beyond, key=lambda each: float(beyond[each].max()))
     row = int(beyond[name].argmax())
-    if beyond[name][row] <= 1:
+    if beyond[name][row] <= 0:
         return []
     rate, rest = (
         in_unit(scales, RATE, float(table[each][row])) for each in (name, AT_REST.name + name.removeprefix(A.name))

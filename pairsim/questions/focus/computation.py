@@ -30,6 +30,7 @@ from pairsim.questions.focus import (
     VERDICT,
     A,
     FocusCase,
+    column_of,
 )
 from pairsim.record.column import names_of, table_row
 from pairsim.record.columns import CA_E, DE, DISTANCE, NEWTON, U_ERROR, U
@@ -50,8 +51,9 @@ def computation(case: FocusCase, monitor: Monitor) -> events.Events:
     what = f"{counted(len(places), 'value')} of {case.key}" if case.key else "the case"
     yield events.Begin(what, len(places))
     columns = [DISTANCE, CA_E, DE, U, U_ERROR, *INTERVALS, *([] if Re is None else [RE]), *MATRIX, NEWTON, UNKNOWNS]
+    over = None if not case.key else column_of(case.key)
     names = [*names_of(case.n, *columns), *health_columns(case)]
-    yield events.Table("focus", names, ascending=case.key == DISTANCE.name)
+    yield events.Table("focus", names, ascending=over is DISTANCE)
     found, remembered = Solutions(case, (goals.U,)), list[Text]()
     try:
         with found:
@@ -68,7 +70,7 @@ def computation(case: FocusCase, monitor: Monitor) -> events.Events:
                 if not stability.disturbance.converged:
                     remembered.append(_place(case, place))
                 of_experiment = {} if Re is None else {RE.name: Re}
-                yield events.Row("focus", point_row(point) | stability_row(point, stability) | of_experiment)
+                yield events.Row("focus", point_row(point) | stability_row(place, point, stability) | of_experiment)
                 said = Message("{}  growth = {}", _place(case, place), RATE(float(stability.growth[0].real)))
                 yield events.Progress(count, Message("{}  {}", said, stability.verdict.value), count)
             return events.Outcome("finished", "end", what)
@@ -82,14 +84,15 @@ def reynolds_number(case: FocusCase) -> float | None:
     return None if density is None or case.scales is None else float(case.scales.reynolds(density))
 
 
-def stability_row(point: Point, stability: Stability) -> dict[str, Any]:
-    """What a row of focus.csv has beside the values of the point."""
+def stability_row(place: Parameters, point: Point, stability: Stability) -> dict[str, Any]:
+    """What a row of focus.csv has beside other values of the point, and its parameters as they were asked for."""
     found, U = stability.disturbance, float(point.observation.U.mean())
     growth, error = float(stability.growth[0].real), stability.growth_error
     tube, least, most = tube_lengths(U, growth, error, stability.verdict)
     values = {
-        CA_E: max(point.parameters.Ca_es),
-        DE: point.parameters.De,
+        DISTANCE: place.gaps,
+        CA_E: max(place.Ca_es),
+        DE: place.De,
         GROWTH: growth,
         GROWTH_ERROR: _known(error),
         **{TUBE: tube, TUBE_LEAST: least, TUBE_MOST: most},
@@ -126,10 +129,10 @@ def _known(value: float) -> float:
 
 def _place(case: FocusCase, place: Parameters) -> Text:
     """Where a rate is computed, such as d = 0.1."""
-    key = case.key or (DISTANCE.name if place.gaps else CA_E.name)
-    if key == DISTANCE.name:
-        return Message("{} = {}", key, LENGTH(place.gaps[0]))
-    return f"{key} = {place.De if key == DE.name else max(place.Ca_es):.4g}"
+    over = column_of(case.key) if case.key else DISTANCE if place.gaps else CA_E
+    if over is DISTANCE:
+        return Message("{} = {}", over.name, LENGTH(place.gaps[0]))
+    return f"{over.name} = {place.De if over is DE else max(place.Ca_es):.4g}"
 
 
 def _warnings(remembered: list[Text]) -> list[Text]:

@@ -9,9 +9,10 @@ import numpy as np
 
 from pairsim.plots.chart import POINT, Line, Panel, draw_chart
 from pairsim.plots.labels import parts_along, read_case
+from pairsim.plots.lines import told_apart
 from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
-from pairsim.questions.focus import FOLLOWED, GROWTH, RE_MOST, TABLE, A
+from pairsim.questions.focus import GROWTH, RE_MOST, TABLE, A, column_of
 from pairsim.record.columns import DISTANCE
 from pairsim.record.table_files import read_table
 
@@ -27,23 +28,21 @@ def draw_focus(directory: Path, out: Path, page: Page) -> list[Path]:
     key = next(iter(case.get("along") or {}), "")
     if not key or not table.rows:
         return []
-    if key == DISTANCE.name:
-        column = DISTANCE.with_suffix(table.suffixes(DISTANCE)[0])
-        label, x = units.axis_label([DISTANCE.with_suffix("")]), table[column]
+    followed = column_of(key).with_suffix("")
+    if column_of(key) is DISTANCE:
+        label, x = units.axis_label([followed]), table.of(DISTANCE, table.suffixes(DISTANCE)[0])
     else:
-        label, x = units.followed(case, FOLLOWED[key], table[key])
+        label, x = units.followed(case, followed, table[key])
     panels: dict[Any, Panel] = {GROWTH: Panel(label, units.axis_label([GROWTH]), wide="x")}
     joined = {"linestyle": "-"}
     lines = [Line(GROWTH, x, table[GROWTH], table.half_widths(GROWTH), mark=POINT, look=joined)]
     if len(entries := table.suffixes(A)) > 1:
-        shown = [suffix for suffix in entries if suffix[1] == "1"]  # of the first particle; others are much the same
+        shown = [suffix for suffix in entries if suffix.startswith("_1")]  # the motion of the first particle
         columns = [A.with_suffix(suffix) for suffix in shown]
         panels[A] = Panel(label, units.axis_label(columns), wide="x")
-        lines += [
-            Line(A, x, table[each], table.half_widths(A, suffix), mark=POINT, look=joined, label=f"${each.symbol}$")
-            for suffix, each in zip(shown, columns, strict=True)
-        ]
-    if np.isfinite(table[RE_MOST]).any():
+        every = zip(shown, columns, strict=True)
+        lines += told_apart([Line(A, x, table[a], table.half_widths(A, at), columns=(followed, a)) for at, a in every])
+    if np.nan_to_num(table[RE_MOST]).any():
         panels[RE_MOST] = Panel(label, units.axis_label([RE_MOST]), wide="x")
         lines.append(Line(RE_MOST, x, table[RE_MOST], mark=POINT, look=joined))
     figure, _ = draw_chart(page, panels, lines, parts_along(case, key, units.scales is not None))
