@@ -20,7 +20,7 @@ WORDS: dict[str, dict[str, str]] = {
         "_i": "particle i (counted from upstream)",
     },
     MODE: {"_i": "mode i (the one that grows most, or decays most slowly, is the first)"},
-    ENTRY: {"_i": "particles ij (the first digit is the one that moves, both counted from upstream)"},
+    ENTRY: {"_i": "particle i, the first digit, per displacement of particle j, the second one (from upstream)"},
 }
 """What there are columns of by their suffixes: those of a pair, and `_i` in larger rows."""
 SUFFIX = "_[0-9]+|_[LT]|"

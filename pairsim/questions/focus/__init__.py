@@ -25,14 +25,14 @@ from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.followed_key import FollowedKey
 from pairsim.cases.keys import Key, PerGap
 from pairsim.cases.mistakes import Mistake, broken, missing
-from pairsim.cases.physical import BLOCK, QUANTITIES
+from pairsim.cases.physical import BLOCK, DENSITY, QUANTITIES
 from pairsim.cases.quantity_text import ValuesOrQuantities, si
 from pairsim.cases.values import Distance, Whole, is_finite
 from pairsim.computing.question import InSweeps, Question
 from pairsim.computing.result import Result
 from pairsim.quantities.kinds import POSITION, RATE
 from pairsim.record.column import ENTRY, MODE, Column, Columns, Shown
-from pairsim.record.columns import CA_E, DE, DISTANCE, NEWTON, STEADY, U_ERROR, WAY_COLUMNS, U
+from pairsim.record.columns import CA_E, DE, DISTANCE, NEWTON, POLYMER_HEALTH, STEADY_HEALTH, U_ERROR, WAY_COLUMNS, U
 from pairsim.record.run_entries import OF_STEADY
 from pairsim.solvers.parameters import Parameters
 
@@ -76,7 +76,7 @@ RE_MOST = Column(
     unknown=True,
 )
 RE = Column("Re", r"\mathrm{Re}", "Reynolds number of the experiment, with physical.density")
-A = Column("a", r"a{_}", "velocity away from the axis per displacement of {of}", RATE, ENTRY)
+A = Column("a", r"a{_}", "velocity away from the axis of {of}", RATE, ENTRY)
 A_ERROR = Column(
     "a_error", r"\epsilon{_}", "half-width of the interval of a{_}: error by mesh", RATE, ENTRY, unknown=True
 )
@@ -93,7 +93,7 @@ FREQUENCY = Column("frequency", r"\mathrm{Im}\,\lambda{_}", "angular frequency o
 UNKNOWNS = Column("disturbed", "n", "unknowns of the disturbances", shown=Shown.ON_REQUEST, whole=True)
 INTERVALS = VERDICT, GROWTH, GROWTH_ERROR, TUBE, TUBE_LEAST, TUBE_MOST, RE_MOST
 MATRIX = A, A_ERROR, AT_REST, MODE_GROWTH, FREQUENCY
-TABLE = Columns(DISTANCE, CA_E, DE, U, U_ERROR, INTERVALS, RE, MATRIX, NEWTON, UNKNOWNS, STEADY)
+TABLE = Columns(DISTANCE, CA_E, DE, U, U_ERROR, INTERVALS, RE, MATRIX, NEWTON, UNKNOWNS, STEADY_HEALTH, POLYMER_HEALTH)
 """The columns that focus.csv may have, in their order."""
 
 
@@ -161,6 +161,12 @@ class FocusCase(SceneCase):
     def narrowest(self) -> float:
         """The smallest distance [D_c]; infinite without one."""
         return self.series[-1] if self.spreads else min(self.each("d"), default=inf)
+
+    @property
+    def reynolds_number(self) -> float | None:
+        """The Reynolds number of the experiment; None where its density is not known."""
+        density = self.experiment.values.get(DENSITY.key) if self.experiment is not None else None
+        return None if density is None or self.scales is None else float(self.scales.reynolds(density))
 
     @property
     def range_of_d(self) -> tuple[float, float]:
@@ -264,8 +270,8 @@ def draw(folder: Path, out: Path, page: Page) -> list[Path]:
 
 def columns_in_sweeps(case: FocusCase) -> list[str]:
     """What a sweep shows of it, for the last of its values."""
-    found: tuple[Any, ...] = INTERVALS if case.scales is None else (*INTERVALS, RE)
-    return ["points", *(each.name for each in found)]
+    known = [] if case.reynolds_number is None else [RE]
+    return ["points", *(each.name for each in (*INTERVALS, *known))]
 
 
 QUESTION = Question(

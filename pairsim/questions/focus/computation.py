@@ -47,7 +47,7 @@ from pairsim.solvers.steady.ends import Ended
 
 def computation(case: FocusCase, monitor: Monitor) -> events.Events:
     """Solve the steady states, and displace the particles in each; arguments as for `solve`."""
-    places, Re = case.places, reynolds_number(case)
+    places, Re = case.places, case.reynolds_number
     what = f"{counted(len(places), 'value')} of {case.key}" if case.key else "the case"
     yield events.Begin(what, len(places))
     columns = [DISTANCE, CA_E, DE, U, U_ERROR, *INTERVALS, *([] if Re is None else [RE]), *MATRIX, NEWTON, UNKNOWNS]
@@ -76,12 +76,6 @@ def computation(case: FocusCase, monitor: Monitor) -> events.Events:
             return events.Outcome("finished", "end", what)
     finally:
         yield from found.last_events({POINTS: len(found.points)}, _warnings(remembered))
-
-
-def reynolds_number(case: FocusCase) -> float | None:
-    """The Reynolds number of the experiment; None where its density is not known."""
-    density = case.experiment.values.get("density") if case.experiment is not None else None
-    return None if density is None or case.scales is None else float(case.scales.reynolds(density))
 
 
 def stability_row(place: Parameters, point: Point, stability: Stability) -> dict[str, Any]:
