@@ -100,6 +100,11 @@ class TestAnswer:
             "as long as the Reynolds number is below about 0.83 (here 0.02)."
         ]
 
+    def test_a_wide_range_is_told_by_its_ends(self) -> None:
+        found = table(verdict=["leaves"], tube=23.0, tube_least=16.6, tube_most=39.2)
+        (line,) = answer_of_focus(found, None)
+        assert line.endswith("grows tenfold within 23 D_c (17 D_c to 39 D_c) of tube.")
+
     def test_inertia_drives_it_off_where_the_reynolds_number_is_larger(self) -> None:
         (line,) = answer_of_focus(table(verdict=["focuses"], tube=500.0, Re_most=0.83, Re=2.0), None)
         assert "without inertia; but from a Reynolds number of about 0.83 on inertia drives particles off" in line
@@ -118,7 +123,7 @@ class TestAnswer:
     def test_what_is_not_certain_and_what_is_exactly_zero_is_said(self) -> None:
         (line,) = answer_of_focus(table(3, verdict=["undecided"], growth=-0.0004), None)
         assert line.startswith("Whether the row of 3 stays on the axis is not certain: ")
-        assert "grow at (-0.4 +- 1.0)e-3 U_av/D_c" in line
+        assert "axis is (-0.4 +- 1.0)e-3 U_av/D_c" in line
         (line,) = answer_of_focus(table(verdict=["stays"]), None)
         assert "is reversible, and inertia decides" in line
 

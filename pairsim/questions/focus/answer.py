@@ -27,6 +27,8 @@ from pairsim.record.columns import CA_E, DE, DISTANCE, U
 from pairsim.record.table import Table
 from pairsim.solvers.focus.stability import Verdict
 
+WIDE = 0.2  # part of a length that its range is at least, where both ends of the range are told; chosen
+
 
 def answer_of_focus(table: Table, scales: Scales | None) -> list[str]:
     """A line for each verdict in turn along what is followed, and what memory changes."""
@@ -63,7 +65,7 @@ def _line(table: Table, rows: list[int], scales: Scales | None) -> str:
             known = zip(ends, errors, strict=True)
             rates = " to ".join(with_name(scales, RATE, table[GROWTH][row], error) for row, error in known)
             stays = f"{subject[0].lower()}{subject[1:]} stays on the axis"
-            return f"Whether {stays}{where} is not certain: {of} grow{'' if many else 's'} at {rates}."
+            return f"Whether {stays}{where} is not certain: the growth rate of {of} is {rates}."
 
 
 def _where(table: Table, ends: list[int], scales: Scales | None) -> str:
@@ -80,9 +82,16 @@ def _where(table: Table, ends: list[int], scales: Scales | None) -> str:
 
 
 def _tubes(table: Table, ends: list[int], scales: Scales | None) -> str:
-    """Lengths of tube with their half-widths."""
-    width = (table[TUBE_MOST] - table[TUBE_LEAST]) / 2
-    return " to ".join(with_name(scales, POSITION, table[TUBE][row], width[row]) for row in ends)
+    """Lengths of tube with their half-widths, or with their ranges where these are wide and so not symmetric."""
+    said = []
+    for row in ends:
+        tube, least, most = (float(table[column][row]) for column in (TUBE, TUBE_LEAST, TUBE_MOST))
+        if most - least < WIDE * tube:
+            said.append(with_name(scales, POSITION, tube, (most - least) / 2))
+        else:
+            from_to = " to ".join(with_name(scales, POSITION, each, digits=2) for each in (least, most))
+            said.append(f"{with_name(scales, POSITION, tube, digits=2)} ({from_to})")
+    return " to ".join(said)
 
 
 def _periods(table: Table, ends: list[int], scales: Scales | None) -> str:

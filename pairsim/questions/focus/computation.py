@@ -123,7 +123,7 @@ def _known(value: float) -> float:
 
 def _place(case: FocusCase, place: Parameters) -> Text:
     """Where a rate is computed, such as d = 0.1."""
-    over = column_of(case.key) if case.key else DISTANCE if place.gaps else CA_E
+    over = column_of(case.key) if case.key else DISTANCE if place.gaps else CA_E if any(place.Ca_es) else DE
     if over is DISTANCE:
         return Message("{} = {}", over.name, LENGTH(place.gaps[0]))
     return f"{over.name} = {place.De if over is DE else max(place.Ca_es):.4g}"

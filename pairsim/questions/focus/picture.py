@@ -9,8 +9,7 @@ import numpy as np
 
 from pairsim.plots.chart import POINT, Line, Panel, draw_chart
 from pairsim.plots.labels import parts_along, read_case
-from pairsim.plots.lines import told_apart
-from pairsim.plots.style import Page, printing
+from pairsim.plots.style import COLOURS, LINES, Page, printing
 from pairsim.plots.units import Units
 from pairsim.questions.focus import GROWTH, RE_MOST, TABLE, A, column_of
 from pairsim.record.columns import DISTANCE
@@ -40,8 +39,10 @@ def draw_focus(directory: Path, out: Path, page: Page) -> list[Path]:
         shown = [suffix for suffix in entries if suffix.startswith("_1")]  # the motion of the first particle
         columns = [A.with_suffix(suffix) for suffix in shown]
         panels[A] = Panel(label, units.axis_label(columns), wide="x")
-        every = zip(shown, columns, strict=True)
-        lines += told_apart([Line(A, x, table[a], table.half_widths(A, at), columns=(followed, a)) for at, a in every])
+        for i, (suffix, entry) in enumerate(zip(shown, columns, strict=True)):
+            own = {"color": COLOURS[i % len(COLOURS)], "linestyle": LINES[i % len(LINES)]}
+            bars = table.half_widths(A, suffix)
+            lines.append(Line(A, x, table[entry], bars, mark=POINT, look=own, label=f"${entry.symbol}$"))
     if np.nan_to_num(table[RE_MOST]).any():
         panels[RE_MOST] = Panel(label, units.axis_label([RE_MOST]), wide="x")
         lines.append(Line(RE_MOST, x, table[RE_MOST], mark=POINT, look=joined))
