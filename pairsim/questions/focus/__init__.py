@@ -110,7 +110,7 @@ class FocusCase(SceneCase):
     particles: Annotated[Whole, Key(caption=5)] = Field(
         1, ge=1, le=MOST, description="number of particles on the axis; they are displaced one by one"
     )
-    d: Annotated[PerGap[Distance] | None, Key("d", "D_c", slug="d")] = Field(
+    d: Annotated[PerGap[Distance] | None, Key(slug="d")] = Field(
         None, description="distance between the facing surfaces [D_c], unless along has it"
     )
     along: dict[str, ValuesOrQuantities] | None = Field(

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from pairsim.plots.chart import POINT, Line, Panel, draw_chart
-from pairsim.plots.labels import parts_along, read_case
+from pairsim.plots.labels import parts_along, read_case, tex_number
 from pairsim.plots.style import COLOURS, LINES, Page, printing
 from pairsim.plots.units import Units
+from pairsim.quantities.kinds import LENGTH
 from pairsim.questions.focus import GROWTH, RE_MOST, TABLE, A, column_of
 from pairsim.record.columns import DISTANCE
 from pairsim.record.table_files import read_table
@@ -46,5 +47,9 @@ def draw_focus(directory: Path, out: Path, page: Page) -> list[Path]:
     if np.nan_to_num(table[RE_MOST]).any():
         panels[RE_MOST] = Panel(label, units.axis_label([RE_MOST]), wide="x")
         lines.append(Line(RE_MOST, x, table[RE_MOST], mark=POINT, look=joined))
-    figure, _ = draw_chart(page, panels, lines, parts_along(case, key, units.scales is not None))
+    parts = parts_along(case, key, units.scales is not None)
+    if followed.name != DISTANCE.name and (gaps := table.each(DISTANCE)):
+        distances = dict.fromkeys(tex_number(values[0]) for values in gaps.values())
+        parts.append(f"$d = {', '.join(distances)}$ {units.name(LENGTH)}")
+    figure, _ = draw_chart(page, panels, lines, parts)
     return page.save(figure, out, "focus")
