@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import Field
 
-from pairsim.analysis.master_curve import Zero, zeros_in
+from pairsim.analysis.zeros import Zero, zeros_in
 from pairsim.cases.case import SceneCase
 from pairsim.cases.checks import check_scene
 from pairsim.cases.estimate import Estimate, steady_estimate
@@ -57,7 +57,7 @@ from pairsim.runtime.message import Message, Text
 from pairsim.solvers.parameters import Parameters
 
 if TYPE_CHECKING:
-    from pairsim.analysis.master_curve import Zero
+    from pairsim.analysis.zeros import Zero
     from pairsim.computing.warnings import ErrorAt
     from pairsim.physics.liquids import Liquid
     from pairsim.physics.solids import Solid

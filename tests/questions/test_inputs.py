@@ -11,7 +11,8 @@ from support.result_folders import curve_of, curve_table, make_curve
 from typer.testing import CliRunner
 
 import pairsim
-from pairsim.analysis.master_curve import Curve, Zero
+from pairsim.analysis.master_curve import Curve
+from pairsim.analysis.zeros import Zero
 from pairsim.app.command_line import app
 from pairsim.cases.inputs import Input
 from pairsim.physics.sphere_in_tube import velocity
