@@ -9,6 +9,7 @@ import numpy as np
 
 from pairsim.analysis.input_parts import InputParts, together, unknown_in_words
 from pairsim.analysis.pair_motion import Motion
+from pairsim.cases.quantity_text import A_LENGTH, si
 from pairsim.quantities.kinds import LENGTH, POSITION, TIME
 from pairsim.quantities.scales import Scales
 from pairsim.quantities.text import in_unit, with_name
@@ -162,8 +163,6 @@ def distance_on(curve: CurveInterpolant, given: float | str, option: str, scales
     try:
         d = float(given)
     except ValueError:
-        from pairsim.cases.quantity_text import A_LENGTH, si  # loads what checks cases
-
         try:
             length = si(str(given), A_LENGTH)
         except ValueError as error:

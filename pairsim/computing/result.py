@@ -12,11 +12,14 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
+from pairsim.cases.quantity_text import A_LENGTH, si
+from pairsim.cases.unit_registry import as_texts, has_unit
 from pairsim.cases.yaml_file import read_yaml
 from pairsim.computing.loading import case_of
 from pairsim.computing.pictures import draw_result
 from pairsim.computing.question import Question, Tables
 from pairsim.computing.result_content import Content, files_in
+from pairsim.quantities.measurable import a_time
 from pairsim.record.folder import CHECKPOINT, WAY
 from pairsim.record.record import Record
 from pairsim.runtime.errors import BranchEnd, BudgetSpent, InputError, failure_of
@@ -400,10 +403,6 @@ class Result:
         Raises:
             InputError: It has none of these units, or the case has no `physical` block.
         """
-        from pairsim.cases.quantity_text import A_LENGTH, si
-        from pairsim.cases.unit_registry import as_texts, has_unit
-        from pairsim.quantities.measurable import a_time
-
         text = as_texts(at)
         if not has_unit(text):
             return float(text)
