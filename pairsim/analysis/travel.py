@@ -34,7 +34,7 @@ class Travel:
         length: Integral of U/dU dz with the mean velocity U of the pair: how far it travels along the tube [D_c].
         time_error: Half-width of the time: with dU on either end of its interval everywhere.
         length_error: Half-width of the length, in the same way.
-        forgotten: Distance from which on a pair that starts at the first one moves so; see `Memory`.
+        forgotten: Distance from which on a pair that starts at the first one follows the curve; see `Memory`.
         start_error: By how much a start from rest at the first distance may change the time [D_c/U_av]; no part of
             `time_error`, as of a pair that only passes there. None if the curve does not have it.
         scales: The units of the case, None without a `physical` block.
@@ -153,7 +153,7 @@ def _by_inputs(motion: Motion, inputs: InputParts, d: Array, way: Array) -> dict
 
 
 def distance_on(curve: CurveInterpolant, given: float | str, option: str, scales: Scales | None, source: str) -> float:
-    """A distance on a curve [D_c], which is an end of the curve where it differs from it by rounding.
+    """A distance on a curve [D_c]; one that differs from an end of the curve by rounding alone is set to that end.
 
     It is given as a number [D_c], or as a length with its unit. Messages name `source` and the option.
 

@@ -32,7 +32,7 @@ type Tables = Mapping[str, Table]
 
 
 def last_row(tables: Tables, record: Record) -> dict[str, Value]:
-    """The number of rows of the main table, and the values of the last one."""
+    """The usual values of a case in results.csv: the number of rows of its main table, and its last row."""
     main = next(iter(tables.values()))
     last = {name: values[-1].item() for name, values in main.items() if len(values)}
     return {"points": main.rows, **last}
@@ -45,7 +45,7 @@ def no_pictures(folder: Path, out: Path, page: Page) -> list[Path]:
 
 @dataclass(frozen=True)
 class InSweeps[C: SceneCase]:
-    """What a sweep shows of a question, in results.csv."""
+    """The columns of results.csv that a sweep has for the cases of a question, beside their parameters and status."""
 
     columns: Callable[[C], Sequence[str]]  # of the results of a case, before `COST`
     read: Callable[[Tables, Record], dict[str, Value]] = last_row  # takes those that a folder has from its content

@@ -106,10 +106,15 @@ def draw_chart(
     encoding: Encoding | None = None,
     handles: Sequence[Any] = (),
 ) -> tuple[Figure, list[Axes]]:
-    """Draw series into panels, with a legend of all of them and the small print (`parts`).
+    """Draw series into panels, with one legend above and small print below.
 
-    Where a parameter has panels, they are there for each of its values. The legend has `handles` beside the entries of
-    the encoding, of bands and of marks.
+    Args:
+        page: The page.
+        panels: The panels; where a parameter is shown by panels, all of them are repeated for each of its values.
+        series: What is drawn.
+        parts: The parameters in the small print.
+        encoding: Which parameters choose colours, styles and panels.
+        handles: Further entries of the legend, beside those of the encoding, of bands and of marks.
     """
     encoding = encoding or Encoding()
     places = [(i, name) for i in range(len(encoding.titles)) for name in panels]
@@ -141,7 +146,10 @@ def draw_chart(
 
 
 def _with_look(series: Line, encoding: Encoding) -> Line:
-    """A series that looks as its parameters say, but for what it says itself; marks have a shape of their own."""
+    """The series with colour, style and marker from the parameters of its case; its own `look` has precedence.
+
+    Marks such as zeros and crosses keep the shape of their kind.
+    """
     look = encoding.look(series.parameters) | {"markersize": 2.5 if encoding.line else 3.5}
     if series.mark:
         shown = ("color", "marker") if series.mark in ZERO_MARKS and encoding.line else ("color",)
@@ -221,7 +229,7 @@ def _spread(axis: Axes, name: str, values: Sequence[Array], least: float) -> Non
 
 
 def _widen(axis: Axes, name: str, values: Sequence[Array]) -> None:
-    """Set a range along "x" or "y" that does not blow up what hardly varies, such as rounding."""
+    """Widen the range along "x" or "y" where values hardly vary, so that rounding does not fill the panel."""
     low, high = min(map(np.min, values), default=0.0), max(map(np.max, values), default=1.0)
     least = max(LEAST[0] * max(abs(low), abs(high)), LEAST[1])
     if high - low < least:
@@ -241,7 +249,7 @@ def finish(axis: Axes, x: str, y: str, values: Sequence[Array]) -> None:
 
 
 def leave_out_spikes(axis: Axes, runs: Sequence[tuple[Array, Array]]) -> bool:
-    """End an axis somewhat beyond what values are nearly all of the time: a brief start-up may reach out of it.
+    """End an axis a little beyond the values of nearly all times, so that a brief start-up does not set its range.
 
     Runs have times and values of each line. Returns whether a line reaches out of it.
     """

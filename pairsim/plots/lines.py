@@ -131,7 +131,7 @@ def _of_each(endings: Sequence[str], parameters: Mapping[str, Any]) -> list[tupl
 
 
 def told_apart(lines: Sequence[Line]) -> list[Line]:
-    """The columns of a single table, each with a look of its own and an entry in the legend of its panel."""
+    """The series of a single table: the columns in a panel differ in colour and style, and are named in its legend."""
     found = []
     for panel in dict.fromkeys(each.panel for each in lines):
         inside = [(each, columns) for each in lines if each.panel == panel and (columns := each.columns) is not None]

@@ -153,6 +153,7 @@ D_ERROR = Column(
     "zeros meet",
     LENGTH,
 )
+FOLLOWED = Column("followed", "", "value of the key that is followed, in the unit of the case file")
 PARAMETER_ERROR = Column(
     "parameter_error", r"\epsilon", "error of the followed parameter where two zeros meet; empty elsewhere"
 )

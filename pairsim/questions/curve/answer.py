@@ -160,7 +160,7 @@ def _of_unequal(curve: Curve) -> list[str]:
 
 
 def _decided_by(curve: Curve, by_difference: Array) -> str:
-    """From which distance on a small difference of the diameters decides whether a pair separates."""
+    """A sentence on the distances at which an invisible difference of the diameters decides what the pair does."""
     decides = np.abs(curve.table[DU]) < SLIGHT * np.abs(by_difference)
     if not decides[-1]:
         return ""
@@ -182,7 +182,10 @@ def _in_draws(drawn: DrawnRange, d: float, zeros: Sequence[Zero], scales: Scales
 
 
 def _to_first_order(curve: Curve, zeros: Sequence[Zero], scales: Scales) -> list[str]:
-    """What each half-width of the inputs adds to first order; with draws, of dU alone, to tell the inputs apart."""
+    """What the half-width of each input adds to those of dU and its zeros, to first order.
+
+    Where there are draws of the inputs these have the total, and only the parts of dU are listed.
+    """
     inputs, peak, drawn = curve.by_inputs, curve.peak, curve.drawn
 
     def added(d: float, unit: Kind, per_dU: float) -> str:
@@ -227,7 +230,7 @@ def _held(curve: Curve) -> list[str]:
 
 
 def _starts(curve: Curve) -> list[str]:
-    """From where on pairs that start at an end of the curve and move along it are on the curve, if that is far."""
+    """At which distance pairs that start at an end of the curve begin to follow it, where that is far from the end."""
     lines, scales = [], curve.scales
     for end, sign in ((0, 1), (-1, -1)):
         d, dU, held = (float(curve.table[column][end]) for column in (DISTANCE, DU, DU_HELD))
