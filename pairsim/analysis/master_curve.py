@@ -46,6 +46,7 @@ from pairsim.record.table import Table
 from pairsim.record.table_files import read_table
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
+from pairsim.solvers.curves.arrest import arrested
 from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU, CurveInterpolant, Peak, Region
 
 if TYPE_CHECKING:
@@ -310,9 +311,7 @@ class Curve:
         """Those of the regions in which unyielded liquid holds the pair together at every point."""
         if not self.table.has(CREEP):
             return []
-        from pairsim.solvers.curves.unyielded_bridge import held_together  # loads FEniCSx
-
-        d, held = self.table[DISTANCE], held_together(*(self.table[each] for each in (DU, DU_ERROR, BRIDGE, CREEP)))
+        d, held = self.table[DISTANCE], arrested(*(self.table[each] for each in (DU, DU_ERROR, BRIDGE, CREEP)))
         found = []
         for each in self.regions:
             here = (each.start * (1 - CLOSE) <= d) & (d <= each.stop * (1 + CLOSE))
