@@ -76,7 +76,7 @@ class Curve:
     pair, "_1", "_2", ... of more particles.
 
     Args:
-        table: The columns of curve.csv, shape (points,) each.
+        table: The columns of curve.csv, shape (points,) each; of a `Table` with what is declared of its columns, too.
         equilibria: The known zeros, the columns of equilibria.csv; None: those of the interpolant.
         record: The record of the computation, which has the units and the inputs of the case.
         source: What messages name.
@@ -89,7 +89,7 @@ class Curve:
         record: Record | None = None,
         source: str = "curve",
     ) -> None:
-        self.table = Table(table, CURVE_COLUMNS)
+        self.table = table if isinstance(table, Table) and len(table.declared) else Table(table, CURVE_COLUMNS)
         self.record, self.source = record if record is not None else Record(), source
         self._known = None if equilibria is None else Table(equilibria, EQUILIBRIA_COLUMNS)
         self._interpolants: dict[str, CurveInterpolant | None] = {}
