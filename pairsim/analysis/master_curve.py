@@ -47,6 +47,7 @@ from pairsim.record.table import Table
 from pairsim.record.table_files import read_table
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
+from pairsim.solvers.curves.arrest import arrested
 from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU, CurveInterpolant, Peak, Region
 
 if TYPE_CHECKING:
@@ -63,7 +64,7 @@ class Curve:
     pair, "_1", "_2", ... of more particles.
 
     Args:
-        table: The columns of curve.csv, shape (points,) each.
+        table: The columns of curve.csv, shape (points,) each; of a `Table` with what is declared of its columns, too.
         equilibria: The known zeros, the columns of equilibria.csv; None: those of the interpolant.
         record: The record of the computation, which has the units and the inputs of the case.
         source: What messages name.
@@ -76,7 +77,7 @@ class Curve:
         record: Record | None = None,
         source: str = "curve",
     ) -> None:
-        self.table = Table(table, CURVE_COLUMNS)
+        self.table = table if isinstance(table, Table) and len(table.declared) else Table(table, CURVE_COLUMNS)
         self.record, self.source = record if record is not None else Record(), source
         self._known = None if equilibria is None else Table(equilibria, EQUILIBRIA_COLUMNS)
         self._interpolants: dict[str, CurveInterpolant | None] = {}
@@ -341,9 +342,7 @@ class Curve:
         """Those of the regions in which unyielded liquid holds the pair together at every point."""
         if not self.table.has(CREEP):
             return []
-        from pairsim.solvers.curves.unyielded_bridge import held_together  # loads FEniCSx
-
-        d, held = self.table[DISTANCE], held_together(*(self.table[each] for each in (DU, DU_ERROR, BRIDGE, CREEP)))
+        d, held = self.table[DISTANCE], arrested(*(self.table[each] for each in (DU, DU_ERROR, BRIDGE, CREEP)))
         found = []
         for each in self.regions:
             here = (each.start * (1 - CLOSE) <= d) & (d <= each.stop * (1 + CLOSE))
