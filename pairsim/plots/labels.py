@@ -13,7 +13,7 @@ from pairsim.cases.experiment import follows_in
 from pairsim.cases.keys import GAPS, PARTICLES, Key, Part
 from pairsim.cases.laws import Laws, liquid_in
 from pairsim.cases.physical import BLOCK, QUANTITIES
-from pairsim.cases.quantity_text import in_one_unit
+from pairsim.cases.quantity_text import numbers_in_one_unit
 from pairsim.cases.yaml_file import flat, read_yaml
 from pairsim.physics.declared import LAWS, PARAMETERS
 from pairsim.runtime.text import printable
@@ -59,7 +59,7 @@ def measured(values: Sequence[Any]) -> tuple[list[float], str] | None:
     if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
         return list(values), ""
     try:
-        return in_one_unit(values)
+        return numbers_in_one_unit(values)
     except ValueError:
         return None
 
