@@ -174,3 +174,22 @@ def test_a_curve_alone_is_the_same_object_too(made: Callable[[Atlas], Curve]) ->
     way = sorted((0.1, 0.5), reverse=curve(0.2)[0] < 0)
     assert str(curve.travel(*way)) == str(first.travel(*way))
     assert curve.forgotten(0.1) == first.forgotten(0.1)
+
+
+def test_fields_are_asked_for_and_found_by_lengths(tmp_path: Path) -> None:
+    case = COARSE | {"physical": QUANTITIES, "d": [0.2], "fields": ["0.01 mm"]}
+    assert pairsim.load(case, kind="curve").fields == (0.2,)
+    result = pairsim.curve(case, folder=tmp_path / "curve").check()
+    for place in ("10um", 0.2, pint.UnitRegistry().Quantity(10, "um")):
+        assert result.fields(place).field_data["t"] == pytest.approx([0.2])
+    with pytest.raises(pairsim.InputError, match=r"fields: d: got '12um'; must be one of 0\.2"):
+        result.fields("12um")
+    with pytest.raises(pairsim.InputError, match="got '3 s'; has the unit s; must be a length above 0"):
+        result.fields("3 s")
+
+
+def test_lengths_of_fields_are_named_where_they_are_none() -> None:
+    with pytest.raises(pairsim.InputError, match=r"fields\[1\]: got '3 s'; has the unit s; must be a length above 0"):
+        pairsim.load(COARSE | {"physical": QUANTITIES, "fields": ["10 um", "3 s"]}, kind="curve")
+    with pytest.raises(pairsim.InputError, match=r"fields\[0\]: got '10 um'; must be a number"):
+        pairsim.load(COARSE | {"beta": 0.4, "De": 0, "Ca_e": 0.1, "fields": ["10 um"]}, kind="curve")

@@ -24,7 +24,7 @@ from pairsim.cases.checks import check_scene
 from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.keys import Key, Part
 from pairsim.cases.mistakes import Mistake, broken, missing
-from pairsim.cases.values import MOST_VALUES, CurveTolerance, Distance, Gaps, Range, Time, Velocity, Whole, spelled_out
+from pairsim.cases.values import MOST_VALUES, CurveTolerance, DistanceOrLength, Gaps, Range, Time, Velocity, Whole, spelled_out
 from pairsim.computing.question import Flag, InSweeps, Question, Tables, Value
 from pairsim.computing.result import Result
 from pairsim.physics.drive import Drive
@@ -83,7 +83,7 @@ class CurveCase(SceneCase):
     max_points: Annotated[Whole, Key(part=Part.NUMERICS)] = Field(
         200, ge=1, le=MOST_VALUES, description="no points are added once the curve has this many"
     )
-    fields: Annotated[tuple[Distance, ...], Key(part=Part.REPORT, lengths=True)] = Field(
+    fields: Annotated[tuple[DistanceOrLength, ...], Key(part=Part.REPORT, lengths=True)] = Field(
         (),
         max_length=MOST_VALUES,
         description="distances at which fields are written to fields.xdmf [D_c], or lengths with a physical block",
