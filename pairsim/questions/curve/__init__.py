@@ -24,7 +24,17 @@ from pairsim.cases.checks import check_scene
 from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.keys import Key, Part
 from pairsim.cases.mistakes import Mistake, broken, missing
-from pairsim.cases.values import MOST_VALUES, CurveTolerance, DistanceOrLength, Gaps, Range, Time, Velocity, Whole, spelled_out
+from pairsim.cases.values import (
+    MOST_VALUES,
+    CurveTolerance,
+    DistanceOrLength,
+    Gaps,
+    Range,
+    Time,
+    Velocity,
+    Whole,
+    spelled_out,
+)
 from pairsim.computing.question import Flag, InSweeps, Question, Tables, Value
 from pairsim.computing.result import Result
 from pairsim.physics.drive import Drive
