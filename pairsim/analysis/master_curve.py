@@ -262,8 +262,8 @@ class Curve:
         found = self.by_inputs.half_widths(self.places(d))
         return float(found) if found.ndim == 0 else found
 
-    def distance(self, given: float | str, option: str = "d") -> float:
-        """A distance on the curve [D_c]: a number [D_c], or a text with a unit such as "5um".
+    def distance(self, given: Any, option: str = "d") -> float:
+        """A distance on the curve [D_c]: a number [D_c], a text with a unit such as "5um", or a quantity of pint.
 
         Raises:
             InputError: It is neither a number nor a length, the case has no units, or it is outside the curve; the
@@ -271,8 +271,8 @@ class Curve:
         """
         return distance_on(self.of(), given, option, self.scales, self.source)
 
-    def at(self, places: Sequence[float | str]) -> Table:
-        """The columns d, dU and dU_error at any distances: numbers [D_c], or lengths with their units.
+    def at(self, places: Sequence[Any]) -> Table:
+        """The columns d, dU and dU_error at any distances, each given as for `distance`.
 
         The last column is dU_inputs where inputs have half-widths, and what these change is known.
 

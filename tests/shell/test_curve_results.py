@@ -100,6 +100,7 @@ def test_asked_with_units_it_answers_with_units(result: pairsim.CurveResult) -> 
     assert zeros == [(pytest.approx(zero.d * scales.length), zero.kind) for zero in curve.zeros]
     inputs = curve.inputs_half_width("6um").to("m/s").magnitude
     assert inputs == pytest.approx(scales.velocity * curve.inputs_half_width(0.12))
+    assert result.frame(at=[own.Quantity(6, "um")])["d"][0] == pytest.approx(curve.distance("6um"))
     with pytest.raises(pairsim.InputError, match="must be a length above 0"):
         result.dU("6 s")
 
