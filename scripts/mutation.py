@@ -42,7 +42,7 @@ TARGETS = (
     "pairsim/physics",
     "pairsim/fem/algebra/constraints.py",
     "pairsim/fem/algebra/scene_constraints.py",
-    "pairsim/fem/algebra/reduced_matrix.py",
+    "pairsim/fem/algebra/condensed_matrix.py",
     "pairsim/fem/phases",
     "pairsim/solvers/stepping/history.py",
     "pairsim/solvers/stepping/step_size.py",

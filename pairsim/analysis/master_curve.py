@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
+from pairsim.analysis.curve_in_units import CurveInUnits, TravelInUnits
 from pairsim.analysis.input_parts import InputParts, dU_by
 from pairsim.analysis.input_ranges import DrawnRange
 from pairsim.analysis.pair_motion import Memory, Motion
 from pairsim.analysis.rows_of_points import point_row
 from pairsim.analysis.travel import Travel, distance_on, travel
+from pairsim.analysis.zeros import Zero, zeros_in
 from pairsim.cases.inputs import Input
+from pairsim.cases.unit_registry import as_texts, has_unit
 from pairsim.quantities.kinds import VELOCITY
 from pairsim.quantities.scales import Scales
-from pairsim.record.column import Column, Columns, error_of
+from pairsim.record.column import Columns, error_of
 from pairsim.record.columns import (
     BRIDGE,
     BY_DIFFERENCE,
@@ -46,6 +47,7 @@ from pairsim.record.table import Table
 from pairsim.record.table_files import read_table
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
+from pairsim.solvers.curves.arrest import arrested
 from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU, CurveInterpolant, Peak, Region
 
 if TYPE_CHECKING:
@@ -55,19 +57,6 @@ if TYPE_CHECKING:
 CLOSE = 1e-9  # relative difference of distances that is rounding; chosen
 
 
-@dataclass(frozen=True)
-class Zero:
-    """A distance at which dU vanishes, with its error where it is known, and whether it is stable."""
-
-    d: float
-    stable: bool
-    error: float | None = None
-
-    @property
-    def kind(self) -> str:
-        return "stable" if self.stable else "unstable"
-
-
 class Curve:
     """dU as a function of the distance: a cubic Hermite interpolant over log d, with an interval.
 
@@ -75,7 +64,7 @@ class Curve:
     pair, "_1", "_2", ... of more particles.
 
     Args:
-        table: The columns of curve.csv, shape (points,) each.
+        table: The columns of curve.csv, shape (points,) each; of a `Table` with what is declared of its columns, too.
         equilibria: The known zeros, the columns of equilibria.csv; None: those of the interpolant.
         record: The record of the computation, which has the units and the inputs of the case.
         source: What messages name.
@@ -88,7 +77,7 @@ class Curve:
         record: Record | None = None,
         source: str = "curve",
     ) -> None:
-        self.table = Table(table, CURVE_COLUMNS)
+        self.table = table if isinstance(table, Table) and len(table.declared) else Table(table, CURVE_COLUMNS)
         self.record, self.source = record if record is not None else Record(), source
         self._known = None if equilibria is None else Table(equilibria, EQUILIBRIA_COLUMNS)
         self._interpolants: dict[str, CurveInterpolant | None] = {}
@@ -208,16 +197,32 @@ class Curve:
         """The interpolated dU, and the half-width of its interval: the errors at the points, and between them.
 
         Args:
-            d: Distance or array of distances of any shape: numbers [D_c], or texts with a unit such as "5um".
+            d: Distance or array of distances of any shape: numbers [D_c], texts with a unit such as "5um", or
+                quantities of pint.
             gap: Number of the gap, counted from upstream.
 
         Returns:
-            dU and its half-width [U_av]: numbers if `d` is one, else arrays of the shape of `d`.
+            dU and its half-width [U_av]: numbers if `d` is one, else arrays of the shape of `d`. Quantities of pint
+            where the distances have a unit.
 
         Raises:
             InputError: A distance is outside the curve, or there is no curve over a single distance.
         """
-        found, places = self.of(gap), np.asarray(d)
+        return self.in_units(d, gap) if has_unit(as_texts(d)) else self.numbers(d, gap)
+
+    def numbers(self, d: Any, gap: int = 1) -> tuple[Any, Any]:
+        """The same, always as numbers [U_av]."""
+        found, places = self.of(gap), self.places(d, gap)
+        values = found.values(places), found.half_widths(places)
+        return (float(values[0]), float(values[1])) if places.ndim == 0 else values
+
+    def places(self, d: Any, gap: int = 1) -> Array:
+        """Distances of any shape on the curve of a gap [D_c], which are given as for a call.
+
+        Raises:
+            InputError: One is outside the curve, or there is no curve over a single distance.
+        """
+        found, places = self.of(gap), np.asarray(as_texts(d))
         if places.dtype.kind == "U":
             lengths = [distance_on(found, str(each), "d", self.scales, "curve") for each in places.flat]
             places = np.reshape(lengths, places.shape)
@@ -227,11 +232,38 @@ class Curve:
         if outside.size:
             allowed = f"must be from {low:g} to {high:g}, the ends of the curve"
             raise InputError("curve", "d", float(outside.flat[0]), allowed)
-        values = found.values(places), found.half_widths(places)
-        return (float(values[0]), float(values[1])) if places.ndim == 0 else values
+        return places
 
-    def distance(self, given: float | str, option: str = "d") -> float:
-        """A distance on the curve [D_c]: a number [D_c], or a text with a unit such as "5um".
+    @property
+    def in_units(self) -> CurveInUnits:
+        """The same curve, which answers with quantities of pint, also its peak and its zeros.
+
+        Raises:
+            InputError: The case has no `physical` block.
+        """
+        return CurveInUnits(self, self.record.scales_of(self.source))
+
+    def inputs_half_width(self, d: Any) -> Any:
+        """The half-width of dU by those of the inputs: to first order, at constant distance in units.
+
+        It is no part of the half-width that a call returns; inputs are independent.
+
+        Args:
+            d: Distances as for a call.
+
+        Returns:
+            Half-widths, likewise; 0 without inputs that have one, infinite where what one of them changes is not known.
+
+        Raises:
+            InputError: A distance is outside the curve, or there is no curve over a single distance.
+        """
+        if has_unit(as_texts(d)):
+            return self.in_units.inputs_half_width(d)
+        found = self.by_inputs.half_widths(self.places(d))
+        return float(found) if found.ndim == 0 else found
+
+    def distance(self, given: Any, option: str = "d") -> float:
+        """A distance on the curve [D_c]: a number [D_c], a text with a unit such as "5um", or a quantity of pint.
 
         Raises:
             InputError: It is neither a number nor a length, the case has no units, or it is outside the curve; the
@@ -239,8 +271,8 @@ class Curve:
         """
         return distance_on(self.of(), given, option, self.scales, self.source)
 
-    def at(self, places: Sequence[float | str]) -> Table:
-        """The columns d, dU and dU_error at any distances: numbers [D_c], or lengths with their units.
+    def at(self, places: Sequence[Any]) -> Table:
+        """The columns d, dU and dU_error at any distances, each given as for `distance`.
 
         The last column is dU_inputs where inputs have half-widths, and what these change is known.
 
@@ -310,9 +342,7 @@ class Curve:
         """Those of the regions in which unyielded liquid holds the pair together at every point."""
         if not self.table.has(CREEP):
             return []
-        from pairsim.solvers.curves.unyielded_bridge import held_together  # loads FEniCSx
-
-        d, held = self.table[DISTANCE], held_together(*(self.table[each] for each in (DU, DU_ERROR, BRIDGE, CREEP)))
+        d, held = self.table[DISTANCE], arrested(*(self.table[each] for each in (DU, DU_ERROR, BRIDGE, CREEP)))
         found = []
         for each in self.regions:
             here = (each.start * (1 - CLOSE) <= d) & (d <= each.stop * (1 + CLOSE))
@@ -335,21 +365,29 @@ class Curve:
         memory = self.memory(start)
         return None if memory is None else memory.forgotten
 
-    def travel(self, start: float | str, stop: float | str) -> Travel:
+    def travel(self, start: Any, stop: Any) -> Travel | TravelInUnits:
         """Time and length of tube in which the pair moves from one distance to another.
 
         Args:
-            start: First distance: a number [D_c], or a text with a unit such as "5um".
+            start: First distance: a number [D_c], a text with a unit such as "5um", or a quantity of pint.
             stop: Last distance.
+
+        Returns:
+            Time, length and half-widths: as numbers, or as quantities of pint where both distances have a unit.
 
         Raises:
             InputError: The curve is not that of a pair, a distance is outside the curve, there is a zero of dU between
                 the distances or there may be one, or the pair moves in the other direction.
         """
+        both = [as_texts(start), as_texts(stop)]
+        return self.in_units.travel(*both) if has_unit(both) else self.travel_in_numbers(*both)
+
+    def travel_in_numbers(self, start: float | str, stop: float | str) -> Travel:
+        """The same, always as numbers [D_c, D_c/U_av]."""
         if self.motion is None:
             allowed = "must be the curve of a pair in steady states, with at least two points"
             raise InputError(self.source, "", None, allowed)
-        return travel(self.motion, start, stop, self.source, self.scales, self.by_inputs)
+        return travel(self.motion, as_texts(start), as_texts(stop), self.source, self.scales, self.by_inputs)
 
     def interpolated(self, values: Array, d: float) -> float:
         """Values at the points of a pair, shape (points,), at a distance between them: linear in log d."""
@@ -377,13 +415,3 @@ class Curve:
     def drawn(self) -> DrawnRange | None:
         """The range of dU in draws of the inputs; an answer of an atlas has it where inputs have half-widths."""
         return DrawnRange.of(self.record)
-
-
-def zeros_in(table: Table, distance: Column = DISTANCE) -> list[Zero]:
-    """The zeros in a table, whose distances are in this column."""
-    d, stable, errors = table.known(distance), table.known(STABLE), table.known(D_ERROR)
-    if d is None or stable is None:
-        return []
-    half_widths = [float(each) if math.isfinite(each) else None for each in (errors if errors is not None else ())]
-    listed = zip(d, stable, half_widths or [None] * len(d), strict=True)
-    return [Zero(float(each), bool(kind), error) for each, kind, error in listed]

@@ -23,7 +23,7 @@ class Settled:
     from_rest: bool  # whether the run started from rest
     accuracy: float  # error wanted, as a part of |dU|
     creeps: bool = False  # whether disturbances decay by creep of unyielded liquid alone, which its regularisation sets
-    held_together: bool = False  # whether unyielded liquid holds the particles together
+    arrested: bool = False  # whether unyielded liquid holds the particles together
 
     @staticmethod
     def of(record: Record, gap: int) -> Settled | None:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from pairsim.analysis.input_parts import InputParts, together, unknown_in_words
 from pairsim.analysis.pair_motion import Motion
 from pairsim.cases.quantity_text import A_LENGTH, si
+from pairsim.cases.unit_registry import as_texts
 from pairsim.quantities.kinds import LENGTH, POSITION, TIME
 from pairsim.quantities.scales import Scales
 from pairsim.quantities.text import in_unit, with_name
@@ -152,14 +154,16 @@ def _by_inputs(motion: Motion, inputs: InputParts, d: Array, way: Array) -> dict
     return found
 
 
-def distance_on(curve: CurveInterpolant, given: float | str, option: str, scales: Scales | None, source: str) -> float:
+def distance_on(curve: CurveInterpolant, given: Any, option: str, scales: Scales | None, source: str) -> float:
     """A distance on a curve [D_c]; one that differs from an end of the curve by rounding alone is set to that end.
 
-    It is given as a number [D_c], or as a length with its unit. Messages name `source` and the option.
+    It is given as a number [D_c], as a length with its unit, or as a quantity of pint. Messages name `source` and the
+    option.
 
     Raises:
         InputError: It is neither a number nor a length, the case has no units, or it is outside the curve.
     """
+    given = as_texts(given)
     try:
         d = float(given)
     except ValueError:

@@ -45,29 +45,37 @@ class SweepResult:
 
     @cached_property
     def table(self) -> pd.DataFrame:
-        """results.csv: a row for each case that has ended, with parameters and main results; lists are lists."""
+        """results.csv: a row for each case that has ended, with parameters and main results; lists are lists.
+
+        Quantities of the `physical` block are numbers in one unit, that of the first case; `attrs["units"]` has it.
+        """
         import pandas as pd
 
-        from pairsim.record.tables import described
+        from pairsim.record.tables import described, with_numbers
 
         header, rows = self.record.results()
-        return described(pd.DataFrame(rows, columns=header), self.record.question.sweep_columns)
+        frame = described(pd.DataFrame(rows, columns=header), self.record.question.sweep_columns)
+        return with_numbers(frame, self.record.parameters)
 
     def frame(
         self, name: str | None = None, *, physical: bool | None = False, at: Sequence[float | str] = ()
     ) -> pd.DataFrame:
-        """The tables of all cases as one, with the keys that vary as its first columns.
+        """The tables of all cases as one, with the keys that vary as its first columns, quantities as in `table`.
 
         Arguments and errors are those of `Result.frame`; there is an error, too, if no case has the table yet. The
         name "results" stands for `table`.
         """
-        from pairsim.record.tables import in_units, stacked
+        from pairsim.record.tables import UNITS, in_units, stacked, with_numbers
 
         question = self.record.question
         if name == "results":
             scales = scales_for([self.folder / case.folder for case in self.record.ended], physical)
             table = self.table.copy()
-            return in_units(table, question.sweep_columns, scales, self.record.parameters) if scales else table
+            if not scales:
+                return table
+            found = in_units(table, question.sweep_columns, scales, self.record.parameters)
+            found.attrs[UNITS] |= {key: self.table.attrs[UNITS][key] for key in self.record.parameters}
+            return found
         name = question.table_named(name, str(self.folder))
         having = [case for case in self.record.cases if (self.folder / case.folder / f"{name}.csv").is_file()]
         physical = bool(scales_for([self.folder / case.folder for case in having], physical))
@@ -79,7 +87,7 @@ class SweepResult:
             parts.append(part)
         if not parts:
             raise InputError(str(self.folder), "", None, f"has no case with {name}.csv yet")
-        return stacked(parts)
+        return with_numbers(stacked(parts), self.record.varying)
 
     def to_xarray(self, name: str | None = None, *, physical: bool | None = False) -> xr.Dataset:
         """The tables of all cases as one data set, of places (times, distances) that all of them have.
@@ -110,6 +118,8 @@ class SweepResult:
         for each in map(str, found.variables):
             if (column := declared.get(each)) is not None:
                 found[each].attrs.update(units=units.get(each, ""), long_name=column.meaning)
+            elif units.get(each):
+                found[each].attrs.update(units=units[each])
         return found.assign_attrs(name=self.record.name, command=question.name, **self.record.versions)
 
     @cached_property

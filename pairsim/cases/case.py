@@ -140,7 +140,7 @@ class SceneCase(Keys):
         return percent(self.accuracy) / 100
 
     @property
-    def held(self) -> frozenset[str]:
+    def fixed_cells(self) -> frozenset[str]:
         """Which of `mesh.Np` and `mesh.max_size` adaptation must keep; where it is `Np` no cells are adapted."""
         if not self.mesh.adapt:
             return frozenset({"Np"})

@@ -13,6 +13,8 @@ from pairsim.cases.experiment import Experiment, follows_in
 from pairsim.cases.laws import Laws
 from pairsim.cases.mistakes import Mistake
 from pairsim.cases.physical import BLOCK, QUANTITIES
+from pairsim.cases.quantity_text import A_LENGTH, rounded, si
+from pairsim.cases.unit_registry import has_unit
 from pairsim.cases.values import is_finite
 from pairsim.cases.yaml_file import Content, within
 from pairsim.quantities.kinds import LENGTH
@@ -43,12 +45,13 @@ class InNumbers(NamedTuple):
         return Mistake(f"{BLOCK}.{origin}", given[origin], f"{number}; {mistake.allowed}{''.join(remarks)}")
 
 
-def in_numbers(given: Content, fields: Collection[str]) -> InNumbers:
+def in_numbers(given: Content, fields: Collection[str], lengths: Collection[str] = ()) -> InNumbers:
     """A copy of a case in which dimensionless numbers follow from its `physical` block.
 
     Args:
         given: The case as written, which need not be valid.
         fields: Keys that this kind of case has; a quantity that gives another one is a mistake.
+        lengths: Those of its keys whose lists may have lengths, which become numbers, too.
     """
     data, origins = copy.deepcopy(dict(given)), dict[str, str]()
     experiment = Experiment.in_case(given)
@@ -72,6 +75,9 @@ def in_numbers(given: Content, fields: Collection[str]) -> InNumbers:
         elif each.key in numbers and not _same(own, numbers[each.key]):
             allowed = f"must be left out, or be {_shown(numbers[each.key])} as given by {BLOCK}.{quantity}"
             mistakes.append(Mistake(key, own, allowed))
+    for key in lengths:
+        if isinstance(data.get(key), list) and "tube" in experiment.values:
+            data[key] = [_number(each, f"{key}[{i}]", experiment, mistakes) for i, each in enumerate(data[key])]
     return InNumbers(data, experiment, origins, mistakes)
 
 
@@ -99,6 +105,17 @@ def forget_numbers(data: dict[str, Any]) -> None:
                     del group[last]
     if numbers and "De" not in numbers and data.get("De") == 0:
         del data["De"]
+
+
+def _number(value: Any, place: str, experiment: Experiment, mistakes: list[Mistake]) -> Any:
+    """A length as a number of tube diameters, any other value as it is; mistakes are added to a list."""
+    if not has_unit(value):
+        return value
+    try:
+        return rounded(si(value, A_LENGTH) / experiment.values["tube"])
+    except ValueError as error:
+        mistakes.append(Mistake(place, value, f"{error}, or a number of tube diameters"))
+        return None
 
 
 def _group_of(key: str) -> str:

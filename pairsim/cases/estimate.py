@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from pairsim.cases.case import SceneCase
 from pairsim.cases.mistakes import Mistake
-from pairsim.fem.meshes.columns import LONGEST
+from pairsim.fem.meshes.cell_columns import LONGEST
 
 TRIANGLE = 0.433  # area of a triangle with sides of length one
 MOST_UNKNOWNS = 2e7  # a larger mesh takes gmsh days or exhausts the memory

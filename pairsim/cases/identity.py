@@ -37,6 +37,16 @@ def identity_of(case: SceneCase) -> dict[str, Any]:
     return identity | sources_of(case)
 
 
+def with_later_keys(case: Mapping[str, Any], model: type[SceneCase]) -> dict[str, Any]:
+    """A resolved case of an older version, as plain data, with keys of later versions at their defaults."""
+    later = {name: key.default for name, key in keys_of(model).items() if key.since}
+    found = {name: {**value} if isinstance(value, Mapping) else value for name, value in case.items()}
+    for name, default in later.items():
+        group, last = _holder(found, name)
+        group.setdefault(last, default)
+    return found
+
+
 def _holder(identity: dict[str, Any], name: str) -> tuple[dict[str, Any], str]:
     """The group that a dotted key is in, and its name there."""
     group, _, last = name.rpartition(".")

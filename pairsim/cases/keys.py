@@ -71,6 +71,8 @@ class Key:
             each particle has none without particles.
         since: The version that brought it, where hashes of older cases are to stay: it is in the hash of those cases
             alone in which it is not its default.
+        lengths: Whether its values, numbers of tube diameters, may be lengths such as "15 um" in a case with a
+            `physical` block.
         usual: What `pairsim units` gives in a case that says nothing of it; None: nothing.
         name: Its name, with that of its group; from its field, as what follows.
         default: Its default; None in a key without one.
@@ -86,6 +88,7 @@ class Key:
     identity: bool | Callable[[Any], bool] = True
     idle: Callable[[Any], str] | None = None
     since: str = ""
+    lengths: bool = False
     usual: Any = None
     name: str = ""
     default: Any = None

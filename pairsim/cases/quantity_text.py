@@ -240,6 +240,18 @@ def in_one_unit(texts: Sequence[str]) -> tuple[list[float], str]:
     return [_in(unit, number, other) for number, other in parsed], f"{unit:~P}"
 
 
+def numbers_in_one_unit(texts: Sequence[Any]) -> tuple[list[float], str]:
+    """Quantities without their half-widths, as `in_one_unit`; percentages are numbers in %.
+
+    Raises:
+        ValueError: As of `in_one_unit`.
+    """
+    percentages = [match for match in map(_percent, texts) if match is not None]
+    if percentages and len(percentages) == len(texts):
+        return [float(match[1] or 0) for match in percentages], PERCENTAGE.physical
+    return in_one_unit([_halves(text)[0] for text in texts])
+
+
 def quantity_range(described: Range[Any]) -> list[str]:
     """The values of a range whose ends have units, as quantities in the unit of `start`.
 

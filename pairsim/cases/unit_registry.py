@@ -8,8 +8,10 @@ import tempfile
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from pairsim.quantities.kinds import Kind
+from pairsim.quantities.scales import Scales
 from pairsim.runtime.cache import cache_folder
 
 if TYPE_CHECKING:
@@ -32,6 +34,39 @@ def registry() -> pint.UnitRegistry:
     except Exception:  # a file that cannot be read or written, or is no longer what was written: unpickling raises any
         shutil.rmtree(kept, ignore_errors=True)
         return pint.UnitRegistry()
+
+
+def quantity(kind: Kind, number: Any, scales: Scales) -> Any:
+    """A number of pairsim, or an array of them, as a quantity of pint in the unit in which its kind is shown.
+
+    None, of what is not known, stays None.
+    """
+    return None if number is None else registry().Quantity(number * kind.factor(scales), kind.physical)
+
+
+def as_texts(given: Any) -> Any:
+    """A quantity of pint as a text with its unit, or those of an array in lists; all else as it is.
+
+    The registry of the quantity may be any.
+    """
+    if not hasattr(given, "magnitude") or not hasattr(given, "units"):
+        return given
+    if getattr(given.magnitude, "ndim", 0):
+        return [as_texts(each) for each in given]
+    return f"{float(given.magnitude):.17g} {given.units:~C}"
+
+
+def has_unit(given: Any) -> bool:
+    """Whether a text, or each one in nested lists, is more than a number."""
+    if isinstance(given, list | tuple):
+        return bool(given) and all(map(has_unit, given))
+    if not isinstance(given, str):
+        return False
+    try:
+        float(given)
+    except ValueError:
+        return True
+    return False
 
 
 def _fill(kept: Path) -> None:

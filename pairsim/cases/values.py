@@ -11,7 +11,7 @@ import re
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeGuard, TypeVar
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag
+from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag, WithJsonSchema
 
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.solids import Solid
@@ -73,6 +73,13 @@ TubeLength = Annotated[Number, Field(ge=0.1, le=1e4)]
 Rows = Annotated[Number, *_zero_or(0.05, 1e4)]
 # A much narrower gap needs more cells than fit in memory, and gmsh does not report that.
 Distance = Annotated[Number, Field(ge=1e-4, le=1e4)]
+DistanceOrLength = Annotated[
+    Distance,
+    WithJsonSchema(
+        {"anyOf": [{"type": "number", "minimum": 1e-4, "maximum": 1e4}, {"type": "string", "examples": ["15 um"]}]}
+    ),
+]
+"""A distance, which is given as a length in cases with a `physical` block, too; it is a number in a valid case."""
 Gap = Annotated[Number, Field(ge=0, le=1e4)]
 MOST_TIME = 1e6
 Time = Annotated[Number, Field(ge=1e-9, le=MOST_TIME)]

@@ -38,12 +38,12 @@ def adaptation_report(
     found = [_Accuracy.of(case, branch, goal, points, largest.get(goal)) for goal in known]
     reached = {each.goal.name: each.reached for each in found}
     worst = max(reached.values(), default=0.0)
-    held = [Message.joined(", ", at.where) for each in found for at in each.held]
+    arrested = [Message.joined(", ", at.where) for each in found for at in each.arrested]
     entry = {
         "wanted": case.error_wanted,
         **({"reached": worst, "kept": worst <= case.error_wanted} if points else {}),
         **({"reached_by": reached} if points and len(found) > 1 else {}),
-        **({"held_together": held} if held else {}),
+        **({"held_together": arrested} if arrested else {}),
         "meshes": [
             {**_mesh_is_for(place, case), "unknowns": n, "rounds": branch.rounds[place]}
             for place, n in sorted(branch.unknowns.items())
@@ -67,7 +67,7 @@ class _Accuracy:
         size: The value that errors are relative to, if it is that of all points.
         what: What they are relative to, in words.
         errors: The largest error of each point.
-        held: Those where unyielded liquid holds particles together, if the goal is creep there: no cells make it more
+        arrested: Those where unyielded liquid arrests the particles, if the goal is creep there: no cells make it more
             exact, and the answer says what it is.
     """
 
@@ -75,7 +75,7 @@ class _Accuracy:
     size: float | None
     what: str
     errors: list[ErrorAt]
-    held: list[ErrorAt]
+    arrested: list[ErrorAt]
 
     @classmethod
     def of(
@@ -95,16 +95,16 @@ class _Accuracy:
                 whole = f"the largest |{goal.name}|" if goal.scouted or len(points) > 1 else f"|{goal.name}|"
                 what = f"{whole} ({in_unit(case.scales, goal.kind, size, digits=3)})"
         known = [(point, error_at(point, goal, each)) for point, each in zip(points, sizes, strict=True)]
-        errors, held = (
-            [at for point, at in known if at is not None and (goal.creeps and point.held_together) == is_held]
-            for is_held in (False, True)
+        errors, arrested = (
+            [at for point, at in known if at is not None and (goal.creeps and point.arrested) == is_arrested]
+            for is_arrested in (False, True)
         )
-        return cls(goal, size, what, errors, held)
+        return cls(goal, size, what, errors, arrested)
 
     @property
     def reached(self) -> float:
         """The largest error, relative to the size of the goal."""
-        return max((each.relative for each in (*self.errors, *self.held)), default=0.0)
+        return max((each.relative for each in (*self.errors, *self.arrested)), default=0.0)
 
     def warnings(self, case: SceneCase) -> Iterator[Message]:
         """A warning of the points where more than `accuracy` is left."""
@@ -114,7 +114,7 @@ class _Accuracy:
         widest = max(self.errors, key=lambda each: each.relative)
         more = f" and {len(missed) - MOST_NAMED} more" if len(missed) > MOST_NAMED else ""
         at = Message(" at {}{}", listed(missed[:MOST_NAMED]), more) if any(missed) else ""
-        fixed = " and ".join(f"mesh.{name}" for name in sorted(case.held))
+        fixed = " and ".join(f"mesh.{name}" for name in sorted(case.fixed_cells))
         other = widest.no_mesh_helps(case)
         advice = f"; use {other}" if other else f"; leave out {fixed}" if fixed else ""
         percent = above(100 * widest.relative, 100 * case.error_wanted)

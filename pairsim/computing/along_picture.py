@@ -25,11 +25,13 @@ def draw_along(
         page: What they are drawn on, and in which units.
         name: Name of the table and of the picture.
         columns: The columns of the table.
-        errors: Names of those that are drawn, each with that of the column of its half-widths, "" without one.
+        errors: Names of those that are drawn, each with that of the column of its half-widths, "" without one; what an
+            older folder does not have is left out.
     """
     units, case = Units.of(directory, page.physical), read_case(directory / "case.yaml")
     table = read_table(directory / f"{name}.csv", columns).converted(units.scales)
     (label, x), joined = units.followed(case, CA_E, table[CA_E]), {"linestyle": "-"}
+    errors = {n: error for n, error in errors.items() if n in table}
     lines = [Line(n, x, table[n], table.get(error), mark=POINT, look=joined) for n, error in errors.items()]
     panels = {n: Panel(label, units.axis_label([columns.column(n)]), wide="x") for n in errors}
     with printing():

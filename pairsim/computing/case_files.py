@@ -88,7 +88,8 @@ def parse_case[C: SceneCase](
     """
     if files is not None:
         refuse_file_of_another_command(data, question.name, files, source, entry)
-    numbers = in_numbers(data, question.model.model_fields)
+    lengths = [key.name for key in keys_of(question.model).values() if key.lengths]
+    numbers = in_numbers(data, question.model.model_fields, lengths)
     mistakes = [*numbers.mistakes, *missing_numbers(question.model, numbers.data, numbers.origins)]
     try:
         case = question.model.model_validate(numbers.data)

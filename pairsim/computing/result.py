@@ -12,11 +12,14 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
+from pairsim.cases.quantity_text import A_LENGTH, si
+from pairsim.cases.unit_registry import as_texts, has_unit
 from pairsim.cases.yaml_file import read_yaml
 from pairsim.computing.loading import case_of
 from pairsim.computing.pictures import draw_result
 from pairsim.computing.question import Question, Tables
 from pairsim.computing.result_content import Content, files_in
+from pairsim.quantities.measurable import a_time
 from pairsim.record.columns import DISTANCE
 from pairsim.record.folder import CHECKPOINT, WAY
 from pairsim.record.record import Record
@@ -370,11 +373,12 @@ class Result:
 
         return read_times(self._place)
 
-    def fields(self, at: float, *, physical: bool = False) -> pv.UnstructuredGrid:
+    def fields(self, at: Any, *, physical: bool = False) -> pv.UnstructuredGrid:
         """Velocity, pressure, displacement and stresses on the deformed mesh, as a pyvista grid.
 
         Args:
-            at: One of `places`: a time, of a curve a distance.
+            at: One of `places`: a time, of a curve a distance; a number, a text with a unit such as "15um", or a
+                quantity of pint.
             physical: Whether to convert to um, um/s and Pa.
 
         Returns:
@@ -390,13 +394,29 @@ class Result:
         from pairsim.computing.fields_grid import grid_of
         from pairsim.record.xdmf import read_frame
 
-        hits = np.flatnonzero(np.isclose(self.places, at, rtol=1e-9, atol=1e-12))
+        place = self._place_at(at)
+        hits = np.flatnonzero(np.isclose(self.places, place, rtol=1e-9, atol=1e-12))
         if not hits.size:
             listed = ", ".join(f"{place:g}" for place in self.places)
             key = "fields: [...]" if self.question.frames == "d" else "output.fields: true"
             allowed = f"must be one of {listed}" if listed else f"was not written; the case needs `{key}` for fields"
             raise InputError("fields", self.question.frames, at, allowed)
         return grid_of(read_frame(self._place, int(hits[0])), self.scales if physical else None)
+
+    def _place_at(self, at: Any) -> float:
+        """A time or distance of `places` as a number, which may be given with its unit.
+
+        Raises:
+            InputError: It has none of these units, or the case has no `physical` block.
+        """
+        text = as_texts(at)
+        if not has_unit(text):
+            return float(text)
+        of = A_LENGTH if self.question.frames == "d" else a_time("time", "time")
+        try:
+            return float(of.number(si(text, of), self.scales))
+        except ValueError as error:
+            raise InputError("fields", self.question.frames, at, str(error)) from None
 
     def __repr__(self) -> str:
         reason = f" ({self.reason})" if self.reason not in ("", "end") else ""

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from pairsim.cases.case import SceneCase
-from pairsim.cases.identity import identity_of, key_of, sources_of
+from pairsim.cases.identity import identity_of, key_of, sources_of, with_later_keys
 from pairsim.cases.inputs import inputs_of, units_of
 from pairsim.computing import events
 from pairsim.computing.events import Outcome
@@ -95,7 +95,8 @@ def _earlier(case: SceneCase, directory: Path, table: str) -> events.Earlier | N
     found, path = load(directory), directory / table
     rows = read_table(path).rows if path.exists() else 0
     if found is not None:
-        check_same(found.case, plain(case.resolved() | sources_of(case)), str(directory / CHECKPOINT))
+        old, new = with_later_keys(found.case, type(case)), plain(case.resolved() | sources_of(case))
+        check_same(old, new, str(directory / CHECKPOINT))
         if rows < found.rows:
             raise InputError(str(path), "", None, f"must have at least {found.rows} rows, to fit the checkpoint")
         return events.Earlier(found, Record.read(directory).status == "finished")

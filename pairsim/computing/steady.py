@@ -108,8 +108,8 @@ class Solutions:
             scene = scene_past_end(problem, first, scene)
         if isinstance(scene, Ended):
             return scene
-        wanted, held = self.case.error_wanted, self.case.held
-        self.branch = AdaptiveBranch(scene, sensitivities, goals=self.goals, wanted=wanted, places=places, held=held)
+        wanted, fixed = self.case.error_wanted, self.case.fixed_cells
+        self.branch = AdaptiveBranch(scene, sensitivities, goals=self.goals, wanted=wanted, places=places, fixed=fixed)
         return self.branch
 
     def last_events(self, entries: Entries, warnings: Sequence[Text] = ()) -> Iterator[Event]:

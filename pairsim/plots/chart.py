@@ -211,7 +211,7 @@ def notes(series: Sequence[Line]) -> list[Any]:
     banded = [each for each in series if each.error is not None and not each.mark]
     bands = [Patch(color="0.35", alpha=BAND, linewidth=0, label=r"error of $\Delta U$")] if banded else []
     if any(each.inputs is not None for each in series):
-        bands.append(Patch(color="0.35", alpha=LIGHTER * BAND, linewidth=0, label=r"$\Delta U$ by the inputs"))
+        bands.append(Patch(color="0.35", alpha=LIGHTER * BAND, linewidth=0, label="half-width by the inputs"))
     marked = {each.mark for each in series}
     looks = ((mark, look) for mark, look in MARKS.items() if mark in marked)
     return bands + [Line2D([], [], label=mark, color="0.2", linestyle="", **look) for mark, look in looks]

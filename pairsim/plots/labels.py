@@ -13,7 +13,7 @@ from pairsim.cases.experiment import follows_in
 from pairsim.cases.keys import GAPS, PARTICLES, Key, Part
 from pairsim.cases.laws import Laws, liquid_in
 from pairsim.cases.physical import BLOCK, QUANTITIES
-from pairsim.cases.quantity_text import in_one_unit
+from pairsim.cases.quantity_text import PLUS_MINUS, numbers_in_one_unit
 from pairsim.cases.yaml_file import flat, read_yaml
 from pairsim.physics.declared import LAWS, PARAMETERS
 from pairsim.runtime.text import printable
@@ -59,7 +59,7 @@ def measured(values: Sequence[Any]) -> tuple[list[float], str] | None:
     if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
         return list(values), ""
     try:
-        return in_one_unit(values)
+        return numbers_in_one_unit(values)
     except ValueError:
         return None
 
@@ -98,7 +98,9 @@ def equation(key: str, value: Any) -> str:
         return f"no {symbol(key)}"
     if key in ("liquid", "solid"):
         return shown(value)
-    if key.startswith(BLOCK) and (known := measured(value if isinstance(value, list) else [value])) is not None:
+    with_half_width = isinstance(value, str) and PLUS_MINUS.search(value) is not None
+    known = None if with_half_width else measured(value if isinstance(value, list) else [value])
+    if key.startswith(BLOCK) and known is not None:
         return f"{symbol(key)} = {shown(list(map(float, known[0])))} {known[1]}"
     if (name := _symbol(key)) and not isinstance(value, str):  # such as 5 kPa +- 20 %
         unit = _declared(key).unit
@@ -185,8 +187,9 @@ def varying_keys(cases: Sequence[Mapping[str, Any]], names: Sequence[str] = ()) 
     every = [key for key in (*(key.name for key in _of_captions()), *chain(*cases)) if _tells_apart(key)]
     chosen: list[str] = []
     known = 1
+    later = {name: key.default for name, key in known_keys().items() if key.since}  # which older cases do not have
     for name in dict.fromkeys(names or every):
-        count = len({tuple(hashable(case.get(key)) for key in (*chosen, name)) for case in cases})
+        count = len({tuple(hashable(case.get(key, later.get(key))) for key in (*chosen, name)) for case in cases})
         if count > known:
             chosen, known = [*chosen, name], count
     return chosen

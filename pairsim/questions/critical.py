@@ -62,7 +62,7 @@ from pairsim.solvers.parameters import Parameters
 if TYPE_CHECKING:
     import pandas as pd
 
-    from pairsim.analysis.master_curve import Zero
+    from pairsim.analysis.zeros import Zero
     from pairsim.computing.warnings import ErrorAt
     from pairsim.plots.style import Page
     from pairsim.quantities.scales import Scales
@@ -289,7 +289,7 @@ class CriticalResult(Result):
         table = self.tables["critical"]
         if not table.rows:
             return ["No critical distance was found in the given range: dU keeps its sign."]
-        from pairsim.analysis.master_curve import zeros_in  # loads numpy
+        from pairsim.analysis.zeros import zeros_in  # loads numpy
 
         asked = table[KIND] == "wanted"  # at the values of the case, not where a line bends between them
         shown = table.where(asked) if asked.any() else table
@@ -298,7 +298,7 @@ class CriticalResult(Result):
 
     def _by_value(self, followed: FollowedKey, table: Table) -> str:
         """The critical distances at the values that are followed: at each of a few, or at both ends."""
-        from pairsim.analysis.master_curve import zeros_in
+        from pairsim.analysis.zeros import zeros_in
 
         values = [value for value in followed.values if (table[FOLLOWED] == value).any()]
         told = values if len(values) <= MOST_TOLD else values[:: len(values) - 1]

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+import math
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from contextlib import suppress
 from typing import Any
 
 import pandas as pd
 
+from pairsim.cases.physical import BLOCK
+from pairsim.cases.quantity_text import numbers_in_one_unit
 from pairsim.quantities.kinds import PURE
 from pairsim.quantities.scales import Scales
 from pairsim.record.column import Columns, Shown, error_of, suffixes_in
@@ -17,6 +21,8 @@ from pairsim.record.table_files import cell, table_text
 DIGITS = "{:.5g}".format
 UNITS, SHOWN = "units", "shown"
 """Attributes of frames, by the names of columns: their units, and where they are shown (`Shown`)."""
+ASCII = {ord("\N{GREEK SMALL LETTER MU}"): "u", ord("\N{MICRO SIGN}"): "u", ord("\N{MIDDLE DOT}"): "."}
+"""Units as they are written in cases."""
 MOST_ROWS = 40  # of a table on a screen that is not asked for all
 
 
@@ -62,6 +68,28 @@ def in_units(
             rows = zip(frame[name], map(entry.unit.factor, scales), strict=True)
             converted[name] = [_times(value, size) for value, size in rows]
     return with_units(frame.assign(**converted), declared, converted)
+
+
+def with_numbers(frame: pd.DataFrame, keys: Iterable[str]) -> pd.DataFrame:
+    """The frame with quantities of an experiment as numbers in one unit, that of the first one, which `attrs` names.
+
+    Half-widths are left out. A column stays as it is that has something else, such as quantities of two kinds.
+    """
+    for key in (each for each in keys if each.startswith(f"{BLOCK}.") and each in frame):
+        cells = [cell if isinstance(cell, list) else [cell] for cell in frame[key]]
+        known = [text for cell in cells for text in cell if isinstance(text, str)]
+        with suppress(ValueError):
+            numbers, unit = numbers_in_one_unit(known)
+            found = dict(zip(known, numbers, strict=True))
+            if known:
+                frame[key] = [_number(cell, found) for cell in frame[key]]
+                frame.attrs[UNITS][key] = unit.translate(ASCII)
+    return frame
+
+
+def _number(cell: Any, numbers: Mapping[str, float]) -> Any:
+    """The number of a quantity, or those of a list of them; what is not given is not a number."""
+    return [_number(each, numbers) for each in cell] if isinstance(cell, list) else numbers.get(cell, math.nan)
 
 
 def _times(value: Any, size: float) -> Any:

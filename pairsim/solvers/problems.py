@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, Self
 
 import numpy as np
 
@@ -19,6 +20,9 @@ from pairsim.solvers.stepping.step_size import StepControl
 # Number of distances per decade for which meshes are made. The mesh then depends on the distance alone, not on the
 # order in which distances are solved. Chosen such that neighbouring meshes differ by less than GAP_RATIO.
 PER_DECADE = 5
+
+PER_PARTICLE = {"per_particle": True}
+"""Metadata of the fields of a setup that have a value for each particle, from upstream."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,7 +42,7 @@ class Setup:
         monitor: Ends the computation; setups that differ in it alone are equal.
     """
 
-    betas: tuple[float, ...]
+    betas: tuple[float, ...] = field(metadata=PER_PARTICLE)
     length: float
     periodic: bool
     mesh: MeshSettings
@@ -47,6 +51,16 @@ class Setup:
     closed: bool = False
     volume_modulus: bool = False
     monitor: Monitor = field(default_factory=Monitor, compare=False, repr=False)
+
+    @property
+    def shared(self) -> dict[str, Any]:
+        """What another kind of problem has in common with it, by name; options of Newton's method are its own."""
+        return {each.name: getattr(self, each.name) for each in fields(Setup) if each.name != "newton"}
+
+    def repeated(self, count: int) -> Self:
+        """The same with `count` times as many particles, the same ones again; the length is left to the caller."""
+        of_particles = [each.name for each in fields(Setup) if each.metadata == PER_PARTICLE]
+        return replace(self, **{name: getattr(self, name) * count for name in of_particles})
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,8 +10,8 @@ import pytest
 from scipy.spatial import cKDTree
 
 from pairsim.fem.algebra.mesh_velocity import shares
+from pairsim.fem.meshes.cell_columns import LONGEST
 from pairsim.fem.meshes.cell_sizes import make_outlines
-from pairsim.fem.meshes.columns import LONGEST
 from pairsim.fem.meshes.geometry import Geometry, MeshSettings, Outline, Reference
 from pairsim.fem.meshes.meshing import liquid_mesh
 from pairsim.fem.meshes.six_node_mesh import SixNodeMesh

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from support.result_folders import curve_of, curve_table
 
-from pairsim.analysis.master_curve import Zero
 from pairsim.analysis.time_series import Series
+from pairsim.analysis.zeros import Zero
 from pairsim.computing.result_content import Content
 from pairsim.quantities.text import with_error
 from pairsim.questions.critical import answer_of_critical

@@ -121,12 +121,12 @@ def test_higher_accuracy_never_has_larger_cells(liquid: dict[str, object], beta:
 
 def test_cells_that_are_given_are_held() -> None:
     assert curve(De=1, accuracy=" .50 %").accuracy == "0.5%"
-    assert not curve(De=1, accuracy="0.5%").held
-    assert curve(De=1, mesh={"Np": 21}).held == {"Np"}
-    assert curve(De=1, mesh={"max_size": 0.2, "growth": 0.2}).held == {"max_size"}
-    assert not curve(De=1, mesh={"Np": 21, "adapt": True}).held
+    assert not curve(De=1, accuracy="0.5%").fixed_cells
+    assert curve(De=1, mesh={"Np": 21}).fixed_cells == {"Np"}
+    assert curve(De=1, mesh={"max_size": 0.2, "growth": 0.2}).fixed_cells == {"max_size"}
+    assert not curve(De=1, mesh={"Np": 21, "adapt": True}).fixed_cells
     resolved = curve(De=1, accuracy="0.5%").resolved()
-    assert not parse_case(QUESTIONS["curve"], resolved, "test").held, "case.yaml is the same case"
+    assert not parse_case(QUESTIONS["curve"], resolved, "test").fixed_cells, "case.yaml is the same case"
     assert case(dU_error=True).adapts
     assert not case(dU_error=True, mesh={"Np": 21}).adapts
     assert not case().adapts

@@ -9,10 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import pint
 import pytest
 
 import pairsim
+from pairsim.analysis.curve_in_units import TravelInUnits
 from pairsim.analysis.master_curve import Curve
+from pairsim.analysis.travel import Travel
 from pairsim.atlas.atlas import SHIPPED, Atlas
 from pairsim.record.folder import plain
 
@@ -45,8 +48,8 @@ def test_it_is_its_interpolant_and_an_error_outside(result: pairsim.CurveResult)
     assert result.curve(d)[1] == pytest.approx(error)
     between = float(np.sqrt(d[0] * d[1]))
     value, half_width = result.curve(f"{50 * between:.15g}um")
-    assert value == pytest.approx(result.dU(between), rel=1e-9)
-    assert half_width > 0
+    assert value.to("m/s").magnitude == pytest.approx(result.scales.velocity * result.dU(between), rel=1e-9)
+    assert half_width.to("um/s").magnitude > 0
     assert result.dU([[d[0], between]]).shape == (1, 2)
     with pytest.raises(pairsim.InputError, match="the ends of the curve"):
         result.dU(d[0] / 2)
@@ -59,7 +62,7 @@ def test_it_has_its_tables_in_both_units(result: pairsim.CurveResult) -> None:
     assert list(frame) == list(result.table)
     assert (frame.attrs["units"]["dU"], physical.attrs["units"]["dU"]) == ("U_av", "um/s")
     assert physical["dU"].to_numpy() == pytest.approx(1e6 * result.scales.velocity * frame["dU"].to_numpy())
-    assert result.frame(at=["10um"])["dU"][0] == pytest.approx(result.dU("10um"))
+    assert result.frame(at=["10um"], physical=True)["dU"][0] == pytest.approx(result.dU("10um").magnitude)
     assert list(result.zeros.columns[:3]) == ["d", "stable", "slope"]
     assert result.frame("equilibria")["d"].tolist() == result.zeros["d"].tolist()
 
@@ -79,6 +82,40 @@ def test_it_knows_its_peak_its_regions_its_motion_and_its_inputs(result: pairsim
     assert change is not None
     assert change.shape == d.shape
     assert curve.scales == result.scales
+
+
+def test_asked_with_units_it_answers_with_units(result: pairsim.CurveResult) -> None:
+    curve, scales = result.curve, result.scales
+    own = pint.UnitRegistry()
+    both = result.dU(own.Quantity([6.0, 9.0], "um")), result.dU(["6 um", "0.009 mm"])
+    assert both[0].magnitude == pytest.approx(both[1].magnitude)
+    assert str(result.dU("6um").units) == "micrometer / second"
+    in_numbers, in_units = curve.peak, curve.in_units.peak
+    assert in_units.dU.to("m/s").magnitude == pytest.approx(in_numbers.dU * scales.velocity)
+    assert in_units.error.to("m/s").magnitude == pytest.approx(in_numbers.error * scales.velocity)
+    assert (in_units.d.to("m").magnitude, in_units.d_error.to("m").magnitude) == pytest.approx(
+        (in_numbers.d * scales.length, in_numbers.d_error * scales.length)
+    )
+    zeros = [(zero.d.to("m").magnitude, zero.kind) for zero in curve.in_units.zeros]
+    assert zeros == [(pytest.approx(zero.d * scales.length), zero.kind) for zero in curve.zeros]
+    inputs = curve.inputs_half_width("6um").to("m/s").magnitude
+    assert inputs == pytest.approx(scales.velocity * curve.inputs_half_width(0.12))
+    assert result.frame(at=[own.Quantity(6, "um")])["d"][0] == pytest.approx(curve.distance("6um"))
+    with pytest.raises(pairsim.InputError, match="must be a length above 0"):
+        result.dU("6 s")
+
+
+def test_travels_in_units_are_quantities_with_half_widths(curves: dict[str, pairsim.CurveResult]) -> None:
+    answer = curves["asked"]
+    numbers, found = answer.travel(0.1, 0.2), answer.travel("5um", pint.UnitRegistry().Quantity(10, "um"))
+    assert isinstance(numbers, Travel)
+    assert isinstance(found, TravelInUnits)
+    assert found.time.to("s").magnitude == pytest.approx(numbers.time * answer.scales.time)
+    assert found.length_error.to("m").magnitude == pytest.approx(numbers.length_error * answer.scales.length)
+    assert 0 < found.time_inputs < found.time
+    assert str(found) == str(numbers)
+    assert (found.start.magnitude, found.stop.magnitude) == pytest.approx((5.0, 10.0))
+    assert found.start_error is None
 
 
 def test_it_has_an_answer_a_case_and_a_picture(result: pairsim.CurveResult, tmp_path: Path) -> None:
@@ -138,3 +175,22 @@ def test_a_curve_alone_is_the_same_object_too(made: Callable[[Atlas], Curve]) ->
     way = sorted((0.1, 0.5), reverse=curve(0.2)[0] < 0)
     assert str(curve.travel(*way)) == str(first.travel(*way))
     assert curve.forgotten(0.1) == first.forgotten(0.1)
+
+
+def test_fields_are_asked_for_and_found_by_lengths(tmp_path: Path) -> None:
+    case = COARSE | {"physical": QUANTITIES, "d": [0.2], "fields": ["0.01 mm"]}
+    assert pairsim.load(case, kind="curve").fields == (0.2,)
+    result = pairsim.curve(case, folder=tmp_path / "curve").check()
+    for place in ("10um", 0.2, pint.UnitRegistry().Quantity(10, "um")):
+        assert result.fields(place).field_data["t"] == pytest.approx([0.2])
+    with pytest.raises(pairsim.InputError, match=r"fields: d: got '12um'; must be one of 0\.2"):
+        result.fields("12um")
+    with pytest.raises(pairsim.InputError, match="got '3 s'; has the unit s; must be a length above 0"):
+        result.fields("3 s")
+
+
+def test_lengths_of_fields_are_named_where_they_are_none() -> None:
+    with pytest.raises(pairsim.InputError, match=r"fields\[1\]: got '3 s'; has the unit s; must be a length above 0"):
+        pairsim.load(COARSE | {"physical": QUANTITIES, "fields": ["10 um", "3 s"]}, kind="curve")
+    with pytest.raises(pairsim.InputError, match=r"fields\[0\]: got '10 um'; must be a number"):
+        pairsim.load(COARSE | {"beta": 0.4, "De": 0, "Ca_e": 0.1, "fields": ["10 um"]}, kind="curve")

@@ -12,7 +12,7 @@ from pydantic import Field
 from pairsim.atlas.atlas import PARAMETERS, SHIPPED, Atlas
 from pairsim.cases.checks import check_scene, missing_numbers
 from pairsim.cases.coverage import beyond, case_of
-from pairsim.cases.identity import identity_of
+from pairsim.cases.identity import identity_of, with_later_keys
 from pairsim.cases.keys import Key, Keys, Part, PerGap, PerParticle, keys_of
 from pairsim.cases.run_case import Case
 from pairsim.cases.values import Number
@@ -102,7 +102,7 @@ def test_a_key_says_where_it_has_no_effect_and_makes_no_other_case() -> None:
 
 def test_an_atlas_compares_a_key_that_it_does_not_know() -> None:
     class Heavy(CurveCase):
-        weight: PerParticle[Number] = Field(0.0, description="weight of each particle")
+        weight: Annotated[PerParticle[Number], WEIGHT] = Field(0.0, description="weight of each particle")
         patience: Annotated[Number, Key(part=Part.NUMERICS)] = Field(1.0, description="how long is waited")
 
     atlas = Atlas.load(SHIPPED[0])
@@ -128,6 +128,14 @@ def test_captions_axes_and_folders_have_what_a_key_declares() -> None:
     assert parameter_label("weight") == r"$W$  [$\eta_0 U_{av} D_c$]"
     assert common_parts([heavy.resolved(), light.resolved()], [])[-1] == "not the same: $W$"
     assert varying_keys([heavy.resolved(), light.resolved()]) == ["weight"]
+
+
+def test_an_older_case_does_not_differ_in_a_key_of_a_later_version() -> None:
+    new = case().resolved()
+    old = {key: value for key, value in new.items() if key != "weight"}
+    assert varying_keys([old, new]) == []
+    assert varying_keys([old, new | {"weight": 1.0}]) == ["weight"]
+    assert with_later_keys(old, Weighed) == new
 
 
 def test_what_is_known_of_a_key_does_not_depend_on_what_was_imported() -> None:

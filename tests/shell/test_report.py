@@ -100,9 +100,10 @@ def test_table_of_a_sweep_is_in_the_units_of_each_case(tmp_path: Path) -> None:
     columns = ["zeros", "dU_peak"]
     sweep = SweepResult(make_sweep(tmp_path / "sweep", "curve", parameters, ["physical.velocity"], columns=columns))
     table = sweep.frame("results", physical=None)
-    assert headings(table)[3:6] == ["physical.velocity", "zeros [um]", "dU_peak [um/s]"]
+    assert headings(table)[3:6] == ["physical.velocity [mm/s]", "zeros [um]", "dU_peak [um/s]"]
     assert table["zeros"].to_list() == [pytest.approx([10.0])] * 2
     assert (table["dU_peak"] / sweep.table["dU_peak"]).to_list() == pytest.approx([1e3, 1e4])
+    assert table["physical.velocity"].to_list() == [1.0, 10.0]
     assert headings(sweep.frame("results"))[4:6] == ["zeros [D_c]", "dU_peak [U_av]"]
 
 

@@ -17,6 +17,7 @@ from pairsim.app.open_and_plot import open as open_folder
 from pairsim.app.open_and_plot import plot
 from pairsim.app.sweep_results import SweepResult
 from pairsim.fem.diagnostics import Health
+from pairsim.plots.labels import measured
 from pairsim.quantities.scales import Scales
 from pairsim.questions.registry import QUESTIONS
 from pairsim.record.column import names_of, suffixes_in, table_row
@@ -37,7 +38,7 @@ from pairsim.record.columns import (
     Z,
 )
 from pairsim.record.table_files import TableWriter, read_table, table_text
-from pairsim.record.tables import brief, csv_text, frame_of, in_units, readable, screen_text, with_units
+from pairsim.record.tables import brief, csv_text, frame_of, in_units, readable, screen_text, with_numbers, with_units
 from pairsim.runtime.errors import EnvironmentFailure, InputError
 
 TRAIN = "t,d_1,d_2,U_1,U_2,U_3,dU_1,dU_2,m,newton,dU_error_1,dU_error_2\n" + "\n".join(
@@ -222,12 +223,28 @@ def test_the_tables_of_a_sweep_are_one_below_the_other(tmp_path: Path) -> None:
     sweep = a_sweep(tmp_path, {"1 ms": 0.2, "2 ms": 0.4})
     zeros = SweepResult(sweep).frame("equilibria", physical=True)
     assert list(zeros.columns[:3]) == ["physical.relaxation", "De", "d"]
-    assert zeros[["physical.relaxation", "De", "d"]].to_numpy().tolist() == [["1 ms", 0.2, 10.0], ["2 ms", 0.4, 10.0]]
-    assert zeros.attrs["units"]["d"] == "um"
+    assert zeros[["physical.relaxation", "De", "d"]].to_numpy().tolist() == [[1, 0.2, 10.0], [2, 0.4, 10.0]]
+    assert (zeros.attrs["units"]["d"], zeros.attrs["units"]["physical.relaxation"]) == ("um", "ms")
     curves = SweepResult(sweep).frame()
-    assert curves["physical.relaxation"].tolist() == 5 * ["1 ms"] + 5 * ["2 ms"]
+    assert curves["physical.relaxation"].tolist() == 5 * [1] + 5 * [2]
+    table = SweepResult(sweep).table
+    assert (table["physical.relaxation"].tolist(), table.attrs["units"]["physical.relaxation"]) == ([1, 2], "ms")
     with pytest.raises(InputError, match="must be curve or equilibria"):
         SweepResult(sweep).frame("series")
+
+
+def test_quantities_of_a_sweep_are_numbers_in_the_unit_of_the_first_one(tmp_path: Path) -> None:
+    sweep = a_sweep(tmp_path / "times", {"1 +- 0.1 ms": 0.2, "2000 us": 0.4})
+    assert SweepResult(sweep).table["physical.relaxation"].tolist() == [1, 2]
+    data = SweepResult(sweep).to_xarray()
+    assert (data["physical.relaxation"].values.tolist(), data["physical.relaxation"].attrs["units"]) == ([1, 2], "ms")
+    assert measured(["1 +- 0.1 kPa", "500 Pa"]) == ([1.0, 0.5], "kPa"), "and so they are drawn"
+    assert measured(["0.5 %", "1 +- 0.2 %"]) == ([0.5, 1.0], "%")
+    frame = pd.DataFrame({"physical.particle": [["20 um", "0.022 mm"], "18 um"], "physical.note": ["a", "b"]})
+    frame.attrs["units"] = {}
+    found = with_numbers(frame, list(frame))
+    assert found["physical.particle"].tolist() == [[20.0, 22.0], 18.0]
+    assert (found["physical.note"].tolist(), found.attrs["units"]) == (["a", "b"], {"physical.particle": "um"})
 
 
 def test_a_sweep_is_a_data_set(tmp_path: Path, pairsim: Pairsim, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import yaml
 
-from pairsim.analysis.master_curve import Curve, Zero
+from pairsim.analysis.master_curve import Curve
+from pairsim.analysis.zeros import Zero
 from pairsim.record.column import names_of, table_row
 from pairsim.record.columns import DISTANCE, DP, DP_PLUS, DT, DU, STATE_COLUMNS, TAYLOR, T, U, Z
 from pairsim.record.record import Record

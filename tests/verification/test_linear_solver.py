@@ -10,7 +10,7 @@ import pytest
 
 from pairsim.computing.case_files import parse_case
 from pairsim.computing.problems import steady_problem
-from pairsim.fem.algebra.elimination_order import dependence_on_unknowns, elimination_order, node_of_unknowns
+from pairsim.fem.algebra.fill_reducing_ordering import dependence_on_unknowns, fill_reducing_ordering, node_of_unknowns
 from pairsim.questions.registry import QUESTIONS
 from pairsim.solvers.nonlinear import factors
 from pairsim.solvers.nonlinear.factors import EXACT, Factors, MumpsOptions
@@ -40,7 +40,7 @@ def solved(steady: SteadySolver) -> float:
 
 
 def test_unknowns_of_a_node_are_eliminated_together_and_those_of_all_nodes_last(scene: SteadySolver) -> None:
-    order = elimination_order(scene.scene, scene.constraints)
+    order = fill_reducing_ordering(scene.scene, scene.constraints)
     assert order is not None
     assert np.array_equal(np.sort(order), np.arange(scene.constraints.size))
     node = node_of_unknowns(scene.scene, dependence_on_unknowns(scene.constraints))
@@ -55,7 +55,7 @@ def test_order_of_nodes_gives_factors_as_small_as_the_order_of_unknowns(
 ) -> None:
     solved(scene)
     ours = scene.newton.factor_megabytes
-    monkeypatch.setattr(factors, "elimination_order", lambda *_: None)
+    monkeypatch.setattr(factors, "fill_reducing_ordering", lambda *_: None)
     other = pair()
     solved(other)
     assert ours <= 1.1 * other.newton.factor_megabytes

@@ -23,7 +23,7 @@ from pairsim.physics.liquids.giesekus import Giesekus
 from pairsim.physics.liquids.oldroyd_b import OldroydB
 from pairsim.physics.liquids.ptt import ExponentialPTT, LinearPTT
 from pairsim.physics.pipe import Pipe
-from pairsim.record.fields import frame
+from pairsim.record.fields_of_frame import frame
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.stepping.step_size import StepControl
 from pairsim.solvers.transient.transient import Transient

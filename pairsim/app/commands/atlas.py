@@ -18,7 +18,7 @@ from typing import Annotated
 
 import typer
 
-from pairsim.app.end import end
+from pairsim.app.exit_codes import end
 from pairsim.app.options import CaseTimeout, OutputOfMany, OverwriteFile, Quiet, Workers, check_free
 from pairsim.questions.registry import QUESTIONS
 from pairsim.record.folder import write_file

@@ -14,7 +14,7 @@ from typing import Annotated
 
 import typer
 
-from pairsim.app.end import end
+from pairsim.app.exit_codes import end
 from pairsim.app.options import CaseTimeout, OutputOfMany, Quiet, Settings
 from pairsim.runtime.signals import Signals
 

@@ -16,7 +16,7 @@ from typing import Annotated
 import typer
 
 import pairsim
-from pairsim.app.end import end
+from pairsim.app.exit_codes import end
 from pairsim.app.options import CaseTimeout, OutputOfMany, Quiet, Settings, Workers, print_table
 from pairsim.runtime.launcher import rank
 from pairsim.runtime.signals import Signals

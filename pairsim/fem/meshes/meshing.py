@@ -18,8 +18,8 @@ import gmsh
 import numpy as np
 from scipy.sparse.linalg import spsolve
 
+from pairsim.fem.meshes.cell_columns import LONGEST, stations
 from pairsim.fem.meshes.cell_sizes import divided, liquid_size
-from pairsim.fem.meshes.columns import LONGEST, stations
 from pairsim.fem.meshes.extruded_cells import extruded, graded_ends
 from pairsim.fem.meshes.geometry import Geometry, MeshSettings, Outline, Reference
 from pairsim.fem.meshes.quadrature import CellQuadrature, assembled

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from pairsim.cases.physical import BLOCK
+from pairsim.cases.physical import BLOCK, QUANTITIES
 from pairsim.cases.quantity_text import si, suited
 from pairsim.lab.rheometer.export_files import read_columns
 from pairsim.lab.rheometer.law_fits import (
@@ -32,6 +32,8 @@ from pairsim.quantities.kinds import STRESS
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
+ROUNDED = 1e-4  # part of a number of four digits that is lost
+PLUS_MINUS = " +- "
 ALL = {of.key: of for law in LAWS.values() for of in dimensions_of(law).values() if of is not None}
 """What can be known of a liquid, by its key in the `physical` block."""
 
@@ -45,7 +47,7 @@ class MeasuredLiquid:
     quantities: dict[str, str]  # what goes into `physical` of a case
     fitted: frozenset[str]  # the keys of those that were fitted
     block: Any  # value of its key `liquid`
-    intervals: dict[str, str]  # of each fitted number, by its key in either
+    intervals: dict[str, str]  # of each fitted number that has no half-width in them, by its key in either
     sentences: list[str]  # what was read, the fit in words, and warnings
 
 
@@ -109,6 +111,7 @@ def fit_liquid(
     for sentence in of_fit:
         listener.answer(sentence)
     of_case = {**fitted, **held}
+    intervals = {key: each for key, each in intervals.items() if PLUS_MINUS not in of_case.get(key, "")}
     return MeasuredLiquid(
         found[0], data, of_case, frozenset(fitted.keys() - held.keys()), value, intervals, said + of_fit
     )
@@ -156,8 +159,26 @@ class _Key:
     """A number of a fitted liquid as a quantity of a case."""
 
     key: str  # in the `physical` block
-    value: str  # with its unit
-    factor: float  # of the number in this unit
+    number: float
+    unit: str
+    factor: float  # of a number of the fit in this unit
+
+    @property
+    def value(self) -> str:
+        """The number with its unit."""
+        return f"{self.number:.4g} {self.unit}"
+
+    def with_half_width(self, number: Number | None) -> str:
+        """The same with the half-width of its interval where a case takes one: the wider side of this interval.
+
+        None is given that is no smaller than the number, or is lost in its rounding.
+        """
+        if number is None or number.given or not QUANTITIES[self.key].uncertain:
+            return self.value
+        half = self.factor * max(number.most - number.value, number.value - number.least)
+        if not ROUNDED * self.number < half < self.number:
+            return self.value
+        return f"{self.number:.4g}{PLUS_MINUS}{half:.2g} {self.unit}"
 
 
 def _keys(fit: Fit) -> dict[str, _Key]:
@@ -169,7 +190,7 @@ def _keys(fit: Fit) -> dict[str, _Key]:
         if of is not None and values[name] != default:
             factor = of.size(fit.eta_0) if name != "eta_0" else 1.0
             unit, size = suited(factor * values[name], of.with_parameters(_pure(fit)).unit)
-            found[name] = _Key(of.key, f"{factor * values[name] / size:.4g} {unit}", factor / size)
+            found[name] = _Key(of.key, factor * values[name] / size, unit, factor / size)
     return found
 
 
@@ -196,9 +217,13 @@ def _values(fit: Fit) -> dict[str, str]:
 
 
 def keys_of(fit: Fit) -> tuple[dict[str, str], Any, dict[str, str]]:
-    """The quantities of a `physical` block that a fitted liquid gives, the value of `liquid`, and intervals by key."""
+    """The quantities of a `physical` block that a fitted liquid gives, the value of `liquid`, and intervals by key.
+
+    Quantities have half-widths where a case takes them.
+    """
     keys, pure, modes, law = _keys(fit), _pure(fit), fit.liquid.modes, fit.law.name
-    quantities, intervals = {each.key: each.value for each in keys.values()}, dict[str, str]()
+    quantities = {each.key: each.with_half_width(fit.numbers.get(name)) for name, each in keys.items()}
+    intervals = dict[str, str]()
     for name, number in fit.numbers.items():
         if not number.given:
             key = keys.get(name)

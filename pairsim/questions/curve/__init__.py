@@ -24,7 +24,17 @@ from pairsim.cases.checks import check_scene
 from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.keys import Key, Part
 from pairsim.cases.mistakes import Mistake, broken, missing
-from pairsim.cases.values import MOST_VALUES, CurveTolerance, Distance, Gaps, Range, Time, Velocity, Whole, spelled_out
+from pairsim.cases.values import (
+    MOST_VALUES,
+    CurveTolerance,
+    DistanceOrLength,
+    Gaps,
+    Range,
+    Time,
+    Velocity,
+    Whole,
+    spelled_out,
+)
 from pairsim.computing.question import Flag, InSweeps, Question, Tables, Value
 from pairsim.computing.result import Result
 from pairsim.physics.drive import Drive
@@ -39,6 +49,7 @@ from pairsim.solvers.parameters import Parameters
 if TYPE_CHECKING:
     import pandas as pd
 
+    from pairsim.analysis.curve_in_units import TravelInUnits
     from pairsim.analysis.master_curve import Curve
     from pairsim.analysis.travel import Travel
     from pairsim.computing.events import Events
@@ -82,8 +93,10 @@ class CurveCase(SceneCase):
     max_points: Annotated[Whole, Key(part=Part.NUMERICS)] = Field(
         200, ge=1, le=MOST_VALUES, description="no points are added once the curve has this many"
     )
-    fields: Annotated[tuple[Distance, ...], Key(part=Part.REPORT)] = Field(
-        (), max_length=MOST_VALUES, description="distances at which fields are written to fields.xdmf [D_c]"
+    fields: Annotated[tuple[DistanceOrLength, ...], Key(part=Part.REPORT, lengths=True)] = Field(
+        (),
+        max_length=MOST_VALUES,
+        description="distances at which fields are written to fields.xdmf [D_c], or lengths with a physical block",
     )
     velocity: Annotated[Velocity | None, Key(slug="velocity")] = Field(
         None,
@@ -284,18 +297,22 @@ class CurveResult(Result):
         return Curve(self.tables["curve"], self.tables["equilibria"], self.record, self.source)
 
     def dU(self, d: Any, gap: int = 1) -> Any:
-        """dU at any distance of the curve [U_av]; see `curve`, which returns the half-width of its interval, too."""
+        """dU at any distance of the curve [U_av], or as a quantity where that has a unit.
+
+        `curve` returns the half-width of its interval, too.
+        """
         return self.curve(d, gap)[0]
 
-    def travel(self, start: float | str, stop: float | str) -> Travel:
+    def travel(self, start: Any, stop: Any) -> Travel | TravelInUnits:
         """Time and length of tube in which the pair moves from one distance to another, as `pairsim travel`.
 
         Args:
-            start: First distance: a number [D_c], or a text with a unit such as "5um".
+            start: First distance: a number [D_c], a text with a unit such as "5um", or a quantity of pint.
             stop: Last distance.
 
         Returns:
-            Time, length and their half-widths; as text what the command prints.
+            Time, length and their half-widths, as quantities of pint where both distances have a unit; as text what the
+            command prints.
 
         Raises:
             InputError: A distance is outside the curve, or the pair does not move from the one to the other.

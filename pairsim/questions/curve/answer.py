@@ -10,8 +10,9 @@ import numpy as np
 
 from pairsim.analysis.input_parts import together, unknown_in_words
 from pairsim.analysis.input_ranges import COVERED, DrawnRange
-from pairsim.analysis.master_curve import Curve, Zero
+from pairsim.analysis.master_curve import Curve
 from pairsim.analysis.taylor_parameters import ranges_of_shapes, shapes_in
+from pairsim.analysis.zeros import Zero
 from pairsim.cases.physical import DIFFERENCE
 from pairsim.quantities.kinds import LENGTH, TIME, VELOCITY, Kind
 from pairsim.quantities.scales import Scales

@@ -36,7 +36,7 @@ from pairsim.record.columns import (
     WANTED,
     YIELD_HEALTH,
 )
-from pairsim.record.fields import SteadyMoment, frame
+from pairsim.record.fields_of_frame import SteadyMoment, frame
 from pairsim.record.run_entries import POINTS
 from pairsim.record.xdmf import FieldFrame
 from pairsim.runtime.errors import RunFailure

@@ -115,7 +115,7 @@ def _motion(series: Series, i: int) -> str:
 def _once_settled(series: Series, settled: Settled, last: tuple[float, float | None], moved: str, by: float) -> str:
     """What a gap does whose quasi-steady motion is known: its last dU, its way in words, and its change of d."""
     scales, (dU, error), t = series.scales, last, float(series.t[-1])
-    if settled.held_together:
+    if settled.arrested:
         return f"comes to be held together by unyielded liquid: {moved}."
     sign, later = _sign(settled.dU, settled.error), in_unit(scales, VELOCITY, settled.dU, settled.error, "+")
     without_start = f"Without any memory of its start it would have dU = {later} there (a quasi-steady solution)"

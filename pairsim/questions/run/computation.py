@@ -44,7 +44,7 @@ from pairsim.record.columns import (
     Z,
     observed,
 )
-from pairsim.record.fields import frame
+from pairsim.record.fields_of_frame import frame
 from pairsim.record.folder import plain
 from pairsim.record.run_entries import (
     ADAPTATION,
@@ -289,7 +289,7 @@ def settled_entry(case: Case, problem: Problem, gaps: tuple[float, ...], ended: 
     dU, error = point.dUs - left, point.dU_errors + abs(left)
     entry = {"d": list(point.gaps), "dU": dU.tolist(), "dU_error": error.tolist()}
     entry |= {"creeps": True} if creeps else {}
-    entry |= {"held_together": True} if point.held_together else {}
+    entry |= {"held_together": True} if point.arrested else {}
     return {SETTLED: entry | {"t_relax": point.t_relax, "start": case.start, "accuracy": case.error_wanted}}
 
 

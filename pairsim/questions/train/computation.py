@@ -48,7 +48,7 @@ def computation(case: TrainCase, monitor: Monitor) -> events.Events:
             yield events.Progress(done, errors, refined)
             verdict = found.spectrum.verdict
             certain = verdict != "undecided" or place is not None
-            if verdict == "neither" or case.held or (found.error <= case.error_wanted and certain):
+            if verdict == "neither" or case.fixed_cells or (found.error <= case.error_wanted and certain):
                 break
     except BranchEnd as end:
         yield events.Summary({})

@@ -57,7 +57,7 @@ class AdaptiveBranch(Branch):
             alone are solved again, not the points among which they are looked for.
         wanted: Largest error of a goal, relative to its scale; infinite to keep the mesh.
         places: Distances of the case.
-        held: Settings of the mesh that the case fixes, of Np and max_size; where Np is fixed the mesh is not adapted.
+        fixed: Settings of the mesh that the case fixes, of Np and max_size; where Np is fixed the mesh is not adapted.
 
     Attributes:
         largest: Largest value known of each goal.
@@ -73,10 +73,10 @@ class AdaptiveBranch(Branch):
         goals: Sequence[Goal],
         wanted: float,
         places: Sequence[tuple[float, ...]] = (),
-        held: frozenset[str] = frozenset(),
+        fixed: frozenset[str] = frozenset(),
     ) -> None:
         super().__init__(solver, sensitivities, goals)
-        self.wanted, self._held, self._places = wanted, held, places
+        self.wanted, self._fixed, self._places = wanted, fixed, places
         self._zeros_only = any(goal.scale is Scale.DISTANCE for goal in goals)
         single_cells_count = not solver.parameters.liquid.newtonian and np.isfinite(wanted)
         self._estimator = ErrorEstimator(goals if single_cells_count else ())
@@ -141,7 +141,7 @@ class AdaptiveBranch(Branch):
     def _too_large(self, goal: Goal, point: Point) -> bool:
         """Whether the error of a goal is too large at a point, of which its largest value may become known."""
         self.largest[goal] = max(self.largest[goal], float(np.abs(point.values[goal]).max(initial=0.0)))
-        if goal.creeps and point.held_together:  # where dU is creep no cells make it more exact
+        if goal.creeps and point.arrested:  # where dU is creep no cells make it more exact
             return False
         errors = point.estimate[goal].half_width
         if goal.scale is Scale.LARGEST:
@@ -243,19 +243,19 @@ class AdaptiveBranch(Branch):
         return self._go_on(problem, point.parameters)
 
     def _finer(self, point: Point, most: Mapping[Goal, Array]) -> SteadyProblem | None:
-        """The problem with cells that should leave no more than `most` of each goal; None if all cells are held."""
+        """The problem with cells that should leave no more than `most` of each goal; None if all cells are fixed."""
         found = {goal: point.estimate[goal] for goal in most}
         irregular = all(
             each.cells is not None and (each.irregular >= each.by_all_cells).all() for each in found.values()
         )
-        if irregular and not self._held and not any(goal.everywhere for goal in most):
+        if irregular and not self._fixed and not any(goal.everywhere for goal in most):
             self._fields[self._nominal(point)] = self._sizes(point, most)
             sizes = AdaptedSizes(tuple(self._fields.values()))
             return replace(self.problem, mesh=replace(self.problem.mesh, sizes=sizes))
-        if "Np" in self._held:
+        if "Np" in self._fixed:
             return None
         mesh = self.problem.mesh.scaled(1 / float(np.clip(self._factor(point, most), *FACTORS)), FEWEST_CELLS)
-        kept = {name: getattr(self.problem.mesh, name) for name in self._held}
+        kept = {name: getattr(self.problem.mesh, name) for name in self._fixed}
         return replace(self.problem, mesh=replace(mesh, **kept))
 
     def _sizes(self, point: Point, most: Mapping[Goal, Array]) -> SizeField:

@@ -11,9 +11,10 @@ from pairsim.fem.diagnostics import Observation, liquid_distortion
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.runtime.message import Message
+from pairsim.solvers.curves.arrest import arrested
 from pairsim.solvers.curves.sensitivities import sensitivities
 from pairsim.solvers.curves.slow_manifold import SlowMotion, slow_motion
-from pairsim.solvers.curves.unyielded_bridge import Hold, held_together
+from pairsim.solvers.curves.unyielded_bridge import UnyieldedBridge
 from pairsim.solvers.errors.adjoints import Adjoints
 from pairsim.solvers.errors.estimate import ErrorEstimate, ErrorEstimator, GoalEstimate
 from pairsim.solvers.goals import Goal, dU
@@ -57,7 +58,7 @@ class Point:
             requested.
         estimate: Estimate of the discretisation errors.
         values: Values of the goals of the branch.
-        hold: What unyielded liquid does to neighbours.
+        unyielded: What unyielded liquid does to neighbours.
         newton: Newton iterations since the previous point.
         meshes: Number of meshes generated so far.
         distortion: Smallest ratio of a liquid cell's current to its reference Jacobian.
@@ -73,7 +74,7 @@ class Point:
     sensitivities: dict[str, Array]
     estimate: ErrorEstimate
     values: Mapping[Goal, Array]
-    hold: Hold
+    unyielded: UnyieldedBridge
     newton: int
     meshes: int
     distortion: float
@@ -124,10 +125,10 @@ class Point:
         return self.motion.slopes(self.held_slopes)
 
     @property
-    def held_together(self) -> bool:
+    def arrested(self) -> bool:
         """Whether unyielded liquid holds all particles together."""
-        locked = held_together(self.dUs, self.dU_errors, self.hold.bridge, self.hold.creep)
-        return len(locked) > 0 and bool(locked.all())
+        each = arrested(self.dUs, self.dU_errors, self.unyielded.bridge, self.unyielded.creep)
+        return len(each) > 0 and bool(each.all())
 
     @property
     def slope_at_rest(self) -> float:
@@ -330,7 +331,7 @@ class Branch:
             sensitivities(at, adjoints, held.dU, motion, self._sensitivities) if self._sensitivities else {},
             estimate,
             {goal: estimate.value(goal, solver, moving) for goal in self.goals},
-            Hold.of(solver, undecided),
+            UnyieldedBridge.of(solver, undecided),
             solver.iterations - iterations_before,
             solver.meshes,
             liquid_distortion(solver.scene, solver.state()[1]),

@@ -1,4 +1,4 @@
-"""Whether neighbours are held together by unyielded liquid.
+"""What unyielded liquid does to neighbours; whether it arrests them is told by `arrest.py`.
 
 Where liquid that does not yield joins two particles, their distance changes by creep of the regularisation alone: dU
 vanishes as 1/m. So do the shear rates of unyielded liquid anywhere, but not dU at an ordinary zero of a curve, nor that
@@ -17,13 +17,11 @@ from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU
 from pairsim.solvers.steady.scene import SteadySolver
 
-# Exponents -d ln dU/d ln m of creep. Between decades of m from 1e2 to 1e5 those of locked pairs were .74 to 1.0.
-CREEPS = 0.67, 1.33
 APART = 10.0  # factor of the two values of m; chosen
 
 
 @dataclass(frozen=True)
-class Hold:
+class UnyieldedBridge:
     """What unyielded liquid does to neighbours.
 
     Attributes:
@@ -38,7 +36,7 @@ class Hold:
     plug: float
 
     @classmethod
-    def of(cls, steady: SteadySolver, undecided: np.ndarray) -> Hold:
+    def of(cls, steady: SteadySolver, undecided: np.ndarray) -> UnyieldedBridge:
         """What unyielded liquid does at the present solution, at which the scene is left.
 
         Args:
@@ -62,14 +60,3 @@ class Hold:
             steady.recall(here)
             steady.forget()
         return cls(bridge, creep, plug)
-
-
-def held_together(dU: Array, error: Array, bridge: Array, creep: Array) -> np.ndarray:
-    """Whether unyielded liquid holds neighbours together; arrays of one shape, boolean.
-
-    Args:
-        dU: Their relative velocities [U_av].
-        error: Half-widths of these.
-        bridge, creep: See `Hold`.
-    """
-    return np.asarray((np.abs(dU) <= error) & (bridge > 0) & (creep > CREEPS[0]) & (creep < CREEPS[1]))

@@ -43,7 +43,7 @@ FIRST_ITERATIONS = 3  # where the error of the last step on this mesh is not kno
 USELESS = 1.0
 
 
-class ErrorEquation:
+class ErrorTransport:
     """The error of a run in time.
 
     Args:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pairsim.runtime.fenicsx import PETSc
-from pairsim.solvers.nonlinear.jacobian_lagging import KeptMatrix
+from pairsim.solvers.nonlinear.jacobian_lagging import LaggedMatrix
 
 # Growth of the residual at which the iteration is stopped. No iteration with a larger growth was seen to converge, and
 # MUMPS takes tens of seconds for each matrix of such states.
@@ -56,7 +56,7 @@ class Convergence:
     """
 
     def __init__(
-        self, tolerance: float, max_iterations: int, matrix: KeptMatrix, *, steps_may_grow: bool = False
+        self, tolerance: float, max_iterations: int, matrix: LaggedMatrix, *, steps_may_grow: bool = False
     ) -> None:
         self._tolerance, self._max_iterations, self._matrix = tolerance, max_iterations, matrix
         self._steps_may_grow = steps_may_grow

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from pairsim.fem.algebra.condensed_matrix import CondensedMatrix
 from pairsim.fem.algebra.constraints import Constraints
-from pairsim.fem.algebra.elimination_order import elimination_order
-from pairsim.fem.algebra.reduced_matrix import ReducedMatrix
+from pairsim.fem.algebra.fill_reducing_ordering import fill_reducing_ordering
 from pairsim.fem.scene import Scene
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import NoSteadyState
@@ -71,11 +71,11 @@ class ReducedSystem:
     """
 
     def __init__(self, scene: Scene, constraints: Constraints) -> None:
-        order = elimination_order(scene, constraints)
+        order = fill_reducing_ordering(scene, constraints)
         ours: dict[str, int | str] = {"mat_mumps_icntl_7": PETSC_ORDER, "pc_factor_mat_ordering_type": "natural"}
         self.options = {} if order is None else ours
         self._order = np.arange(constraints.size) if order is None else order
-        self._reduced = ReducedMatrix(scene, constraints, self._order)
+        self._reduced = CondensedMatrix(scene, constraints, self._order)
         csr = (*(v.astype(PETSc.IntType) for v in (self._reduced.indptr, self._reduced.indices)), self._reduced.data)
         self.A = PETSc.Mat().createAIJWithArrays([constraints.size] * 2, csr, comm=PETSc.COMM_SELF)
 

@@ -43,7 +43,7 @@ class MatrixPolicy:
         return step > self.far if fresh else rate > self.slow
 
 
-class KeptMatrix:
+class LaggedMatrix:
     """Age and rate of contraction of the factorised matrix. It contains numbers only and can be tested without a scene.
 
     Args:

@@ -20,7 +20,7 @@ from pairsim.runtime.fenicsx import PETSc
 from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.nonlinear.convergence import Convergence, Report
 from pairsim.solvers.nonlinear.factors import EXACT, Factors, MumpsOptions, ReducedSystem
-from pairsim.solvers.nonlinear.jacobian_lagging import KeptMatrix, MatrixPolicy
+from pairsim.solvers.nonlinear.jacobian_lagging import LaggedMatrix, MatrixPolicy
 
 _PREFIXES = itertools.count()
 
@@ -91,7 +91,7 @@ class Newton:
     ) -> None:
         options, kinked = options or NewtonOptions(), bool(scene.material.regularisation)
         self.scene, self.constraints, self.options = scene, constraints, options.for_kinks() if kinked else options
-        self.clock, self.matrix = clock or Clock(), KeptMatrix(self.options.matrix)
+        self.clock, self.matrix = clock or Clock(), LaggedMatrix(self.options.matrix)
         self.monitor = monitor or Monitor()
         # State of the present solve.
         self._h_star, self._g, self._U_m = np.zeros(scene.h_size), 1.0, 0.0

@@ -46,7 +46,7 @@ def solved(problem: SteadyProblem, alone: Parameters, places: Sequence[tuple[flo
     count = len(places[0]) + 1
     narrowest = min((d for place in places for d in place), default=np.inf)
     length = max(problem.length, count * problem.betas[0] + max(map(sum, places)) + ROOM)
-    problem = replace(problem, betas=problem.betas * count, length=length, narrowest=narrowest)
+    problem = replace(problem.repeated(count), length=length, narrowest=narrowest)
     start = replace(alone, gaps=places[0], solids=alone.solids * count)
     with closing(Branch(arrived(first_scene(problem, start)))) as branch:
         for place in places:

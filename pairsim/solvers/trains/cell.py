@@ -69,7 +69,7 @@ def repeated(one: SteadySolver, count: int) -> SteadySolver:
     """
     problem, here = one.problem, one.parameters
     parameters = Parameters((distance(one),) * (count - 1), here.solids * count, here.liquid, here.sizes * count)
-    several = replace(problem, betas=problem.betas * count, length=problem.length * count)
+    several = replace(problem.repeated(count), length=problem.length * count)
     mesh, nodes = one.scene.liquid.six_node_mesh.repeated(count, problem.length)
     insides = [None if body.phase is None else body.phase.six_node_mesh for body in one.bodies]
     cells = Cells(insides * count, one.scene.reference.repeated(count), mesh)

@@ -164,14 +164,5 @@ def settled_error(problem: Problem, clock: Clock) -> Array | float:
 
 def steady_scene(problem: Problem, gaps: tuple[float, ...]) -> tuple[SteadyProblem, Parameters]:
     """The quasi-steady problem of a run on its cells, and its parameters at given distances [D_c], N-1 values."""
-    steady = SteadyProblem(
-        betas=problem.betas,
-        length=problem.length,
-        periodic=problem.periodic,
-        mesh=problem.mesh,
-        drive=problem.drive,
-        narrowest=min(problem.gaps, default=np.inf),
-        closed=problem.closed,
-        monitor=problem.monitor,
-    )
+    steady = SteadyProblem(**problem.shared, narrowest=min(problem.gaps, default=np.inf))
     return steady, Parameters(gaps, problem.solids, replace(problem.liquid, yielding=None))

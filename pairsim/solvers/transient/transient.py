@@ -12,7 +12,7 @@ from pairsim.quantities.kinds import TIME
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InvertedCell, MeshFailure, NewtonFailure, StepTooSmall
 from pairsim.runtime.message import Message
-from pairsim.solvers.errors.error_transport import ErrorEquation
+from pairsim.solvers.errors.error_transport import ErrorTransport
 from pairsim.solvers.errors.run_errors import RunErrors
 from pairsim.solvers.meshed_scene import needs_mesh
 from pairsim.solvers.nonlinear.convergence import Report
@@ -58,7 +58,7 @@ class Transient(StepSolver):
         self.counts, self.run_errors, self.extremes = Counts(), RunErrors.of(problem.liquid), Extremes()
         self.gaps = problem.gaps
         self._U_m, self._dt, self._due = problem.U_m, problem.control.fixed or problem.first_step, False
-        self._error: ErrorEquation | None = None
+        self._error: ErrorTransport | None = None
         if state is None:
             self._begin(settled)
         else:
@@ -90,7 +90,7 @@ class Transient(StepSolver):
             interval.setting_in = problem.liquid.longest
         self.counts.newton, self.counts.factorisations = start.newton, start.factorisations
         if problem.dU_error:
-            self._error = ErrorEquation(errors)
+            self._error = ErrorTransport(errors)
 
     def _restore(self, state: State) -> None:
         """Start from the state of an earlier run."""
@@ -101,7 +101,7 @@ class Transient(StepSolver):
         self.gaps = state.gaps
         self._U_m, self._dt, self._due = state.U_m, state.dt, state.due
         if state.error_history is not None:
-            self._error = ErrorEquation(replace(state.error_history))
+            self._error = ErrorTransport(replace(state.error_history))
         for name, seconds in state.seconds.items():
             self.clock.seconds[name] += seconds
 

@@ -97,7 +97,7 @@ class _Contribution:
         del self._touching, self._begin
 
 
-class ReducedMatrix:
+class CondensedMatrix:
     """T A P, in compressed rows with ascending columns.
 
     Args:

@@ -41,7 +41,7 @@ def node_of_unknowns(scene: Scene, dependence: sparse.csr_matrix) -> Indices:
     return found
 
 
-def elimination_order(scene: Scene, constraints: Constraints) -> Indices | None:
+def fill_reducing_ordering(scene: Scene, constraints: Constraints) -> Indices | None:
     """Free unknowns in the order in which they are eliminated, shape (n_y,).
 
     None if PETSc was built without METIS.
