@@ -40,8 +40,8 @@ def quantity_for(case: Mapping[str, Any], name: str, scales: Scales) -> tuple[st
 class DrawnRange:
     """The range of dU in which most draws of the inputs are, at constant distance in units.
 
-    It holds `COVERED` of all draws, those outside of the atlas being counted as outside of it; where there are more of
-    these, of the others.
+    It holds the part `COVERED` of all draws. Draws outside of the atlas count as outside of the range; if they are too
+    many for that, it holds `COVERED` of the others.
     """
 
     d: Array  # distances [D_c], ascending, shape (n,)
@@ -53,7 +53,7 @@ class DrawnRange:
 
     @classmethod
     def of(cls, record: Record) -> Self | None:
-        """That of a curve, in its run.json; None if it has none."""
+        """The range in the run.json of a curve; None if there is none."""
         if (entry := DRAWN.of(record)) is None:
             return None
         arrays = {name: np.asarray(entry[name], dtype=float) for name in ("d", "least", "largest", "outside")}
@@ -84,7 +84,7 @@ class DrawnRange:
         return f"{100 * part:.2g} % of the draws are outside of the atlas{beyond and f', {beyond},'} and {means}"
 
     def around(self, zero: float) -> tuple[float, float]:
-        """The distances about a zero of dU between which the range holds both signs, and so zeros of draws [D_c]."""
+        """The interval around a zero of dU in which zeros of the draws lie: there the range holds both signs [D_c]."""
         d = np.geomspace(self.d[0], self.d[-1], FINE)
         unsure = (self._at(self.least, d) <= 0) & (self._at(self.largest, d) >= 0)
         at = int(np.abs(np.log(d / zero)).argmin())

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
+from pairsim.analysis.input_parts import InputParts, dU_by
 from pairsim.analysis.input_ranges import DrawnRange
 from pairsim.analysis.pair_motion import Memory, Motion
 from pairsim.analysis.rows_of_points import point_row
@@ -18,7 +19,7 @@ from pairsim.analysis.travel import Travel, distance_on, travel
 from pairsim.cases.inputs import Input
 from pairsim.quantities.kinds import VELOCITY
 from pairsim.quantities.scales import Scales
-from pairsim.record.column import Column, error_of
+from pairsim.record.column import Column, Columns, error_of
 from pairsim.record.columns import (
     BRIDGE,
     BY_DIFFERENCE,
@@ -31,6 +32,7 @@ from pairsim.record.columns import (
     DU_ERROR,
     DU_HALF,
     DU_HELD,
+    DU_INPUTS,
     EQUILIBRIA_COLUMNS,
     SENSITIVITIES,
     SLOPE,
@@ -240,6 +242,8 @@ class Curve:
     def at(self, places: Sequence[float | str]) -> Table:
         """The columns d, dU and dU_error at any distances: numbers [D_c], or lengths with their units.
 
+        The last column is dU_inputs where inputs have half-widths, and what these change is known.
+
         Raises:
             InputError: It is no curve over a single distance, or a distance is outside of it.
         """
@@ -253,7 +257,9 @@ class Curve:
         if not found:
             allowed = "goes with a curve of at least two points over a single distance"
             raise InputError(self.source, "--at", None, allowed)
-        return Table(found, self.table.declared)
+        if self.by_inputs.known:
+            found[DU_INPUTS.name] = self.by_inputs.half_widths(found[DISTANCE.name])
+        return Table(found, Columns(self.table.declared, DU_INPUTS))
 
     def peak_of(self, gap: str) -> Peak:
         """The largest |dU| of a gap: that of the curve, or of points that have none, without interpolation."""
@@ -343,7 +349,7 @@ class Curve:
         if self.motion is None:
             allowed = "must be the curve of a pair in steady states, with at least two points"
             raise InputError(self.source, "", None, allowed)
-        return travel(self.motion, start, stop, self.source, self.scales)
+        return travel(self.motion, start, stop, self.source, self.scales, self.by_inputs)
 
     def interpolated(self, values: Array, d: float) -> float:
         """Values at the points of a pair, shape (points,), at a distance between them: linear in log d."""
@@ -359,28 +365,13 @@ class Curve:
 
         None where the input changes numbers by which there are no derivatives.
         """
-        scales = ("length", "velocity")
-        numbers = {name: change for name, change in one.changes.items() if change and name not in scales}
-        columns = {name: SENSITIVITIES.get(name) for name in numbers}
-        if any(column is None or not self.table.has(column) for column in columns.values()):
-            return None
-        length, velocity = (one.changes.get(name, 0.0) for name in scales)
-        table = self.table
-        dU = table[DU] * velocity - table[DISTANCE] * table[SLOPE] * length
-        by_numbers = (numbers[name] * table[column] for name, column in columns.items() if column is not None)
-        return np.asarray(VELOCITY.factor(self.scales) * (dU + sum(by_numbers)))
+        change = dU_by(self.table, one)
+        return None if change is None else VELOCITY.factor(self.scales) * change
 
-    def half_widths_by(self, inputs: Sequence[Input]) -> dict[str, Array]:
-        """The part of each input in the half-width of dU, as of `change_by`; infinite where it is not known.
-
-        Quantities are independent, so that squares add up.
-        """
-        found = {}
-        for one in inputs:
-            if one.half_width:
-                change, unknown = self.change_by(one), np.full_like(self.table[DU], np.inf)
-                found[one.key] = unknown if change is None else np.abs(change) * one.half_width / one.size
-        return found
+    @cached_property
+    def by_inputs(self) -> InputParts:
+        """What the half-widths of the inputs change, at constant distances in units [U_av]."""
+        return InputParts.of(self.table, self.record.inputs)
 
     @cached_property
     def drawn(self) -> DrawnRange | None:

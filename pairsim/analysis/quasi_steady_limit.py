@@ -40,7 +40,7 @@ class Settled:
         return max(self.error, self.accuracy * abs(self.dU)) if error is None else error
 
     def allowed(self, error: float | None) -> float:
-        """Difference from dU of a run that errors explain."""
+        """Largest difference from dU of a run that the errors of both explain [U_av]."""
         return max(self.error + self.own(error), NOTHING)
 
     def decayed(self, t: float, dU: float, error: float | None) -> bool:

@@ -9,7 +9,7 @@ MOST_SHAPES = 4  # that an answer tells each
 
 
 def shapes_in(table: Table, row: int, when: str) -> list[str]:
-    """The Taylor parameters in a row."""
+    """A sentence with the Taylor parameters in a row of a table; none if the table has none."""
     values = {name: float(column[row]) for name, column in table.each(TAYLOR).items()}
     said = [f"{name} = {values[name]:.3g}" for name in sorted(values, key=lambda name: values[name])]
     shapes = (

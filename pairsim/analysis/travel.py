@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from pairsim.analysis.input_parts import InputParts, together, unknown_in_words
 from pairsim.analysis.pair_motion import Motion
+from pairsim.cases.quantity_text import A_LENGTH, si
 from pairsim.quantities.kinds import LENGTH, POSITION, TIME
 from pairsim.quantities.scales import Scales
 from pairsim.quantities.text import in_unit, with_name
@@ -31,10 +34,12 @@ class Travel:
         length: Integral of U/dU dz with the mean velocity U of the pair: how far it travels along the tube [D_c].
         time_error: Half-width of the time: with dU on either end of its interval everywhere.
         length_error: Half-width of the length, in the same way.
-        forgotten: Distance from which on a pair that starts at the first one moves so; see `Memory`.
+        forgotten: Distance from which on a pair that starts at the first one follows the curve; see `Memory`.
         start_error: By how much a start from rest at the first distance may change the time [D_c/U_av]; no part of
             `time_error`, as of a pair that only passes there. None if the curve does not have it.
         scales: The units of the case, None without a `physical` block.
+        by_inputs: What the half-width of each input adds to those of time and length, to first order, by its key.
+        unknown: The keys of inputs of which this is not known.
     """
 
     start: float
@@ -46,6 +51,25 @@ class Travel:
     forgotten: float | None
     start_error: float | None
     scales: Scales | None = None
+    by_inputs: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    unknown: Sequence[str] = ()
+
+    @property
+    def time_inputs(self) -> float | None:
+        """Half-width of the time by those of the inputs at the same distances in units; no part of `time_error`.
+
+        None where inputs have none, or the part of one is not known.
+        """
+        return self._by_all(0)
+
+    @property
+    def length_inputs(self) -> float | None:
+        """The same of the length [D_c]."""
+        return self._by_all(1)
+
+    def _by_all(self, which: int) -> float | None:
+        parts = [each[which] for each in self.by_inputs.values()]
+        return None if self.unknown or not parts else float(together(parts))
 
     def __str__(self) -> str:
         """The answer of `pairsim travel`."""
@@ -63,10 +87,24 @@ class Travel:
             if self.start_error is not None:
                 changed = with_name(scales, TIME, self.start_error, digits=2)
                 lines[-1] += f", and takes up to about {changed} more or less if it starts from rest"
-        return "\n".join(lines)
+        return "\n".join([*lines, *self._inputs_in_words()])
+
+    def _inputs_in_words(self) -> list[str]:
+        """What the inputs add, the largest part first, and of which of them it is not known."""
+        lines, parts = [], sorted(self.by_inputs.items(), key=lambda each: -each[1][0])
+        if parts:
+            said = []
+            for which, unit in enumerate((TIME, POSITION)):
+                own = {key: part[which] * unit.factor(self.scales) for key, part in parts}
+                each = ", ".join(f"{key} {part:.2g}" for key, part in own.items())
+                said.append(f"+- {together(own.values()):.2g} {unit.physical} ({each})")
+            lines.append(f"the half-widths of the inputs add, to first order, {' and '.join(said)} of tube")
+        return lines + ([unknown_in_words(self.unknown)] if self.unknown else [])
 
 
-def travel(motion: Motion, start: float | str, stop: float | str, source: str, scales: Scales | None) -> Travel:
+def travel(
+    motion: Motion, start: float | str, stop: float | str, source: str, scales: Scales | None, inputs: InputParts
+) -> Travel:
     """Integrate the motion of a pair from one distance to another, see `Curve.travel`.
 
     Raises:
@@ -96,11 +134,26 @@ def travel(motion: Motion, start: float | str, stop: float | str, source: str, s
     forgotten = memory.forgotten if memory is not None else None
     behind = motion.from_rest(begin) if motion.from_rest is not None else None
     start_error = None if behind is None else float(behind / abs(curve.values(begin)))
-    return Travel(begin, end, time, length, time_error, length_error, forgotten, start_error, scales)
+    errors = time_error, length_error, forgotten, start_error
+    return Travel(begin, end, time, length, *errors, scales, _by_inputs(motion, inputs, d, way), inputs.unknown)
+
+
+def _by_inputs(motion: Motion, inputs: InputParts, d: Array, way: Array) -> dict[str, tuple[float, float]]:
+    """What the half-width of each input changes of time and length, both of the same way between the centres.
+
+    That is given at distances (of any shape) as the weights of a quadrature of the same shape.
+    """
+    dU, velocity, found = motion.curve.values(d), motion.velocity(d), dict[str, tuple[float, float]]()
+    changes, of_velocity = inputs.dU_at(d), inputs.velocity_at(d)
+    for key, change in changes.items():
+        slower = way * change / dU**2
+        length = (velocity * slower - way * of_velocity[key] / dU).sum()
+        found[key] = abs(float(slower.sum())), abs(float(length))
+    return found
 
 
 def distance_on(curve: CurveInterpolant, given: float | str, option: str, scales: Scales | None, source: str) -> float:
-    """A distance on a curve [D_c], which is an end of the curve where it differs from it by rounding.
+    """A distance on a curve [D_c]; one that differs from an end of the curve by rounding alone is set to that end.
 
     It is given as a number [D_c], or as a length with its unit. Messages name `source` and the option.
 
@@ -110,8 +163,6 @@ def distance_on(curve: CurveInterpolant, given: float | str, option: str, scales
     try:
         d = float(given)
     except ValueError:
-        from pairsim.cases.quantity_text import A_LENGTH, si  # loads what checks cases
-
         try:
             length = si(str(given), A_LENGTH)
         except ValueError as error:

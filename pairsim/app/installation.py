@@ -24,7 +24,7 @@ SMALL = {"particles": 0, "De": 0, "length": LENGTH, "ends": "developed", "time":
 
 
 def findings() -> Iterator[tuple[str, str]]:
-    """What is looked at, and what is there, each as soon as it is known; at last the pressure drop of a small case.
+    """Yield each thing that is checked and what was found, as soon as it is known; the last is a small case.
 
     Raises:
         EnvironmentFailure: Something that every case needs is missing.

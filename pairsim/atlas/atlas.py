@@ -51,7 +51,13 @@ class Curves:
         return np.asarray(np.abs(self.dU).max(axis=1, keepdims=True))
 
     def kriging(self, box: Mapping[str, Sequence[float]], settings: Array) -> Kriging:
-        """dU over beta ** POWER, by lengths (3) and errors of values (of a curve's peak) and of derivatives (3)."""
+        """Kriging of dU/beta**POWER.
+
+        Args:
+            box: Least and largest values of the parameters.
+            settings: Correlation lengths (3), error of the values relative to the peak of a curve, and errors of the
+                derivatives (3).
+        """
         beta, (x, slopes) = self.places[:, :1], scaled(box, self.places)
         values = self.dU / beta**POWER
         by = self.gradients.swapaxes(0, 1) / beta**POWER
@@ -144,21 +150,22 @@ class Atlas:
 
     @cached_property
     def own(self) -> Array:
-        """Half-widths of the curves that it is made of over their peaks, shape (curves, distances)."""
+        """Half-widths of the curves of which the atlas is made, relative to their peaks, shape (curves, distances)."""
         return np.asarray(np.maximum(self.curves.errors / self.curves.peaks, SLACK))
 
     @cached_property
     def patterns(self) -> Array:
-        """Functions whose sums with normal factors have variance 1 and change over the distances as errors of dU do.
+        """How errors of the atlas are distributed over the distances, shape (curves, distances).
 
-        They are the errors of curves left out, shape (curves, distances).
+        Each row is the error of a curve that was left out. The sum of all rows, each times an independent normal number
+        of variance 1, has variance 1 at every distance, and changes from one to the next as errors of dU do.
         """
         residuals, spreads = self.dU.left_out()
         ratios = residuals / spreads[:, None]
         return np.asarray(ratios / np.linalg.norm(ratios, axis=0))
 
     def outside(self, **given: float) -> list[str]:
-        """In words, which of beta, De, Ca_e and d are not in the box."""
+        """Which of the given beta, De, Ca_e and d are outside of the box, in words."""
         found = []
         for name, value in given.items():
             low, high = self.box[name]

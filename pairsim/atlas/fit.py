@@ -54,7 +54,9 @@ def fit(curves: Curves, d: Array, box: Mapping[str, Sequence[float]], provenance
 
 
 def widths_of(curves: Curves, box: Mapping[str, Sequence[float]], settings: Array) -> Array:
-    """Half-widths that hold `COVERED` of errors of curves left out, over the deviations of the kriging, (distances,).
+    """Half-widths that hold `COVERED` of all errors, over the standard deviation of the kriging, (distances,).
+
+    The errors are those of curves that are left out.
 
     The quantile is that for one more curve than these (conformal prediction). It is taken of curves at random places if
     there are `ENOUGH`: a further place is to them as each is to the others, whereas curves at edges are extrapolated.
@@ -68,7 +70,7 @@ def widths_of(curves: Curves, box: Mapping[str, Sequence[float]], settings: Arra
 
 
 def left_out(atlas: Atlas) -> Array:
-    """By how much the others are wrong about each curve, over its peak, shape (curves, distances)."""
+    """Error of the atlas without a curve at the place of that curve, over its peak, shape (curves, distances)."""
     return atlas.dU.left_out()[0] * atlas.curves.places[:, :1] ** POWER / atlas.curves.peaks
 
 

@@ -57,7 +57,7 @@ class Kriging:
 
     @classmethod
     def of(cls, places: Array, data: Array, errors: Array, lengths: Array, vanishing: bool) -> Kriging:
-        """Those of data.
+        """The functions that interpolate data.
 
         Args:
             places: Places, shape (n, p).
@@ -84,7 +84,7 @@ class Kriging:
         return rows @ self.weights, np.sqrt(np.maximum(spread, 0.0))
 
     def left_out(self) -> tuple[Array, Array]:
-        """What the others say of the functions at each place, less the data (n, functions), and its deviation (n,)."""
+        """The kriging without each place less the data there, (n, functions), and its standard deviation, (n,)."""
         n, residuals, spreads = len(self.places), [], []
         for i in range(n):
             own = np.flatnonzero(self.known % n == i)

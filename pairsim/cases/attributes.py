@@ -35,7 +35,7 @@ class Attribute:
 
     @property
     def allowed(self) -> str:
-        """What is to be said to who gives another value."""
+        """The values allowed, in words, for messages about another value."""
         words = "must be above {:g} and below {:g}" if self.open else "must be from {:g} to {:g}"
         return f"{words.format(self.least, self.most)} {self.unit}".rstrip()
 

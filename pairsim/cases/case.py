@@ -141,7 +141,7 @@ class SceneCase(Keys):
 
     @property
     def held(self) -> frozenset[str]:
-        """Which of `Np` and `max_size` under mesh adaptation does not change; with `Np` it changes no cells at all."""
+        """Which of `mesh.Np` and `mesh.max_size` adaptation must keep; where it is `Np` no cells are adapted."""
         if not self.mesh.adapt:
             return frozenset({"Np"})
         return frozenset({"max_size"} if self.mesh.max_size != self._cells["max_size"] else ())
@@ -169,7 +169,7 @@ class SceneCase(Keys):
 
     @property
     def gaps(self) -> tuple[float, ...]:
-        """Distances [D_c] that the geometry is made for, one for each gap from upstream; here there are none."""
+        """Distances for which the geometry is made, from upstream, N-1 values [D_c]; none in this base class."""
         return ()
 
     @property
@@ -179,7 +179,7 @@ class SceneCase(Keys):
 
     @property
     def first_case(self) -> SceneCase:
-        """The case that is computed first: this one, unless it is made of others."""
+        """The case that is computed first: this one, or the first of several of which it consists."""
         return self
 
     @property
@@ -199,7 +199,7 @@ class SceneCase(Keys):
 
     @property
     def has_history(self) -> bool:
-        """Whether no steady state is asked for, but stresses after a history: a liquid may have a yield stress."""
+        """Whether stresses after a time are asked for, not a steady state; a polymer may yield only then."""
         return self.in_time
 
     @property
@@ -315,7 +315,7 @@ class SceneCase(Keys):
         return parts if self.n == 2 else [f"n{self.n}", *parts]
 
     def _slugs(self) -> list[str]:
-        """The values of keys that declare what they come after in names of folders, where they are not the default."""
+        """The parts of the folder's name for keys that declare one (`Key.slug`) and differ from their default."""
         declared = [(key, getattr(self, name)) for name, key in keys_of(type(self)).items() if key.slug]
         here = [each for each in declared if each[0].count is None or each[0].count(self.n)]
         return [f"{key.slug}{shown(value)}" for key, value in here if not key.is_default(value)]
@@ -357,8 +357,8 @@ def shown(value: Any) -> str:
 def known_keys() -> dict[str, Key]:
     """The keys of all kinds of cases by name, whichever of them were imported before.
 
-    Of a key that several kinds have, such as d, it is that of one for which it is a part of the report, if there is
-    one.
+    Several kinds of cases may have a key of the same name, such as d. Where one of them only reports it
+    (`Part.REPORT`), it is the declaration of that one.
     """
     for models in kinds.LISTS:
         models()  # which are subclasses once they are imported

@@ -32,7 +32,7 @@ class InNumbers(NamedTuple):
     mistakes: list[Mistake]
 
     def named(self, mistake: Mistake) -> Mistake:
-        """A mistake in a number as one of the quantity that it follows from."""
+        """The same mistake, but of the quantity from which the wrong number follows."""
         origin = self.origins.get(mistake.key) or self.origins.get(mistake.key.partition("[")[0])
         if origin is None or mistake.value is None or self.experiment is None:
             return mistake
@@ -44,7 +44,12 @@ class InNumbers(NamedTuple):
 
 
 def in_numbers(given: Content, fields: Collection[str]) -> InNumbers:
-    """Put numbers that follow from the `physical` block of a case beside it, for keys that it may have (`fields`)."""
+    """A copy of a case in which dimensionless numbers follow from its `physical` block.
+
+    Args:
+        given: The case as written, which need not be valid.
+        fields: Keys that this kind of case has; a quantity that gives another one is a mistake.
+    """
     data, origins = copy.deepcopy(dict(given)), dict[str, str]()
     experiment = Experiment.in_case(given)
     if experiment is None:
@@ -71,7 +76,7 @@ def in_numbers(given: Content, fields: Collection[str]) -> InNumbers:
 
 
 def given_by(case: Content, fields: Collection[str]) -> list[str]:
-    """Those of some dotted keys that quantities of the block of a case stand for."""
+    """Which of these dotted keys follow from quantities in the `physical` block of a case."""
     if (experiment := Experiment.in_case(case)) is None:
         return []
     given = [each for each in follows_in(experiment.laws) if each.quantity.key in experiment.given]

@@ -28,7 +28,7 @@ def beyond(case: SceneCase, atlas: Atlas) -> list[str]:
 
 
 def is_of_its_law(case: SceneCase, atlas: Atlas) -> bool:
-    """Whether the liquids of an atlas are of the law of a case, and not only some of them, as at De = 0."""
+    """Whether an atlas is of the same law as the liquid of a case, at all of its De and not at De = 0 alone."""
     return case.liquid_model.structure == _far_corner(atlas, type(case)).liquid_model.structure
 
 

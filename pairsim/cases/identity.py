@@ -44,7 +44,7 @@ def _holder(identity: dict[str, Any], name: str) -> tuple[dict[str, Any], str]:
 
 
 def alike(case: SceneCase) -> str:
-    """A text that is the same for cases that compute the same, however their quantities are written.
+    """A text by which cases that compute the same are recognised, however their quantities are written.
 
     5 kPa, 5000 Pa and a Young's modulus of 15 kPa are one, as are numbers with the same twelve digits. Hashes do not
     follow from it: the folder of a case that was computed is found by how it was written.

@@ -34,12 +34,12 @@ class Input(NamedTuple):
 
     @property
     def size(self) -> float:
-        """What changes are to be divided by for those by the quantity in its unit."""
+        """Divisor that turns a derivative by the logarithm of the quantity into one by the quantity in its unit."""
         return 1.0 if self.unit == PERCENTAGE.physical else self.value
 
 
 def inputs_of(case: SceneCase) -> list[Input]:
-    """The quantities of a valid case that may have half-widths; none without a `physical` block."""
+    """The quantities of the `physical` block of a valid case that can be uncertain; none without the block."""
     experiment = case.experiment
     if experiment is None:
         return []

@@ -113,12 +113,17 @@ class Key:
 
 
 class Keys(BaseModel):
-    """A group of keys; others than those of its model are refused."""
+    """A group of keys, which are the fields of the model; unknown keys are refused."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
     def filled(self, values: Mapping[str, Any], always: Collection[str] = ()) -> Self:
-        """A copy with values of keys that are not given, which are not given there either; of some keys in any case."""
+        """A copy with other values for keys that were not given; they still count as not given in the copy.
+
+        Args:
+            values: Values by key.
+            always: Keys whose values are replaced even if they were given.
+        """
         given = self.model_fields_set
         copy = self.model_copy(update={key: each for key, each in values.items() if key in always or key not in given})
         object.__setattr__(copy, "__pydantic_fields_set__", set(given))

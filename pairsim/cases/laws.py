@@ -8,7 +8,7 @@ relaxation times has `law: modes` and a list of them.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Self
 
 from pydantic import BaseModel
@@ -64,6 +64,20 @@ class LawChoice:
         for name, parameter in law.parameters().items() if law is not None else ():
             yield Declared(f"{self.key}.{name}", parameter, self.given.get(name))
 
+    def with_numbers(self, numbers: Mapping[str, float]) -> Self:
+        """The same law with other parameters, by their dotted keys; those of other laws are passed over."""
+        own = {key.removeprefix(f"{self.key}."): value for key, value in numbers.items()}
+        return replace(self, given={**self.given, **{name: own[name] for name in self._names if name in own}})
+
+    @property
+    def _names(self) -> Iterable[str]:
+        return LAWS[self.name].parameters() if self.name in LAWS else ()
+
+    @property
+    def block(self) -> dict[str, Any]:
+        """The law as a block of a case."""
+        return {"law": self.name, **self.given}
+
     def made[M: Material](self, laws: Mapping[str, type[M]], *first: float, **more: float) -> M:
         """The law with its parameters, of a valid case; `first` and `more` are those that its block does not have."""
         law = laws[self.name]
@@ -114,6 +128,14 @@ class LiquidChoice(LawChoice):
         """Those of some parameters that are given as numbers."""
         return {name: self.given[name] for name in names if is_finite(self.given.get(name))}
 
+    def with_numbers(self, numbers: Mapping[str, float]) -> Self:
+        found = super().with_numbers(numbers)
+        parts = {name: part for name in ("solvent", "yielding") if (part := self._part(name)) is not None}
+        blocks: dict[str, Any] = {name: part.with_numbers(numbers).block for name, part in parts.items()}
+        if self.modes:
+            blocks[MODES] = [each.with_numbers(numbers).block for each in self.modes]
+        return replace(found, given={**found.given, **blocks})
+
     def model(self, De: float, xi: float) -> Liquid:
         """The liquid of a valid case with these De and xi, which one without modes has not."""
         if self.is_viscous:
@@ -160,6 +182,10 @@ class Laws:
     def in_case(cls, case: Content) -> Self:
         """Those of a case as keys and values, which need not be validated yet."""
         return cls.of(case.get("liquid"), case.get("solid"))
+
+    def with_numbers(self, numbers: Mapping[str, float]) -> Laws:
+        """The same laws with other parameters, by their dotted keys."""
+        return Laws(self.liquid.with_numbers(numbers), tuple(each.with_numbers(numbers) for each in self.solids))
 
     def declared(self) -> Iterator[Declared]:
         """The parameters of all of them."""

@@ -79,7 +79,7 @@ class _File:
         return key
 
     def mistake(self, key: str, problems: list[Any]) -> Mistake:
-        """The mistake of a key, of each of whose alternatives there is a problem."""
+        """The mistake of a key that fits none of its alternatives, from the problem that each of them has."""
         value, kind = problems[0]["input"], problems[0]["type"]
         known = self._known(key, problems[0])
         if kind == "missing" and isinstance(problems[0]["loc"][-1], str):

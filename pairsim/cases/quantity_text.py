@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from pairsim.cases.unit_registry import registry
-from pairsim.cases.values import Range, spelled_out
+from pairsim.cases.values import Positive, Range, listed, several, spelled_out
 from pairsim.quantities.kinds import PERCENTAGE, TIME
 from pairsim.quantities.measurable import Measurable, a_length
 from pairsim.runtime.errors import InputError
@@ -250,3 +250,14 @@ def quantity_range(described: Range[Any]) -> list[str]:
     numbers = described.model_copy(update=dict(zip(("start", "stop"), ends, strict=True)))
     unit = _parsed(described.start)[1]
     return [f"{value:.12g} {unit:~C}" for value in spelled_out(numbers)]
+
+
+def _listed(value: Any) -> Any:
+    return tuple(quantity_range(value)) if isinstance(value, Range) and isinstance(value.start, str) else listed(value)
+
+
+if TYPE_CHECKING:  # mypy cannot know them
+    ValuesOrQuantities = tuple[float | str, ...]
+else:
+    ValuesOrQuantities = several(Positive | str, Positive | str, _listed)
+    """Values of a number, or of a quantity with their units."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeGuard, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag
@@ -114,13 +114,14 @@ def spelled_out(described: Range[Any]) -> list[float]:
 
 
 def _shape(value: Any) -> str:
-    """What pydantic shall take a value for, so that it finds one mistake and not one for each alternative."""
+    """The alternative for which a value is meant, so that pydantic reports the mistakes of that one alone."""
     if isinstance(value, Range) or (isinstance(value, Mapping) and value.keys() & Range.model_fields.keys()):
         return "range"
     return "each" if isinstance(value, list | tuple) else "one"
 
 
-def _listed(value: Any) -> Any:
+def listed(value: Any) -> Any:
+    """A value, a list or a range of numbers as a tuple."""
     return value if isinstance(value, tuple) else tuple(spelled_out(value)) if isinstance(value, Range) else (value,)
 
 
@@ -132,8 +133,8 @@ OneOrMany = Annotated[
 """One value, or a list of values."""
 
 
-def several(one: Any, end: Any) -> Any:
-    """The type of a value, a list of values, or a range with ends of a type, all of which become a tuple of values."""
+def several(one: Any, end: Any, listed: Callable[[Any], Any] = listed) -> Any:
+    """The type of a value, a list of values, or a range with ends of a type, all of which `listed` makes a tuple."""
     each: Any = tuple[one, ...]
     ranged: Any = Range
     return Annotated[
@@ -141,7 +142,7 @@ def several(one: Any, end: Any) -> Any:
         | Annotated[each, Field(min_length=1, max_length=MOST_VALUES), Tag("each")]
         | Annotated[ranged[end], Tag("range")],
         Discriminator(_shape),
-        AfterValidator(_listed),
+        AfterValidator(listed),
     ]
 
 

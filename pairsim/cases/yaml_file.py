@@ -87,7 +87,7 @@ def place_of(data: Content, key: str) -> Place | None:
 
 
 def within(data: dict[str, Any], dotted: str) -> tuple[dict[str, Any], str]:
-    """The group that a dotted key is in, which is made if it is missing, and the key in that group.
+    """The group of a dotted key, created if it is missing, and the name of the key in that group.
 
     The name of a law becomes its block.
 

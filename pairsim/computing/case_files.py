@@ -69,7 +69,7 @@ def read_case[C: SceneCase](
 
 
 def _two_ways(model: type[SceneCase]) -> list[tuple[str, str]]:
-    """The keys in groups that say up to where an answer goes, each with the quantity for it: either one prolongs it."""
+    """Pairs of a key such as time.end and the quantity that gives it, physical.end: setting one removes the other."""
     known = keys_of(model)
     keys = [(known[key], f"{BLOCK}.{each.key}") for each in EXPERIMENT for key in each.gives if key in known]
     return [(key.name, quantity) for key, quantity in keys if key.part is Part.REPORT and "." in key.name]
@@ -116,7 +116,7 @@ def commands_for(path: Path, files: Files, overrides: tuple[str, ...] = ()) -> l
 
 
 def fitting(data: Mapping[str, Any], files: Files) -> list[str]:
-    """The commands whose files have most of some keys."""
+    """The commands whose files have the fewest of these keys that they do not know."""
     unknown = {name: sum(key not in model.model_fields for key in data) for name, model in files.items()}
     return [name for name, count in unknown.items() if count == min(unknown.values())]
 

@@ -31,8 +31,8 @@ type Tables = Mapping[str, Table]
 """Tables of a folder by name; one that is not there has no columns."""
 
 
-def last_row(tables: Tables) -> dict[str, Value]:
-    """The number of rows of the main table, and the values of the last one."""
+def last_row(tables: Tables, record: Record) -> dict[str, Value]:
+    """The usual values of a case in results.csv: the number of rows of its main table, and its last row."""
     main = next(iter(tables.values()))
     last = {name: values[-1].item() for name, values in main.items() if len(values)}
     return {"points": main.rows, **last}
@@ -45,10 +45,10 @@ def no_pictures(folder: Path, out: Path, page: Page) -> list[Path]:
 
 @dataclass(frozen=True)
 class InSweeps[C: SceneCase]:
-    """What a sweep shows of a question, in results.csv."""
+    """The columns of results.csv that a sweep has for the cases of a question, beside their parameters and status."""
 
     columns: Callable[[C], Sequence[str]]  # of the results of a case, before `COST`
-    read: Callable[[Tables], dict[str, Value]] = last_row  # takes those that are there from the tables of a folder
+    read: Callable[[Tables, Record], dict[str, Value]] = last_row  # takes those that a folder has from its content
     parameters: tuple[str, ...] = ("beta", "De", "Ca_e")  # keys that results.csv always has, also if they do not vary
 
 
@@ -174,7 +174,7 @@ class Question[C: SceneCase]:
         with suppress(InputError, ValueError, KeyError):
             tables = self.read_tables(directory)
             if tables[self.table]:
-                values = self.in_sweeps.read(tables)
+                values = self.in_sweeps.read(tables, record)
         return values | record.cost(STEPS, *COST)
 
 

@@ -173,7 +173,7 @@ class Result:
         if scales is None:
             return frame
         try:
-            frame = in_units(frame, table.declared, [scales] * len(frame))
+            frame = in_units(frame, table.declared, self.scales_of_rows(table, scales))
         except TypeError as error:
             file = str(self._place / f"{name}.csv")
             raise InputError(file, "", None, f"must have numbers in its rows ({error})") from None
@@ -191,13 +191,18 @@ class Result:
 
         return read_table(self._place / f"{name}.csv", self.question.tables[name])  # says what is missing
 
+    def scales_of_rows(self, table: Table, scales: Scales) -> list[Scales]:
+        """The units of each row of a table: those of the case, unless rows are for other values of a quantity."""
+        return [scales] * table.rows
+
     def _with_quantity(self, frame: pd.DataFrame, scales: Scales) -> pd.DataFrame:
         """The frame with the quantity of the experiment that gives the number which is followed, if one is."""
         case = read_yaml(self._place / "case.yaml") if self._content is None else self.case.resolved()
-        if along := case.get("along"):
+        along = case.get("along")
+        number = "Ca_e" if isinstance(along, list) else next(iter(along or ()), "")  # of shapes: values of Ca_e
+        if number in frame:
             from pairsim.analysis.input_ranges import quantity_for
 
-            number = "De" if "De" in along else "Ca_e"
             key, unit, value_of = quantity_for(case, number, scales)
             frame.insert(list(frame).index(number), key, value_of(frame[number]))
             frame.attrs["units"][key] = unit
@@ -284,7 +289,7 @@ class Result:
 
     @property
     def happened(self) -> str:
-        """How it ended, without what to try, which `advice` says of a folder."""
+        """How it ended. Of a result with a folder without what to try, which `advice` then says."""
         return self.message if self.folder is None else self.message.rpartition("; try ")[0] or self.message
 
     def findings(self) -> list[str]:

@@ -145,7 +145,7 @@ class _Session:
         return time.monotonic() - self._start + (self.old.wall if self.old else 0.0)
 
     def on_the_way(self, place: Text) -> None:
-        """Show where a computation is that has no result yet, for how long, and how long that may go on."""
+        """Show where a computation is that has no new result: the place, the time so far, and when it will be ended."""
         passed = time.monotonic() - self._start
         most = self._options.budget or (self._options.patience if self.monitor.awaits_result else None)
         limit = f", ends after {duration(most)}" if most and passed > SOON * most else ""
@@ -187,7 +187,10 @@ class _Session:
         return True
 
     def _follow(self, computation: events.Events) -> Outcome:
-        """Carry out all events; the computation hears of what goes wrong meanwhile, and says what is left to do."""
+        """Carry out all events of a computation.
+
+        An exception meanwhile is raised inside the computation, which may then yield last events such as its `Summary`.
+        """
         go_on = partial(next, computation)
         try:
             while True:

@@ -116,7 +116,7 @@ def _atlases(file: Path | str | None) -> list[Atlas]:
 
 
 def _of_its_law(case: SceneCase, atlases: Sequence[Atlas]) -> tuple[Atlas, list[str]]:
-    """The atlas that answers, and why none does: of several the one of the law of the liquid.
+    """Of several atlases the one of the law of the liquid, and why it has no answer; no reasons if it has.
 
     At De = 0 an atlas of viscoelastic liquids has answers, too, but most of its curves are elsewhere.
     """

@@ -28,6 +28,7 @@ from pairsim.record.column import Column
 from pairsim.runtime.arrays import Array
 
 BAND, TOGETHER = 0.22, 6  # opacity of a band; so many bands over each other are still told apart
+LIGHTER = 0.55  # opacity of the band by the inputs, over that of the error
 START_UP = "0.88"  # grey of the part in which a run starts up
 LEAST = 0.02, 2e-6  # what an axis spans at least: a part of its largest value, and a number
 LEAST_RATIO = 4.0  # the same of a logarithmic axis, its largest over its least value
@@ -58,6 +59,7 @@ class Line:
     y: Array  # (n,)
     error: Array | None = None  # half-widths of y, (n,): a band around a line, bars at points
     x_error: Array | None = None  # the same of x
+    inputs: Array | None = None  # half-widths of y by those of the inputs, (n,): a lighter band around a line
     columns: tuple[Column, Column] | None = None  # the columns that x and y are of, if they are of a table
     parameters: Mapping[str, Any] = field(default_factory=dict)  # of its case; they choose how it looks, and its panel
     look: Mapping[str, Any] = field(default_factory=dict)  # what is otherwise, by the names of matplotlib
@@ -68,7 +70,8 @@ class Line:
 
     def range(self, *, bars: bool) -> Array:
         """The values of y and, with `bars`, the known ends of their intervals."""
-        error = np.zeros(1) if self.error is None or not bars else np.nan_to_num(self.error, posinf=0.0)
+        known = [np.nan_to_num(each, posinf=0.0) for each in (self.error, self.inputs) if each is not None and bars]
+        error = np.max(known, axis=0) if known else np.zeros(1)
         return np.concatenate([self.y - error, self.y + error])
 
 
@@ -103,10 +106,15 @@ def draw_chart(
     encoding: Encoding | None = None,
     handles: Sequence[Any] = (),
 ) -> tuple[Figure, list[Axes]]:
-    """Draw series into panels, with a legend of all of them and the small print (`parts`).
+    """Draw series into panels, with one legend above and small print below.
 
-    Where a parameter has panels, they are there for each of its values. The legend has `handles` beside the entries of
-    the encoding, of bands and of marks.
+    Args:
+        page: The page.
+        panels: The panels; where a parameter is shown by panels, all of them are repeated for each of its values.
+        series: What is drawn.
+        parts: The parameters in the small print.
+        encoding: Which parameters choose colours, styles and panels.
+        handles: Further entries of the legend, beside those of the encoding, of bands and of marks.
     """
     encoding = encoding or Encoding()
     places = [(i, name) for i in range(len(encoding.titles)) for name in panels]
@@ -138,7 +146,10 @@ def draw_chart(
 
 
 def _with_look(series: Line, encoding: Encoding) -> Line:
-    """A series that looks as its parameters say, but for what it says itself; marks have a shape of their own."""
+    """The series with colour, style and marker from the parameters of its case; its own `look` has precedence.
+
+    Marks such as zeros and crosses keep the shape of their kind.
+    """
     look = encoding.look(series.parameters) | {"markersize": 2.5 if encoding.line else 3.5}
     if series.mark:
         shown = ("color", "marker") if series.mark in ZERO_MARKS and encoding.line else ("color",)
@@ -184,8 +195,9 @@ def draw_series(axis: Axes, series: Line, band: float = BAND) -> None:
         return
     look = {**series.look} if len(series.marked) else {**series.look, "marker": ""}
     axis.plot(series.x, series.y, label=series.label, markevery=list(series.marked), **look)
-    if series.error is not None:
-        fill(axis, series.x, series.y, series.error, look["color"], band)
+    for half_widths, opacity in ((series.inputs, LIGHTER * band), (series.error, band)):
+        if half_widths is not None:
+            fill(axis, series.x, series.y, half_widths, look["color"], opacity)
 
 
 def fill(axis: Axes, x: Array, y: Array, error: Array, colour: Any, band: float = BAND) -> None:
@@ -198,6 +210,8 @@ def notes(series: Sequence[Line]) -> list[Any]:
     """Entries of the legend for bands and marks."""
     banded = [each for each in series if each.error is not None and not each.mark]
     bands = [Patch(color="0.35", alpha=BAND, linewidth=0, label=r"error of $\Delta U$")] if banded else []
+    if any(each.inputs is not None for each in series):
+        bands.append(Patch(color="0.35", alpha=LIGHTER * BAND, linewidth=0, label=r"$\Delta U$ by the inputs"))
     marked = {each.mark for each in series}
     looks = ((mark, look) for mark, look in MARKS.items() if mark in marked)
     return bands + [Line2D([], [], label=mark, color="0.2", linestyle="", **look) for mark, look in looks]
@@ -215,7 +229,7 @@ def _spread(axis: Axes, name: str, values: Sequence[Array], least: float) -> Non
 
 
 def _widen(axis: Axes, name: str, values: Sequence[Array]) -> None:
-    """Set a range along "x" or "y" that does not blow up what hardly varies, such as rounding."""
+    """Widen the range along "x" or "y" where values hardly vary, so that rounding does not fill the panel."""
     low, high = min(map(np.min, values), default=0.0), max(map(np.max, values), default=1.0)
     least = max(LEAST[0] * max(abs(low), abs(high)), LEAST[1])
     if high - low < least:
@@ -235,7 +249,7 @@ def finish(axis: Axes, x: str, y: str, values: Sequence[Array]) -> None:
 
 
 def leave_out_spikes(axis: Axes, runs: Sequence[tuple[Array, Array]]) -> bool:
-    """End an axis somewhat beyond what values are nearly all of the time: a brief start-up may reach out of it.
+    """End an axis a little beyond the values of nearly all times, so that a brief start-up does not set its range.
 
     Runs have times and values of each line. Returns whether a line reaches out of it.
     """

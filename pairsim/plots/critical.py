@@ -7,15 +7,15 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from pairsim.plots.chart import ENDS, ZERO_MARKS, Line, Panel, draw_chart, point
-from pairsim.plots.labels import parts_along, read_case
+from pairsim.plots.labels import measured, parameter_label, parts_along, read_case
 from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
 from pairsim.record.column import Column, Columns
-from pairsim.record.columns import BRANCH, CA_E, D_CR, D_ERROR, DE, KIND, PARAMETER_ERROR, STABLE
+from pairsim.record.columns import BRANCH, CA_E, D_CR, D_ERROR, DE, FOLLOWED, KIND, PARAMETER_ERROR, STABLE
 from pairsim.record.table import Table
 from pairsim.record.table_files import read_table
 
-FOLLOWED = {each.name: each for each in (CA_E, DE)}
+TOLD = {each.name: each for each in (CA_E, DE)}
 CONVERTED = Columns(D_CR, D_ERROR)
 """The columns that are drawn and have units."""
 
@@ -35,9 +35,13 @@ def draw_critical(directory: Path, out: Path, page: Page) -> list[Path]:
     name = next(iter(case.get("along") or {}), "")
     if not name or not table.rows:
         return []
-    number = FOLLOWED[name]
-    label, places = units.followed(case, number, values := table[number])
-    table |= {name: places, PARAMETER_ERROR.name: table[PARAMETER_ERROR] * places / values}
+    number = TOLD.get(name, FOLLOWED)
+    values = table[number]
+    known = measured(case["along"][name])
+    label, places = parameter_label(name, known[1] if known is not None else ""), values
+    if name in TOLD:
+        label, places = units.followed(case, number, values)
+    table |= {number.name: places, PARAMETER_ERROR.name: table[PARAMETER_ERROR] * places / values}
     # The error of a distance grows without bound towards a fold.
     panel = Panel(label, units.axis_label([D_CR]), wide="xy", margins=(0.05, 0.15), bars=False)
     parts = parts_along(case, name, units.scales is not None)

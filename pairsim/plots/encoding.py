@@ -34,7 +34,7 @@ class Encoding:
 
     @staticmethod
     def of(cases: Sequence[Mapping[str, Any]], keys: Sequence[str], group: str | None = None) -> Encoding:
-        """Share the keys that vary out: the one with the most values, the first of several, or `group` chooses colours.
+        """Assign colours, styles and panels to keys that vary; colours show `group`, or else the key with most values.
 
         Where lines would be many in one panel, the next one has panels, else styles.
 

@@ -83,7 +83,7 @@ def symbol(key: str) -> str:
 
 
 def _symbol(key: str) -> str:
-    """The symbol of a parameter, also of a law's in its group, such as liquid.n; empty if it has none."""
+    """The symbol of a key, of a parameter of a law such as liquid.n, or of a quantity; empty if it has none."""
     group, _, last = key.rpartition(".")
     if key.startswith(("liquid.", "solid.")):
         return PARAMETERS[last].parameter.symbol if last in PARAMETERS else ""
@@ -161,13 +161,13 @@ def _in_captions(key: str, case: Mapping[str, Any]) -> bool:
 
 
 def parts_along(case: Mapping[str, Any], name: str, physical: bool) -> list[str]:
-    """The parameters of a case, as `case_parts`, without one that is followed and the quantity that gives it."""
+    """The parameters of a case, see `case_parts`, but for the one on the axis and the quantity that gives it."""
     able = [each.quantity.key for each in follows_in(Laws.in_case(case)) if name in each.keys]
     return case_parts(case, {name, *(f"{BLOCK}.{key}" for key in able)}, physical)
 
 
 def _numbers_of(place: str, case: Mapping[str, Any], leave_out: Collection[str]) -> list[str]:
-    """The parameters of the law of liquid or solids, unless this is not that of all lines."""
+    """The parameters of the law of the liquid or of the solids; none where lines differ in the law."""
     known = [each for each in Laws.in_case(case).declared() if each.key.startswith(place) and each.value is not None]
     return [equation(each.key, each.value) for each in known if not {place, each.key} & {*leave_out}]
 
@@ -175,9 +175,12 @@ def _numbers_of(place: str, case: Mapping[str, Any], leave_out: Collection[str])
 def varying_keys(cases: Sequence[Mapping[str, Any]], names: Sequence[str] = ()) -> list[str]:
     """The keys that tell cases apart: each one tells some apart that those before it do not.
 
-    So the liquid is not named where De tells as much, nor a mesh that was chosen for it; and not the distances of a
-    curve, which are seen. Compared are dotted keys: `names` in this order, or all that matter, the numbers of the
-    problem first.
+    The liquid is therefore not among them where De distinguishes the same cases, nor is a mesh that was chosen for it.
+    Distances of a curve are never: the picture shows them.
+
+    Args:
+        cases: The cases, by dotted keys.
+        names: Keys to compare, in this order; by default all that matter, those of captions first.
     """
     every = [key for key in (*(key.name for key in _of_captions()), *chain(*cases)) if _tells_apart(key)]
     chosen: list[str] = []

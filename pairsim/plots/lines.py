@@ -76,7 +76,8 @@ def run_lines(
 def curve_lines(curve: Curve, parameters: Mapping[str, Any], *, failed: bool = False) -> list[Line]:
     """dU of a curve over d with its points and its zeros, and D; nothing over distances that differ from gap to gap.
 
-    Nor is there anything before the first point; for the rest see `lines_of`.
+    Nor is there anything before the first point. A single curve has the half-widths by its inputs, too; for the rest
+    see `lines_of`.
     """
     gaps, table = curve.gaps, curve.table
     if not table.rows or not gaps or (table.known(SLOPE, gaps[0]) is None and table.known(DU_HALF, gaps[0]) is None):
@@ -91,7 +92,8 @@ def curve_lines(curve: Curve, parameters: Mapping[str, Any], *, failed: bool = F
             smooth, error = interpolant.values(fine), interpolant.half_widths(fine)
         more: dict[str, Any] = {"columns": (over, DU.with_suffix(gap)), "parameters": own}
         marked = np.searchsorted(fine, points).tolist()
-        found.append(Line((DISTANCE, DU), fine, smooth, error, marked=marked, **more))
+        by_inputs = curve.by_inputs.half_widths(fine) if curve.by_inputs.known and not parameters else None
+        found.append(Line((DISTANCE, DU), fine, smooth, error, inputs=by_inputs, marked=marked, **more))
         for column in (each for each in (DU_HALF, DU_QUARTER) if not parameters):
             if (earlier := table.known(column, gap)) is not None:
                 columns = over, column.with_suffix(gap)
@@ -129,7 +131,7 @@ def _of_each(endings: Sequence[str], parameters: Mapping[str, Any]) -> list[tupl
 
 
 def told_apart(lines: Sequence[Line]) -> list[Line]:
-    """The columns of a single table, each with a look of its own and an entry in the legend of its panel."""
+    """The series of a single table: the columns in a panel differ in colour and style, and are named in its legend."""
     found = []
     for panel in dict.fromkeys(each.panel for each in lines):
         inside = [(each, columns) for each in lines if each.panel == panel and (columns := each.columns) is not None]

@@ -157,7 +157,10 @@ def draw_overlay(
 def _differences(
     lines: Sequence[Line], encoding: Encoding, units: Units, keys: Sequence[str]
 ) -> tuple[Panel, list[Line]] | None:
-    """What lines differ from one whose case differs in one key alone, where they lie on it, with both half-widths."""
+    """Differences of lines from one whose case has another value of one key alone, with both half-widths.
+
+    They are drawn where the lines themselves would lie on each other.
+    """
     key = encoding.line or encoding.colour
     if key in ("", "gap"):
         return None

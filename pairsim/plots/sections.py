@@ -204,7 +204,7 @@ def sheet(
 ) -> tuple[Figure, list[Axes], list[tuple[Layer, ScalarMappable]]]:
     """A figure with panels for `count` views, two in a row where there is room, and the colour bars of layers below.
 
-    Views from the `first` on set the range of colours, so that the start-up of a run does not.
+    The range of colours is that of the views from number `first` on, so that the start-up of a run does not set it.
     """
     z_min, z_max, r_min, r_max = views[0].window
     columns = 1 if page.narrow or count == 1 or z_max - z_min > LONG * (r_max - r_min) else 2

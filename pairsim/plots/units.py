@@ -45,7 +45,7 @@ class Units:
         return unit.physical.replace("um", "µm").replace("^2", "$^2$")
 
     def followed(self, case: Mapping[str, Any], number: Column, values: Array) -> tuple[str, Array]:
-        """Axis label and places of a parameter that is followed; in units those of the quantity that gives it."""
+        """Axis label and values of the parameter on the axis; in an experiment those of the quantity that gives it."""
         if self.scales is None:
             return self.axis_label([number]), values
         key, unit, value_of = quantity_for(case, number.name, self.scales)

@@ -1,8 +1,9 @@
 r"""Find the distances at which dU = 0, and follow them over a parameter.
 
-The case file has along: {Ca_e: ...} or {De: ...} with values or {start, stop,
-num, spacing}, and d: \[least, largest], the range of distances in tube
-diameters D_c. Writes critical.csv, critical.png, case.yaml and run.json.
+The case file has along: {Ca_e: ...}, or De, a number of a law or a quantity
+such as physical.flow_rate, with values or {start, stop, num, spacing}, and
+d: \[least, largest], the range of distances in tube diameters D_c. Writes
+critical.csv, critical.png, case.yaml and run.json.
 
 Exit codes: 0 finished, 2 wrong input, 3 computation failed, 4 installation or
 system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
@@ -12,17 +13,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, cast
 
 from pydantic import Field
 
-from pairsim.analysis.master_curve import Zero, zeros_in
 from pairsim.cases.case import SceneCase
 from pairsim.cases.checks import check_scene
 from pairsim.cases.estimate import Estimate, steady_estimate
+from pairsim.cases.followed_key import FollowedKey
 from pairsim.cases.keys import Key, Part
 from pairsim.cases.mistakes import Mistake
-from pairsim.cases.values import FOLLOWED, Distance, Values
+from pairsim.cases.quantity_text import ValuesOrQuantities
+from pairsim.cases.values import Distance
 from pairsim.computing import events
 from pairsim.computing.question import InSweeps, Question, Tables, Value
 from pairsim.computing.result import Result
@@ -42,6 +44,7 @@ from pairsim.record.columns import (
     DU_CORRECTION,
     DU_ERROR,
     ENDS_ERROR,
+    FOLLOWED,
     KIND,
     NEWTON,
     PARAMETER_ERROR,
@@ -57,11 +60,14 @@ from pairsim.runtime.message import Message, Text
 from pairsim.solvers.parameters import Parameters
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from pairsim.analysis.master_curve import Zero
     from pairsim.computing.warnings import ErrorAt
-    from pairsim.physics.liquids import Liquid
-    from pairsim.physics.solids import Solid
     from pairsim.plots.style import Page
+    from pairsim.quantities.scales import Scales
+    from pairsim.record.record import Record
+    from pairsim.record.table import Table
     from pairsim.runtime.monitor import Monitor
     from pairsim.solvers.curves.equilibrium_lines import Critical
 
@@ -72,6 +78,9 @@ CRITICAL_COLUMNS = Columns(
     *(NEWTON, DU_CORRECTION, CORRECTED, DU_ERROR, ENDS_ERROR, D_ERROR, PARAMETER_ERROR),
 )
 """The columns that critical.csv begins with."""
+MOST_TOLD = 4  # values of what is followed that an answer tells each; chosen
+TOLD = {CA_E.name, DE.name}
+"""Keys whose values have columns of their own."""
 ENDS = Entry[list[dict[str, Any]]]("ends", "where each branch of critical distances ends, and why")
 
 
@@ -80,10 +89,11 @@ class CriticalCase(SceneCase):
 
     kind: ClassVar[str] = "critical"
 
-    along: dict[str, Values] | None = Field(
+    along: dict[str, ValuesOrQuantities] | None = Field(
         None,
-        description="parameter over which critical distances are followed: Ca_e or De, with its values (a list or a "
-        "range); default: the values of the case only",
+        description="what critical distances are followed over, with its values (a list or a range): Ca_e, De, a "
+        "number of a law such as liquid.alpha, or a quantity such as physical.flow_rate, on which liquid and softness "
+        "alone depend; default: the values of the case only",
         examples=["{Ca_e: [0.05, 0.1]}"],
     )
     d: Annotated[tuple[Distance, Distance], Key(part=Part.REPORT, usual=[0.02, 0.8])] = Field(
@@ -100,8 +110,15 @@ class CriticalCase(SceneCase):
         return self.d
 
     @property
+    def followed(self) -> FollowedKey | None:
+        """What critical distances are followed over; None where the values of the case alone are asked for."""
+        return None if self.along is None else FollowedKey.of(self, *next(iter(self.along.items())))
+
+    @property
     def values_of_De(self) -> tuple[float, ...]:
-        return (self.De, *(self.along or {}).get("De", ()))
+        followed = self.followed
+        along = () if followed is None else (followed.numbers(value).get("De", self.De) for value in followed.values)
+        return (self.De, *along)
 
 
 def check(case: CriticalCase) -> Iterator[Mistake]:
@@ -116,21 +133,15 @@ def check(case: CriticalCase) -> Iterator[Mistake]:
     yield from check_scene(case)
 
 
-def _check_along(case: CriticalCase, along: Mapping[str, Sequence[float]]) -> Iterator[Mistake]:
-    if len(along) != 1 or next(iter(along)) not in ("Ca_e", "De"):
-        allowed = "must be Ca_e or De with its values, such as along: {Ca_e: [0.05, 0.1]}"
-        yield Mistake("along", dict(along), allowed)
+def _check_along(case: CriticalCase, along: Mapping[str, Sequence[float | str]]) -> Iterator[Mistake]:
+    if len(along) != 1:
+        yield Mistake("along", dict(along), "must be one key with its values, such as along: {Ca_e: [0.05, 0.1]}")
         return
-    (name, given), *_ = along.items()
-    least, most = FOLLOWED[name]
-    if wrong := [value for value in given if not least <= value <= most]:
-        yield Mistake("along", wrong[0], f"must be values of {name} from {least:g} to {most:g}")
-    if name == "Ca_e" and case.Ca_e is not None and len({Ca_e for Ca_e in case.Ca_es if Ca_e}) != 1:
-        yield Mistake("Ca_e", case.Ca_e, "must be a single value above 0, as along replaces it")
-    if name == "De" and case.is_viscous:
-        yield Mistake("along", dict(along), "must be Ca_e: the liquid has no relaxation time, and so no De")
-    elif name == "De" and case.De == 0:
-        yield Mistake("De", case.De, "must be above 0, as along replaces it")
+    (key, given), *_ = along.items()
+    try:
+        FollowedKey.of(case, key, given)
+    except ValueError as error:
+        yield Mistake("along", dict(along), str(error))
 
 
 def estimate(case: CriticalCase) -> Estimate:
@@ -152,14 +163,8 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
 
     own, (least, most) = QUESTION.tables["critical"].own, case.d
     region: Region | None = None  # of parameters and distances in which zeros are followed
-    if case.along is not None:
-        name, values = next(iter(case.along.items()))
-
-        def materials(value: float) -> tuple[Liquid, tuple[Solid | None, ...]]:
-            there = start.with_De(value) if name == "De" else start.with_Ca_e(value)
-            return there.liquid, there.solids
-
-        region = Region(Followed(materials), tuple(sorted(values)), least, most)
+    if (followed := case.followed) is not None:
+        region = Region(Followed(followed.materials), followed.values, least, most)
     start = Parameters((most,), case.solid_models, case.liquid_model)
     if region is not None:
         start = region.parameter.at(region.values[0], start)
@@ -174,7 +179,9 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
     warnings: list[Text] = []
     try:
         with found:
-            yield events.Table("critical", [*CRITICAL_COLUMNS.named(2), *health_columns(case), *own.named(2)])
+            further = [FOLLOWED.name] if followed is not None and followed.key not in TOLD else []
+            columns = [*CRITICAL_COLUMNS.named(2), *health_columns(case), *own.named(2), *further]
+            yield events.Table("critical", columns)
             # Meshes are adapted to the zeros asked for, not to those between them.
             branch = found.begin(steady_problem(case, least, monitor), start)
             if isinstance(branch, Ended):
@@ -196,8 +203,11 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
                         if each.by_parameter is not None and region is not None:
                             size = abs(each.by_parameter) * each.point.parameters.followed
                             errors += filter(None, [error_at(each.point, CRITICAL, size)])
-                        yield events.Row("critical", row := critical_row(each) | own.own_row(2, each))
+                        row = critical_row(each) | own.own_row(2, each)
+                        yield events.Row("critical", row | {FOLLOWED.name: each.point.parameters.followed})
                         place = f"Ca_e = {row['Ca_e']:.5g}  De = {row['De']:.5g}"
+                        if further and followed is not None:
+                            place += f"  {followed.key} = {each.point.parameters.followed:.5g} {followed.unit}".rstrip()
                         text = Message("{}  d_cr = {}  {}", place, LENGTH(row["d_cr"], ".5f"), each.kind)
                         yield events.Progress(min(len(wanted), count), text, solved)
                     case End():
@@ -243,8 +253,8 @@ def answer_of_critical(zeros: Sequence[Zero], record: Record) -> list[str]:
     return [*lines, *(f"A line of critical distances ends: {end['message']}." for end in early)]
 
 
-def read(tables: Tables) -> dict[str, Value]:
-    """The result columns; lists in the order of critical.csv."""
+def read(tables: Tables, record: Record) -> dict[str, Value]:
+    """The values of a case in results.csv; zeros and what belongs to them are lists in the order of critical.csv."""
     table = tables["critical"]
     wanted = table[KIND] == "wanted"
     return {"points": table.rows, **{name: table[of][wanted].tolist() for name, of in SHOWN.items()}}
@@ -258,14 +268,46 @@ class CriticalResult(Result):
         """For each end of a branch: where it is, and why the branch ends there."""
         return list(ENDS.of(self.record) or ())
 
+    @property
+    def followed(self) -> FollowedKey | None:
+        """What critical distances were followed over, if its values have no column of their own as Ca_e and De have."""
+        return cast("CriticalCase", self.case).followed if self.columns.has(FOLLOWED) else None
+
+    def scales_of_rows(self, table: Table, scales: Scales) -> list[Scales]:
+        if (followed := self.followed) is None or not table.has(FOLLOWED):
+            return super().scales_of_rows(table, scales)
+        return [followed.scales(float(value)) or scales for value in table[FOLLOWED]]
+
+    def frame(self, *args: Any, **options: Any) -> pd.DataFrame:
+        found = super().frame(*args, **options)
+        if (followed := self.followed) is not None and FOLLOWED.name in found:
+            found.attrs["units"][FOLLOWED.name] = followed.unit
+        return found
+
     def findings(self) -> list[str]:
         """Which critical distances there are, and where branches of them end."""
         table = self.tables["critical"]
         if not table.rows:
             return ["No critical distance was found in the given range: dU keeps its sign."]
+        from pairsim.analysis.master_curve import zeros_in  # loads numpy
 
         asked = table[KIND] == "wanted"  # at the values of the case, not where a line bends between them
-        return answer_of_critical(zeros_in(table.where(asked) if asked.any() else table, D_CR), self.record)
+        shown = table.where(asked) if asked.any() else table
+        lines = answer_of_critical(zeros_in(shown, D_CR), self.record)
+        return lines if self.followed is None else [*lines, self._by_value(self.followed, shown)]
+
+    def _by_value(self, followed: FollowedKey, table: Table) -> str:
+        """The critical distances at the values that are followed: at each of a few, or at both ends."""
+        from pairsim.analysis.master_curve import zeros_in
+
+        values = [value for value in followed.values if (table[FOLLOWED] == value).any()]
+        told = values if len(values) <= MOST_TOLD else values[:: len(values) - 1]
+        said = []
+        for value in told:
+            zeros = zeros_in(table.where(table[FOLLOWED] == value), D_CR)
+            d = " and ".join(in_unit(self.record.scales, LENGTH, zero.d, zero.error) for zero in zeros)
+            said.append(f"{d} at {value:.4g} {followed.unit}".rstrip())
+        return f"Over {followed.key}: {', '.join(said)}."
 
 
 def draw(folder: Path, out: Path, page: Page) -> list[Path]:
@@ -281,7 +323,7 @@ QUESTION = Question(
     check=check,
     estimate=estimate,
     solve=solve,
-    tables={"critical": Columns(CRITICAL_COLUMNS, STEADY), "way": WAY_COLUMNS},
+    tables={"critical": Columns(CRITICAL_COLUMNS, STEADY, FOLLOWED), "way": WAY_COLUMNS},
     entries=(*OF_STEADY, ENDS),
     result=CriticalResult,
     in_sweeps=InSweeps(lambda _: ("points", "zeros", "stable"), read),

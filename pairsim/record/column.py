@@ -47,7 +47,7 @@ class Column:
     value: Callable[[Any], Any] | None = None  # takes it off what the computation of its question has found
 
     def with_suffix(self, suffix: str) -> Column:
-        """Its column for a gap or particle.
+        """The column that this quantity has for one gap or particle.
 
         Raises:
             KeyError: It has no column with this suffix.

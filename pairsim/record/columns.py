@@ -153,6 +153,7 @@ D_ERROR = Column(
     "zeros meet",
     LENGTH,
 )
+FOLLOWED = Column("followed", "", "value of the key that is followed, in the unit of the case file")
 PARAMETER_ERROR = Column(
     "parameter_error", r"\epsilon", "error of the followed parameter where two zeros meet; empty elsewhere"
 )
@@ -179,6 +180,15 @@ REGULARISATION_ERROR = Column(
     VELOCITY,
     GAP,
     Shown.ON_REQUEST,
+)
+DU_INPUTS = Column(
+    "dU_inputs",
+    r"\epsilon_i",
+    "half-width of dU by the half-widths of the inputs, to first order at constant distance in units; no part of "
+    "dU_error",
+    VELOCITY,
+    shown=Shown.ALWAYS,
+    unknown=True,
 )
 BRIDGE = Column(
     "bridge",
@@ -303,5 +313,6 @@ SWEEP_COLUMNS = Columns(
     of_cases("d_peak_error", "error of d_peak, half-width", LENGTH, GAP),
     of_cases("dU_peak", "dU there", VELOCITY, GAP),
     of_cases("dU_error", "error of dU_peak, of a run that of dU, half-width", VELOCITY, GAP),
+    DU_INPUTS,
 )
 """Columns that only results.csv has, beside those of the main table of its question."""

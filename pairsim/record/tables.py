@@ -72,10 +72,10 @@ def _times(value: Any, size: float) -> Any:
 
 
 def stacked(frames: Sequence[pd.DataFrame]) -> pd.DataFrame:
-    """Frames with the same columns, one below the other."""
+    """Frames one below the other; a column that one of them lacks is unknown there."""
     found = pd.concat(frames, ignore_index=True)
-    known = frames[0].attrs
-    found.attrs = {UNITS: {key: known[UNITS].get(key, "") for key in found}, SHOWN: known[SHOWN]}
+    units, shown = ({key: value for each in frames for key, value in each.attrs[of].items()} for of in (UNITS, SHOWN))
+    found.attrs = {UNITS: {key: units.get(key, "") for key in found}, SHOWN: shown}
     return found
 
 

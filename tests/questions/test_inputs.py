@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.result_folders import curve_of, curve_table
 
-from pairsim.analysis.master_curve import Zero
+from pairsim.analysis.master_curve import Curve, Zero
 from pairsim.cases.inputs import Input
 from pairsim.questions.curve.answer import answer_of_curve
 
@@ -28,10 +28,15 @@ TABLE |= {"by_De": np.full_like(D, -0.1), "by_Ca_e": D, "by_beta": np.zeros_like
 CURVE = curve_of(TABLE, [], RECORD)
 
 
+def of_inputs(inputs: list[Input], table: dict[str, np.ndarray] = TABLE) -> Curve:
+    """A curve with other inputs."""
+    return curve_of(table, [], {**RECORD, "inputs": [each._asdict() for each in inputs]})
+
+
 def test_parts_and_changes_are_at_constant_distances_in_units() -> None:
-    parts = CURVE.half_widths_by(INPUTS)
-    assert parts["relaxation"] == pytest.approx(0.1 * De * 0.2 * 1e4)  # 20 % of lambda [um/s]
-    assert parts["modulus"] == pytest.approx(D * Ca_e * 0.1 * 1e4)  # 10 % of G
+    parts = CURVE.by_inputs.dU
+    assert parts["relaxation"] == pytest.approx(-0.1 * De * 0.2)  # 20 % of lambda
+    assert parts["modulus"] == pytest.approx(-D * Ca_e * 0.1)  # 10 % of G
     assert CURVE.change_by(INPUTS[2]) == pytest.approx(-D * Ca_e * 1e4)  # a wider tube: smaller d
 
 
@@ -43,7 +48,7 @@ def test_a_zero_moves_with_its_inputs_whose_parts_add_up_as_squares() -> None:
 
 def test_numbers_that_dU_is_not_differentiated_by_leave_its_interval_open() -> None:
     thinning = [Input("viscosity", 1.0, 0.1, "Pa·s", STILL | {"liquid.Cu": 0.3})]
-    assert np.isinf(CURVE.half_widths_by(thinning)["viscosity"]).all()
+    assert np.isinf(of_inputs(thinning).by_inputs.half_widths(D)).all()
 
 
 def test_exact_inputs_have_no_part() -> None:
@@ -60,8 +65,8 @@ def test_a_difference_of_the_diameters_is_said_and_has_its_part_where_it_is_give
     answer = " ".join(answer_of_curve(curve_of(fading, [], RECORD)))
     assert "From d = 43.89 um on a difference of 0.1 % decides" in answer, "exp(-4 d) is .04 at d = 40.2 um"
     given = Input("particle_difference", 0.0, 0.5, "%", STILL | {"difference": 0.01})
-    parts = curve_of(unequal, [], RECORD).half_widths_by([given])
-    assert parts["particle_difference"] == pytest.approx(0.5 * 0.01 * 0.4 * 1e4)
+    parts = of_inputs([given], unequal).by_inputs.dU
+    assert parts["particle_difference"] == pytest.approx(-0.5 * 0.01 * 0.4)
     said = " ".join(answer_of_curve(curve_of(unequal, [], {**RECORD, "inputs": [given._asdict()]})))
     assert "-40 per % of particle_difference" in said
     assert "equally large" not in said

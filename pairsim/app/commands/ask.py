@@ -96,5 +96,3 @@ def ask(
     typer.echo("\n".join(lines))  # also where the pair does not make the travel
     if start is not None and stop is not None:
         typer.echo(str(curve.travel(start, stop)))
-        if drawn is not None:
-            typer.echo("The half-widths of the inputs are not in the +- of this travel.")

@@ -75,10 +75,22 @@ def table(
         write_file(netcdf, bytes(result.to_xarray(name, physical=physical).to_netcdf(engine="scipy")), "--netcdf")
         return typer.echo(str(netcdf))
     found = result.frame(name, physical=physical, at=at or ())
+    if at:
+        _say_unknown(result)
     if output is None and sys.stdout.isatty():
         typer.echo(screen_text(found, shutil.get_terminal_size().columns, all_))
     else:
         _print(csv_text(readable(found, all_)), output)
+
+
+def _say_unknown(result: pairsim.SweepResult | pairsim.Result) -> None:
+    """Say on stderr which inputs have half-widths whose part in dU curves do not know."""
+    cases = result.cases if isinstance(result, pairsim.SweepResult) else [result]
+    unknown = [each.curve.by_inputs.unknown for each in cases if isinstance(each, pairsim.CurveResult)]
+    if keys := list(dict.fromkeys(key for each in unknown for key in each)):
+        from pairsim.analysis.input_parts import unknown_in_words
+
+        typer.echo(f"note: {unknown_in_words(keys)}", err=True)
 
 
 def _print(text: str, output: Path | None) -> None:

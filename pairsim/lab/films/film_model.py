@@ -185,8 +185,8 @@ class FilmModel:
     def errors(self) -> Array:
         """Functions of the distance whose sums with normal factors change as errors of the atlas do.
 
-        One is the same at all distances, so that it is not underestimated what errors which are alike do; those of the
-        others that matter have variance 1 together, shape (functions, distances).
+        One is constant, so that errors which are alike at all distances are not underestimated. Of the others those
+        that matter are kept, scaled such that they have variance 1 together. Shape (functions, distances).
         """
         _, sizes, shapes = np.linalg.svd(self.atlas.patterns, full_matrices=False)
         matter = sizes[:, None] * shapes

@@ -66,7 +66,7 @@ class Likelihood:
     used: Flags
 
     def best(self, logs: Array, state: Array, free: Sequence[int] = ()) -> Fitted:
-        """The best motion from a state on, and from logarithms on that are free; others are held.
+        """The most probable motion, searched for from a state and from logarithms, some of which may be fixed.
 
         Gauss-Newton steps, in each round with the parts as they are where it begins.
         """

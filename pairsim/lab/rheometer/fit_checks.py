@@ -137,7 +137,7 @@ def _size(quantity: str, unit: str) -> float:
 
 
 def no_curve(section: Section) -> str:
-    """Why a section is no curve of one liquid in steady flow, or in small oscillations; "" if it may be.
+    """Why a section cannot be the flow curve, or the moduli, of one liquid; "" if it can.
 
     Raises:
         ValueError: Marks may be of thousands.

@@ -50,7 +50,7 @@ class MeasuredLiquid:
 
 
 class Listener:
-    """What is told while files are read and fitted; this one does not listen."""
+    """Receives what is found while files are read and fitted; this base class ignores it."""
 
     def answer(self, sentence: str) -> None:
         """A sentence of the answer."""

@@ -30,7 +30,7 @@ from pairsim.computing.result import Result
 from pairsim.physics.drive import Drive
 from pairsim.quantities.kinds import RATE
 from pairsim.record.column import PARTICLE, Column, Columns, names_of
-from pairsim.record.columns import CURVE_COLUMNS, DISTANCE, DU, EQUILIBRIA_COLUMNS, FORCES, WAY_COLUMNS
+from pairsim.record.columns import CURVE_COLUMNS, DISTANCE, DU, DU_INPUTS, EQUILIBRIA_COLUMNS, FORCES, WAY_COLUMNS
 from pairsim.record.run_entries import OF_STEADY, TIME_STEPS, Entry
 from pairsim.runtime.errors import InputError
 from pairsim.solvers.curves.distances import between
@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from pairsim.analysis.travel import Travel
     from pairsim.computing.events import Events
     from pairsim.plots.style import Page
+    from pairsim.record.record import Record
     from pairsim.runtime.monitor import Monitor
 
 FORCE = names_of(1, *FORCES)  # columns of the only point of a single particle that is moved
@@ -231,18 +232,25 @@ def solve(case: CurveCase, *, monitor: Monitor, sensitivities: bool = False) -> 
 
 
 def result_columns(case: CurveCase) -> tuple[str, ...]:
-    """Points, zeros, and by gap the largest |dU| with its distance and errors; the force on a single moved particle."""
+    """Points, zeros, and by gap the largest |dU| with its distance and errors; the force on a single moved particle.
+
+    Of a pair whose inputs have half-widths, what these add to the half-width of the largest |dU| is the last one.
+    """
+    from pairsim.cases.inputs import inputs_of  # loads numpy
+
     names = ["d_peak{}", "d_peak_error{}", "dU_peak{}", "dU_error{}"]
     others = FORCE if case.n == 1 and case.velocity is not None else []
     others = ["zeros", "zeros_error", "stable"] if case.n == 2 else others
-    return ("points", *others, *(name.format(gap) for gap in DU.suffixes(case.n) for name in names))
+    uncertain = case.n == 2 and any(each.half_width for each in inputs_of(case))
+    of_gaps = (name.format(gap) for gap in DU.suffixes(case.n) for name in names)
+    return ("points", *others, *of_gaps, *([DU_INPUTS.name] if uncertain else []))
 
 
-def read(tables: Tables) -> dict[str, Value]:
+def read(tables: Tables, record: Record) -> dict[str, Value]:
     """The result columns; `zeros` and what belongs to them are lists in ascending d."""
     from pairsim.analysis.master_curve import Curve  # loads numpy
 
-    curve = Curve(tables["curve"], zeros := tables["equilibria"])
+    curve = Curve(tables["curve"], zeros := tables["equilibria"], record)
     values: dict[str, Value] = {"points": curve.table.rows}
     if not values["points"]:
         return values
@@ -251,6 +259,8 @@ def read(tables: Tables) -> dict[str, Value]:
         peak = curve.peak_of(gap)
         found = {"d_peak": peak.d, "d_peak_error": peak.d_error, "dU_peak": peak.dU, "dU_error": peak.error}
         values |= {column + gap: value for column, value in found.items()}
+    if curve.by_inputs.known:
+        values[DU_INPUTS.name] = float(curve.by_inputs.half_widths(curve.peak.d))
     shown = {"zeros": "d", "zeros_error": "d_error", "stable": "stable"}
     return values | {name: zeros[column].tolist() for name, column in shown.items() if column in zeros}
 

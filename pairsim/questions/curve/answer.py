@@ -8,10 +8,10 @@ from itertools import pairwise
 
 import numpy as np
 
+from pairsim.analysis.input_parts import together, unknown_in_words
 from pairsim.analysis.input_ranges import COVERED, DrawnRange
 from pairsim.analysis.master_curve import Curve, Zero
 from pairsim.analysis.taylor_parameters import ranges_of_shapes, shapes_in
-from pairsim.cases.inputs import Input
 from pairsim.cases.physical import DIFFERENCE
 from pairsim.quantities.kinds import LENGTH, TIME, VELOCITY, Kind
 from pairsim.quantities.scales import Scales
@@ -138,7 +138,7 @@ def _with_inputs(curve: Curve, zeros: Sequence[Zero]) -> list[str]:
     changes = [(one, curve.change_by(one)) for one in inputs]
     known = [(one, curve.interpolated(each, d) / one.size) for one, each in changes if each is not None]
     each = ", ".join(f"{by:+.3g} per {one.unit} of {one.key}" for one, by in known)
-    added = _to_first_order(curve, zeros, scales, inputs)
+    added = _to_first_order(curve, zeros, scales)
     return [*ranges, *added, f"At the largest |dU|, dU [{VELOCITY.physical}] changes by {each}."]
 
 
@@ -159,7 +159,7 @@ def _of_unequal(curve: Curve) -> list[str]:
 
 
 def _decided_by(curve: Curve, by_difference: Array) -> str:
-    """From which distance on a small difference of the diameters decides whether a pair separates."""
+    """A sentence on the distances at which an invisible difference of the diameters decides what the pair does."""
     decides = np.abs(curve.table[DU]) < SLIGHT * np.abs(by_difference)
     if not decides[-1]:
         return ""
@@ -180,31 +180,34 @@ def _in_draws(drawn: DrawnRange, d: float, zeros: Sequence[Zero], scales: Scales
     return [*lines, f"{outside}."] if outside else lines
 
 
-def _to_first_order(curve: Curve, zeros: Sequence[Zero], scales: Scales, inputs: Sequence[Input]) -> list[str]:
-    """What each half-width of the inputs adds to first order; with draws, of dU alone, to tell the inputs apart."""
-    parts, peak, drawn = curve.half_widths_by(inputs), curve.peak, curve.drawn
-    unknown = " and ".join(key for key, part in parts.items() if not np.isfinite(part).all())
-    parts = {key: part for key, part in parts.items() if np.isfinite(part).all()}
+def _to_first_order(curve: Curve, zeros: Sequence[Zero], scales: Scales) -> list[str]:
+    """What the half-width of each input adds to those of dU and its zeros, to first order.
 
-    def added(d: float, unit: Kind, steepness: float) -> str:
-        """The parts of the inputs at a distance, the largest first, over the steepness of dU."""
-        here = {key: curve.interpolated(part, d) / steepness for key, part in parts.items()}
+    Where there are draws of the inputs these have the total, and only the parts of dU are listed.
+    """
+    inputs, peak, drawn = curve.by_inputs, curve.peak, curve.drawn
+
+    def added(d: float, unit: Kind, per_dU: float) -> str:
+        """The parts of the inputs at a distance, the largest first, times what dU is multiplied by."""
+        here = {key: abs(float(change)) * per_dU for key, change in inputs.dU_at(d).items()}
         each = ", ".join(f"{key} {half:.2g}" for key, half in sorted(here.items(), key=lambda item: -item[1]))
-        return f"+- {math.hypot(*here.values()):.2g} {unit.physical} ({each})"
+        return f"+- {together(here.values()):.2g} {unit.physical} ({each})"
 
-    lines = []
-    if parts and drawn is None:
-        said = [f"{added(peak.d, VELOCITY, 1.0)} to the largest |dU|"]
+    lines, velocity = [], VELOCITY.factor(scales)
+    if inputs.dU and drawn is None:
+        said = [f"{added(peak.d, VELOCITY, velocity)} to the largest |dU|"]
         for zero in zeros:
-            slope = abs(curve.interpolated(curve.table[SLOPE], zero.d)) * VELOCITY.factor(scales)
-            at_zero = added(zero.d, LENGTH, slope / LENGTH.factor(scales))
+            slope = abs(curve.interpolated(curve.table[SLOPE], zero.d))
+            at_zero = added(zero.d, LENGTH, LENGTH.factor(scales) / slope)
             said.append(f"{at_zero} to the zero at d = {in_unit(scales, LENGTH, zero.d)}")
         lines.append(f"The half-widths of the inputs add, to first order, {', '.join(said)}.")
-    elif len(parts) > 1:
-        lines.append(f"To first order, they add {added(peak.d, VELOCITY, 1.0)} there.")
-    if unknown and drawn is None:
-        lines.append(f"What the half-width of {unknown} adds is not known: the curve has no derivatives for it.")
+    elif len(inputs.dU) > 1:
+        lines.append(f"To first order, they add {added(peak.d, VELOCITY, velocity)} there.")
+    if inputs.unknown and drawn is None:
+        unknown = unknown_in_words(inputs.unknown)
+        lines.append(f"{unknown[0].upper()}{unknown[1:]}.")
     elif drawn is not None and drawn.missing:
+        unknown = " and ".join(inputs.unknown)
         lines.append(f"What {unknown} changes by {drawn.missing} is not in it: the atlas has one {drawn.missing}.")
     return lines
 
@@ -226,7 +229,7 @@ def _held(curve: Curve) -> list[str]:
 
 
 def _starts(curve: Curve) -> list[str]:
-    """From where on pairs that start at an end of the curve and move along it are on the curve, if that is far."""
+    """At which distance pairs that start at an end of the curve begin to follow it, where that is far from the end."""
     lines, scales = [], curve.scales
     for end, sign in ((0, 1), (-1, -1)):
         d, dU, held = (float(curve.table[column][end]) for column in (DISTANCE, DU, DU_HELD))

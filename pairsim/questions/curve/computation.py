@@ -183,7 +183,7 @@ def _said(case: CurveCase, zero: Equilibrium) -> str:
 
 
 def _end(case: CurveCase, found: Solutions) -> Iterator[events.Event]:
-    """What run.json says, and the fields of the last state on a way that has not arrived."""
+    """The last events: what run.json says and, where the branch ends early, the fields of its last solution."""
     points, warnings = found.points, list[Text]()
     if found.branch is not None and points and dU in found.goals:
         curve = Curve.of_points(points)

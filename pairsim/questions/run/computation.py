@@ -97,7 +97,7 @@ class Run:
         self._begun = time.perf_counter() - (old.wall if old else 0.0)
 
     def _adapt(self, adaptation: RunAdaptation | None) -> None:
-        """Take the cells that a coarse run tells."""
+        """Use the cells that follow from a coarse run, if there was one."""
         self.adaptation = adaptation
         if adaptation is not None:
             self.problem = adaptation.adapted(self.problem)

@@ -16,12 +16,13 @@ from functools import reduce
 
 import numpy as np
 
+from pairsim.fem.diagnostics import liquid_distortion
 from pairsim.fem.meshes.size_field import MOST_FACTOR, AdaptedSizes, CellIndicators, SizeField
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.solvers.curves.branch import BESIDE, Branch, Point
 from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU
-from pairsim.solvers.curves.scout import carried_over, largest_value
+from pairsim.solvers.curves.scout import carried_over, found_anew, largest_value
 from pairsim.solvers.errors.estimate import ErrorEstimator
 from pairsim.solvers.goals import Goal, Scale
 from pairsim.solvers.parameters import Parameters
@@ -38,6 +39,7 @@ LEAST_ROOM = 0.2  # part of the error allowed that the ends of the tube must lea
 ORDER = 3.0  # in the cell size, of the signed part of the error in a Newtonian liquid
 ELASTIC_ORDER = 4.5  # the same in a viscoelastic liquid; measured (docs/explanation/decisions.md)
 FACTORS = 1.15, 1.6  # bounds on the factor by which all cells become smaller in a round
+LESS_DISTORTED = 0.9  # part of the distortion of the cells in hand that those around a particle on its own must have
 LEAST_COMMON = 0.8  # factor of the cells that contribute nothing to the scatter, in a second or third round
 
 Place = tuple[float, ...]
@@ -274,6 +276,11 @@ class AdaptiveBranch(Branch):
     def _go_on(self, problem: SteadyProblem, parameters: Parameters) -> bool:
         """Carry the solution over to other cells; False, with the old ones kept, if that fails."""
         solver = carried_over(problem, parameters, self.solver)
+        if not parameters.gaps and (solver is None or _distortion(solver) < LESS_DISTORTED * _distortion(self.solver)):
+            # Cells around a sphere are carried along by a shape that is far from it, others are made on the way there.
+            if solver is not None:
+                solver.close()
+            solver = found_anew(problem, parameters)
         if solver is None:
             return False
         solver.take_over_costs(self.solver)
@@ -281,6 +288,11 @@ class AdaptiveBranch(Branch):
         self.solver = solver
         self._known = [solver.snapshot]
         return True
+
+
+def _distortion(solver: SteadySolver) -> float:
+    """The distortion of the cells of the liquid, 1 where they are as they were made."""
+    return liquid_distortion(solver.scene, solver.state()[1])
 
 
 def _worst(point: Point, allowed: Mapping[Goal, Array]) -> float:

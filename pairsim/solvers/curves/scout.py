@@ -14,7 +14,6 @@ from pairsim.solvers.goals import Goal
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.continuation import prepared
-from pairsim.solvers.steady.ends import Ended
 from pairsim.solvers.steady.first_solution import first_scene, try_from_other_mesh
 from pairsim.solvers.steady.scene import SteadySolver
 
@@ -57,7 +56,7 @@ def largest_value(goal: Goal, known: SteadySolver, places: Sequence[tuple[float,
     if scout is None:  # far apart very soft particles may have no solution on such cells that follows from a fine one
         for gaps in sorted(wanted - {here}, reverse=True):
             if found < enough:
-                found = max(found, _found_anew(goal, coarse, replace(parameters, gaps=gaps)))
+                found = max(found, _largest_anew(goal, coarse, replace(parameters, gaps=gaps)))
         return found
     try:
         start, found = scout.snapshot, _largest(goal, scout)
@@ -90,12 +89,18 @@ def carried_over(problem: SteadyProblem, parameters: Parameters, known: SteadySo
     return None
 
 
-def _found_anew(goal: Goal, problem: SteadyProblem, parameters: Parameters) -> float:
-    """The largest value of a solution that is found without an earlier one, 0 if none is found."""
-    found: SteadySolver | Ended | None = None
+def found_anew(problem: SteadyProblem, parameters: Parameters) -> SteadySolver | None:
+    """A solution that is found without an earlier one; None if it is not found."""
     with suppress(NoSteadyState, MeshFailure):
         found = first_scene(problem, parameters)
-    if not isinstance(found, SteadySolver):
+        return found if isinstance(found, SteadySolver) else None
+    return None
+
+
+def _largest_anew(goal: Goal, problem: SteadyProblem, parameters: Parameters) -> float:
+    """The largest value of a solution that is found without an earlier one, 0 if none is found."""
+    found = found_anew(problem, parameters)
+    if found is None:
         return 0.0
     largest = _largest(goal, found)
     found.close()

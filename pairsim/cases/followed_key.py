@@ -1,0 +1,136 @@
+"""A number or a quantity of a case over which solutions are followed: what liquid and particles are at its values."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, Self
+
+from pairsim.cases.case import SceneCase
+from pairsim.cases.experiment import Experiment
+from pairsim.cases.physical import BLOCK, QUANTITIES
+from pairsim.cases.quantity_text import in_one_unit, si
+from pairsim.cases.values import is_finite
+from pairsim.physics.liquids import Liquid
+from pairsim.physics.material import Parameter
+from pairsim.physics.solids import Solid
+from pairsim.quantities.scales import Scales
+
+SHARED = {**Liquid.OF_POLYMER, **Solid.OF_ALL}
+"""The numbers that all liquids with a memory, or all solids, have."""
+DIFFER = 1e-12  # relative difference of numbers that is rounding; chosen
+
+type Materials = tuple[Liquid, tuple[Solid | None, ...]]
+
+
+@dataclass(frozen=True)
+class FollowedKey:
+    """A key over which solutions of a case are followed, on which its liquid and its solids alone depend.
+
+    Attributes:
+        case: The case.
+        key: The dotted key, such as De, liquid.alpha or physical.flow_rate.
+        values: The values at which solutions are asked for, ascending; of a quantity in `unit`.
+        unit: The unit of a quantity as it is given, "" of a number.
+        in_si: This unit in SI units.
+    """
+
+    case: SceneCase
+    key: str
+    values: tuple[float, ...]
+    unit: str = ""
+    in_si: float = 1.0
+
+    @classmethod
+    def of(cls, case: SceneCase, key: str, given: Sequence[float | str]) -> Self:
+        """That of a valid case with the values that are given.
+
+        Raises:
+            ValueError: The case has no such number, or one of another kind, or a value is not allowed; says what is.
+        """
+        quantity = key.removeprefix(f"{BLOCK}.") if key.startswith(f"{BLOCK}.") else ""
+        if not quantity:
+            if not all(map(is_finite, given)):
+                raise ValueError(f"must be numbers, as {key} is one")
+            found = cls(case, key, tuple(sorted(map(float, given))))
+            found._check_number()
+        else:
+            if case.experiment is None or quantity not in case.experiment.given:
+                raise ValueError(f"must be a quantity that {BLOCK} of the case has, which along replaces")
+            if not all(isinstance(each, str) for each in given):
+                raise ValueError(f"must be quantities with their unit, such as {QUANTITIES[quantity].example}")
+            texts, of = [str(each) for each in given], QUANTITIES[quantity]
+            of = of.with_parameters(case.laws.liquid.numbers(of.of_unit))
+            known = [si(each, of) for each in texts]
+            values, unit = in_one_unit(texts)
+            found = cls(case, key, tuple(sorted(values)), unit, known[0] / values[0])
+        found._check_ends()
+        return found
+
+    @property
+    def _parameters(self) -> dict[str, Parameter]:
+        """The numbers of liquid and solids that the case has, by their dotted keys."""
+        liquid = self.case.liquid_model
+        shared = {name: each for name, each in SHARED.items() if name == "Ca_e" or liquid.modes}
+        return shared | {each.key: each.parameter for each in self.case.declared_parameters}
+
+    def _check_number(self) -> None:
+        known = self._parameters
+        if self.key not in known:
+            quantities = [f"{BLOCK}.{each}" for each in (self.case.experiment.given if self.case.experiment else ())]
+            allowed = ", ".join((*known, *quantities))
+            raise ValueError(f"must be a number of the liquid or of the particles, or a quantity: {allowed}")
+
+    def _check_ends(self) -> None:
+        """Check what the least and the largest value make of liquid and particles."""
+        if self.values[0] <= 0:
+            raise ValueError("must be values above 0")
+        known, ends = self._parameters, [self.numbers(value) for value in (self.values[0], self.values[-1])]
+        if "Ca_e" in ends[0] and len({Ca_e for Ca_e in self.case.Ca_es if Ca_e}) != 1:
+            raise ValueError("must go with a single Ca_e above 0, which changes along it")
+        own = self._experiment.with_values(self._experiment.values)[1] if self.unit else {}
+        for name, value in own.items():
+            if name not in known and any(_apart(value, each.get(name, value)) for each in ends):
+                raise ValueError(f"must change the liquid or the softness of the particles alone, not {name}")
+        for name, parameter in known.items():
+            if wrong := [each[name] for each in ends if name in each and not _allowed(each[name], parameter)]:
+                number = f", where {name} = {wrong[0]:.4g}" if name != self.key else ""
+                raise ValueError(f"must be values of {name} from {parameter.least:g} to {parameter.most:g}{number}")
+
+    @property
+    def _experiment(self) -> Experiment:
+        assert self.case.experiment is not None, "checked when it was made"
+        return self.case.experiment
+
+    def _with_values(self, value: float) -> tuple[Scales, dict[str, Any]]:
+        """The scales and the numbers of the experiment at a value."""
+        quantity = self.key.removeprefix(f"{BLOCK}.")
+        return self._experiment.with_values(self._experiment.values | {quantity: value * self.in_si})
+
+    def numbers(self, value: float) -> dict[str, Any]:
+        """The numbers of the case that follow from a value, by their dotted keys; of particles one for all of them."""
+        if not self.unit:
+            return {self.key: value}
+        found = self._with_values(value)[1]
+        return {name: max(each) if name == "Ca_e" and isinstance(each, tuple) else each for name, each in found.items()}
+
+    def scales(self, value: float) -> Scales | None:
+        """The units of length, velocity and viscosity at a value; None without a `physical` block."""
+        return self._with_values(value)[0] if self.unit else self.case.scales
+
+    def materials(self, value: float) -> Materials:
+        """The liquid, and the solids of the particles, at a value; rigid particles remain rigid."""
+        numbers, case = self.numbers(value), self.case
+        laws = case.laws.with_numbers(numbers)
+        liquid = laws.liquid.model(numbers.get("De", case.De), numbers.get("xi", case.xi))
+        return liquid, laws.solid_models(tuple(Ca_e and numbers.get("Ca_e", Ca_e) for Ca_e in case.Ca_es))
+
+
+def _allowed(value: Any, parameter: Parameter) -> bool:
+    return isinstance(value, float) and parameter.least <= value <= parameter.most
+
+
+def _apart(a: Any, b: Any) -> bool:
+    """Whether two numbers, or two tuples of numbers, differ by more than rounding."""
+    pairs: Iterable[tuple[Any, Any]] = zip(a, b, strict=True) if isinstance(a, tuple) else [(a, b)]
+    return any(_apart(x, y) if isinstance(x, tuple) else abs(x - y) > DIFFER * abs(x) for x, y in pairs)
