@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from pydantic import Field
 
@@ -214,7 +214,7 @@ def _check_along(case: FocusCase) -> Iterator[Mistake]:
     elif case.n == 1:
         yield Mistake("along", along, "must be Ca_e or De: there is only one particle")
     elif case.key not in FOLLOWED:
-        yield from _check_in_units(case, along, given)
+        yield from _check_in_units(case, given)
     elif not all(is_finite(each) and LEAST_D <= each <= MOST_D for each in given):
         yield Mistake(
             "along",
@@ -223,8 +223,9 @@ def _check_along(case: FocusCase) -> Iterator[Mistake]:
         )
 
 
-def _check_in_units(case: FocusCase, along: dict[str, Any], given: Sequence[float | str]) -> Iterator[Mistake]:
+def _check_in_units(case: FocusCase, given: Sequence[float | str]) -> Iterator[Mistake]:
     """Check distances with their units."""
+    along = dict(case.along or {})
     if case.scales is None:
         yield Mistake("along", along, f"must be d: the case has no {BLOCK} block")
         return

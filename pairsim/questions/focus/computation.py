@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -78,7 +77,7 @@ def computation(case: FocusCase, monitor: Monitor) -> events.Events:
         yield from found.last_events({POINTS: len(found.points)}, _warnings(remembered))
 
 
-def stability_row(place: Parameters, point: Point, stability: Stability) -> dict[str, Any]:
+def stability_row(place: Parameters, point: Point, stability: Stability) -> dict[str, float | str]:
     """What a row of focus.csv has beside other values of the point, and its parameters as they were asked for."""
     found, U = stability.disturbance, float(point.observation.U.mean())
     growth, error = float(stability.growth[0].real), stability.growth_error
