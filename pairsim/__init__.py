@@ -6,9 +6,9 @@
     result.table.plot("t", "dU")
 
 `load` checks a case, `units` makes one of an experiment, `ask` and `fit` use an atlas; `run`, `curve`, `critical`,
-`shape`, `pressure`, `train` and `sweep` compute; `open` reads a folder of results, `plot` draws it, `report` puts it
-into one HTML file; `moduli` reads a cytometer's file; `use_laws` makes laws of one's own known. They are imported when
-first used: `import pairsim` alone loads nothing.
+`shape`, `pressure`, `focus`, `train` and `sweep` compute; `open` reads a folder of results, `plot` draws it, `report`
+puts it into one HTML file; `moduli` reads a cytometer's file; `use_laws` makes laws of one's own known. They are
+imported when first used: `import pairsim` alone loads nothing.
 """
 
 # The command line imports this first, and can answer Ctrl-C only afterwards: it takes a millisecond, without typing.
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from pairsim.questions.compute import Computation as _Computation
     from pairsim.questions.critical import CriticalResult as CriticalResult
     from pairsim.questions.curve import CurveResult as CurveResult
+    from pairsim.questions.focus import FocusResult as FocusResult
     from pairsim.questions.pressure import PressureResult as PressureResult
     from pairsim.questions.run import RunResult as RunResult
     from pairsim.questions.shape import ShapeResult as ShapeResult
@@ -50,6 +51,7 @@ if TYPE_CHECKING:
 
     critical: _Computation[CriticalResult]
     curve: _Computation[CurveResult]
+    focus: _Computation[FocusResult]
     pressure: _Computation[PressureResult]
     run: _Computation[RunResult]
     shape: _Computation[ShapeResult]

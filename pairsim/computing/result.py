@@ -20,6 +20,7 @@ from pairsim.computing.pictures import draw_result
 from pairsim.computing.question import Question, Tables
 from pairsim.computing.result_content import Content, files_in
 from pairsim.quantities.measurable import a_time
+from pairsim.record.columns import DISTANCE
 from pairsim.record.folder import CHECKPOINT, WAY
 from pairsim.record.record import Record
 from pairsim.runtime.errors import BranchEnd, BudgetSpent, InputError, failure_of
@@ -203,7 +204,7 @@ class Result:
         case = read_yaml(self._place / "case.yaml") if self._content is None else self.case.resolved()
         along = case.get("along")
         number = "Ca_e" if isinstance(along, list) else next(iter(along or ()), "")  # of shapes: values of Ca_e
-        if number in frame:
+        if number in frame and number != DISTANCE.name:  # a distance has its unit already
             from pairsim.analysis.input_ranges import quantity_for
 
             key, unit, value_of = quantity_for(case, number, scales)

@@ -10,7 +10,7 @@ from typing import Any
 
 from pairsim.quantities.kinds import PURE, Kind
 
-GAP, PARTICLE = "gap", "particle"
+GAP, PARTICLE, MODE, ENTRY = "gap", "particle", "mode", "entry"
 WORDS: dict[str, dict[str, str]] = {
     "": {"": ""},
     GAP: {"": "the pair", "_i": "particles i and i+1"},
@@ -19,8 +19,10 @@ WORDS: dict[str, dict[str, str]] = {
         "_T": "the trailing (upstream) particle",
         "_i": "particle i (counted from upstream)",
     },
+    MODE: {"_i": "mode i (the one that grows most, or decays most slowly, is the first)"},
+    ENTRY: {"_i": "particle i, the first digit, per displacement of particle j, the second one (from upstream)"},
 }
-"""The gaps and particles by the suffixes of their columns: those of a pair, and `_i` in larger rows."""
+"""What there are columns of by their suffixes: those of a pair, and `_i` in larger rows."""
 SUFFIX = "_[0-9]+|_[LT]|"
 
 
@@ -34,13 +36,13 @@ class Shown(Enum):
 
 @dataclass(frozen=True)
 class Column:
-    """A quantity in tables, with a column of its own or one for each gap or particle."""
+    """A quantity in tables: with one column, one for each gap, particle or mode, or one for each two particles."""
 
     name: str
     symbol: str  # symbol of the paper (TeX); `{_}`, in a subscript `{,}`, stands for the suffix
     meaning: str  # `{_}` stands for the suffix, `{of}` for the gap or particle
     unit: Kind = PURE
-    of: str = ""  # what it has a column for each of, `GAP` or `PARTICLE`
+    of: str = ""  # what it has a column for each of: `GAP`, `PARTICLE`, `MODE`, or `ENTRY` of a matrix of particles
     shown: Shown = Shown.USUALLY
     whole: bool = False  # whether its values are whole numbers
     unknown: bool = False  # whether a value may be unknown, nan in the file
@@ -64,7 +66,7 @@ class Column:
 
     def named(self, n: int) -> list[str]:
         """The names of its columns in tables of `n` particles: of a pair, the leading one comes first."""
-        return [self.name + suffix for suffix in self.suffixes(n)[:: -1 if n == 2 else 1]]
+        return [self.name + suffix for suffix in self.suffixes(n)[:: -1 if n == 2 and self.of == PARTICLE else 1]]
 
 
 class Columns(Iterable[Column]):
@@ -119,20 +121,23 @@ class Columns(Iterable[Column]):
 
 
 def suffixes(of: str, n: int) -> list[str]:
-    """What the names of the columns of every gap or particle end with, from upstream.
+    """What the names of the columns of every gap, particle, mode or entry of a matrix end with, from upstream.
 
     Args:
-        of: `GAP`, `PARTICLE`, or "" for a quantity with one column.
-        n: Number of particles.
+        of: `GAP`, `PARTICLE`, `MODE`, `ENTRY`, or "" for a quantity with one column.
+        n: Number of particles; of entries at most 9.
 
     Returns:
-        "" for the gap of a pair, "_T" and "_L" for its particles; "_1", "_2", ... for those of other rows.
+        "" for the gap of a pair, "_T" and "_L" for its particles; "_1", "_2", ... for those of other rows, and for
+        modes; "_11", "_12", ... for the entries of a matrix row by row.
     """
     if not of:
         return [""]
-    if n == 2:
+    if of == ENTRY:
+        return [f"_{i}{j}" for i in range(1, n + 1) for j in range(1, n + 1)]
+    if n == 2 and of != MODE:
         return [""] if of == GAP else ["_T", "_L"]
-    return [f"_{i}" for i in range(1, n + (of == PARTICLE))]
+    return [f"_{i}" for i in range(1, n + (of != GAP))]
 
 
 def suffixes_in(names: Iterable[str], column: Column) -> list[str]:
@@ -149,7 +154,8 @@ def names_of(n: int, *columns: Column) -> list[str]:
 def table_row(n: int, values: Mapping[Column, Any]) -> dict[str, float]:
     """A row of a table of `n` particles by the names of its columns.
 
-    Each column has a number, or one for each of the n - 1 gaps or the n particles from upstream.
+    Each column has a number, one for each of the n - 1 gaps or the n particles from upstream or the n modes, or one for
+    each of the n^2 entries of a matrix, row by row.
 
     Raises:
         ValueError: A column has fewer or more values.

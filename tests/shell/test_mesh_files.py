@@ -33,6 +33,7 @@ FIRST: dict[str, tuple[str, dict[str, Any]]] = {
     "curve of three": ("curve", CURVE | {"particles": 3, "d": [[0.1, 0.2], [0.3, 0.4]]}),
     "curve from rest": ("curve", CURVE | {"after": 1}),
     "critical": ("critical", BEADS | {"d": [0.1, 0.5], "along": {"Ca_e": [0.01]}}),
+    "focus": ("focus", BEADS | {"particles": 2, "along": {"d": [0.1, 0.3]}}),
     "shape": ("shape", BEADS | {"particles": 1, "along": [0.01, 0.02]}),
     "pressure": ("pressure", BEADS | {"particles": 1, "along": [0.02]}),
 }
@@ -182,5 +183,8 @@ def test_what_cannot_be_written_is_refused(tmp_path: Path, pairsim: Pairsim) -> 
         assert says in done.stderr
     assert sorted(path.name for path in tmp_path.iterdir()) == ["case.yaml", "curve.msh"]
     done = pairsim("mesh", "case.yaml", "-o", "curve.msh", "--overwrite", "--set", "mesh.Np=8")
-    assert "`pairsim curve` would begin with this mesh (--kind critical or train for another command)" in done.stderr
+    assert (
+        "`pairsim curve` would begin with this mesh (--kind critical or focus or train for another command)"
+        in done.stderr
+    )
     assert (tmp_path / "curve.msh").stat().st_size

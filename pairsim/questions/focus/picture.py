@@ -1,0 +1,55 @@
+"""The picture of growth rates over what is followed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pairsim.plots.chart import POINT, Line, Panel, draw_chart
+from pairsim.plots.labels import parts_along, read_case, tex_number
+from pairsim.plots.style import COLOURS, LINES, Page, printing
+from pairsim.plots.units import Units
+from pairsim.quantities.kinds import LENGTH
+from pairsim.questions.focus import GROWTH, RE_MOST, TABLE, A, column_of
+from pairsim.record.columns import DISTANCE
+from pairsim.record.table_files import read_table
+
+
+@printing()
+def draw_focus(directory: Path, out: Path, page: Page) -> list[Path]:
+    """Draw `focus`: the largest growth rate, the entries of the matrix of several particles, and the Reynolds number.
+
+    No file is written where nothing is followed.
+    """
+    units, case = Units.of(directory, page.physical), read_case(directory / "case.yaml")
+    table = read_table(directory / "focus.csv", TABLE, missing_ok=True).converted(units.scales)
+    key = next(iter(case.get("along") or {}), "")
+    if not key or not table.rows:
+        return []
+    followed = column_of(key).with_suffix("")
+    if column_of(key) is DISTANCE:
+        label, x = units.axis_label([followed]), table.of(DISTANCE, table.suffixes(DISTANCE)[0])
+    else:
+        label, x = units.followed(case, followed, table[key])
+    panels: dict[Any, Panel] = {GROWTH: Panel(label, units.axis_label([GROWTH]), wide="x")}
+    joined = {"linestyle": "-"}
+    lines = [Line(GROWTH, x, table[GROWTH], table.half_widths(GROWTH), mark=POINT, look=joined)]
+    if len(entries := table.suffixes(A)) > 1:
+        shown = [suffix for suffix in entries if suffix.startswith("_1")]  # the motion of the first particle
+        columns = [A.with_suffix(suffix) for suffix in shown]
+        panels[A] = Panel(label, units.axis_label(columns), wide="x")
+        for i, (suffix, entry) in enumerate(zip(shown, columns, strict=True)):
+            own = {"color": COLOURS[i % len(COLOURS)], "linestyle": LINES[i % len(LINES)]}
+            bars = table.half_widths(A, suffix)
+            lines.append(Line(A, x, table[entry], bars, mark=POINT, look=own, label=f"${entry.symbol}$"))
+    if np.nan_to_num(table[RE_MOST]).any():
+        panels[RE_MOST] = Panel(label, units.axis_label([RE_MOST]), wide="x")
+        lines.append(Line(RE_MOST, x, table[RE_MOST], mark=POINT, look=joined))
+    parts = parts_along(case, key, units.scales is not None)
+    if followed.name != DISTANCE.name and (gaps := table.each(DISTANCE)):
+        distances = dict.fromkeys(tex_number(values[0]) for values in gaps.values())
+        parts.append(f"$d = {', '.join(distances)}$ {units.name(LENGTH)}")
+    figure, _ = draw_chart(page, panels, lines, parts)
+    return page.save(figure, out, "focus")

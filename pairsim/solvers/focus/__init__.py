@@ -1,0 +1,1 @@
+"""Particles displaced sideways from the axis: do they return, and how fast?"""

@@ -1,0 +1,66 @@
+"""Modes of displaced particles, stresses and shapes together: which of them decays most slowly?"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs
+
+from pairsim.fem.azimuthal.scene import DisturbedScene
+from pairsim.runtime.arrays import Array
+from pairsim.solvers.nonlinear.direct import DirectSolver
+
+MORE = 4  # modes that are computed beside those asked for, since those of the stress may be as near to zero; chosen
+SEED = 0  # of the start vector, so that results are reproducible
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Modes that grow as exp(rate t), the least damped first.
+
+    Attributes:
+        rates: Growth rates, complex, shape (k,).
+        displacements: Displacements of the particles in each mode, the largest being 1, complex, shape (N_p, k).
+    """
+
+    rates: Array
+    displacements: Array
+
+
+def slowest_modes(scene: DisturbedScene, count: int) -> Modes:
+    """The modes whose growth rates are nearest to zero, without inertia.
+
+    With displacements d as unknowns beside y, and the lateral velocity of each particle as rate of its displacement,
+    the disturbed equations are K z + rate B z = 0 for z = (y, d). Arnoldi's method finds the largest eigenvalues
+    1/rate of -K^-1 B. This needs something that changes with time: a memory or soft particles.
+
+    Args:
+        scene: The disturbed scene.
+        count: Number of modes.
+
+    Raises:
+        NoSteadyState: K is singular: a displacement neither grows nor decays.
+    """
+    c, E, particles = scene.constraints, scene.equations, len(scene.constraints.lateral)
+    follows, size = E @ c.follows, c.N.shape[1]
+    changing = follows if scene.memory is None else follows + c.T @ scene.memory
+    velocity = sparse.csr_matrix((np.ones(particles), (np.arange(particles), c.lateral)), (particles, size))
+    K = sparse.bmat([[E @ c.N, E @ c.D - c.pinned], [velocity, None]], format="csr")
+    of_displacements = changing @ c.D - E @ c.moves
+    B = sparse.bmat([[changing @ c.N, of_displacements], [None, -sparse.eye(particles)]], format="csr")
+    solver = DirectSolver(K)
+    try:
+        inverse = LinearOperator(K.shape, matvec=lambda z: -solver.solve((B @ z).reshape(-1, 1)).ravel(), dtype=float)
+        start = np.random.default_rng(SEED).standard_normal(K.shape[0])
+        values, vectors = eigs(inverse, k=count + MORE, v0=start)
+    except ArpackNoConvergence as found:
+        values, vectors = found.eigenvalues, found.eigenvectors
+    finally:
+        solver.close()
+    rates, d = 1 / values, vectors[-particles:]
+    order = np.argsort(-rates.real)[:count]
+    d = d[:, order]
+    largest = d[np.abs(d).argmax(axis=0), np.arange(d.shape[1])]
+    return Modes(rates[order], d / largest)

@@ -1,0 +1,164 @@
+"""`pairsim focus`: whether particles stay on the axis, in a table, in words and in a picture."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+from support.commands import Pairsim
+
+import pairsim as api
+from pairsim.quantities.scales import Scales
+from pairsim.questions.focus import TABLE
+from pairsim.questions.focus.answer import answer_of_focus
+from pairsim.record.table import Table
+from pairsim.solvers.focus.stability import Verdict, growth_half_width, verdict_of
+
+BEAD = {"beta": 0.4, "De": 0, "Ca_e": 0.02}
+PAIR = {"particles": 2, "beta": 0.4, "De": 0, "Ca_e": 0, "d": 0.2}
+
+
+def load(case: dict[str, Any], **more: Any) -> Any:
+    return api.load(case, kind="focus", **more)
+
+
+class TestPlaces:
+    def test_the_values_of_the_case_are_one_place(self) -> None:
+        (place,) = load(BEAD).places
+        assert (place.gaps, place.Ca_es) == ((), (0.02,))
+        (pair,) = load(PAIR).places
+        assert (pair.gaps, pair.Ca_es) == ((0.2,), (0.0, 0.0))
+
+    def test_softness_ascends_and_rigid_particles_stay_rigid(self) -> None:
+        case = load(PAIR, Ca_e=[0, 0.1], along={"Ca_e": [0.05, 0.01]})
+        assert [place.Ca_es for place in case.places] == [(0, 0.01), (0, 0.05)]
+
+    def test_distances_of_all_gaps_begin_with_the_largest_which_sets_the_tube(self) -> None:
+        case = load({**PAIR, "particles": 3, "d": None}, along={"d": {"start": 0.1, "stop": 0.3, "num": 2}})
+        assert [place.gaps for place in case.places] == [(0.3, 0.3), (0.1, 0.1)]
+        assert case.tube_length == load({**PAIR, "particles": 3, "d": 0.3}).tube_length
+        assert case.range_of_d == (0.1, 0.3)
+
+    def test_distances_may_have_units(self) -> None:
+        bench = {"tube": "50um", "particle": "20um", "flow_rate": "1ul/min", "viscosity": "1Pa.s", "modulus": "5kPa"}
+        case = load({"particles": 2, "physical": bench, "along": {"physical.distance": ["5 um", "10 um"]}})
+        assert [place.gaps for place in case.places] == [pytest.approx((0.2,)), pytest.approx((0.1,))]
+
+    def test_De_is_followed_in_its_liquid(self) -> None:
+        case = load({**BEAD, "De": 0.1, "along": {"De": [0.2, 0.3]}})
+        assert [place.De for place in case.places] == [0.2, 0.3]
+        assert max(case.values_of_De) == 0.3
+
+
+class TestVerdict:
+    @pytest.mark.parametrize(
+        ("growth", "half_width", "verdict"),
+        [
+            ([-0.1], 0.01, Verdict.FOCUSES),
+            ([0.1], 0.01, Verdict.LEAVES),
+            ([-0.1], 0.2, Verdict.UNDECIDED),
+            ([-0.1], np.inf, Verdict.UNDECIDED),
+            ([1e-13], 0.0, Verdict.STAYS),
+            ([0.1j, -0.1j], 0.01, Verdict.SWINGS),
+            ([-0.05 + 0.1j, -0.05 - 0.1j], 0.01, Verdict.FOCUSES),
+            ([0.001, -0.1], 0.01, Verdict.UNDECIDED),
+        ],
+    )
+    def test_it_is_that_of_the_mode_that_grows_most(
+        self, growth: list[complex], half_width: float, verdict: Verdict
+    ) -> None:
+        assert verdict_of(np.array(growth), half_width) == verdict
+
+    def test_the_half_width_of_a_double_rate_is_that_of_its_square_root(self) -> None:
+        """Rates of a reversible pair are +-sqrt(a_11^2 - a_12^2), which may vanish or not within the half-widths."""
+        pair = np.array([[0.1, 0.1], [-0.1, -0.1]])
+        assert growth_half_width(pair, np.full((2, 2), 1e-4)) == pytest.approx(np.sqrt(4e-5), rel=0.1)
+        assert growth_half_width(pair[:1, :1], np.array([[0.01]])) == 0.01
+        assert growth_half_width(pair, np.full((2, 2), np.inf)) == np.inf
+
+
+def table(n: int = 1, **columns: Any) -> Table:
+    """A table of one row or more, with numbers that play no part where none are given."""
+    usual = dict.fromkeys(TABLE.named(n), 0.0) | {"growth_error": 1e-3, "Re_most": np.nan}
+    usual |= {name: 1.8 for name in usual if name in ("U_1", "U_2", "U_3", "U_L", "U_T")}
+    rows = max(len(each) for each in columns.values() if isinstance(each, list))
+    found = {**usual, **columns}
+    if "Re" not in columns:
+        del found["Re"]
+    arrays = {name: np.array(v if isinstance(v, list) else [v] * rows) for name, v in found.items()}
+    return Table(arrays, TABLE)
+
+
+class TestAnswer:
+    def test_a_bead_focuses_within_a_length_of_tube_below_a_reynolds_number(self) -> None:
+        found = table(verdict=["focuses"], tube=500.0, tube_least=470.0, tube_most=530.0, Re_most=0.83, Re=0.02)
+        assert answer_of_focus(found, Scales(60e-6, 1e-2, 1e-2)) == [
+            "The particle focuses: a small displacement from the axis falls to a tenth within 30 +- 2 mm of tube, "
+            "as long as the Reynolds number is below about 0.83 (here 0.02)."
+        ]
+
+    def test_a_wide_range_is_told_by_its_ends(self) -> None:
+        found = table(verdict=["leaves"], tube=23.0, tube_least=16.6, tube_most=39.2)
+        (line,) = answer_of_focus(found, None)
+        assert line.endswith("grows tenfold within 23 D_c (17 D_c to 39 D_c) of tube.")
+
+    def test_inertia_drives_it_off_where_the_reynolds_number_is_larger(self) -> None:
+        (line,) = answer_of_focus(table(verdict=["focuses"], tube=500.0, Re_most=0.83, Re=2.0), None)
+        assert "without inertia; but from a Reynolds number of about 0.83 on inertia drives particles off" in line
+        assert line.endswith("and here it is 2.")
+
+    def test_neighbours_of_one_verdict_have_one_line(self) -> None:
+        verdicts, d = ["swings", "leaves", "leaves", "swings"], [0.02, 0.04, 0.06, 0.1]
+        found = table(2, verdict=verdicts, d=d, tube=[np.nan, 200.0, 300.0, np.nan], frequency_1=0.1)
+        lines = answer_of_focus(found, None)
+        assert [line.partition(":")[0] for line in lines] == [
+            "The pair swings about the axis at d = 0.02, once in 113 D_c of tube",
+            "The pair does not stay on the axis at d = 0.04 to 0.06",
+            "The pair swings about the axis at d = 0.1, once in 113 D_c of tube",
+        ]
+
+    def test_what_is_not_certain_and_what_is_exactly_zero_is_said(self) -> None:
+        (line,) = answer_of_focus(table(3, verdict=["undecided"], growth=-0.0004), None)
+        assert line.startswith("Whether the row of 3 stays on the axis is not certain: ")
+        assert "axis is (-0.4 +- 1.0)e-3 U_av/D_c" in line
+        (line,) = answer_of_focus(table(verdict=["stays"]), None)
+        assert "is reversible, and inertia decides" in line
+
+    def test_memory_is_told_where_it_changes_more_than_the_error(self) -> None:
+        known = {"verdict": ["focuses"], "tube": 500.0, "a_11": -0.1, "at_rest_11": -0.11}
+        assert len(answer_of_focus(table(**known, a_error_11=0.02), None)) == 1
+        _, line = answer_of_focus(table(**known, a_error_11=0.005), None)
+        assert line.endswith("a_11 = -0.1, and -0.11 without that.")
+
+
+@pytest.mark.slow
+def test_a_soft_bead_focuses_at_the_rate_that_was_found_on_fine_cells(tmp_path: Path, pairsim: Pairsim) -> None:
+    """At beta 0.4 and Ca_e 0.02 N_p 40 has -0.050118; inertia takes it off at Re = -a/(da/dRe)."""
+    case = {**BEAD, "along": {"Ca_e": [0.01, 0.02]}, "mesh": {"Np": 14}}
+    (tmp_path / "bead.yaml").write_text(yaml.safe_dump(case))
+    done = pairsim("focus", "bead.yaml", "-o", "out")
+    assert done.returncode == 0, done.stderr
+    assert "The particle focuses at Ca_e = 0.01 to Ca_e = 0.02: a small displacement" in done.stderr
+    assert (tmp_path / "out" / "focus.png").is_file()
+    row = api.open(tmp_path / "out").table.iloc[-1]
+    assert abs(row["a_11"] + 0.050118) < row["a_error_11"] < 5e-4
+    assert row["growth"] == row["a_11"] == row["rate_1"]
+    assert row["tube"] == pytest.approx(np.log(10) * row["U_1"] / 0.050118, rel=5e-3)
+    assert row["Re_most"] == pytest.approx(4.65, abs=0.05)
+    assert pairsim("table", "out").stdout.startswith("Ca_e,De,U_1 [U_av],U_error_1 [U_av],verdict,growth [U_av/D_c],")
+
+
+@pytest.mark.slow
+def test_a_rigid_pair_in_a_newtonian_liquid_swings_or_leaves_the_axis() -> None:
+    """Its rates mirror themselves: there is a window of distances in which a_12 passes through zero."""
+    found = api.focus({**PAIR, "beta": 0.3, "d": None, "along": {"d": [0.05, 0.3]}}, mesh={"Np": 10}).check()
+    table = found.table
+    assert table["d"].tolist() == [0.05, 0.3]
+    assert table["verdict"].tolist() == ["leaves", "swings"]
+    assert np.abs(table["a_11"] + table["a_22"]).max() < 1e-8
+    assert np.abs(table["a_12"] + table["a_21"]).max() < 1e-8
+    assert table["growth"][0] == pytest.approx(0.020, abs=1e-3)
+    assert table["Re_most"].tolist() == [0, 0]
