@@ -38,7 +38,6 @@ from pairsim.solvers.steady.scene import SteadySolver
 class Thixotropic(StructuredLaw):
     """Dl/Dt = 1 - l - gamma l with the viscosity (1 + l)/2."""
 
-    name = "thixotropic"
     label = "thixotropic"
     transported: ClassVar[tuple[Field, ...]] = (Field("lambda", 2, transported=True, rest=1.0),)
 
@@ -56,6 +55,8 @@ class Thixotropic(StructuredLaw):
         return 1.0
 
 
+# Not in its class, by which laws are found: this is no law of a user.
+Thixotropic.name = "thixotropic"
 RIGID = (None,)
 THIXOTROPIC = single(Thixotropic())
 GIESEKUS = single(Giesekus(alpha=0.2), De=0.3)

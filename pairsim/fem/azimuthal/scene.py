@@ -46,11 +46,16 @@ class DisturbedScene:
         phases: The disturbed phases, in the order of the scene.
         A: Matrix of a disturbance at which nothing depends on its rate of change, shape (n, n).
         constraints: The constraints. Where all particles are rigid they contain the displacement of the mesh.
+
+    Raises:
+        ValueError: The tube is a period of an infinite row, whose disturbances do not have its period.
     """
 
     def __init__(
         self, scene: Scene, h: Array, x: Array, U: Array, *, Re: float = 0.0, volume_modulus: bool = False
     ) -> None:
+        if scene.reference.geometry.closed:
+            raise ValueError("disturbances of an infinite row do not have its period")
         self.scene, self._Re, self._remembers = scene, Re, bool(Re or scene.material.has_memory)
         base = x[: scene.liquid.size], mesh_velocity(scene, U)
         self.phases = [DisturbedPhase.liquid(scene.liquid, scene.positions(x), *base, Re)]
