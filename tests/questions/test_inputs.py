@@ -146,7 +146,7 @@ QUANTITIES |= {"distance": ["4um", "6um", "9um", "14um", "20um"]}
 
 
 def test_what_a_diameter_changes_is_the_difference_of_two_computed_curves(tmp_path: Path) -> None:
-    """On a mesh on which dU is known to 5 %, derivatives of its differences to some 12 %."""
+    """On a mesh on which dU is known to 5 %, its differences are to some 12 %."""
 
     def curve(particle: str, folder: Path | None = None) -> pairsim.CurveResult:
         return pairsim.curve(COMPUTED | {"physical": QUANTITIES | {"particle": particle}}, folder=folder).check()

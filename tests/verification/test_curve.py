@@ -149,6 +149,15 @@ def test_sensitivities_are_differences_of_neighbouring_solutions(viscoelastic: B
 
 
 @pytest.mark.slow
+def test_sensitivity_to_beta_holds_where_dU_is_small_on_the_first_mesh() -> None:
+    """At d = .4 dU is 3e-4, and its derivative the difference of two that are a hundred times larger."""
+    keys = {"d": [0.4], "De": 0, "Ca_e": 0.034, "mesh": {"Np": 18}}
+    found = pairsim.curve({**PAIR, "tol": 1, **keys}, sensitivities=True).check().table["by_beta"].item()
+    low, high = (curve(**keys, beta=beta)["dU"].item() for beta in (0.396, 0.404))
+    assert found == pytest.approx((high - low) / 0.008, rel=0.1), "a tolerance of 1e-4 had made it 2.6 times as large"
+
+
+@pytest.mark.slow
 def test_sensitivity_to_beta_is_the_difference_of_other_spheres() -> None:
     """On meshes of their own: nothing here knows that a diameter can be multiplied."""
     found = pairsim.curve(case(mesh={"Np": 20}), sensitivities=True).check().table["by_beta"].item()

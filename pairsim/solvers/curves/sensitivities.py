@@ -90,7 +90,7 @@ def _change_by_moving(
     speed = float(np.abs(rates).max())
     along = rates / speed if speed else np.ones_like(rates)
     tangent, step = along @ tangents, STEP * min(at.parameters.gaps)
-    y_change = -solve(change)
+    y_change = -at.solve(change)  # what is left of it would count as moving, which is much less
 
     def place(tau: float, s: float) -> Parameters:
         there = line(tau)
