@@ -29,13 +29,13 @@ if TYPE_CHECKING:
     from pairsim.app.open_and_plot import plot as plot
     from pairsim.app.sweep_results import SweepResult as SweepResult
     from pairsim.app.sweep_results import sweep as sweep
-    from pairsim.computing.loading import use_laws as use_laws
     from pairsim.computing.result import Result as Result
     from pairsim.lab.ask_atlas import ask as ask
     from pairsim.lab.cytometer.moduli import moduli as moduli
     from pairsim.lab.dimensionless_numbers import units as units
     from pairsim.lab.films.fit_film import fit as fit
     from pairsim.lab.load import load as load
+    from pairsim.physics.own_laws import use_laws as use_laws
     from pairsim.questions.compute import Computation as _Computation
     from pairsim.questions.critical import CriticalResult as CriticalResult
     from pairsim.questions.curve import CurveResult as CurveResult
@@ -67,7 +67,7 @@ _MODULES = {
     "computing.result": ("Result",),
     "app.sweep_results": ("sweep", "SweepResult"),
     "lab.dimensionless_numbers": ("units",),
-    "computing.loading": ("use_laws",),
+    "physics.own_laws": ("use_laws",),
     "errors": ("errors",),
     "runtime.errors": ("InputError", "PairsimError", "RunFailure"),
     "runtime.version": ("__version__",),

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 LEAST, MOST = 1e-30, 1e30  # limits of a quantity in its SI unit, whose products and ratios double precision can hold
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-QUANTITY = re.compile(rf"({NUMBER})\s*([^\W\d_].*)")  # number and unit
+QUANTITY = re.compile(rf"({NUMBER})\s*((?:1\s*/\s*)?[^\W\d_].*)")  # number and unit
 PERCENT = re.compile(rf"({NUMBER})?\s*%?\s*(?:(?:\+-|\+/-|±)\s*({NUMBER})\s*)?%?")
 PLUS_MINUS = re.compile(r"\+-|\+/-|±")
 COMMON = {

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 from os import PathLike
 from pathlib import Path
@@ -15,14 +14,13 @@ from pairsim.cases.yaml_file import merge, read_yaml
 from pairsim.computing.case_files import Files, parse_case
 from pairsim.computing.question import Question
 from pairsim.physics.material import Material
-from pairsim.physics.own_laws import file_of, load_file, name_file
+from pairsim.physics.own_laws import use_laws
 from pairsim.physics.solids import Solid
 from pairsim.record.folder import plain
 from pairsim.runtime.errors import InputError
 
 AnyCase = str | PathLike[str] | Mapping[str, Any] | SceneCase
 """Input for a case: the path of a case file, a dict of keys and values, or a case returned by `load`."""
-DECLARED = "pairsim.physics.declared"  # the module that lists the laws for case files, once it is imported
 
 
 def case_of[C: SceneCase](
@@ -69,26 +67,6 @@ def _written(keys: Mapping[str, Any], source: str) -> dict[str, Any]:
         return dict(plain(_with_blocks(keys)))
     except (TypeError, ValueError) as error:
         raise InputError(source, "", None, str(error)) from None
-
-
-def use_laws(*laws: str | PathLike[str] | type[Material]) -> None:
-    """Make laws of one's own known, before the first case is read; processes of sweeps know them, too.
-
-    Args:
-        laws: Files as for `--laws`, or classes that are defined in a file.
-
-    Raises:
-        InputError: A file or class cannot be used, or a case has been read already.
-    """
-    for each in laws:
-        file = file_of(each) if isinstance(each, type) else Path(each)
-        if file is None:  # it ships
-            continue
-        name_file(file)
-        for law in [each] if isinstance(each, type) else load_file(file):
-            if DECLARED in sys.modules and law.name not in sys.modules[DECLARED].LAWS:
-                allowed = "must be known before the first case is read: import it, or call pairsim.use_laws, earlier"
-                raise InputError("pairsim.use_laws", law.__name__, None, allowed)
 
 
 def _with_blocks(keys: Mapping[str, Any]) -> dict[str, Any]:

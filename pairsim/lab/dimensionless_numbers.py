@@ -263,7 +263,7 @@ def _notes(case: SceneCase, given: Container[str], Re: float) -> Iterator[str]:
         yield f"default used: {default}"
     for text in beyond_checked(case):
         yield f"warning: {text}"
-    if not case.liquid_model.modes and not any(case.Ca_es):
+    if not case.liquid_model.has_memory and not any(case.Ca_es):
         yield f"warning: {RIGID}"
     elif not small:
         yield f"warning: {INERTIA}"

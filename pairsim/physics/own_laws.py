@@ -14,6 +14,7 @@ import sys
 from collections.abc import Iterator
 from importlib.machinery import SourceFileLoader
 from importlib.util import module_from_spec, spec_from_loader
+from os import PathLike
 from pathlib import Path
 from types import ModuleType
 
@@ -26,6 +27,8 @@ GROUPS = "pairsim.liquids", "pairsim.solids"
 OPTION = "--laws"
 _SHIPPED = __name__.rpartition(".")[0]
 MAIN = "__main__"
+DECLARED = f"{_SHIPPED}.declared"
+"""The module that lists the laws for case files, once it is imported."""
 
 
 def files() -> list[Path]:
@@ -129,3 +132,23 @@ def file_of(law: type[Material]) -> Path | None:
 def digest_of(file: Path) -> str:
     """Hash of the source of a law."""
     return hashlib.sha256(file.read_bytes()).hexdigest()
+
+
+def use_laws(*laws: str | PathLike[str] | type[Material]) -> None:
+    """Make laws of one's own known, before the first case is read; processes of sweeps know them, too.
+
+    Args:
+        laws: Files as for `--laws`, or classes that are defined in a file.
+
+    Raises:
+        InputError: A file or class cannot be used, or a case has been read already.
+    """
+    for each in laws:
+        file = file_of(each) if isinstance(each, type) else Path(each)
+        if file is None:  # it ships
+            continue
+        name_file(file)
+        for law in [each] if isinstance(each, type) else load_file(file):
+            if DECLARED in sys.modules and law.name not in sys.modules[DECLARED].LAWS:
+                allowed = "must be known before the first case is read: import it, or call pairsim.use_laws, earlier"
+                raise InputError("pairsim.use_laws", law.__name__, None, allowed)

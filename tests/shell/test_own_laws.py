@@ -103,3 +103,16 @@ def test_laws_are_objects_in_python_and_installed_packages_bring_some(folder: Pa
     done = subprocess.run([sys.executable, "program.py"], cwd=folder, capture_output=True, text=True, check=False)
     assert done.stdout.split() == ["FENE-CR", "20.0", "0.1", "2.0"]
     assert "FeneCR: must be defined in a file of its own" in done.stderr
+
+
+def test_laws_are_made_known_before_the_first_case_is_read(folder: Path) -> None:
+    """In a process of its own, which has read no case."""
+    read = "print(pairsim.load('case.yaml', kind='curve').liquid_model.label)"
+    code = f"import pairsim\npairsim.use_laws('my_laws.py')\n{read}"
+    done = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    late = (
+        f"import pairsim\npairsim.load({{'beta': 0.4, 'Ca_e': 0, 'd0': 0.1}})\npairsim.use_laws('my_laws.py')\n{read}"
+    )
+    done = subprocess.run([sys.executable, "-c", late], cwd=folder, capture_output=True, text=True, check=False)
+    assert "must be known before the first case is read" in done.stderr

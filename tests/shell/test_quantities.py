@@ -12,6 +12,7 @@ from pairsim.cases.identity import alike
 from pairsim.cases.inputs import drawn, inputs_of
 from pairsim.cases.laws import Laws
 from pairsim.cases.physical import QUANTITIES, Physical
+from pairsim.cases.quantity_text import si
 from pairsim.cases.run_case import Case
 from pairsim.computing.case_files import parse_case
 from pairsim.plots.labels import case_parts
@@ -124,3 +125,9 @@ def test_a_case_owns_its_experiment() -> None:
     assert made.experiment.numbers == pytest.approx({"beta": made.beta, "Ca_e": made.Ca_e, "d": made.d0})
     assert (made.scales, made.experiment.mistakes, made.remarks) == (SCALES, [], [])
     assert Case.model_validate({"beta": 0.4, "Ca_e": 0.1, "d0": 0.1}).experiment is None
+
+
+@pytest.mark.parametrize("text", ["2 1/s", "120 1/min", "2 s^-1", "2 Hz"])
+def test_rates_are_written_with_a_fraction_too(text: str) -> None:
+    rate = Measurable("build_up", kinds.RATE, "rate at which structure builds up", "0.5 1/s")
+    assert si(text, rate) == pytest.approx(2.0)

@@ -132,11 +132,11 @@ def _blocks(
     return field_of_dof, np.array([[bool(np.any(dense[np.ix_(i, j)] != 0)) for j in blocks] for i in blocks])
 
 
-_COMPILED: dict[tuple[str | bool, ...], CompiledPhase] = {}
+_COMPILED: dict[tuple[str | bool | type[Any], ...], CompiledPhase] = {}
 
 
 def _compile(
-    kind: tuple[str | bool, ...],
+    kind: tuple[str | bool | type[Any], ...],
     fields: tuple[Field, ...],
     constant_names: tuple[str, ...],
     build: Callable[[Terms], ufl.Form],
@@ -224,7 +224,8 @@ def liquid_phase(liquid: Liquid, moving: bool, steady: bool = False) -> Compiled
 
     fields = (*liquid.fields, *((DISPLACEMENT,) if moving else ()), *((MESH_VELOCITY,) if steady else ()))
     of_time = ("rate",) if steady else ("g", "U_m") if transported else ()
-    return _compile((liquid.structure, moving, steady), fields, (*liquid.numbers, *of_time), build)
+    laws = [type(each) for each in (liquid.solvent, *liquid.modes, liquid.yielding)]  # two may have one name
+    return _compile((liquid.structure, *laws, moving, steady), fields, (*liquid.numbers, *of_time), build)
 
 
 def mode_part(s: Expr, i: int) -> Expr:
@@ -260,4 +261,4 @@ def solid_phase(solid: Solid, volume_modulus: bool = False) -> CompiledPhase:
         return momentum(kin, stress, p, test["eta"], dX) + continuity.solid(kin, test["p"], dX)
 
     names = (*solid.numbers, *(("rate",) if solid.viscosity is not None else ()))
-    return _compile((solid.name, volume_modulus), (DISPLACEMENT, PRESSURE_OF_SOLID), names, build)
+    return _compile((solid.name, type(solid), volume_modulus), (DISPLACEMENT, PRESSURE_OF_SOLID), names, build)
