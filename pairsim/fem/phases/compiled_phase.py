@@ -58,7 +58,7 @@ class CompiledPhase:
         build: Makes the residual for any test functions.
     """
 
-    kind: tuple[str | bool, ...]
+    kind: tuple[str | bool | type[Any], ...]
     fields: tuple[Field, ...]
     element: basix.ufl._ElementBase
     residual: CompiledForm
