@@ -1,6 +1,6 @@
 """What is declared of a key of a case beside its pydantic field, so that no other file needs to know its name.
 
-    gravity: Annotated[PerParticle[Number], Key("W", caption=10, slug="W", since="0.5")] = Field(0.0, description=...)
+    gravity: Annotated[PerParticle[Force], Key("W", caption=10, slug="W", since="0.4")] = Field(0.0, description=...)
 
 Captions, grids, hashes, folder names and atlases ask these declarations; see docs/how-to/add-key.md. A quantity of the
 `physical` block says itself which key it gives (`cases/physical.py`), and a law which parameters it has.
