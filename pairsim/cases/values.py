@@ -60,7 +60,6 @@ CaseName = Annotated[str, Field(json_schema_extra={"pattern": NAME}), AfterValid
 DIAMETERS = 1e-3, 0.999  # [D_c]; cell sizes by default follow from the diameter
 Diameter = Annotated[Number, Field(ge=DIAMETERS[0], le=DIAMETERS[1])]
 _SHARED = {name: (p.least, p.most) for name, p in {**Liquid.OF_POLYMER, **Solid.OF_ALL}.items()}
-FOLLOWED = {name: _SHARED[name] for name in ("De", "Ca_e")}  # ranges of the parameters over which curves are followed
 Deborah = Annotated[Number, *_zero_or(*_SHARED["De"])]
 Capillary = Annotated[Number, *_zero_or(*_SHARED["Ca_e"])]
 SolventPart = Annotated[Number, *_zero_or(*_SHARED["xi"])]

@@ -174,14 +174,20 @@ class Result:
 
             table = Curve(table, {}, self.record, self.source).at(at)
         frame = frame_of(table)
-        if scales is None:
-            return frame
-        try:
-            frame = in_units(frame, table.declared, self.scales_of_rows(table, scales))
-        except TypeError as error:
-            file = str(self._place / f"{name}.csv")
-            raise InputError(file, "", None, f"must have numbers in its rows ({error})") from None
-        return self._with_quantity(frame, scales)
+        if scales is not None:
+            try:
+                frame = in_units(frame, table.declared, self.scales_of_rows(table, scales))
+            except TypeError as error:
+                file = str(self._place / f"{name}.csv")
+                raise InputError(file, "", None, f"must have numbers in its rows ({error})") from None
+            frame = self._with_quantity(frame, scales)
+        frame.attrs["units"] |= {column: unit for column, unit in self.own_units.items() if column in frame}
+        return frame
+
+    @property
+    def own_units(self) -> Mapping[str, str]:
+        """The units of columns that are those of the case file, by name; none unless the question has such columns."""
+        return {}
 
     def _table_named(self, name: str) -> Table:
         """A table, which a folder must have.

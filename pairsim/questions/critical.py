@@ -60,8 +60,6 @@ from pairsim.runtime.message import Message, Text
 from pairsim.solvers.parameters import Parameters
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from pairsim.analysis.zeros import Zero
     from pairsim.computing.warnings import ErrorAt
     from pairsim.plots.style import Page
@@ -278,11 +276,9 @@ class CriticalResult(Result):
             return super().scales_of_rows(table, scales)
         return [followed.scales(float(value)) or scales for value in table[FOLLOWED]]
 
-    def frame(self, *args: Any, **options: Any) -> pd.DataFrame:
-        found = super().frame(*args, **options)
-        if (followed := self.followed) is not None and FOLLOWED.name in found:
-            found.attrs["units"][FOLLOWED.name] = followed.unit
-        return found
+    @property
+    def own_units(self) -> Mapping[str, str]:
+        return {} if self.followed is None else {FOLLOWED.name: self.followed.unit}
 
     def findings(self) -> list[str]:
         """Which critical distances there are, and where branches of them end."""
