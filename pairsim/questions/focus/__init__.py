@@ -23,7 +23,7 @@ from pairsim.cases.case import SceneCase
 from pairsim.cases.checks import check_scene
 from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.followed_key import FollowedKey
-from pairsim.cases.keys import Key, PerGap
+from pairsim.cases.keys import Key, Part, PerGap
 from pairsim.cases.mistakes import Mistake, broken, missing
 from pairsim.cases.physical import BLOCK, DENSITY, QUANTITIES
 from pairsim.cases.quantity_text import ValuesOrQuantities, si
@@ -33,6 +33,7 @@ from pairsim.computing.result import Result
 from pairsim.quantities.kinds import POSITION, RATE
 from pairsim.record.column import ENTRY, MODE, Column, Columns, Shown
 from pairsim.record.columns import CA_E, DE, DISTANCE, NEWTON, POLYMER_HEALTH, STEADY_HEALTH, U_ERROR, WAY_COLUMNS, U
+from pairsim.record.folder import FIELDS_XDMF
 from pairsim.record.run_entries import OF_STEADY
 from pairsim.solvers.parameters import Parameters
 
@@ -75,6 +76,7 @@ RE_MOST = Column(
     "without inertia; empty: inertia does not prevent it, or it is not known",
     unknown=True,
 )
+RE_ERROR = Column("Re_most_error", r"\epsilon", "half-width of its interval: error by mesh", unknown=True)
 RE = Column("Re", r"\mathrm{Re}", "Reynolds number of the experiment, with physical.density")
 A = Column("a", r"a{_}", "velocity away from the axis of {of}", RATE, ENTRY)
 A_ERROR = Column(
@@ -91,7 +93,7 @@ AT_REST = Column(
 MODE_GROWTH = Column("rate", r"\mathrm{Re}\,\lambda{_}", "growth rate of {of}", RATE, MODE)
 FREQUENCY = Column("frequency", r"\mathrm{Im}\,\lambda{_}", "angular frequency of {of}", RATE, MODE)
 UNKNOWNS = Column("disturbed", "n", "unknowns of the disturbances", shown=Shown.ON_REQUEST, whole=True)
-INTERVALS = VERDICT, GROWTH, GROWTH_ERROR, TUBE, TUBE_LEAST, TUBE_MOST, RE_MOST
+INTERVALS = VERDICT, GROWTH, GROWTH_ERROR, TUBE, TUBE_LEAST, TUBE_MOST, RE_MOST, RE_ERROR
 MATRIX = A, A_ERROR, AT_REST, MODE_GROWTH, FREQUENCY
 TABLE = Columns(DISTANCE, CA_E, DE, U, U_ERROR, INTERVALS, RE, MATRIX, NEWTON, UNKNOWNS, STEADY_HEALTH, POLYMER_HEALTH)
 """The columns that focus.csv may have, in their order."""
@@ -120,6 +122,13 @@ class FocusCase(SceneCase):
         examples=["{Ca_e: [0.01, 0.02]}"],
     )
 
+    fields: Annotated[bool, Key(part=Part.REPORT)] = Field(
+        False,
+        strict=True,
+        description="whether fields on the axis, and what displacements of unit length add to them, are written to "
+        "fields.xdmf at each value",
+    )
+
     @property
     def key(self) -> str:
         """What rates are followed over; "" where the values of the case alone are asked for."""
@@ -133,6 +142,12 @@ class FocusCase(SceneCase):
             given = tuple(IN_UNITS.number(si(each, IN_UNITS), self.scales) for each in given)
         values = sorted({float(each) for each in given})
         return tuple(values[:: -1 if self.spreads else 1])
+
+    def told_by(self, place: Parameters) -> Column:
+        """The column whose value tells a place: of what is followed, or of what there is."""
+        if self.key:
+            return column_of(self.key)
+        return DISTANCE if place.gaps else CA_E if any(place.Ca_es) else DE
 
     @property
     def spreads(self) -> bool:
@@ -263,10 +278,15 @@ class FocusResult(Result):
 
 
 def draw(folder: Path, out: Path, page: Page) -> list[Path]:
-    """Draw the table of a folder."""
+    """Draw the table of a folder, and streamlines of its fields."""
     from pairsim.questions.focus.picture import draw_focus
 
-    return draw_focus(folder, out, page)
+    drawn = draw_focus(folder, out, page)
+    if (folder / FIELDS_XDMF).exists():
+        from pairsim.questions.focus.streamlines import draw_streamlines
+
+        drawn += draw_streamlines(folder, out, page)
+    return drawn
 
 
 def columns_in_sweeps(case: FocusCase) -> list[str]:
@@ -286,7 +306,11 @@ QUESTION = Question(
     result=FocusResult,
     in_sweeps=InSweeps(columns_in_sweeps),
     draw=draw,
-    captions={"focus": "Growth rates of displacements from the axis"},
+    captions={
+        "focus": "Growth rates of displacements from the axis",
+        "disturbance": "What displacements of a particle add to the velocity, in their plane, in the frame of the tube",
+    },
+    frames="value",
     draws_from=2,  # one point is no line
     examples="Examples: pairsim focus configs/focus.yaml | "
     "pairsim focus case.yaml -o out --set 'along={Ca_e: [0.01, 0.05]}'",

@@ -21,6 +21,7 @@ from pairsim.questions.focus import (
     MATRIX,
     MODE_GROWTH,
     RE,
+    RE_ERROR,
     RE_MOST,
     TUBE,
     TUBE_LEAST,
@@ -29,8 +30,8 @@ from pairsim.questions.focus import (
     VERDICT,
     A,
     FocusCase,
-    column_of,
 )
+from pairsim.questions.focus.fields import disturbed_frame
 from pairsim.record.column import names_of, table_row
 from pairsim.record.columns import CA_E, DE, DISTANCE, NEWTON, U_ERROR, U
 from pairsim.record.run_entries import POINTS
@@ -50,9 +51,8 @@ def computation(case: FocusCase, monitor: Monitor) -> events.Events:
     what = f"{counted(len(places), 'value')} of {case.key}" if case.key else "the case"
     yield events.Begin(what, len(places))
     columns = [DISTANCE, CA_E, DE, U, U_ERROR, *INTERVALS, *([] if Re is None else [RE]), *MATRIX, NEWTON, UNKNOWNS]
-    over = None if not case.key else column_of(case.key)
     names = [*names_of(case.n, *columns), *health_columns(case)]
-    yield events.Table("focus", names, ascending=over is DISTANCE)
+    yield events.Table("focus", names, ascending=case.spreads)
     found, remembered = Solutions(case, (goals.U,)), list[Text]()
     try:
         with found:
@@ -69,6 +69,8 @@ def computation(case: FocusCase, monitor: Monitor) -> events.Events:
                 if not stability.disturbance.converged:
                     remembered.append(_place(case, place))
                 of_experiment = {} if Re is None else {RE.name: Re}
+                if case.fields:
+                    yield events.Frame(disturbed_frame(value_at(case, place), branch.solver, stability))
                 yield events.Row("focus", point_row(point) | stability_row(place, point, stability) | of_experiment)
                 said = Message("{}  growth = {}", _place(case, place), RATE(float(stability.growth[0].real)))
                 yield events.Progress(count, Message("{}  {}", said, stability.verdict.value), count)
@@ -90,6 +92,7 @@ def stability_row(place: Parameters, point: Point, stability: Stability) -> dict
         GROWTH_ERROR: _known(error),
         **{TUBE: tube, TUBE_LEAST: least, TUBE_MOST: most},
         RE_MOST: _known(stability.Re_most),
+        RE_ERROR: _known(stability.Re_error),
         A: found.rates.ravel(),
         A_ERROR: np.where(np.isfinite(stability.half_widths), stability.half_widths, np.nan).ravel(),
         AT_REST: found.at_rest.ravel(),
@@ -122,10 +125,14 @@ def _known(value: float) -> float:
 
 def _place(case: FocusCase, place: Parameters) -> Text:
     """Where a rate is computed, such as d = 0.1."""
-    over = column_of(case.key) if case.key else DISTANCE if place.gaps else CA_E if any(place.Ca_es) else DE
-    if over is DISTANCE:
-        return Message("{} = {}", over.name, LENGTH(place.gaps[0]))
-    return f"{over.name} = {place.De if over is DE else max(place.Ca_es):.4g}"
+    over, value = case.told_by(place), value_at(case, place)
+    return Message("{} = {}", over.name, LENGTH(value)) if over is DISTANCE else f"{over.name} = {value:.4g}"
+
+
+def value_at(case: FocusCase, place: Parameters) -> float:
+    """The number by which a place is told from others."""
+    over = case.told_by(place)
+    return place.gaps[0] if over is DISTANCE else place.De if over is DE else max(place.Ca_es)
 
 
 def _warnings(remembered: list[Text]) -> list[Text]:
