@@ -9,13 +9,14 @@ import numpy as np
 
 from pairsim.quantities.kinds import LENGTH, POSITION, RATE
 from pairsim.quantities.scales import Scales
-from pairsim.quantities.text import in_unit, softness, with_name
+from pairsim.quantities.text import in_unit, softness, with_error, with_name
 from pairsim.questions.focus import (
     AT_REST,
     FREQUENCY,
     GROWTH,
     GROWTH_ERROR,
     RE,
+    RE_ERROR,
     RE_MOST,
     TUBE,
     TUBE_LEAST,
@@ -27,6 +28,7 @@ from pairsim.record.columns import CA_E, DE, DISTANCE, U
 from pairsim.record.table import Table
 from pairsim.solvers.focus.stability import Verdict
 
+SEEN = 0.05  # part of a Reynolds number from which on its half-width would be seen in two digits; chosen
 WIDE = 0.2  # part of a length that its range is at least, where both ends of the range are told; chosen
 
 
@@ -107,14 +109,16 @@ def _inertia(table: Table, rows: list[int]) -> str:
     known = table[RE_MOST][rows]
     if np.isnan(known).all():
         return ", and inertia does not prevent it, to first order in the Reynolds number"
-    least, Re = float(np.nanmin(known)), table.known(RE)
+    row, Re = rows[int(np.nanargmin(known))], table.known(RE)
+    least, error = float(table[RE_MOST][row]), float(table[RE_ERROR][row])
+    limit = with_error(least, error) if error > SEEN * least else f"{least:.2g}"
     if Re is not None and Re[rows[0]] >= least:
         return (
-            f" without inertia; but from a Reynolds number of about {least:.2g} on inertia drives particles off the "
+            f" without inertia; but from a Reynolds number of about {limit} on inertia drives particles off the "
             f"axis, and here it is {Re[rows[0]]:.2g}"
         )
     here = "" if Re is None else f" (here {Re[rows[0]]:.2g})"
-    return f", as long as the Reynolds number is below about {least:.2g}{here}"
+    return f", as long as the Reynolds number is below about {limit}{here}"
 
 
 def _memory(table: Table, scales: Scales | None) -> list[str]:
