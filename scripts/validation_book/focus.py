@@ -24,6 +24,7 @@ WIDER = 1.094
 """Diameter of the tube over the width of the square duct."""
 SMALL = 0.05, 0.1
 """Betas from which limits are extrapolated."""
+RIGID = (None,)
 
 
 def viscoelastic_limit(beta: float, alpha: float) -> float:
@@ -41,9 +42,9 @@ def giesekus(alpha: float) -> Liquid:
     return single(Giesekus(alpha=alpha) if alpha else OldroydB(), DE, XI)
 
 
-def rate_of(beta: float, solid: Solid | None, liquid: Liquid, Np: int) -> tuple[float, float]:
+def rate_of(beta: float, solids: tuple[Solid | None, ...], liquid: Liquid, Np: int) -> tuple[float, float]:
     """The rate of a sphere, and its half-width."""
-    with verification("test_focus").scene((beta,), (solid,), liquid, Np=Np) as solver, Displacement(solver) as found:
+    with verification("test_focus").scene((beta,), solids, liquid, Np=Np) as solver, Displacement(solver) as found:
         return float(found.found.rates[0, 0]), float(half_widths(found).rates[0, 0])
 
 
@@ -62,9 +63,9 @@ def first_order(page: Page) -> pd.DataFrame:
         row: dict[str, Any] = {"beta": beta}
         for alpha in (0.0, 0.2, 1.0):
             limit = viscoelastic_limit(beta, alpha)
-            rate, error = rate_of(beta, None, giesekus(alpha), Np)
+            rate, error = rate_of(beta, RIGID, giesekus(alpha), Np)
             row |= {f"alpha {alpha:g}": rate / limit, f"error alpha {alpha:g}": error / abs(limit)}
-        rate, error = rate_of(beta, *soft(CA_E), NEWTONIAN, Np)
+        rate, error = rate_of(beta, soft(CA_E), NEWTONIAN, Np)
         row |= {"soft": rate / soft_limit(beta), "error soft": error / abs(soft_limit(beta))}
         by_Re, error = by_Re_of(beta, Np)
         rows.append(row | {"inertia": by_Re / beta**3, "error inertia": error / beta**3})
@@ -77,11 +78,13 @@ def limits(page: Page) -> pd.DataFrame:
     found = {}
     for alpha in (0.0, 0.2, 1.0):
         one, two = (
-            rate_of(beta, None, giesekus(alpha), Np)[0] / viscoelastic_limit(beta, alpha) * test.resistance(beta, Np)[0]
+            test.disturbed((beta,), RIGID, giesekus(alpha), Np=Np).rates[0, 0]
+            / viscoelastic_limit(beta, alpha)
+            * test.resistance(beta, Np)[0]
             for beta in SMALL
         )
         found[f"rigid, Giesekus, alpha {alpha:g}"] = (4 * one - two) / 3
-    one, two = (rate_of(2 * beta, *soft(CA_E), NEWTONIAN, Np)[0] / soft_limit(2 * beta) for beta in SMALL)
+    one, two = (test.disturbed((2 * beta,), soft(CA_E), Np=Np).rates[0, 0] / soft_limit(2 * beta) for beta in SMALL)
     found["soft, Newtonian"] = (8 * one - two) / 7
     return pd.Series(found, name="rate over limit").rename_axis("sphere").reset_index()
 
