@@ -22,7 +22,7 @@ COMPONENTS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 OPTIONS = {"ksp_type": "gmres", "ksp_gmres_restart": 60, "ksp_rtol": 1e-3, "ksp_max_it": 300, "pc_type": "ilu"}
 
 MOST_STEPS = 12  # of Newton's method in one flow; chosen
-REDUCTION = 0.02  # of the residual there; chosen
+REDUCTION, ACCURATELY = 0.02, 1e-8  # of the residual there; chosen
 HELPS = 0.2  # of the residual, left by a step after which the Jacobian is kept; chosen
 LEAST_RESIDUAL = 1e-11
 
@@ -177,7 +177,7 @@ class Conformation:
         self.J.zeroRows(self.ends.astype(PETSc.IntType))
         self.ksp.setOperators(self.J)
 
-    def solve(self) -> int:
+    def solve(self, reduction: float = REDUCTION) -> int:
         """Find the conformation in the flow to a part of its first residual; returns the iterations of GMRES.
 
         The Jacobian is that of an earlier flow as long as each step with it helps.
@@ -185,7 +185,7 @@ class Conformation:
         residual, iterations = self._residual(), 0
         first = size = float(np.linalg.norm(residual))
         for _ in range(MOST_STEPS):
-            if size <= max(REDUCTION * first, LEAST_RESIDUAL):
+            if size <= max(reduction * first, LEAST_RESIDUAL):
                 return iterations
             before, start = size, self.c.x.array.copy()
             correction = self.J.createVecRight()

@@ -17,7 +17,7 @@ from collections import deque
 from typing import Any
 
 import numpy as np
-from conformation import Conformation, Developed, Giesekus
+from conformation import ACCURATELY, REDUCTION, Conformation, Developed, Giesekus
 from mesh import Array, Sizes, displacement, half_tube
 from mpi4py import MPI  # noqa: F401 - ahead of the compiled modules
 from stokes import Places, Stokes, places_in
@@ -63,7 +63,7 @@ def steady(stokes: Stokes, law: Giesekus, developed: Developed, start: tuple[Any
     accelerated = Anderson()
     for step in range(1, MOST_STEPS + 1):
         problem.flow(x, motion[1])
-        iterations = problem.solve()
+        iterations = problem.solve(ACCURATELY if step == 1 and start is None else REDUCTION)
         image, moved = stokes.free(problem.load())
         if step == 1 and start is None:
             limit = moved[0] / law.De / stokes.centre
