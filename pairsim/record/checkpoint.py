@@ -22,7 +22,7 @@ from pairsim.runtime.errors import InputError
 from pairsim.solvers.transient.adaptation import RunAdaptation
 from pairsim.solvers.transient.state import State
 
-FORMAT = 7
+FORMAT = 8
 ARRAY = "array"
 FREE = ("name", "time.end", "physical.end", "limits", "output")
 """Keys and groups of keys that may be changed when a run is resumed."""
@@ -59,6 +59,8 @@ def _packed(value: Any, arrays: dict[str, Array]) -> Any:
         return {ARRAY: name}
     if is_dataclass(value):
         return {each.name: _packed(getattr(value, each.name), arrays) for each in fields(value)}
+    if isinstance(value, dict):
+        return {name: _packed(each, arrays) for name, each in value.items()}
     return [_packed(each, arrays) for each in value] if isinstance(value, list | tuple) else value
 
 
@@ -71,7 +73,9 @@ def _unpacked(kind: Any, value: Any, arrays: Mapping[str, Array]) -> Any:
     if is_dataclass(kind):
         kinds = get_type_hints(kind)
         return cast(Any, kind)(**{name: _unpacked(kinds[name], each, arrays) for name, each in value.items()})
-    if (origin := get_origin(kind)) in (list, tuple):
+    if (origin := get_origin(kind)) is dict:
+        return {name: _unpacked(get_args(kind)[1], each, arrays) for name, each in value.items()}
+    if origin in (list, tuple):
         return origin(_unpacked(get_args(kind)[0], each, arrays) for each in value)
     return value
 

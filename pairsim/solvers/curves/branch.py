@@ -330,7 +330,7 @@ class Branch:
             held_slopes,
             sensitivities(at, adjoints, held.dU, motion, self._sensitivities) if self._sensitivities else {},
             estimate,
-            {goal: estimate.value(goal, solver, moving) for goal in self.goals},
+            {goal: estimate.value(goal, moving) for goal in self.goals},
             UnyieldedBridge.of(solver, undecided),
             solver.iterations - iterations_before,
             solver.meshes,

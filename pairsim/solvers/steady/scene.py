@@ -30,6 +30,7 @@ from pairsim.solvers.nonlinear.convergence import Report
 from pairsim.solvers.nonlinear.factors import LAST
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
+from pairsim.solvers.solution import Solution
 from pairsim.solvers.steady.developed_flow import DevelopedFlows
 from pairsim.solvers.steady.linearisation import Linearisation
 
@@ -283,6 +284,14 @@ class SteadySolver(MeshedSolver):
         """Material positions h and full vector x of the solution; sets the forms to its parameters."""
         self.apply(self.parameters)
         return self.newton.state(self.y)
+
+    @property
+    def solution(self) -> Solution:
+        """The solution as functionals see it; sets the forms to its parameters."""
+        (h, x), geometry, parameters = self.state(), self.scene.reference.geometry, self.parameters
+        free = (geometry.length - sum(parameters.diameters(self.problem.betas)) - sum(parameters.gaps)) / 2
+        gradient = self.developed_flow.gradient
+        return Solution(self.scene, self.constraints, self.y, h, x, g=1.0, free=free, gradient=gradient)
 
     def solve(self, parameters: Parameters, guess: Array | None = None) -> Report:
         """Solve at given parameters. On success `parameters` and `y` are updated.
