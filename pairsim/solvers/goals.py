@@ -71,6 +71,7 @@ class Goal:
         everywhere: Whether all cells become smaller for it, never those alone that have most of the scatter: cells far
             from the particles count for a pressure drop, and those that do not resolve the stress for a force.
         creeps: Whether it is creep where unyielded liquid holds particles together, which no cells make more exact.
+        order: Power of the cell size with which the cells' part of its error falls; 0: that of velocities.
         of_positions: Whether it is a function of the positions of the material alone, which a run integrates; others
             follow the flow of the moment.
         error: Name of the column of its half-width, if that is not the usual one.
@@ -94,6 +95,7 @@ class Goal:
     scouted: bool = False
     everywhere: bool = False
     creeps: bool = False
+    order: float = field(default=0.0, compare=False)
     of_positions: bool = False
     error: str = ""
 
@@ -255,6 +257,10 @@ ROUNDING = 1e-13
 # Least part of what is left in one gap of that in another: the estimate of a single gap may vanish by chance. Chosen.
 OF_OTHER_GAPS = 0.1
 
+# Of errors of shapes in the cell size: a part of what cancels between liquid and particle is left, which falls no
+# faster. Measured on six shapes with six meshes each (docs/explanation/decisions.md).
+ORDER_OF_SHAPES = 2.0
+
 U = Goal("U", VELOCITY, lambda o: o.U, _velocities, per="particle", observed="U", second_order=True)
 """Velocities of the particles."""
 dU = Goal(
@@ -290,10 +296,15 @@ D = Goal(
     _of_shape(_taylor_parameter),
     added=False,
     left_out_counts=True,
+    order=ORDER_OF_SHAPES,
     of_positions=True,
 )
 """Taylor's parameter of a single soft particle."""
-D_OF_EACH = replace(D, functional=_of_shape(_taylor_parameter, alone=False), per="particle")
+# An estimate of a shape tells the size of its error, and may have the wrong sign: what counts for a particle is no less
+# than for the others. Without this 4 of 30 values of a soft pair (20 cells on a half-circle) were up to 2.4 half-widths
+# off.
+OF_OTHER_SHAPES = 1.0
+D_OF_EACH = replace(D, functional=_of_shape(_taylor_parameter, alone=False), per="particle", of_others=OF_OTHER_SHAPES)
 """Taylor's parameters of all particles."""
 DEFORMATION = Goal(
     "deformation_hull",
@@ -303,6 +314,7 @@ DEFORMATION = Goal(
     _polygons_of_hull,
     added=False,
     left_out_counts=True,
+    order=ORDER_OF_SHAPES,
     error="deformation_error",
 )
 """Deformation of the convex hull of a single soft particle."""

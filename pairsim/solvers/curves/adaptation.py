@@ -36,7 +36,7 @@ ROUNDS = 3
 HELPS = 0.9  # part of the error that a round may leave, or it was the last one at its distance
 AIM = 0.8  # part of the error allowed that a mesh is made for
 LEAST_ROOM = 0.2  # part of the error allowed that the ends of the tube must leave to the cells
-ORDER = 3.0  # in the cell size, of the signed part of the error in a Newtonian liquid
+ORDER = 3.0  # in the cell size, of the signed part of the error in a Newtonian liquid; goals may have their own
 ELASTIC_ORDER = 4.5  # the same in a viscoelastic liquid; measured (docs/explanation/decisions.md)
 FACTORS = 1.15, 1.6  # bounds on the factor by which all cells become smaller in a round
 LESS_DISTORTED = 0.9  # part of the distortion of the cells in hand that those around a particle on its own must have
@@ -232,7 +232,7 @@ class AdaptiveBranch(Branch):
     def _factor(self, point: Point, most: Mapping[Goal, Array]) -> float:
         """The factor by which all cells would have to be smaller to leave no more than `most` of each goal."""
         order = ELASTIC_ORDER if point.parameters.liquid.has_memory else ORDER
-        return _by_cells(point, most) ** (1 / order)
+        return max(_by_cells(point, {goal: each}) ** (1 / (goal.order or order)) for goal, each in most.items())
 
     def _refine(self, point: Point, goals: Sequence[Goal]) -> bool:
         """Go on to a finer mesh for goals at a point; False if there is none."""

@@ -24,6 +24,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from pairsim.fem.algebra.constraints import PositionUpdate
 from pairsim.fem.diagnostics import Observation, observe
 from pairsim.fem.recovery.enriched_residual import EnrichedUnknowns
 from pairsim.fem.recovery.enriched_scene import EnrichedScene
@@ -85,12 +86,13 @@ class ErrorTransport:
         scene, constraints, errors = newton.scene, newton.constraints, self.errors
         y, h, x = solution.y, solution.h, solution.x
         scheme = Scheme.bdf(past.t, t)
-        sharper = by_sharpness(newton, y)
-        h_star = _combined(scheme, past.h) + _combined(scheme, errors.h)
+        own = _combined(scheme, past.h)
+        sharper = by_sharpness(newton, y, PositionUpdate(own, scheme.g, U_m))
+        update = PositionUpdate(own + _combined(scheme, errors.h), scheme.g, U_m)
         star = corrected_star = None
         if scene.has_rates:
             star = scene.with_displacements(_combined(scheme, past.x), _combined(scheme, past.h))
-            corrected_star = scene.with_displacements(star + _combined(scheme, errors.x), h_star)
+            corrected_star = scene.with_displacements(star + _combined(scheme, errors.x), update.h_star)
         enriched = self._on(newton)
         self.irregular = self._irregular(newton, solution)
         with newton.clock("assembly"):
@@ -102,12 +104,12 @@ class ErrorTransport:
         elif errors.y:
             corrected += self._guess(newton, scheme)
         for _ in range(count):
-            h_c, x_c = self._state(newton, corrected, h_star, scheme.g, U_m)
+            h_c, x_c = constraints.state(corrected, update)
             with newton.clock("assembly"):
                 local = recovered.residuals(x_c, corrected_star)
-                residual = newton.restricted(local, x_c) + sharper
+                residual = newton.restricted(local, x_c, scheme.g) + sharper
             corrected -= newton.linear_solve(residual, tolerance=ROUGH)
-        h_c, x_c = self._state(newton, corrected, h_star, scheme.g, U_m)
+        h_c, x_c = constraints.state(corrected, update)
         dh, dx, dy = h_c - h, x_c - x, corrected - y
         errors.push(t, dh, dx, dy)
         errors.t_y, errors.y = errors.t_y[:1], errors.y[:1]
@@ -172,10 +174,6 @@ class ErrorTransport:
         velocity = (errors.h[0] - _combined(scheme, errors.h)) / scheme.g
         guess[entries.col] = velocity[entries.row]
         return guess
-
-    def _state(self, newton: Newton, y: Array, h_star: Array, g: float, U_m: float) -> tuple[Array, Array]:
-        h = newton.constraints.positions(y, h_star, g, U_m)
-        return h, newton.constraints.expand(y, h)
 
     def _on(self, newton: Newton) -> EnrichedScene[EnrichedUnknowns]:
         if self._enriched is None or self._enriched.scene is not newton.scene:

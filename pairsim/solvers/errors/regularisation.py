@@ -15,6 +15,7 @@ import math
 
 import numpy as np
 
+from pairsim.fem.algebra.constraints import PositionUpdate
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.nonlinear.newton import Newton
 from pairsim.solvers.parameters import Parameters
@@ -70,7 +71,7 @@ def left_by_regularisation(derivatives: Array) -> Array:
     return np.asarray(np.maximum(SLOWEST * np.abs(first), np.abs(first) + SLOWEST * np.abs(first + second)))
 
 
-def by_sharpness(newton: Newton, y: Array) -> Array:
+def by_sharpness(newton: Newton, y: Array, update: PositionUpdate) -> Array:
     """What a sharp kink of the stress adds to the residual of a time step: dR/d ln m, or -dR/d ln width, (n_y,)."""
     phase, ends = newton.scene.liquid, list[Array]()
     liquid = phase.material
@@ -78,5 +79,5 @@ def by_sharpness(newton: Newton, y: Array) -> Array:
         return np.zeros_like(y)
     for tau in (DIFFERENCE, -DIFFERENCE):
         with phase.changed_to(liquid.sharper(math.exp(tau))):
-            ends.append(newton.residual_at(y))
+            ends.append(newton.residual_at(y, update))
     return (ends[0] - ends[1]) / (2 * DIFFERENCE)

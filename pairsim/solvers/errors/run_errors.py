@@ -42,8 +42,8 @@ class Interval:
     """Half-width of the interval around the values of a goal that should hold the exact ones, with five terms.
 
     1. |correction| plus the largest one so far: the estimate has an error of its own, which does not vanish where the
-       estimate changes its sign. Both count more where cells do not resolve the stress. Where the estimate is not
-       added to the values it counts once more.
+       estimate changes its sign. Both count more where cells do not resolve the stress, and in each value as a part of
+       the largest one of all values. Where the estimate is not added to the values it counts once more.
     2. The error by the time steps.
     3. What remeshings have left, which no residual sees, as the stress is interpolated to another mesh. The exact value
        is continuous in time, and so is the corrected one but for errors, since it depends little on the mesh: what it
@@ -59,6 +59,7 @@ class Interval:
     Attributes:
         memory: Time in which the largest estimate and the jumps are forgotten [D_c/U_av].
         added: Whether the estimate is added to the values.
+        of_others: Least part of what counts in one value of what counts in another one.
         start: Error of the discrete values in the quasi-steady state of the first distances, shape (k,); 0 where it is
             not wanted.
         setting_in: Time in which that state is reached [D_c/U_av]; 0 for a run that starts from it.
@@ -71,6 +72,7 @@ class Interval:
 
     memory: float
     added: bool = True
+    of_others: float = 0.0
     start: Array | float = 0.0
     setting_in: float = 0.0
     mesh: int = 0
@@ -102,7 +104,8 @@ class Interval:
             closer: Largest factor by which a gap is narrower than at the start, at least 1.
             irregular: The fifth term, shape (k,).
         """
-        corrected = discrete + correction
+        corrected, own = discrete + correction, np.abs(correction)
+        size = np.maximum(own, self.of_others * own.max(initial=0.0))
         if self.times:
             left = np.exp(-(t - self.times[0]) / self.memory)
             self.largest, self.jumps = self.largest * left, self.jumps * left
@@ -112,14 +115,14 @@ class Interval:
                 self.jumps = self.jumps + np.abs(corrected - expected)
         self.mesh = mesh
         if t > SET_IN or not np.any(self.start):
-            self.largest = np.maximum(self.largest, np.abs(correction))
+            self.largest = np.maximum(self.largest, size)
         self.times, self.values = [t, *self.times[: KNOWN - 1]], [corrected, *self.values[: KNOWN - 1]]
         wider = widening(s_jump, OF_RUNS)
         largest = wider * self.largest + irregular
         start = self.start * (-np.expm1(-t / self.setting_in) if self.setting_in else 1.0)
-        cells = wider * np.abs(correction) + np.maximum(largest, closer**NARROWING * start)
+        cells = wider * size + np.maximum(largest, closer**NARROWING * start)
         half_width = np.asarray(cells + steps + self.jumps)
-        return half_width if self.added else half_width + np.abs(correction)
+        return half_width if self.added else half_width + size
 
 
 @dataclass
@@ -161,7 +164,9 @@ class RunErrors:
     def of(cls, liquid: Liquid) -> RunErrors:
         """Those of a run that has not begun; it forgets in a time of 1 + De (chosen), as liquid passes and relaxes."""
         order, memory = 2 if liquid.has_memory else 3, 1.0 + liquid.longest
-        goals = {goal.name: GoalErrors(TimeError(order), Interval(memory, added=goal.added)) for goal in IN_TIME}
+        goals = {
+            goal.name: GoalErrors(TimeError(order), Interval(memory, goal.added, goal.of_others)) for goal in IN_TIME
+        }
         return cls(goals)
 
     def __getitem__(self, goal: Goal) -> GoalErrors:

@@ -143,7 +143,7 @@ class Transient(StepSolver):
         t = past.t[0] + dt
         guess = self._guess(t)
         y, report = self._approached(guess, dt, U_m) if gradually else self._solved(guess, dt, U_m)
-        h, x = self.newton.state(y)
+        h, x = self.constraints.state(y, self._update(dt, U_m))
         error = 0.0
         if len(past.t) > 2 and report.converged:
             weights = extrapolation_weights(past.t, t)
