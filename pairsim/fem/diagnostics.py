@@ -32,7 +32,6 @@ class Observation:
         m: Lagrange multiplier of the zero mean pressure, a uniform source in the continuity equation.
         volume_error: Largest relative change of the volume of a particle.
         conformation: Indicators of the conformation field, None for a Newtonian liquid.
-        outlines: Nodes of the outlines, ends and mid-points of arcs alternating, shape (2 k + 1, 2) each.
     """
 
     d: Array
@@ -44,7 +43,6 @@ class Observation:
     m: float
     volume_error: float
     conformation: Health | None
-    outlines: tuple[Array, ...]
 
     @property
     def dU(self) -> Array:
@@ -219,7 +217,6 @@ def observe(
         m=float(x[scene.m]),
         volume_error=change,
         conformation=conformation,
-        outlines=tuple(body.outline_points(h) for body in scene.bodies),
     )
 
 

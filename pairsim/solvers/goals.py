@@ -51,7 +51,7 @@ class Goal:
     Attributes:
         name: Name of its column; those of its correction and of its half-width follow from it.
         kind: Its kind of quantity.
-        value: Its values, from what is observed of a solution, corrected where corrections are added, (k,).
+        value: Its values, from a solution and what is observed of it, corrected where corrections are added, (k,).
         functional: Its functionals at a solution; None if it is combined of another goal.
         reading: What a better way to read the functionals off the discrete solution adds to what is reported, (k,);
             None: nothing.
@@ -79,7 +79,7 @@ class Goal:
 
     name: str
     kind: Kind
-    value: Callable[[Observation], Array] = field(compare=False)
+    value: Callable[[Solution, Observation], Array] = field(compare=False)
     functional: Callable[[Solution], Functional] | None = field(default=None, compare=False)
     reading: Callable[[Solution], Array] | None = field(default=None, compare=False)
     parent: Goal | None = None
@@ -230,10 +230,10 @@ def _polygons_of_hull(solution: Solution) -> Array:
     return np.array(found)
 
 
-def _value_of_hull(observation: Observation) -> Array:
+def _value_of_hull(solution: Solution, _: Observation) -> Array:
     from pairsim.fem.diagnostics import contour
 
-    return np.array([contour(observation.outlines[0]).deformation_hull])
+    return np.array([contour(solution.scene.bodies[0].outline_points(solution.h)).deformation_hull])
 
 
 def _pressure_drop(solution: Solution) -> Functional:
@@ -261,12 +261,12 @@ OF_OTHER_GAPS = 0.1
 # faster. Measured on six shapes with six meshes each (docs/explanation/decisions.md).
 ORDER_OF_SHAPES = 2.0
 
-U = Goal("U", VELOCITY, lambda o: o.U, _velocities, per="particle", observed="U", second_order=True)
+U = Goal("U", VELOCITY, lambda _, o: o.U, _velocities, per="particle", observed="U", second_order=True)
 """Velocities of the particles."""
 dU = Goal(
     "dU",
     VELOCITY,
-    lambda o: o.dU,
+    lambda _, o: o.dU,
     parent=U,
     combination=lambda n: np.diff(np.eye(n), axis=0),
     per="gap",
@@ -281,7 +281,7 @@ CRITICAL = replace(dU, scale=Scale.DISTANCE)
 F = Goal(
     "F",
     FORCE,
-    lambda o: o.F,
+    lambda _, o: o.F,
     _forces,
     per="particle",
     scale=Scale.ITSELF,
@@ -292,7 +292,7 @@ F = Goal(
 D = Goal(
     "D",
     PURE,
-    lambda o: o.D,
+    lambda _, o: o.D,
     _of_shape(_taylor_parameter),
     added=False,
     left_out_counts=True,
@@ -321,7 +321,7 @@ DEFORMATION = Goal(
 DP_PLUS = Goal(
     "dp_plus",
     STRESS,
-    lambda o: np.array([o.dp_plus]),
+    lambda _, o: np.array([o.dp_plus]),
     _pressure_drop,
     _inner_pressure_drop,
     observed="dp",

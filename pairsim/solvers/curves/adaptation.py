@@ -262,8 +262,10 @@ class AdaptiveBranch(Branch):
         """Cell sizes for a point."""
         found = {goal: point.estimate[goal] for goal in most}
         cells = reduce(CellIndicators.joined, (each.cells for each in found.values() if each.cells is not None))
+        # Of the scatter, which has its share of the half-width, and is widened with the rest of the cells' part.
         allowed = [
-            most[goal] / (each.of_scatter * (1 + each.by_all_cells / each.irregular)) for goal, each in found.items()
+            most[goal] / (each.widening * each.of_scatter * (1 + each.by_all_cells / each.irregular))
+            for goal, each in found.items()
         ]
         largest_factor = MOST_FACTOR
         if self.rounds[self._place(point)]:  # smaller cells where the scatter came from were not enough

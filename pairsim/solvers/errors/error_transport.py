@@ -116,7 +116,7 @@ class ErrorTransport:
         corrected_solution = replace(solution, y=y + dy, h=h + dh, x=x + dx)
         changes = _changes(solution, corrected_solution, observation)
         if not np.isfinite(dy).all() or np.abs(np.diff(changes[U])).max(initial=0.0) > USELESS:
-            return {goal: np.full_like(goal.value(observation), np.nan) for goal in IN_TIME}
+            return {goal: np.full_like(goal.value(solution, observation), np.nan) for goal in IN_TIME}
         if scene.material.modes:
             self._forget_imbalance(changes, t - past.t[0], scene.material, remeshed=remeshed)
         for goal, imbalance in (
@@ -202,6 +202,9 @@ def _changes(solution: Solution, corrected: Solution, observation: Observation) 
     found = dict[Goal, Array]()
     for goal in IN_TIME:
         if goal.parent is None:
-            change, reading = goal.value(seen) - goal.value(observation), goal.read_better(corrected)
+            change, reading = (
+                goal.value(corrected, seen) - goal.value(solution, observation),
+                goal.read_better(corrected),
+            )
             found[goal] = change if reading is None else change + reading
     return found

@@ -26,6 +26,7 @@ from pairsim.solvers.errors.end_effects import end_effects
 from pairsim.solvers.errors.regularisation import by_regularisation, left_by_regularisation
 from pairsim.solvers.errors.run_errors import OF_POINTS, widening
 from pairsim.solvers.goals import DECIDING, Goal
+from pairsim.solvers.solution import Solution
 from pairsim.solvers.steady.linearisation import Linearisation
 from pairsim.solvers.steady.scene import SteadySolver
 
@@ -152,9 +153,9 @@ class ErrorEstimate(Mapping[Goal, GoalEstimate]):
                 added[goal.observed] = getattr(discrete, goal.observed) + change
         return replace(discrete, **added)
 
-    def value(self, goal: Goal, corrected: Observation) -> Array:
+    def value(self, goal: Goal, solution: Solution, corrected: Observation) -> Array:
         """The values of a goal at a solution, of which the corrected quantities are known, (k,)."""
-        value = goal.value(corrected)
+        value = goal.value(solution, corrected)
         own = goal.added and self.trusted and not goal.root.observed  # no quantity of an `Observation` has it
         return np.asarray(value + self.goals[goal].correction if own else value)
 

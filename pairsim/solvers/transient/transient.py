@@ -282,7 +282,8 @@ class Transient(StepSolver):
         self._dt = self.problem.control.next(self._dt, size, error)
         self._due = needs_mesh(distortion, observation.d, self.scene.reference.geometry.gaps)
         known = self.problem.dU_error or self.problem.from_steady
-        discrete = {goal: goal.value(observation) for goal in (IN_TIME if known else (dU,)) if observation.dU.size}
+        goals = (IN_TIME if known else (dU,)) if observation.dU.size else ()
+        discrete = {goal: goal.value(solution, observation) for goal in goals}
         # From a quasi-steady state alone nothing is added: the errors at the start are what is known.
         signed = corrections or {goal: np.zeros_like(values) for goal, values in discrete.items()}
         mesh, closer = self.counts.remeshings, float(np.max(self.problem.gaps / observation.d, initial=1.0))
@@ -313,7 +314,7 @@ class Transient(StepSolver):
         if not self.problem.dU_error:
             return {}
         if self._error is None:
-            return {goal: np.full_like(goal.value(observation), np.nan) for goal in IN_TIME}
+            return {goal: np.full_like(goal.value(solution, observation), np.nan) for goal in IN_TIME}
         found = self._error.advance(self.newton, self.history, t, self._U_m, solution, observation)
         if any(np.isnan(each).any() for each in found.values()):
             self._error = None
