@@ -189,7 +189,7 @@ def _of_shape(
 
 def _by_node(measure: Callable[[Array], Callable[[Array], float]], outline: Array, radius: float) -> Array:
     """Derivatives of a measure of an outline by the positions of its nodes, of the shape of the outline."""
-    from pairsim.solvers.steady.linearisation import DIFFERENCE
+    from pairsim.solvers.parameters import DIFFERENCE
 
     of_outline, step, found = measure(outline), DIFFERENCE * radius, np.empty_like(outline)
     for at, value in np.ndenumerate(outline):
@@ -238,7 +238,7 @@ def _value_of_hull(solution: Solution, _: Observation) -> Array:
 
 def _pressure_drop(solution: Solution) -> Functional:
     """The pressure drop read off inside the tube, whose adjoint is smooth."""
-    from pairsim.solvers.steady.pressure_drop import InnerDrop
+    from pairsim.solvers.pressure_drop import InnerDrop
 
     drop = InnerDrop.of(solution)
     return Functional(np.asarray(solution.constraints.N.T @ drop.row)[None], drop.apart)
@@ -246,7 +246,7 @@ def _pressure_drop(solution: Solution) -> Functional:
 
 def _inner_pressure_drop(solution: Solution) -> Array:
     """What reading it off inside the tube adds."""
-    from pairsim.solvers.steady.pressure_drop import InnerDrop
+    from pairsim.solvers.pressure_drop import InnerDrop
 
     return np.array([InnerDrop.of(solution).value - solution.scene.pressure_drop(solution.x)])
 

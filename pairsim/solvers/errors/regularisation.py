@@ -18,8 +18,8 @@ import numpy as np
 from pairsim.fem.algebra.constraints import PositionUpdate
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.nonlinear.newton import Newton
-from pairsim.solvers.parameters import Parameters
-from pairsim.solvers.steady.linearisation import DIFFERENCE, Linearisation
+from pairsim.solvers.parameters import DIFFERENCE, Parameters
+from pairsim.solvers.steady.linearisation import Linearisation
 from pairsim.solvers.steady.scene import SteadySolver
 
 # What is left of a result that approaches its limit as m^(-2/3), over its derivative by ln m, and the integral above

@@ -11,8 +11,7 @@ from collections.abc import Callable
 import numpy as np
 
 from pairsim.runtime.arrays import Array
-from pairsim.solvers.parameters import Parameters
-from pairsim.solvers.steady.linearisation import DIFFERENCE
+from pairsim.solvers.parameters import DIFFERENCE, Parameters
 from pairsim.solvers.steady.scene import SteadySolver
 
 # Chosen; steps are relative to the fields.

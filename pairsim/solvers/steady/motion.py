@@ -12,8 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from pairsim.runtime.arrays import Array
-from pairsim.solvers.parameters import Parameters
-from pairsim.solvers.steady.linearisation import DIFFERENCE, Linearisation
+from pairsim.solvers.parameters import DIFFERENCE, Parameters
+from pairsim.solvers.steady.linearisation import Linearisation
 from pairsim.solvers.steady.scene import SteadySolver
 
 
