@@ -62,8 +62,9 @@ class NewtonOptions:
         return replace(self, tolerance=KINKED_TOLERANCE, max_iterations=KINKED_ITERATIONS, matrix=matrix)
 
 
-# With the matrix of the last iterations the derivatives at the solution are computed, too. `SteadySolver.factor` adds
-# an iteration with the matrix at the solution: 1e-6 in place of 1e-4 here changed no dU by more than 2e-6 of the peak.
+# With the matrix of the last iterations the derivatives at the solution are computed, too. `SteadySolver.linearise`
+# adds an iteration with the matrix at the solution: 1e-6 in place of 1e-4 here changed no dU by more than 2e-6 of the
+# peak.
 STEADY = NewtonOptions(tolerance=1e-4, line_search=True, matrix=MatrixPolicy(slow=0.05, far=0.3))
 # In time-dependent problems the matrix is reused for longer, which takes more iterations.
 TRANSIENT = NewtonOptions(tolerance=1e-9, max_iterations=25, matrix=MatrixPolicy(slow=0.3))

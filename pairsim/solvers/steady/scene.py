@@ -2,7 +2,7 @@
 
 Distances are prescribed, and time derivatives at fixed X are dropped. Shapes, stresses, flow and velocities are solved
 for together; see "Quasi-steady solutions" in docs/explanation/numerics.md. First guesses are functions of a solver
-(`guesses`); what is done with the matrix at a solution is done with its `linearisation`.
+(`predictors`); what is done with the matrix at a solution is done with its `linearisation`.
 """
 
 from __future__ import annotations
