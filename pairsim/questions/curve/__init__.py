@@ -12,6 +12,7 @@ system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
@@ -160,7 +161,7 @@ class CurveCase(SceneCase):
 
     @property
     def drive(self) -> Drive:
-        return Drive(float(self.flow), self.velocity)
+        return replace(super().drive, flow=float(self.flow), velocity=self.velocity)
 
     @property
     def common(self) -> bool:
