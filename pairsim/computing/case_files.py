@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from pairsim.cases.case import SceneCase
-from pairsim.cases.checks import missing_numbers
+from pairsim.cases.checks import missing_numbers, mistakes_in
 from pairsim.cases.conversion import forget_numbers, in_numbers
 from pairsim.cases.estimate import check_size
 from pairsim.cases.keys import Part, groups_of, keys_of
@@ -94,7 +94,7 @@ def parse_case[C: SceneCase](
     try:
         case = question.model.model_validate(numbers.data)
         if not mistakes:
-            mistakes = list(question.check(case)) or list(check_size(case))
+            mistakes = mistakes_in(case, question.check) or list(check_size(case))
     except ValidationError as error:
         wrong = mistakes_of(error, question.model, numbers.data)
         # What a wrong quantity should give is missing, too.
