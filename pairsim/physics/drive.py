@@ -38,5 +38,5 @@ DEVELOPED = Drive()
 def repeated[T](of: T, count: int) -> T:
     """A dataclass for `count` times as many particles: what it has for each of them is that of the same ones again."""
     each: Any = of
-    of_particles = [field.name for field in fields(each) if field.metadata == PER_PARTICLE]
+    of_particles = [one.name for one in fields(each) if one.metadata == PER_PARTICLE]
     return replace(each, **{name: getattr(of, name) * count for name in of_particles})
