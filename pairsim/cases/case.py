@@ -29,6 +29,7 @@ from pairsim.physics.liquids import Liquid, Newtonian
 from pairsim.physics.softest import beyond_steady_shapes, beyond_tension
 from pairsim.physics.solids import Solid
 from pairsim.quantities.scales import Scales
+from pairsim.runtime.plain import Plain
 
 Ends = Literal["developed", "periodic"]
 ENDS = "ends of the tube: with the developed flow profile, or periodic with imposed flow rate"
@@ -352,7 +353,7 @@ class SceneCase(Keys):
         here = [each for each in declared if each[0].count is None or each[0].count(self.n)]
         return [f"{key.slug}{shown(value)}" for key, value in here if not key.is_default(value)]
 
-    def resolved(self) -> dict[str, Any]:
+    def resolved(self) -> dict[str, Plain]:
         """The case with every default filled in, as dicts, lists, numbers and strings."""
         data = self.model_dump(mode="json")
         if self.length is None:

@@ -200,4 +200,5 @@ class Laws:
 
 def liquid_in(resolved: Content) -> Liquid:
     """The liquid of a case with all its keys, as in case.yaml of a folder of results."""
-    return Laws.in_case(resolved).liquid.model(resolved.get("De", 0.0), resolved.get("xi", 1.0))
+    De, xi = resolved.get("De"), resolved.get("xi")
+    return Laws.in_case(resolved).liquid.model(De if is_finite(De) else 0.0, xi if is_finite(xi) else 1.0)

@@ -208,8 +208,8 @@ class Result:
     def _with_quantity(self, frame: pd.DataFrame, scales: Scales) -> pd.DataFrame:
         """The frame with the quantity of the experiment that gives the number which is followed, if one is."""
         case = read_yaml(self._place / "case.yaml") if self._content is None else self.case.resolved()
-        along = case.get("along")
-        number = "Ca_e" if isinstance(along, list) else next(iter(along or ()), "")  # of shapes: values of Ca_e
+        along = case.get("along")  # of shapes values of Ca_e, else a key with its values
+        number = "Ca_e" if isinstance(along, list) else next(iter(along if isinstance(along, Mapping) else ()), "")
         if number in frame and number != DISTANCE.name:  # a distance has its unit already
             from pairsim.analysis.input_ranges import quantity_for
 

@@ -32,6 +32,7 @@ from pairsim.quantities.kinds import LENGTH, POSITION, RATE
 from pairsim.record.column import GAP, Column, Columns, Shown
 from pairsim.record.columns import D_ERROR, DISTANCE, DU, DU_ERROR, T_RELAX, U_ERROR, T, U, Z
 from pairsim.record.run_entries import SIZE, Entry
+from pairsim.runtime.plain import Plain
 
 if TYPE_CHECKING:
     from pairsim.computing.events import Events
@@ -210,7 +211,7 @@ class TrainCase(SceneCase):
         d = self.mean_d or max(self.train.transition or (0.0,))
         return self.train.spacing or max(self.betas, default=0.0) + d
 
-    def resolved(self) -> dict[str, Any]:
+    def resolved(self) -> dict[str, Plain]:
         return {key: value for key, value in super().resolved().items() if key != "length"}  # which must not be given
 
     def _slug_parts(self) -> list[str]:
