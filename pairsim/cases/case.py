@@ -6,7 +6,7 @@ documentation. `pairsim.computing.case_files` validates YAML files against them.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Annotated, Any, ClassVar, Literal, Self
 
@@ -149,11 +149,14 @@ class SceneCase(Keys):
     @model_validator(mode="after")
     def _with_defaults(self) -> Self:
         """Fill in the keys that follow from others where they are not given."""
-        defaults = self._defaults()
-        groups = {key: getattr(self, key) for key in defaults if isinstance(getattr(self, key), Keys)}
-        return self.filled(defaults | {key: group.filled(defaults[key]) for key, group in groups.items()}, groups)
+        groups = {
+            key: group.filled(inner)
+            for key, inner in self._defaults().items()
+            if isinstance(group := getattr(self, key), Keys) and isinstance(inner, Mapping)
+        }
+        return self.filled({**self._defaults(), **groups}, groups)
 
-    def _defaults(self) -> dict[str, Any]:
+    def _defaults(self) -> dict[str, Plain]:
         """Defaults that follow from other keys: those that `accuracy` sets."""
         return {"mesh": self._cells | {"adapt": "Np" not in self.mesh.model_fields_set}}
 

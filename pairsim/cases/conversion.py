@@ -7,9 +7,9 @@ import math
 import re
 from collections.abc import Collection
 from contextlib import suppress
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
-from pairsim.cases.experiment import Experiment, follows_in
+from pairsim.cases.experiment import Experiment, follows_in, one
 from pairsim.cases.laws import Laws
 from pairsim.cases.mistakes import Mistake
 from pairsim.cases.physical import BLOCK, QUANTITIES
@@ -71,7 +71,7 @@ def in_numbers(given: Content, fields: Collection[str], lengths: Collection[str]
         except ValueError:
             continue  # rejected by the validation
         if (own := group.get(last)) is None:
-            group[last] = numbers.get(each.key)
+            group[last] = cast("Plain", numbers.get(each.key))
             origins[key] = quantity
         elif each.key in numbers and not _same(own, numbers[each.key]):
             allowed = f"must be left out, or be {_shown(numbers[each.key])} as given by {BLOCK}.{quantity}"
@@ -113,7 +113,7 @@ def _number(value: Any, place: str, experiment: Experiment, mistakes: list[Mista
     if not has_unit(value):
         return value
     try:
-        return rounded(si(value, A_LENGTH) / experiment.values["tube"])
+        return rounded(si(value, A_LENGTH) / one(experiment.values, "tube"))
     except ValueError as error:
         mistakes.append(Mistake(place, value, f"{error}, or a number of tube diameters"))
         return None

@@ -132,7 +132,7 @@ class Keys(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
-    def filled(self, values: Mapping[str, Any], always: Collection[str] = ()) -> Self:
+    def filled(self, values: Mapping[str, object], always: Collection[str] = ()) -> Self:
         """A copy with other values for keys that were not given; they still count as not given in the copy.
 
         Args:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from math import inf
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
@@ -13,6 +13,7 @@ from pairsim.cases.accuracy import USUAL, settings_of
 from pairsim.cases.case import ENDS, SceneCase
 from pairsim.cases.keys import NO_PARTICLES, Key, Keys, Part, PerGap
 from pairsim.cases.mistakes import Mistake
+from pairsim.runtime.plain import Plain
 
 MOST_OUTPUTS = 10_000
 LEAST_GAP = 1e-4  # between the last particle of a period and the first one of the next [D_c], as of others
@@ -184,7 +185,7 @@ class Case(SceneCase):
     limits: Annotated[Limits, Key(part=Part.REPORT)] = Limits()
     output: Annotated[OutputOptions, Key(part=Part.REPORT)] = OutputOptions()
 
-    def _defaults(self) -> dict[str, Any]:
+    def _defaults(self) -> dict[str, Plain]:
         particles = zip(self.Ca_es, self.solid_models, strict=True)
         soft = [Ca_e * (1 + RUN_PER_VISCOSITY * float(solid.viscosity or 0.0)) for Ca_e, solid in particles if solid]
         elastic = RUN_PER_DE * self.De * self.slowest_time

@@ -209,7 +209,7 @@ class FocusCase(SceneCase):
     def reynolds_number(self) -> float | None:
         """The Reynolds number of the experiment; None where its density is not known."""
         density = self.experiment.values.get(DENSITY.key) if self.experiment is not None else None
-        return None if density is None or self.scales is None else float(self.scales.reynolds(density))
+        return float(self.scales.reynolds(density)) if self.scales and isinstance(density, float) else None
 
     @property
     def range_of_d(self) -> tuple[float, float]:
