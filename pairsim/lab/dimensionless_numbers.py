@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Container, Iterator, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -80,7 +80,7 @@ class Units:
         lines = [f"# {line}" for line in head]
         for key, value in {**({"name": name} if is_name(name) else {}), **self.written}.items():
             words = {key: type(self.case).model_fields[key].description or ""}
-            if key == BLOCK:
+            if key == BLOCK and isinstance(value, Mapping):
                 words |= {each: QUANTITIES[each].words for each in value}
             mode = 0
             for line in yaml_text(plain({key: value}), blocks=True).splitlines():

@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, cast
 from pydantic import Field
 
 from pairsim.cases.case import SceneCase
-from pairsim.cases.checks import check_scene
 from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.followed_key import FollowedKey
 from pairsim.cases.keys import Key, Part
@@ -82,19 +81,37 @@ TOLD = {CA_E.name, DE.name}
 ENDS = Entry[list[dict[str, Any]]]("ends", "where each branch of critical distances ends, and why")
 
 
+def _check_along(case: CriticalCase) -> str:
+    """What `along` must be."""
+    if case.along is None:
+        return ""
+    if len(case.along) != 1:
+        return "must be one key with its values, such as along: {Ca_e: [0.05, 0.1]}"
+    (key, given), *_ = case.along.items()
+    try:
+        FollowedKey.of(case, key, given)
+    except ValueError as error:
+        return str(error)
+    return ""
+
+
+def _check_d(case: CriticalCase) -> str:
+    return "" if case.d[0] < case.d[1] else "must be [least, largest] in ascending order"
+
+
 class CriticalCase(SceneCase):
     """Critical distances: zeros of dU(d), optionally followed over a parameter."""
 
     kind: ClassVar[str] = "critical"
 
-    along: dict[str, ValuesOrQuantities] | None = Field(
+    along: Annotated[dict[str, ValuesOrQuantities] | None, Key(check=_check_along)] = Field(
         None,
         description="what critical distances are followed over, with its values (a list or a range): Ca_e, De, a "
         "number of a law such as liquid.alpha, or a quantity such as physical.flow_rate, on which liquid and softness "
         "alone depend; default: the values of the case only",
         examples=["{Ca_e: [0.05, 0.1]}"],
     )
-    d: Annotated[tuple[Distance, Distance], Key(part=Part.REPORT, usual=[0.02, 0.8])] = Field(
+    d: Annotated[tuple[Distance, Distance], Key(part=Part.REPORT, usual=[0.02, 0.8], check=_check_d)] = Field(
         (0.02, 0.8), description="least and largest distance of the search for zeros of dU [D_c]"
     )
 
@@ -120,26 +137,9 @@ class CriticalCase(SceneCase):
 
 
 def check(case: CriticalCase) -> Iterator[Mistake]:
-    """Check the keys of critical distances against each other; yields mistakes as `check_scene` does."""
+    """Yield the mistake of another number of particles."""
     if case.n != 2:
         yield Mistake("particles", case.n, "must be 2: a critical distance is that of a pair")
-        return
-    if case.d[0] >= case.d[1]:
-        yield Mistake("d", list(case.d), "must be [least, largest] in ascending order")
-    if case.along is not None:
-        yield from _check_along(case, case.along)
-    yield from check_scene(case)
-
-
-def _check_along(case: CriticalCase, along: Mapping[str, Sequence[float | str]]) -> Iterator[Mistake]:
-    if len(along) != 1:
-        yield Mistake("along", dict(along), "must be one key with its values, such as along: {Ca_e: [0.05, 0.1]}")
-        return
-    (key, given), *_ = along.items()
-    try:
-        FollowedKey.of(case, key, given)
-    except ValueError as error:
-        yield Mistake("along", dict(along), str(error))
 
 
 def estimate(case: CriticalCase) -> Estimate:

@@ -13,6 +13,8 @@ from pairsim.record.columns import DISTANCE, DU
 from pairsim.runtime.arrays import Array
 
 NOTHING_DECLARED = Columns()
+type Cell = float | str | bool | None
+"""What stands in a row of a table: a number, a whole one of a count, or a word."""
 
 
 class Table(Mapping[str, Array]):
@@ -30,7 +32,7 @@ class Table(Mapping[str, Array]):
         self._arrays, self.declared = dict(columns or {}), declared
 
     @classmethod
-    def of_rows(cls, rows: Iterable[Mapping[str, Any]], declared: Columns = NOTHING_DECLARED) -> Table:
+    def of_rows(cls, rows: Iterable[Mapping[str, Cell]], declared: Columns = NOTHING_DECLARED) -> Table:
         """The table of rows, which have the same names."""
         listed = list(rows)
         return cls({name: np.array([row[name] for row in listed]) for name in (listed[0] if listed else ())}, declared)
@@ -106,6 +108,6 @@ class Table(Mapping[str, Array]):
         changed = {name: self[name] * factor for name, factor in factors.items() if factor != 1}
         return self | changed
 
-    def records(self) -> list[dict[str, Any]]:
+    def records(self) -> list[dict[str, Cell]]:
         """Its rows, each by the names of the columns."""
         return [dict(zip(self, row, strict=True)) for row in zip(*self.values(), strict=True)]

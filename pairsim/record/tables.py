@@ -62,7 +62,7 @@ def in_units(
     Raises:
         TypeError: A column that has a unit has something else than numbers.
     """
-    converted: dict[str, Any] = {}
+    converted: dict[str, list[Any]] = {}
     for name in (str(each) for each in frame.columns if each not in keys):
         if (entry := declared.get(name)) is not None and entry.unit.physical:
             rows = zip(frame[name], map(entry.unit.factor, scales), strict=True)

@@ -7,6 +7,7 @@ from dataclasses import replace
 from itertools import product
 from math import ceil
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -175,7 +176,7 @@ def curves_in(folders: Sequence[Path], d: Array, drawn: Array) -> Curves:
         columns = [*by, (table.of(U, "_L") + table.of(U, "_T")) / 2, table[STRETCH], table[T_RELAX], by_difference]
         x, at = np.log(table[DISTANCE]), np.log(inside)
         smooth = [CubicSpline(x, each)(at) if np.isfinite(each).all() else np.full_like(d, np.nan) for each in columns]
-        places.append([float(case[name]) for name in PARAMETERS])
+        places.append([float(cast("float", case[name])) for name in PARAMETERS])
         rows.append([curve.values(inside), curve.half_widths(inside), *smooth])
     by_curve, where = np.array(rows), np.array(places)
     random = _among(where, drawn)

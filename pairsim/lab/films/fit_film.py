@@ -303,7 +303,7 @@ def _case_of(
     for name in unknown:
         of = QUANTITIES[name]
         given = block.get(name) or of.example
-        units.append(as_given(given[0] if isinstance(given, list) else given)[1])
+        units.append(as_given(str(given[0] if isinstance(given, list) else given))[1])
         values[name] = si(of.example, of)
     for _ in range(2):  # the second time with numbers in the middle of the atlas
         replaced = others | {name: f"{value:.15g} {QUANTITIES[name].unit}" for name, value in values.items()}
