@@ -7,7 +7,7 @@ from pathlib import Path
 
 from pairsim.plots.chart import POINT, Line, Panel, draw_chart
 from pairsim.plots.labels import parts_along, read_case
-from pairsim.plots.style import Page, printing
+from pairsim.plots.style import Look, Page, printing
 from pairsim.plots.units import Units
 from pairsim.record.column import Columns
 from pairsim.record.columns import CA_E
@@ -30,7 +30,8 @@ def draw_along(
     """
     units, case = Units.of(directory, page.physical), read_case(directory / "case.yaml")
     table = read_table(directory / f"{name}.csv", columns).converted(units.scales)
-    (label, x), joined = units.followed(case, CA_E, table[CA_E]), {"linestyle": "-"}
+    label, x = units.followed(case, CA_E, table[CA_E])
+    joined: Look = {"linestyle": "-"}
     errors = {n: error for n, error in errors.items() if n in table}
     lines = [Line(n, x, table[n], table.get(error), mark=POINT, look=joined) for n, error in errors.items()]
     panels = {n: Panel(label, units.axis_label([columns.column(n)]), wide="x") for n in errors}

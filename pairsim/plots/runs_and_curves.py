@@ -11,11 +11,11 @@ from matplotlib.patches import Patch
 
 from pairsim.analysis.master_curve import Curve
 from pairsim.analysis.time_series import Series
-from pairsim.cases.yaml_file import flat
 from pairsim.plots.chart import START_UP, Line, Panel, draw_chart
 from pairsim.plots.encoding import Encoding
-from pairsim.plots.labels import case_parts, common_parts, equation, hashable, read_case, varying_keys
+from pairsim.plots.labels import case_parts, common_parts, equation, read_case, varying_keys
 from pairsim.plots.lines import lines_of, panels_of, run_lines, told_apart
+from pairsim.plots.parameters import NO_PARAMETERS
 from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
 from pairsim.quantities.kinds import POSITION, TIME
@@ -46,7 +46,7 @@ def draw_run(directory: Path, out: Path, page: Page) -> list[Path]:
     parts = case_parts(read_case(directory / "case.yaml"), physical=units.scales is not None)
     series = run.converted(units.scales)
     starting = min(run.start_up * units.factor(TIME), float(series.t[-1]))
-    lines = told_apart(run_lines(series, {}, places=len(series.gaps) > 1))
+    lines = told_apart(run_lines(series, NO_PARAMETERS, places=len(series.gaps) > 1))
     above = None
     if places := series.places:
         along = np.mean(places, axis=0)
@@ -98,9 +98,9 @@ def overlay(folders: Sequence[Path], out: Path, page: Page, group: str | None = 
     if len(set(folders)) < len(folders):
         raise InputError("pairsim plot", "", str(folders[0]), "must be named once")
     whole = [read_case(folder / "case.yaml") for folder in folders]
-    cases = list(map(flat, whole))
+    cases = [case.parameters for case in whole]
     keys = varying_keys(cases)
-    told_apart = len({tuple(hashable(case.get(key)) for key in keys) for case in cases}) == len(cases)
+    told_apart = len({case.at(keys) for case in cases}) == len(cases)
     if not told_apart or Encoding.of(cases, keys, group).untold:
         cases = [case | {FOLDER: str(folder)} for case, folder in zip(cases, folders, strict=True)]
         keys = [FOLDER]
@@ -139,7 +139,7 @@ def draw_overlay(
     motion = [each for each in lines if each.panel[0] is over and each.panel[1] is not DISTANCE and not each.mark]
     gaps = ["gap"] if any("gap" in each.parameters for each in motion) else []
     encoding = Encoding.of([each.parameters for each in motion], [*keys, *gaps], group)
-    drawn = {key: {hashable(each.parameters.get(key)) for each in motion} for key in keys}
+    drawn = {key: {each.parameters.get(key) for each in motion} for key in keys}
     parts = [
         *parts,
         *(equation(key, *values) for key, values in drawn.items() if len(values) == 1),
@@ -169,7 +169,7 @@ def _differences(
     for line in lines:
         for other in lines:
             same = all(other.parameters.get(name) == line.parameters.get(name) for name in keys if name != key)
-            if other is line or not same or hashable(other.parameters.get(key)) != reference:
+            if other is line or not same or other.parameters.get(key) != reference:
                 continue
             x = line.x[(line.x >= other.x[0]) & (line.x <= other.x[-1])]
             apart = np.interp(x, line.x, line.y) - np.interp(x, other.x, other.y)
