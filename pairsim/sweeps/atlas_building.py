@@ -9,6 +9,7 @@ from math import ceil
 from pathlib import Path
 
 import numpy as np
+from pydantic import JsonValue
 from scipy.interpolate import CubicSpline
 from scipy.stats import qmc
 
@@ -51,7 +52,8 @@ def build(path: Path, folder: Path | None, options: Options, workers: Workers) -
     data = read_yaml(path)
     file = parse_file("atlas", AtlasFile, check_atlas, data, str(path))
     directory = folder or RUNS / (file.name or path.stem)
-    base = {**read_base(path, data, QUESTIONS["curve"].model), "d": {"start": file.d[0], "stop": file.d[1], "num": 2}}
+    of_file = read_base(path, data, QUESTIONS["curve"].model)
+    base: JsonValue = {**of_file.content, "d": {"start": file.d[0], "stop": file.d[1], "num": 2}}
     options = replace(options, flags={"sensitivities": True})
     box = {name: list(getattr(file, name)) for name in (*PARAMETERS, "d")}
     inner = box | {name: list(each) for name, each in file.within.items()}
@@ -60,7 +62,7 @@ def build(path: Path, folder: Path | None, options: Options, workers: Workers) -
     candidates = _places(inner, np.where(draws[:, 3:] < AT_EDGES, np.round(draws[:, :3]), draws[:, :3]))
 
     def grid_of(places: Array, name: str) -> Grid:
-        cases = [dict(zip(PARAMETERS, map(float, place), strict=True)) for place in places]
+        cases: list[JsonValue] = [dict(zip(PARAMETERS, map(float, place), strict=True)) for place in places]
         return grid_from(path, {"name": name, "command": "curve", "base": base, "cases": cases})
 
     atlas = None

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, JsonValue, ValidationError
 
 from pairsim.cases.messages import mistakes_of
 from pairsim.cases.mistakes import Mistake, input_error
@@ -20,7 +19,7 @@ FILES = Files(QUESTIONS, {"sweep": SweepFile, "study": StudyFile, "atlas": Atlas
 
 
 def parse_file[T: BaseModel](
-    command: str, model: type[T], check: Callable[[T], Iterator[Mistake]], data: Mapping[str, Any], source: str
+    command: str, model: type[T], check: Callable[[T], Iterator[Mistake]], data: Mapping[str, JsonValue], source: str
 ) -> T:
     """Validate the keys of a file of many cases, each on its own and against each other, but not its cases.
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from pydantic import JsonValue
 
 from pairsim.cases.identity import RUNS
 from pairsim.cases.mistakes import Mistake, input_error
@@ -37,9 +38,9 @@ def read_study(path: Path, settings: Sequence[str] = ()) -> tuple[StudyFile, Gri
     data = read_yaml(path)
     file = parse_file("study", StudyFile, check_study, data, str(path))
     at = {"d" if file.command == "curve" else "output.times": file.places} if file.places else {}
-    cases = [entry | at for entry in file.discretisations]
-    shared = {key: data[key] for key in ("name", "base", "command") if key in data}
-    grid = grid_from(path, shared | {"cases": cases}, settings, "discretisations")
+    cases: list[JsonValue] = [{**entry, **at} for entry in file.discretisations]
+    shared: dict[str, JsonValue] = {key: data[key] for key in ("name", "base", "command") if key in data}
+    grid = grid_from(path, {**shared, "cases": cases}, settings, "discretisations")
     if file.quantity not in (known := names_of(grid.cases[0].case.n, *STATE_COLUMNS[1:])):
         raise input_error([Mistake("quantity", file.quantity, f"must be one of {', '.join(known)}")], data, str(path))
     if grid.duplicates:
@@ -95,7 +96,7 @@ def study_table(file: StudyFile, grid: Grid, directory: Path) -> pd.DataFrame:
     return table
 
 
-def _measured(folder: Path, file: StudyFile, compared: Sequence[str]) -> dict[str, Any]:
+def _measured(folder: Path, file: StudyFile, compared: Sequence[str]) -> dict[str, str | float | None]:
     """Status and counts of a discretisation, and its compared values once it has finished."""
     record = Record.of({STATUS: "pending"}) | Record.read(folder)
     row = {column.name: record.get(column.name) for column in MEASURED}

@@ -64,7 +64,7 @@ def _of_file(path: Path) -> Iterator[str]:
                 yield from _of_grid(read_study(path)[1])
             elif kind == "atlas":
                 middle = {key: sum(data[key]) / 2 for key in ("beta", "De", "Ca_e")}
-                base = {**read_base(path, data, QUESTIONS["curve"].model), **middle, "d": [0.02, 2]}
+                base = {**read_base(path, data, QUESTIONS["curve"].model).content, **middle, "d": [0.02, 2]}
                 yield _of_case(parse_case(QUESTIONS["curve"], base, str(path)))
             else:
                 yield _of_case(read_case(QUESTIONS[kind], path))
