@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, cast
+from typing import TYPE_CHECKING, Annotated, ClassVar, TypedDict, cast
 
 from pydantic import Field
 
@@ -79,7 +79,17 @@ CRITICAL_COLUMNS = Columns(
 MOST_TOLD = 4  # values of what is followed that an answer tells each; chosen
 TOLD = {CA_E.name, DE.name}
 """Keys whose values have columns of their own."""
-ENDS = Entry[list[dict[str, Any]]]("ends", "where each branch of critical distances ends, and why")
+
+
+class EndOfBranch(TypedDict):
+    """Where a branch of critical distances ends, as in run.json; see `End`."""
+
+    branch: int
+    reason: str
+    message: Text
+
+
+ENDS = Entry[list[EndOfBranch]]("ends", "where each branch of critical distances ends, and why")
 
 
 class CriticalCase(SceneCase):
@@ -173,7 +183,7 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
     found, branches, solved = Solutions(case, (CRITICAL,)), set[int](), 0
     wanted = found.judged = list[Point]()  # those at requested values
     errors: list[ErrorAt] = []  # of parameters where two zeros meet, relative to them
-    ends: list[dict[str, Any]] = []
+    ends: list[EndOfBranch] = []
     warnings: list[Text] = []
     try:
         with found:
@@ -201,15 +211,16 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
                         if each.by_parameter is not None and region is not None:
                             size = abs(each.by_parameter) * each.point.parameters.followed
                             errors += filter(None, [error_at(each.point, CRITICAL, size)])
-                        row = critical_row(each) | own.own_row(2, each)
-                        yield events.Row("critical", row | {FOLLOWED.name: each.point.parameters.followed})
-                        place = f"Ca_e = {row['Ca_e']:.5g}  De = {row['De']:.5g}"
+                        place = each.point.parameters
+                        row = {**critical_row(each), **own.own_row(2, each), FOLLOWED.name: place.followed}
+                        yield events.Row("critical", row)
+                        where = f"Ca_e = {max(place.Ca_es):.5g}  De = {place.De:.5g}"
                         if further and followed is not None:
-                            place += f"  {followed.key} = {each.point.parameters.followed:.5g} {followed.unit}".rstrip()
-                        text = Message("{}  d_cr = {}  {}", place, LENGTH(row["d_cr"], ".5f"), each.kind)
+                            where += f"  {followed.key} = {place.followed:.5g} {followed.unit}".rstrip()
+                        text = Message("{}  d_cr = {}  {}", where, LENGTH(each.point.d, ".5f"), each.kind)
                         yield events.Progress(min(len(wanted), count), text, solved)
                     case End():
-                        ends.append({**vars(each)})
+                        ends.append({"branch": each.branch, "reason": each.reason, "message": each.message})
                         if each.reason != "range":
                             said = "the critical distances of branch {} end: {}"
                             yield events.Note(Message(said, each.branch, each.message))
@@ -224,17 +235,25 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
         yield from found.last_events({ENDS: ends}, warnings)
 
 
-def critical_row(critical: Critical) -> dict[str, Any]:
+def critical_row(critical: Critical) -> dict[str, float | str | None]:
     """The row of a critical distance. Where two zeros meet, the slope vanishes, and the parameter has the error."""
     from pairsim.analysis.rows_of_points import point_row
 
-    point, row = critical.point, dict[str, Any](point_row(critical.point))
+    point, of_point = critical.point, point_row(critical.point)
     place, slope, change = point.parameters, point.slope_at_rest, critical.by_parameter
-    row |= {"Ca_e": max(place.Ca_es), "De": place.De, "d_cr": point.d, "U": row["U_T"], "slope": slope}
-    row |= {"kind": critical.kind, "branch": critical.branch, "stable": slope < 0}
-    row["d_error"] = point.zero_error if change is None else None
-    row["parameter_error"] = row["dU_error"] / abs(change) if change is not None else None
-    return row
+    return {
+        **of_point,
+        CA_E.name: max(place.Ca_es),
+        DE.name: place.De,
+        D_CR.name: point.d,
+        U.name: of_point[U.with_suffix("_T").name],
+        SLOPE.name: slope,
+        KIND.name: critical.kind,
+        BRANCH.name: critical.branch,
+        STABLE.name: slope < 0,
+        D_ERROR.name: point.zero_error if change is None else None,
+        PARAMETER_ERROR.name: of_point[DU_ERROR.name] / abs(change) if change is not None else None,
+    }
 
 
 def answer_of_critical(zeros: Sequence[Zero], record: Record) -> list[str]:
@@ -262,7 +281,7 @@ class CriticalResult(Result):
     """Critical distances. `table` is critical.csv, with a row for each zero of dU."""
 
     @property
-    def ends(self) -> list[dict[str, Any]]:
+    def ends(self) -> list[EndOfBranch]:
         """For each end of a branch: where it is, and why the branch ends there."""
         return list(ENDS.of(self.record) or ())
 

@@ -37,7 +37,9 @@ def read_study(path: Path, settings: Sequence[str] = ()) -> tuple[StudyFile, Gri
     """
     data = read_yaml(path)
     file = parse_file("study", StudyFile, check_study, data, str(path))
-    at = {"d" if file.command == "curve" else "output.times": file.places} if file.places else {}
+    at: dict[str, JsonValue] = (
+        {"d" if file.command == "curve" else "output.times": [*file.places]} if file.places else {}
+    )
     cases: list[JsonValue] = [{**entry, **at} for entry in file.discretisations]
     shared: dict[str, JsonValue] = {key: data[key] for key in ("name", "base", "command") if key in data}
     grid = grid_from(path, {**shared, "cases": cases}, settings, "discretisations")

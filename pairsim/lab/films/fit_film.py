@@ -6,9 +6,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from pydantic import JsonValue
 
 from pairsim.analysis.master_curve import Curve
 from pairsim.analysis.time_series import Series
@@ -309,7 +310,7 @@ def _case_of(
         replaced = others | {name: f"{value:.15g} {QUANTITIES[name].unit}" for name, value in values.items()}
         if "modulus" in replaced and "young" in block:
             replaced["young"] = None
-        book, asked, reasons = asked_of(case, {"physical": replaced}, file)
+        book, asked, reasons = asked_of(case, atlas=file, physical=replaced)
         for name in unknown:
             number, power = GIVES[name]
             now = QUANTITIES[name].number(values[name], _scales(asked))
@@ -319,7 +320,7 @@ def _case_of(
     return book, asked, units, difference
 
 
-def _difference_of(block: Mapping[str, Any]) -> tuple[dict[str, str | None], tuple[float, float]]:
+def _difference_of(block: Mapping[str, JsonValue]) -> tuple[dict[str, str | None], tuple[float, float]]:
     """Keys of a `physical` block that make the diameters equal, and their difference with its half-width.
 
     Raises:

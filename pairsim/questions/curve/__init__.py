@@ -114,7 +114,7 @@ class CurveCase(SceneCase):
         "these are developed, in which velocity must be given: with velocity: 1 the unit is that of the particles",
     )
 
-    def _defaults(self) -> dict[str, Any]:
+    def _defaults(self) -> dict[str, float | dict[str, float]]:
         return super()._defaults() | {"tol": self.error_wanted}
 
     @property

@@ -17,9 +17,9 @@ from collections.abc import Iterator
 from dataclasses import replace
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
-from pydantic import Field
+from pydantic import Field, JsonValue
 
 from pairsim.cases import values
 from pairsim.cases.case import ENDS, Ends, SceneCase
@@ -158,7 +158,7 @@ class TrainCase(SceneCase):
         d = self.mean_d or max(self.train.transition or (0.0,))
         return self.train.spacing or max(self.betas, default=0.0) + d
 
-    def resolved(self) -> dict[str, Any]:
+    def resolved(self) -> dict[str, JsonValue]:
         return {key: value for key, value in super().resolved().items() if key != "length"}  # which must not be given
 
     def _slug_parts(self) -> list[str]:
