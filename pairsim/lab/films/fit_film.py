@@ -175,10 +175,7 @@ def fit(
     Raises:
         InputError: A file or key is wrong, or the atlas has no answer for the case.
     """
-    unknown = list(dict.fromkeys([unknown] if isinstance(unknown, str) else unknown))
-    unknown = [*GIVES] if unknown == ["both"] else unknown
-    if not unknown or not {*unknown} <= GIVES.keys():
-        raise InputError("pairsim fit", "unknown", ", ".join(unknown), f"allowed: {', '.join(GIVES)}, both")
+    unknown = _unknown(unknown)
     book, asked, units, difference = _case_of(case, unknown, atlas)
     paths = [Path(each) for each in (film, exchanged) if each is not None]
     films = [film_of(path, fps=fps, pixel=pixel, particles=particles) for path in paths]
@@ -191,12 +188,8 @@ def fit(
         raise InputError(str(film), "", None, "the motion that fits best leaves the distances of the atlas")
     equal = {}
     if model.difference == (0.0, UNKNOWN_DIFFERENCE):
-        equal = _values(
-            Search.of(replace(model, difference=(0.0, 0.0)), numbers, search.likelihood.noise),
-            unknown,
-            units,
-            asked,
-        )
+        of_equals = Search.of(replace(model, difference=(0.0, 0.0)), numbers, search.likelihood.noise)
+        equal = _values(of_equals, unknown, units, asked)
     used: Flags = search.likelihood.used
     um = 1e6 * _scales(asked).length
     return FilmFit(
@@ -205,17 +198,32 @@ def fit(
         distances=um * seen[used],
         fitted=um * fitted[used],
         alike=search.alike,
-        cut=frozenset(
-            name
-            for name, (_, log), (_, end) in zip(unknown, search.reach, search.likelihood.bounds, strict=True)
-            if log >= end
-        ),
+        cut=_cut(search, unknown),
         parts=dict(zip(unknown, search.parts, strict=True)),
         equal=equal,
         difference=search.difference,
         left_out=int(np.count_nonzero(~used)),
         notes=(*dict.fromkeys(note for each in films for note in each.notes), *notes),
     )
+
+
+def _unknown(names: str | Sequence[str]) -> list[str]:
+    """What is unknown, each once.
+
+    Raises:
+        InputError: There is nothing, or something that no film tells.
+    """
+    found = list(dict.fromkeys([names] if isinstance(names, str) else names))
+    found = [*GIVES] if found == ["both"] else found
+    if not found or not {*found} <= GIVES.keys():
+        raise InputError("pairsim fit", "unknown", ", ".join(found), f"allowed: {', '.join(GIVES)}, both")
+    return found
+
+
+def _cut(search: Search, unknown: Sequence[str]) -> frozenset[str]:
+    """What is unknown of which an interval ends where the atlas does."""
+    ends = zip(unknown, search.reach, search.likelihood.bounds, strict=True)
+    return frozenset(name for name, (_, log), (_, end) in ends if log >= end)
 
 
 def _values(search: Search, unknown: Sequence[str], units: Sequence[str], case: SceneCase) -> dict[str, Value]:
