@@ -162,7 +162,7 @@ def _numbers_of(place: str, case: ShownCase, leave_out: Collection[str]) -> list
     return [equation(each.key, each.value) for each in known if not {place, each.key} & {*leave_out}]
 
 
-def varying_keys(cases: Sequence[Parameters], names: Sequence[str] = ()) -> list[str]:
+def varying_keys(cases: Sequence[Parameters], names: Sequence[str] = (), first: Sequence[str] = ()) -> list[str]:
     """The keys that tell cases apart: each one tells some apart that those before it do not.
 
     The liquid is therefore not among them where De distinguishes the same cases, nor is a mesh that was chosen for it.
@@ -171,13 +171,14 @@ def varying_keys(cases: Sequence[Parameters], names: Sequence[str] = ()) -> list
     Args:
         cases: The cases.
         names: Keys to compare, in this order; by default all that matter, those of captions first.
+        first: Keys to compare before these.
     """
     every = [key for key in (*(key.name for key in _of_captions()), *chain(*cases)) if _tells_apart(key)]
     chosen: list[str] = []
     known = 1
     later = Parameters({name: key.default for name, key in known_keys().items() if key.since})  # not in older cases
     whole = [later | case for case in cases]
-    for name in dict.fromkeys(names or every):
+    for name in dict.fromkeys((*first, *(names or every))):
         count = len({case.at((*chosen, name)) for case in whole})
         if count > known:
             chosen, known = [*chosen, name], count

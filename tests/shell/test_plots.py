@@ -10,6 +10,7 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 import pytest
+import yaml
 from matplotlib import image
 from matplotlib.figure import Figure
 from matplotlib.tri import TriContourSet
@@ -115,6 +116,52 @@ def test_twelve_curves_of_two_parameters_are_told_apart(tmp_path: Path, monkeypa
     assert {r"$\mathrm{Ca}_e = 0.02$", r"$\mathrm{De} = 1$", r"error of $\Delta U$", "unstable zero"} <= entries
     assert r"$\beta = 0.4$" in figures[0].get_supxlabel()
     assert r"\mathrm{De}" not in figures[0].get_supxlabel()
+
+
+def curve_of_experiment(folder: Path, flow_rate: str, modulus: str, Ca_e: float, De: float) -> Path:
+    """A curve of an experiment in a tube of 50 um, as if its number gave the flow rate in ul/min."""
+    make_curve(folder, Ca_e, De)
+    case = yaml.safe_load((folder / "case.yaml").read_text())
+    block = {"tube": "50 um", "particle": "20 um", "flow_rate": flow_rate, "modulus": modulus, "viscosity": "1 Pa.s"}
+    (folder / "case.yaml").write_text(yaml.safe_dump(case | {"physical": block | {"relaxation": "2 ms"}}))
+    velocity = 8.5e-3 * De
+    scales = {"length": 50e-6, "velocity": velocity, "time": 50e-6 / velocity, "stress": velocity / 50e-6}
+    (folder / "run.json").write_text(json.dumps({"kind": "curve", "status": "finished", "scales": scales}))
+    return folder
+
+
+@pytest.mark.parametrize("swept", [False, True])
+def test_figures_are_grouped_along_a_quantity(tmp_path: Path, swept: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """De and Ca_e follow from the flow rate: they are told by it, and what else differs is told as a quantity."""
+    cases = {
+        "a": ("1 ul/min", "5 kPa", 0.1, 1),
+        "b": ("2 ul/min", "5 kPa", 0.2, 2),
+        "c": ("2 ul/min", "10 kPa", 0.1, 2),
+    }
+    folders = [curve_of_experiment(tmp_path / name, *each) for name, each in cases.items()]
+    keys = ["physical.flow_rate", "physical.modulus", "Ca_e", "De"]
+    if swept:
+        folders = [
+            make_sweep(tmp_path, "curve", {n: dict(zip(keys, each, strict=True)) for n, each in cases.items()}, keys)
+        ]
+    with drawn_figures(monkeypatch) as figures:
+        plot(*folders, out=tmp_path / "out", group="physical.flow_rate")
+    entries = {text.get_text() for text in figures[0].legends[0].get_texts()} - {r"error of $\Delta U$", "unstable zero"}
+    assert entries == {"$Q$ = 1 μl/min", "$Q$ = 2 μl/min", "$G_p$ = 5 kPa", "$G_p$ = 10 kPa"}
+    smooth = [line for line in figures[0].axes[0].lines if len(line.get_xdata()) > 100]
+    assert len({line.get_color() for line in smooth}) == 2
+    assert "not the same" not in figures[0].get_supxlabel()
+
+
+def test_curves_are_grouped_along_any_key_in_which_they_differ(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The mesh follows from De here, and is not told unless it is asked for."""
+    folders = [make_curve(tmp_path / f"{De}", 0.1, De) for De in (0, 0.5)]
+    for group, told in ((None, r"$\mathrm{De} = 0$"), ("mesh.Np", "$N_p = 8$")):
+        with drawn_figures(monkeypatch) as figures:
+            plot(*folders, out=tmp_path / "out", group=group)
+        assert figures[0].legends[0].get_texts()[0].get_text() == told
+    with pytest.raises(InputError, match="must be a parameter that varies: De"):
+        plot(*folders, out=tmp_path / "out", group="beta")
 
 
 def test_what_follows_from_another_difference_is_not_named() -> None:
