@@ -22,7 +22,7 @@ from pairsim.plots.runs_and_curves import draw_overlay
 from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
 from pairsim.quantities.kinds import LENGTH
-from pairsim.record.column import Column, Columns, error_of
+from pairsim.record.column import Column, Columns
 from pairsim.record.columns import D_CR, DE, DU, STABLE, ZEROS, ZEROS_ERROR
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.folder import SweptCase, read_sweep
@@ -142,20 +142,23 @@ def _draw_parameters(
     if main is not None:
         results = {key for case in cases for key in case.case.state.values}
         found = (each.name + end for each in MOTION for end in ("", "_1") if each.name + end in results)
-        quantity = main.column(next(found, DU.name))
-        words, lines = named([quantity], " at the end"), _ends(cases, places, quantity, encoding)
+        last = next(found, DU.name)
+        words = named([main.column(last)], " at the end")
+        lines = _ends(cases, places, main.column(last), main.half_width(last), encoding)
     else:
         words, lines = named([D_CR]), _zeros(cases, places)
     figure, _ = draw_chart(page, {0: Panel(parameter_label(name, unit), words, "x")}, lines, parts, encoding)
     return page.save(figure, out, "sweep_parameters" if main is not None else "sweep_zeros")
 
 
-def _ends(cases: Sequence[Drawn], places: Sequence[float], quantity: Column, encoding: Encoding) -> list[Line]:
-    """The last values with their errors; lines join cases that have all other parameters in common."""
+def _ends(
+    cases: Sequence[Drawn], places: Sequence[float], quantity: Column, half_width: str, encoding: Encoding
+) -> list[Line]:
+    """The last values with those of a column of half-widths; lines join cases that share all other parameters."""
     lines: dict[Hashable, tuple[Parameters, list[tuple[float, float, float]]]] = {}
     for place, case in zip(places, cases, strict=True):
         if case.finished and (last := case.number(quantity.name)) is not None:
-            size, error = case.units.factor(quantity.unit), case.number(error_of(quantity.name))
+            size, error = case.units.factor(quantity.unit), case.number(half_width)
             row = place, size * last, np.nan if error is None else size * error
             lines.setdefault(case.parameters.at(encoding.values), (case.parameters, []))[1].append(row)
     found = []
