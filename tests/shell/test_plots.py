@@ -146,7 +146,10 @@ def test_figures_are_grouped_along_a_quantity(tmp_path: Path, swept: bool, monke
         ]
     with drawn_figures(monkeypatch) as figures:
         plot(*folders, out=tmp_path / "out", group="physical.flow_rate")
-    entries = {text.get_text() for text in figures[0].legends[0].get_texts()} - {r"error of $\Delta U$", "unstable zero"}
+    entries = {text.get_text() for text in figures[0].legends[0].get_texts()} - {
+        r"error of $\Delta U$",
+        "unstable zero",
+    }
     assert entries == {"$Q$ = 1 μl/min", "$Q$ = 2 μl/min", "$G_p$ = 5 kPa", "$G_p$ = 10 kPa"}
     smooth = [line for line in figures[0].axes[0].lines if len(line.get_xdata()) > 100]
     assert len({line.get_color() for line in smooth}) == 2

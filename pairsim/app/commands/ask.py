@@ -22,10 +22,12 @@ from pairsim.cases.physical import QUANTITIES
 from pairsim.cases.yaml_file import apply_settings
 from pairsim.quantities.kinds import LENGTH, VELOCITY
 from pairsim.quantities.text import in_unit
+from pairsim.questions.registry import QUESTIONS
 from pairsim.runtime.errors import InputError
-from pairsim.sweeps.files import FILES
 
 if TYPE_CHECKING:
+    from pydantic import BaseModel
+
     from pairsim.analysis.master_curve import Curve
 
 EXAMPLES = (
@@ -73,7 +75,8 @@ def ask(
         raise InputError("pairsim ask", "--liquid", None, "must be given with --relaxation, as for pairsim units")
     if (start is None) != (stop is None):
         raise InputError("pairsim ask", "--from" if start is None else "--to", None, "must be given, too, for a travel")
-    apply_settings(given, tuple(set_ or ()), groups_of(FILES["curve"]))
+    model: type[BaseModel] = QUESTIONS["curve"].model
+    apply_settings(given, tuple(set_ or ()), groups_of(model))
     try:
         answer = pairsim.ask(case, atlas=atlas, compute=compute, folder=output, progress=compute, **given)
     except InputError as error:

@@ -23,9 +23,9 @@ from pairsim.cases.physical import QUANTITIES
 from pairsim.cases.yaml_file import apply_settings
 from pairsim.physics import liquids, solids
 from pairsim.physics.declared import DIMENSIONS
+from pairsim.questions.registry import QUESTIONS
 from pairsim.record.folder import write_file
 from pairsim.runtime.errors import InputError
-from pairsim.sweeps.files import FILES
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -79,7 +79,7 @@ def units(
     quantities = {key: value[0] if len(value) == 1 else value for key, value in given.items()}
     if not (liquid or rheology or spectrum):
         _refuse_memory(quantities)
-    model = FILES[kind]
+    model: type[BaseModel] = QUESTIONS[kind].model
     case = {"physical": quantities, **_laws(liquid, solid, declared), **_ends(model)}
     apply_settings(case, tuple(set_ or ()), groups_of(model))
     try:
