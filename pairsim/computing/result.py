@@ -12,6 +12,7 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
+from pairsim.cases.experiment import Experiment
 from pairsim.cases.quantity_text import A_LENGTH, si
 from pairsim.cases.unit_registry import as_texts, has_unit
 from pairsim.cases.yaml_file import read_yaml
@@ -208,10 +209,11 @@ class Result:
         case = read_yaml(self._place / "case.yaml") if self._content is None else self.case.resolved()
         along = case.get("along")  # of shapes values of Ca_e, else a key with its values
         number = "Ca_e" if isinstance(along, list) else next(iter(along if isinstance(along, Mapping) else ()), "")
-        if number in frame and number != DISTANCE.name:  # a distance has its unit already
+        experiment = Experiment.in_case(case)
+        if experiment is not None and number in frame and number != DISTANCE.name:  # a distance has its unit already
             from pairsim.analysis.input_ranges import quantity_for
 
-            key, unit, value_of = quantity_for(case, number, scales)
+            key, unit, value_of = quantity_for(experiment, number, scales)
             frame.insert(list(frame).index(number), key, value_of(frame[number]))
             frame.attrs["units"][key] = unit
         return frame

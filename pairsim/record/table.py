@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from pairsim.quantities.scales import Scales
-from pairsim.record.column import Column, Columns, error_of, suffixes_in
+from pairsim.record.column import Column, Columns, suffixes_in
 from pairsim.record.columns import DISTANCE, DU
 from pairsim.runtime.arrays import Array
 
@@ -78,7 +78,7 @@ class Table(Mapping[str, Array]):
 
     def half_widths(self, column: Column, suffix: str = "") -> Array | None:
         """Half-widths of the intervals of a column; None where the table does not have them."""
-        return self._arrays.get(error_of(column.name + suffix))
+        return self._arrays.get(self.declared.half_width_of(column, suffix))
 
     def suffixes(self, column: Column) -> list[str]:
         """The suffixes with which a column is in the table, in the order of the file."""

@@ -22,6 +22,7 @@ from pairsim.cases.values import Number
 from pairsim.computing.case_files import parse_case
 from pairsim.computing.question import no_mistakes
 from pairsim.plots.labels import case_parts, common_parts, parameter_label, varying_keys
+from pairsim.plots.parameters import Parameters, ShownCase
 from pairsim.questions.curve import CurveCase
 from pairsim.questions.registry import QUESTIONS
 from pairsim.runtime.errors import InputError
@@ -176,25 +177,29 @@ def test_captions_axes_and_folders_have_what_a_key_declares() -> None:
     assert heavy.slug == "beta0.4-De0-Cae0.1-d0.1-W2"
     assert light.slug == case().slug == "beta0.4-De0-Cae0.1-d0.1"
     assert case(particles=0, beta=None, Ca_e=None, weight=2).slug == "pipe-De0"
-    assert case_parts(heavy.resolved())[2] == r"$W = 2\ \eta_0 U_{av} D_c$"
-    assert len(case_parts(case().resolved())) == len(case_parts(heavy.resolved())) - 1
+    assert case_parts(ShownCase(heavy.resolved()))[2] == r"$W = 2\ \eta_0 U_{av} D_c$"
+    assert len(case_parts(ShownCase(case().resolved()))) == len(case_parts(ShownCase(heavy.resolved()))) - 1
     assert parameter_label("weight") == r"$W$  [$\eta_0 U_{av} D_c$]"
-    assert common_parts([heavy.resolved(), light.resolved()], [])[-1] == "not the same: $W$"
-    assert varying_keys([heavy.resolved(), light.resolved()]) == ["weight"]
+    both = [ShownCase(each.resolved()) for each in (heavy, light)]
+    assert common_parts(both, [])[-1] == "not the same: $W$"
+    assert varying_keys([each.parameters for each in both]) == ["weight"]
 
 
 def test_an_older_case_does_not_differ_in_a_key_of_a_later_version() -> None:
     new = case().resolved()
     old = {key: value for key, value in new.items() if key != "weight"}
-    assert varying_keys([old, new]) == []
-    assert varying_keys([old, new | {"weight": 1.0}]) == ["weight"]
+    assert varying_keys([Parameters(old), Parameters(new)]) == []
+    assert varying_keys([Parameters(old), Parameters(new | {"weight": 1.0})]) == ["weight"]
     assert with_later_keys(old, Weighed) == new
 
 
 def test_what_is_known_of_a_key_does_not_depend_on_what_was_imported() -> None:
     """In a process of its own, in which the questions are listed, and none is imported."""
     code = "import pairsim.questions.registry\nfrom pairsim.plots.labels import symbol, varying_keys\n"
-    code += "print(symbol('after'), varying_keys([{'d': 1, 'fields': 1}, {'d': 2, 'fields': 2}]))"
+    code += (
+        "from pairsim.plots.parameters import Parameters\ncases = [Parameters({'d': i, 'fields': i}) for i in (1, 2)]\n"
+    )
+    code += "print(symbol('after'), varying_keys(cases))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "$T$ []\n"
 

@@ -42,6 +42,7 @@ from pairsim.record.column import PARTICLE, Column, Columns, names_of
 from pairsim.record.columns import CURVE_COLUMNS, DISTANCE, DU, DU_INPUTS, EQUILIBRIA_COLUMNS, FORCES, WAY_COLUMNS
 from pairsim.record.run_entries import OF_STEADY, TIME_STEPS, Entry
 from pairsim.runtime.errors import InputError
+from pairsim.runtime.plain import Plain
 from pairsim.solvers.curves.distances import between
 from pairsim.solvers.parameters import Parameters
 
@@ -173,7 +174,7 @@ class CurveCase(SceneCase):
         "these are developed, in which velocity must be given: with velocity: 1 the unit is that of the particles",
     )
 
-    def _defaults(self) -> dict[str, Any]:
+    def _defaults(self) -> dict[str, Plain]:
         return super()._defaults() | {"tol": self.error_wanted}
 
     @property

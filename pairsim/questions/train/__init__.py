@@ -47,8 +47,20 @@ SEARCH = 2.0
 SHORT_ROWS = 270
 
 K = Column("k", "k", "phase between neighbours in a wave of 2 pi/k beads")
-GROWTH = Column("growth", r"\mathrm{Re}\,\lambda", "growth rate of the wave; negative: it decays", RATE)
-FREQUENCY = Column("frequency", r"\mathrm{Im}\,\lambda", "angular frequency; positive: upstream past the beads", RATE)
+GROWTH = Column(
+    "growth",
+    r"\mathrm{Re}\,\lambda",
+    "growth rate of the wave; negative: it decays",
+    RATE,
+    half_width="growth_error",
+)
+FREQUENCY = Column(
+    "frequency",
+    r"\mathrm{Im}\,\lambda",
+    "angular frequency; positive: upstream past the beads",
+    RATE,
+    half_width="frequency_error",
+)
 WAVE = (
     K,
     GROWTH,
@@ -60,13 +72,13 @@ SPECTRUM = Columns(
     Column("frequency_error", r"\epsilon_\mathrm{Im}", "half-width of its interval", RATE),
 )
 VERDICT = "orders: all waves decay; clusters: some grow; neither: all keep their size; undecided: not certain"
-D = Column("d", "d", "distance between the facing surfaces of neighbours", LENGTH)
+D = Column("d", "d", "distance between the facing surfaces of neighbours", LENGTH, half_width="d_error")
 TRAIN = Columns(
     Column("spacing", "s", "distance between the centres of neighbours", LENGTH),
     *(D, D_ERROR, U, U_ERROR),
     Column("verdict", "", VERDICT),
     *WAVE,
-    Column("diffusion", "C", "long waves grow at -C k^2", RATE),
+    Column("diffusion", "C", "long waves grow at -C k^2", RATE, half_width="diffusion_error"),
     Column("diffusion_error", r"\epsilon_C", "half-width of the interval of C", RATE),
     Column("tube", "L", "length of tube for a tenfold smaller (clusters: larger) spread", LENGTH, unknown=True),
     Column("tube_least", r"L_\mathrm{min}", "the least by the intervals of the rates", LENGTH, unknown=True),
