@@ -68,7 +68,7 @@ def computation(case: FocusCase, monitor: Monitor) -> events.Events:
                 found.points.append(point)
                 if not stability.disturbance.converged:
                     remembered.append(_place(case, place))
-                of_experiment = {} if Re is None else {RE.name: Re}
+                of_experiment: dict[str, float | str] = {} if Re is None else {RE.name: Re}
                 if case.fields:
                     yield events.Frame(disturbed_frame(value_at(case, place), branch.solver, stability))
                 yield events.Row("focus", point_row(point) | stability_row(place, point, stability) | of_experiment)

@@ -38,7 +38,7 @@ def draw_streamlines(directory: Path, out: Path, page: Page) -> list[Path]:
     frames = [read_frame(directory, int(i)) for i in np.linspace(0, count - 1, min(count, MOST_VIEWS)).round()]
     names = [name for name in frames[-1].point_data if name.startswith(DISTURBED_VELOCITY)]
     drawn = [(frame, names[0]) for frame in frames] if len(names) == 1 else [(frames[-1], name) for name in names]
-    key = next(iter(case.get("along") or {}), "")
+    key = case.followed
     views = [
         replace(view, title=_title(name, len(names), frame.t, key, units))
         for view, (frame, name) in zip(views_of([frame for frame, _ in drawn], units, True), drawn, strict=True)
@@ -48,7 +48,8 @@ def draw_streamlines(directory: Path, out: Path, page: Page) -> list[Path]:
     layer = Layer(values, label, liquid=True, solid=bool((frames[-1].region > 0).any()), diverging=False)
     figure, axes, scaled = sheet(page, views, [layer], len(views))
     if page.legend:
-        small_print(figure, parts_along(case, key, units.scales is not None) if key else case_parts(case, set()))
+        physical = units.scales is not None
+        small_print(figure, parts_along(case, key, physical) if key else case_parts(case, physical=physical))
     for place, (axis, view, (frame, name)) in enumerate(zip(axes, views, drawn, strict=True)):
         draw_view(axis, view, place, scaled)
         mark_view(axis, view)
@@ -80,8 +81,8 @@ def _draw_lines(axis: Axes, view: View, frame: FieldFrame, name: str) -> None:
     for outline in view.particles:
         inside |= Outline(outline).contains_points(places.reshape(-1, 2)).reshape(inside.shape)
     shown = np.ma.masked_array(np.nan_to_num(u), np.stack([inside, inside], axis=-1))
-    look: dict[str, Any] = {"color": "black", "linewidth": 0.45, "arrowsize": 0.5, "zorder": 1.5}
-    axis.streamplot(z, x, shown[..., 0], shown[..., 1], density=density(view), **look)
+    u_z, u_x = shown[..., 0], shown[..., 1]
+    axis.streamplot(z, x, u_z, u_x, density(view), linewidth=0.45, color="black", arrowsize=0.5, zorder=1.5)
     axis.set(xlim=view.window[:2], ylim=view.window[2:])
 
 
