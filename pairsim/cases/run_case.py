@@ -14,6 +14,7 @@ from pairsim.cases.case import ENDS, SceneCase
 from pairsim.cases.checks import check_scene
 from pairsim.cases.keys import NO_PARTICLES, Key, Keys, Part, PerGap
 from pairsim.cases.mistakes import Mistake, broken
+from pairsim.cases.off_axis import OffAxisCase, check_off_axis
 
 MOST_OUTPUTS = 10_000
 LEAST_GAP = 1e-4  # between the last particle of a period and the first one of the next [D_c], as of others
@@ -94,7 +95,7 @@ class OutputOptions(Keys):
 D0 = Key("d_0", "D_c", part=Part.START, caption=4, slug="d", required=True, usual=0.1, idle=_without_gaps)
 
 
-class Case(SceneCase):
+class Case(OffAxisCase):
     """A run in time; d0 is one distance for all gaps, or a list from upstream."""
 
     kind: ClassVar[str] = "run"
@@ -169,6 +170,9 @@ class Case(SceneCase):
 def check_run(case: Case) -> Iterator[Mistake]:
     """Check the keys of a run against each other; yields mistakes as `check_scene` does."""
     yield from check_scene(case)
+    yield from check_off_axis(case)
+    if case.focus and case.closed:
+        yield Mistake("focus", True, "must be left out, or ends be developed")
     if case.closed:
         yield from _check_period(case)
     time, output, limits, end = case.time, case.output, case.limits, case.time.end

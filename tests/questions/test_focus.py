@@ -11,9 +11,9 @@ import yaml
 from support.commands import Pairsim
 
 import pairsim as api
+from pairsim.computing.off_axis.answer import answer_of_focus
+from pairsim.computing.off_axis.columns import TABLE
 from pairsim.quantities.scales import Scales
-from pairsim.questions.focus import TABLE
-from pairsim.questions.focus.answer import answer_of_focus
 from pairsim.record.table import Table
 from pairsim.solvers.focus.stability import Verdict, growth_half_width, verdict_of
 
@@ -27,29 +27,29 @@ def load(case: dict[str, Any], **more: Any) -> Any:
 
 class TestPlaces:
     def test_the_values_of_the_case_are_one_place(self) -> None:
-        (place,) = load(BEAD).places
+        (place,) = (each.parameters for each in load(BEAD).places)
         assert (place.gaps, place.Ca_es) == ((), (0.02,))
-        (pair,) = load(PAIR).places
+        (pair,) = (each.parameters for each in load(PAIR).places)
         assert (pair.gaps, pair.Ca_es) == ((0.2,), (0.0, 0.0))
 
     def test_softness_ascends_and_rigid_particles_stay_rigid(self) -> None:
         case = load(PAIR, Ca_e=[0, 0.1], along={"Ca_e": [0.05, 0.01]})
-        assert [place.Ca_es for place in case.places] == [(0, 0.01), (0, 0.05)]
+        assert [place.parameters.Ca_es for place in case.places] == [(0, 0.01), (0, 0.05)]
 
     def test_distances_of_all_gaps_begin_with_the_largest_which_sets_the_tube(self) -> None:
         case = load({**PAIR, "particles": 3, "d": None}, along={"d": {"start": 0.1, "stop": 0.3, "num": 2}})
-        assert [place.gaps for place in case.places] == [(0.3, 0.3), (0.1, 0.1)]
+        assert [place.parameters.gaps for place in case.places] == [(0.3, 0.3), (0.1, 0.1)]
         assert case.tube_length == load({**PAIR, "particles": 3, "d": 0.3}).tube_length
         assert case.range_of_d == (0.1, 0.3)
 
     def test_distances_may_have_units(self) -> None:
         bench = {"tube": "50um", "particle": "20um", "flow_rate": "1ul/min", "viscosity": "1Pa.s", "modulus": "5kPa"}
         case = load({"particles": 2, "physical": bench, "along": {"physical.distance": ["5 um", "10 um"]}})
-        assert [place.gaps for place in case.places] == [pytest.approx((0.2,)), pytest.approx((0.1,))]
+        assert [place.parameters.gaps for place in case.places] == [pytest.approx((0.2,)), pytest.approx((0.1,))]
 
     def test_De_is_followed_in_its_liquid(self) -> None:
         case = load({**BEAD, "De": 0.1, "along": {"De": [0.2, 0.3]}})
-        assert [place.De for place in case.places] == [0.2, 0.3]
+        assert [place.parameters.De for place in case.places] == [0.2, 0.3]
         assert max(case.values_of_De) == 0.3
 
 
@@ -95,7 +95,7 @@ def table(n: int = 1, **columns: Any) -> Table:
 class TestAnswer:
     def test_a_bead_focuses_within_a_length_of_tube_below_a_reynolds_number(self) -> None:
         found = table(verdict=["focuses"], tube=500.0, tube_least=470.0, tube_most=530.0, Re_most=0.83, Re=0.02)
-        assert answer_of_focus(found, Scales(60e-6, 1e-2, 1e-2)) == [
+        assert answer_of_focus(found, [Scales(60e-6, 1e-2, 1e-2)]) == [
             "The particle focuses: a small displacement from the axis falls to a tenth within 30 +- 2 mm of tube, "
             "as long as the Reynolds number is below about 0.83 (here 0.02)."
         ]

@@ -24,6 +24,7 @@ from pairsim.cases.checks import check_scene
 from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.keys import Key, Part
 from pairsim.cases.mistakes import Mistake, broken, missing
+from pairsim.cases.off_axis import OffAxisCase, check_off_axis, points_off_axis
 from pairsim.cases.values import (
     MOST_VALUES,
     CurveTolerance,
@@ -35,6 +36,8 @@ from pairsim.cases.values import (
     Whole,
     spelled_out,
 )
+from pairsim.computing.off_axis.columns import NAME, TABLE
+from pairsim.computing.off_axis.lines import lines_beside
 from pairsim.computing.question import Flag, InSweeps, Question, Tables, Value
 from pairsim.computing.result import Result
 from pairsim.physics.drive import Drive
@@ -74,7 +77,7 @@ SLOPES = Columns(DISTANCE, GAP_OF_SLOPE, U_SLOPE, U_SLOPE_HELD)
 AFTER = Entry[float]("after", "of a curve from rest, a quarter of the time after which dU is taken [D_c/U_av]")
 
 
-class CurveCase(SceneCase):
+class CurveCase(OffAxisCase):
     """A master curve dU(d): quasi-steady solutions at many distances d."""
 
     kind: ClassVar[str] = "curve"
@@ -212,8 +215,10 @@ def check(case: CurveCase) -> Iterator[Mistake]:
         ("velocity", after and moved, "must be left out with after"),
         ("velocity", moved and any(case.Ca_es), "must be left out: only rigid particles (Ca_e: 0) can be moved"),
         ("flow", at_rest and not case.velocity, "must be 1: nothing moves, unless velocity is given and not 0"),
+        ("focus", case.focus and (after or moved or at_rest), "must be left out with after, velocity or flow: 0"),
         ("flow", at_rest and case.physical is not None, "must be 1 with a physical block, whose velocity is its unit"),
     )
+    yield from check_off_axis(case)
     yield from check_scene(case)
 
 
@@ -227,7 +232,7 @@ def estimate(case: CurveCase) -> Estimate:
     if case.common and points > 1:
         points = len(between(sorted(case.places), case.max_points))
         points = max(min(points + -(-points // 3), case.max_points), points)
-    return steady_estimate(case, points - 1)
+    return steady_estimate(case, points - 1 + points_off_axis(case))
 
 
 def solve(case: CurveCase, *, monitor: Monitor, sensitivities: bool = False) -> Events:
@@ -325,7 +330,7 @@ class CurveResult(Result):
 
         if not self.curve.table.rows:
             return ["No point was solved."]
-        return [*answer_of_curve(self.curve), *self.record.notes]
+        return [*answer_of_curve(self.curve), *lines_beside(self.tables, self.record), *self.record.notes]
 
     def afterwards(self) -> str:
         regions = self.curve.regions if self.curve.steady and self.curve.table.rows > 1 else []
@@ -349,7 +354,13 @@ QUESTION = Question(
     check=check,
     estimate=estimate,
     solve=solve,
-    tables={"curve": CURVE_COLUMNS, "equilibria": EQUILIBRIA_COLUMNS, "slopes": SLOPES, "way": WAY_COLUMNS},
+    tables={
+        "curve": CURVE_COLUMNS,
+        "equilibria": EQUILIBRIA_COLUMNS,
+        "slopes": SLOPES,
+        NAME: TABLE,
+        "way": WAY_COLUMNS,
+    },
     entries=(*OF_STEADY, TIME_STEPS, AFTER),
     result=CurveResult,
     in_sweeps=InSweeps(result_columns, read),

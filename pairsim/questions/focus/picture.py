@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from pairsim.computing.off_axis.columns import GROWTH, RE_MOST, TABLE, A
 from pairsim.plots.chart import POINT, Line, Panel, draw_chart
-from pairsim.plots.labels import parts_along, read_case, tex_number
+from pairsim.plots.labels import measured, parameter_label, parts_along, read_case, tex_number
 from pairsim.plots.style import COLOURS, LINES, Page, printing
 from pairsim.plots.units import Units
 from pairsim.quantities.kinds import LENGTH
-from pairsim.questions.focus import GROWTH, RE_MOST, TABLE, A, column_of
-from pairsim.record.columns import DISTANCE
+from pairsim.questions.focus import column_of
+from pairsim.record.columns import DISTANCE, FOLLOWED
 from pairsim.record.table_files import read_table
 
 
@@ -29,8 +30,11 @@ def draw_focus(directory: Path, out: Path, page: Page) -> list[Path]:
     if not key or not table.rows:
         return []
     followed = column_of(key).with_suffix("")
-    if column_of(key) is DISTANCE:
+    if followed.name == DISTANCE.name:
         label, x = units.axis_label([followed]), table.of(DISTANCE, table.suffixes(DISTANCE)[0])
+    elif followed.name == FOLLOWED.name:
+        known = measured(case["along"][key])
+        label, x = parameter_label(key, known[1] if known is not None else ""), table[FOLLOWED]
     else:
         label, x = units.followed(case, followed, table[key])
     panels: dict[Any, Panel] = {GROWTH: Panel(label, units.axis_label([GROWTH]), wide="x")}
