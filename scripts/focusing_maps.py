@@ -1,4 +1,4 @@
-"""Compute the maps of docs/explanation/focus-maps.md: which beads and pairs stay on the axis, and how fast they get there.
+"""Compute the maps of docs/explanation/focus-maps.md: which beads and pairs stay on the axis, and how fast they do.
 
     .venv/bin/python scripts/focusing_maps.py [-o runs/focusing] [--table]     half an hour on one core
 

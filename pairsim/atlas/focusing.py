@@ -24,6 +24,8 @@ from pairsim.physics.slow_flow import SecondOrderFluid, departure, slower
 from pairsim.physics.solids import Solid
 
 FILE = Path(__file__).with_name("focusing.csv")
+POWERS = {"by_Ca_e": 2, "by_Psi_1": 2, "by_Psi_2": 2, "by_Re": 3}
+"""Powers of beta with which rates of small beads vanish."""
 OFF = 0.2  # part of a rate by which first order may be off; chosen
 WALL_RATE = 8.0  # shear rate of a Newtonian liquid at the wall [U_av/D_c]
 HALVINGS = 30  # of the range in which the largest De is looked for; chosen
@@ -62,11 +64,17 @@ class Row:
 
     @classmethod
     def at(cls, beta: float) -> Self | None:
-        """The row of a diameter, linear between those of the table; None outside of it."""
+        """The row of a diameter; None outside of the table.
+
+        Between diameters numbers are linear, rates over the power of beta with which they begin.
+        """
         table = _table()
         if not table[0, 0] <= beta <= table[-1, 0]:
             return None
-        return cls(*(float(np.interp(beta, table[:, 0], column)) for column in table.T))
+        powers = [POWERS.get(name, 0) for name in cls.names()]
+        columns = zip(table.T, powers, strict=True)
+        found = (np.interp(beta, table[:, 0], each / table[:, 0] ** power) * beta**power for each, power in columns)
+        return cls(*map(float, found))
 
 
 @cache

@@ -14,7 +14,7 @@ from pairsim.computing.off_axis.columns import NAME, TABLE
 from pairsim.record.table_files import read_table
 
 SOFT = {"beta": 0.4, "De": 0, "Ca_e": 0.05, "mesh": {"Np": 8}, "ends": "developed", "length": 5}
-NEEDED = ("pairsim.solvers.focus", "pairsim.fem.azimuthal", "pairsim.computing.off_axis.beside")
+NEEDED = ("pairsim.solvers.focus", "pairsim.fem.azimuthal", "pairsim.computing.off_axis.rows")
 
 
 def focusing(result: Any) -> Any:

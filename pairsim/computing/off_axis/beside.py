@@ -1,4 +1,4 @@
-"""Rates off the axis beside the answer of another question, where a case has `focus: true`."""
+"""Rates off the axis beside the answer of another question, where a case has `focus: true`; loads their solver then."""
 
 from __future__ import annotations
 
@@ -6,12 +6,11 @@ from collections.abc import Generator, Sequence
 
 from pairsim.cases.off_axis import OffAxisCase
 from pairsim.computing import events
-from pairsim.computing.off_axis.rows import names_of_rows, row_of, said_of, warnings_of
+from pairsim.computing.off_axis.columns import NAME
 from pairsim.quantities.kinds import LENGTH
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.runtime.message import Message, Text
 from pairsim.solvers.curves.branch import Branch
-from pairsim.solvers.focus.stability import Stability
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.ends import arrived
 
@@ -33,7 +32,10 @@ def rates_beside(
     Returns:
         Warnings.
     """
-    yield events.Table("focus", names_of_rows(case, n=len(branch.solver.bodies)))
+    from pairsim.computing.off_axis.rows import names_of_rows, row_of, said_of, warnings_of
+    from pairsim.solvers.focus.stability import Stability
+
+    yield events.Table(NAME, names_of_rows(case, n=len(branch.solver.bodies)))
     warnings, remembered = list[Text](), list[Text]()
     for place in places:
         at: Text = Message("d = {}", LENGTH(dict.fromkeys(place.gaps))) if place.gaps else "the axis"
@@ -46,6 +48,6 @@ def rates_beside(
             continue
         if not stability.disturbance.converged:
             remembered.append(at)
-        yield events.Row("focus", row_of(case, place, point, stability, case.scales))
+        yield events.Row(NAME, row_of(case, place, point, stability, case.scales))
         yield events.Progress(done, Message("off the axis: {}", said_of(at, stability)), count)
     return [*warnings, *warnings_of(remembered)]

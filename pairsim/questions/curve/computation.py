@@ -13,6 +13,7 @@ from pairsim.analysis.rows_of_points import point_row
 from pairsim.cases.inputs import inputs_of
 from pairsim.computing import events
 from pairsim.computing.found import Found
+from pairsim.computing.off_axis.beside import rates_beside
 from pairsim.computing.problems import steady_problem
 from pairsim.computing.steady import (
     Solutions,
@@ -188,8 +189,6 @@ def _off_axis(
     case: CurveCase, branch: Branch, points: Sequence[Point], expected: int
 ) -> Generator[events.Event, None, list[Text]]:
     """Rates off the axis at the first distance, at that of the largest |dU|, and at the last one; returns warnings."""
-    from pairsim.computing.off_axis.beside import rates_beside  # loads what disturbances need
-
     largest = max(points, key=lambda point: float(np.abs(point.dUs).max(initial=0.0)))
     chosen = {point.gaps: point.parameters for point in (points[0], largest, points[-1])}
     return (yield from rates_beside(case, branch, list(chosen.values()), min(len(points), expected), len(points)))

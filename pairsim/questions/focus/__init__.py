@@ -30,7 +30,7 @@ from pairsim.cases.off_axis import MOST, YIELDS
 from pairsim.cases.physical import BLOCK, QUANTITIES
 from pairsim.cases.quantity_text import ValuesOrQuantities, si
 from pairsim.cases.values import Distance, Whole, is_finite
-from pairsim.computing.off_axis.columns import INTERVALS, RE, TABLE
+from pairsim.computing.off_axis.columns import INTERVALS, NAME, RE, TABLE
 from pairsim.computing.question import InSweeps, Question
 from pairsim.computing.result import Result
 from pairsim.record.column import Column
@@ -299,7 +299,7 @@ QUESTION = Question(
     check=check,
     estimate=estimate,
     solve=solve,
-    tables={"focus": TABLE, "way": WAY_COLUMNS},
+    tables={NAME: TABLE, "way": WAY_COLUMNS},
     entries=OF_STEADY,
     result=FocusResult,
     in_sweeps=InSweeps(columns_in_sweeps),

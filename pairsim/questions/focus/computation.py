@@ -6,6 +6,7 @@ from collections.abc import Generator, Sequence
 from itertools import chain
 
 from pairsim.computing import events
+from pairsim.computing.off_axis.columns import NAME
 from pairsim.computing.off_axis.rows import names_of_rows, row_of, said_of, warnings_of
 from pairsim.computing.problems import steady_problem
 from pairsim.computing.steady import Solutions, together
@@ -28,7 +29,7 @@ def computation(case: FocusCase, monitor: Monitor) -> events.Events:
     yield events.Begin(what, values)
     over = column_of(case.key) if case.key else None
     names = names_of_rows(case, [FOLLOWED] if over is FOLLOWED else [])
-    yield events.Table("focus", names, ascending=over is DISTANCE)
+    yield events.Table(NAME, names, ascending=over is DISTANCE)
     solved, remembered = list[Solutions](), list[Text]()
     try:
         for scene in case.scenes:
@@ -62,7 +63,7 @@ def _of_scene(
             if not stability.disturbance.converged:
                 remembered.append(at)
             row = row_of(scene, place.parameters, point, stability, place.scales)
-            yield events.Row("focus", row | {FOLLOWED.name: place.value})
+            yield events.Row(NAME, row | {FOLLOWED.name: place.value})
             yield events.Progress(count, said_of(at, stability), count)
     return None
 

@@ -13,6 +13,7 @@ from typing import Any
 from pairsim.cases.identity import sources_of
 from pairsim.cases.run_case import Case
 from pairsim.computing import events
+from pairsim.computing.off_axis.beside import rates_beside
 from pairsim.computing.problems import problem_of
 from pairsim.fem.unyielded import bridges
 from pairsim.quantities.kinds import LENGTH, TIME, VELOCITY
@@ -150,8 +151,6 @@ class Run:
         """Rates off the axis at the first and at the last distances, in the quasi-steady states there, if asked for."""
         if not self.case.focus or outcome.status != "finished":
             return
-        from pairsim.computing.off_axis.beside import rates_beside  # loads what disturbances need
-
         distances = dict.fromkeys((self.problem.gaps, tuple(map(float, gaps))))
         try:
             branch = settled_branch(self.problem, min((d for each in distances for d in each), default=math.inf))

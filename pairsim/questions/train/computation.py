@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from pairsim.computing import events
+from pairsim.computing.off_axis.beside import rates_beside
 from pairsim.computing.problems import steady_problem
 from pairsim.computing.warnings import beyond_checked, coarse_mesh
 from pairsim.quantities.kinds import LENGTH, POSITION, RATE, VELOCITY
@@ -82,8 +83,6 @@ def _off_axis(
 
     Those of an infinite train are not computed: what neighbours of neighbours do is small.
     """
-    from pairsim.computing.off_axis.beside import rates_beside  # loads what disturbances need
-
     chosen = dict.fromkeys((distances[0], distances[-1]))
     length = OF_A_ROW * problem.betas[0] + (OF_A_ROW - 1) * distances[-1] + 2 * case.margin
     row = replace(
