@@ -28,7 +28,7 @@ POWERS = {"by_Ca_e": 2, "by_Psi_1": 2, "by_Psi_2": 2, "by_Re": 3}
 """Powers of beta with which rates of small beads vanish."""
 OFF = 0.2  # part of a rate by which first order may be off; chosen
 WALL_RATE = 8.0  # shear rate of a Newtonian liquid at the wall [U_av/D_c]
-HALVINGS = 30  # of the range in which the largest De is looked for; chosen
+HALVINGS = 20  # of the range in which the largest De is looked for; chosen
 
 
 @dataclass(frozen=True)

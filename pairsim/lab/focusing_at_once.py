@@ -32,10 +32,11 @@ def first_order_focusing(case: SceneCase, Re: float | None) -> Iterator[str]:
     limits = [("Ca_e", max(case.Ca_es), worst.Ca_e_most), ("De", case.De, worst.De_most)]
     up_to = " and ".join(f"{name} = {most:.2g}" for name, value, most in limits if value and most)
     if not worst.holds:
-        here = " and ".join(f"{name} = {value:.3g}" for name, value, _ in limits if value)
+        given = [f"{name} = {value:.3g}" for name, value, _ in limits if value]
+        here = f"{' and '.join(given)} {'are' if len(given) > 1 else 'is'}"
         holds = f", which reaches up to {up_to}" if up_to else ""
         command = "pairsim focus computes whether beads stay on the axis, and within which length they get there"
-        yield f"{here} is beyond first order{holds}: {command}"
+        yield f"{here} beyond first order{holds}: {command}"
         return
     tube = in_unit(case.scales, POSITION, max(one.tube for one in found), digits=2)
     most = min(one.Re_most for one in found)
