@@ -29,7 +29,7 @@ from pairsim.physics.slow_flow import SecondOrderFluid, departure
 from pairsim.record.folder import write_text
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.solvers.focus.inertia import by_inertia
-from pairsim.solvers.focus.rates import disturb
+from pairsim.solvers.focus.rates import Displacement, disturb
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.ends import arrived
 from pairsim.solvers.steady.first_solution import first_scene
@@ -97,7 +97,8 @@ def rates_of(beta: float) -> list[float]:
     first = rate_of(**elastic, liquid=OLDROYD_B)
     both = rate_of(**elastic, liquid={"law": "giesekus", "alpha": 1.0})  # where Psi_2 = -Psi_1/2
     with closing(scene_of(beta=beta, Ca_e=0, mesh=FINE)) as scene:
-        inertia = float(by_inertia(scene).rates[0, 0])
+        with Displacement(scene) as displacement:
+            inertia = float(by_inertia(displacement).rates[0, 0])
         U = float(scene.y[scene.constraints.fields["U_p"]][0])
     return [U, soft, first / Psi_1, (both - first) / (-Psi_1 / 2), inertia]
 

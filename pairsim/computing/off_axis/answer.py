@@ -14,6 +14,7 @@ from pairsim.computing.off_axis.columns import (
     GROWTH,
     GROWTH_ERROR,
     RE,
+    RE_ERROR,
     RE_MOST,
     TUBE,
     TUBE_LEAST,
@@ -23,11 +24,12 @@ from pairsim.computing.off_axis.columns import (
 )
 from pairsim.quantities.kinds import LENGTH, POSITION, RATE
 from pairsim.quantities.scales import Scales
-from pairsim.quantities.text import in_unit, softness, with_name
+from pairsim.quantities.text import in_unit, softness, with_error, with_name
 from pairsim.record.columns import CA_E, DE, DISTANCE, FOLLOWED, U
 from pairsim.record.table import Table
 from pairsim.solvers.focus.stability import Verdict
 
+SEEN = 0.05  # part of a Reynolds number from which on its half-width would be seen in two digits; chosen
 WIDE = 0.2  # part of a length that its range is at least, where both ends of the range are told; chosen
 
 
@@ -127,17 +129,19 @@ def _inertia(table: Table, rows: list[int]) -> str:
     known = table[RE_MOST][rows]
     if np.isnan(known).all():
         return ", and inertia does not prevent it, to first order in the Reynolds number"
-    least, Re = float(np.nanmin(known)), table.known(RE)
+    row, Re = rows[int(np.nanargmin(known))], table.known(RE)
+    least, error = float(table[RE_MOST][row]), float(table[RE_ERROR][row])
+    limit = with_error(least, error) if error > SEEN * least else f"{least:.2g}"
     if Re is None:
-        return f", as long as the Reynolds number is below about {least:.2g}"
+        return f", as long as the Reynolds number is below about {limit}"
     here = np.asarray(Re)[rows]
     said = " to ".join(dict.fromkeys(f"{each:.2g}" for each in here[[0, -1]]))
     if (here >= known).any():
         return (
-            f" without inertia; but from a Reynolds number of about {least:.2g} on inertia drives particles off the "
+            f" without inertia; but from a Reynolds number of about {limit} on inertia drives particles off the "
             f"axis, and here it is {said}"
         )
-    return f", as long as the Reynolds number is below about {least:.2g} (here {said})"
+    return f", as long as the Reynolds number is below about {limit} (here {said})"
 
 
 def _memory(table: Table, scales: Units) -> list[str]:

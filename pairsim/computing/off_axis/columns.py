@@ -33,6 +33,7 @@ RE_MOST = Column(
     "without inertia; empty: inertia does not prevent it, or it is not known",
     unknown=True,
 )
+RE_ERROR = Column("Re_most_error", r"\epsilon", "half-width of its interval: error by mesh", unknown=True)
 RE = Column("Re", r"\mathrm{Re}", "Reynolds number of the experiment, with physical.density")
 A = Column("a", r"a{_}", "velocity away from the axis of {of}", RATE, ENTRY)
 A_ERROR = Column(
@@ -49,7 +50,7 @@ AT_REST = Column(
 MODE_GROWTH = Column("rate", r"\mathrm{Re}\,\lambda{_}", "growth rate of {of}", RATE, MODE)
 FREQUENCY = Column("frequency", r"\mathrm{Im}\,\lambda{_}", "angular frequency of {of}", RATE, MODE)
 UNKNOWNS = Column("disturbed", "n", "unknowns of the disturbances", shown=Shown.ON_REQUEST, whole=True)
-INTERVALS = VERDICT, GROWTH, GROWTH_ERROR, TUBE, TUBE_LEAST, TUBE_MOST, RE_MOST
+INTERVALS = VERDICT, GROWTH, GROWTH_ERROR, TUBE, TUBE_LEAST, TUBE_MOST, RE_MOST, RE_ERROR
 MATRIX = A, A_ERROR, AT_REST, MODE_GROWTH, FREQUENCY
 TABLE = Columns(
     *(DISTANCE, CA_E, DE, FOLLOWED, U, U_ERROR, *INTERVALS, RE, *MATRIX),

@@ -37,9 +37,8 @@ from pairsim.record.columns import (
     WANTED,
     YIELD_HEALTH,
 )
-from pairsim.record.fields_of_frame import SteadyMoment, frame
+from pairsim.record.fields_of_frame import steady_frame
 from pairsim.record.run_entries import POINTS
-from pairsim.record.xdmf import FieldFrame
 from pairsim.runtime.errors import RunFailure
 from pairsim.runtime.message import Message, Text
 from pairsim.runtime.monitor import Monitor
@@ -52,7 +51,6 @@ from pairsim.solvers.curves.scout import ENOUGH
 from pairsim.solvers.goals import DP_PLUS, D, F, Goal, U, dU
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.ends import Ended
-from pairsim.solvers.steady.scene import SteadySolver
 
 
 def computation(case: CurveCase, monitor: Monitor, sensitivities: bool) -> events.Events:
@@ -87,7 +85,7 @@ def computation(case: CurveCase, monitor: Monitor, sensitivities: bool) -> event
                 for row in slope_rows(point) if sloping else ():
                     yield events.Row("slopes", row)
                 if any(abs(point.d - d) < 1e-9 * d for d in case.fields):
-                    yield events.Frame(_frame(point.d, branch.solver))
+                    yield events.Frame(steady_frame(point.d, branch.solver))
                 yield events.Progress(min(count, expected), _shown(point, count), count)
             message = counted(len(points), "point")
             if case.n == 2 and case.velocity is None:
@@ -152,13 +150,6 @@ def _shown(point: Point, count: int) -> Message:
     return Message.joined("  ", [*place, motion, f"Newton {point.newton}", f"point {count}"])
 
 
-def _frame(d: float, solver: SteadySolver) -> FieldFrame:
-    """The fields of the present solution."""
-    (h, x), flow = solver.state(), solver.developed_flow
-    moment = SteadyMoment(d, solver.scene, x, h, solver.constraints.V @ solver.y)
-    return frame(moment, solver.h_star(solver.parameters), flow)
-
-
 def _zeros(branch: Branch, points: list[Point]) -> Generator[events.Event, None, Sequence[Equilibrium] | Ended]:
     """Find the zeros of the curve of a pair; those found before an end or a failure are written, too."""
     zeros, ended = list[Zero](), None
@@ -209,7 +200,7 @@ def _end(case: CurveCase, found: Solutions, remarks: Sequence[Text]) -> Iterator
     if found.ended is not None and (last := found.ended.last) is not None and case.n > 1:
         last.reopen()
         with closing(last):
-            shapes = _frame(min(last.parameters.gaps), last)
+            shapes = steady_frame(min(last.parameters.gaps), last)
         yield events.Frame(shapes)
 
 

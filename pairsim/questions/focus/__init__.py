@@ -24,7 +24,7 @@ from pairsim.cases.case import SceneCase
 from pairsim.cases.checks import check_scene
 from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.followed_key import FollowedKey
-from pairsim.cases.keys import Key, PerGap
+from pairsim.cases.keys import Key, Part, PerGap
 from pairsim.cases.mistakes import Mistake, broken, missing
 from pairsim.cases.off_axis import MOST, YIELDS
 from pairsim.cases.physical import BLOCK, QUANTITIES
@@ -35,6 +35,7 @@ from pairsim.computing.question import InSweeps, Question
 from pairsim.computing.result import Result
 from pairsim.record.column import Column
 from pairsim.record.columns import CA_E, DE, DISTANCE, FOLLOWED, WAY_COLUMNS
+from pairsim.record.folder import FIELDS_XDMF
 from pairsim.record.run_entries import OF_STEADY
 from pairsim.solvers.parameters import Parameters
 
@@ -68,7 +69,8 @@ class Place:
 
     Attributes:
         parameters: Distances and materials.
-        value: The value of what is followed, in the unit of the case file; nan where nothing is.
+        value: The value of what is followed, in the unit of the case file; where nothing is, that of the distance, of
+            the softness or of De.
         scales: The units there; None without a `physical` block.
     """
 
@@ -94,6 +96,13 @@ class FocusCase(SceneCase):
         "physical.distance of all gaps, a number of a law such as liquid.alpha, or a quantity such as "
         "physical.flow_rate, on which liquid and softness alone depend; default: the values of the case only",
         examples=["{Ca_e: [0.01, 0.02]}"],
+    )
+
+    fields: Annotated[bool, Key(part=Part.REPORT)] = Field(
+        False,
+        strict=True,
+        description="whether fields on the axis, and what displacements of unit length add to them, are written to "
+        "fields.xdmf at each value",
     )
 
     @property
@@ -140,7 +149,8 @@ class FocusCase(SceneCase):
             every = ((d,) * (self.n - 1) for d in self.series)
             return [Place(Parameters(gaps, here.solids, here.liquid), gaps[0], self.scales) for gaps in every]
         if (followed := self.followed) is None:
-            return [Place(here, self.betas[0], self.scales)]
+            alone = here.gaps[0] if here.gaps else max(here.Ca_es, default=0.0) or here.De
+            return [Place(here, alone, self.scales)]
         found = list[Place]()
         for value in self.series:
             liquid, solids = followed.materials(value)
@@ -281,10 +291,15 @@ class FocusResult(Result):
 
 
 def draw(folder: Path, out: Path, page: Page) -> list[Path]:
-    """Draw the table of a folder."""
+    """Draw the table of a folder, and streamlines of its fields."""
     from pairsim.questions.focus.picture import draw_focus
 
-    return draw_focus(folder, out, page)
+    drawn = draw_focus(folder, out, page)
+    if (folder / FIELDS_XDMF).exists():
+        from pairsim.questions.focus.streamlines import draw_streamlines
+
+        drawn += draw_streamlines(folder, out, page)
+    return drawn
 
 
 def columns_in_sweeps(case: FocusCase) -> list[str]:
@@ -304,7 +319,11 @@ QUESTION = Question(
     result=FocusResult,
     in_sweeps=InSweeps(columns_in_sweeps),
     draw=draw,
-    captions={"focus": "Growth rates of displacements from the axis"},
+    captions={
+        "focus": "Growth rates of displacements from the axis",
+        "disturbance": "What displacements of a particle add to the velocity, in their plane, in the frame of the tube",
+    },
+    frames="value",
     draws_from=2,  # one point is no line
     examples="Examples: pairsim focus configs/focus.yaml | "
     "pairsim focus case.yaml -o out --set 'along={Ca_e: [0.01, 0.05]}'",

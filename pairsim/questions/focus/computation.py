@@ -12,6 +12,7 @@ from pairsim.computing.problems import steady_problem
 from pairsim.computing.steady import Solutions, together
 from pairsim.quantities.kinds import LENGTH
 from pairsim.questions.focus import BETA, FocusCase, Place, column_of
+from pairsim.questions.focus.fields import disturbed_frame
 from pairsim.record.columns import CA_E, DE, DISTANCE, FOLLOWED
 from pairsim.record.run_entries import POINTS
 from pairsim.runtime.message import Message, Text
@@ -59,11 +60,14 @@ def _of_scene(
             monitor.check()
             stability = Stability.of(branch.solver)
             found.points.append(point)
-            at = _said(case, place)
+            at = _said(case, scene, place)
             if not stability.disturbance.converged:
                 remembered.append(at)
+            value = scene.betas[0] if case.key == BETA else place.value
+            if case.fields:
+                yield events.Frame(disturbed_frame(value, branch.solver, stability))
             row = row_of(scene, place.parameters, point, stability, place.scales)
-            yield events.Row(NAME, row | {FOLLOWED.name: place.value})
+            yield events.Row(NAME, row | {FOLLOWED.name: value})
             yield events.Progress(count, said_of(at, stability), count)
     return None
 
@@ -78,13 +82,13 @@ def _last_events(solved: Sequence[Solutions], warnings: Sequence[Text]) -> Gener
     yield from chain.from_iterable(list(each.last_events({}))[1:] for each in solved[-1:])
 
 
-def _said(case: FocusCase, place: Place) -> Text:
+def _said(case: FocusCase, scene: FocusCase, place: Place) -> Text:
     """Where a rate is computed, such as d = 0.1."""
     parameters = place.parameters
     if (followed := case.followed) is not None and column_of(case.key) is FOLLOWED:
         return f"{case.key} = {place.value:.4g} {followed.unit}".rstrip()
     if case.key == BETA:
-        return f"{BETA} = {place.value:.4g}"
+        return f"{BETA} = {scene.betas[0]:.4g}"
     over = column_of(case.key) if case.key else DISTANCE if parameters.gaps else CA_E if any(parameters.Ca_es) else DE
     if over is DISTANCE:
         return Message("{} = {}", over.name, LENGTH(parameters.gaps[0]))

@@ -50,7 +50,7 @@ def draw_focus(directory: Path, out: Path, page: Page) -> list[Path]:
             lines.append(Line(A, x, table[entry], bars, mark=POINT, look=own, label=f"${entry.symbol}$"))
     if np.nan_to_num(table[RE_MOST]).any():
         panels[RE_MOST] = Panel(label, units.axis_label([RE_MOST]), wide="x")
-        lines.append(Line(RE_MOST, x, table[RE_MOST], mark=POINT, look=joined))
+        lines.append(Line(RE_MOST, x, table[RE_MOST], table.half_widths(RE_MOST), mark=POINT, look=joined))
     parts = parts_along(case, key, units.scales is not None)
     if followed.name != DISTANCE.name and (gaps := table.each(DISTANCE)):
         distances = dict.fromkeys(tex_number(values[0]) for values in gaps.values())
