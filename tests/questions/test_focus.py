@@ -15,7 +15,7 @@ from pairsim.computing.off_axis.answer import answer_of_focus
 from pairsim.computing.off_axis.columns import TABLE
 from pairsim.quantities.scales import Scales
 from pairsim.record.table import Table
-from pairsim.solvers.focus.stability import Verdict, growth_half_width, verdict_of
+from pairsim.solvers.focus.stability import Verdict, growth_half_width, verdict_of, with_half_width
 
 BEAD = {"beta": 0.4, "De": 0, "Ca_e": 0.02}
 PAIR = {"particles": 2, "beta": 0.4, "De": 0, "Ca_e": 0, "d": 0.2}
@@ -80,6 +80,16 @@ class TestVerdict:
         assert growth_half_width(pair, np.full((2, 2), np.inf)) == np.inf
 
 
+class TestReynoldsNumber:
+    def test_its_half_width_is_that_of_both_rates_over_the_slope(self) -> None:
+        one = [np.array([[each]]) for each in (-0.05, 0.01, 1e-3, 2e-4)]
+        assert with_half_width(*one) == pytest.approx((5, 0.2))
+
+    def test_there_is_none_where_inertia_does_not_drive_particles_off(self) -> None:
+        Re, error = with_half_width(*(np.array([[each]]) for each in (-0.05, -0.01, 1e-3, 2e-4)))
+        assert (Re, np.isnan(error)) == (np.inf, True)
+
+
 def table(n: int = 1, **columns: Any) -> Table:
     """A table of one row or more, with numbers that play no part where none are given."""
     usual = dict.fromkeys(TABLE.named(n), 0.0) | {"growth_error": 1e-3, "Re_most": np.nan}
@@ -109,6 +119,13 @@ class TestAnswer:
         (line,) = answer_of_focus(table(verdict=["focuses"], tube=500.0, Re_most=0.83, Re=2.0), None)
         assert "without inertia; but from a Reynolds number of about 0.83 on inertia drives particles off" in line
         assert line.endswith("and here it is 2.")
+
+    def test_the_reynolds_number_has_its_half_width_where_that_is_seen(self) -> None:
+        known = {"verdict": ["focuses"], "tube": 500.0, "Re_most": 0.83}
+        (line,) = answer_of_focus(table(**known, Re_most_error=0.12), None)
+        assert line.endswith("below about 0.83 +- 0.12.")
+        (line,) = answer_of_focus(table(**known, Re_most_error=0.01), None)
+        assert line.endswith("below about 0.83.")
 
     def test_neighbours_of_one_verdict_have_one_line(self) -> None:
         verdicts, d = ["swings", "leaves", "leaves", "swings"], [0.02, 0.04, 0.06, 0.1]
@@ -149,6 +166,26 @@ def test_a_soft_bead_focuses_at_the_rate_that_was_found_on_fine_cells(tmp_path: 
     assert row["tube"] == pytest.approx(np.log(10) * row["U_1"] / 0.050118, rel=5e-3)
     assert row["Re_most"] == pytest.approx(4.65, abs=0.05)
     assert pairsim("table", "out").stdout.startswith("Ca_e,De,U_1 [U_av],U_error_1 [U_av],verdict,growth [U_av/D_c],")
+
+
+@pytest.mark.slow
+def test_fields_have_what_a_displacement_adds_to_the_flow(tmp_path: Path) -> None:
+    """It vanishes at the wall, has one direction on the axis, and inside a soft bead is that of rolling material."""
+    found = api.focus({**BEAD, "fields": True}, folder=tmp_path / "out", mesh={"Np": 10}).check()
+    assert found.places.tolist() == [0.02]
+    grid = found.fields(0.02)
+    (z, r, _), velocity = grid.points.T, grid.point_data["velocity_disturbance_1"]
+    assert np.abs(velocity[r > 0.5 - 1e-9]).max() < 1e-9
+    assert np.abs(velocity[r < 1e-9] @ [1, 0, 0]).max() < 1e-6
+    assert np.abs(velocity[r < 1e-9] @ [0, 1, 1]).max() < 1e-6
+    inside = np.isnan(grid.point_data["pressure_disturbance_1"])
+    assert 0 < inside.sum() < len(r)
+    a = float(found.table["a_11"].iloc[0])
+    centre = np.flatnonzero(inside & (r < 1e-9))[np.abs(z[inside & (r < 1e-9)]).argmin()]
+    turning = (velocity[inside, 0] / np.where(r[inside] > 0.05, r[inside], np.nan))[r[inside] > 0.05]
+    assert velocity[centre, 1] == pytest.approx(a + np.nanmedian(-turning) * z[centre], abs=0.05)
+    assert np.nanmedian(-turning) == pytest.approx(7.6, abs=0.4)
+    assert [path.name for path in found.plot(tmp_path / "pictures")] == ["disturbance.png"]
 
 
 @pytest.mark.slow

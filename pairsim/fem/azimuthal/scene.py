@@ -87,7 +87,8 @@ class DisturbedScene:
         if not self._remembers:
             return None
         liquid, *solids = self.phases
-        return diagonal([liquid.memory(), *(sparse.csr_matrix((each.numbering.size,) * 2) for each in solids)])
+        (of_liquid := liquid.memory()).eliminate_zeros()
+        return diagonal([of_liquid, *(sparse.csr_matrix((each.numbering.size,) * 2) for each in solids)])
 
     def _extended(self, constraints: DisturbedConstraints) -> DisturbedConstraints:
         """The same with the extension of the displacements of rigid particles, which nothing else affects."""
@@ -114,11 +115,17 @@ class DisturbedScene:
         """Right-hand sides for unit displacements of the particles, shape (n_y, N_p)."""
         return np.asarray(self.constraints.pinned.toarray() - self.tested(self.constraints.D.toarray()))
 
+    @cached_property
+    def _following(self) -> tuple[sparse.csr_matrix, Array]:
+        """What follows from rates of displacements at soft particles, tested: of the full vector, of the centres."""
+        c = self.constraints
+        following = c.T @ (self.A @ c.follows) + c.pins @ c.follows
+        return sparse.csr_matrix(following), self.tested(c.moves.toarray())
+
     def of_change(self, x: Array) -> Array:
         """What the equations have of the rate of change x of the full vector, shape (n, k) -> (n_y, k)."""
-        c = self.constraints
-        found = self.tested(c.follows @ x)
-        return found if self.memory is None else np.asarray(found + c.T @ (self.memory @ x))
+        found = self._following[0] @ x
+        return np.asarray(found if self.memory is None else found + self.constraints.T @ (self.memory @ x))
 
     def load_of_rates(self, y: Array, a: Array) -> Array:
         """What disturbances that change with the displacements add to the right-hand sides, shape (n_y, N_p).
@@ -127,9 +134,9 @@ class DisturbedScene:
             y: Disturbances for unit displacements of the particles, shape (n_y, N_p).
             a: Rates of change of the displacements, dx_k/dt = sum_j a_kj x_j, shape (N_p, N_p).
         """
-        c = self.constraints
-        load = self.tested(c.moves @ a) - self.of_change(self.expand(y) @ a)
+        load = self._following[1] @ a - self.of_change(self.expand(y) @ a)
         if self._Re:
+            c = self.constraints
             load -= self._Re * (c.masses @ np.vstack([a @ a, y[c.rotation] @ a]))
         return np.asarray(load)
 

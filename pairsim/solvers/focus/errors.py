@@ -20,6 +20,7 @@ SHARES = (1.0, 0.5)  # of the differences to the rates on them that are taken as
 # What inertia does is found on the largest cells alone, of which the whole difference counts; chosen.
 FLOOR = 1e-3  # half-width at least, of the largest rate, as both differences may be small by chance; chosen
 LEAST = 0.2  # part of the largest half-width that each rate of a row has at least, as differences may vanish; chosen
+TOLERANCE = 1e-5  # of rates on larger cells, relative to the largest; chosen, far below `FLOOR`
 
 
 @dataclass(frozen=True)
@@ -73,7 +74,7 @@ def _on_larger_cells(steady: SteadySolver, factor: float) -> Iterator[Displaceme
         try:
             other = SteadySolver(coarser(steady.problem, factor), steady.parameters)
             if try_from_other_mesh(other, steady.parameters, steady):
-                displacement = Displacement(other)
+                displacement = Displacement(other, TOLERANCE)
         except (MeshFailure, NoSteadyState):
             pass
         yield displacement

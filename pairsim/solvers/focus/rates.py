@@ -58,6 +58,7 @@ class Displacement:
 
     Args:
         steady: The scene, at a solution, in a tube with two ends.
+        tolerance: Of the iteration for what depends on rates of change, relative to the largest rate.
 
     Attributes:
         steady: The same, at the solution that one step with Newton's matrix makes exact.
@@ -69,8 +70,8 @@ class Displacement:
         NoSteadyState: The matrix is singular.
     """
 
-    def __init__(self, steady: SteadySolver) -> None:
-        self.steady = steady
+    def __init__(self, steady: SteadySolver, tolerance: float = TOLERANCE) -> None:
+        self.steady, self._tolerance = steady, tolerance
         steady.linearise()
         self.scene = scene_at(steady, steady.y)
         self._solver = DirectSolver(self.scene.matrix)
@@ -138,7 +139,7 @@ class Displacement:
             y = self._solver.solve(load(y, before))
             if not np.isfinite(y[lateral]).all():
                 return y, False
-            if np.abs(y[lateral] - before).max() <= TOLERANCE * np.abs(y[lateral]).max():
+            if np.abs(y[lateral] - before).max() <= self._tolerance * np.abs(y[lateral]).max():
                 return y, True
         return y, False
 
