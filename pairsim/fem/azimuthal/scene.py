@@ -167,7 +167,7 @@ class DisturbedScene:
         # The radial velocity turns with e_r where the mesh is displaced across the plane.
         off_axis = r > ON_AXIS
         found[off_axis, 2] -= self._velocity[off_axis, 1] * eta[off_axis, 2] / r[off_axis]
-        found[~off_axis, 2] = -found[~off_axis, 1]
+        found[~off_axis, 0], found[~off_axis, 2] = 0.0, -found[~off_axis, 1]
         return found
 
     def pressure(self, x: Array) -> Array:
@@ -181,7 +181,7 @@ class DisturbedScene:
             at_nodes(liquid.mesh, values) for values in (liquid.numbering.nodal("p", x), self._pressure)
         )
         moved = derivative_along(liquid.mesh, axisymmetric, liquid.numbering.nodal("eta", x)[:, :2])
-        return np.asarray((own - moved)[:, 0])
+        return np.where(liquid.mesh.points[:, 1] > ON_AXIS, (own - moved)[:, 0], 0.0)
 
 
 def at_nodes(mesh: SixNodeMesh, values: Array) -> Array:
