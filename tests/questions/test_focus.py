@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -199,3 +199,54 @@ def test_a_rigid_pair_in_a_newtonian_liquid_swings_or_leaves_the_axis() -> None:
     assert np.abs(table["a_12"] + table["a_21"]).max() < 1e-8
     assert table["growth"][0] == pytest.approx(0.020, abs=1e-3)
     assert table["Re_most"].tolist() == [0, 0]
+
+
+class TestFollowed:
+    BENCH: ClassVar[dict[str, Any]] = {
+        "tube": "60 um",
+        "particle": "24 um",
+        "flow_rate": "2 ul/min",
+        "viscosity": "10 mPa.s",
+        "modulus": "100 Pa",
+        "density": "1000 kg/m^3",
+    }
+
+    def test_a_quantity_changes_liquid_softness_and_units(self) -> None:
+        case = load({"particles": 1, "physical": self.BENCH}, along={"physical.flow_rate": ["2 ul/min", "1 ul/min"]})
+        slow, fast = case.places
+        assert fast.parameters.Ca_es[0] == pytest.approx(2 * slow.parameters.Ca_es[0])
+        assert slow.scales is not None
+        assert fast.scales is not None
+        assert fast.scales.velocity == pytest.approx(2 * slow.scales.velocity)
+
+    def test_a_number_of_a_law_is_followed_in_its_liquid(self) -> None:
+        case = load({**BEAD, "De": 0.1, "along": {"liquid.alpha": [0.1, 0.4]}})
+        assert [place.parameters.liquid.modes[0].numbers["alpha"] for place in case.places] == [0.1, 0.4]
+
+    def test_diameters_have_a_scene_with_cells_of_its_own_each(self) -> None:
+        case = load(BEAD, along={"beta": [0.4, 0.2]})
+        assert [scene.betas for scene in case.scenes] == [(0.2,), (0.4,)]
+        assert [scene.mesh for scene in case.scenes] == [load(BEAD, beta=beta).mesh for beta in (0.2, 0.4)]
+
+    @pytest.mark.slow
+    def test_rates_over_beta_are_those_of_each_bead(self, tmp_path: Path) -> None:
+        mesh = {"Np": 8}
+        found = api.focus({**BEAD, "along": {"beta": [0.2, 0.4]}}, folder=tmp_path / "out", mesh=mesh).check()
+        assert found.table["followed"].tolist() == [0.2, 0.4]
+        alone = api.focus(BEAD, mesh=mesh).check()
+        assert found.table["growth"].iloc[-1] == pytest.approx(alone.table["growth"].iloc[0], rel=1e-9)
+        (line, *_) = found.findings()
+        assert line.startswith("The particle focuses at beta = 0.2 to 0.4: ")
+        assert found.record.points == 2
+        assert [path.name for path in found.plot(tmp_path / "pictures")] == ["focus.png"]
+
+    @pytest.mark.slow
+    def test_each_flow_rate_has_its_own_units_and_reynolds_number(self, tmp_path: Path) -> None:
+        along = {"physical.flow_rate": ["1 ul/min", "2 ul/min"]}
+        case = {"particles": 1, "physical": self.BENCH, "along": along}
+        found = api.focus(case, folder=tmp_path / "out", mesh={"Np": 8}).check()
+        slow, fast = found.table["Re"]
+        assert fast == pytest.approx(2 * slow)
+        in_seconds, numbers = found.physical["growth"], found.table["growth"]
+        assert in_seconds[1] / in_seconds[0] == pytest.approx(2 * numbers[1] / numbers[0])
+        assert f"(here {slow:.2g} to {fast:.2g})" in found.answer

@@ -2,20 +2,34 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from pairsim.computing.loading import case_of
 from pairsim.computing.off_axis.columns import GROWTH, RE_MOST, TABLE, A
 from pairsim.plots.chart import POINT, Line, Panel, draw_chart
 from pairsim.plots.labels import measured, parameter_label, parts_along, read_case, tex_number
 from pairsim.plots.style import COLOURS, LINES, Page, printing
 from pairsim.plots.units import Units
 from pairsim.quantities.kinds import LENGTH
-from pairsim.questions.focus import column_of
+from pairsim.quantities.scales import Scales
+from pairsim.questions.focus import QUESTION, column_of
 from pairsim.record.columns import DISTANCE, FOLLOWED
+from pairsim.record.table import Table
 from pairsim.record.table_files import read_table
+
+
+def scales_at(directory: Path, units: Units) -> Callable[[float], Scales | None]:
+    """The units of a picture at each value of what is followed, which may change them as a flow rate does."""
+    followed = case_of(QUESTION, directory / "case.yaml").followed if units.scales is not None else None
+
+    def at(value: float) -> Scales | None:
+        return units.scales if followed is None else followed.scales(value)
+
+    return at
 
 
 @printing()
@@ -25,7 +39,12 @@ def draw_focus(directory: Path, out: Path, page: Page) -> list[Path]:
     No file is written where nothing is followed.
     """
     units, case = Units.of(directory, page.physical), read_case(directory / "case.yaml")
-    table = read_table(directory / "focus.csv", TABLE, missing_ok=True).converted(units.scales)
+    found = read_table(directory / "focus.csv", TABLE, missing_ok=True)
+    scales = scales_at(directory, units)
+    table = found.converted(units.scales)
+    if found.has(FOLLOWED) and found.rows:
+        rows = [found.where([row]).converted(scales(value)) for row, value in enumerate(found[FOLLOWED])]
+        table = Table({name: np.concatenate([row[name] for row in rows]) for name in found}, found.declared)
     key = next(iter(case.get("along") or {}), "")
     if not key or not table.rows:
         return []
