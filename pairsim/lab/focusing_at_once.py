@@ -8,7 +8,7 @@ from pairsim.atlas.focusing import OFF, FirstOrderFocusing
 from pairsim.cases.case import SceneCase
 from pairsim.physics.drive import DEVELOPED
 from pairsim.quantities.kinds import POSITION
-from pairsim.quantities.text import in_unit
+from pairsim.quantities.text import with_name
 
 
 def first_order_focusing(case: SceneCase, Re: float | None) -> Iterator[str]:
@@ -38,7 +38,8 @@ def first_order_focusing(case: SceneCase, Re: float | None) -> Iterator[str]:
         command = "pairsim focus computes whether beads stay on the axis, and within which length they get there"
         yield f"{here} beyond first order{holds}: {command}"
         return
-    tube = in_unit(case.scales, POSITION, max(one.tube for one in found), digits=2)
+    factor = POSITION.factor(case.scales)
+    tube = with_name(case.scales, POSITION, float(f"{factor * max(one.tube for one in found):.2g}") / factor)
     most = min(one.Re_most for one in found)
     inertia = f"as long as the Reynolds number is below about {most:.2g}"
     if Re is not None and Re >= most:
