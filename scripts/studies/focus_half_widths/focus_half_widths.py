@@ -1,6 +1,6 @@
 """Half-widths of `pairsim focus` against rates on finer meshes, in random scenes.
 
-usage: focus_half_widths.py [-o runs/focus_half_widths] [--scenes N] [--report]
+usage: focus_half_widths.py [-o runs/focus_half_widths] [--scenes N] [--only LAW,LAW,...] [--report]
 
 Scenes are points of Sobol's sequence over the law, De to 2, Ca_e, beta, one to three particles and their distances, of
 which any first ones cover the range evenly. Each is solved with N_p 14, with its half-widths, and with N_p 28 for the
@@ -136,13 +136,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("-o", dest="folder", type=Path, default=Path("runs/focus_half_widths"))
     parser.add_argument("--scenes", type=int, default=30)
+    parser.add_argument("--only", default="", help="beginnings of names of laws, whose scenes alone are computed")
     parser.add_argument("--report", action="store_true")
     given = parser.parse_args()
     wanted = scenes(given.scenes)
     given.folder.mkdir(parents=True, exist_ok=True)
     for number, scene in enumerate(wanted):
         file = given.folder / f"{number:02d}.json"
-        if given.report or file.exists():
+        if given.report or file.exists() or not scene["law"].startswith(tuple(given.only.split(","))):
             continue
         start = time.process_time()
         found = {"scene": scene, "coarse": solved(scene, COARSE)}
