@@ -15,7 +15,13 @@ VERDICT = Column(
     "focuses: small displacements from the axis decay; leaves: some grow; swings: they oscillate, and neither decay "
     "nor grow; stays: they do not change at all; undecided: not certain",
 )
-GROWTH = Column("growth", r"\mathrm{Re}\,\lambda", "largest growth rate of displacements; negative: they decay", RATE)
+GROWTH = Column(
+    "growth",
+    r"\mathrm{Re}\,\lambda",
+    "largest growth rate of displacements; negative: they decay",
+    RATE,
+    half_width="growth_error",
+)
 GROWTH_ERROR = Column("growth_error", r"\epsilon", "half-width of its interval: error by mesh", RATE, unknown=True)
 TUBE = Column(
     "tube",
@@ -32,10 +38,11 @@ RE_MOST = Column(
     "Reynolds number rho U_av D_c/eta_0 up to which displacements decay, to first order in it; 0: they do not decay "
     "without inertia; empty: inertia does not prevent it, or it is not known",
     unknown=True,
+    half_width="Re_most_error",
 )
 RE_ERROR = Column("Re_most_error", r"\epsilon", "half-width of its interval: error by mesh", unknown=True)
 RE = Column("Re", r"\mathrm{Re}", "Reynolds number of the experiment, with physical.density")
-A = Column("a", r"a{_}", "velocity away from the axis of {of}", RATE, ENTRY)
+A = Column("a", r"a{_}", "velocity away from the axis of {of}", RATE, ENTRY, half_width="a_error")
 A_ERROR = Column(
     "a_error", r"\epsilon{_}", "half-width of the interval of a{_}: error by mesh", RATE, ENTRY, unknown=True
 )

@@ -21,11 +21,10 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, cast
 from pydantic import Field
 
 from pairsim.cases.case import SceneCase
-from pairsim.cases.checks import check_scene
 from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.followed_key import FollowedKey
 from pairsim.cases.keys import Key, Part, PerGap
-from pairsim.cases.mistakes import Mistake, broken, missing
+from pairsim.cases.mistakes import Mistake, missing
 from pairsim.cases.off_axis import MOST, YIELDS
 from pairsim.cases.physical import BLOCK, QUANTITIES
 from pairsim.cases.quantity_text import ValuesOrQuantities, si
@@ -79,6 +78,60 @@ class Place:
     scales: Scales | None
 
 
+def _check_d(case: FocusCase) -> Iterator[Mistake]:
+    """Yield the mistake of a distance that is missing, or given where there is none or `along` has it."""
+    if case.n > 1 and case.d is None and not case.spreads:
+        yield missing("d", "must be a number, the distance between facing surfaces, or along: {d: [...]} be given")
+    elif case.d is not None and case.n == 1:
+        yield Mistake("d", case.d, "must be left out: there is only one particle")
+    elif case.d is not None and case.spreads:
+        yield Mistake("d", case.d, "must be left out: along has its values")
+
+
+def _check_along(case: FocusCase) -> str:
+    """What `along` must be: what is followed, and its values."""
+    if case.along is None:
+        return ""
+    if len(case.along) != 1:
+        return "must be one key with its values, such as along: {Ca_e: [0.01, 0.02]}"
+    given = case.along[case.key]
+    if case.key == BETA:
+        return _allowed_betas(case, given)
+    if not case.spreads:
+        try:
+            FollowedKey.of(case, case.key, given)
+        except ValueError as error:
+            return str(error)
+        return ""
+    if case.n == 1:
+        return "must be Ca_e or De: there is only one particle"
+    if case.key != DISTANCE.name:
+        return _allowed_in_units(case, given)
+    if all(is_finite(each) and LEAST_D <= each <= MOST_D for each in given):
+        return ""
+    return f"must be distances from {LEAST_D:g} to {MOST_D:g} [D_c]; with units it is physical.distance"
+
+
+def _allowed_betas(case: FocusCase, given: Sequence[float | str]) -> str:
+    """What diameters that are followed must be."""
+    if case.physical is not None:
+        return f"must not be {BETA}, which follows from {BLOCK}.particle: use pairsim sweep"
+    inside = all(is_finite(each) and 0 < each < 1 for each in given)
+    return "" if inside else "must be diameters between 0 and 1 [D_c]"
+
+
+def _allowed_in_units(case: FocusCase, given: Sequence[float | str]) -> str:
+    """What distances with their units must be."""
+    if case.scales is None:
+        return f"must be d: the case has no {BLOCK} block"
+    try:
+        numbers = [IN_UNITS.number(si(each, IN_UNITS), case.scales) for each in given]
+    except ValueError as error:
+        return str(error)
+    inside = all(LEAST_D <= each <= MOST_D for each in numbers)
+    return "" if inside else f"must be distances from {LEAST_D:g} to {MOST_D:g} tube diameters"
+
+
 class FocusCase(SceneCase):
     """Particles on the axis that are displaced from it."""
 
@@ -87,10 +140,10 @@ class FocusCase(SceneCase):
     particles: Annotated[Whole, Key(caption=5)] = Field(
         1, ge=1, le=MOST, description="number of particles on the axis; they are displaced one by one"
     )
-    d: Annotated[PerGap[Distance] | None, Key(slug="d")] = Field(
+    d: Annotated[PerGap[Distance] | None, Key(slug="d", check=_check_d)] = Field(
         None, description="distance between the facing surfaces [D_c], unless along has it"
     )
-    along: dict[str, ValuesOrQuantities] | None = Field(
+    along: Annotated[dict[str, ValuesOrQuantities] | None, Key(check=_check_along, first=True)] = Field(
         None,
         description="what rates are followed over, with its values (a list or a range): Ca_e, De, beta, d or "
         "physical.distance of all gaps, a number of a law such as liquid.alpha, or a quantity such as "
@@ -179,74 +232,11 @@ class FocusCase(SceneCase):
 
 
 def check(case: FocusCase) -> Iterator[Mistake]:
-    """Check the keys against each other; yields mistakes as `check_scene` does."""
-    if case.along is not None:
-        wrong = list(_check_along(case))
-        yield from wrong
-        if wrong:
-            return
-    if case.n > 1 and case.d is None and not case.spreads:
-        yield missing("d", "must be a number, the distance between facing surfaces, or along: {d: [...]} be given")
-    yield from broken(
-        case,
-        ("d", case.n == 1 and case.d is not None, "must be left out: there is only one particle"),
-        ("d", case.n > 1 and case.d is not None and case.spreads, "must be left out: along has its values"),
-        ("ends", case.ends != "developed", "must be developed: what leaves one end must not enter at the other one"),
-    )
+    """Yield mistakes in keys that all cases have."""
+    if case.ends != "developed":
+        yield Mistake("ends", case.ends, "must be developed: what leaves one end must not enter at the other one")
     if case.liquid_model.regularisation:
         yield Mistake("liquid", case.laws.liquid.name, YIELDS)
-    yield from check_scene(case)
-
-
-def _check_along(case: FocusCase) -> Iterator[Mistake]:
-    """Check what is followed, and its values."""
-    along = dict(case.along or {})
-    if len(along) != 1:
-        example = "along: {Ca_e: [0.01, 0.02]}"
-        yield Mistake("along", along, f"must be one key with its values, such as {example}")
-        return
-    given = along[case.key]
-    if case.key == BETA:
-        yield from _check_betas(case, given)
-    elif not case.spreads:
-        try:
-            FollowedKey.of(case, case.key, given)
-        except ValueError as error:
-            yield Mistake("along", along, str(error))
-    elif case.n == 1:
-        yield Mistake("along", along, "must be Ca_e or De: there is only one particle")
-    elif case.key != DISTANCE.name:
-        yield from _check_in_units(case, given)
-    elif not all(is_finite(each) and LEAST_D <= each <= MOST_D for each in given):
-        yield Mistake(
-            "along",
-            along,
-            f"must be distances from {LEAST_D:g} to {MOST_D:g} [D_c]; with units it is physical.distance",
-        )
-
-
-def _check_betas(case: FocusCase, given: Sequence[float | str]) -> Iterator[Mistake]:
-    """Check the diameters that are followed."""
-    along = dict(case.along or {})
-    if case.physical is not None:
-        yield Mistake("along", along, f"must not be {BETA}, which follows from {BLOCK}.particle: use pairsim sweep")
-    elif not all(is_finite(each) and 0 < each < 1 for each in given):
-        yield Mistake("along", along, "must be diameters between 0 and 1 [D_c]")
-
-
-def _check_in_units(case: FocusCase, given: Sequence[float | str]) -> Iterator[Mistake]:
-    """Check distances with their units."""
-    along = dict(case.along or {})
-    if case.scales is None:
-        yield Mistake("along", along, f"must be d: the case has no {BLOCK} block")
-        return
-    try:
-        numbers = [IN_UNITS.number(si(each, IN_UNITS), case.scales) for each in given]
-    except ValueError as error:
-        yield Mistake("along", along, str(error))
-        return
-    if not all(LEAST_D <= each <= MOST_D for each in numbers):
-        yield Mistake("along", along, f"must be distances from {LEAST_D:g} to {MOST_D:g} tube diameters")
 
 
 def estimate(case: FocusCase) -> Estimate:

@@ -11,8 +11,9 @@ import numpy as np
 from pairsim.computing.loading import case_of
 from pairsim.computing.off_axis.columns import GROWTH, RE_MOST, TABLE, A
 from pairsim.plots.chart import POINT, Line, Panel, draw_chart
-from pairsim.plots.labels import measured, parameter_label, parts_along, read_case, tex_number
-from pairsim.plots.style import COLOURS, LINES, Page, printing
+from pairsim.plots.labels import parameter_label, parts_along, read_case, tex_number
+from pairsim.plots.parameters import measured
+from pairsim.plots.style import COLOURS, LINES, Look, Page, printing
 from pairsim.plots.units import Units
 from pairsim.quantities.kinds import LENGTH
 from pairsim.quantities.scales import Scales
@@ -45,26 +46,26 @@ def draw_focus(directory: Path, out: Path, page: Page) -> list[Path]:
     if found.has(FOLLOWED) and found.rows:
         rows = [found.where([row]).converted(scales(value)) for row, value in enumerate(found[FOLLOWED])]
         table = Table({name: np.concatenate([row[name] for row in rows]) for name in found}, found.declared)
-    key = next(iter(case.get("along") or {}), "")
+    key = case.followed
     if not key or not table.rows:
         return []
     followed = column_of(key).with_suffix("")
     if followed.name == DISTANCE.name:
         label, x = units.axis_label([followed]), table.of(DISTANCE, table.suffixes(DISTANCE)[0])
     elif followed.name == FOLLOWED.name:
-        known = measured(case["along"][key])
+        known = measured(case.values_followed)
         label, x = parameter_label(key, known[1] if known is not None else ""), table[FOLLOWED]
     else:
         label, x = units.followed(case, followed, table[key])
     panels: dict[Any, Panel] = {GROWTH: Panel(label, units.axis_label([GROWTH]), wide="x")}
-    joined = {"linestyle": "-"}
+    joined: Look = {"linestyle": "-"}
     lines = [Line(GROWTH, x, table[GROWTH], table.half_widths(GROWTH), mark=POINT, look=joined)]
     if len(entries := table.suffixes(A)) > 1:
         shown = [suffix for suffix in entries if suffix.startswith("_1")]  # the motion of the first particle
         columns = [A.with_suffix(suffix) for suffix in shown]
         panels[A] = Panel(label, units.axis_label(columns), wide="x")
         for i, (suffix, entry) in enumerate(zip(shown, columns, strict=True)):
-            own = {"color": COLOURS[i % len(COLOURS)], "linestyle": LINES[i % len(LINES)]}
+            own: Look = {"color": COLOURS[i % len(COLOURS)], "linestyle": LINES[i % len(LINES)]}
             bars = table.half_widths(A, suffix)
             lines.append(Line(A, x, table[entry], bars, mark=POINT, look=own, label=f"${entry.symbol}$"))
     if np.nan_to_num(table[RE_MOST]).any():

@@ -39,7 +39,7 @@ def draw_streamlines(directory: Path, out: Path, page: Page) -> list[Path]:
     frames = [read_frame(directory, int(i)) for i in np.linspace(0, count - 1, min(count, MOST_VIEWS)).round()]
     names = [name for name in frames[-1].point_data if name.startswith(DISTURBED_VELOCITY)]
     drawn = [(frame, names[0]) for frame in frames] if len(names) == 1 else [(frames[-1], name) for name in names]
-    key = next(iter(case.get("along") or {}), "")
+    key = case.followed
     views = [
         replace(view, title=_title(name, len(names), frame.t, key, units))
         for view, (frame, name) in zip(views_of([frame for frame, _ in drawn], units, True), drawn, strict=True)

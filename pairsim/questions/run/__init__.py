@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 from pairsim.cases.estimate import Estimate
 from pairsim.cases.off_axis import points_off_axis
-from pairsim.cases.run_case import Case, check_run
+from pairsim.cases.run_case import Case
 from pairsim.computing import events
 from pairsim.computing.off_axis.columns import NAME, TABLE
 from pairsim.computing.off_axis.lines import lines_beside
@@ -97,7 +97,6 @@ def draw(folder: Path, out: Path, page: Page) -> list[Path]:
 QUESTION = Question(
     __name__,
     model=Case,
-    check=check_run,
     estimate=estimate,
     solve=solve,
     tables={"series": SERIES_COLUMNS, NAME: TABLE},
