@@ -47,8 +47,7 @@ class Disturbance:
 
 def scene_at(steady: SteadySolver, y: Array, Re: float = 0.0) -> DisturbedScene:
     """The disturbed scene about free unknowns y of a scene, shape (n_y,), with inertia at a Reynolds number."""
-    steady.apply(steady.parameters)
-    h, x = steady.newton.state(y)
+    h, x = steady.state_at(steady.parameters, y)
     U = y[steady.constraints.fields["U_p"]]
     return DisturbedScene(steady.scene, h, x, U, Re=Re, volume_modulus=steady.problem.volume_modulus)
 
