@@ -17,9 +17,11 @@ from collections import deque
 from typing import Any
 
 import numpy as np
+from mpi4py import MPI  # noqa: F401  # ahead of modules that are compiled with it
+
+# isort: split
 from conformation import ACCURATELY, REDUCTION, Conformation, Developed, Giesekus
 from mesh import Array, Sizes, displacement, half_tube
-from mpi4py import MPI  # noqa: F401 - ahead of the compiled modules
 from stokes import Places, Stokes, places_in
 
 TOLERANCE = 2e-5  # of the lateral velocity from one step to the next, of its own size; chosen
