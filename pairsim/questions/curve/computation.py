@@ -13,6 +13,7 @@ from pairsim.analysis.rows_of_points import point_row
 from pairsim.cases.inputs import inputs_of
 from pairsim.computing import events
 from pairsim.computing.found import Found
+from pairsim.computing.off_axis.beside import rates_beside
 from pairsim.computing.problems import steady_problem
 from pairsim.computing.steady import (
     Solutions,
@@ -57,7 +58,7 @@ def computation(case: CurveCase, monitor: Monitor, sensitivities: bool) -> event
     places, by = case.in_order, _parameters(case, sensitivities)
     expected = len(between(places, case.max_points)) if case.common else len(places)
     yield events.Begin(f"{expected} point{'s' * (expected > 1)}, more as needed", expected)
-    found = Solutions(case, _goals(case))
+    found, remarks = Solutions(case, _goals(case)), list[Text]()
     points = found.points
     try:
         with found:
@@ -93,9 +94,11 @@ def computation(case: CurveCase, monitor: Monitor, sensitivities: bool) -> event
                     return found.outcome_of(zeros)
                 found_zeros = ", ".join(_said(case, zero) for zero in zeros)
                 message += f"; dU = 0: {found_zeros or 'at no d'}"
+            if case.focus:
+                remarks += yield from _off_axis(case, branch, points, expected)
             return events.Outcome("finished", "end", message)
     finally:
-        yield from _end(case, found)
+        yield from _end(case, found, remarks)
 
 
 def _parameters(case: CurveCase, sensitivities: bool) -> list[str]:
@@ -173,7 +176,16 @@ def _said(case: CurveCase, zero: Equilibrium) -> str:
     return f"{kind} at d = {in_unit(case.scales, LENGTH, zero.d, zero.d_error)}{'' if zero.certain else ' (uncertain)'}"
 
 
-def _end(case: CurveCase, found: Solutions) -> Iterator[events.Event]:
+def _off_axis(
+    case: CurveCase, branch: Branch, points: Sequence[Point], expected: int
+) -> Generator[events.Event, None, list[Text]]:
+    """Rates off the axis at the first distance, at that of the largest |dU|, and at the last one; returns warnings."""
+    largest = max(points, key=lambda point: float(np.abs(point.dUs).max(initial=0.0)))
+    chosen = {point.gaps: point.parameters for point in (points[0], largest, points[-1])}
+    return (yield from rates_beside(case, branch, list(chosen.values()), min(len(points), expected), len(points)))
+
+
+def _end(case: CurveCase, found: Solutions, remarks: Sequence[Text]) -> Iterator[events.Event]:
     """The last events: what run.json says and, where the branch ends early, the fields of its last solution."""
     points, warnings = found.points, list[Text]()
     if found.branch is not None and points and dU in found.goals:
@@ -184,7 +196,7 @@ def _end(case: CurveCase, found: Solutions) -> Iterator[events.Event]:
         size = found.largest.get(dU, found.branch.largest[dU])
         if size > NEGLIGIBLE_DU:
             warnings = [*moving_errors(case, points, size), *_far_apart(case, curves, size)]
-    yield from found.last_events({POINTS: len(points)}, warnings)
+    yield from found.last_events({POINTS: len(points)}, [*warnings, *remarks])
     if found.ended is not None and (last := found.ended.last) is not None and case.n > 1:
         last.reopen()
         with closing(last):

@@ -12,13 +12,14 @@ from matplotlib.path import Path as Outline
 from scipy.interpolate import LinearNDInterpolator
 
 from pairsim.plots.chart import small_print
-from pairsim.plots.labels import case_parts, parts_along, read_case, tex_number
+from pairsim.plots.labels import case_parts, parts_along, read_case, symbol, tex_number
 from pairsim.plots.sections import Layer, View, draw_view, mark_view, sheet, views_of
 from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
 from pairsim.quantities.kinds import LENGTH, RATE
 from pairsim.questions.focus import column_of
-from pairsim.record.columns import DISTANCE
+from pairsim.questions.focus.picture import scales_at
+from pairsim.record.columns import DISTANCE, FOLLOWED
 from pairsim.record.xdmf import DISTURBED_VELOCITY, FieldFrame, read_frame, read_times
 from pairsim.runtime.arrays import Array
 
@@ -43,7 +44,10 @@ def draw_streamlines(directory: Path, out: Path, page: Page) -> list[Path]:
         replace(view, title=_title(name, len(names), frame.t, key, units))
         for view, (frame, name) in zip(views_of([frame for frame, _ in drawn], units, True), drawn, strict=True)
     ]
-    values = [np.linalg.norm(frame.point_data[name][:, :2], axis=1) * units.factor(RATE) for frame, name in drawn]
+    scales = scales_at(directory, units)
+    values = [
+        np.linalg.norm(frame.point_data[name][:, :2], axis=1) * RATE.factor(scales(frame.t)) for frame, name in drawn
+    ]
     label = rf"$|u'|$ per displacement  [{units.name(RATE)}]"
     layer = Layer(values, label, liquid=True, solid=bool((frames[-1].region > 0).any()), diverging=False)
     figure, axes, scaled = sheet(page, views, [layer], len(views))
@@ -65,6 +69,8 @@ def _title(name: str, count: int, at: float, key: str, units: Units) -> str:
         return f"particle {name.rpartition('_')[2]} displaced"
     if followed is None:
         return ""
+    if followed is FOLLOWED:
+        return f"{symbol(key)} = ${tex_number(at)}$"
     unit = f" {units.name(LENGTH)}" if followed is DISTANCE else ""
     number = at * units.factor(LENGTH) if followed is DISTANCE else at
     return f"${followed.symbol} = {tex_number(number)}${unit}"
