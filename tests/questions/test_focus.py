@@ -142,7 +142,7 @@ class TestAnswer:
         assert line.startswith("Whether the row of 3 stays on the axis is not certain: ")
         assert "axis is (-0.4 +- 1.0)e-3 U_av/D_c" in line
         (line,) = answer_of_focus(table(verdict=["stays"]), None)
-        assert "is reversible, and inertia decides" in line
+        assert "in a liquid without memory is reversible, and inertia decides" in line
 
     def test_memory_is_told_where_it_changes_more_than_the_error(self) -> None:
         known = {"verdict": ["focuses"], "tube": 500.0, "a_11": -0.1, "at_rest_11": -0.11}

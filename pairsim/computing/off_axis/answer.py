@@ -75,7 +75,7 @@ def _line(table: Table, rows: list[int], scales: Units, along: Along) -> str:
             once = f"once in {_periods(table, ends, scales)} of tube"
             return f"{subject} swings about the axis{where}, {once}: {of} neither decay nor grow."
         case Verdict.STAYS:
-            said = "the flow around rigid particles in a Newtonian liquid is reversible, and inertia decides"
+            said = "the flow around rigid particles in a liquid without memory is reversible, and inertia decides"
             return f"{subject} neither returns to the axis nor leaves it{where}: {said}."
         case Verdict.UNDECIDED:
             errors = [None if np.isnan(table[GROWTH_ERROR][row]) else table[GROWTH_ERROR][row] for row in ends]
