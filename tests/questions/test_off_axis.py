@@ -39,6 +39,12 @@ class TestBesideAnswers:
         assert d[-1] == pytest.approx(run.table["d"].iloc[-1])
         assert any("stays on the axis" in line for line in run.answer.splitlines())
 
+    def test_a_pair_that_is_held_has_those_of_one_distance(self, tmp_path: Path) -> None:
+        case = {**SOFT, "d0": 0.2, "hold": True, "start": "steady", "time": {"end": 0.05}, "focus": True}
+        run = api.run(case, folder=tmp_path / "run").check()
+        assert focusing(run).rows == 1
+        assert "d = 0.2 to" not in run.answer
+
     def test_a_bead_alone_has_one_rate(self) -> None:
         curve = api.curve({**SOFT, "particles": 1, "focus": True}).check()
         assert curve.frame(NAME)["growth"].tolist() == pytest.approx([-0.13], rel=0.05)

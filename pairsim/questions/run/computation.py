@@ -10,6 +10,8 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
+import numpy as np
+
 from pairsim.cases.identity import sources_of
 from pairsim.cases.run_case import Case
 from pairsim.computing import events
@@ -81,6 +83,7 @@ ADVICE = {
 }
 NEARLY_DUE = 1e-9  # part of a frame that may be missing by rounding when it is written
 HALF_WIDTHS = {goal: next(each for each in ERROR_COLUMNS if each.name == goal.error_column) for goal in IN_TIME}
+SAME = 1e-6  # relative change of distances below which rates off the axis are the same; chosen
 SETTLES = 10.0  # time for the settled state at the end of a run [s], at least: else what the run itself took; chosen
 
 
@@ -153,7 +156,8 @@ class Run:
         """Rates off the axis at the first and at the last distances, in the quasi-steady states there, if asked for."""
         if not self.case.focus or outcome.status != "finished":
             return
-        distances = dict.fromkeys((self.problem.gaps, tuple(map(float, gaps))))
+        first = self.problem.gaps
+        distances = [first] if np.allclose(first, gaps, rtol=SAME, atol=0) else [first, tuple(map(float, gaps))]
         try:
             branch = settled_branch(self.problem, min((d for each in distances for d in each), default=math.inf))
         except RunFailure as failure:
