@@ -250,3 +250,9 @@ class TestFollowed:
         in_seconds, numbers = found.physical["growth"], found.table["growth"]
         assert in_seconds[1] / in_seconds[0] == pytest.approx(2 * numbers[1] / numbers[0])
         assert f"(here {slow:.2g} to {fast:.2g})" in found.answer
+
+
+def test_an_answer_that_ends_early_says_where_it_was_found() -> None:
+    """Beads have no steady shape at Ca_e 5: what is found at 0.1 does not hold there."""
+    found = api.focus({**BEAD, "along": {"Ca_e": [0.1, 5]}}, mesh={"Np": 8})
+    assert any(line.startswith("The particle focuses at Ca_e = 0.1: ") for line in found.findings())

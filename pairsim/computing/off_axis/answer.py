@@ -36,7 +36,7 @@ WIDE = 0.2  # part of a length that its range is at least, where both ends of th
 type Units = Sequence[Scales] | None
 """The units of each row of a table; None without a `physical` block."""
 type Along = tuple[str, str] | None
-"""The key that is followed and its unit, where the table has its values in a column of their own."""
+"""The key that is followed, and its unit where the table has its values in a column of their own."""
 
 
 def answer_of_focus(table: Table, scales: Units, along: Along = None) -> list[str]:
@@ -89,16 +89,18 @@ def _where(table: Table, ends: list[int], scales: Units, along: Along) -> str:
     """The values of what is followed, such as " at d = 0.1 to 0.4"; "" where nothing is."""
     suffixes = table.suffixes(DISTANCE)
     moving = [suffix for suffix in suffixes if np.ptp(table.of(DISTANCE, suffix)) > 0]
-    if along is not None:
-        key, unit = along
+    key, unit = along or ("", "")
+    if along is not None and table.has(FOLLOWED):
         return f" at {key} = {' to '.join(f'{table[FOLLOWED][row]:.4g}' for row in ends)} {unit}".rstrip()
+    if key == DISTANCE.name:
+        moving = moving or suffixes
     if moving:
         name = DISTANCE.name + ("" if len(moving) == len(suffixes) else moving[0])
         d = table.of(DISTANCE, moving[0])
         return f" at {name} = {' to '.join(in_unit(_of(scales, row), LENGTH, d[row]) for row in ends)}"
-    if np.ptp(table[CA_E]) > 0:
+    if np.ptp(table[CA_E]) > 0 or key == CA_E.name:
         return f" at {' to '.join(softness(float(table[CA_E][row]), _of(scales, row)) for row in ends)}"
-    if np.ptp(table[DE]) > 0:
+    if np.ptp(table[DE]) > 0 or key == DE.name:
         return f" at De = {' to '.join(f'{table[DE][row]:.4g}' for row in ends)}"
     return ""
 

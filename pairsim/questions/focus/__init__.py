@@ -284,8 +284,8 @@ class FocusResult(Result):
         table, scales, along = self.columns, self.record.scales, None
         if not table.rows:
             return ["No rate was found."]
-        if table.has(FOLLOWED):
-            along = cast("FocusCase", self.case).key, "" if self.followed is None else self.followed.unit
+        if key := (case := cast("FocusCase", self.case)).key:
+            along = DISTANCE.name if case.spreads else key, "" if self.followed is None else self.followed.unit
         return answer_of_focus(table, None if scales is None else self.scales_of_rows(table, scales), along)
 
 
