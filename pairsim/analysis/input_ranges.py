@@ -11,7 +11,7 @@ import numpy as np
 
 from pairsim.cases.experiment import follows_in
 from pairsim.cases.laws import Laws
-from pairsim.cases.physical import BLOCK
+from pairsim.cases.physical import BLOCK, with_deviations
 from pairsim.cases.quantity_text import as_given, unit_in
 from pairsim.quantities.kinds import VELOCITY
 from pairsim.quantities.scales import Scales
@@ -27,7 +27,7 @@ FINE = 2000  # distances at which the ends of a range are looked at for their si
 
 def quantity_for(case: Mapping[str, Any], name: str, scales: Scales) -> tuple[str, str, Callable[[Any], Any]]:
     """The quantity that De or Ca_e of a case follows from: its key, its unit as given, and its value by the number."""
-    block = case[BLOCK]
+    block = with_deviations(case[BLOCK])
     able = [each.quantity for each in follows_in(Laws.in_case(case)) if name in each.keys]
     of = min(able, key=lambda each: each.key not in block)
     given = block.get(of.key, of.example)

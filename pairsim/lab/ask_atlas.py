@@ -17,6 +17,7 @@ from pairsim.cases.inputs import units_of
 from pairsim.cases.keys import keys_of
 from pairsim.computing.loading import AnyCase
 from pairsim.computing.result_content import Content
+from pairsim.computing.spread_entry import spread_entry
 from pairsim.computing.warnings import MOST_DE, beyond_checked
 from pairsim.lab.dimensionless_numbers import units
 from pairsim.lab.input_draws import range_of_draws
@@ -82,6 +83,7 @@ def ask(
     record = Record.of({STATUS: "finished", WARNINGS: _disagreements(asked, curve, others)}) | units_of(asked)
     if asked.De:
         record = record.with_entries({NOTES: [f"The liquid of the atlas is {liquid_of_atlas(book, type(asked))}."]})
+    record = record.with_entries(spread_entry(asked))
     if any(each.half_width for each in record.inputs):
         record = record.with_entries({DRAWN: range_of_draws(asked, book)})
     content = Content({"curve": curve.table, "equilibria": curve.equilibria}, record, asked)

@@ -16,6 +16,7 @@ from pairsim.cases.physical import BLOCK, QUANTITIES
 from pairsim.cases.quantity_text import PLUS_MINUS, numbers_in_one_unit
 from pairsim.cases.yaml_file import flat, read_yaml
 from pairsim.physics.declared import LAWS, PARAMETERS
+from pairsim.quantities.measurable import EACH, MEAN
 from pairsim.runtime.text import printable
 
 
@@ -121,7 +122,7 @@ def case_parts(case: Mapping[str, Any], leave_out: Collection[str] = (), physica
     Keys to leave out vary, or are not fixed for another reason. If `physical`, quantities of the block take the place
     of the numbers that they give.
     """
-    block = case.get(BLOCK, {}) if physical else {}
+    block = {key: _each_shown(value) for key, value in (case.get(BLOCK, {}) if physical else {}).items()}
     told = [key for key in block if _in_captions(key, case) and f"{BLOCK}.{key}" not in leave_out]
     quantities = [equation(f"{BLOCK}.{key}", block[key]) for key in told]
     elastic = "De" in leave_out or bool(case.get("De"))
@@ -154,6 +155,11 @@ def case_parts(case: Mapping[str, Any], leave_out: Collection[str] = (), physica
         parts += [] if "solid" in leave_out else [shown([each.name for each in laws.solids])]
         parts += _numbers_of("solid", case, leave_out)
     return parts
+
+
+def _each_shown(value: Any) -> Any:
+    """A quantity that differs among particles as text, such as 24 um (each 0.5 um); another one as it is."""
+    return f"{value[MEAN]} (each {value[EACH]})" if isinstance(value, Mapping) and EACH in value else value
 
 
 def _in_captions(key: str, case: Mapping[str, Any]) -> bool:

@@ -5,7 +5,8 @@ centres of volume, the length that of U/dU dc with the mean velocity U of the
 pair [D_c]; there must be no zero of dU between the distances. Their
 half-widths follow from that of dU along the curve. If the case has a physical
 block, both are in s and mm. Also prints by how much the time changes for a
-pair that starts from rest at the first distance, and where that is forgotten.
+pair that starts from rest at the first distance, and where that is forgotten;
+where beads differ, which part of pairs makes the travel, within which length.
 """
 
 from __future__ import annotations
@@ -33,4 +34,13 @@ def travel(
 ) -> None:
     if (kind := kind_of(directory)) != "curve":
         raise InputError(str(directory), "", None, f"must be a folder of `pairsim curve`, not of `pairsim {kind}`")
-    typer.echo(str(pairsim.open(directory).travel(start, stop)))
+    result = pairsim.open(directory)
+    of_pairs = result.curve.travel_of_pairs(start, stop)
+    try:
+        typer.echo(str(result.travel(start, stop)))
+    except InputError as error:
+        if of_pairs is None:
+            raise
+        typer.echo(f"two equal beads do not make this travel: {error.key} {error.allowed}")
+    if of_pairs is not None:
+        typer.echo(str(of_pairs))

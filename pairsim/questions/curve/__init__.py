@@ -24,6 +24,7 @@ from pairsim.cases.checks import check_scene
 from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.keys import Key, Part
 from pairsim.cases.mistakes import Mistake, broken, missing
+from pairsim.cases.spread import SpreadCase
 from pairsim.cases.values import (
     MOST_VALUES,
     CurveTolerance,
@@ -40,8 +41,18 @@ from pairsim.computing.result import Result
 from pairsim.physics.drive import Drive
 from pairsim.quantities.kinds import RATE
 from pairsim.record.column import PARTICLE, Column, Columns, names_of
-from pairsim.record.columns import CURVE_COLUMNS, DISTANCE, DU, DU_INPUTS, EQUILIBRIA_COLUMNS, FORCES, WAY_COLUMNS
-from pairsim.record.run_entries import OF_STEADY, TIME_STEPS, Entry
+from pairsim.record.columns import (
+    CURVE_COLUMNS,
+    DISTANCE,
+    DU,
+    DU_INPUTS,
+    DU_SPREAD,
+    EQUILIBRIA_COLUMNS,
+    FORCES,
+    SEPARATE,
+    WAY_COLUMNS,
+)
+from pairsim.record.run_entries import OF_STEADY, SPREAD_OF_PARTICLES, TIME_STEPS, Entry
 from pairsim.runtime.errors import InputError
 from pairsim.solvers.curves.distances import between
 from pairsim.solvers.parameters import Parameters
@@ -74,7 +85,7 @@ SLOPES = Columns(DISTANCE, GAP_OF_SLOPE, U_SLOPE, U_SLOPE_HELD)
 AFTER = Entry[float]("after", "of a curve from rest, a quarter of the time after which dU is taken [D_c/U_av]")
 
 
-class CurveCase(SceneCase):
+class CurveCase(SpreadCase):
     """A master curve dU(d): quasi-steady solutions at many distances d."""
 
     kind: ClassVar[str] = "curve"
@@ -206,6 +217,8 @@ def check(case: CurveCase) -> Iterator[Mistake]:
     moved, at_rest, after = case.velocity is not None, case.flow == 0, case.after is not None
     yield from broken(
         case,
+        ("spread", bool(case.spread) and (case.n != 2 or moved or after), "must be left out: it is that of free pairs"),
+        ("spread.modulus", bool(case.spread.modulus) and not all(case.Ca_es), "must be 0: there are rigid particles"),
         ("after", after and case.n < 2, "must be left out: there is only one particle"),
         ("d", after and case.n > 1 and not case.common, "must be one number for all gaps with after"),
         ("fields", after and bool(case.fields), "must be left out with after: pairsim run, hold: true has fields"),
@@ -247,7 +260,8 @@ def solve(case: CurveCase, *, monitor: Monitor, sensitivities: bool = False) -> 
 def result_columns(case: CurveCase) -> tuple[str, ...]:
     """Points, zeros, and by gap the largest |dU| with its distance and errors; the force on a single moved particle.
 
-    Of a pair whose inputs have half-widths, what these add to the half-width of the largest |dU| is the last one.
+    Of a pair whose inputs have half-widths, what these add to the half-width of the largest |dU| follows; of particles
+    that differ, the standard deviation of dU there and the part of pairs that separates.
     """
     from pairsim.cases.inputs import inputs_of  # loads numpy
 
@@ -256,11 +270,14 @@ def result_columns(case: CurveCase) -> tuple[str, ...]:
     others = ["zeros", "zeros_error", "stable"] if case.n == 2 else others
     uncertain = case.n == 2 and any(each.half_width for each in inputs_of(case))
     of_gaps = (name.format(gap) for gap in DU.suffixes(case.n) for name in names)
-    return ("points", *others, *of_gaps, *([DU_INPUTS.name] if uncertain else []))
+    spread = [DU_SPREAD.name, SEPARATE.name] if case.spread else []
+    return ("points", *others, *of_gaps, *([DU_INPUTS.name] if uncertain else []), *spread)
 
 
 def read(tables: Tables, record: Record) -> dict[str, Value]:
     """The result columns; `zeros` and what belongs to them are lists in ascending d."""
+    import numpy as np
+
     from pairsim.analysis.master_curve import Curve  # loads numpy
 
     curve = Curve(tables["curve"], zeros := tables["equilibria"], record)
@@ -274,6 +291,10 @@ def read(tables: Tables, record: Record) -> dict[str, Value]:
         values |= {column + gap: value for column, value in found.items()}
     if curve.by_inputs.known:
         values[DU_INPUTS.name] = float(curve.by_inputs.half_widths(curve.peak.d))
+    if curve.unequal is not None:
+        at = np.array([curve.peak.d])
+        values[DU_SPREAD.name] = float(curve.unequal.deviations(at)[0])
+        values[SEPARATE.name] = float(curve.unequal.separate(at)[0])
     shown = {"zeros": "d", "zeros_error": "d_error", "stable": "stable"}
     return values | {name: zeros[column].tolist() for name, column in shown.items() if column in zeros}
 
@@ -350,7 +371,7 @@ QUESTION = Question(
     estimate=estimate,
     solve=solve,
     tables={"curve": CURVE_COLUMNS, "equilibria": EQUILIBRIA_COLUMNS, "slopes": SLOPES, "way": WAY_COLUMNS},
-    entries=(*OF_STEADY, TIME_STEPS, AFTER),
+    entries=(*OF_STEADY, TIME_STEPS, AFTER, SPREAD_OF_PARTICLES),
     result=CurveResult,
     in_sweeps=InSweeps(result_columns, read),
     draw=draw,
