@@ -94,7 +94,7 @@ EXPERIMENT = (
     DENSITY,
     a_length(
         "distance",
-        "distance between the facing surfaces; gives d0 of a run, d of curve, critical and train",
+        "distance between the facing surfaces; gives d0 of a run, d of curve, critical, train and stream",
         "5 um",
         "d_0",
         gives=("d", "d0"),
@@ -108,14 +108,33 @@ EXPERIMENT = (
         gives=("train.spacing",),
     ),
     a_length(
-        "capillary", "length of tube along which a row is followed; gives row.tube", "40 cm", "L", gives=("row.tube",)
+        "capillary",
+        "length of tube along which beads are followed; gives row.tube of train, stream.tube",
+        "40 cm",
+        "L",
+        gives=("row.tube", "stream.tube"),
     ),
     a_length(
         "contact",
-        "distance at which beads of a row touch; gives row.min_gap",
+        "distance at which beads touch; gives row.min_gap of train, stream.min_gap",
         "100 nm",
         r"d_\mathrm{min}",
-        gives=("row.min_gap",),
+        gives=("row.min_gap", "stream.min_gap"),
+    ),
+    a_length(
+        "drop",
+        "length of tube whose liquid one drop takes; gives stream.drop",
+        "100 um",
+        r"L_d",
+        gives=("stream.drop",),
+    ),
+    Measurable(
+        "concentration",
+        PERCENTAGE,
+        "part of the volume that flows which is beads; gives stream.concentration",
+        "1 %",
+        r"\phi",
+        gives=("stream.concentration",),
     ),
     Measurable(
         "end",
