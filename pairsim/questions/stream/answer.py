@@ -2,29 +2,21 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from pairsim.analysis.drops import KINDS, poisson
 from pairsim.quantities.kinds import LENGTH, POSITION, VELOCITY
 from pairsim.quantities.text import in_unit, with_error, with_name
 from pairsim.questions.stream import StreamCase
-from pairsim.questions.stream.statistics import places_of
+from pairsim.questions.stream.found import Found
 from pairsim.runtime.arrays import Array
-
-if TYPE_CHECKING:
-    from pairsim.questions.stream.computation import Moved
 
 ARRIVALS = {"random": "independently of each other, without overlap", "regular": "at even distances"}
 
 
-def sentences(case: StreamCase, moved: Moved, by_model: Array) -> list[str]:
-    """What is said of streams that have moved; `by_model` are the half-widths by the model at each length of tube."""
-    first, last = moved.on_the_way[0], moved.on_the_way[-1]
-    rows = places_of(first.gaps, moved.lengths)
-    spacing = float((rows[:, -1] - rows[:, 0]).mean()) / (rows.shape[1] - 1)
-    scales, velocity = case.scales, float(first.velocities.mean())
+def sentences(case: StreamCase, found: Found) -> list[str]:
+    """What is said of streams that have moved."""
+    scales, spacing, velocity = case.scales, found.spacing, found.velocity
     how = "as listed" if case.stream.positions is not None else ARRIVALS[case.stream.arrivals]
     differ = {"diameter": case.spread.diameter, "modulus": case.spread.modulus}
     parts = ", ".join(f"{name} {100 * part:.3g} %" for name, part in differ.items() if part)
@@ -32,11 +24,11 @@ def sentences(case: StreamCase, moved: Moved, by_model: Array) -> list[str]:
         f"Beads arrive {how}, their centres {in_unit(scales, LENGTH, spacing)} apart on average, and move at U = "
         f"{in_unit(scales, VELOCITY, velocity)}; {f'standard deviations: {parts}' if parts else 'all are equal'}."
     ]
-    tube = with_name(scales, POSITION, float(last.way.mean()))
-    inlet, outlet = moved.counted[0].means, moved.counted[-1].means
-    half = np.hypot(moved.counted[-1].half_widths, by_model[-1])
-    if case.stream.drop is not None:
-        per_drop = case.stream.drop * velocity / spacing
+    tube = with_name(scales, POSITION, case.stream.tube)
+    inlet, outlet, by_model = found.means[0], found.means[-1], found.by_model[-1]
+    half = np.hypot(found.half_widths[-1], by_model)
+    per_drop = found.per_drop(case)
+    if case.stream.drop is not None and per_drop is not None:
         of = [_percent(outlet[2 + i], half[2 + i]) for i in range(KINDS)]
         on_arrival, independent = _list(inlet[2:]), _list(poisson(per_drop))
         lines.append(
@@ -49,7 +41,7 @@ def sentences(case: StreamCase, moved: Moved, by_model: Array) -> list[str]:
         f"{100 * inlet[1]:.2g} %), and the spread of the distances is {_percent(outlet[0], half[0])} of their mean (on "
         f"arrival {100 * inlet[0]:.3g} %)."
     )
-    model = 100 * float(np.nanmax(by_model[-1]))
+    model = 100 * float(np.nanmax(by_model))
     lines.append(
         f"Half-widths are by {case.stream.streams} streams of {case.beads} beads and by what a model of rows of up to "
         f"{case.stream.neighbours} beads leaves open, which alone would be {model:.1g} % at most."

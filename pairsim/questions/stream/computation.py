@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Generator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import inf
-from typing import Any, NamedTuple
+from typing import Self
 
 import numpy as np
 
@@ -33,7 +33,8 @@ from pairsim.questions.stream import (
     work,
 )
 from pairsim.questions.stream.answer import sentences
-from pairsim.questions.stream.statistics import Statistics, places_of
+from pairsim.questions.stream.found import Found
+from pairsim.questions.stream.statistics import Way
 from pairsim.record.column import table_row
 from pairsim.record.columns import T, Z
 from pairsim.record.run_entries import POINTS
@@ -46,20 +47,11 @@ from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.rows.model import Row, RowModel, Waves, fitted
 from pairsim.solvers.rows.short_rows import places_of as places_of_rows
 from pairsim.solvers.rows.short_rows import short_rows, trains
-from pairsim.solvers.rows.stream_motion import Stream, follow
+from pairsim.solvers.rows.stream_motion import follow
 
 PLACES = 51  # lengths of tube at which streams are looked at
-SHOWN = 60  # beads of kymograph.csv at most, those in the middle of the first stream; chosen
 BINS = 60  # of histograms; chosen
 FARTHEST = 4.0  # distance at which they end over the mean distance; chosen
-
-
-class Moved(NamedTuple):
-    """Streams on their way, with what is counted of them at each length of tube."""
-
-    on_the_way: list[Stream]
-    counted: list[Statistics]
-    lengths: Array  # of the beads [D_c], shape (streams, N)
 
 
 def computation(case: StreamCase, monitor: Monitor) -> events.Events:
@@ -76,12 +68,14 @@ def computation(case: StreamCase, monitor: Monitor) -> events.Events:
         return events.Outcome("finished", end.reason, end.message)
     model = fitted(rows, waves)
     yield events.Progress(rows_done + of_motion, "the model of rows is fitted", len(rows))
-    first, parts = _arrivals(case, model)
-    moved = _moved(case, model, first, parts, monitor)
-    yield events.Progress(rows_done + 2 * of_motion, f"{goal} have moved", len(rows) + 1)
-    by_model = _half_widths_of_model(case, model, first, parts, moved, monitor)
-    yield from _tables(case, moved, by_model)
-    entries = {POINTS: len(rows), **spread_entry(case), SENTENCES: sentences(case, moved, by_model)}
+    follower, ways = _Follower.of(case, model, monitor), list[Way]()
+    for i in range(case.stream.streams):
+        ways.append(follower.way(model, i))
+        yield events.Progress(rows_done + (1 + (i + 1) / case.stream.streams) * of_motion, f"stream {i + 1}", len(rows))
+    by_model = follower.half_widths(ways[0])
+    found = Found(ways, by_model, follower.edges)
+    yield from _tables(case, found)
+    entries = {POINTS: len(rows), **spread_entry(case), SENTENCES: sentences(case, found)}
     yield events.Summary(entries, [*beyond_checked(case), *coarse_mesh(case, U.name)])
     return events.Outcome("finished", "end", f"{goal}, by {len(rows)} short rows")
 
@@ -100,6 +94,7 @@ def _rows(
         total = sum(len(places_of_rows(count, work.LEAST)) for count in range(1, most + 1))
         for row in short_rows(problem, alone, work.LEAST, most, by_particle):
             rows.append(row)
+            problem.monitor.has_result()  # each row can be solved; how many there are is told by the progress
             done += work.of_row(case, len(row.values))
             yield events.Progress(done, f"short row {len(rows)} of {total}", len(rows))
         for wave in trains(problem, alone) if work.with_trains(case) else ():
@@ -110,96 +105,87 @@ def _rows(
         return rows, waves
 
 
-def _arrivals(case: StreamCase, model: RowModel) -> tuple[Array, Array]:
-    """First distances [D_c], (streams, N-1), and deviations of the beads, (streams, N, 2)."""
-    stream, length = case.stream, float(model.alone[1])
-    sizes = case.spread.diameter, case.spread.modulus
-    arrivals = Arrivals(stream.arrivals, stream.jitter, length, stream.min_gap, *sizes)
-    randoms = [np.random.default_rng([stream.seed, i]) for i in range(stream.streams)]
-    if isinstance(stream.positions, tuple):
-        every = [arrivals.parts(random, case.beads) for random in randoms]
-        return np.array([arrivals.between(np.array(stream.positions), each) for each in every]), np.array(every)
-    velocity = float(model.alone[0] + model.alone[2])
-    mean = case.d if case.d is not None else spacing_of(case, velocity) - length
-    drawn = [arrivals.draw(random, mean, case.beads) for random in randoms]
-    return np.array([gaps for gaps, _ in drawn]), np.array([parts for _, parts in drawn])
+@dataclass(frozen=True)
+class _Follower:
+    """Lets the streams of a case move.
 
-
-def _moved(case: StreamCase, model: RowModel, first: Array, parts: Array, monitor: Monitor) -> Moved:
-    """Let streams move from their first distances; beads of a case without a spread are equal."""
-    lengths = float(model.alone[1]) * (1 + parts[..., 0])
-    ways = np.linspace(0.0, case.stream.tube, PLACES).tolist()
-    differ = parts if case.spread else None
-    on_the_way = list(follow(model, first, differ, case.stream.min_gap, ways, monitor))
-    return Moved(on_the_way, [Statistics.of(each, lengths, case.stream.drop) for each in on_the_way], lengths)
-
-
-def _half_widths_of_model(
-    case: StreamCase, model: RowModel, first: Array, parts: Array, moved: Moved, monitor: Monitor
-) -> Array:
-    """Half-widths by the model, shape (PLACES, statistics).
-
-    They are by how much the statistics of the first stream change if short rows are left out, as those of velocities
-    are (`RowModel.dU_errors`).
+    Attributes:
+        case: The case.
+        model: The model of rows, of which the length of a bead is.
+        arrivals: How beads arrive.
+        mean: Mean distance between facing surfaces [D_c].
+        monitor: Ends the computation.
     """
-    found = np.zeros((PLACES, len(STATISTICS)))
-    for other in model.others:
-        one = _moved(case, other, first[:1], parts[:1], monitor)
-        for i, (mine, theirs) in enumerate(zip(moved.counted, one.counted, strict=True)):
-            found[i] += (theirs.each[0] - mine.each[0]) ** 2
-    return np.sqrt(found)
+
+    case: StreamCase
+    model: RowModel
+    arrivals: Arrivals
+    mean: float
+    monitor: Monitor
+
+    @classmethod
+    def of(cls, case: StreamCase, model: RowModel, monitor: Monitor) -> Self:
+        """That of a case."""
+        stream, length, velocity = case.stream, float(model.alone[1]), float(model.alone[0] + model.alone[2])
+        sizes = case.spread.diameter, case.spread.modulus
+        arrivals = Arrivals(stream.arrivals, stream.jitter, length, stream.min_gap, *sizes)
+        if isinstance(stream.positions, tuple):
+            mean = float(np.diff(stream.positions).mean()) - length
+        else:
+            mean = case.d if case.d is not None else spacing_of(case, velocity) - length
+        return cls(case, model, arrivals, mean, monitor)
+
+    def way(self, model: RowModel, i: int) -> Way:
+        """One of the streams by a model, each with random numbers of its own."""
+        case, random = self.case, np.random.default_rng([self.case.stream.seed, i])
+        if isinstance(known := case.stream.positions, tuple):
+            parts = self.arrivals.parts(random, case.beads)
+            gaps = self.arrivals.between(np.array(known), parts)
+        else:
+            gaps, parts = self.arrivals.draw(random, self.mean, case.beads)
+        places = np.linspace(0.0, case.stream.tube, PLACES).tolist()
+        on_the_way = follow(model, gaps, parts if case.spread else None, case.stream.min_gap, places, self.monitor)
+        return Way.of(on_the_way, self.arrivals.length * (1 + parts[:, 0]), case.stream.drop, self.edges)
+
+    @property
+    def edges(self) -> Array:
+        """Those of the bins of histograms [D_c]."""
+        return np.linspace(0.0, FARTHEST * self.mean, BINS + 1)
+
+    def half_widths(self, first: Way) -> Array:
+        """Half-widths by the model, shape (PLACES, statistics).
+
+        They are by how much what is counted of the first stream changes if short rows are left out, as those of
+        velocities are (`RowModel.dU_errors`).
+        """
+        changes = [self.way(other, 0).counted - first.counted for other in self.model.others]
+        return np.linalg.norm(changes, axis=0)
 
 
-def _tables(case: StreamCase, moved: Moved, by_model: Array) -> Generator[events.Event]:
+def _tables(case: StreamCase, found: Found) -> Generator[events.Event]:
     """The tables of a stream."""
-    names = STREAM.named(1)
-    yield events.Table("stream", names)
-    per_drop = _per_drop(case, moved)
+    yield events.Table("stream", STREAM.named(1))
+    ways, first = found.ways, found.ways[0]
+    per_drop = found.per_drop(case)
     independent = np.full(len(POISSON), np.nan) if per_drop is None else poisson(per_drop)
-    for stream, counted, model in zip(moved.on_the_way, moved.counted, by_model, strict=True):
-        row: dict[str, Any] = {
-            POSITION_OF_STREAM.name: stream.way.mean(),
-            T.name: stream.time,
-            MEAN_D.name: stream.gaps.mean(),
-        }
-        for each, mean, error, of_model in zip(STATISTICS, counted.means, counted.half_widths, model, strict=True):
-            row |= {each.name: mean, f"{each.name}_error": error, f"{each.name}_model": of_model}
-        row |= {column.name: part for column, part in zip(POISSON.values(), independent, strict=True)}
-        yield events.Row("stream", {name: float(value) for name, value in row.items()})
-    yield events.Table("distances", DISTANCES.named(1), list(_histograms(moved)))
-    yield _kymograph(moved)
+    every = zip(found.means, found.half_widths, found.by_model, strict=True)
+    for i, (means, errors, models) in enumerate(every):
+        along = {POSITION_OF_STREAM: "position", T: "time", MEAN_D: "mean"}
+        row = {column.name: float(np.mean([getattr(way, name)[i] for way in ways])) for column, name in along.items()}
+        for each, mean, error, model in zip(STATISTICS, means, errors, models, strict=True):
+            row |= {each.name: float(mean), f"{each.name}_error": float(error), f"{each.name}_model": float(model)}
+        yield events.Row("stream", row | {c.name: float(p) for c, p in zip(POISSON.values(), independent, strict=True)})
+    yield events.Table("distances", DISTANCES.named(1), list(_histograms(found)))
+    n = first.middle.shape[1]
+    each = zip(first.position, first.time, first.middle, strict=True)
+    rows = [table_row(n, {POSITION_OF_STREAM: z, T: t, Z: places}) for z, t, places in each]
+    yield events.Table("kymograph", KYMOGRAPH.named(n), rows)
 
 
-def _per_drop(case: StreamCase, moved: Moved) -> float | None:
-    """Beads of a drop on average; None if drops are not counted."""
-    if case.stream.drop is None:
-        return None
-    first = moved.on_the_way[0]
-    rows = places_of(first.gaps, moved.lengths)
-    spacing = float((rows[:, -1] - rows[:, 0]).mean()) / (rows.shape[1] - 1)
-    return case.stream.drop * float(first.velocities.mean()) / spacing
-
-
-def _histograms(moved: Moved) -> Generator[dict[str, float]]:
+def _histograms(found: Found) -> Generator[dict[str, float]]:
     """The rows of distances.csv, at the inlet, half way and at the outlet."""
-    edges = np.linspace(0.0, FARTHEST * float(moved.on_the_way[0].gaps.mean()), BINS + 1)
-    for stream in (moved.on_the_way[i] for i in (0, PLACES // 2, PLACES - 1)):
-        parts = np.histogram(np.minimum(stream.gaps, edges[-1]), edges)[0] / stream.gaps.size
-        for least, largest, part in zip(edges[:-1], edges[1:], parts, strict=True):
-            values = {POSITION_OF_STREAM: stream.way.mean(), LEAST: least, LARGEST: largest, PART: part}
-            yield table_row(1, values)
-
-
-def _kymograph(moved: Moved) -> events.Table:
-    """The beads in the middle of the first stream on their way."""
-    count = moved.lengths.shape[1]
-    begin = max((count - SHOWN) // 2, 0)
-    shown = slice(begin, min(begin + SHOWN, count))
-    lengths = moved.lengths[:1, shown]
-    start = places_of(moved.on_the_way[0].gaps[:1, shown.start : shown.stop - 1], lengths)[0]
-    rows, n = [], lengths.shape[1]
-    for stream in moved.on_the_way:
-        apart = places_of(stream.gaps[:1, shown.start : shown.stop - 1], lengths)[0]
-        z = start[0] + stream.way[0, begin] + apart
-        rows.append(table_row(n, {POSITION_OF_STREAM: stream.way[0, shown].mean(), T: stream.time, Z: z}))
-    return events.Table("kymograph", KYMOGRAPH.named(n), rows)
+    parts = np.mean([way.histograms for way in found.ways], axis=0)
+    for i in (0, PLACES // 2, PLACES - 1):
+        position = float(np.mean([way.position[i] for way in found.ways]))
+        for least, largest, part in zip(found.edges[:-1], found.edges[1:], parts[i], strict=True):
+            yield table_row(1, {POSITION_OF_STREAM: position, LEAST: least, LARGEST: largest, PART: part})

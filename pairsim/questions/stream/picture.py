@@ -18,7 +18,7 @@ from pairsim.questions.stream import (
     EMPTY,
     IN_CONTACT,
     KYMOGRAPH,
-    LARGEST,
+    LEAST,
     PART,
     POISSON,
     POSITION_OF_STREAM,
@@ -48,25 +48,28 @@ def draw_stream(directory: Path, out: Path, page: Page) -> list[Path]:
     panels: dict[Any, Panel] = {}
     lines: list[Line] = []
     if np.isfinite(stream[SINGLE]).all():
-        panels["drops"] = Panel(label, "share of drops")
+        panels["drops"] = Panel(label, "share of drops (dotted: Poisson)", margins=(0.05, 0.25))
         for i, (column, name) in enumerate(DROPS.items()):
             look = {"color": COLOURS[i], "linestyle": LINES[0]}
             lines.append(Line("drops", z, stream[column], _half_widths(stream, column.name), look=look, label=name))
             independent = {"color": COLOURS[i], "linestyle": ":"}
-            poisson = f"{name}, Poisson"
-            lines.append(Line("drops", z, stream[POISSON[column]], look=independent, label=poisson))
+            lines.append(Line("drops", z, stream[POISSON[column]], look=independent))
     for column, words in ((IN_CONTACT, "share of beads in contact"), (SPREAD, "spread of distances over their mean")):
         panels[column] = Panel(label, words)
         look = {"color": COLOURS[0], "linestyle": "-"}
         lines.append(Line(column, z, stream[column], _half_widths(stream, column.name), look=look))
-    panels["distances"] = Panel(units.axis_label([LARGEST]), "part of the distances")
+    panels["distances"] = Panel(units.axis_label([LEAST]), "part of the distances")
     for i, place in enumerate(np.unique(distances[POSITION_OF_STREAM])):
         here = distances[POSITION_OF_STREAM] == place
-        look = {"drawstyle": "steps-pre", "color": COLOURS[i], "linestyle": LINES[i]}
+        look = {"drawstyle": "steps-post", "color": COLOURS[i], "linestyle": LINES[i]}
         name = "inlet" if not place else f"after {place:.3g} {units.name(POSITION)}"
-        lines.append(Line("distances", distances[LARGEST][here], distances[PART][here], label=name, look=look))
+        lines.append(Line("distances", distances[LEAST][here], distances[PART][here], label=name, look=look))
     charts = {"stream": (panels, lines), "kymograph": _kymograph(units, beads)}
-    return [path for n, chart in charts.items() for path in page.save(draw_chart(page, *chart, parts)[0], out, n)]
+    return [
+        path
+        for n, chart in charts.items()
+        for path in page.save(draw_chart(page, *chart, parts, bands="half-width")[0], out, n)
+    ]
 
 
 def _half_widths(table: Table, name: str) -> Any:

@@ -57,10 +57,11 @@ class Deviations:
                 break
             windows = sliding_window_view(gaps, count - 1)
             terms, total = np.exp(-np.maximum(windows, self.least) @ rates.T), len(windows)
+            differ = np.moveaxis(sliding_window_view(parts, count, axis=0), 2, 1).reshape(total, -1)
+            by = (terms @ part.reshape(len(part), -1)).reshape(total, count, -1)
+            added = np.einsum("wik,wk->wi", by, differ)
             for i in range(count):
-                for j in range(count):
-                    by = terms @ part[:, i, j]
-                    changes[i : i + total] += np.einsum("wp,wp->w", by, parts[j : j + total])
+                changes[i : i + total] += added[:, i]
         return np.asarray(changes)
 
     def matrix(self, gaps: Array) -> Array:

@@ -1,8 +1,13 @@
-"""The motion of streams of particles along a tube: many long rows at once, of particles that may differ.
+"""The motion of a stream of particles along a tube: a long row, whose particles may differ.
 
-Velocities are those of `pairsim.solvers.rows.model`, films and contacts those of `pairsim.solvers.rows.row_motion`;
-work and memory grow in proportion to the number of particles. Streams are rows of one long array, too far from each
-other to act on each other.
+Velocities at held distances are those of `pairsim.solvers.rows.model`; films of liquid between particles that come
+closer, and particles that touch, are those of `pairsim.solvers.rows.row_motion`. Films act by equal and opposite
+forces, too: with the factor s by which a film slows two particles alone, the rates r' of the distances follow from
+those r without films by
+
+    (1 + q_i) r'_i - (q_(i-1) r'_(i-1) + q_(i+1) r'_(i+1))/2 = r_i,    q = 1/s - 1,
+
+if forces move all particles equally easily. Work and memory grow in proportion to the number of particles.
 
 Time steps are those of the method of Bogacki and Shampine (1989), with places that overlap after a step put back to
 contact: where particles touch, the right-hand side jumps, which no order of a method can follow.
@@ -21,24 +26,23 @@ from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.rows.model import RowModel
 from pairsim.solvers.rows.row_motion import slowed_by_films
 
-APART = 1e3  # distance between streams, at which exponentials of distances vanish [D_c]
 TOUCHING = 1e-9  # distance beyond that of contact at which particles touch, which is rounding [D_c]
 # Error of a step in a distance, and overlap of particles that meet in one, from which on it is repeated [D_c]; chosen:
 # contact is at 2e-3 by default.
-TOLERANCE, OVERLAP = 2e-6, 2e-4
+TOLERANCE, OVERLAP = 1e-5, 5e-4
 FIRST, SHORTEST = 0.1, 1e-4  # steps [D_c/U_av]; one as short as the latter is not repeated
 SAFETY, MOST_GROWTH, LEAST_GROWTH = 0.85, 3.0, 0.2  # of steps; chosen
 
 
 @dataclass(frozen=True)
 class Stream:
-    """Streams on their way, each a row of the same number of particles.
+    """A stream on its way.
 
     Attributes:
         time: Time [D_c/U_av].
-        gaps: Distances between facing surfaces from upstream [D_c], shape (streams, N-1).
-        way: How far each particle has moved [D_c], shape (streams, N).
-        velocities: Velocities [U_av], of the same shape.
+        gaps: Distances between facing surfaces from upstream [D_c], shape (N-1,).
+        way: How far each particle has moved [D_c], shape (N,).
+        velocities: Velocities [U_av], shape (N,).
         contact: Distance at which particles touch [D_c].
     """
 
@@ -50,38 +54,36 @@ class Stream:
 
     @property
     def touching(self) -> Flags:
-        """Which neighbours touch, shape (streams, N-1)."""
+        """Which neighbours touch, shape (N-1,)."""
         return np.asarray(self.gaps <= self.contact + TOUCHING)
 
 
 def follow(
     model: RowModel, gaps: Array, parts: Array | None, contact: float, lengths: Sequence[float], monitor: Monitor
 ) -> Iterator[Stream]:
-    """Let streams move, and yield them when their particles have moved by given lengths of tube on average.
+    """Let a stream move, and yield it when its particles have moved by given lengths of tube on average.
 
     Args:
         model: Velocities.
-        gaps: First distances, none below `contact` [D_c], shape (streams, N-1).
-        parts: Deviations of the logarithms of diameter and Ca_e of each particle, shape (streams, N, 2); None where all
-            are equal.
+        gaps: First distances, none below `contact` [D_c], shape (N-1,).
+        parts: Deviations of the logarithms of diameter and Ca_e of each particle, shape (N, 2); None where all are
+            equal.
         contact: Distance at which particles touch [D_c].
         lengths: The lengths, ascending, the first one may be 0 [D_c].
         monitor: Ends the computation.
     """
-    shape = gaps.shape[0], gaps.shape[1] + 1
-    every = np.concatenate([gaps, np.full((len(gaps), 1), APART)], axis=1).ravel()[:-1]
-    start = np.cumsum(np.append(0.0, every))
-    flow = _Velocities(model, None if parts is None else parts.reshape(-1, 2), contact)
+    start = np.cumsum(np.append(0.0, gaps))
+    flow = _Velocities(model, parts, contact)
     places, time, step = start, 0.0, FIRST
     slope = flow(places)
     for length in lengths:
         while (left := length - float(np.mean(places - start))) > TOLERANCE:
             monitor.check()
             last = left / float(slope.mean())
-            places, slope, taken, step = _step(flow, places, slope, min(step, last))
+            places, slope, taken, following = _step(flow, places, slope, min(step, last))
+            step = max(step, following) if step > last else following
             time += taken
-        apart = np.diff(places.reshape(shape), axis=1)
-        yield Stream(time, apart, (places - start).reshape(shape), slope.reshape(shape), contact)
+        yield Stream(time, np.diff(places), places - start, slope, contact)
 
 
 def _step(flow: _Velocities, places: Array, slope: Array, step: float) -> tuple[Array, Array, float, float]:
@@ -126,8 +128,17 @@ class _Velocities:
             U = U + self.model.deviations.velocities(gaps, self.parts)
         width = len(stretch) // 2
         rates = scipy.linalg.solve_banded((width, width), stretch, np.diff(U))
-        rates *= slowed_by_films(self.model, gaps, rates, self.contact)
-        return self._without_overlap(np.cumsum(np.append(U[0], rates)), gaps)
+        free = np.cumsum(np.append(U[0], rates))
+        return self._without_overlap(free + self._by_films(gaps, rates), gaps)
+
+    def _by_films(self, gaps: Array, rates: Array) -> Array:
+        """What films change of the velocities of particles, shape (N,)."""
+        more = 1 / slowed_by_films(self.model, gaps, rates, self.contact) - 1
+        if not more.any():
+            return np.zeros(len(gaps) + 1)
+        matrix = np.array([np.append(0.0, -more[1:] / 2), 1 + more, np.append(-more[:-1] / 2, 0.0)])
+        forces = -more * scipy.linalg.solve_banded((1, 1), matrix, rates) / 2
+        return np.append(0.0, forces) - np.append(forces, 0.0)
 
     def _without_overlap(self, U: Array, gaps: Array) -> Array:
         """The nearest velocities at which no distance of contact shrinks."""
