@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import NamedTuple, Protocol, Self
 
 import numpy as np
 
-from pairsim.quantities.kinds import LENGTH, POSITION
+from pairsim.quantities.kinds import LENGTH, POSITION, VELOCITY
 from pairsim.quantities.scales import Scales
 from pairsim.quantities.text import in_unit, with_name
 from pairsim.record.columns import BY_BETA, BY_CA_E, BY_DIFFERENCE, BY_STIFFNESS, DISTANCE
@@ -19,6 +19,8 @@ from pairsim.record.table import Table
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.interpolant import CurveInterpolant, hermite, slopes_of
 
+BY = {"diameter": (BY_BETA, BY_DIFFERENCE), "modulus": (BY_CA_E, BY_STIFFNESS)}
+"""The derivatives of dU by what differs, of both particles and by their difference."""
 DRAWS = 4000  # pairs that are drawn: a part of them is known to 0.8 %
 HALF, MOST = 0.5, 0.9  # parts of those that arrive, of which the length of tube is told
 
@@ -54,10 +56,15 @@ class Spread:
         return Pairs(*(each * random.standard_normal((count, 2)) for each in (self.diameter, self.modulus)))
 
     @property
+    def sizes(self) -> dict[str, float]:
+        """The standard deviations of what differs, by its name."""
+        every = {"diameter": self.diameter, "modulus": self.modulus}
+        return {name: part for name, part in every.items() if part}
+
+    @property
     def words(self) -> str:
         """What differs by how much."""
-        parts = {"diameter": self.diameter, "modulus": self.modulus}
-        return ", ".join(f"{name} {100 * part:.3g} %" for name, part in parts.items() if part)
+        return ", ".join(f"{name} {100 * part:.3g} %" for name, part in self.sizes.items())
 
 
 class UnequalPairs(Protocol):
@@ -91,16 +98,14 @@ class ByDerivatives:
     by_moduli: Array
 
     @classmethod
-    def of(cls, table: Table, curve: CurveInterpolant, spread: Spread) -> Self | None:
-        """Those of a curve; None where it lacks a derivative by what differs."""
-        none = np.zeros((2, table.rows))
-        columns = (spread.diameter, BY_BETA, BY_DIFFERENCE), (spread.modulus, BY_CA_E, BY_STIFFNESS)
-        by = [np.array([table.known(mean), table.known(other)]) if size else none for size, mean, other in columns]
-        if any(each.dtype == object for each in by):
-            return None
-        by[0][0] *= spread.beta
-        by[1][0] *= -spread.Ca_e  # the modulus is inverse to it
-        return cls(curve, table[DISTANCE], *by)
+    def of(cls, table: Table, curve: CurveInterpolant, spread: Spread) -> Self:
+        """Those of a curve; zeros by what does not differ."""
+        by = {name: np.zeros((2, table.rows)) for name in BY}
+        for name in spread.sizes:
+            by[name] = np.array([table[column] for column in BY[name]])
+        by["diameter"][0] *= spread.beta
+        by["modulus"][0] *= -spread.Ca_e  # the modulus is inverse to it
+        return cls(curve, table[DISTANCE], *by.values())
 
     def dU(self, d: Array, pairs: Pairs) -> Array:
         parts = zip((self.by_diameters, self.by_moduli), pairs, strict=True)
@@ -171,20 +176,24 @@ class PairsThatDiffer:
     Attributes:
         source: dU of pairs that differ.
         curve: dU of two mean particles.
-        spread: How much particles differ.
+        spread: How much particles differ in what changes dU in a way that is known.
+        unknown: What they differ in, too.
     """
 
     source: UnequalPairs
     curve: CurveInterpolant
     spread: Spread
+    unknown: Sequence[str] = ()
 
     @classmethod
     def of(cls, table: Table, curve: CurveInterpolant | None, record: Record) -> Self | None:
-        """Those of a curve; None where all particles are equal, or what a difference changes is not known."""
+        """Those of a curve; None where all particles are equal, or nothing is known of what a difference changes."""
         spread = Spread.of(record)
-        if spread is None or curve is None or (source := ByDerivatives.of(table, curve, spread)) is None:
+        if spread is None or curve is None:
             return None
-        return cls(source, curve, spread)
+        unknown = [name for name in spread.sizes if not all(table.has(column) for column in BY[name])]
+        spread = replace(spread, **dict.fromkeys(unknown, 0.0))
+        return cls(ByDerivatives.of(table, curve, spread), curve, spread, unknown) if spread.sizes else None
 
     def deviations(self, d: Array) -> Array:
         """Standard deviation of dU among pairs, at distances (n,) [D_c], shape (n,) [U_av]."""
@@ -194,6 +203,13 @@ class PairsThatDiffer:
         """The part of pairs with dU > 0 at distances (n,) [D_c], shape (n,)."""
         ratios = self.curve.values(d) / self.deviations(d)
         return np.array([0.5 + 0.5 * math.erf(each / math.sqrt(2)) for each in ratios])
+
+    def words_at(self, d: float, scales: Scales | None) -> str:
+        """What pairs do at a distance [D_c]."""
+        at = np.array([d])
+        deviation = in_unit(scales, VELOCITY, float(self.deviations(at)[0]), digits=3)
+        part = 100 * float(self.separate(at)[0])
+        return f"a standard deviation of {deviation} among pairs, of which {part:.3g} % separate"
 
     @property
     def decisive(self) -> Mapping[str, float]:

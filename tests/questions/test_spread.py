@@ -30,7 +30,9 @@ def point(d: float, betas: tuple[float, float], Ca_es: tuple[float, float], **mo
 
 
 @pytest.mark.parametrize(
-    "more", [{}, pytest.param({"De": 0.5, "mesh": {"Np": 16}}, marks=pytest.mark.slow)], ids=["newtonian", "giesekus"]
+    "more",
+    [{"mesh": {"Np": 18}}, pytest.param({"De": 0.5, "mesh": {"Np": 16}}, marks=pytest.mark.slow)],
+    ids=["newtonian", "giesekus"],
 )
 def test_velocities_by_each_particle_are_those_of_pairs_that_differ(more: dict[str, Any]) -> None:
     """To the discretisation error: pairs that differ contain its estimate, derivatives are of the discrete solution."""
@@ -42,7 +44,7 @@ def test_velocities_by_each_particle_are_those_of_pairs_that_differ(more: dict[s
             each = zip(0.4 * (equal + beta), 0.1 * (equal + Ca_e), strict=True)
             up, down = (point(d, tuple(betas), tuple(Ca_es), **more).observation.U for betas, Ca_es in each)
             slope = (up - down) / (2 * (beta + Ca_e)[0, i])
-            assert by_particle[:, i, k] == pytest.approx(slope, abs=0.05 * abs(by_particle[:, :, k]).max())
+            assert by_particle[:, i, k] == pytest.approx(slope, abs=0.03 * abs(by_particle[:, :, k]).max())
 
 
 def test_dU_of_a_pair_that_differs_follows_from_the_curve_with_a_spread() -> None:

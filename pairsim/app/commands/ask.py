@@ -15,6 +15,7 @@ from typing import Annotated
 import typer
 
 import pairsim
+from pairsim.app.commands.travel import travels
 from pairsim.app.options import Settings
 from pairsim.app.quantity_options import Text, of_option, quantity
 from pairsim.cases.keys import groups_of
@@ -89,10 +90,12 @@ def ask(
         part = "" if drawn is None else f"; by the inputs {drawn.words(d)}"
         if drawn is not None and (outside := drawn.outside_at(d)):
             part += f" ({outside})"
+        if curve.unequal is not None:
+            part += f"; with {curve.unequal.words_at(d, scales)}"
         lines.append(f"At d = {in_unit(scales, LENGTH, d)}: dU = {value}{part}.")
     for option, end in (("--from", start), ("--to", stop)):
         if end is not None:
             curve.distance(end, option)
     typer.echo("\n".join(lines))  # also where the pair does not make the travel
     if start is not None and stop is not None:
-        typer.echo(str(curve.travel(start, stop)))
+        typer.echo(travels(curve, start, stop))

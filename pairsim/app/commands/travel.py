@@ -12,13 +12,16 @@ where beads differ, which part of pairs makes the travel, within which length.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 import pairsim
 from pairsim.record.folder import kind_of
 from pairsim.runtime.errors import InputError
+
+if TYPE_CHECKING:
+    from pairsim.analysis.master_curve import Curve
 
 EXAMPLES = "Examples: pairsim travel runs/curve --from 0.1 --to 0.5 | pairsim travel runs/curve --from 5um --to 25um"
 
@@ -34,13 +37,20 @@ def travel(
 ) -> None:
     if (kind := kind_of(directory)) != "curve":
         raise InputError(str(directory), "", None, f"must be a folder of `pairsim curve`, not of `pairsim {kind}`")
-    result = pairsim.open(directory)
-    of_pairs = result.curve.travel_of_pairs(start, stop)
+    typer.echo(travels(pairsim.open(directory).curve, start, stop))
+
+
+def travels(curve: Curve, start: str, stop: str) -> str:
+    """The travel of two equal beads and, where beads differ, those of pairs.
+
+    Raises:
+        InputError: A distance is outside the curve; or all beads are equal, and do not make the travel.
+    """
+    of_pairs = curve.travel_of_pairs(start, stop)
     try:
-        typer.echo(str(result.travel(start, stop)))
+        lines = [str(curve.travel(start, stop))]
     except InputError as error:
         if of_pairs is None:
             raise
-        typer.echo(f"two equal beads do not make this travel: {error.key} {error.allowed}")
-    if of_pairs is not None:
-        typer.echo(str(of_pairs))
+        lines = [f"two equal beads do not make this travel: {error.key} {error.allowed}"]
+    return "\n".join([*lines, *([str(of_pairs)] if of_pairs is not None else [])])

@@ -164,18 +164,18 @@ def _of_unequal(curve: Curve) -> list[str]:
 def _of_spread(curve: Curve) -> list[str]:
     """What particles that differ do: dU of pairs, which part of them meets, and what decides that."""
     unequal, scales = curve.unequal, curve.scales
+    spread = Spread.of(curve.record)
+    if spread is None:
+        return []
+    unknown = spread.sizes if unequal is None else unequal.unknown
+    lines = [f"What the spread of the {name} does is not known: there are no derivatives for it." for name in unknown]
     if unequal is None:
-        known = Spread.of(curve.record) is None
-        return [] if known else ["What the spread of the particles does is not known: derivatives are missing."]
+        return lines
     peak, (least, largest) = curve.peak, curve.of().ends
-    d = np.array([peak.d])
-    deviation = in_unit(scales, VELOCITY, float(unequal.deviations(d)[0]), digits=3)
-    mean = in_unit(scales, VELOCITY, peak.dU, sign="+")
-    lines = [
+    lines.append(
         f"Beads differ (standard deviations: {unequal.spread.words}): at d = {in_unit(scales, LENGTH, peak.d)} dU is "
-        f"{mean} on average, with a standard deviation of {deviation}, and {100 * float(unequal.separate(d)[0]):.3g} % "
-        "of pairs separate."
-    ]
+        f"{in_unit(scales, VELOCITY, peak.dU, sign='+')} on average, with {unequal.words_at(peak.d, scales)}."
+    )
     if (meeting := curve.travel_of_pairs(largest, least)) is not None:
         text = str(meeting)
         lines.append(f"{text[0].upper()}{text[1:]}.")
