@@ -16,7 +16,6 @@ from typing import Any, Self
 
 import numpy as np
 
-import pairsim
 from pairsim.cases.case import SceneCase
 from pairsim.cases.identity import sources_of
 from pairsim.record.folder import write_file
@@ -108,7 +107,7 @@ def _row(known: dict[str, Any], name: str) -> Row:
 
 def _numerics() -> str:
     """Hash of the sources of the numerics."""
-    found, root = hashlib.sha256(), Path(pairsim.__file__).parent
+    found, root = hashlib.sha256(), Path(__file__).parents[1]
     for package in NUMERICS:
         for file in sorted((root / package).rglob("*.py")):
             if file.parent.name != ROWS or file.stem == "short_rows":

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.inputs import ROOT
 from support.pictures import drawn_figures
 
 import pairsim
@@ -119,6 +120,16 @@ def test_beads_of_a_concentration_flow_out_in_it() -> None:
     per_drop = 0.02 * 1.5 / 0.3**3  # volumes of tube and bead: pi/4 and pi/6 beta^3
     expected = poisson(per_drop)
     assert found.frame()["single_poisson"][0] == pytest.approx(expected[1], rel=0.05)
+
+
+def test_the_shipped_case_says_what_a_chip_gets(tmp_path: Path) -> None:
+    shorter = {"beads": 60, "streams": 2, "neighbours": 2}
+    found = pairsim.stream(
+        ROOT / "configs" / "stream.yaml", folder=tmp_path / "out", mesh={"Np": 8, "adapt": False}, stream=shorter
+    ).check()
+    assert found.record.scales is not None
+    assert "After 5 mm of tube" in found.answer
+    assert "A drop takes the liquid of 100 um of tube" in found.answer
 
 
 def test_the_answer_says_what_drops_get_and_pictures_show_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
