@@ -6,9 +6,9 @@
     result.table.plot("t", "dU")
 
 `load` checks a case, `units` makes one of an experiment, `ask` and `fit` use an atlas; `run`, `curve`, `critical`,
-`shape`, `pressure`, `focus`, `train`, `stream` and `sweep` compute; `open` reads a folder of results, `plot` draws it, `report`
-puts it into one HTML file; `moduli` reads a cytometer's file; `use_laws` makes laws of one's own known. They are
-imported when first used: `import pairsim` alone loads nothing.
+`shape`, `pressure`, `focus`, `train`, `stream` and `sweep` compute; `open` reads a folder of results, `plot` draws it,
+`report` puts it into one HTML file; `moduli` reads a cytometer's file; `use_laws` makes laws of one's own known. They
+are imported when first used: `import pairsim` alone loads nothing.
 """
 
 # The command line imports this first, and can answer Ctrl-C only afterwards: it takes a millisecond, without typing.

@@ -128,7 +128,7 @@ def test_the_shipped_case_says_what_a_chip_gets(tmp_path: Path) -> None:
         ROOT / "configs" / "stream.yaml", folder=tmp_path / "out", mesh={"Np": 8, "adapt": False}, stream=shorter
     ).check()
     assert found.record.scales is not None
-    assert "After 5 mm of tube" in found.answer
+    assert "After 50 mm of tube" in found.answer
     assert "A drop takes the liquid of 100 um of tube" in found.answer
 
 
