@@ -185,7 +185,9 @@ def check(case: StreamCase) -> Iterator[Mistake]:
             yield Mistake("stream.positions", stream.positions, str(error))
     listed = stream.positions if isinstance(stream.positions, tuple) else ()
     why = "must be left out: the tube of short rows is as long as they need"
-    mean = case.d or (stream.concentration and spacing_of(case, 2 - 4 / 3 * beta**2) - beta)
+    mean = case.d or 0.0
+    if stream.concentration is not None:
+        mean = spacing_of(case, 2 - 4 / 3 * beta**2) - beta  # by about the velocity of a bead
     yield from broken(
         case,
         ("length", case.length is not None, why),

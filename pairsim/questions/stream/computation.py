@@ -177,8 +177,8 @@ def _tables(case: StreamCase, found: Found) -> Generator[events.Event]:
         yield events.Row("stream", row | {c.name: float(p) for c, p in zip(POISSON.values(), independent, strict=True)})
     yield events.Table("distances", DISTANCES.named(1), list(_histograms(found)))
     n = first.middle.shape[1]
-    each = zip(first.position, first.time, first.middle, strict=True)
-    rows = [table_row(n, {POSITION_OF_STREAM: z, T: t, Z: places}) for z, t, places in each]
+    moments = zip(first.position, first.time, first.middle, strict=True)
+    rows = [table_row(n, {POSITION_OF_STREAM: z, T: t, Z: places}) for z, t, places in moments]
     yield events.Table("kymograph", KYMOGRAPH.named(n), rows)
 
 

@@ -83,12 +83,14 @@ def deviations(alone: Row, rows: Sequence[Row], rates: Sequence[Array], least: f
     assert alone.by_particle is not None, "derivatives were asked for"
     found = Deviations(alone.by_particle[0, 0], [], [], least)
     for count, most in TERMS.items():
-        known = [row for row in rows if row.by_particle is not None and len(row.values) == count]
+        known = [
+            (row.gaps, row.by_particle) for row in rows if row.by_particle is not None and len(row.values) == count
+        ]
         if not known:
             break
         slowest = rates[count - 2][rates[count - 2].sum(axis=1).argsort(kind="stable")[:most]]
-        terms = np.exp(-np.array([row.gaps for row in known]) @ slowest.T)
-        left = np.array([row.by_particle - found.matrix(row.gaps) for row in known]).reshape(len(known), -1)
+        terms = np.exp(-np.array([gaps for gaps, _ in known]) @ slowest.T)
+        left = np.array([by_particle - found.matrix(gaps) for gaps, by_particle in known]).reshape(len(known), -1)
         size = np.abs(terms).max(axis=0)
         fit = scipy.linalg.lstsq(terms / size, left, cond=SMALLEST)[0] / size[:, None]
         more = fit.reshape(len(slowest), count, count, 2)
