@@ -24,7 +24,7 @@ from pairsim.cases import values
 from pairsim.cases.case import ENDS, Ends
 from pairsim.cases.checks import check_scene
 from pairsim.cases.estimate import Estimate, steady_estimate
-from pairsim.cases.keys import Key, Keys
+from pairsim.cases.keys import Keys
 from pairsim.cases.mistakes import Mistake, broken, missing
 from pairsim.cases.spread import SpreadCase
 from pairsim.computing.question import InSweeps, Question
@@ -133,9 +133,7 @@ class StreamCase(SpreadCase):
     kind: ClassVar[str] = "stream"
 
     particles: values.Whole = Field(1, ge=1, le=1, description="1: beads differ by their spread alone")
-    d: Annotated[values.Distance | None, Key(usual=1.0)] = Field(
-        None, description="mean distance between the facing surfaces of neighbours [D_c]"
-    )
+    d: values.Distance | None = Field(None, description="mean distance between the facing surfaces of neighbours [D_c]")
     ends: Ends = Field("periodic", description=ENDS)
     stream: StreamOptions = StreamOptions()
 
