@@ -16,9 +16,11 @@ from typing import Any, cast, get_args, get_origin, get_type_hints
 
 import numpy as np
 
+from pairsim.cases.yaml_file import Content
 from pairsim.record.folder import CHECKPOINT, write_bytes
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
+from pairsim.runtime.plain import Plain
 from pairsim.solvers.transient.adaptation import RunAdaptation
 from pairsim.solvers.transient.state import State
 
@@ -33,7 +35,7 @@ class Checkpoint:
     """A run after an accepted step."""
 
     state: State
-    case: dict[str, Any]  # with all defaults, as plain data
+    case: dict[str, Plain]  # with all defaults, as plain data
     adaptation: RunAdaptation | None  # what its cells follow from, None if they are those of the case
     rows: int  # number of rows in series.csv at this step
     frames: int  # number of frames in fields.xdmf at this step
@@ -96,7 +98,7 @@ def load(folder: Path) -> Checkpoint | None:
         raise InputError(str(path), "", None, allowed) from error
 
 
-def check_same(old: Mapping[str, Any], new: Mapping[str, Any], source: str) -> None:
+def check_same(old: Content, new: Content, source: str) -> None:
     """Check that a resumed run solves the problem of its checkpoint, by both resolved cases as plain data.
 
     Messages name the file `source`.
@@ -109,7 +111,7 @@ def check_same(old: Mapping[str, Any], new: Mapping[str, Any], source: str) -> N
         raise InputError.of_all(mistakes)
 
 
-def _differences(old: Mapping[str, Any], new: Mapping[str, Any], source: str, group: str = "") -> Iterator[InputError]:
+def _differences(old: Content, new: Content, source: str, group: str = "") -> Iterator[InputError]:
     """Yield an error for each key, with the prefix `group`, such as "mesh.", that differs and may not."""
     for key in dict.fromkeys((*old, *new)):
         name = group + key

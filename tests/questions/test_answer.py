@@ -14,6 +14,7 @@ from support.result_folders import curve_of, curve_table
 
 from pairsim.analysis.time_series import Series
 from pairsim.analysis.zeros import Zero
+from pairsim.computing.events import Outcome
 from pairsim.computing.result_content import Content
 from pairsim.quantities.text import with_error
 from pairsim.questions.critical import answer_of_critical
@@ -194,7 +195,7 @@ def test_critical_distances_by_kind() -> None:
 
 def advice(kind: str, status: str, reason: str, message: str = "", folder: Path = Path("out")) -> str:
     question = QUESTIONS[kind]
-    result = question.result(question, folder, {"status": status, "reason": reason, "message": message})
+    result = question.result(question, folder, Outcome(status, reason, message))
     return str(result.advice)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -75,7 +74,7 @@ def warnings_of_run(case: Case, errors: RunErrors, extremes: Extremes) -> list[T
     ]
 
 
-def accuracy_of(case: Case, errors: RunErrors) -> tuple[dict[str, Any], str]:
+def accuracy_of(case: Case, errors: RunErrors) -> tuple[dict[str, float], str]:
     """The part of the entry that is known after an adapted run, and what the closing line says of it."""
     peak, wanted = errors.steps.peak, case.error_wanted
     if peak <= LEAST:

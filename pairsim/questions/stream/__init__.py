@@ -15,17 +15,17 @@ system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from pydantic import Field
 
 from pairsim.cases import values
 from pairsim.cases.case import ENDS, Ends
-from pairsim.cases.checks import check_scene
 from pairsim.cases.estimate import Estimate, steady_estimate
-from pairsim.cases.keys import Keys
-from pairsim.cases.mistakes import Mistake, broken, missing
+from pairsim.cases.keys import Key, Keys
+from pairsim.cases.mistakes import Mistake, missing
 from pairsim.cases.spread import SpreadCase
 from pairsim.computing.question import InSweeps, Question
 from pairsim.computing.result import Result
@@ -34,6 +34,7 @@ from pairsim.questions.stream.positions import read_positions
 from pairsim.record.column import Column, Columns, Shown
 from pairsim.record.columns import T, Z
 from pairsim.record.run_entries import POINTS, SPREAD_OF_PARTICLES, Entry
+from pairsim.runtime.plain import Plain
 
 if TYPE_CHECKING:
     from pairsim.computing.events import Events
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
     from pairsim.runtime.monitor import Monitor
 
 LONG = 50.0  # length of the tube of short rows over the diameter of a bead, as of other cases
+LEAST_BEADS = 10  # of a stream; chosen
 NEAREST = 0.1  # least mean distance of beads over their diameter, below which they are no stream; chosen
 
 
@@ -49,7 +51,7 @@ def _with_errors(column: Column) -> tuple[Column, Column, Column]:
     half = f"half-width of the interval of {column.name}: "
     error = Column(f"{column.name}_error", r"\epsilon", f"{half}streams that were drawn", unknown=True)
     model = Column(f"{column.name}_model", r"\epsilon_m", f"{half}model of the row, by the first stream", unknown=True)
-    return column, error, model
+    return replace(column, half_width=error.name), error, model
 
 
 def _of_drops(name: str, symbol: str, words: str) -> Column:
@@ -93,14 +95,63 @@ KYMOGRAPH = Columns(POSITION_OF_STREAM, T, Z)
 SENTENCES = Entry[list[str]]("sentences", "the answer in words")
 
 
+AS_LONG = "must be left out: the tube of short rows is as long as they need"
+
+
+def _places(case: StreamCase) -> list[str]:
+    """Which of the keys are given that say how far apart the beads are; one is enough."""
+    stream = case.stream
+    places = {"d": case.d, "stream.concentration": stream.concentration, "stream.positions": stream.positions}
+    return [key for key, value in places.items() if value is not None]
+
+
+def _too_many(case: StreamCase, key: str) -> str:
+    """What one of these keys must be where another one is given before it."""
+    first, *others = _places(case) or [key]
+    return f"must be left out if {first} is given" if key in others else ""
+
+
+def _too_near(case: StreamCase, d: float) -> str:
+    """What a key must be by which the mean distance is so small [D_c]."""
+    near = d < NEAREST * max(case.betas, default=0.0) or d <= case.stream.min_gap
+    return f"must leave beads {NEAREST:g} of their diameter apart on average" if near else ""
+
+
+def _check_d(case: StreamCase) -> Iterator[Mistake]:
+    """Yield the mistake of streams whose distance is not given, or too small."""
+    if not _places(case):
+        yield missing("d", "must be a number, the mean distance, or stream.concentration or stream.positions be given")
+    elif case.d is not None and (why := _too_near(case, case.d)):
+        yield Mistake("d", case.d, why)
+
+
+def _check_concentration(case: StreamCase) -> str:
+    if case.stream.concentration is None:
+        return ""
+    beta = max(case.betas, default=0.0)
+    about = spacing_of(case, 2 - 4 / 3 * beta**2) - beta  # by about the velocity of a bead
+    return _too_many(case, "stream.concentration") or _too_near(case, about)
+
+
+def _check_positions(case: StreamCase) -> str:
+    given = case.stream.positions
+    if isinstance(given, str):  # a file that could not be read
+        try:
+            read_positions(Path(given), case.scales)
+        except ValueError as error:
+            return str(error)
+    few = isinstance(given, tuple) and len(given) < LEAST_BEADS
+    return _too_many(case, "stream.positions") or (f"must be at least {LEAST_BEADS} numbers" if few else "")
+
+
 class StreamOptions(Keys):
     """The streams."""
 
-    beads: values.Whole = Field(500, ge=10, le=20_000, description="number of beads of each stream")
+    beads: values.Whole = Field(500, ge=LEAST_BEADS, le=20_000, description="number of beads of each stream")
     streams: values.Whole = Field(8, ge=2, le=1000, description="number of streams that are drawn")
     seed: values.Whole = Field(0, ge=0, description="seed of the random numbers")
-    concentration: Annotated[values.Number, Field(gt=0, le=0.3)] | None = Field(
-        None, description="part of the volume that flows which is beads, in place of d"
+    concentration: Annotated[Annotated[values.Number, Field(gt=0, le=0.3)] | None, Key(check=_check_concentration)] = (
+        Field(None, description="part of the volume that flows which is beads, in place of d")
     )
     arrivals: Literal["random", "regular"] = Field(
         "random",
@@ -109,7 +160,7 @@ class StreamOptions(Keys):
     jitter: Annotated[values.Number, Field(ge=0, le=0.5)] = Field(
         0.1, description="of regular arrivals, standard deviation of the places of beads over their spacing"
     )
-    positions: tuple[values.Number, ...] | str | None = Field(
+    positions: Annotated[tuple[values.Number, ...] | str | None, Key(check=_check_positions)] = Field(
         None,
         description="positions of the centres of beads along the tube, in place of d [D_c]; or a file of them, one a "
         "line, below a heading such as z [um] where they have a unit",
@@ -133,8 +184,12 @@ class StreamCase(SpreadCase):
     kind: ClassVar[str] = "stream"
 
     particles: values.Whole = Field(1, ge=1, le=1, description="1: beads differ by their spread alone")
-    d: values.Distance | None = Field(None, description="mean distance between the facing surfaces of neighbours [D_c]")
-    ends: Ends = Field("periodic", description=ENDS)
+    d: Annotated[values.Distance | None, Key(check=_check_d, first=True)] = Field(
+        None, description="mean distance between the facing surfaces of neighbours [D_c]"
+    )
+    ends: Annotated[Ends, Key(check=lambda case: "" if case.ends == "periodic" else AS_LONG)] = Field(
+        "periodic", description=ENDS
+    )
     stream: StreamOptions = StreamOptions()
 
     @property
@@ -142,7 +197,7 @@ class StreamCase(SpreadCase):
         """Length of the tube of a bead on its own [D_c]."""
         return LONG * max(self.betas, default=1.0)
 
-    def _defaults(self) -> dict[str, Any]:
+    def _defaults(self) -> dict[str, Plain]:
         """With positions from their file, so that the case stands for itself."""
         found = super()._defaults()
         if isinstance(file := self.stream.positions, str):
@@ -159,7 +214,7 @@ class StreamCase(SpreadCase):
         known = self.stream.positions
         return len(known) if isinstance(known, tuple) else self.stream.beads
 
-    def resolved(self) -> dict[str, Any]:
+    def resolved(self) -> dict[str, Plain]:
         return {key: value for key, value in super().resolved().items() if key != "length"}  # which must not be given
 
     def _slug_parts(self) -> list[str]:
@@ -167,39 +222,9 @@ class StreamCase(SpreadCase):
 
 
 def check(case: StreamCase) -> Iterator[Mistake]:
-    """Check the keys against each other; yields mistakes."""
-    stream, beta = case.stream, max(case.betas, default=0.0)
-    places = {"d": case.d, "stream.concentration": stream.concentration, "stream.positions": stream.positions}
-    given = {key: value for key, value in places.items() if value is not None}
-    if not given:
-        yield missing("d", "must be a number, the mean distance, or stream.concentration or stream.positions be given")
-        return
-    first, *others = given
-    yield from (Mistake(key, given[key], f"must be left out if {first} is given") for key in others)
-    if isinstance(stream.positions, str):
-        try:
-            read_positions(Path(stream.positions), case.scales)
-        except ValueError as error:
-            yield Mistake("stream.positions", stream.positions, str(error))
-    listed = stream.positions if isinstance(stream.positions, tuple) else ()
-    why = "must be left out: the tube of short rows is as long as they need"
-    mean = case.d or 0.0
-    if stream.concentration is not None:
-        mean = spacing_of(case, 2 - 4 / 3 * beta**2) - beta  # by about the velocity of a bead
-    yield from broken(
-        case,
-        ("length", case.length is not None, why),
-        ("ends", case.ends != "periodic", why),
-        ("d", case.d is not None and case.d <= stream.min_gap, "must be above stream.min_gap"),
-        (
-            first,
-            bool(mean) and mean < NEAREST * beta,
-            f"must leave beads {NEAREST:g} of their diameter apart on average",
-        ),
-        ("stream.positions", bool(listed) and len(listed) < 10, "must be at least 10 numbers"),
-        ("spread.modulus", bool(case.spread.modulus) and not all(case.Ca_es), "must be 0: the beads are rigid"),
-    )
-    yield from check_scene(case)
+    """Yield the mistake of a length that is given."""
+    if case.length is not None:
+        yield Mistake("length", case.length, AS_LONG)
 
 
 def spacing_of(case: StreamCase, U: float) -> float:

@@ -164,5 +164,5 @@ def settled_error(problem: Problem, clock: Clock) -> Array | float:
 
 def steady_scene(problem: Problem, gaps: tuple[float, ...]) -> tuple[SteadyProblem, Parameters]:
     """The quasi-steady problem of a run on its cells, and its parameters at given distances [D_c], N-1 values."""
-    steady = SteadyProblem(**problem.shared, narrowest=min(problem.gaps, default=np.inf))
+    steady = problem.of_kind(SteadyProblem, narrowest=min(problem.gaps, default=np.inf))
     return steady, Parameters(gaps, problem.solids, replace(problem.liquid, yielding=None))
