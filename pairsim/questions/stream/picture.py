@@ -9,7 +9,7 @@ import numpy as np
 
 from pairsim.plots.chart import Line, Panel, draw_chart
 from pairsim.plots.labels import case_parts, read_case
-from pairsim.plots.style import COLOURS, LINES, Page, printing
+from pairsim.plots.style import COLOURS, LINES, Look, Page, printing
 from pairsim.plots.units import Units
 from pairsim.quantities.kinds import LENGTH, POSITION
 from pairsim.questions.stream import (
@@ -50,9 +50,9 @@ def draw_stream(directory: Path, out: Path, page: Page) -> list[Path]:
     if np.isfinite(stream[SINGLE]).all():
         panels["drops"] = Panel(label, "share of drops (dotted: Poisson)", margins=(0.05, 0.25))
         for i, (column, name) in enumerate(DROPS.items()):
-            look = {"color": COLOURS[i], "linestyle": LINES[0]}
+            look: Look = {"color": COLOURS[i], "linestyle": LINES[0]}
             lines.append(Line("drops", z, stream[column], _half_widths(stream, column.name), look=look, label=name))
-            independent = {"color": COLOURS[i], "linestyle": ":"}
+            independent: Look = {"color": COLOURS[i], "linestyle": ":"}
             lines.append(Line("drops", z, stream[POISSON[column]], look=independent))
     for column, words in ((IN_CONTACT, "share of beads in contact"), (SPREAD, "spread of distances over their mean")):
         panels[column] = Panel(label, words)
@@ -81,7 +81,7 @@ def _kymograph(units: Units, beads: Table) -> tuple[dict[Any, Panel], list[Line]
     way, places = beads[POSITION_OF_STREAM], list(beads.each(Z).values())
     middle = np.mean(places, axis=0)
     to_lengths = units.factor(LENGTH) / units.factor(POSITION)  # columns of positions are in mm, beads are um apart
-    look = {"color": COLOURS[0], "linestyle": "-"}
+    look: Look = {"color": COLOURS[0], "linestyle": "-"}
     lines = [Line("beads", way, to_lengths * (z - middle), look=look) for z in places]
     time = units.axis_label([T]), way, beads[T]
     label = rf"$z_i - \bar{{z}}$  [{units.name(LENGTH)}]"
