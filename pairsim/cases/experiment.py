@@ -15,6 +15,7 @@ from pairsim.cases.laws import Laws
 from pairsim.cases.mistakes import Mistake, missing
 from pairsim.cases.physical import (
     BLOCK,
+    DENSITY,
     DEVIATIONS,
     DIFFERENCE,
     EXPERIMENT,
@@ -134,6 +135,11 @@ class Experiment:
     def scales(self) -> Scales:
         """The units of length, velocity and stress in SI units, if it is valid."""
         return self._scales(self.values)
+
+    def reynolds_number(self, scales: Scales) -> float | None:
+        """The Reynolds number rho U_av D_c/eta_0 in some units; None where the density is not known."""
+        density = self.values.get(DENSITY.key)
+        return float(scales.reynolds(density)) if isinstance(density, float) else None
 
     @property
     def numbers(self) -> dict[str, Amount]:

@@ -26,6 +26,7 @@ from pairsim.plots.labels import symbol
 from pairsim.plots.parameters import NO_PARAMETERS, Parameters
 from pairsim.plots.style import SMALL, WIDE, Look, Page
 from pairsim.record.column import Column
+from pairsim.record.columns import TAYLOR
 from pairsim.runtime.arrays import Array
 
 BAND, TOGETHER = 0.22, 6  # opacity of a band; so many bands over each other are still told apart
@@ -222,7 +223,9 @@ def fill(axis: Axes, x: Array, y: Array, error: Array, colour: Any, band: float 
 def notes(series: Sequence[Line], words: str = ERROR_OF_DU) -> list[Any]:
     """Entries of the legend for bands and marks."""
     banded = [each for each in series if each.error is not None and not each.mark]
-    bands = [Patch(color="0.35", alpha=BAND, linewidth=0, label=words)] if banded else []
+    shapes = any(isinstance(each.panel, tuple) and each.panel[1] is TAYLOR for each in banded)
+    label = words + (" and $D$" if shapes else "")
+    bands = [Patch(color="0.35", alpha=BAND, linewidth=0, label=label)] if banded else []
     if any(each.inputs is not None for each in series):
         bands.append(Patch(color="0.35", alpha=LIGHTER * BAND, linewidth=0, label="half-width by the inputs"))
     marked = {each.mark for each in series}

@@ -36,6 +36,7 @@ def _observed(name: str, symbol: str, meaning: str, unit: Kind = PURE, shown: Sh
 
 
 _MESH_ENDS_NEWTON = "mesh, ends and Newton's method"
+_IN_A_RUN = "; in a run by mesh, time steps and start"
 _WHILE = "dU{{_}} at {} of the time of a run at held distances; where it differs from dU{{_}} it has not settled"
 
 T = Column("t", r"t", "time", TIME, shown=Shown.ALWAYS)
@@ -193,7 +194,7 @@ DU_ERROR = _error(
     GAP,
     "dU",
     VELOCITY,
-    "mesh, ends, Newton's method and motion; in a run by mesh, time steps and start",
+    "mesh, ends, Newton's method and motion" + _IN_A_RUN,
     Shown.ALWAYS,
 )
 ENDS_ERROR = Column(
@@ -249,9 +250,10 @@ CREEP = Column(
     unknown=True,
 )
 U_CORRECTION = _correction(PARTICLE, "U", VELOCITY)
-U_ERROR = _error(PARTICLE, "U", VELOCITY, _MESH_ENDS_NEWTON)
+U_ERROR = _error(PARTICLE, "U", VELOCITY, _MESH_ENDS_NEWTON + _IN_A_RUN)
+TAYLOR_ERROR = _error(PARTICLE, "D", PURE, "mesh, time steps and start of a run")
 DP_PLUS_CORRECTION = _correction("", "dp_plus", STRESS)
-DP_PLUS_ERROR = _error("", "dp_plus", STRESS, _MESH_ENDS_NEWTON)
+DP_PLUS_ERROR = _error("", "dp_plus", STRESS, _MESH_ENDS_NEWTON + _IN_A_RUN)
 F_CORRECTION = _correction(PARTICLE, "F", FORCE)
 F_ERROR = _error(PARTICLE, "F", FORCE, _MESH_ENDS_NEWTON, Shown.ALWAYS)
 WANTED = Column(
@@ -306,11 +308,13 @@ EQUILIBRIA_COLUMNS = Columns(DISTANCE, STABLE, SLOPE, PEAK, D_ERROR, CERTAIN)
 """The columns of equilibria.csv."""
 STATE_COLUMNS = (T, *MOTION, Z)
 """The columns that series.csv begins with."""
-ERROR_COLUMNS = (DU_DISCRETE, DU_CORRECTION, DU_ERROR)
-"""Those of the error of dU, which follow where it is estimated."""
+ESTIMATE_COLUMNS = (DU_DISCRETE, DU_CORRECTION)
+"""Those of the estimate that dU contains, which follow where a run carries its error along."""
+ERROR_COLUMNS = (DU_ERROR, U_ERROR, TAYLOR_ERROR, DP_PLUS_ERROR)
+"""The half-widths of a run, which follow where they are known."""
 RUN_HEALTH = (DT, NEWTON, MESH, *OBSERVED, DISTORTION)
 """Diagnostics of a run, before those of a viscoelastic liquid."""
-SERIES_COLUMNS = Columns(STATE_COLUMNS, ERROR_COLUMNS, BRIDGE, RUN_HEALTH, POLYMER_HEALTH)
+SERIES_COLUMNS = Columns(STATE_COLUMNS, ESTIMATE_COLUMNS, ERROR_COLUMNS, BRIDGE, RUN_HEALTH, POLYMER_HEALTH)
 """The columns that series.csv may have, in their order."""
 
 SHARED = Columns([each for each in vars().values() if isinstance(each, Column)], POLYMER_HEALTH)

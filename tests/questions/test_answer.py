@@ -387,6 +387,8 @@ def test_every_gap_of_three_particles_has_its_line() -> None:
     assert first.startswith("Gap 1 separates: from d = 0.1")
     assert second.startswith("Gap 2 is still starting up: from d = 0.2")
     assert deformation == "Taylor parameters at the end: D_1 = 0.01."
+    *_, deformation = said_of_run(table | {"D_error_1": np.array([2e-4])}, record)
+    assert deformation == "Taylor parameters at the end: D_1 = 0.0100 +- 0.0002."
     first, second, _ = said_of_run(table, {"reason": "contact"})
     assert first.startswith("Gap 1 collides: ")
     assert second.startswith("Gap 2 comes closer: "), "it is not the one that has closed"

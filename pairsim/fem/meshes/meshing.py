@@ -192,14 +192,13 @@ def particle_mesh(outline: Outline, settings: MeshSettings) -> SixNodeMesh:
     Raises:
         MeshFailure: gmsh failed, or a cell of the mesh is inverted.
     """
-    symmetric = bool(np.allclose(outline.angles, np.pi - outline.angles[::-1], rtol=0.0, atol=1e-12))
     a = outline.radius
 
     def size(z: float, r: float) -> float:
         depth = max(a - math.hypot(z, r), 0.0)
         return min(outline.size_at(math.atan2(abs(r), z)) + settings.core_growth * depth, a / 3)
 
-    halved = symmetric and len(outline.angles) % 2 == 1
+    halved = outline.mirrors(outline) and len(outline.angles) % 2 == 1
     nodes = outline.nodes[::-1]
     if halved:
         nodes = nodes[len(nodes) // 2 :]
