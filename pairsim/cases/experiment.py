@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -12,7 +13,16 @@ from pydantic import ValidationError
 
 from pairsim.cases.laws import Laws
 from pairsim.cases.mistakes import Mistake, missing
-from pairsim.cases.physical import BLOCK, DENSITY, DIFFERENCE, EXPERIMENT, QUANTITIES, RANGE_OF_LENGTHS
+from pairsim.cases.physical import (
+    BLOCK,
+    DENSITY,
+    DEVIATIONS,
+    DIFFERENCE,
+    EXPERIMENT,
+    QUANTITIES,
+    RANGE_OF_LENGTHS,
+    with_deviations,
+)
 from pairsim.cases.quantity_text import measured, quantity_range, rounded
 from pairsim.cases.usual import unusual
 from pairsim.cases.values import Range
@@ -20,7 +30,7 @@ from pairsim.cases.yaml_file import Content
 from pairsim.physics.declared import DIMENSIONS
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.liquids.viscous import ZERO_SHEAR
-from pairsim.quantities.measurable import Measurable
+from pairsim.quantities.measurable import EACH, MEAN, Measurable
 from pairsim.quantities.scales import Scales, mean_velocity
 
 if TYPE_CHECKING:
@@ -46,7 +56,12 @@ class Follows(NamedTuple):
 
     def key_in(self, fields: Collection[str]) -> str:
         """What it is called among some keys: distances of a run are d0."""
-        return next((key for key in reversed(self.keys) if key in fields), self.key)
+        return next((key for key in reversed(self.keys) if key in fields or group_of(key) in fields), self.key)
+
+
+def group_of(key: str) -> str:
+    """The key at the top of a case that a dotted key is in."""
+    return re.split(r"[.\[]", key)[0]
 
 
 def follows_in(laws: Laws) -> list[Follows]:
@@ -62,7 +77,7 @@ class Experiment:
     """What an experiment measured, and the laws that some of it belongs to; in a case that need not be valid yet.
 
     Attributes:
-        given: Its quantities by key, as they are written.
+        given: Its quantities by key, as they are written; standard deviations among the particles apart.
         laws: The laws of the case.
         particles: Their number, as it is given.
     """
@@ -70,6 +85,9 @@ class Experiment:
     given: Content
     laws: Laws
     particles: Any = USUAL_COUNT
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "given", with_deviations(self.given))
 
     @classmethod
     def in_case(cls, case: Content) -> Self | None:
@@ -87,9 +105,21 @@ class Experiment:
         values, mistakes = dict[str, Amount](), list[Mistake]()
         for key, text in self.given.items():
             if (of := QUANTITIES.get(key)) is not None:
+                if key in DEVIATIONS:
+                    values[key] = self._part_of_mean(key, values.get(key.partition(".")[0]), mistakes)
+                    continue
                 of = of.with_parameters(self.laws.liquid.numbers(law.of_unit) if key == law.key else {})
                 values[key] = _in_si(of, text, f"{BLOCK}.{key}", mistakes)
         return values, mistakes
+
+    def _part_of_mean(self, key: str, mean: Any, mistakes: list[Mistake]) -> Any:
+        """A standard deviation among the particles over a mean in SI units, None of wrong ones; adds the mistakes."""
+        of, text = replace(QUANTITIES[key.partition(".")[0]], uncertain=False), self.given[key]
+        if isinstance(mean, tuple):
+            mistakes.append(Mistake(f"{BLOCK}.{key}", text, f"must go with one {MEAN} of all, not with a list"))
+        elif (deviation := _in_si(replace(of, many=False), text, f"{BLOCK}.{key}", mistakes)) is not None and mean:
+            return float(deviation / mean)
+        return None
 
     @property
     def values(self) -> dict[str, Amount]:
@@ -215,6 +245,8 @@ def _in_si(of: Measurable, value: Any, place: str, mistakes: list[Mistake]) -> A
         unfit = ", ".join(str(each["loc"][0]) for each in of_range)
         wrong = f"has no valid {unfit}" if unfit else str(error)
         also = f"; may be a list or a range, too, such as {RANGE_OF_LENGTHS}" if of.ranged else ""
+        if of.each and isinstance(value, Mapping):
+            also = f", or of particles that differ {{{MEAN}: {of.example}, {EACH}: ...}} with their standard deviation"
         mistakes.append(Mistake(place, value, wrong + also))
         return None
     one = replace(of, uncertain=False)

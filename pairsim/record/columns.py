@@ -157,7 +157,14 @@ BY_BETA = _by("beta", r"\beta")
 BY_DIFFERENCE = _by(
     "difference", r"\delta", "the difference of the diameters, the leading less the trailing one, over their mean"
 )
-SENSITIVITIES = {each.name.removeprefix("by_"): each for each in (BY_CA_E, BY_DE, BY_XI, BY_BETA, BY_DIFFERENCE)}
+BY_STIFFNESS = _by(
+    "stiffness",
+    "g",
+    "the difference of the moduli, the leading particle's less the trailing one's, over their mean",
+)
+SENSITIVITIES = {
+    each.name.removeprefix("by_"): each for each in (BY_CA_E, BY_DE, BY_XI, BY_BETA, BY_DIFFERENCE, BY_STIFFNESS)
+}
 """The derivatives of dU by the name of the number."""
 CA_E = Column("Ca_e", r"\mathrm{Ca}_e", "elastic capillary number of the soft particles", shown=Shown.ALWAYS)
 DE = Column("De", r"\mathrm{De}", "Deborah number", shown=Shown.ALWAYS)
@@ -214,6 +221,16 @@ DU_INPUTS = Column(
     VELOCITY,
     shown=Shown.ALWAYS,
     unknown=True,
+)
+DU_SPREAD = Column(
+    "dU_spread",
+    r"\sigma",
+    "standard deviation of dU among pairs of particles that differ, to first order; no part of dU_error",
+    VELOCITY,
+    shown=Shown.ALWAYS,
+)
+SEPARATE = Column(
+    "separate", "s", "part of pairs of particles that differ which separate, as dU > 0", shown=Shown.ALWAYS
 )
 BRIDGE = Column(
     "bridge",
@@ -353,5 +370,7 @@ SWEEP_COLUMNS = Columns(
     of_cases("dU_peak", "dU there", VELOCITY, GAP, half_width="dU_error"),
     of_cases("dU_error", "error of dU_peak, of a run that of dU, half-width", VELOCITY, GAP),
     DU_INPUTS,
+    DU_SPREAD,
+    SEPARATE,
 )
 """Columns that only results.csv has, beside those of the main table of its question."""

@@ -110,4 +110,8 @@ OF_RUNS = (
     *(START, HOLD, SETTLED, ADAPTATION),
 )
 """The entries of runs."""
+SPREAD_OF_PARTICLES = Entry[Mapping[str, float]](
+    "spread",
+    "of particles that differ, standard deviations of diameter and modulus over the means, and mean beta, Ca_e",
+)
 DRAWN = Entry[DrawnEnds]("dU_inputs", "of an answer of an atlas, the range that holds most draws of the inputs")

@@ -73,11 +73,16 @@ def propagator(model: RowModel, places: Places, end: float) -> Array:
     return found
 
 
+def slowed_by_films(model: RowModel, gaps: Array, rates: Array, contact: float) -> Array:
+    """The factors by which films of liquid slow particles that come closer, shape (N-1,)."""
+    film, near = FILM * model.alone[1], np.minimum(np.maximum(gaps, contact) / model.least, 1.0)
+    return np.where(rates < 0, near * (model.least + film) / (near * model.least + film), 1.0)
+
+
 def _velocities(model: RowModel, gaps: Array, contact: float) -> Array:
     """Velocities of the particles, as far as these change the distances, with the forces between those that touch."""
-    row, film, near = model.row(gaps), FILM * model.alone[1], np.minimum(np.maximum(gaps, contact) / model.least, 1.0)
-    slowed = np.where(row.rates < 0, near * (model.least + film) / (near * model.least + film), 1.0)
-    U = np.cumsum([row.U[0], *row.rates * slowed])
+    row = model.row(gaps)
+    U = np.cumsum([row.U[0], *row.rates * slowed_by_films(model, gaps, row.rates, contact)])
     for begin, end in pairwise([0, *(np.flatnonzero(gaps > contact) + 1), len(U)]):
         if end - begin > 1:
             U[begin:end] = scipy.optimize.isotonic_regression(U[begin:end]).x
