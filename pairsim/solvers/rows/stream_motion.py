@@ -1,13 +1,8 @@
 """The motion of a stream of particles along a tube: a long row, whose particles may differ.
 
 Velocities at held distances are those of `pairsim.solvers.rows.model`; films of liquid between particles that come
-closer, and particles that touch, are those of `pairsim.solvers.rows.row_motion`. Films act by equal and opposite
-forces, too: with the factor s by which a film slows two particles alone, the rates r' of the distances follow from
-those r without films by
-
-    (1 + q_i) r'_i - (q_(i-1) r'_(i-1) + q_(i+1) r'_(i+1))/2 = r_i,    q = 1/s - 1,
-
-if forces move all particles equally easily. Work and memory grow in proportion to the number of particles.
+closer are those of `pairsim.solvers.rows.films`, and particles that touch those of `pairsim.solvers.rows.row_motion`.
+Work and memory grow in proportion to the number of particles.
 
 Time steps are those of the method of Bogacki and Shampine (1989), with places that overlap after a step put back to
 contact: where particles touch, the right-hand side jumps, which no order of a method can follow.
@@ -23,8 +18,8 @@ import scipy
 
 from pairsim.runtime.arrays import Array, Flags
 from pairsim.runtime.monitor import Monitor
+from pairsim.solvers.rows.films import changed_by_films
 from pairsim.solvers.rows.model import RowModel
-from pairsim.solvers.rows.row_motion import slowed_by_films
 
 TOUCHING = 1e-9  # distance beyond that of contact at which particles touch, which is rounding [D_c]
 # Error of a step in a distance, and overlap of particles that meet in one, from which on it is repeated [D_c]; chosen:
@@ -129,16 +124,7 @@ class _Velocities:
         width = len(stretch) // 2
         rates = scipy.linalg.solve_banded((width, width), stretch, np.diff(U))
         free = np.cumsum(np.append(U[0], rates))
-        return self._without_overlap(free + self._by_films(gaps, rates), gaps)
-
-    def _by_films(self, gaps: Array, rates: Array) -> Array:
-        """What films change of the velocities of particles, shape (N,)."""
-        more = 1 / slowed_by_films(self.model, gaps, rates, self.contact) - 1
-        if not more.any():
-            return np.zeros(len(gaps) + 1)
-        matrix = np.array([np.append(0.0, -more[1:] / 2), 1 + more, np.append(-more[:-1] / 2, 0.0)])
-        forces = -more * scipy.linalg.solve_banded((1, 1), matrix, rates) / 2
-        return np.append(0.0, forces) - np.append(forces, 0.0)
+        return self._without_overlap(free + changed_by_films(self.model, gaps, rates, self.contact), gaps)
 
     def _without_overlap(self, U: Array, gaps: Array) -> Array:
         """The nearest velocities at which no distance of contact shrinks."""
