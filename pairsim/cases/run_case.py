@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import replace
 from math import inf
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -12,8 +14,14 @@ from pairsim.cases import values
 from pairsim.cases.accuracy import USUAL, settings_of
 from pairsim.cases.case import ENDS, SceneCase
 from pairsim.cases.checks import check_scene
+from pairsim.cases.experiment import Experiment
 from pairsim.cases.keys import NO_PARTICLES, Key, Keys, Part, PerGap
 from pairsim.cases.mistakes import Mistake, broken
+from pairsim.cases.waveform_keys import GROUP as WAVEFORM
+from pairsim.cases.waveform_keys import TABLE, WaveformOptions
+from pairsim.cases.yaml_file import Content
+from pairsim.physics.drive import Drive
+from pairsim.physics.waveform import Waveform
 
 MOST_OUTPUTS = 10_000
 LEAST_GAP = 1e-4  # between the last particle of a period and the first one of the next [D_c], as of others
@@ -22,16 +30,22 @@ LEAST_GAP = 1e-4  # between the last particle of a period and the first one of t
 SHORTEST_RUN = 2.0  # least end [D_c/U_av]
 RUN_PER_DE = 6.0
 RUN_PER_CAPILLARY = 20.0  # of the largest Ca_e
+CYCLES = 10  # of a flow that varies, beside the time of a start-up; chosen
 RUN_PER_VISCOSITY = 0.45  # how a viscosity of the particles over eta_0 increases the last factor
 DEFAULT_END = (
     f"the largest of {SHORTEST_RUN:g}, {RUN_PER_DE:g} De and {RUN_PER_CAPILLARY:g} Ca_e; later with "
-    "slower modes and viscous particles"
+    f"slower modes and viscous particles; {CYCLES} periods more with a waveform, and all of a table"
 )
 
 
 def _without_gaps(case: SceneCase) -> str:
     """Why a case has no distances."""
     return "" if case.n > 1 else "there is only one particle" if case.n else NO_PARTICLES
+
+
+def _without_cycles(case: Any) -> str:
+    """Why a case has no cycles whose drift could be known."""
+    return _without_gaps(case) or ("" if case.waveform is not None else "there is no waveform")
 
 
 OF_GAPS = Key(idle=_without_gaps)
@@ -62,6 +76,12 @@ class Limits(Keys):
     )
     max_gap: Annotated[values.Distance | None, OF_GAPS] = Field(
         None, description="the run ends when a gap exceeds this [D_c]"
+    )
+    drift: Annotated[bool, Key(since="0.4", idle=_without_cycles)] = Field(
+        True,
+        strict=True,
+        description="with a waveform: the run ends once its cycles are periodic and the drift of the distances over "
+        "one is known to accuracy, as a part of the largest |dU|",
     )
     wall_time: values.Seconds | None = Field(
         None, description="largest wall time of the whole run [s]; the run fails beyond it"
@@ -121,6 +141,12 @@ class Case(SceneCase):
         description="keep the distances d0 while shapes and stresses go on, as quasi-steady solutions do: dU after any "
         "time at this distance, of what has a history",
     )
+    waveform: Annotated[WaveformOptions | None, Key()] = Field(
+        None,
+        description="a flow that varies in time, in place of a constant one; without units flows are in U_av, with "
+        "which De and Ca_e are made; with units U_av is the mean of |Q| over a cycle, unless physical.flow_rate or "
+        "physical.velocity is given",
+    )
     dU_error: Annotated[bool, Key(part=Part.NUMERICS, idle=_without_gaps)] = Field(
         False,
         strict=True,
@@ -136,9 +162,54 @@ class Case(SceneCase):
         soft = [Ca_e * (1 + RUN_PER_VISCOSITY * float(solid.viscosity or 0.0)) for Ca_e, solid in particles if solid]
         elastic = RUN_PER_DE * self.De * self.slowest_time
         latest = max(SHORTEST_RUN, elastic, *(RUN_PER_CAPILLARY * each for each in soft))
+        with suppress(ValueError):  # which `check_run` reports
+            latest = self._end_with_cycles(latest)
         end = float(f"{min(latest, values.MOST_TIME):.3g}")
         start = {} if self.physical is None else {"start": "steady"}
         return super()._defaults() | start | {"time": {"tol": settings_of(self.accuracy).time_tol, "end": end}}
+
+    def _end_with_cycles(self, start_up: float) -> float:
+        """End time of a flow that varies: that of a start-up and some cycles, or of a table."""
+        if (flow := self.flow_over_time) is None:
+            return start_up
+        if flow.period is not None:
+            return start_up + CYCLES * flow.period
+        return flow.cycle + (0.0 if self.waveform is not None and self.waveform.shape == "table" else start_up)
+
+    @classmethod
+    def with_files(cls, data: Content) -> tuple[Content, Mistake | None]:
+        try:
+            return WaveformOptions.with_table(data), None
+        except ValueError as error:
+            return data, Mistake(f"{WAVEFORM}.{TABLE}", data[WAVEFORM][TABLE], str(error))
+
+    @property
+    def flow_over_time(self) -> Waveform | None:
+        """The mean velocity of the liquid [U_av] over time [D_c/U_av]; None where it is constant.
+
+        Raises:
+            ValueError: The case is not valid.
+        """
+        if self.waveform is None:
+            return None
+        if self.experiment is not None and self.experiment.mistakes:
+            raise ValueError("no scales follow from the physical block")
+        return self.waveform.waveform(self.scales)
+
+    @property
+    def drive(self) -> Drive:
+        return super().drive if (flow := self.flow_over_time) is None else Drive.varying(flow)
+
+    @property
+    def experiment(self) -> Experiment | None:
+        found = super().experiment
+        if found is None or self.waveform is None:
+            return found
+        return replace(found, waveform=self.waveform)
+
+    def resolved(self) -> dict[str, Any]:
+        found = super().resolved()
+        return found | {WAVEFORM: self.waveform.written} if self.waveform is not None else found
 
     @property
     def gaps(self) -> tuple[float, ...]:
@@ -169,6 +240,9 @@ class Case(SceneCase):
 def check_run(case: Case) -> Iterator[Mistake]:
     """Check the keys of a run against each other; yields mistakes as `check_scene` does."""
     yield from check_scene(case)
+    if case.waveform is not None and (wrong := list(case.waveform.mistakes(case.physical is not None))):
+        yield from wrong
+        return
     if case.closed:
         yield from _check_period(case)
     time, output, limits, end = case.time, case.output, case.limits, case.time.end

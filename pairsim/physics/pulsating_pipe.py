@@ -1,4 +1,4 @@
-"""Flow without particles whose flow rate varies in time: `Pipe` between the kinks of a waveform, one after the other."""
+"""Flow without particles at a flow rate that varies in time: that of a `Pipe`, from kink to kink of a waveform."""
 
 from __future__ import annotations
 
@@ -62,9 +62,7 @@ class PulsatingPipe(Pipe):
         end = min(end, begin + OUT_OF_REACH)
         # At rest, where nothing changes yet, LSODA would choose a first step as long as the piece.
         first = min(FIRST_STEP * self._waveform.cycle, end - begin)
-        return scipy.integrate.LSODA(
-            self._rate, begin, c, end, first_step=first, **LARGEST_ERRORS, jac=self._jacobian
-        )
+        return scipy.integrate.LSODA(self._rate, begin, c, end, first_step=first, **LARGEST_ERRORS, jac=self._jacobian)
 
     def _advance(self) -> None:
         """Take a step, which ends at a kink at the latest."""

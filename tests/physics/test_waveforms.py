@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -32,10 +33,8 @@ def pieces(waveform: Waveform, end: float) -> list[float]:
 @pytest.mark.parametrize("waveform", PERIODIC.values(), ids=PERIODIC)
 def test_means_are_those_of_the_integrals_between_kinks(waveform: Waveform) -> None:
     places = pieces(waveform, waveform.cycle)
-    size = sum(
-        quad(lambda t: abs(waveform.at(t)), a, b, epsabs=1e-12, limit=400)[0] for a, b in zip(places, places[1:])
-    )
-    net = sum(quad(waveform.at, a, b, epsabs=1e-12)[0] for a, b in zip(places, places[1:]))
+    size = sum(quad(lambda t: abs(waveform.at(t)), a, b, epsabs=1e-12, limit=400)[0] for a, b in pairwise(places))
+    net = sum(quad(waveform.at, a, b, epsabs=1e-12)[0] for a, b in pairwise(places))
     assert waveform.mean_size == pytest.approx(size / waveform.cycle, rel=1e-8)
     assert waveform.mean == pytest.approx(net / waveform.cycle, rel=1e-8)
     largest = max(abs(waveform.at(t)) for t in np.linspace(0, waveform.cycle, 1001))

@@ -102,19 +102,24 @@ class Interval:
         if self.times:
             left = np.exp(-(t - self.times[0]) / self.memory)
             self.largest, self.jumps = self.largest * left, self.jumps * left
-            if mesh != self.mesh:
+            if mesh != self.mesh and self.values:
                 weights = extrapolation_weights(self.times, t)
                 expected = sum(w * value for w, value in zip(weights, self.values, strict=True))
                 self.jumps = self.jumps + np.abs(corrected - expected)
         self.mesh = mesh
         if t > SET_IN or not np.any(self.start):
             self.largest = np.maximum(self.largest, np.abs(correction))
-        self.times, self.values = [t, *self.times[: KNOWN - 1]], [corrected, *self.values[: KNOWN - 1]]
+        self.times = [t, *self.times[: len(self.values)][: KNOWN - 1]]
+        self.values = [corrected, *self.values[: KNOWN - 1]]
         wider = widening(s_jump, OF_RUNS)
         largest = wider * self.largest + irregular
         start = self.start * (-np.expm1(-t / self.setting_in) if self.setting_in else 1.0)
         cells = wider * np.abs(correction) + np.maximum(largest, closer**NARROWING * start)
         return np.asarray(cells + steps + self.jumps)
+
+    def begin_again(self) -> None:
+        """Forget the last values, from which dU is not extrapolated over a jump of the flow."""
+        self.times, self.values = self.times[:1], []
 
 
 @dataclass
@@ -168,6 +173,11 @@ class RunErrors:
         elif t > SET_IN:
             self.largest = max(self.largest, float(error.max(initial=0.0)))
         return error
+
+    def begin_again(self, t: float) -> None:
+        """Forget values up to a time [D_c/U_av] after which dU may change abruptly, as steps begin again."""
+        self.steps.begin_again(t)
+        self.interval.begin_again()
 
     def copy(self) -> RunErrors:
         """A copy that later steps do not change."""

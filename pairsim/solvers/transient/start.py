@@ -148,15 +148,24 @@ def quasi_steady(problem: Problem, clock: Clock) -> Start:
 
 
 def settles(problem: Problem) -> bool:
-    """Whether a run goes from rest to a quasi-steady state whose error is part of its own."""
-    liquid, wanted = problem.liquid, problem.dU_error and not problem.from_steady
-    return wanted and bool(problem.gaps) and liquid.has_memory and liquid.yielding is None
+    """Whether the error of a run has that of a quasi-steady state as its part to which it goes from its start.
+
+    It goes there from rest, or where the flow is not the largest one at the start.
+    """
+    liquid, of_largest = problem.liquid, problem.drive.varies and problem.from_steady
+    wanted = problem.dU_error and bool(problem.gaps) and liquid.yielding is None
+    return wanted and (of_largest or (liquid.has_memory and not problem.from_steady))
 
 
 def settled_error(problem: Problem, clock: Clock) -> Array | float:
-    """Errors of dU in the quasi-steady state of the first distances [U_av], shape (N-1,); 0 if it was not found."""
+    """Errors of dU in the quasi-steady state of the first distances [U_av], shape (N-1,); 0 if it was not found.
+
+    Where the flow varies it is that in the largest one.
+    """
+    drive = problem.drive
+    at_most = replace(problem, drive=drive.constant(drive.largest)) if drive.varies else problem
     try:
-        flow = quasi_steady(problem, clock).flow
+        flow = quasi_steady(at_most, clock).flow
     except (NoSteadyState, MeshFailure):
         return 0.0
     return flow.dU_error if flow is not None else 0.0
@@ -164,5 +173,6 @@ def settled_error(problem: Problem, clock: Clock) -> Array | float:
 
 def steady_scene(problem: Problem, gaps: tuple[float, ...]) -> tuple[SteadyProblem, Parameters]:
     """The quasi-steady problem of a run on its cells, and its parameters at given distances [D_c], N-1 values."""
-    steady = SteadyProblem(**problem.shared, narrowest=min(problem.gaps, default=np.inf))
+    shared = problem.shared | {"drive": problem.drive.constant(problem.drive.flow)}
+    steady = SteadyProblem(**shared, narrowest=min(problem.gaps, default=np.inf))
     return steady, Parameters(gaps, problem.solids, replace(problem.liquid, yielding=None))
