@@ -138,7 +138,8 @@ class Experiment:
         if "velocity" in values:
             velocity = values["velocity"]
         else:
-            velocity = mean_velocity(values["flow_rate"] if "flow_rate" in values else self.mean_flow, length)
+            flow: Any = values.get("flow_rate", self.mean_flow)
+            velocity = mean_velocity(flow, length)
         return Scales(length, velocity, law.unit_viscosity(values[law.measured.key], velocity / length))
 
     def _check_together(self) -> Iterator[Mistake]:
@@ -156,9 +157,9 @@ class Experiment:
             if one in values and other in values:
                 yield wrong(other, f"must be left out if {BLOCK}.{one} is given")
         if "flow_rate" not in values and "velocity" not in values and self.mean_flow is None:
-            wrong = list(self.waveform.mistakes(scaled=True)) if self.waveform is not None else []
-            yield from wrong
-            if not wrong:
+            of_waveform = list(self.waveform.mistakes(scaled=True)) if self.waveform is not None else []
+            yield from of_waveform
+            if not of_waveform:
                 yield missing(f"{BLOCK}.flow_rate", f"must be given, or else {BLOCK}.velocity")
         if DIFFERENCE.key in values:
             if not isinstance(values.get("particle"), float):

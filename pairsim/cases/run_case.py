@@ -201,6 +201,13 @@ class Case(SceneCase):
         return super().drive if (flow := self.flow_over_time) is None else Drive.varying(flow)
 
     @property
+    def unit_of_flow(self) -> str:
+        """What gives U_av: "mean", of the size of a flow that varies, a key of `physical`, or "" without that block."""
+        if self.experiment is None:
+            return ""
+        return next((key for key in ("flow_rate", "velocity") if key in self.experiment.given), "mean")
+
+    @property
     def experiment(self) -> Experiment | None:
         found = super().experiment
         if found is None or self.waveform is None:

@@ -36,8 +36,10 @@ def _quantity(number: Any, of: Measurable) -> Any:
     return Annotated[number | str, WithJsonSchema(schema)]
 
 
-if TYPE_CHECKING:
-    Time = Flow = PastTime = float | str
+if TYPE_CHECKING:  # mypy cannot know them
+    type Time = float | str
+    type Flow = float | str
+    type PastTime = float | str
 else:
     Time = _quantity(values.Time, PERIOD)
     Flow = _quantity(values.Velocity, FLOW)

@@ -51,6 +51,14 @@ class Waveform(ABC):
         """The first time after t at which it jumps or has a kink; infinite if there is none."""
 
     @property
+    def kinks(self) -> int:
+        """Number of kinks and jumps in a cycle."""
+        count, t = 0, 0.0
+        while (t := self.next_kink(t)) <= self.cycle * (1 + SAME):
+            count += 1
+        return count
+
+    @property
     @abstractmethod
     def mean(self) -> float:
         """Its mean over a cycle."""

@@ -16,7 +16,7 @@ from pairsim.plots.chart import FAILED, ZERO_MARKS, Line, Panel, point
 from pairsim.plots.style import COLOURS, LINES, MARKERS, ORDERED
 from pairsim.plots.units import Units
 from pairsim.record.column import Column
-from pairsim.record.columns import DISTANCE, DP, DU, DU_HALF, DU_QUARTER, SLOPE, TAYLOR, T, U, Z
+from pairsim.record.columns import DISTANCE, DP, DU, DU_HALF, DU_QUARTER, SLOPE, TAYLOR, Q, T, U, Z
 from pairsim.runtime.arrays import Array
 
 FINE = 400  # points of a smooth line
@@ -47,18 +47,20 @@ def lines_of(
 
 
 def run_lines(
-    series: Series, parameters: Mapping[str, Any], *, failed: bool = False, places: bool = False
+    series: Series, parameters: Mapping[str, Any], *, failed: bool = False, places: bool = False, flow: bool = False
 ) -> list[Line]:
     """Distances, motion and D of a run over time, and relative velocities over distance; nothing before the first step.
 
-    With `places` the positions of the particles, relative to their mean, are drawn, too; for the rest see `lines_of`.
+    With `places` the positions of the particles, relative to their mean, are drawn, too, and with `flow` one that
+    varies, above what it does; for the rest see `lines_of`.
     """
     table = series.table
     if not table.rows:
         return []
     motion = next(column for column in MOTION if table.suffixes(column))
     found = []
-    for x, y in ((T, DISTANCE), (T, motion), (T, TAYLOR), *([(DISTANCE, DU)] if motion is DU else [])):
+    over_time = (Q, motion, DISTANCE, TAYLOR) if flow else (DISTANCE, motion, TAYLOR)
+    for x, y in (*((T, each) for each in over_time), *([(DISTANCE, DU)] if motion is DU else [])):
         for suffix, own in _of_each(table.suffixes(y), parameters):
             over, values = table.of(x, suffix if x.of else ""), table.of(y, suffix)
             more: dict[str, Any] = {"columns": _of_gap(x, y, suffix), "parameters": own}

@@ -107,6 +107,15 @@ F = Column(
     PARTICLE,
     Shown.ALWAYS,
 )
+Q = Column("Q", "Q", "flow: mean velocity of the liquid in the tube, where it varies", VELOCITY)
+DRIFT = Column(
+    "drift",
+    r"\delta{_}",
+    "change of d{_} over the last whole cycle of a flow that varies, at held distances that which dU{_} would cause",
+    LENGTH,
+    GAP,
+    unknown=True,
+)
 DT = Column("dt", r"\Delta t", "size of the time step that ends at t", TIME)
 NEWTON = Column(
     "newton",
@@ -165,6 +174,7 @@ DU_ERROR = _error(
     "mesh, ends, Newton's method and motion; in a run by mesh, time steps and start",
     Shown.ALWAYS,
 )
+DRIFT_ERROR = _error(GAP, "drift", LENGTH, "time steps, and where dU_error is estimated mesh and start")
 ENDS_ERROR = Column(
     "ends_error",
     r"\epsilon_{L{,}}",
@@ -267,9 +277,11 @@ STATE_COLUMNS = (T, *MOTION, Z)
 """The columns that series.csv begins with."""
 ERROR_COLUMNS = (DU_DISCRETE, DU_CORRECTION, DU_ERROR)
 """Those of the error of dU, which follow where it is estimated."""
+CYCLE_COLUMNS = (DRIFT, DRIFT_ERROR)
+"""Those of the cycles of a flow that varies, which follow that of the flow, where there are distances."""
 RUN_HEALTH = (DT, NEWTON, MESH, *OBSERVED, DISTORTION)
 """Diagnostics of a run, before those of a viscoelastic liquid."""
-SERIES_COLUMNS = Columns(STATE_COLUMNS, ERROR_COLUMNS, BRIDGE, RUN_HEALTH, POLYMER_HEALTH)
+SERIES_COLUMNS = Columns(STATE_COLUMNS, Q, CYCLE_COLUMNS, ERROR_COLUMNS, BRIDGE, RUN_HEALTH, POLYMER_HEALTH)
 """The columns that series.csv may have, in their order."""
 
 SHARED = Columns([each for each in vars().values() if isinstance(each, Column)], POLYMER_HEALTH)

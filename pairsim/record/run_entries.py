@@ -64,12 +64,15 @@ SETTLED = Entry[Mapping[str, Any]](
 )
 START = Entry[str]("start", "how a run began: from rest, or in a steady state")
 HOLD = Entry[bool]("hold", "whether distances were held in a run")
+CYCLES = Entry[Mapping[str, Any]](
+    "cycles", "of a flow that varies, how long a cycle is, and what the distances do over the last whole one"
+)
 REACHED = Entry[float]("t", "time that a run has reached")
 REJECTED = Entry[int]("rejected_steps", "time steps that were repeated with a smaller size")
 REMESHINGS = Entry[int]("remeshings", "new meshes in a run")
 OF_RUNS = (
     *(REACHED, SIZE, TIME_STEPS, REJECTED, NEWTON_ITERATIONS, FACTORISATIONS, REMESHINGS),
-    *(START, HOLD, SETTLED, ADAPTATION),
+    *(START, HOLD, SETTLED, CYCLES, ADAPTATION),
 )
 """The entries of runs."""
 DRAWN = Entry[Mapping[str, Any]]("dU_inputs", "of an answer of an atlas, the range that holds most draws of the inputs")
