@@ -25,6 +25,7 @@ GROUP = "waveform"
 TABLE = "table"
 PERIOD = Measurable("period", TIME, "period", "100 ms")
 FLOW = Measurable("flow", OF_FLOW, "flow rate", "2 ul/min")
+Shape = Literal["sine", "square", "triangle", "ramp", "table"]
 OF_TIMES = "period", "times"
 OF_FLOWS = "mean", "amplitude", "flows"
 OF_SHAPE, OF_TABLE = ("period", "amplitude"), ("times", "flows")
@@ -49,19 +50,21 @@ else:
 class WaveformOptions(Keys):
     """A flow that varies in time."""
 
-    shape: Annotated[Literal["sine", "square", "triangle", "ramp", "table"], Key("waveform")] = Field(
-        "sine",
-        description="sine: mean + amplitude sin(2 pi t/period); square: mean + amplitude, then mean - amplitude; "
-        "triangle: up from the mean, down and back; ramp: once from mean - amplitude to mean + amplitude, then "
-        "constant; table: linear between times",
+    shape: Annotated[Literal["sine", "square", "triangle", "ramp", "table"], Key(r"\mathrm{waveform}", caption=11)] = (
+        Field(
+            "sine",
+            description="sine: mean + amplitude sin(2 pi t/period); square: mean + amplitude, then mean - amplitude; "
+            "triangle: up from the mean, down and back; ramp: once from mean - amplitude to mean + amplitude, then "
+            "constant; table: linear between times",
+        )
     )
-    period: Annotated[Time | None, Key("T", r"D_c/U_{av}")] = Field(
+    period: Annotated[Time | None, Key("T", r"D_c/U_{av}", caption=12)] = Field(
         None, description="period, of a ramp its duration [D_c/U_av], or with its unit"
     )
-    mean: Annotated[Flow, Key(r"\bar{Q}", "U_{av}")] = Field(
+    mean: Annotated[Flow, Key(r"\bar{Q}", "U_{av}", caption=13)] = Field(
         0.0, description="mean of the flow [U_av], or a flow rate with its unit"
     )
-    amplitude: Annotated[Flow | None, Key(r"\hat{Q}", "U_{av}")] = Field(
+    amplitude: Annotated[Flow | None, Key(r"\hat{Q}", "U_{av}", caption=14)] = Field(
         None, description="largest difference from the mean [U_av], or a flow rate with its unit"
     )
     table: str | None = Field(

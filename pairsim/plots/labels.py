@@ -127,7 +127,7 @@ def case_parts(case: Mapping[str, Any], leave_out: Collection[str] = (), physica
     elastic = "De" in leave_out or bool(case.get("De"))
     leave_out = {*leave_out, *(_given_by(case) if physical else ())}
     count = case.get("particles", 2)
-    laws = Laws.in_case(case)
+    laws, case = Laws.in_case(case), {**case, **_in_groups(case)}
     thinning = laws.liquid.is_viscous and not liquid_in(case).newtonian
     soft = case.get("Ca_e")
 
@@ -154,6 +154,13 @@ def case_parts(case: Mapping[str, Any], leave_out: Collection[str] = (), physica
         parts += [] if "solid" in leave_out else [shown([each.name for each in laws.solids])]
         parts += _numbers_of("solid", case, leave_out)
     return parts
+
+
+def _in_groups(case: Mapping[str, Any]) -> dict[str, Any]:
+    """The values of those keys of captions that are in groups."""
+    places = [key.name.rpartition(".") for key in _of_captions()]
+    of_group = [(f"{group}.{last}", case[group].get(last)) for group, _, last in places if group and case.get(group)]
+    return {name: value for name, value in of_group if value is not None}
 
 
 def _in_captions(key: str, case: Mapping[str, Any]) -> bool:

@@ -59,8 +59,11 @@ def run_lines(
         return []
     motion = next(column for column in MOTION if table.suffixes(column))
     found = []
-    over_time = (Q, motion, DISTANCE, TAYLOR) if flow else (DISTANCE, motion, TAYLOR)
-    for x, y in (*((T, each) for each in over_time), *([(DISTANCE, DU)] if motion is DU else [])):
+    over_distance = [(DISTANCE, DU)] if motion is DU else []
+    order = [(T, DISTANCE), (T, motion), (T, TAYLOR), *over_distance]
+    if flow:  # in two columns, above each other on the left
+        order = [(T, Q), (T, TAYLOR), (T, motion), *over_distance, (T, DISTANCE)]
+    for x, y in order:
         for suffix, own in _of_each(table.suffixes(y), parameters):
             over, values = table.of(x, suffix if x.of else ""), table.of(y, suffix)
             more: dict[str, Any] = {"columns": _of_gap(x, y, suffix), "parameters": own}

@@ -62,7 +62,8 @@ class Transient(StepSolver):
         self.counts, self.run_errors, self.extremes = Counts(), RunErrors.of(problem.liquid), Extremes()
         self.gaps = problem.gaps
         self._U_m, self._dt, self._due = problem.U_m, problem.control.fixed or problem.first_step, False
-        self._per_flow = problem.U_m
+        # What velocities follow the flow by, and the rate of the distances where their past was forgotten at a kink.
+        self._per_flow, self._rate = problem.U_m, np.zeros(len(problem.gaps))
         if problem.drive.varies:
             self._U_m *= problem.drive.flow
         self.cycles = Cycles.of(problem)
@@ -193,7 +194,7 @@ class Transient(StepSolver):
         """
         past, errors = self.history, self._error.errors if self._error is not None else ErrorHistory()
         distances = [diagnostics.gaps(self.bodies, h) for h in past.h]
-        rate = (distances[0] - distances[1]) / (past.t[0] - past.t[1]) if len(past.t) > 1 else 0.0
+        rate = (distances[0] - distances[1]) / (past.t[0] - past.t[1]) if len(past.t) > 1 else self._rate
         past.h = [h + self._moved(self.problem.gaps - distances[0] - dt * rate) for h in past.h]
         if errors.h:
             off = diagnostics.gaps(self.bodies, past.h[0] + errors.h[0]) - diagnostics.gaps(self.bodies, past.h[0])
@@ -328,7 +329,12 @@ class Transient(StepSolver):
 
     def _pass_kink(self, t: float) -> None:
         """Begin again with steps of the first order after a time at which the flow jumps or has a kink."""
-        problem = self.problem
+        problem, past, waveform = self.problem, self.history, self.problem.drive.waveform
+        if waveform is not None and waveform.after(t) == waveform.at(t) and len(past.t) > 1:
+            distances = [diagnostics.gaps(self.bodies, h) for h in past.h[:2]]
+            self._rate = (distances[0] - distances[1]) / (past.t[0] - past.t[1])
+        else:
+            self._rate = np.zeros(len(problem.gaps))
         if (control := problem.control).fixed is None:
             self._dt = min(self._dt, max(problem.first_step, self._longest_first_step(t)), control.largest)
         self._begin_again()
