@@ -138,7 +138,7 @@ def main(names: list[str]) -> None:
         with OUT.open(newline="") as file:
             rows = [old for old in csv.DictReader(file) if old["part"] not in {row["part"] for row in rows}] + rows
     with OUT.open("w", newline="") as file:
-        writer = csv.DictWriter(file, COLUMNS, lineterm="\n")
+        writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
         writer.writeheader()
         writer.writerows(
             {key: f"{value:.6g}" if isinstance(value, float) else value for key, value in row.items()} for row in rows
