@@ -73,7 +73,7 @@ def test_a_run_in_oldroyd_b_has_the_exact_pressure_drop_and_the_parabola(ends: s
     last = steps[-1]
     r = last.scene.liquid.six_node_mesh.points[:, 1]
     u = last.scene.liquid.nodal("u", last.x)[:, 0]
-    assert abs(u - 2 * waveform.at(last.t) * (1 - 4 * r**2)).max() < 1e-4  # by the cells: docs/validation/pulses.md
+    assert abs(u - 2 * waveform.at(last.t) * (1 - 4 * r**2)).max() < 2e-4  # by the cells: docs/validation/pulses.md
 
 
 def own_giesekus(waveform: Waveform, De: float, alpha: float, times: Array, cells: int = 200) -> Array:
@@ -190,11 +190,13 @@ def test_the_second_half_of_a_square_wave_is_a_forward_run_from_the_mirrored_sta
 @pytest.mark.slow
 def test_slow_pulses_move_a_soft_pair_as_a_steady_flow_and_the_departure_falls_as_one_over_the_period() -> None:
     point = settled(problem_of(case_of(**SOFT)), (0.2,))[0]
-    departures = []
-    for period in (4.0, 8.0):
+    departures, errors = [], []
+    for period in (4.0, 16.0):
         wave = {"shape": "square", "period": period, "amplitude": 1}
-        _, cycles, _ = pulses(wave, 2 * period, **{**SOFT, "hold": True, "time": {"tol": 1e-3, "max_step": 0.3}})
+        _, cycles, _ = pulses(wave, 2 * period, **{**SOFT, "hold": True, "time": {"tol": 1e-3}})
         assert cycles is not None
-        departures.append(period * (float(np.max(cycles.drift)) / period - point.discrete.dU[0]))
-    assert departures[1] == pytest.approx(departures[0], rel=0.05)
-    assert abs(departures[1] / 8.0) < 0.2 * point.discrete.dU[0]
+        departures.append(float(np.max(cycles.drift)) - period * float(point.discrete.dU[0]))
+        errors.append(float(np.max(cycles.error)))
+    assert departures[1] == pytest.approx(departures[0], abs=sum(errors))
+    assert sum(errors) < 0.25 * abs(departures[0])
+    assert abs(departures[1] / 16.0) < 0.1 * point.discrete.dU[0]
