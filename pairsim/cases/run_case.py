@@ -34,7 +34,7 @@ CYCLES = 10  # of a flow that varies, beside the time of a start-up; chosen
 RUN_PER_VISCOSITY = 0.45  # how a viscosity of the particles over eta_0 increases the last factor
 DEFAULT_END = (
     f"the largest of {SHORTEST_RUN:g}, {RUN_PER_DE:g} De and {RUN_PER_CAPILLARY:g} Ca_e; later with "
-    f"slower modes and viscous particles; {CYCLES} periods more with a waveform, and all of a table"
+    "slower modes and viscous particles"
 )
 
 
@@ -56,7 +56,8 @@ class TimeOptions(Keys):
 
     end: Annotated[values.Time, Key(part=Part.REPORT)] = Field(
         SHORTEST_RUN,
-        description=f"end time [D_c/U_av] (default: {DEFAULT_END}, by when a start from rest is forgotten)",
+        description=f"end time [D_c/U_av] (default: {DEFAULT_END}, by when a start from rest is forgotten; with a "
+        f"waveform {CYCLES} periods later, or the end of its table)",
     )
     tol: values.Tolerance = Field(
         USUAL.time_tol, description="allowed local error of the particles' velocities [U_av] (default: by accuracy)"
