@@ -16,8 +16,6 @@ from typing import Any
 import numpy as np
 
 import pairsim
-from pairsim.computing.problems import problem_of
-from pairsim.solvers.transient.end import settled
 
 ROOT = Path(__file__).resolve().parents[1]
 OUT, RUNS = ROOT / "docs/validation/pulses.csv", Path("runs/pulses")
@@ -30,11 +28,12 @@ BENCH = {"tube": "60 um", "viscosity": "1 Pa.s", "particle": "24 um", "modulus":
 
 
 def steady(case: dict[str, Any], flow: float = 1.0) -> float:
-    """dU of the quasi-steady state at the distance of a case on its cells, in a Newtonian liquid at another flow."""
-    own = {key: value for key, value in case.items() if key != "waveform"}
+    """dU in a steady flow at the distance of a case, on its cells; in a Newtonian liquid also at another flow."""
+    own = {**case, "time": {"end": 4.0 + 8 * case.get("De", 0.0)}}
     if flow != 1.0:
         own["Ca_e"] *= abs(flow)
-    return abs(flow) * float(settled(problem_of(pairsim.load(own)), (own["d0"],))[0].discrete.dU[0])
+    name = f"steady-{own.get('De', 0):g}-{own['Ca_e']:.4g}-{own['beta']}"
+    return abs(flow) * float(run_in(RUNS / name, own).table["dU"].iloc[-1])
 
 
 def mean_of_steady(case: dict[str, Any], points: int = 6) -> float:
@@ -43,13 +42,16 @@ def mean_of_steady(case: dict[str, Any], points: int = 6) -> float:
     return float(sum(w / 2 * [steady(case, float(np.sin(np.pi / 4 * (each + 1)))) for each in x]))
 
 
-def run(part: str, name: str, case: dict[str, Any], limit: float | str = "") -> dict[str, Any]:
-    """The row of a run, which is computed unless its folder has its results."""
-    folder = RUNS / f"{part}-{name}".replace(" ", "-")
+def run_in(folder: Path, case: dict[str, Any]) -> Any:
+    """The result of a run, which is computed unless its folder has it."""
     if (folder / "run.json").exists() and pairsim.open(folder).status == "finished":
-        result = pairsim.open(folder)
-    else:
-        result = pairsim.run(case, folder=folder, overwrite=True)
+        return pairsim.open(folder)
+    return pairsim.run(case, folder=folder, overwrite=True)
+
+
+def run(part: str, name: str, case: dict[str, Any], limit: float | str = "") -> dict[str, Any]:
+    """The row of a run."""
+    result = run_in(RUNS / f"{part}-{name}".replace(" ", "-"), case)
     cycles = result.record.get("cycles") or {}
     cycle, drift = cycles.get("cycle", ""), cycles.get("drift", [np.nan])[0]
     row = [part, name, cycle, cycles.get("whole", ""), np.nan, np.nan, limit, result.record.get("steps"), result.reason]
@@ -61,11 +63,11 @@ def run(part: str, name: str, case: dict[str, Any], limit: float | str = "") -> 
 def slow() -> Iterator[dict[str, Any]]:
     """A soft pair in a Newtonian liquid beside the limit of long periods."""
     limit = steady(SOFT)
-    for period in (2, 4, 8, 16, 32):
+    for period in (2, 8, 32, 320):
         wave = {"shape": "square", "period": period, "amplitude": 1}
-        yield run("slow", f"square {period}", {**SOFT, "waveform": wave, "time": {"max_step": 0.5}}, limit)
+        yield run("slow", f"square {period}", {**SOFT, "waveform": wave, "time": {"max_step": 20}}, limit)
     limit = mean_of_steady(SOFT)
-    for period in (4, 8, 16, 32):
+    for period in (8, 32):
         yield run("slow", f"sine {period}", {**SOFT, "waveform": {"period": period, "amplitude": 1}}, limit)
 
 
@@ -74,7 +76,7 @@ def giesekus() -> Iterator[dict[str, Any]]:
     for Ca_e in (0.0, 0.05):
         case = {**GIESEKUS, "Ca_e": Ca_e}
         limit = steady(case)
-        for period in (0.2, 1, 5, 20):
+        for period in (0.5, 2, 10):
             wave = {"shape": "square", "period": period, "amplitude": 1}
             yield run("Giesekus", f"Ca_e {Ca_e:g} period {period:g}", {**case, "waveform": wave}, limit)
 

@@ -163,9 +163,9 @@ class Case(SceneCase):
         soft = [Ca_e * (1 + RUN_PER_VISCOSITY * float(solid.viscosity or 0.0)) for Ca_e, solid in particles if solid]
         elastic = RUN_PER_DE * self.De * self.slowest_time
         latest = max(SHORTEST_RUN, elastic, *(RUN_PER_CAPILLARY * each for each in soft))
-        with suppress(ValueError):  # which `check_run` reports
-            latest = self._end_with_cycles(latest)
         end = float(f"{min(latest, values.MOST_TIME):.3g}")
+        with suppress(ValueError):  # which `check_run` reports
+            end = self._end_with_cycles(end)
         start = {} if self.physical is None else {"start": "steady"}
         return super()._defaults() | start | {"time": {"tol": settings_of(self.accuracy).time_tol, "end": end}}
 
@@ -173,9 +173,11 @@ class Case(SceneCase):
         """End time of a flow that varies: that of a start-up and some cycles, or of a table."""
         if (flow := self.flow_over_time) is None:
             return start_up
-        if flow.period is not None:
-            return start_up + CYCLES * flow.period
-        return flow.cycle + (0.0 if self.waveform is not None and self.waveform.shape == "table" else start_up)
+        of_table = self.waveform is not None and self.waveform.shape == TABLE
+        if of_table:
+            return min(flow.cycle, values.MOST_TIME)
+        end = start_up + (CYCLES if flow.period is not None else 1) * flow.cycle
+        return float(f"{min(end, values.MOST_TIME):.3g}")
 
     @classmethod
     def with_files(cls, data: Content) -> tuple[Content, Mistake | None]:

@@ -10,6 +10,7 @@ from abc import ABC, abstractmethod
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from math import asin, cos, floor, inf, isfinite, pi, sin, sqrt
 
@@ -206,12 +207,16 @@ class Polyline(Waveform):
     def next_kink(self, t: float) -> float:
         little = SAME * max(1.0, t)
         first = floor(max(t - little, 0.0) / self.cycle) if self.repeats else 0
-        for cycles in range(first, first + 3 if self.repeats else 1):
+        for cycles in range(first, first + 3 if self.repeats and self._bent else 1):
             start = cycles * self.cycle
-            for each in dict.fromkeys(self.times):
-                if start + each > t + little and self._bends(start + each):
-                    return start + each
+            if (i := bisect_right(self._bent, t + little - start)) < len(self._bent):
+                return start + self._bent[i]
         return inf
+
+    @cached_property
+    def _bent(self) -> tuple[float, ...]:
+        """Times of the kinks and jumps of the first cycle, its end included."""
+        return tuple(t for t in dict.fromkeys(self.times) if t > 0 and self._bends(t))
 
     def _bends(self, t: float) -> bool:
         """Whether it jumps or has a kink at a time."""
@@ -236,7 +241,7 @@ class Polyline(Waveform):
 
         return sum(area(*each) for each in self._segments()) / self.cycle
 
-    @property
+    @cached_property
     def largest(self) -> float:
         return max(map(abs, self.flows))
 
