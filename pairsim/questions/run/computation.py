@@ -339,8 +339,9 @@ def cycles_entry(case: Case, cycles: Cycles) -> dict[str, Any]:
     entry: dict[str, Any] = {"shape": case.waveform.shape, "cycle": cycles.cycle, "repeats": cycles.repeats}
     entry |= {"U_av": case.unit_of_flow, "whole": cycles.count, "accuracy": part}
     if cycles.count:
-        drift, error = (np.asarray(each + ones).tolist() for each in (cycles.drift, cycles.error))
-        entry |= {"drift": drift, "drift_error": error, "dU_peak": cycles.peak}
+        drift, errors = (np.asarray(each + ones).tolist() for each in (cycles.drift, cycles.error))
+        known = [each if math.isfinite(each) else None for each in errors]  # its estimate may have diverged
+        entry |= {"drift": drift, "drift_error": known, "dU_peak": cycles.peak}
     if cycles.count > 1:
         entry |= {"change": cycles.remaining, "periodic": cycles.are_periodic(part), "known": cycles.are_known(part)}
     return entry

@@ -50,14 +50,15 @@ def _drift(series: Series, entry: Mapping[str, Any], i: int) -> str:
     subject = "The pair" if len(series.gaps) == 1 else f"Gap {i + 1}"
     size = in_unit(scales, LENGTH, abs(drift), error)
     over = _over(series, entry)
-    if abs(drift) <= error:
+    if error is not None and abs(drift) <= error:
         moved = in_unit(scales, LENGTH, drift, error, "+")
         does = f"neither separates nor comes closer as far as is known: its distance changes by {moved} {over}"
     else:
         does = f"{'separates' if drift > 0 else 'comes closer'} by {size} {over}"
-    mean = in_unit(scales, VELOCITY, drift / entry["cycle"], error / entry["cycle"], "+")
+    mean = in_unit(scales, VELOCITY, drift / entry["cycle"], error and error / entry["cycle"], "+")
     held = f", at d{series.gaps[i]} = {in_unit(scales, LENGTH, series.d(series.gaps[i])[0], digits=4)} held"
-    cells = "" if series.table.known(DU_ERROR, series.gaps[i]) is not None else ", by the time steps alone"
+    estimated = series.table.known(DU_ERROR, series.gaps[i]) is not None
+    cells = ", whose error is not known" if error is None else "" if estimated else ", by the time steps alone"
     which = f"cycle {entry['whole']}, " if entry["repeats"] else ""
     return f"{subject} {does}{held if series.held else ''} ({which}mean of dU {mean}{cells})."
 

@@ -64,6 +64,7 @@ class Interval:
         values: Their corrected dU, shape (N-1,) each.
         largest: Largest |dU_correction|, as far as it is remembered, shape (N-1,).
         jumps: Sum of the jumps at remeshings, as far as they are remembered, shape (N-1,).
+        begun: Time of the last kink or jump of the flow [D_c/U_av], after which estimates set in again.
     """
 
     memory: float
@@ -74,6 +75,7 @@ class Interval:
     values: list[Array] = field(default_factory=list)
     largest: Array | float = 0.0
     jumps: Array | float = 0.0
+    begun: float = 0.0
 
     def add(
         self,
@@ -107,7 +109,7 @@ class Interval:
                 expected = sum(w * value for w, value in zip(weights, self.values, strict=True))
                 self.jumps = self.jumps + np.abs(corrected - expected)
         self.mesh = mesh
-        if t > SET_IN or not np.any(self.start):
+        if t - self.begun > SET_IN or not (self.begun or np.any(self.start)):
             self.largest = np.maximum(self.largest, np.abs(correction))
         self.times = [t, *self.times[: len(self.values)][: KNOWN - 1]]
         self.values = [corrected, *self.values[: KNOWN - 1]]
@@ -117,9 +119,9 @@ class Interval:
         cells = wider * np.abs(correction) + np.maximum(largest, closer**NARROWING * start)
         return np.asarray(cells + steps + self.jumps)
 
-    def begin_again(self) -> None:
-        """Forget the last values, from which dU is not extrapolated over a jump of the flow."""
-        self.times, self.values = self.times[:1], []
+    def begin_again(self, t: float) -> None:
+        """Forget the last values, from which dU is not extrapolated over a jump of the flow at a time [D_c/U_av]."""
+        self.times, self.values, self.begun = self.times[:1], [], t
 
 
 @dataclass
@@ -170,14 +172,14 @@ class RunErrors:
         error = self.interval.add(t, mesh, dU, correction, self.steps.largest, s_jump, closer, irregular)
         if np.isnan(error).any():
             self.lost = min(self.lost, t)
-        elif t > SET_IN:
+        elif t - self.steps.begun > SET_IN:
             self.largest = max(self.largest, float(error.max(initial=0.0)))
         return error
 
     def begin_again(self, t: float) -> None:
         """Forget values up to a time [D_c/U_av] after which dU may change abruptly, as steps begin again."""
         self.steps.begin_again(t)
-        self.interval.begin_again()
+        self.interval.begin_again(t)
 
     def copy(self) -> RunErrors:
         """A copy that later steps do not change."""

@@ -42,7 +42,7 @@ class Cycles:
         before: Those of the last whole cycle.
         moved: Integral since the last quarter of what is added to the distances [D_c], shape (N-1,).
         half_width: Integral of the half-width of dU in the present cycle [D_c], shape (N-1,).
-        largest: Largest |dU| in the present cycle so far [U_av].
+        largest: Largest |dU| in the present cycle so far, without the estimate of its error [U_av].
         t: Time of the last step [D_c/U_av].
         times: Times of the last steps since a kink, newest first, at most two.
         values: What is integrated to `moved` at these times [U_av], shape (N-1,) each.
@@ -116,7 +116,8 @@ class Cycles:
         self.moved = self.moved + dt * self._mean(t, dt, value)
         self.times, self.values = [t, *self.times[:1]], [value, *self.values[:1]]
         self.half_width = self.half_width + dt * np.asarray(half_width)
-        self.largest = max(self.largest, float(np.abs(dU).max()))
+        # Estimates set in anew after a kink, and are far off for a moment.
+        self.largest = max(self.largest, float(np.abs(dU - correction).max()))
         if reached(t, self.next_end()):
             self._end_quarter(d)
 
