@@ -128,23 +128,25 @@ PARTS: dict[str, Callable[[], Iterator[dict[str, Any]]]] = {
 }
 
 
-def main(names: list[str]) -> None:
+def keep(row: dict[str, Any]) -> None:
+    """Write a row into the table, in place of that of the same run."""
+    written = {key: f"{value:.6g}" if isinstance(value, float) else str(value) for key, value in row.items()}
     rows: list[dict[str, Any]] = []
-    for name in names or PARTS:
-        for row in PARTS[name]():
-            print(
-                "  ".join(f"{each:.4g}" if isinstance(each, float) else str(each) for each in row.values()), flush=True
-            )
-            rows.append(row)
     if OUT.exists():
         with OUT.open(newline="") as file:
-            rows = [old for old in csv.DictReader(file) if old["part"] not in {row["part"] for row in rows}] + rows
+            rows = [old for old in csv.DictReader(file) if (old["part"], old["case"]) != (row["part"], row["case"])]
     with OUT.open("w", newline="") as file:
         writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
         writer.writeheader()
-        writer.writerows(
-            {key: f"{value:.6g}" if isinstance(value, float) else value for key, value in row.items()} for row in rows
-        )
+        writer.writerows([*rows, written])
+
+
+def main(names: list[str]) -> None:
+    for name in names or PARTS:
+        for row in PARTS[name]():
+            said = (f"{each:.4g}" if isinstance(each, float) else str(each) for each in row.values())
+            print("  ".join(said), flush=True)
+            keep(row)
 
 
 if __name__ == "__main__":
