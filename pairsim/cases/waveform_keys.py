@@ -186,12 +186,13 @@ class WaveformOptions(Keys):
             ValueError: The file cannot be read, or is no such table.
         """
         group = case.get(GROUP)
-        if not isinstance(group, Mapping) or not isinstance(group.get(TABLE), str):
+        named = group.get(TABLE) if isinstance(group, Mapping) else None
+        if not isinstance(group, Mapping) or not isinstance(named, str):
             return dict(case)
         from pairsim.cases.pump_log import read_pump_log  # loads pandas
 
         place = place_of(case, f"{GROUP}.{TABLE}")
-        path = Path(place.file).parent / group[TABLE] if place is not None else Path(group[TABLE])
+        path = Path(place.file).parent / named if place is not None else Path(named)
         try:
             times, flows = read_pump_log(path)
         except OSError as error:
