@@ -43,7 +43,7 @@ if TYPE_CHECKING:  # mypy cannot know them
     type PastTime = float | str
 else:
     Time = _quantity(values.Time, PERIOD)
-    Flow = _quantity(values.Velocity, FLOW)
+    Flow = _quantity(Annotated[values.Number, Field(ge=-1e3, le=1e3)], FLOW)
     PastTime = _quantity(values.Number, PERIOD)
 
 
