@@ -16,6 +16,7 @@ from pairsim.cases.case import ENDS, SceneCase
 from pairsim.cases.experiment import Experiment
 from pairsim.cases.keys import NO_PARTICLES, Key, Keys, Part, PerGap
 from pairsim.cases.mistakes import Mistake
+from pairsim.cases.off_axis import OffAxisCase
 from pairsim.cases.waveform_keys import GROUP as WAVEFORM
 from pairsim.cases.waveform_keys import TABLE, WaveformOptions
 from pairsim.cases.yaml_file import Content
@@ -175,7 +176,7 @@ class OutputOptions(Keys):
 D0 = Key("d_0", "D_c", part=Part.START, caption=4, slug="d", required=True, usual=0.1, idle=_without_gaps)
 
 
-class Case(SceneCase):
+class Case(OffAxisCase):
     """A run in time; d0 is one distance for all gaps, or a list from upstream."""
 
     kind: ClassVar[str] = "run"
