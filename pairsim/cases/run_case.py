@@ -53,6 +53,10 @@ def _check_waveform(case: Case) -> Iterator[Mistake]:
     """Yield the mistakes of a flow that varies."""
     if case.waveform is not None:
         yield from case.waveform.mistakes(case.physical is not None)
+        if case.focus:
+            yield Mistake(
+                "focus", case.focus, "must be left out with a waveform: rates off the axis are of steady flow"
+            )
 
 
 def _by_the_end(key: str) -> Callable[[Case], str]:

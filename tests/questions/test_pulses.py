@@ -164,6 +164,11 @@ def test_a_table_that_is_no_log_of_a_pump_is_refused(text: str, tmp_path: Path) 
         pairsim.load(tmp_path / "case.yaml")
 
 
+def test_rates_off_the_axis_are_refused_as_they_are_of_steady_flow() -> None:
+    with pytest.raises(InputError, match="focus.*rates off the axis are of steady flow"):
+        pairsim.load({**UNEQUAL, "focus": True})
+
+
 def test_curves_have_no_waveform() -> None:
     for more in ({}, {"velocity": 1, "flow": 0}, {"after": 1}):
         with pytest.raises(InputError, match="waveform"):
