@@ -165,7 +165,7 @@ def test_a_table_that_is_no_log_of_a_pump_is_refused(text: str, tmp_path: Path) 
 
 
 def test_rates_off_the_axis_are_refused_as_they_are_of_steady_flow() -> None:
-    with pytest.raises(InputError, match="focus.*rates off the axis are of steady flow"):
+    with pytest.raises(InputError, match=r"focus.*rates off the axis are of steady flow"):
         pairsim.load({**UNEQUAL, "focus": True})
 
 
