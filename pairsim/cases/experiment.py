@@ -26,6 +26,7 @@ from pairsim.cases.physical import (
 from pairsim.cases.quantity_text import measured, quantity_range, rounded
 from pairsim.cases.usual import unusual
 from pairsim.cases.values import Range
+from pairsim.cases.waveform_keys import WaveformOptions
 from pairsim.cases.yaml_file import Content
 from pairsim.physics.declared import DIMENSIONS
 from pairsim.physics.liquids import Liquid
@@ -80,11 +81,13 @@ class Experiment:
         given: Its quantities by key, as they are written; standard deviations among the particles apart.
         laws: The laws of the case.
         particles: Their number, as it is given.
+        waveform: A flow that varies, whose mean size gives U_av where neither `flow_rate` nor `velocity` is given.
     """
 
     given: Content
     laws: Laws
     particles: Any = USUAL_COUNT
+    waveform: WaveformOptions | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "given", with_deviations(self.given))
@@ -96,7 +99,7 @@ class Experiment:
         if not isinstance(block, Mapping):
             return None
         given = {key: value for key, value in block.items() if value is not None}
-        return cls(given, Laws.in_case(case), case.get("particles", USUAL_COUNT))
+        return cls(given, Laws.in_case(case), case.get("particles", USUAL_COUNT), WaveformOptions.in_case(case))
 
     @cached_property
     def _in_si(self) -> tuple[dict[str, Amount], list[Mistake]]:
@@ -130,6 +133,11 @@ class Experiment:
     def mistakes(self) -> list[Mistake]:
         """What is wrong with its quantities, or else between them."""
         return self._in_si[1] or list(self._check_together())
+
+    @property
+    def mean_flow(self) -> float | None:
+        """The mean size of a flow that varies [m^3/s]; None without one that is given with units."""
+        return self.waveform.mean_size if self.waveform is not None else None
 
     @property
     def scales(self) -> Scales:
@@ -171,7 +179,11 @@ class Experiment:
     def _scales(self, values: Amounts) -> Scales:
         """The scales from quantities in SI units."""
         length, law = one(values, "tube"), self.laws.liquid.viscosity_law
-        velocity = one(values, "velocity") if "velocity" in values else mean_velocity(one(values, "flow_rate"), length)
+        if "velocity" in values:
+            velocity = one(values, "velocity")
+        else:
+            flow = self.mean_flow if "flow_rate" not in values else None
+            velocity = mean_velocity(flow if flow is not None else one(values, "flow_rate"), length)
         return Scales(length, velocity, law.unit_viscosity(one(values, law.measured.key), velocity / length))
 
     def _check_together(self) -> Iterator[Mistake]:
@@ -188,8 +200,11 @@ class Experiment:
         for one, other in [("flow_rate", "velocity"), *rivals]:
             if one in values and other in values:
                 yield wrong(other, f"must be left out if {BLOCK}.{one} is given")
-        if "flow_rate" not in values and "velocity" not in values:
-            yield missing(f"{BLOCK}.flow_rate", f"must be given, or else {BLOCK}.velocity")
+        if "flow_rate" not in values and "velocity" not in values and self.mean_flow is None:
+            of_waveform = list(self.waveform.mistakes(scaled=True)) if self.waveform is not None else []
+            yield from of_waveform
+            if not of_waveform:
+                yield missing(f"{BLOCK}.flow_rate", f"must be given, or else {BLOCK}.velocity")
         if DIFFERENCE.key in values:
             if not isinstance(values.get("particle"), float):
                 yield wrong(DIFFERENCE.key, f"must go with {BLOCK}.particle, one diameter: the mean of both")

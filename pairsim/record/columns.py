@@ -132,6 +132,15 @@ F = Column(
     Shown.ALWAYS,
     half_width="F_error",
 )
+Q = Column("Q", "Q", "flow: mean velocity of the liquid in the tube, where it varies", VELOCITY)
+DRIFT = Column(
+    "drift",
+    r"\delta{_}",
+    "change of d{_} over the last whole cycle of a flow that varies, at held distances that which dU{_} would cause",
+    LENGTH,
+    GAP,
+    unknown=True,
+)
 DT = Column("dt", r"\Delta t", "size of the time step that ends at t", TIME)
 NEWTON = Column(
     "newton",
@@ -197,6 +206,7 @@ DU_ERROR = _error(
     "mesh, ends, Newton's method and motion" + _IN_A_RUN,
     Shown.ALWAYS,
 )
+DRIFT_ERROR = _error(GAP, "drift", LENGTH, "time steps, and where dU_error is estimated mesh and start")
 ENDS_ERROR = Column(
     "ends_error",
     r"\epsilon_{L{,}}",
@@ -308,13 +318,17 @@ EQUILIBRIA_COLUMNS = Columns(DISTANCE, STABLE, SLOPE, PEAK, D_ERROR, CERTAIN)
 """The columns of equilibria.csv."""
 STATE_COLUMNS = (T, *MOTION, Z)
 """The columns that series.csv begins with."""
+CYCLE_COLUMNS = (DRIFT, DRIFT_ERROR)
+"""Those of the cycles of a flow that varies, which follow that of the flow, where there are distances."""
 ESTIMATE_COLUMNS = (DU_DISCRETE, DU_CORRECTION)
 """Those of the estimate that dU contains, which follow where a run carries its error along."""
 ERROR_COLUMNS = (DU_ERROR, U_ERROR, TAYLOR_ERROR, DP_PLUS_ERROR)
 """The half-widths of a run, which follow where they are known."""
 RUN_HEALTH = (DT, NEWTON, MESH, *OBSERVED, DISTORTION)
 """Diagnostics of a run, before those of a viscoelastic liquid."""
-SERIES_COLUMNS = Columns(STATE_COLUMNS, ESTIMATE_COLUMNS, ERROR_COLUMNS, BRIDGE, RUN_HEALTH, POLYMER_HEALTH)
+SERIES_COLUMNS = Columns(
+    *(STATE_COLUMNS, Q, CYCLE_COLUMNS, ESTIMATE_COLUMNS, ERROR_COLUMNS, BRIDGE, RUN_HEALTH, POLYMER_HEALTH)
+)
 """The columns that series.csv may have, in their order."""
 
 SHARED = Columns([each for each in vars().values() if isinstance(each, Column)], POLYMER_HEALTH)
