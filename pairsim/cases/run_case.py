@@ -286,11 +286,7 @@ class Case(OffAxisCase):
 
     def resolved(self) -> dict[str, Plain]:
         found = super().resolved()
-        if self.waveform is not None:
-            return found | {WAVEFORM: self.waveform.written}
-        # Without effect; such cases are as they were before there were waveforms.
-        limits = self.limits.model_dump(mode="json", exclude={"drift"})
-        return {key: limits if key == "limits" else value for key, value in found.items()}
+        return found if self.waveform is None else found | {WAVEFORM: self.waveform.written}
 
     @property
     def gaps(self) -> tuple[float, ...]:

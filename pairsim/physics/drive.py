@@ -21,7 +21,7 @@ class Drive:
     Attributes:
         flow: Mean velocity of the liquid in the tube [U_av], which it defines; 0 for a liquid at rest. Of a flow that
             varies in time it is that at t = 0.
-        velocity: Prescribed velocity of all particles, which are rigid [U_av]; None if no force acts on them.
+        velocity: Prescribed velocity of all particles, which are rigid [U_av]; None if they move by themselves.
         boundary: Velocity on the wall and on prescribed ends as a function of points (z, r), (k, 2) -> (k, 2), in place
             of that of a developed flow; None in a tube.
         waveform: The mean velocity of the liquid [U_av] over time [D_c/U_av]; None if it is constant.
@@ -38,8 +38,15 @@ class Drive:
         return cls(flow=waveform.at(0.0), waveform=waveform)
 
     @property
+    def is_flow_alone(self) -> bool:
+        """Whether nothing but a flow of constant velocity 1 drives the particles; 0 for each of them is nothing."""
+        per_particle = (one.name for one in fields(self) if one.metadata == PER_PARTICLE)
+        without: dict[str, Any] = {name: () for name in per_particle if not any(getattr(self, name))}
+        return replace(self, **without) == type(self)()
+
+    @property
     def free(self) -> bool:
-        """Whether no force acts on the particles."""
+        """Whether the particles move by themselves, and their velocities are not prescribed."""
         return self.velocity is None
 
     @property

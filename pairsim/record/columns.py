@@ -140,6 +140,7 @@ DRIFT = Column(
     LENGTH,
     GAP,
     unknown=True,
+    half_width="drift_error",
 )
 DT = Column("dt", r"\Delta t", "size of the time step that ends at t", TIME)
 NEWTON = Column(
