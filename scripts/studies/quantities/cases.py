@@ -1,13 +1,14 @@
 """Scenes with one particle, drawn at random, each at two accuracies and finer: the parts of the study.
 
-A scene is computed at each of `ACCURACIES`, and once more for a reference with twice the cells. The first scene of all
-questions in all liquids comes first, then the second, and so on: wherever the computation ends, all have about as many.
+A scene is computed at each of `ACCURACIES`, and once more for a reference with twice the cells. The first scenes of all
+questions in all liquids come first, then their references, which take longest; then the second scenes, and so on:
+wherever the computation ends, all have about as many.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -45,7 +46,7 @@ class Asked:
     name: str
     question: str
     rigid: float
-    keys: Mapping[str, Any]
+    keys: dict[str, Any]
 
     def scenes(self, count: int, seed: int) -> dict[str, dict[str, Any]]:
         """So many scenes in each liquid, by names such as "00-newtonian"; the liquids take turns."""
@@ -64,30 +65,27 @@ QUESTIONS = (
 
 def parts(quick: bool) -> list[Part]:
     """All parts, or a handful of coarse ones in two liquids."""
-    found = [asked.scenes(1 if quick else SCENES, SEED + i) for i, asked in enumerate(QUESTIONS)]
     accuracies, fine = COARSE if quick else (ACCURACIES, FINE)
-    chosen = ("newtonian", "giesekus") if quick else LIQUIDS
-    return [
-        part
-        for scenes in zip(*(each.items() for each in found), strict=True)
-        for asked, (name, scene) in zip(QUESTIONS, scenes, strict=True)
-        if name.partition("-")[2] in chosen
-        for part in _of_scene(asked, name, scene, accuracies, fine)
-    ]
+    chosen, count = (("newtonian", "giesekus"), 1) if quick else (LIQUIDS, SCENES)
+    drawn = [asked.scenes(count, SEED + i) for i, asked in enumerate(QUESTIONS)]
+    found = list[Part]()
+    for first in range(0, count * len(LIQUIDS), len(LIQUIDS)):
+        for wanted in (accuracies, (fine,)):
+            for place in range(first, first + len(LIQUIDS)):
+                for asked, scenes in zip(QUESTIONS, drawn, strict=True):
+                    name, scene = list(scenes.items())[place]
+                    if name.partition("-")[2] in chosen:
+                        found += [_part(asked, name, scene, accuracy, accuracy == fine) for accuracy in wanted]
+    return found
 
 
-def _of_scene(
-    asked: Asked, name: str, scene: Mapping[str, Any], accuracies: Sequence[str], fine: str
-) -> Iterator[Part]:
-    """The parts of a scene: at each accuracy, and its reference."""
+def _part(asked: Asked, name: str, scene: Mapping[str, Any], accuracy: str, is_reference: bool) -> Part:
+    """A scene at an accuracy."""
     number, _, liquid = name.partition("-")
-    about = {"question": asked.name, "liquid": liquid, "scene": int(number)}
-    for accuracy in (*accuracies, fine):
-        case = {**scene, "accuracy": accuracy}
-        kind = "reference" if accuracy == fine else "case"
-        identity = json.dumps({"command": asked.question, "kind": kind, **case}, sort_keys=True)
-        own = partial(_rows, asked.question, case, about | {"kind": kind, "accuracy": accuracy})
-        yield Part(f"{asked.name}-{name}+{accuracy}", identity, own)
+    case, kind = {**scene, "accuracy": accuracy}, "reference" if is_reference else "case"
+    about: Row = {"question": asked.name, "liquid": liquid, "scene": int(number), "kind": kind, "accuracy": accuracy}
+    identity = json.dumps({"command": asked.question, "kind": kind, **case}, sort_keys=True)
+    return Part(f"{asked.name}-{name}+{accuracy}", identity, partial(_rows, asked.question, case, about))
 
 
 def _rows(question: str, case: Mapping[str, Any], about: Row, folder: Path) -> list[Row]:
@@ -103,7 +101,7 @@ def _rows(question: str, case: Mapping[str, Any], about: Row, folder: Path) -> l
     if not len(result.table):
         return [{**start, "ended": result.reason or result.status}]
     (printed,) = result.table.to_dict("records")
-    rows = []
+    rows = list[Row]()
     for goal in GOALS:
         said = any(each.startswith("accuracy: ") and f" {goal.error_column} " in each for each in result.warnings)
         ends = [end for end in ("", "_1") if goal.error_column + end in printed]

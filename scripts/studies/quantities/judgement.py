@@ -10,6 +10,8 @@ from book import pages
 from book.statements import Judged
 from book.study import Part
 
+from pairsim.solvers.goals import U
+
 KNOWN = 1 / 3  # largest half-width of a reference, over that of the case that it judges
 INSIDE, BEYOND = 0.93, 2.0
 """Least part of the quantities that is to be inside the half-width, and the largest error over it of any."""
@@ -26,9 +28,10 @@ def judged(results: pd.DataFrame) -> pd.DataFrame:
     """The quantities of all cases beside those of the finest solution of their scene that is finer.
 
     A reference judges if its half-width is at most `KNOWN` of that of the case; where there is none the verdict is
-    "not judged", too.
+    "not judged", too. The velocity of a particle that is moved is given.
     """
-    answered = results[results["ended"].isna()]
+    given = (results["question"] == "dragged") & (results["quantity"] == U.name)
+    answered = results[results["ended"].isna() & ~given]
     found = answered.assign(percent=percent(answered["accuracy"]), said=answered["said"].astype(bool))
     key = [*SCENE, "quantity"]
     finest = found.sort_values("percent").drop_duplicates(key)[[*key, "percent", "value", "half_width", "unknowns"]]
