@@ -26,7 +26,7 @@ import pandas as pd
 from book import pages
 from book.code import changed, code_of
 from book.results import Results
-from book.study import Part, Row, Study, names, study_of
+from book.study import Part, Row, Stopped, Study, names, study_of
 
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import command_line, sole_writer
@@ -98,10 +98,13 @@ def run(study: Study, output: Path, arguments: argparse.Namespace) -> bool:
         if not arguments.page:
             compute(study, parts, results, workers=arguments.workers, keep=arguments.keep)
     table = results.of(parts)
+    if table.empty:
+        print(f"{study.name}: there are no results yet")
+        return False
     if arguments.page:
-        stored = Results(study.stored)
-        stored.write(table)
-        pages.write(study.page, study.blocks(Results(study.stored).of(parts), parts))
+        results.store(study.stored, parts)
+        table = Results(study.stored).of(parts)
+        pages.write(study.page, study.blocks(table, parts))
     return verdicts(study, table, parts)
 
 
@@ -123,7 +126,7 @@ def main() -> int:
     try:
         form = "-quick" if arguments.quick else ""
         good = [run(study_of(name), arguments.output / f"{name}{form}", arguments) for name in chosen]
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, Stopped):
         print("stopped; the same command goes on")
         return STOPPED
     except InputError as error:

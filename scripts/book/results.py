@@ -41,7 +41,8 @@ class Results:
         day = datetime.date.today().isoformat()
         new = pd.DataFrame(rows).assign(part=part.name, identity=_digest(part), code=code, computed=day)
         self.table = _joined(self.table[self.table["part"] != part.name], new)
-        self.write(self.table)
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        _write(self.path, self.table)
 
     def of(self, parts: Sequence[Part]) -> pd.DataFrame:
         """The rows of parts that are what they were when these were stored, in their order."""
@@ -50,10 +51,13 @@ class Results:
         order = {name: place for place, name in enumerate(identities)}
         return self.table[same].sort_values("part", key=lambda column: column.map(order), ignore_index=True)
 
-    def write(self, table: pd.DataFrame) -> None:
-        """Write rows into the file."""
-        self.path.parent.mkdir(parents=True, exist_ok=True)
-        write_text(self.path, table.to_csv(index=False, float_format="%.12g"))
+    def store(self, path: Path, parts: Sequence[Part]) -> None:
+        """Write the rows of parts into another file."""
+        _write(path, self.of(parts))
+
+
+def _write(path: Path, table: pd.DataFrame) -> None:
+    write_text(path, table.to_csv(index=False, float_format="%.12g"))
 
 
 def _joined(table: pd.DataFrame, rows: pd.DataFrame) -> pd.DataFrame:
