@@ -1,8 +1,8 @@
 """Scenes with one particle, drawn at random, each at two accuracies and finer: the parts of the study.
 
-A scene is computed at each of `ACCURACIES`, and once more for a reference with twice the cells. The first scenes of all
-questions in all liquids come first, then their references, which take longest; then the second scenes, and so on:
-wherever the computation ends, all have about as many.
+A scene is computed at each of `ACCURACIES`, and once more for a reference with twice the cells in a longer tube. The
+first scenes of all questions in all liquids come first, then their references, which take longest; then the second
+scenes, and so on: wherever the computation ends, all have about as many.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ COARSE = ("5%",), "1%"
 # A mesh that was not adapted is that of the least accuracy with cells of its own: its reference has cells smaller by
 # this factor, and so about twice as many.
 FINER = 1.5
+LONGER = 1.5  # length of tube of a reference with developed ends, over that of its cases
 LIMIT = 1800.0  # wall time of a case [s]
 SEED = 83
 
@@ -84,17 +85,15 @@ def _part(asked: Asked, name: str, scene: Mapping[str, Any], accuracy: str, is_r
     number, _, liquid = name.partition("-")
     case, kind = {**scene, "accuracy": accuracy}, "reference" if is_reference else "case"
     about: Row = {"question": asked.name, "liquid": liquid, "scene": int(number), "kind": kind, "accuracy": accuracy}
-    identity = json.dumps({"command": asked.question, "kind": kind, **case}, sort_keys=True)
+    how = {"finer": FINER, "longer": LONGER} if is_reference else {}
+    identity = json.dumps({"command": asked.question, "kind": kind, **how, **case}, sort_keys=True)
     return Part(f"{asked.name}-{name}+{accuracy}", identity, partial(_rows, asked.question, case, about))
 
 
 def _rows(question: str, case: Mapping[str, Any], about: Row, folder: Path) -> list[Row]:
     """The rows of a part: one for each printed quantity with a half-width, or one that says how the case ended."""
-    result = computed(question, case, folder, LIMIT)
-    if about["kind"] == "reference" and result.status == "finished" and not _rounds(result):
-        mesh = pairsim.load(case, kind=question).mesh
-        finer = {"Np": round(FINER * mesh.Np), "max_size": float(f"{mesh.max_size / FINER:.3g}")}
-        result = computed(question, {**case, "mesh": finer}, folder.with_name(f"{folder.name}-finer"), LIMIT)
+    solve = _reference if about["kind"] == "reference" else computed
+    result = solve(question, case, folder, LIMIT)
     scene: Row = {name: case[name] for name in ("beta", "De", "Ca_e", "ends")}
     cost = {"unknowns": result.record.unknowns or 0, "rounds": _rounds(result), "seconds": result.record.wall_time or 0}
     start = {**about, **scene, **cost}
@@ -111,6 +110,17 @@ def _rows(question: str, case: Mapping[str, Any], about: Row, folder: Path) -> l
                 {**start, "quantity": goal.name, "value": value, "half_width": error, "said": said, "ended": None}
             )
     return rows
+
+
+def _reference(question: str, case: Mapping[str, Any], folder: Path, seconds: float) -> Any:
+    """The result of a case with finer cells in a longer tube."""
+    checked = pairsim.load(case, kind=question)
+    length = {"length": float(f"{LONGER * checked.tube_length:.3g}")} if checked.ends == "developed" else {}
+    result = computed(question, {**case, **length}, folder, seconds)
+    if result.status != "finished" or _rounds(result):
+        return result
+    finer = {"Np": round(FINER * checked.mesh.Np), "max_size": float(f"{checked.mesh.max_size / FINER:.3g}")}
+    return computed(question, {**case, **length, "mesh": finer}, folder.with_name(f"{folder.name}-finer"), seconds)
 
 
 def _rounds(result: Any) -> int:
