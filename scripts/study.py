@@ -20,6 +20,7 @@ import time
 from collections import Counter
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextlib import nullcontext
 from pathlib import Path
 
 import pandas as pd
@@ -35,29 +36,34 @@ from pairsim.sweeps.folder import STOP
 STOPPED = 130
 
 
-def compute(study: Study, parts: Sequence[Part], results: Results, *, workers: int = 1, keep: bool = False) -> None:
-    """Compute the parts that have no results, or those of other code.
-
-    Args:
-        study: The study.
-        parts: Its parts.
-        results: Where they are stored.
-        workers: Number of parts that are computed at the same time.
-        keep: Whether results of other code are kept.
-
-    Raises:
-        KeyboardInterrupt: It was stopped; what is done is stored.
-    """
-    code, todo, why = code_of(study.uses), list[Part](), Counter[str]()
+def left(study: Study, parts: Sequence[Part], results: Results, *, keep: bool = False) -> list[Part]:
+    """The parts without results, and those with stale ones unless these are kept; prints how many, and why."""
+    code, found, why = code_of(study.uses), list[Part](), Counter[str]()
     for part in parts:
         before = results.code(part)
         if before is not None and before != code:
             why.update(changed(before, code))
         if before is None or (before != code and not keep):
-            todo.append(part)
+            found.append(part)
     for name, count in why.items():
         print(f"{study.name}: {count} parts are stale, as {name} has changed", flush=True)
-    print(f"{study.name}: {len(parts)} parts, {len(todo)} to do", flush=True)
+    print(f"{study.name}: {len(parts)} parts, {len(found)} to do", flush=True)
+    return found
+
+
+def compute(study: Study, todo: Sequence[Part], results: Results, workers: int = 1) -> None:
+    """Compute parts.
+
+    Args:
+        study: The study.
+        todo: The parts.
+        results: Where each is stored.
+        workers: Number of parts that are computed at the same time.
+
+    Raises:
+        KeyboardInterrupt: It was stopped; what is done is stored.
+    """
+    code = code_of(study.uses)
     work = results.path.parent / "work"
     work.mkdir(parents=True, exist_ok=True)
     (work / STOP).unlink(missing_ok=True)
@@ -93,10 +99,11 @@ def verdicts(study: Study, table: pd.DataFrame, parts: Sequence[Part]) -> bool:
 def run(study: Study, output: Path, arguments: argparse.Namespace) -> bool:
     """Compute a study, or store it and write its page; returns whether all of its statements hold."""
     parts = study.parts(arguments.quick)
-    results = Results(output / "results.csv", *([] if arguments.quick else [study.stored]))
-    with sole_writer(output, command_line()):
+    with nullcontext() if arguments.page else sole_writer(output, command_line()):
+        results = Results(output / "results.csv", *([] if arguments.quick else [study.stored]))
+        todo = left(study, parts, results, keep=arguments.keep)
         if not arguments.page:
-            compute(study, parts, results, workers=arguments.workers, keep=arguments.keep)
+            compute(study, todo, results, arguments.workers)
     table = results.of(parts)
     if table.empty:
         print(f"{study.name}: there are no results yet")
