@@ -146,7 +146,7 @@ def test_parts_of_a_study_have_names_of_their_own(name: str) -> None:
 
 def test_scenes_of_the_quantities_are_valid_cases() -> None:
     for asked in cases.QUESTIONS:
-        for scene in asked.scenes(2, cases.SEED).values():
+        for scene in asked.scenes(2).values():
             assert pairsim.load(scene, kind=asked.question).n == 1
 
 
