@@ -1,12 +1,13 @@
 """Studies: computes what their statements need, says which of these hold, and writes their pages.
 
-usage: scripts/study NAME ... | all [--quick] [--page] [--keep] [--workers N] [-o runs/studies]
+usage: scripts/study NAME ... | all [--quick] [--page] [--keep] [--only PATTERN] [--workers N] [-o runs/studies]
 
 A study is a folder of scripts/studies. It is computed in parts, each of which is stored as soon as it is done, with the
 name of the code that it depends on: the same command goes on after any kind of end, on another machine from what is
-stored in the project. Parts whose code has changed are named and computed again, unless --keep is given. With --page
-nothing is computed: what the output folder has is stored in the project, and the page is written from it. With --quick
-cells are coarse and parts few, and nothing but the output folder is written to.
+stored in the project. Parts whose code has changed are named and computed again, unless --keep is given. With --only
+parts are computed whose names match a regular expression, and all that is stored is judged. With --page nothing is
+computed: what the output folder has is stored in the project, and the page is written from it. With --quick cells are
+coarse and parts few, and nothing but the output folder is written to.
 
 Exit code 0: all is computed, and every statement holds; 1: some do not; 130: it was stopped.
 """
@@ -14,6 +15,7 @@ Exit code 0: all is computed, and every statement holds; 1: some do not; 130: it
 from __future__ import annotations
 
 import argparse
+import re
 import shutil
 import sys
 import time
@@ -103,7 +105,8 @@ def run(study: Study, output: Path, arguments: argparse.Namespace) -> bool:
         results = Results(output / "results.csv", *([] if arguments.quick else [study.stored]))
         todo = left(study, parts, results, keep=arguments.keep)
         if not arguments.page:
-            compute(study, todo, results, arguments.workers)
+            chosen = [part for part in todo if re.search(arguments.only, part.name)]
+            compute(study, chosen, results, arguments.workers)
     table = results.of(parts)
     if table.empty:
         print(f"{study.name}: there are no results yet")
@@ -125,6 +128,7 @@ def main() -> int:
     parser.add_argument("--workers", type=int, default=1, help="parts at the same time")
     parser.add_argument("--quick", action="store_true", help="coarse cells and few parts")
     parser.add_argument("--keep", action="store_true", help="keep results of code that has changed")
+    parser.add_argument("--only", default="", metavar="PATTERN", help="compute parts whose names match it alone")
     parser.add_argument("--page", action="store_true", help="compute nothing, store the results and write the page")
     arguments = parser.parse_args()
     if arguments.quick and arguments.page:

@@ -90,6 +90,11 @@ def test_parts_whose_code_has_changed_are_named_and_computed_again(
     assert len(squares.computed) == 6
 
 
+def test_parts_are_chosen_by_their_names(squares: Squares, run: Run) -> None:
+    assert run("--only", r"^3\^") == 1
+    assert squares.computed == ["3^2"]
+
+
 def test_a_part_that_is_another_one_now_is_computed(squares: Squares, run: Run) -> None:
     run()
     squares.study = Study(
