@@ -101,6 +101,7 @@ def verdicts(study: Study, table: pd.DataFrame, parts: Sequence[Part]) -> bool:
 def run(study: Study, output: Path, arguments: argparse.Namespace) -> bool:
     """Compute a study, or store it and write its page; returns whether all of its statements hold."""
     parts = study.parts(arguments.quick)
+    print(f"{study.name}: {study.shows}")
     with nullcontext() if arguments.page else sole_writer(output, command_line()):
         results = Results(output / "results.csv", *([] if arguments.quick else [study.stored]))
         todo = left(study, parts, results, keep=arguments.keep)

@@ -7,6 +7,7 @@ rows with the name of the code that they depend on, says which statements hold, 
 from __future__ import annotations
 
 import importlib
+import pickle
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +15,11 @@ from typing import Any
 
 import pandas as pd
 
+import pairsim
 from book.statements import Judged
+from pairsim.cases.identity import identity_of, key_of
+from pairsim.runtime.locks import command_line
+from pairsim.sweeps.task import Task, compute
 
 STUDIES = Path(__file__).resolve().parents[1] / "studies"
 type Row = Mapping[str, str | float | bool | None]
@@ -98,13 +103,6 @@ def computed(question: str, case: Mapping[str, Any], folder: Path, seconds: floa
         InputError: A key or value is not allowed.
         Stopped: The study was stopped.
     """
-    import pickle
-
-    import pairsim
-    from pairsim.cases.identity import identity_of, key_of
-    from pairsim.runtime.locks import command_line
-    from pairsim.sweeps.task import Task, compute
-
     checked = pairsim.load(case, kind=question)
     key = key_of(question, identity_of(checked))
     task = Task(folder, question, key, pickle.dumps(checked), command_line(), seconds, {}, {})

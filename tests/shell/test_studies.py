@@ -155,6 +155,15 @@ def test_scenes_of_the_quantities_are_valid_cases() -> None:
             assert pairsim.load(scene, kind=asked.question).n == 1
 
 
+@pytest.mark.slow
+def test_a_case_has_a_row_for_each_printed_quantity(tmp_path: Path) -> None:
+    part = next(each for each in cases.parts(True) if each.name == "dragged-00-newtonian+5%")
+    rows = {str(row["quantity"]): row for row in part.compute(tmp_path / "case")}
+    assert rows.keys() == {"U", "F", "dp_plus"}
+    assert all(row["kind"] == "case" and row["accuracy"] == "5%" and not row["said"] for row in rows.values())
+    assert 0 < float(rows["F"]["half_width"]) < 0.05 * float(rows["F"]["value"])
+
+
 def results(**quantities: tuple[tuple[float, float], ...]) -> pd.DataFrame:
     """A row for each quantity at each accuracy: its value and half-width."""
     same = {"question": "shape", "liquid": "newtonian", "scene": 0, "unknowns": 1000, "said": False, "ended": None}
@@ -203,7 +212,13 @@ def test_a_case_without_an_answer_counts_and_is_named() -> None:
     ended = results(D=((1.0, 0.01),)).assign(ended="no_steady_state", quantity=np.nan)
     verdict = judgement.statements(pd.concat([ended, results(D=((1.0, 0.01),)).assign(scene=1)]), [])
     assert verdict["every case has an answer"].verdict == "does not hold"
-    assert "shape-0-newtonian+1%" in verdict["every case has an answer"].numbers
+    assert "1% (no_steady_state)" in verdict["every case has an answer"].numbers
+
+
+def test_the_page_names_what_is_outside() -> None:
+    blocks = judgement.blocks(results(D=((1.015, 0.01), (1.0, 1e-4))).assign(computed="2026-11-29", code=""), [])
+    assert "| 1% | D | 1.015 | 0.01 | 0.015 | 1.50 | 0.01 |" in blocks["outside"]
+    assert "| shape | D | 1% | 1 | 1 | 0 | 1 | 0 | 1.50 |" in blocks["quantities"]
 
 
 @pytest.mark.long

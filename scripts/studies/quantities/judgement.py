@@ -57,7 +57,7 @@ def statements(results: pd.DataFrame, parts: Sequence[Part]) -> dict[str, Judged
     margins = tuple(zip(BEYOND - able["ratio"], able["known"], strict=True))
     silent = table[~table["kept"] & ~table["said"]]
     unanswered = results[results["ended"].notna()]
-    names = ", ".join(f"{row.question}-{row.scene}-{row.liquid}+{row.accuracy}" for row in unanswered.itertuples())
+    names = ", ".join(unanswered["part"] + " (" + unanswered["ended"] + ")")
     return {
         f"at least {100 * INSIDE:.0f} % of the judged quantities are inside their half-widths": Judged(
             ((inside - INSIDE, 0.0),), f"{(able['verdict'] == 'inside').sum()} of {len(able)}: {100 * inside:.1f} %"
@@ -87,7 +87,7 @@ def by(table: pd.DataFrame, keys: Sequence[str]) -> pd.DataFrame:
         line |= {"printed": str(len(part)), "judged": str(len(able))}
         line |= {name: str((part["verdict"] == name).sum()) for name in VERDICTS[:-1]}
         line["largest error over half-width"] = f"{able['ratio'].max():.2f}" if len(able) else ""
-        line["median"] = f"{able['ratio'].median():.2f}" if len(able) else ""
+        line["its median"] = f"{able['ratio'].median():.2f}" if len(able) else ""
         over = part["relative"] > part["percent"]
         line["half-width above accuracy"] = str(over.sum())
         line["of these said"] = str(part["said"][over].sum()) if over.any() else ""
@@ -99,8 +99,7 @@ def outside(table: pd.DataFrame) -> pd.DataFrame:
     """The quantities outside their half-widths, one a row."""
     found = table[table["verdict"].isin(VERDICTS[1:3])].sort_values("ratio", ascending=False)
     text = {
-        "case": found["question"] + "-" + found["scene"] + "-" + found["liquid"],
-        "accuracy": found["accuracy"],
+        "case": found["part"],
         "quantity": found["quantity"],
         "value": found["value"].map("{:.6g}".format),
         "half-width": found["half_width"].map("{:.2g}".format),
@@ -126,7 +125,9 @@ def computed(results: pd.DataFrame, parts: Sequence[Part]) -> pd.DataFrame:
 def blocks(results: pd.DataFrame, parts: Sequence[Part]) -> Mapping[str, str]:
     """What stands between the marks of the page."""
     table = judged(results)
-    made = f"{results['part'].nunique()} of {len(parts)} solutions, computed {' to '.join(days(results))}."
+    made = f"{results['part'].nunique()} of {len(parts)} solutions, computed {' to '.join(days(results))}"
+    states = results["code"].nunique()
+    made += f" with {states} states of the code." if states > 1 else "."
     off, verdicts = outside(table), statements(results, parts)
     stated = [{"statement": name, "": each.verdict, "numbers": each.numbers} for name, each in verdicts.items()]
     return {
