@@ -10,10 +10,10 @@ from pairsim.fem.meshes.quadrature import CellQuadrature
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.steady.scene import SteadySolver
 
-# Length of tube over which the pressure is averaged at each end [D_c]. Averages over .5 and 1 agree with fine meshes,
-# over 2 the particles are too near (docs/explanation/error-estimate.md).
-AVERAGED = 1.0
-MOST_AVERAGED = 0.5  # the same as a part of the free length there, at most
+# Length of tube over which the pressure is averaged at each end [D_c]. Over 1, in tubes of the usual length, the
+# particles are too near: by 1.8e-4 in a power law (docs/explanation/error-estimate.md).
+AVERAGED = 0.5
+MOST_AVERAGED = 0.25  # the same as a part of the free length there, at most
 
 
 @dataclass(frozen=True)
