@@ -118,7 +118,7 @@ def effort(output: Path) -> pd.DataFrame:
     for name in KNOWN:
         sweeps = [(each, sweep) for each in computations([name]) if (sweep := cases.sweep(each))]
         ended = [case for each, _ in sweeps for case in cases.of(each)]
-        total = sum(len(sweep.record["cases"]) for _, sweep in sweeps)
+        total = sum(len(sweep.record.cases) for _, sweep in sweeps)
         errors = [case.table["dU_error"].max() / case.peak for case in ended if case.kind == "curve"]
         row = {
             "figure": name,

@@ -24,6 +24,7 @@ from scipy.interpolate import LinearNDInterpolator, PchipInterpolator
 
 from pairsim.plots.frames import outlines
 from pairsim.plots.labels import varying_keys
+from pairsim.plots.parameters import Parameters
 from pairsim.record.xdmf import FieldFrame
 
 NEARLY, VANISHED, DRAWN = 0.1, 0.05, 3e-3
@@ -195,7 +196,7 @@ def transients(r: Cases) -> pd.DataFrame:
 
 def by(items: Sequence[Any], judge: Callable[[Any], Judged], key: str = "") -> Judged:
     """A statement about each of several items: cases, which are told apart by what varies, or values of a parameter."""
-    keys = varying_keys([case.parameters for case in items]) if isinstance(items[0], Case) else []
+    keys = varying_keys([Parameters(case.parameters) for case in items]) if isinstance(items[0], Case) else []
 
     def label(item: Any) -> str:
         if isinstance(item, Case):

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
 
-from pairsim.cases.experiment import follows_in
-from pairsim.cases.laws import Laws
-from pairsim.cases.physical import BLOCK
+from pairsim.cases.experiment import Experiment, follows_in
 from pairsim.cases.quantity_text import as_given, unit_in
 from pairsim.quantities.kinds import VELOCITY
 from pairsim.quantities.scales import Scales
@@ -25,13 +23,12 @@ MANY = 1e-3  # part of the draws beyond an end of the atlas from which on it is 
 FINE = 2000  # distances at which the ends of a range are looked at for their signs; chosen
 
 
-def quantity_for(case: Mapping[str, Any], name: str, scales: Scales) -> tuple[str, str, Callable[[Any], Any]]:
+def quantity_for(experiment: Experiment, name: str, scales: Scales) -> tuple[str, str, Callable[[Any], Any]]:
     """The quantity that De or Ca_e of a case follows from: its key, its unit as given, and its value by the number."""
-    block = case[BLOCK]
-    able = [each.quantity for each in follows_in(Laws.in_case(case)) if name in each.keys]
-    of = min(able, key=lambda each: each.key not in block)
-    given = block.get(of.key, of.example)
-    unit = as_given(given[0] if isinstance(given, list) else given)[1]
+    able = [each.quantity for each in follows_in(experiment.laws) if name in each.keys]
+    of = min(able, key=lambda each: each.key not in experiment.given)
+    given = experiment.given.get(of.key, of.example)
+    unit = as_given(str(given[0] if isinstance(given, list) else given))[1]
     one = of.number(unit_in(of.unit, unit), scales)
     return of.key, unit, lambda values: (values / one) ** (-1.0 if of.inverse else 1.0)
 

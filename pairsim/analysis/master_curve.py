@@ -20,7 +20,7 @@ from pairsim.cases.inputs import Input
 from pairsim.cases.unit_registry import as_texts, has_unit
 from pairsim.quantities.kinds import VELOCITY
 from pairsim.quantities.scales import Scales
-from pairsim.record.column import Columns, error_of
+from pairsim.record.column import Columns
 from pairsim.record.columns import (
     BRIDGE,
     BY_DIFFERENCE,
@@ -284,8 +284,8 @@ class Curve:
             if (curve := self.interpolant(gap)) is None:
                 break
             d = np.array([distance_on(curve, each, "--at", self.scales, self.source) for each in places])
-            name = DU.name + gap
-            found |= {self.table.varied(gap).name: d, name: curve.values(d), error_of(name): curve.half_widths(d)}
+            error = DU_ERROR.with_suffix(gap).name
+            found |= {self.table.varied(gap).name: d, DU.name + gap: curve.values(d), error: curve.half_widths(d)}
         if not found:
             allowed = "goes with a curve of at least two points over a single distance"
             raise InputError(self.source, "--at", None, allowed)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pairsim.quantities.text import with_error
 from pairsim.record.columns import TAYLOR
 from pairsim.record.table import Table
 
@@ -9,15 +10,19 @@ MOST_SHAPES = 4  # that an answer tells each
 
 
 def shapes_in(table: Table, row: int, when: str) -> list[str]:
-    """A sentence with the Taylor parameters in a row of a table; none if the table has none."""
-    values = {name: float(column[row]) for name, column in table.each(TAYLOR).items()}
-    said = [f"{name} = {values[name]:.3g}" for name in sorted(values, key=lambda name: values[name])]
-    shapes = (
-        f"from {said[0]} to {said[-1]}"
-        if len(said) > MOST_SHAPES
-        else ", ".join(f"{name} = {value:.3g}" for name, value in values.items())
-    )
-    return [f"Taylor parameters{f' {when}' if when else ''}: {shapes}."] if shapes else []
+    """A sentence with the Taylor parameters in a row of a table, and their errors if it has them; none without any."""
+    values = {suffix: float(table.of(TAYLOR, suffix)[row]) for suffix in table.suffixes(TAYLOR)}
+    if not values:
+        return []
+    if len(values) > MOST_SHAPES:
+        ends = (min(values, key=values.__getitem__), max(values, key=values.__getitem__))
+        shapes = "from {} to {}".format(*(f"{TAYLOR.name}{suffix} = {values[suffix]:.3g}" for suffix in ends))
+    else:
+        known = ((suffix, table.half_widths(TAYLOR, suffix)) for suffix in values)
+        errors = {suffix: None if each is None else float(each[row]) for suffix, each in known}
+        said = (f"{TAYLOR.name}{suffix} = {with_error(values[suffix], errors[suffix], digits=3)}" for suffix in values)
+        shapes = ", ".join(said)
+    return [f"Taylor parameters{f' {when}' if when else ''}: {shapes}."]
 
 
 def ranges_of_shapes(table: Table) -> list[str]:

@@ -5,11 +5,13 @@ from __future__ import annotations
 import base64
 import tempfile
 import time
+from collections.abc import Sequence
+from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import Any
 
 import jinja2
+import pandas as pd
 from markupsafe import Markup
 
 from pairsim.app import open_and_plot
@@ -31,8 +33,6 @@ CAPTIONS = {
     "sweep_zeros": "Zeros of the relative velocity over a parameter",
 }
 """What is said below pictures, by the names of their files; those of commands have their own."""
-LOOK: dict[str, Any] = {"index": False, "border": 0, "na_rep": "", "float_format": DIGITS}
-"""How the table looks, by the names of pandas."""
 OF_A_CASE = ("wall_time", "peak_memory", "unknowns")
 """Entries of run.json that say nothing of a whole sweep."""
 MOST_ROWS = 500  # of a table
@@ -56,17 +56,22 @@ def report(folder: str | PathLike[str]) -> Path:
     directory = Path(folder)
     kind = kind_of(directory)
     content = _of_result(open_and_plot.open(directory))
-    table = content.pop("table")
-    step = -(-len(table) // MOST_ROWS) or 1
+    step = -(-len(content.table) // MOST_ROWS) or 1
+    table = brief(content.table[::-step][::-1])
     loader = jinja2.PackageLoader("pairsim.app")
     pages = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, loader=loader)
     case = next((path for name in ("case.yaml", "grid.yaml") if (path := directory / name).is_file()), None)
     page = pages.get_template("report.html.j2").render(
-        **content,
+        status=content.status,
+        answer=content.answer,
+        warnings=content.warnings,
+        physical=content.record.scales is not None,
+        file=content.file,
+        provenance=_provenance(content.record),
         kind=kind,
         name=directory.resolve().name,
         pictures=_pictures(directory, kind),
-        table=Markup(brief(table[::-step][::-1]).to_html(**LOOK)) if len(table) else "",
+        table=Markup(table.to_html(index=False, border=0, na_rep="", float_format=DIGITS)) if len(table) else "",
         step=step,
         case=case.read_text(encoding="utf-8") if case else "",
         version=__version__,
@@ -77,7 +82,19 @@ def report(folder: str | PathLike[str]) -> Path:
     return path
 
 
-def _of_result(result: Result | SweepResult) -> dict[str, Any]:
+@dataclass(frozen=True)
+class Content:
+    """What the page says of a result, with the name of the file that its table is of."""
+
+    status: str
+    answer: Sequence[str]
+    warnings: Sequence[str]
+    table: pd.DataFrame
+    file: str
+    record: Record
+
+
+def _of_result(result: Result | SweepResult) -> Content:
     """What the page says of a result."""
     if isinstance(result, SweepResult):
         first, file = result.cases[0].record if result.cases else Record(), "results.csv"
@@ -91,15 +108,7 @@ def _of_result(result: Result | SweepResult) -> dict[str, Any]:
         answer = [line for line in result.answer.splitlines() if not line.startswith("Warning: ")]
         warnings = result.warnings
         table = readable(result.frame(physical=None) if len(result.table) else result.table, whole=True)
-    return {
-        "status": result.status,
-        "answer": answer,
-        "warnings": warnings,
-        "table": table,
-        "physical": record.scales is not None,
-        "file": file,
-        "provenance": _provenance(record),
-    }
+    return Content(result.status, answer, warnings, table, file, record)
 
 
 def _provenance(record: Record) -> dict[str, str]:

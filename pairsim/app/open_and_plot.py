@@ -8,13 +8,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pairsim.app.sweep_results import SweepResult
 from pairsim.computing.pictures import draw, no_fields, page_of
 from pairsim.questions.registry import QUESTIONS
 from pairsim.record.folder import kind_of
 from pairsim.runtime.errors import InputError
+
+if TYPE_CHECKING:
+    from pairsim.plots.style import Page
 
 
 def open(folder: str | PathLike[str]) -> Any:
@@ -84,24 +87,30 @@ def plot(
         if value is not None and not films:
             raise InputError("pairsim plot", option, value, "must be left out: it goes with a film")
     page = page_of(formats, width, physical, legend, animate)
-    target = Path(out) if out is not None else places[0]
-    if len(places) > 1:
-        if out is None:
-            raise InputError("pairsim plot", "-o", None, "must name a folder for the picture of several folders")
-        if field is not None or animate:
-            raise InputError("pairsim plot", "--field, --animate", None, "must be left out with several folders")
-        if films:
-            from pairsim.lab.films.film import film_of
-            from pairsim.lab.films.fit_film import overlay_film
+    if len(places) == 1:
+        return _plot_one(places[0], Path(out) if out is not None else places[0], page, group, field, animate)
+    if out is None:
+        raise InputError("pairsim plot", "-o", None, "must name a folder for the picture of several folders")
+    if field is not None or animate:
+        raise InputError("pairsim plot", "--field, --animate", None, "must be left out with several folders")
+    if films:
+        from pairsim.lab.films.film import film_of
+        from pairsim.lab.films.fit_film import overlay_film
 
-            if len(films) > 1 or len(films) == len(places):
-                raise InputError("pairsim plot", "", str(films[-1]), "must be one film, with runs or curves")
-            film = film_of(films[0], fps=fps, pixel=pixel, particles=particles)
-            return overlay_film(film, [each for each in places if each not in films], target, page)
-        from pairsim.plots.runs_and_curves import overlay
+        if len(films) > 1 or len(films) == len(places):
+            raise InputError("pairsim plot", "", str(films[-1]), "must be one film, with runs or curves")
+        film = film_of(films[0], fps=fps, pixel=pixel, particles=particles)
+        return overlay_film(film, [each for each in places if each not in films], Path(out), page)
+    from pairsim.plots.runs_and_curves import overlay
 
-        return overlay(places, target, page, group)
-    (directory,), kind = places, kind_of(places[0])
+    return overlay(places, Path(out), page, group)
+
+
+def _plot_one(
+    directory: Path, target: Path, page: Page, group: str | None, field: str | None, animate: bool
+) -> list[Path]:
+    """Draw what one folder holds; arguments and errors are those of `plot`."""
+    kind = kind_of(directory)
     if group is not None and kind != "sweep":
         allowed = f"must be left out: it goes with a sweep or several folders, {directory} holds a {kind}"
         raise InputError("--group", "", group, allowed)

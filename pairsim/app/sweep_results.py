@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pairsim.cases.identity import RUNS
+from pairsim.computing.events import Outcome
 from pairsim.computing.result import Result
 from pairsim.record.folder import plain
 from pairsim.record.record import scales_for
@@ -126,7 +127,9 @@ class SweepResult:
     def cases(self) -> list[Result]:
         """Results of the cases that have ended, in the order of `table`."""
         question, ended = self.record.question, self.record.ended
-        return [question.result(question, self.folder / case.folder, vars(case.state)) for case in ended]
+        endings = [Outcome(case.state.status, case.state.reason, case.state.message) for case in ended]
+        folders = [self.folder / case.folder for case in ended]
+        return [question.result(question, *each) for each in zip(folders, endings, strict=True)]
 
     @property
     def status(self) -> str:

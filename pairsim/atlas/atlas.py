@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Self, TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,6 +18,9 @@ from numpy.typing import ArrayLike
 from pairsim.atlas.kriging import Kriging
 from pairsim.runtime.arrays import Array, Flags
 from pairsim.runtime.errors import InputError
+
+if TYPE_CHECKING:
+    from pairsim.runtime.plain import Plain
 
 PARAMETERS = ("beta", "De", "Ca_e")
 SHIPPED = sorted(Path(__file__).parent.glob("*.npz"))  # made by the files of these names in configs/atlas
@@ -86,12 +89,19 @@ class Interpolated:
     by_difference: Array | None  # that by the difference of the diameters over their mean; None where not known
 
 
+class Provenance(TypedDict):
+    """What is known of the curves of an atlas."""
+
+    pairsim: str  # version that made it
+    case: Mapping[str, Plain]  # keys that its cases share
+
+
 @dataclass(frozen=True)
 class Atlas:
     """Master curves over a box of parameters."""
 
     box: Mapping[str, Sequence[float]]  # least and largest beta, De, Ca_e and d
-    provenance: Mapping[str, Any]  # keys that its cases share, number of curves, version
+    provenance: Provenance
     d: Array  # distances of the curves, ascending [D_c], shape (distances,)
     settings: Array  # as of `Curves.kriging`
     widths: Array  # what a standard deviation of dU is multiplied by for the half-width of its interval, (distances,)

@@ -3,25 +3,47 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TypedDict
 
 from pairsim.atlas.atlas import BEND, POWER, Atlas
+from pairsim.runtime.arrays import Array
 from pairsim.runtime.version import __version__
 from pairsim.solvers.curves.distances import WIDEST
 
 
 def page_of(atlases: Iterable[tuple[str, Atlas]]) -> str:
     """The page of atlases, each with its liquid in words."""
-    contents = [{"liquid": liquid, **_content(atlas)} for liquid, atlas in atlases]
+    contents = [_content(liquid, atlas) for liquid, atlas in atlases]
     content = {"atlases": contents, "bend": BEND, "power": POWER, "widest": WIDEST}
     page = Path(__file__).with_suffix(".html").read_text(encoding="utf-8").replace("VERSION", __version__)
     return page.replace("CONTENT", json.dumps(content, default=lambda array: array.tolist()))
 
 
-def _content(atlas: Atlas) -> dict[str, Any]:
+class Content(TypedDict):
+    """What the page has of an atlas: its liquid in words, and its attributes and those of its krigings."""
+
+    liquid: str
+    box: Mapping[str, Sequence[float]]
+    d: Array
+    widths: Array
+    own: Array
+    dU: Mapping[str, Array | Sequence[Array]]
+    others: Mapping[str, Array | Sequence[Array]]
+    means: Array
+
+
+def _content(liquid: str, atlas: Atlas) -> Content:
     others, means = atlas.others
-    same = {name: getattr(atlas, name) for name in ("box", "d", "widths", "own")}
     root = [row[: i + 1] for i, row in enumerate(atlas.dU.root)]  # which is triangular
-    return {**same, "dU": {**vars(atlas.dU), "root": root}, "others": {**vars(others), "root": []}, "means": means}
+    return {
+        "liquid": liquid,
+        "box": atlas.box,
+        "d": atlas.d,
+        "widths": atlas.widths,
+        "own": atlas.own,
+        "dU": {**vars(atlas.dU), "root": root},
+        "others": {**vars(others), "root": []},
+        "means": means,
+    }

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import scipy.optimize
 
-from pairsim.atlas.atlas import PARAMETERS, POWER, Atlas, Curves
+from pairsim.atlas.atlas import PARAMETERS, POWER, Atlas, Curves, Provenance
 from pairsim.runtime.arrays import Array
 
 COVERED = 0.95  # part of all places that intervals hold
@@ -23,7 +22,7 @@ Derivatives by beta are the least accurate: they lack the estimate of the error 
 FURTHEST = 4.0  # from the first guess, in logarithms; chosen
 
 
-def fit(curves: Curves, d: Array, box: Mapping[str, Sequence[float]], provenance: Mapping[str, Any]) -> Atlas:
+def fit(curves: Curves, d: Array, box: Mapping[str, Sequence[float]], provenance: Provenance) -> Atlas:
     """Make an atlas.
 
     Lengths and errors are those with which curves left out are most probable by the others (Rasmussen and Williams

@@ -136,8 +136,8 @@ def settings_of(accuracy: str) -> Settings:
         return x if x == y else float(f"{x * (y / x) ** at:.3g}")
 
     def cells(x: Cells, y: Cells) -> Cells:
-        sizes: dict[str, Any] = {name: power(size, getattr(y, name), inside) for name, size in vars(x).items()}
-        return Cells(**sizes | {"Np": round(sizes["Np"])})
+        sizes = {name: power(size, getattr(y, name), inside) for name, size in vars(x).items()}
+        return Cells(round(sizes.pop("Np")), **sizes)
 
     return Settings(
         {kind: cells(each, b.steady[kind]) for kind, each in a.steady.items()},

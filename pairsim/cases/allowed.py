@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING
 
 from pydantic import BaseModel
 
 from pairsim.cases.values import MOST_VALUES
+
+if TYPE_CHECKING:
+    from pydantic.json_schema import JsonSchemaValue
 
 KINDS = {
     "number": "number",
@@ -27,11 +29,11 @@ def allowed_in(model: type[BaseModel], name: str) -> str:
 
 
 @cache
-def _json_schema(model: type[BaseModel]) -> dict[str, Any]:
+def _json_schema(model: type[BaseModel]) -> JsonSchemaValue:
     return model.model_json_schema()
 
 
-def _words(schema: Mapping[str, Any]) -> str:
+def _words(schema: JsonSchemaValue) -> str:
     """What a part of a JSON schema allows, as text."""
     if "enum" in schema or "const" in schema:
         return ", ".join(map(str, schema.get("enum", [schema.get("const")])))

@@ -6,19 +6,22 @@ documentation. `pairsim.computing.case_files` validates YAML files against them.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from pairsim.cases import kinds_of_cases as kinds
 from pairsim.cases import values
 from pairsim.cases.accuracy import DEFAULT, Accuracy, percent, settings_of
 from pairsim.cases.experiment import Experiment
 from pairsim.cases.keys import Key, Keys, Part, PerParticle, keys_of
+from pairsim.cases.law_checks import check_De, check_liquid, check_xi
 from pairsim.cases.laws import Declared, Laws
 from pairsim.cases.material_keys import LIQUIDS, LiquidKey, SolidKey, written
 from pairsim.cases.mesh_keys import MeshOptions
+from pairsim.cases.mistakes import Mistake
 from pairsim.cases.physical import Physical
 from pairsim.physics import liquids, solids
 from pairsim.physics.drive import DEVELOPED, Drive
@@ -26,15 +29,30 @@ from pairsim.physics.liquids import Liquid, Newtonian
 from pairsim.physics.softest import beyond_steady_shapes, beyond_tension
 from pairsim.physics.solids import Solid
 from pairsim.quantities.scales import Scales
+from pairsim.runtime.plain import Plain
 
 Ends = Literal["developed", "periodic"]
 ENDS = "ends of the tube: with the developed flow profile, or periodic with imposed flow rate"
 
 
+OF_LAWS = {**Liquid.OF_POLYMER, **Solid.OF_ALL}
+"""What is declared of the numbers that all liquids or all solids have."""
+
+
 def _number(name: str, caption: int, **more: Any) -> Key:
-    """The declaration of a number that all liquids or all solids have; `more` is what else is declared of it."""
-    symbol = {**Liquid.OF_POLYMER, **Solid.OF_ALL}[name].symbol
-    return Key(symbol, part=Part.MATERIAL, caption=caption, **more)
+    """The declaration of such a number; `more` is what else is declared of it."""
+    return Key(OF_LAWS[name].symbol, part=Part.MATERIAL, caption=caption, **more)
+
+
+def _limits(name: str) -> tuple[Any, ...]:
+    """The limits of such a number, which is 0 or in a range."""
+    return values.zero_or(OF_LAWS[name].least, OF_LAWS[name].most)
+
+
+def _named(text: str) -> str:
+    if not values.is_name(text):
+        raise ValueError(f"must be {values.NAME_WORDS}")
+    return text
 
 
 def _no_polymer(case: SceneCase) -> str:
@@ -44,12 +62,26 @@ def _no_polymer(case: SceneCase) -> str:
     return f"the liquid is {case.liquid_model.label}" + ("" if case.is_viscous else " at De = 0")
 
 
-XI = _number("xi", caption=7, identity=lambda case: bool(case.liquid_model.modes), idle=_no_polymer)
+def _check_length(case: SceneCase) -> Iterator[Mistake]:
+    """Yield the mistake of a tube that is too short for its particles, or as long as follows where nothing does."""
+    if case.length == "auto" and case.ends != "developed":
+        yield Mistake("length", "auto", "must be a number with ends: periodic; auto requires ends: developed")
+    elif case.n and not case.closed and case.tube_length < (least := case.cluster + 2 * FREE_ENDS):
+        allowed = f"must be at least {least:g}: {case.cluster:g} for the particles and {FREE_ENDS:g} at each end"
+        yield Mistake("length", case.tube_length, allowed)
+
+
+DIAMETER = Key(r"\beta", caption=1, required=True)
+CAPILLARY = _number("Ca_e", caption=3, required=True)
+LENGTHS = Field(ge=0.1, le=1e4)
+NAME = Field(json_schema_extra={"pattern": values.NAME})
+XI = _number("xi", caption=7, identity=lambda case: bool(case.liquid_model.modes), idle=_no_polymer, check=check_xi)
 LIQUID = Key(
     part=Part.MATERIAL,
     caption=6,
     identity=lambda case: not case.liquid_model.newtonian,
     idle=lambda case: "" if case.is_viscous else _no_polymer(case),
+    check=check_liquid,
 )
 SOLID = Key(
     part=Part.MATERIAL,
@@ -69,22 +101,23 @@ class SceneCase(Keys):
     named_by_kind: ClassVar[bool] = True
     """Whether folders of cases without a name begin with the command."""
 
-    beta: Annotated[PerParticle[values.Diameter] | None, Key(r"\beta", caption=1, required=True)] = Field(
+    # Cell sizes follow from the diameter, unless they are given.
+    beta: Annotated[PerParticle[Annotated[values.Number, Field(ge=1e-3, le=0.999)]] | None, DIAMETER] = Field(
         None, description="particle over tube diameter D_p/D_c, between 0 and 1"
     )
-    De: Annotated[values.Deborah, _number("De", caption=2)] = Field(
+    De: Annotated[values.Number, *_limits("De"), _number("De", caption=2, check=check_De)] = Field(
         0.0, description="Deborah number lambda U_av/D_c; 0 is a liquid without elasticity"
     )
-    Ca_e: Annotated[PerParticle[values.Capillary] | None, _number("Ca_e", caption=3, required=True)] = Field(
+    Ca_e: Annotated[PerParticle[Annotated[values.Number, *_limits("Ca_e")]] | None, CAPILLARY] = Field(
         None, description="elastic capillary number eta_0 U_av/(D_c G_p); 0 is a rigid particle"
     )
-    name: Annotated[values.CaseName | None, Key(part=Part.REPORT, identity=False)] = Field(
+    name: Annotated[Annotated[str, NAME, AfterValidator(_named)] | None, Key(part=Part.REPORT, identity=False)] = Field(
         None, description="name of the folder for the results"
     )
     particles: Annotated[values.Whole, Key(caption=5)] = Field(
         2, ge=0, le=50, description="number of particles on the axis"
     )
-    xi: Annotated[values.SolventPart, XI] = Field(0.09, description="solvent viscosity over eta_0 (De > 0)")
+    xi: Annotated[values.Number, *_limits("xi"), XI] = Field(0.09, description="solvent viscosity over eta_0 (De > 0)")
     liquid: Annotated[LiquidKey, LIQUID] = Field(
         None,
         description=f"constitutive law, or a group with it and its parameters; default: {liquids.DEFAULT.name}, "
@@ -95,7 +128,7 @@ class SceneCase(Keys):
         description="law of the soft particles, or a group with it and its parameters, or a list of these from "
         f"upstream; default: {solids.DEFAULT.name}",
     )
-    length: values.TubeLength | Literal["auto"] | None = Field(
+    length: Annotated[Annotated[values.Number, LENGTHS] | Literal["auto"] | None, Key(check=_check_length)] = Field(
         None,
         description="tube length [D_c]; default: auto, just long enough that developed ends hardly affect dU; with "
         "periodic ends 50 times the largest beta, 10 without particles",
@@ -116,11 +149,14 @@ class SceneCase(Keys):
     @model_validator(mode="after")
     def _with_defaults(self) -> Self:
         """Fill in the keys that follow from others where they are not given."""
-        defaults = self._defaults()
-        groups = {key: getattr(self, key) for key in defaults if isinstance(getattr(self, key), Keys)}
-        return self.filled(defaults | {key: group.filled(defaults[key]) for key, group in groups.items()}, groups)
+        groups = {
+            key: group.filled(inner)
+            for key, inner in self._defaults().items()
+            if isinstance(group := getattr(self, key), Keys) and isinstance(inner, Mapping)
+        }
+        return self.filled({**self._defaults(), **groups}, groups)
 
-    def _defaults(self) -> dict[str, Any]:
+    def _defaults(self) -> dict[str, Plain]:
         """Defaults that follow from other keys: those that `accuracy` sets."""
         return {"mesh": self._cells | {"adapt": "Np" not in self.mesh.model_fields_set}}
 
@@ -320,7 +356,7 @@ class SceneCase(Keys):
         here = [each for each in declared if each[0].count is None or each[0].count(self.n)]
         return [f"{key.slug}{shown(value)}" for key, value in here if not key.is_default(value)]
 
-    def resolved(self) -> dict[str, Any]:
+    def resolved(self) -> dict[str, Plain]:
         """The case with every default filled in, as dicts, lists, numbers and strings."""
         data = self.model_dump(mode="json")
         if self.length is None:

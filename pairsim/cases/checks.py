@@ -1,13 +1,14 @@
-"""Checks that involve several keys of a case: required keys, and combinations that are not allowed."""
+"""Checks that involve several keys of a case: required keys, and what keys and questions ask of others."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from operator import attrgetter
 
 from pydantic import BaseModel
 
-from pairsim.cases.case import FREE_ENDS, SceneCase
-from pairsim.cases.keys import keys_of
+from pairsim.cases.case import SceneCase
+from pairsim.cases.keys import Key, keys_of
 from pairsim.cases.material_keys import written
 from pairsim.cases.mistakes import Mistake, missing
 from pairsim.cases.physical import BLOCK, EXPERIMENT
@@ -29,59 +30,40 @@ def missing_numbers(model: type[SceneCase], data: Content, origins: Mapping[str,
             yield missing(name, f"must be a number{several}{of[0] if BLOCK in data else ''}")
 
 
-def check_scene(case: SceneCase) -> Iterator[Mistake]:
-    """Check the keys that run, curve and critical share against each other; yields a mistake for each wrong key."""
-    fits = True
-    for name, key in keys_of(type(case)).items():
-        if key.count is None or not isinstance(value := getattr(case, name), tuple):
-            continue
-        if len(value) != (count := key.count(case.n)):
-            of_laws = any(isinstance(each, BaseModel) for each in value)
-            given = [written(each) if isinstance(each, BaseModel) else each for each in value]
-            one = "a law" if of_laws else "a number"
-            yield Mistake(name, given, f"must be {one} or a list of {count}, one for each of the {key.count.of}")
-            fits = False
-    yield from _check_law(case)
-    if case.length == "auto" and case.ends != "developed":
-        yield Mistake("length", "auto", "must be a number with ends: periodic; auto requires ends: developed")
-    elif fits and case.n and not case.closed and case.tube_length < case.cluster + 2 * FREE_ENDS:
-        least = case.cluster + 2 * FREE_ENDS
-        allowed = f"must be at least {least:g}: {case.cluster:g} for the particles and {FREE_ENDS:g} at each end"
-        yield Mistake("length", case.tube_length, allowed)
+def mistakes_in[C: SceneCase](case: C, check: Callable[[C], Iterable[Mistake]]) -> list[Mistake]:
+    """The mistakes in a case whose keys are right each by itself: what its question and its keys ask of each other.
+
+    Where something is wrong on which other keys depend, such as the number of particles, these are not checked.
+
+    Args:
+        case: The case.
+        check: What the question asks of keys that other kinds of cases have, too; yields mistakes.
+    """
+    of_question = list(check(case))
+    if any(mistake.key == "particles" for mistake in of_question):
+        return of_question
+    keys = keys_of(type(case)).values()
+    wrong = [mistake for key in keys for mistake in _wrong_count(key, case)]
+    wrong = wrong or [mistake for key in keys if key.first for mistake in _asked_by(key, case)]
+    wrong = wrong or [mistake for key in keys if not key.first for mistake in _asked_by(key, case)]
+    return wrong + of_question
 
 
-def _check_law(case: SceneCase) -> Iterator[Mistake]:
-    """Find laws that do not go with De; yields mistakes."""
-    liquid = case.laws.liquid
-    named = [name for name, law in (("solvent", liquid.solvent), ("yielding", liquid.yielding)) if law is not None]
-    if liquid.is_viscous:
-        if case.De > 0:
-            yield Mistake(
-                "liquid",
-                liquid.name,
-                "has no memory: leave out De (or physical.relaxation), or name a viscoelastic law",
-            )
-    elif case.De == 0:
-        if case.liquid is not None and "De" not in case.model_fields_set:
-            yield missing("De", f"must be given with liquid: {liquid.name}")
-        elif named:
-            without = f"must be above 0 with a liquid.{named[0]}; a liquid without elasticity has none"
-            yield Mistake("De", case.De, without)
-    elif case.xi == 0:
-        yield Mistake("xi", case.xi, "must be above 0 in a viscoelastic liquid")
-    elif liquid.yielding is not None and (why := _not_yielding(case)):
-        yield Mistake(liquid.yielding.key, liquid.yielding.name, f"must be left out: {why}")
+def _wrong_count(key: Key, case: SceneCase) -> Iterator[Mistake]:
+    """Yield the mistake of a list that has not one value for each particle or gap."""
+    value = None if key.count is None else getattr(case, key.name)
+    if key.count is None or not isinstance(value, tuple) or len(value) == (count := key.count(case.n)):
+        return
+    of_laws = any(isinstance(each, BaseModel) for each in value)
+    given = [written(each) if isinstance(each, BaseModel) else each for each in value]
+    one = "a law" if of_laws else "a number"
+    yield Mistake(key.name, given, f"must be {one} or a list of {count}, one for each of the {key.count.of}")
 
 
-def _not_yielding(case: SceneCase) -> str:
-    """Why the liquid of a case cannot have a yield stress, or not in this question; "" where it can."""
-    mode, *others = case.liquid_model.modes
-    if others:
-        return "the laws of a yield stress are those of the stress of one mode"
-    if mode.follows_rate:
-        return f"the viscosity of {mode.name} is that of a flow curve, which a yield stress would change"
-    return (
-        ""
-        if case.has_history
-        else "below a yield stress no state is steady: use `pairsim run`, or the key after of a curve"
-    )
+def _asked_by(key: Key, case: SceneCase) -> Iterator[Mistake]:
+    """Yield what a key asks of its value beside the others (`Key.check`)."""
+    found = key.check(case) if key.check is not None else ()
+    if not isinstance(found, str):
+        yield from found
+    elif found:
+        yield Mistake(key.name, attrgetter(key.name)(case), found)

@@ -7,9 +7,9 @@ import math
 import re
 from collections.abc import Collection
 from contextlib import suppress
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
-from pairsim.cases.experiment import Experiment, follows_in
+from pairsim.cases.experiment import Experiment, follows_in, one
 from pairsim.cases.laws import Laws
 from pairsim.cases.mistakes import Mistake
 from pairsim.cases.physical import BLOCK, QUANTITIES
@@ -18,6 +18,7 @@ from pairsim.cases.unit_registry import has_unit
 from pairsim.cases.values import is_finite
 from pairsim.cases.yaml_file import Content, within
 from pairsim.quantities.kinds import LENGTH
+from pairsim.runtime.plain import Plain
 
 SAME = 1e-9  # relative tolerance at which two numbers count as equal
 
@@ -28,7 +29,7 @@ class InNumbers(NamedTuple):
     The origin of each dotted key is that of the quantity which is given in its place, right or wrong.
     """
 
-    data: dict[str, Any]
+    data: dict[str, Plain]
     experiment: Experiment | None
     origins: dict[str, str]
     mistakes: list[Mistake]
@@ -70,14 +71,14 @@ def in_numbers(given: Content, fields: Collection[str], lengths: Collection[str]
         except ValueError:
             continue  # rejected by the validation
         if (own := group.get(last)) is None:
-            group[last] = numbers.get(each.key)
+            group[last] = cast("Plain", numbers.get(each.key))
             origins[key] = quantity
         elif each.key in numbers and not _same(own, numbers[each.key]):
             allowed = f"must be left out, or be {_shown(numbers[each.key])} as given by {BLOCK}.{quantity}"
             mistakes.append(Mistake(key, own, allowed))
     for key in lengths:
-        if isinstance(data.get(key), list) and "tube" in experiment.values:
-            data[key] = [_number(each, f"{key}[{i}]", experiment, mistakes) for i, each in enumerate(data[key])]
+        if isinstance(listed := data.get(key), list) and "tube" in experiment.values:
+            data[key] = [_number(each, f"{key}[{i}]", experiment, mistakes) for i, each in enumerate(listed)]
     return InNumbers(data, experiment, origins, mistakes)
 
 
@@ -89,7 +90,7 @@ def given_by(case: Content, fields: Collection[str]) -> list[str]:
     return [key for each in given if (key := each.key_in(fields)) in fields]
 
 
-def forget_numbers(data: dict[str, Any]) -> None:
+def forget_numbers(data: dict[str, Plain]) -> None:
     """Remove from a case, as read from a folder of results, the numbers computed from its `physical` block.
 
     They would contradict the block after a change of it. Numbers that differ from those of the block are kept, so that
@@ -112,7 +113,7 @@ def _number(value: Any, place: str, experiment: Experiment, mistakes: list[Mista
     if not has_unit(value):
         return value
     try:
-        return rounded(si(value, A_LENGTH) / experiment.values["tube"])
+        return rounded(si(value, A_LENGTH) / one(experiment.values, "tube"))
     except ValueError as error:
         mistakes.append(Mistake(place, value, f"{error}, or a number of tube diameters"))
         return None

@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
-from typing import Any, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, NamedTuple, Self, cast
 
 from pydantic import ValidationError
 
@@ -23,7 +23,15 @@ from pairsim.physics.liquids.viscous import ZERO_SHEAR
 from pairsim.quantities.measurable import Measurable
 from pairsim.quantities.scales import Scales, mean_velocity
 
+if TYPE_CHECKING:
+    from pairsim.runtime.arrays import Array
+
 USUAL_COUNT = 2  # of particles, where a case does not say it
+
+type Amount = float | Array | tuple[Amount, ...]
+"""A quantity in SI units, or a number that follows: one value, one of each draw, or those of particles or distances."""
+type Amounts = Mapping[str, Amount]
+"""Quantities by their keys in the `physical` block, or numbers by their dotted keys."""
 
 
 class Follows(NamedTuple):
@@ -59,7 +67,7 @@ class Experiment:
         particles: Their number, as it is given.
     """
 
-    given: Mapping[str, Any]
+    given: Content
     laws: Laws
     particles: Any = USUAL_COUNT
 
@@ -73,10 +81,10 @@ class Experiment:
         return cls(given, Laws.in_case(case), case.get("particles", USUAL_COUNT))
 
     @cached_property
-    def _in_si(self) -> tuple[dict[str, Any], list[Mistake]]:
+    def _in_si(self) -> tuple[dict[str, Amount], list[Mistake]]:
         """The quantities in SI units, None of those that are wrong, and the mistakes in them."""
         law = self.laws.liquid.viscosity_law.measured
-        values, mistakes = dict[str, Any](), list[Mistake]()
+        values, mistakes = dict[str, Amount](), list[Mistake]()
         for key, text in self.given.items():
             if (of := QUANTITIES.get(key)) is not None:
                 of = of.with_parameters(self.laws.liquid.numbers(law.of_unit) if key == law.key else {})
@@ -84,7 +92,7 @@ class Experiment:
         return values, mistakes
 
     @property
-    def values(self) -> dict[str, Any]:
+    def values(self) -> dict[str, Amount]:
         """Its quantities in SI units, tuples of those with several values."""
         return dict(self._in_si[0])
 
@@ -99,7 +107,7 @@ class Experiment:
         return self._scales(self.values)
 
     @property
-    def numbers(self) -> dict[str, Any]:
+    def numbers(self) -> dict[str, Amount]:
         """The dimensionless numbers that follow, by the first of their keys; none if it has mistakes."""
         if self.mistakes or "tube" not in self.values:
             return {}
@@ -111,24 +119,25 @@ class Experiment:
         values = self.values
         return [remark for key, value in values.items() for remark in unusual(QUANTITIES[key], self.given[key], value)]
 
-    def with_values(self, values: Mapping[str, Any]) -> tuple[Scales, dict[str, Any]]:
+    def with_values(self, values: Amounts) -> tuple[Scales, dict[str, Amount]]:
         """The scales and the numbers of it with other values in SI units, which may be arrays."""
-        scales, found = self._scales(values), dict[str, Any]()
+        scales, found = self._scales(values), dict[str, Amount]()
         for each in follows_in(self.laws):
             if each.quantity.key in values:
                 # A solvent is in units of its own viscosity.
                 of_solvent = each.key.startswith("liquid.solvent.") and "xi" in found
-                own = replace(scales, viscosity=found["xi"] * scales.viscosity) if of_solvent else scales
+                own = replace(scales, viscosity=one(found, "xi") * scales.viscosity) if of_solvent else scales
                 found[each.key] = _each(values[each.quantity.key], each.quantity.number, own)
-        if "beta" in found and (difference := values.get(DIFFERENCE.key)):
-            found["beta"] = tuple(found["beta"] * (1 + side * difference / 2) for side in (-1, 1))
+        if "beta" in found and values.get(DIFFERENCE.key):
+            beta, difference = one(found, "beta"), one(values, DIFFERENCE.key)
+            found["beta"] = tuple(beta * (1 + side * difference / 2) for side in (-1, 1))
         return scales, found
 
-    def _scales(self, values: Mapping[str, Any]) -> Scales:
+    def _scales(self, values: Amounts) -> Scales:
         """The scales from quantities in SI units."""
-        length, law = values["tube"], self.laws.liquid.viscosity_law
-        velocity = values["velocity"] if "velocity" in values else mean_velocity(values["flow_rate"], length)
-        return Scales(length, velocity, law.unit_viscosity(values[law.measured.key], velocity / length))
+        length, law = one(values, "tube"), self.laws.liquid.viscosity_law
+        velocity = one(values, "velocity") if "velocity" in values else mean_velocity(one(values, "flow_rate"), length)
+        return Scales(length, velocity, law.unit_viscosity(one(values, law.measured.key), velocity / length))
 
     def _check_together(self) -> Iterator[Mistake]:
         """Check quantities in SI units against each other and against the laws; yields mistakes."""
@@ -153,7 +162,7 @@ class Experiment:
                 yield wrong(DIFFERENCE.key, "must be left out: it is that of two particles")
         yield from self._check_laws(values, wrong)
 
-    def _check_laws(self, values: Mapping[str, Any], wrong: Callable[[str, str], Mistake]) -> Iterator[Mistake]:
+    def _check_laws(self, values: Amounts, wrong: Callable[[str, str], Mistake]) -> Iterator[Mistake]:
         """Check whether the quantities are those that the laws need; yields mistakes."""
         law = self.laws.liquid.viscosity_law.measured
         if unknown := [name for name in law.of_unit if name not in self.laws.liquid.numbers(law.of_unit)]:
@@ -171,8 +180,13 @@ class Experiment:
             elif len(in_liquid) > 1:
                 places = " and ".join(in_liquid)
                 yield wrong(key, f"must be left out: it would stand for {places}, which are to be given")
-        if law is ZERO_SHEAR and values.get("solvent", 0) > values[law.key]:
+        if law is ZERO_SHEAR and "solvent" in values and one(values, "solvent") > one(values, law.key):
             yield wrong("solvent", f"must be at most {BLOCK}.{law.key} = {self.given[law.key]}, which includes it")
+
+
+def one(values: Amounts, key: str) -> float:
+    """The value of a quantity or a number of which a case has one; that of draws is an array of the same use."""
+    return cast("float", values[key])
 
 
 def changes_no_other(key: str) -> bool:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Self
 
 from pairsim.cases.case import SceneCase
-from pairsim.cases.experiment import Experiment
+from pairsim.cases.experiment import Amount, Experiment
 from pairsim.cases.physical import BLOCK, QUANTITIES
 from pairsim.cases.quantity_text import in_one_unit, si
 from pairsim.cases.values import is_finite
@@ -85,12 +85,14 @@ class FollowedKey:
         """Check what the least and the largest value make of liquid and particles."""
         if self.values[0] <= 0:
             raise ValueError("must be values above 0")
-        known, ends = self._parameters, [self.numbers(value) for value in (self.values[0], self.values[-1])]
+        least_and_largest = self.values[0], self.values[-1]
+        known, ends = self._parameters, [self.numbers(value) for value in least_and_largest]
         if "Ca_e" in ends[0] and len({Ca_e for Ca_e in self.case.Ca_es if Ca_e}) != 1:
             raise ValueError("must go with a single Ca_e above 0, which changes along it")
         own = self._experiment.with_values(self._experiment.values)[1] if self.unit else {}
+        others = [self._with_values(value)[1] for value in least_and_largest] if self.unit else []
         for name, value in own.items():
-            if name not in known and any(_apart(value, each.get(name, value)) for each in ends):
+            if name not in known and any(_apart(value, each.get(name, value)) for each in others):
                 raise ValueError(f"must change the liquid or the softness of the particles alone, not {name}")
         for name, parameter in known.items():
             if wrong := [each[name] for each in ends if name in each and not _allowed(each[name], parameter)]:
@@ -102,17 +104,19 @@ class FollowedKey:
         assert self.case.experiment is not None, "checked when it was made"
         return self.case.experiment
 
-    def _with_values(self, value: float) -> tuple[Scales, dict[str, Any]]:
+    def _with_values(self, value: float) -> tuple[Scales, dict[str, Amount]]:
         """The scales and the numbers of the experiment at a value."""
         quantity = self.key.removeprefix(f"{BLOCK}.")
         return self._experiment.with_values(self._experiment.values | {quantity: value * self.in_si})
 
-    def numbers(self, value: float) -> dict[str, Any]:
-        """The numbers of the case that follow from a value, by their dotted keys; of particles one for all of them."""
+    def numbers(self, value: float) -> dict[str, float]:
+        """The numbers of liquid and particles that follow from a value, by their dotted keys; one for all particles."""
         if not self.unit:
             return {self.key: value}
         found = self._with_values(value)[1]
-        return {name: max(each) if name == "Ca_e" and isinstance(each, tuple) else each for name, each in found.items()}
+        own = {name: each for name, each in found.items() if name in self._parameters}
+        ones = {name: max(each) if isinstance(each, tuple) else each for name, each in own.items()}
+        return {name: each for name, each in ones.items() if isinstance(each, float)}
 
     def scales(self, value: float) -> Scales | None:
         """The units of length, velocity and viscosity at a value; None without a `physical` block."""

@@ -12,14 +12,16 @@ from pairsim.cases.case import SceneCase
 from pairsim.cases.keys import keys_of
 from pairsim.cases.physical import BLOCK, DENSITY, QUANTITIES
 from pairsim.cases.quantity_text import measured
+from pairsim.cases.yaml_file import Content
 from pairsim.physics.own_laws import digest_of, file_of
+from pairsim.runtime.plain import Plain
 
 RUNS = Path("runs")
 LONGEST_SLUG = 100
 SHOWN = 10  # digits of the hash in a folder name
 
 
-def identity_of(case: SceneCase) -> dict[str, Any]:
+def identity_of(case: SceneCase) -> dict[str, Plain]:
     """The keys and values that identify a case: everything that affects its results, so all but the name.
 
     A list of equal values counts as one value, and parameters without effect are left out. The output times are
@@ -37,20 +39,21 @@ def identity_of(case: SceneCase) -> dict[str, Any]:
     return identity | sources_of(case)
 
 
-def with_later_keys(case: Mapping[str, Any], model: type[SceneCase]) -> dict[str, Any]:
+def with_later_keys(case: Content, model: type[SceneCase]) -> dict[str, Plain]:
     """A resolved case of an older version, as plain data, with keys of later versions at their defaults."""
     later = {name: key.default for name, key in keys_of(model).items() if key.since}
-    found = {name: {**value} if isinstance(value, Mapping) else value for name, value in case.items()}
+    found: dict[str, Plain] = {name: {**value} if isinstance(value, Mapping) else value for name, value in case.items()}
     for name, default in later.items():
         group, last = _holder(found, name)
         group.setdefault(last, default)
     return found
 
 
-def _holder(identity: dict[str, Any], name: str) -> tuple[dict[str, Any], str]:
+def _holder(identity: dict[str, Plain], name: str) -> tuple[dict[str, Plain], str]:
     """The group that a dotted key is in, and its name there."""
     group, _, last = name.rpartition(".")
-    return (identity.get(group) or {}) if group else identity, last
+    inner = identity.get(group) if group else identity
+    return inner if isinstance(inner, dict) else {}, last
 
 
 def alike(case: SceneCase) -> str:
@@ -59,9 +62,9 @@ def alike(case: SceneCase) -> str:
     5 kPa, 5000 Pa and a Young's modulus of 15 kPa are one, as are numbers with the same twelve digits. Hashes do not
     follow from it: the folder of a case that was computed is found by how it was written.
     """
-    identity = {"kind": case.kind, **identity_of(case)}
+    identity: dict[str, Plain] = {"kind": case.kind, **identity_of(case)}
     block = identity.pop(BLOCK, None)
-    if (scales := case.scales) is not None and block is not None:
+    if (scales := case.scales) is not None and isinstance(block, Mapping):
         given = {key: QUANTITIES[key] for key, value in block.items() if isinstance(value, str)}
         pairs = {key: (each, *measured(block[key], each)) for key, each in given.items() if each.uncertain}
         density = measured(block[DENSITY.key], DENSITY)[0] if DENSITY.key in given else None
@@ -88,7 +91,7 @@ def sources_of(case: SceneCase) -> dict[str, dict[str, str]]:
     return {"laws": dict(sorted(found.items()))} if found else {}
 
 
-def key_of(command: str, identity: Mapping[str, Any]) -> str:
+def key_of(command: str, identity: Content) -> str:
     """SHA-256 hash (hexadecimal) of a command and the identity of its case."""
     text = json.dumps({"command": command, **identity}, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()

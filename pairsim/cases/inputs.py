@@ -4,19 +4,47 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypedDict
 
 import numpy as np
 
 from pairsim.cases.case import SceneCase
-from pairsim.cases.experiment import Experiment, changes_no_other
+from pairsim.cases.experiment import Amounts, Experiment, changes_no_other, one
 from pairsim.cases.physical import QUANTITIES
 from pairsim.cases.quantity_text import as_given, measured, rounded
 from pairsim.quantities.kinds import PERCENTAGE
 from pairsim.quantities.measurable import Measurable
 from pairsim.quantities.scales import Scales
+from pairsim.runtime.arrays import Array
 
 STEP = 1e-6  # of logarithms, for derivatives of products of powers, and of percentages as parts; chosen
+
+
+class UnitSizes(TypedDict):
+    """The entry `scales` of run.json: the units of the case in SI units, which `units` names."""
+
+    length: float
+    time: float
+    velocity: float
+    stress: float
+    units: str
+
+
+class WrittenInput(TypedDict):
+    """One of the entry `inputs`: an `Input`."""
+
+    key: str
+    value: float
+    half_width: float
+    unit: str
+    changes: Mapping[str, float]
+
+
+class InUnits(TypedDict, total=False):
+    """What run.json has of the quantities of a case."""
+
+    scales: UnitSizes
+    inputs: list[WrittenInput]
 
 
 class Input(NamedTuple):
@@ -37,6 +65,13 @@ class Input(NamedTuple):
         """Divisor that turns a derivative by the logarithm of the quantity into one by the quantity in its unit."""
         return 1.0 if self.unit == PERCENTAGE.physical else self.value
 
+    @property
+    def written(self) -> WrittenInput:
+        """It as an entry of run.json."""
+        return WrittenInput(
+            key=self.key, value=self.value, half_width=self.half_width, unit=self.unit, changes=self.changes
+        )
+
 
 def inputs_of(case: SceneCase) -> list[Input]:
     """The quantities of the `physical` block of a valid case that can be uncertain; none without the block."""
@@ -46,8 +81,8 @@ def inputs_of(case: SceneCase) -> list[Input]:
     values = {key: value for key, value in experiment.values.items() if not changes_no_other(key)}
     found = []
     for key, value in values.items():
-        of, text = QUANTITIES[key], experiment.given[key]
-        if isinstance(value, tuple) or not of.uncertain:
+        of, text = QUANTITIES[key], str(experiment.given[key])
+        if not isinstance(value, float) or not of.uncertain:
             continue
         _, half_width = measured(text, of)
         if of.kind.signed:
@@ -60,25 +95,26 @@ def inputs_of(case: SceneCase) -> list[Input]:
     return found
 
 
-def _changes(experiment: Experiment, of: Measurable, values: Mapping[str, Any]) -> dict[str, float]:
+def _changes(experiment: Experiment, of: Measurable, values: Amounts) -> dict[str, float]:
     """What the numbers of a case change by with a quantity, of which there are values in SI units."""
     if of.by:
         return {of.by: 1 / of.kind.per_si}
-    value, unit = values[of.key], of.kind.per_si if of.kind.signed else 1.0
+    value, unit = one(values, of.key), of.kind.per_si if of.kind.signed else 1.0
     moved = [value + step if of.kind.signed else value * (1 + step) for step in (STEP, -STEP)]
     ends = [_logarithms(experiment, {**values, of.key: each}) for each in moved]
     return {name: round((ends[0][name] - ends[1][name]) / (2 * STEP) / unit, 8) for name in ends[0]}
 
 
-def drawn(case: SceneCase, count: int) -> tuple[Scales, dict[str, Any]]:
+def drawn(case: SceneCase, count: int) -> tuple[Scales, dict[str, Array]]:
     """Scales and numbers of a case with a `physical` block for `count` draws of its uncertain inputs.
 
-    These are normal, independent, and the same at each call; what is uncertain has the shape (count,). Beside the
-    numbers of the case there are those that derivatives alone know, such as "difference", where they have a half-width.
+    These are normal, independent, and the same at each call; what is uncertain has the shape (count,). Numbers that
+    differ between particles or distances are left out. Beside those of the case there are those that derivatives alone
+    know, such as "difference", where they have a half-width.
     """
     experiment, random = case.experiment, np.random.default_rng(0)
     assert experiment is not None
-    values, others = experiment.values, {}
+    values, others = experiment.values, dict[str, Array]()
     for each in inputs_of(case):
         if not each.half_width:
             continue
@@ -88,21 +124,23 @@ def drawn(case: SceneCase, count: int) -> tuple[Scales, dict[str, Any]]:
         elif of.kind.signed:
             values[each.key] = (each.value + draws) / of.kind.per_si
         else:
-            values[each.key] = values[each.key] * (1 + draws / each.value)
+            values[each.key] = one(values, each.key) * (1 + draws / each.value)
     scales, numbers = experiment.with_values(values)
-    return scales, numbers | others
+    return scales, {name: np.asarray(each) for name, each in numbers.items() if not isinstance(each, tuple)} | others
 
 
-def units_of(case: SceneCase) -> dict[str, Any]:
+def units_of(case: SceneCase) -> InUnits:
     """What run.json has of the quantities of a case: scales and inputs; nothing without a `physical` block."""
     if (scales := case.scales) is None:
         return {}
-    sizes = {name: getattr(scales, name) for name in ("length", "time", "velocity", "stress")}
-    return {"scales": sizes | {"units": "m, s, m/s, Pa"}, "inputs": [each._asdict() for each in inputs_of(case)]}
+    sizes = UnitSizes(
+        length=scales.length, time=scales.time, velocity=scales.velocity, stress=scales.stress, units="m, s, m/s, Pa"
+    )
+    return {"scales": sizes, "inputs": [each.written for each in inputs_of(case)]}
 
 
-def _logarithms(experiment: Experiment, values: Mapping[str, Any]) -> dict[str, float]:
+def _logarithms(experiment: Experiment, values: Amounts) -> dict[str, float]:
     """The numbers of a case, and the logarithms of its scales."""
     scales, numbers = experiment.with_values(values)
-    largest = {name: float(max(each)) if isinstance(each, tuple) else float(each) for name, each in numbers.items()}
+    largest = {name: float(max(np.atleast_1d(np.asarray(each)))) for name, each in numbers.items()}
     return largest | {"length": math.log(scales.length), "velocity": math.log(scales.velocity)}

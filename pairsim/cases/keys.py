@@ -2,22 +2,26 @@
 
     gravity: Annotated[PerParticle[Force], Key("W", caption=10, slug="W", since="0.4")] = Field(0.0, description=...)
 
-Captions, grids, hashes, folder names and atlases ask these declarations; see docs/how-to/add-key.md. A quantity of the
-`physical` block says itself which key it gives (`cases/physical.py`), and a law which parameters it has.
+Captions, grids, hashes, folder names, messages and atlases ask these declarations; see docs/how-to/add-key.md. A
+quantity of the `physical` block says itself which key it gives (`cases/physical.py`), and a law which parameters it
+has.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cache
-from typing import Annotated, Any, Self, TypeVar, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Self, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict
 from pydantic.fields import FieldInfo
 
 from pairsim.cases.values import OneOrMany
+
+if TYPE_CHECKING:
+    from pairsim.cases.mistakes import Mistake
 
 
 class Part(Enum):
@@ -69,6 +73,11 @@ class Key:
             where it does.
         idle: A function of a case that says why it has no effect there, "" where it has one. What has one value for
             each particle has none without particles.
+        check: A function of a case that says what the key must be there beside the other keys, "" where it is right; or
+            that yields mistakes, where these name another value. Lists have one value for each particle or gap then.
+        first: Whether other keys are checked only if its check finds nothing, as they depend on it.
+        models: What it brings into the model that is said to be left out where no key does, such as "gravity"
+            (`cases/messages.py`).
         since: The version that brought it, where hashes of older cases are to stay: it is in the hash of those cases
             alone in which it is not its default.
         lengths: Whether its values, numbers of tube diameters, may be lengths such as "15 um" in a case with a
@@ -87,6 +96,9 @@ class Key:
     required: bool = False
     identity: bool | Callable[[Any], bool] = True
     idle: Callable[[Any], str] | None = None
+    check: Callable[[Any], str | Iterable[Mistake]] | None = None
+    first: bool = False
+    models: str = ""
     since: str = ""
     lengths: bool = False
     usual: Any = None
@@ -120,7 +132,7 @@ class Keys(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
-    def filled(self, values: Mapping[str, Any], always: Collection[str] = ()) -> Self:
+    def filled(self, values: Mapping[str, object], always: Collection[str] = ()) -> Self:
         """A copy with other values for keys that were not given; they still count as not given in the copy.
 
         Args:

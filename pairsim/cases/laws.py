@@ -20,6 +20,7 @@ from pairsim.physics.declared import LAWS
 from pairsim.physics.liquids import NEWTONIAN, ConformationLaw, Liquid, Newtonian, ViscousLaw
 from pairsim.physics.material import Material, Parameter
 from pairsim.physics.solids import Solid
+from pairsim.runtime.plain import Plain
 
 MODES = "modes"  # the law of a liquid of several modes in case files
 VISCOUS = {name: law for name, law in liquids.LAWS.items() if issubclass(law, ViscousLaw)}
@@ -46,7 +47,7 @@ class LawChoice:
 
     key: str
     name: str
-    given: Mapping[str, Any]
+    given: Content
 
     @classmethod
     def of(cls, key: str, value: Any, default: str = "") -> Self:
@@ -73,8 +74,12 @@ class LawChoice:
     def _names(self) -> Iterable[str]:
         return LAWS[self.name].parameters() if self.name in LAWS else ()
 
+    def numbers(self, names: Iterable[str]) -> dict[str, float]:
+        """Those of some parameters that are given as numbers."""
+        return {name: value for name in names if is_finite(value := self.given.get(name))}
+
     @property
-    def block(self) -> dict[str, Any]:
+    def block(self) -> dict[str, Plain]:
         """The law as a block of a case."""
         return {"law": self.name, **self.given}
 
@@ -124,14 +129,10 @@ class LiquidChoice(LawChoice):
         law = VISCOUS.get(self.name, Newtonian)
         return law.anyhow().with_numbers(self.numbers(law.parameters()))
 
-    def numbers(self, names: Iterable[str]) -> dict[str, float]:
-        """Those of some parameters that are given as numbers."""
-        return {name: self.given[name] for name in names if is_finite(self.given.get(name))}
-
     def with_numbers(self, numbers: Mapping[str, float]) -> Self:
         found = super().with_numbers(numbers)
         parts = {name: part for name in ("solvent", "yielding") if (part := self._part(name)) is not None}
-        blocks: dict[str, Any] = {name: part.with_numbers(numbers).block for name, part in parts.items()}
+        blocks: dict[str, Plain] = {name: part.with_numbers(numbers).block for name, part in parts.items()}
         if self.modes:
             blocks[MODES] = [each.with_numbers(numbers).block for each in self.modes]
         return replace(found, given={**found.given, **blocks})
@@ -150,9 +151,10 @@ class LiquidChoice(LawChoice):
         """The modes of the polymer, whose weights add up to 1."""
         if self.name != MODES:
             return (self.made(ELASTIC),)
-        modes = self.modes
-        total = sum(each.given["weight"] for each in modes)
-        return tuple(each.made(ELASTIC, time=each.given["time"], weight=each.given["weight"] / total) for each in modes)
+        numbers = [each.numbers(("time", "weight")) for each in self.modes]
+        total = sum(each["weight"] for each in numbers)
+        own = zip(self.modes, numbers, strict=True)
+        return tuple(mode.made(ELASTIC, time=its["time"], weight=its["weight"] / total) for mode, its in own)
 
 
 @dataclass(frozen=True)
@@ -200,4 +202,5 @@ class Laws:
 
 def liquid_in(resolved: Content) -> Liquid:
     """The liquid of a case with all its keys, as in case.yaml of a folder of results."""
-    return Laws.in_case(resolved).liquid.model(resolved.get("De", 0.0), resolved.get("xi", 1.0))
+    De, xi = resolved.get("De"), resolved.get("xi")
+    return Laws.in_case(resolved).liquid.model(De if is_finite(De) else 0.0, xi if is_finite(xi) else 1.0)

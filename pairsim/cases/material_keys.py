@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Union
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, create_model
@@ -13,12 +14,20 @@ from pairsim.cases.values import Number
 from pairsim.physics import liquids, solids
 from pairsim.physics.liquids import ConformationLaw, Newtonian
 from pairsim.physics.material import Material, Parameter
+from pairsim.runtime.plain import Plain
+
+if TYPE_CHECKING:
+    from pydantic.json_schema import JsonSchemaValue
 
 MOST_MODES = 8
 MODES_WORDS = "several relaxation times: a list of modes, each with its law"
 
 
-def _field(parameter: Parameter) -> Any:
+type _Definition = tuple[Any, Any]
+"""The type of a field, and what pydantic knows of it."""
+
+
+def _field(parameter: Parameter) -> _Definition:
     """Type, range, default and description of a parameter."""
     least, most = parameter.least, parameter.most
     bounds = Field(gt=least, le=most) if parameter.open else Field(ge=least, le=most)
@@ -26,27 +35,29 @@ def _field(parameter: Parameter) -> Any:
     return Annotated[Number, bounds], Field(default, description=parameter.words)
 
 
-def _model(name: str, law: str, words: str, fields: Mapping[str, Any], measured: list[str]) -> type[BaseModel]:
+def _model(name: str, law: str, words: str, fields: Mapping[str, _Definition], measured: list[str]) -> type[BaseModel]:
     """A model of the block of a law, which is found in this module, so that a case can be sent to other processes.
 
     Fields that are `measured` may be given by the `physical` block; the JSON Schema therefore does not require them.
     """
 
-    def without_measured(schema: dict[str, Any]) -> None:
+    def without_measured(schema: JsonSchemaValue) -> None:
         schema["required"] = [key for key in schema["required"] if key not in measured]
 
     config = ConfigDict(extra="forbid", frozen=True, defer_build=True, json_schema_extra=without_measured)
-    fields = {"law": (_names([law]), Field(description=words)), **fields}
-    globals()[name] = create_model(name, __config__=config, __doc__=words, __module__=__name__, **fields)
+    definitions: Any = {"law": (_names([law]), Field(description=words)), **fields}
+    globals()[name] = create_model(name, __config__=config, __doc__=words, __module__=__name__, **definitions)
     return globals()[name]
 
 
-def _models(laws: Mapping[str, type[Material]], of: str = "", **more: Any) -> dict[str, type[BaseModel]]:
+def _models(
+    laws: Mapping[str, type[Material]], more: Mapping[str, _Definition] = MappingProxyType({}), of: str = ""
+) -> dict[str, type[BaseModel]]:
     """The models of the blocks of some laws by name; `of` distinguishes them from others of the same laws."""
     found = {}
     for name, law in laws.items():
         declared = law.parameters()
-        fields = {key: _field(each) for key, each in declared.items()} | more
+        fields = {**{key: _field(each) for key, each in declared.items()}, **more}
         measured = [key for key, each in declared.items() if each.dimension is not None]
         found[name] = _model(f"{law.__name__}{of}Block", name, law.words, fields, measured)
     return found
@@ -70,7 +81,7 @@ _SOLVENTS = _models(VISCOUS)
 _SOLVENT = Field(None, description="viscosity law of the solvent; default: one of constant viscosity")
 _OF_SOLVENT = (_block_of(_SOLVENTS) | None, _SOLVENT)
 _OF_MODE = {name: _field(each) for name, each in ConformationLaw.OF_MODE.items()}
-_OF_MODES = _models(ELASTIC, "Mode", **_OF_MODE)
+_OF_MODES = _models(ELASTIC, _OF_MODE, of="Mode")
 _MODES = Field(
     min_length=2,
     max_length=MOST_MODES,
@@ -80,8 +91,8 @@ _MODES = Field(
 _ONE_MODE: Any = Annotated[Union[*_OF_MODES.values()], Field(discriminator="law")]
 _YIELDING = _models(liquids.YIELDING)
 _YIELDS = Field(None, description="what a yield stress does to the relaxation of the polymer; default: no yield stress")
-_OF_LIQUID: dict[str, Any] = {"solvent": _OF_SOLVENT, "yielding": (_block_of(_YIELDING) | None, _YIELDS)}
-_ELASTIC = _models(ELASTIC, **_OF_LIQUID)
+_OF_LIQUID: dict[str, _Definition] = {"solvent": _OF_SOLVENT, "yielding": (_block_of(_YIELDING) | None, _YIELDS)}
+_ELASTIC = _models(ELASTIC, _OF_LIQUID)
 _SEVERAL = _model("ModesBlock", MODES, MODES_WORDS, {"modes": (tuple[_ONE_MODE, ...], _MODES), **_OF_LIQUID}, [])
 LIQUIDS: dict[str, type[BaseModel]] = {**_SOLVENTS, **_ELASTIC, MODES: _SEVERAL}
 """The model of the block of each liquid."""
@@ -105,7 +116,7 @@ def written(block: BaseModel | None) -> Any:
     return None if block is None else _shortened(block.model_dump(mode="json", exclude_none=True))
 
 
-def _shortened(block: dict[str, Any]) -> Any:
-    if "solvent" in block and (solvent := _shortened(block.pop("solvent"))) != Newtonian.name:
-        block["solvent"] = solvent
+def _shortened(block: dict[str, Plain]) -> Plain:
+    if isinstance(solvent := block.pop("solvent", None), dict) and (shorter := _shortened(solvent)) != Newtonian.name:
+        block["solvent"] = shorter
     return block if len(block) > 1 else block["law"]

@@ -6,11 +6,15 @@ from typing import Annotated
 
 from pydantic import Field
 
-from pairsim.cases import values
 from pairsim.cases.accuracy import DEFAULT, PIPE_CELL, ROW_GRADING, USUAL
 from pairsim.cases.keys import Key, Keys
+from pairsim.cases.values import Number, Whole, zero_or
 
 THINNING = USUAL.in_time["thinning"]
+
+Growth = Annotated[Number, Field(ge=0.01, le=2)]
+Grading = Annotated[Number, Field(ge=0.1, le=10)]
+CellCount = Annotated[Whole, Field(ge=0, le=1000)]
 
 
 def _defaults(name: str) -> str:
@@ -25,24 +29,24 @@ def _defaults(name: str) -> str:
 class MeshOptions(Keys):
     """Cell sizes."""
 
-    Np: Annotated[values.Whole, Key("N_p")] = Field(
+    Np: Annotated[Whole, Key("N_p")] = Field(
         THINNING.Np,
         ge=6,
         le=1000,
         description=f"least number of cells on the half-circle of each particle ({_defaults('Np')})",
     )
-    grading: values.Grading = Field(
+    grading: Grading = Field(
         THINNING.grading,
         description="length of the cells at the poles of a particle over that at its equator, of Np cells in all "
         "(default: by accuracy; 1 in a liquid without a memory, and in one that hardens in extension)",
     )
-    growth: values.Growth = Field(0.15, description="growth of the cell size per unit distance from a particle")
-    gap_cells: values.CellCount = Field(0, description="cells across a gap between particles (0: Np/4)")
-    gap_exponent: values.Fraction = Field(
+    growth: Growth = Field(0.15, description="growth of the cell size per unit distance from a particle")
+    gap_cells: CellCount = Field(0, description="cells across a gap between particles (0: Np/4)")
+    gap_exponent: Annotated[Number, Field(ge=0, le=1)] = Field(
         0.0, description="below d = 0.1 the number of cells across a gap grows as (0.1/d)^gap_exponent"
     )
-    wall_cells: values.CellCount = Field(0, description="cells between a particle and the wall (0: Np/4)")
-    max_size: values.CellSize = Field(
+    wall_cells: CellCount = Field(0, description="cells between a particle and the wall (0: Np/4)")
+    max_size: Annotated[Number, Field(ge=1e-4, le=0.5)] = Field(
         THINNING.max_size,
         description=f"largest cell size [D_c] ({_defaults('max_size')}; less beside small particles in viscoelastic "
         f"liquids, and {PIPE_CELL:g} without particles)",
@@ -53,13 +57,13 @@ class MeshOptions(Keys):
         description="make cells smaller where the estimated error is more than accuracy allows (default: true, unless "
         "Np is given)",
     )
-    core_growth: values.Growth = Field(0.3, description="growth of the cell size per unit depth inside a particle")
-    rows: values.Rows = Field(
+    core_growth: Growth = Field(0.3, description="growth of the cell size per unit depth inside a particle")
+    rows: Annotated[Number, *zero_or(0.05, 1e4)] = Field(
         THINNING.rows,
         description="distance from the particles beyond which cells lie in rows along the tube [D_c] (default: by "
         "accuracy; 0, no rows, without particles)",
     )
-    row_grading: values.Grading = Field(
+    row_grading: Grading = Field(
         1.0,
         description="length of the cells across the tube on the axis over that at the wall, in rows (default: by "
         f"accuracy; {ROW_GRADING:g} in runs in viscoelastic liquids, else 1)",

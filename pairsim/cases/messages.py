@@ -12,7 +12,7 @@ from pydantic import BaseModel, ValidationError
 
 from pairsim.cases.allowed import allowed_in
 from pairsim.cases.experiment import follows_in
-from pairsim.cases.keys import groups_of
+from pairsim.cases.keys import groups_of, keys_of
 from pairsim.cases.laws import Laws
 from pairsim.cases.material_keys import BLOCKS
 from pairsim.cases.mistakes import Mistake, missing
@@ -26,11 +26,10 @@ from pairsim.physics.own_laws import OPTION
 from pairsim.runtime.text import as_typed
 
 CLOSE = 0.65  # least similarity (difflib) at which a key counts as a misspelling of another
-BEYOND = re.compile(r"inertia|reynolds|^re$|gravity|off_?(axis|set)|eccentric|lateral|channel|wall|square")
-"""Names of keys for what is not modelled."""
-MODELLED = (
-    "pairsim computes spheres on the axis of a round tube, without inertia and gravity (docs/explanation/limits.md)"
-)
+LEFT_OUT = {"inertia": r"inertia|reynolds|^re$", "gravity": r"gravity"}
+"""What the model leaves out unless a key brings it in (`Key.models`), and names of keys that stand for it."""
+OTHER_SCENES = r"off_?(axis|set)|eccentric|lateral|channel|wall|square"
+"""Names of keys for scenes that are not modelled."""
 ADAPTED = {
     r"^Value error, ": "",
     r"^Input should be ": "must be ",
@@ -144,9 +143,18 @@ class _File:
             return f"allowed: {', '.join(home.model_fields)}"
         if meant := _similar(name, group, groups):
             return f"did you mean {meant}?"
-        if not group and BEYOND.search(name.lower()):
-            return MODELLED
+        if not group and (beyond := self._beyond(name.lower())):
+            return beyond
         return f"allowed: {', '.join(home.model_fields)}"
+
+    def _beyond(self, name: str) -> str:
+        """What is modelled, for a name that stands for what is not; "" for others."""
+        modelled = {key.models for key in keys_of(self.model).values()}
+        left = [each for each in LEFT_OUT if each not in modelled]
+        if not re.search("|".join((OTHER_SCENES, *(LEFT_OUT[each] for each in left))), name):
+            return ""
+        without = f", without {' and '.join(left)}" if left else ""
+        return f"pairsim computes spheres on the axis of a round tube{without} (docs/explanation/limits.md)"
 
     def _in_its_law(self, key: str, value: str) -> str:
         """How a parameter that is given beside its law is written in its block."""

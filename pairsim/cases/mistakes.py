@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from operator import attrgetter
+from collections.abc import Iterable
 from typing import Any, NamedTuple
-
-from pydantic import BaseModel
 
 from pairsim.cases.yaml_file import Content, place_of
 from pairsim.runtime.errors import InputError
@@ -23,13 +20,6 @@ class Mistake(NamedTuple):
 def missing(key: str, needed: str) -> Mistake:
     """The mistake of a required key that is not given; `needed` says what it must be."""
     return Mistake(key, None, f"is missing; {needed}")
-
-
-def broken(case: BaseModel, *rules: tuple[str, bool, str]) -> Iterator[Mistake]:
-    """The mistakes in a case: for each rule its dotted key, whether it is broken, and what the key must be."""
-    for key, wrong, allowed in rules:
-        if wrong:
-            yield Mistake(key, attrgetter(key)(case), allowed)
 
 
 def input_error(mistakes: Iterable[Mistake], data: Content, source: str, entry: str = "") -> InputError:

@@ -16,6 +16,7 @@ from pairsim.physics.solids.solid import MODULUS
 from pairsim.quantities.kinds import DENSITY as OF_DENSITY
 from pairsim.quantities.kinds import FLOW_RATE, PERCENTAGE, TIME, VELOCITY
 from pairsim.quantities.measurable import Measurable, Usual, a_length
+from pairsim.runtime.plain import Plain
 
 BLOCK = "physical"
 RANGE_OF_LENGTHS = "{start: 5 um, stop: 40 um, num: 9}"
@@ -153,6 +154,6 @@ class Physical(_Keys):
     """Quantities of an experiment. particle, modulus, young: one value for all particles, or a list from upstream."""
 
     @property
-    def given(self) -> dict[str, Any]:
+    def given(self) -> dict[str, Plain]:
         """The quantities that are given, as they are written."""
         return {key: value for key, value in self if value is not None}

@@ -195,6 +195,11 @@ def _halves(text: Any) -> tuple[Any, str | None]:
     return value, half
 
 
+def has_half_width(text: object) -> bool:
+    """Whether a quantity is given with the half-width of its interval."""
+    return isinstance(text, str) and PLUS_MINUS.search(text) is not None
+
+
 def suited(value: float, unit: str) -> tuple[str, float]:
     """The unit of `COMMON` in which a value in a SI unit is read best, such as ms for 0.008 s, and its size."""
     known = [each for each in COMMON.get(unit, {}).items() if each[0] != "min"] or [(unit.replace("*", "."), 1.0)]

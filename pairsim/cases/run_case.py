@@ -1,19 +1,19 @@
-"""The keys of a run, and the checks that involve several of them."""
+"""The keys of a run."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from math import inf
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
 from pairsim.cases import values
 from pairsim.cases.accuracy import USUAL, settings_of
 from pairsim.cases.case import ENDS, SceneCase
-from pairsim.cases.checks import check_scene
 from pairsim.cases.keys import NO_PARTICLES, Key, Keys, Part, PerGap
-from pairsim.cases.mistakes import Mistake, broken
+from pairsim.cases.mistakes import Mistake
+from pairsim.runtime.plain import Plain
 
 MOST_OUTPUTS = 10_000
 LEAST_GAP = 1e-4  # between the last particle of a period and the first one of the next [D_c], as of others
@@ -34,7 +34,51 @@ def _without_gaps(case: SceneCase) -> str:
     return "" if case.n > 1 else "there is only one particle" if case.n else NO_PARTICLES
 
 
-OF_GAPS = Key(idle=_without_gaps)
+def _by_the_end(key: str) -> Callable[[Case], str]:
+    """What a time of the group `time` must be: not after the end."""
+    return lambda case: f"must be at most time.end = {case.time.end:g}" if _late(case, getattr(case.time, key)) else ""
+
+
+def _late(case: Case, time: float | None) -> bool:
+    return (time or 0.0) > case.time.end
+
+
+def _check_max_step(case: Case) -> str:
+    first = case.time.first_step
+    return f"must be at least time.first_step = {first:g}" if case.time.max_step < first else ""
+
+
+def _check_min_gap(case: Case) -> str:
+    narrowest = min(case.gaps, default=inf)
+    return f"must be below the initial distance {narrowest:g}" if case.limits.min_gap >= narrowest else ""
+
+
+def _check_max_gap(case: Case) -> str:
+    widest = max(case.gaps, default=-inf)
+    return f"must be above the initial distance {widest:g}" if (case.limits.max_gap or inf) <= widest else ""
+
+
+def _check_times(case: Case) -> Iterator[Mistake]:
+    """Yield the mistake of the first time of output after the end."""
+    late = [t for t in case.output.times if _late(case, t)]
+    yield from (Mistake("output.times", t, f"must be at most time.end = {case.time.end:g}") for t in late[:1])
+
+
+def _check_every(case: Case) -> str:
+    least = case.time.end / MOST_OUTPUTS
+    many = (case.output.every or inf) < least
+    return f"must be at least {least:g}, which gives {MOST_OUTPUTS} outputs" if many else ""
+
+
+def _check_ends(case: Case) -> Iterator[Mistake]:
+    """Yield the mistake of a period of an infinite row without particles, or too short for them."""
+    if not case.closed:
+        return
+    if not case.n:
+        yield Mistake("ends", case.ends, "must be periodic or developed: there are no particles to be repeated")
+    elif case.length != "auto" and case.tube_length <= (least := case.cluster + max(case.limits.min_gap, LEAST_GAP)):
+        allowed = f"must be above {least:g}: {case.cluster:g} for the particles, and the distance to the next period"
+        yield Mistake("length", case.tube_length, allowed)
 
 
 class TimeOptions(Keys):
@@ -44,12 +88,17 @@ class TimeOptions(Keys):
         SHORTEST_RUN,
         description=f"end time [D_c/U_av] (default: {DEFAULT_END}, by when a start from rest is forgotten)",
     )
-    tol: values.Tolerance = Field(
-        USUAL.time_tol, description="allowed local error of the particles' velocities [U_av] (default: by accuracy)"
+    tol: values.Number = Field(
+        USUAL.time_tol,
+        ge=1e-9,
+        le=0.1,
+        description="allowed local error of the particles' velocities [U_av] (default: by accuracy)",
     )
-    first_step: values.Time = Field(5e-4, description="size of the first step [D_c/U_av]")
-    max_step: values.Time = Field(2.0, description="largest step [D_c/U_av]")
-    fixed_step: values.Time | None = Field(
+    first_step: Annotated[values.Time, Key(check=_by_the_end("first_step"))] = Field(
+        5e-4, description="size of the first step [D_c/U_av]"
+    )
+    max_step: Annotated[values.Time, Key(check=_check_max_step)] = Field(2.0, description="largest step [D_c/U_av]")
+    fixed_step: Annotated[values.Time | None, Key(check=_by_the_end("fixed_step"))] = Field(
         None, description="constant step size [D_c/U_av], without error control; shortened to land on output times"
     )
 
@@ -57,13 +106,13 @@ class TimeOptions(Keys):
 class Limits(Keys):
     """Conditions that end a run before its end time."""
 
-    min_gap: Annotated[values.Gap, OF_GAPS] = Field(
-        0.002, description="contact: the run ends when a gap falls below this [D_c]"
+    min_gap: Annotated[values.Number, Key(idle=_without_gaps, check=_check_min_gap)] = Field(
+        0.002, ge=0, le=1e4, description="contact: the run ends when a gap falls below this [D_c]"
     )
-    max_gap: Annotated[values.Distance | None, OF_GAPS] = Field(
+    max_gap: Annotated[values.Distance | None, Key(idle=_without_gaps, check=_check_max_gap)] = Field(
         None, description="the run ends when a gap exceeds this [D_c]"
     )
-    wall_time: values.Seconds | None = Field(
+    wall_time: Annotated[values.Number, Field(ge=0.001, le=1e9)] | None = Field(
         None, description="largest wall time of the whole run [s]; the run fails beyond it"
     )
     max_steps: values.Whole = Field(
@@ -74,10 +123,12 @@ class Limits(Keys):
 class OutputOptions(Keys):
     """When files are written. Steps land on `times` and `every`; the first and the last step are always written."""
 
-    times: tuple[values.Time, ...] = Field(
+    times: Annotated[tuple[values.Time, ...], Key(check=_check_times)] = Field(
         (), max_length=MOST_OUTPUTS, description="times at which fields are written to fields.xdmf [D_c/U_av]"
     )
-    every: values.Time | None = Field(None, description="interval between fields in fields.xdmf [D_c/U_av]")
+    every: Annotated[values.Time | None, Key(check=_check_every)] = Field(
+        None, description="interval between fields in fields.xdmf [D_c/U_av]"
+    )
     frames: values.Whole = Field(
         20,
         ge=0,
@@ -86,8 +137,11 @@ class OutputOptions(Keys):
         "time, contact or max_gap; if times and every are unset",
     )
     fields: bool = Field(True, strict=True, description="whether fields.xdmf is written")
-    checkpoint: values.Interval = Field(
-        60.0, description="interval between checkpoints (checkpoint.npz, for run --resume) [s of wall time]"
+    checkpoint: values.Number = Field(
+        60.0,
+        ge=0,
+        le=1e9,
+        description="interval between checkpoints (checkpoint.npz, for run --resume) [s of wall time]",
     )
 
 
@@ -104,7 +158,7 @@ class Case(SceneCase):
     d0: Annotated[PerGap[values.Distance] | None, D0] = Field(
         None, description="initial distance between the facing surfaces [D_c]"
     )
-    ends: Literal["periodic", "developed", "repeated"] = Field(  # type: ignore[assignment]  # one more than others have
+    ends: Annotated[Literal["periodic", "developed", "repeated"], Key(check=_check_ends)] = Field(  # type: ignore[assignment]  # one more than others have
         "developed",
         description=f"{ENDS}; or repeated: the tube is a period of an infinite row, in which the last particle is "
         "followed by the first one (default of length: the mean of d0 between these two)",
@@ -115,7 +169,7 @@ class Case(SceneCase):
         "distances in the developed flow (default: rest; steady with a physical block, as beads that meet in a tube "
         "have flowed through it for long)",
     )
-    hold: Annotated[bool, OF_GAPS] = Field(
+    hold: Annotated[bool, Key(idle=_without_gaps)] = Field(
         False,
         strict=True,
         description="keep the distances d0 while shapes and stresses go on, as quasi-steady solutions do: dU after any "
@@ -131,7 +185,7 @@ class Case(SceneCase):
     limits: Annotated[Limits, Key(part=Part.REPORT)] = Limits()
     output: Annotated[OutputOptions, Key(part=Part.REPORT)] = OutputOptions()
 
-    def _defaults(self) -> dict[str, Any]:
+    def _defaults(self) -> dict[str, Plain]:
         particles = zip(self.Ca_es, self.solid_models, strict=True)
         soft = [Ca_e * (1 + RUN_PER_VISCOSITY * float(solid.viscosity or 0.0)) for Ca_e, solid in particles if solid]
         elastic = RUN_PER_DE * self.De * self.slowest_time
@@ -164,33 +218,3 @@ class Case(SceneCase):
     def adapts(self) -> bool:
         """Whether a coarse run tells which cells are needed."""
         return self.estimates_error and self.mesh.adapt
-
-
-def check_run(case: Case) -> Iterator[Mistake]:
-    """Check the keys of a run against each other; yields mistakes as `check_scene` does."""
-    yield from check_scene(case)
-    if case.closed:
-        yield from _check_period(case)
-    time, output, limits, end = case.time, case.output, case.limits, case.time.end
-    widest, narrowest = max(case.gaps, default=-inf), min(case.gaps, default=inf)
-    in_time = f"must be at most time.end = {end:g}"
-    outputs = f"must be at least {end / MOST_OUTPUTS:g}, which gives {MOST_OUTPUTS} outputs"
-    yield from (Mistake("output.times", t, in_time) for t in [t for t in output.times if t > end][:1])
-    yield from broken(
-        case,
-        ("time.first_step", time.first_step > end, in_time),
-        ("time.max_step", time.max_step < time.first_step, f"must be at least time.first_step = {time.first_step:g}"),
-        ("time.fixed_step", (time.fixed_step or 0.0) > end, in_time),
-        ("output.every", (output.every or inf) < end / MOST_OUTPUTS, outputs),
-        ("limits.max_gap", (limits.max_gap or inf) <= widest, f"must be above the initial distance {widest:g}"),
-        ("limits.min_gap", limits.min_gap >= narrowest, f"must be below the initial distance {narrowest:g}"),
-    )
-
-
-def _check_period(case: Case) -> Iterator[Mistake]:
-    """Check the length of a period of an infinite row; yields mistakes."""
-    if not case.n:
-        yield Mistake("ends", case.ends, "must be periodic or developed: there are no particles to be repeated")
-    elif case.length != "auto" and case.tube_length <= (least := case.cluster + max(case.limits.min_gap, LEAST_GAP)):
-        allowed = f"must be above {least:g}: {case.cluster:g} for the particles, and the distance to the next period"
-        yield Mistake("length", case.tube_length, allowed)

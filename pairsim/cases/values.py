@@ -1,4 +1,4 @@
-"""Kinds of values in case files and the range of each: the one place where limits of numbers are set.
+"""Kinds of values that several keys of case files have. The limits of one key alone are in the type of its field.
 
 Limits are wider than what has been computed (docs/explanation/limits.md) and narrower than what would overflow double
 precision, stop gmsh or give names that no file system takes.
@@ -12,9 +12,6 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeGuard, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag, WithJsonSchema
-
-from pairsim.physics.liquids import Liquid
-from pairsim.physics.solids import Solid
 
 NAME = r"^\w[\w.+-]{0,99}$"  # pattern of a name of a case
 NAME_WORDS = "a word of at most 100 letters, digits and . _ + -, not beginning with one of . + -"
@@ -35,8 +32,8 @@ def is_name(text: str) -> bool:
     return re.fullmatch(NAME, text) is not None
 
 
-def _zero_or(least: float, most: float) -> Any:
-    """What a number must be that is 0 or in a range."""
+def zero_or(least: float, most: float) -> tuple[Any, ...]:
+    """The limits of a number that is 0 or in a range."""
 
     def check(value: float) -> float:
         if 0 < value < least:
@@ -46,30 +43,10 @@ def _zero_or(least: float, most: float) -> Any:
     return Field(ge=0, le=most), AfterValidator(check)
 
 
-def _named(text: str) -> str:
-    if not is_name(text):
-        raise ValueError(f"must be {NAME_WORDS}")
-    return text
-
-
 # Strict: booleans and texts are no numbers.
 Whole = Annotated[int, Field(strict=True)]
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[Number, Field(gt=0)]
-CaseName = Annotated[str, Field(json_schema_extra={"pattern": NAME}), AfterValidator(_named)]
-DIAMETERS = 1e-3, 0.999  # [D_c]; cell sizes by default follow from the diameter
-Diameter = Annotated[Number, Field(ge=DIAMETERS[0], le=DIAMETERS[1])]
-_SHARED = {name: (p.least, p.most) for name, p in {**Liquid.OF_POLYMER, **Solid.OF_ALL}.items()}
-Deborah = Annotated[Number, *_zero_or(*_SHARED["De"])]
-Capillary = Annotated[Number, *_zero_or(*_SHARED["Ca_e"])]
-SolventPart = Annotated[Number, *_zero_or(*_SHARED["xi"])]
-Fraction = Annotated[Number, Field(ge=0, le=1)]
-CellSize = Annotated[Number, Field(ge=1e-4, le=0.5)]
-Growth = Annotated[Number, Field(ge=0.01, le=2)]
-Grading = Annotated[Number, Field(ge=0.1, le=10)]
-CellCount = Annotated[Whole, Field(ge=0, le=1000)]
-TubeLength = Annotated[Number, Field(ge=0.1, le=1e4)]
-Rows = Annotated[Number, *_zero_or(0.05, 1e4)]
 # A much narrower gap needs more cells than fit in memory, and gmsh does not report that.
 Distance = Annotated[Number, Field(ge=1e-4, le=1e4)]
 DistanceOrLength = Annotated[
@@ -79,14 +56,8 @@ DistanceOrLength = Annotated[
     ),
 ]
 """A distance, which is given as a length in cases with a `physical` block, too; it is a number in a valid case."""
-Gap = Annotated[Number, Field(ge=0, le=1e4)]
 MOST_TIME = 1e6
 Time = Annotated[Number, Field(ge=1e-9, le=MOST_TIME)]
-Tolerance = Annotated[Number, Field(ge=1e-9, le=0.1)]
-CurveTolerance = Annotated[Number, Field(ge=1e-9, le=1)]
-Velocity = Annotated[Number, Field(ge=-1e3, le=1e3)]
-Interval = Annotated[Number, Field(ge=0, le=1e9)]
-Seconds = Annotated[Number, Field(ge=0.001, le=1e9)]
 
 MOST_VALUES = 10_000  # of a list or range
 

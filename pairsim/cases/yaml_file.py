@@ -20,6 +20,7 @@ from ruamel.yaml.nodes import MappingNode, Node
 
 from pairsim.physics import liquids, solids
 from pairsim.runtime.errors import InputError
+from pairsim.runtime.plain import Plain
 from pairsim.runtime.text import shortened
 
 OPTION = "--set"
@@ -31,7 +32,7 @@ TAG = "tag:yaml.org,2002:"
 UNFIT = re.compile("[\0\ud800-\udfff]")  # what is in no name of a file
 
 
-type Content = Mapping[str, Any]
+type Content = Mapping[str, Plain]
 """Keys with their values, such as those of a file: of none is it known yet whether it is right."""
 
 
@@ -86,7 +87,7 @@ def place_of(data: Content, key: str) -> Place | None:
     return place
 
 
-def within(data: dict[str, Any], dotted: str) -> tuple[dict[str, Any], str]:
+def within(data: dict[str, Plain], dotted: str) -> tuple[dict[str, Plain], str]:
     """The group of a dotted key, created if it is missing, and the name of the key in that group.
 
     The name of a law becomes its block.
@@ -112,7 +113,9 @@ def within(data: dict[str, Any], dotted: str) -> tuple[dict[str, Any], str]:
     return inner, last
 
 
-def merge(target: dict[str, Any], changes: Content, groups: Collection[str], source: str = "", group: str = "") -> None:
+def merge(
+    target: dict[str, Plain], changes: Content, groups: Collection[str], source: str = "", group: str = ""
+) -> None:
     """Merge changes into nested keys and values, in place: groups of keys are merged, all other values are replaced.
 
     Groups are those of the case, as of `groups_of` its model. Changes are nested or have dotted keys. Error messages
@@ -125,20 +128,21 @@ def merge(target: dict[str, Any], changes: Content, groups: Collection[str], sou
         place = getattr(dotted, "place", None)
         try:
             inner, last = within(target, dotted)
-            of_law = last in DEFAULT_LAWS and isinstance(value, Mapping) and "law" not in value
+            more = value if isinstance(value, Mapping) else {}
+            of_law = last in DEFAULT_LAWS and isinstance(value, Mapping) and "law" not in more
             in_group = last in groups and isinstance(value, Mapping) and isinstance(inner.get(last), Mapping)
             kept = within(inner, f"{last}.law")[0] if of_law or in_group else None
         except ValueError as error:
             file, line = place or (source, None)
             raise InputError(file, f"{group}{dotted}", value, str(error), line=line) from None
         if kept is not None:
-            merge(kept, value, groups, source, f"{group}{dotted}.")
+            merge(kept, more, groups, source, f"{group}{dotted}.")
         else:
             inner.pop(last, None)  # with its place
             inner[PlacedKey(last, place)] = copy.deepcopy(value)
 
 
-def apply_settings(data: dict[str, Any], overrides: tuple[str, ...], groups: Collection[str]) -> None:
+def apply_settings(data: dict[str, Plain], overrides: tuple[str, ...], groups: Collection[str]) -> None:
     """Apply settings key=value with dotted keys, as given to --set, to nested keys and values, in place.
 
     Groups are those of `merge`.
@@ -157,9 +161,9 @@ def apply_settings(data: dict[str, Any], overrides: tuple[str, ...], groups: Col
         merge(data, {PlacedKey(key, Place(OPTION, None)): value}, groups, OPTION)
 
 
-def flat(entry: Content, prefix: str = "") -> dict[str, Any]:
+def flat(entry: Content, prefix: str = "") -> dict[str, Plain]:
     """Convert nested keys to dotted keys; the name of a law stands for its group, as in liquid and liquid.alpha."""
-    spelled: dict[str, Any] = {}
+    spelled: dict[str, Plain] = {}
     for key, value in entry.items():
         if isinstance(value, dict):
             spelled |= flat(value, f"{prefix}{key}.")
@@ -264,7 +268,7 @@ def _load(stream: TextIO | str, file: str) -> Any:
         raise InputError(file, "", None, f"must be valid YAML in UTF-8: {str(error).splitlines()[0]}") from None
 
 
-def read_yaml(path: Path) -> dict[str, Any]:
+def read_yaml(path: Path) -> dict[str, Plain]:
     """Read a YAML file whose top level is a mapping; its keys, and those of groups in it, know their places.
 
     Raises:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import takewhile
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from pairsim.cases.case import SceneCase
 from pairsim.computing.warnings import ErrorAt, above
 from pairsim.quantities.text import in_unit
 from pairsim.runtime.arrays import Array
-from pairsim.runtime.message import Message, Text
+from pairsim.runtime.message import Message, Said, Text
 from pairsim.solvers.curves.adaptation import AdaptiveBranch
 from pairsim.solvers.curves.branch import Point
 from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU
@@ -25,7 +25,7 @@ MOST_NAMED = 5  # places that a warning names
 
 def adaptation_report(
     case: SceneCase, branch: AdaptiveBranch, points: Sequence[Point], largest: Mapping[Goal, float]
-) -> tuple[dict[str, Any], list[Text]]:
+) -> tuple[dict[str, Said], list[Text]]:
     """The entry of run.json, and a warning of the points whose errors are larger than wanted, for each goal.
 
     Args:
@@ -39,7 +39,7 @@ def adaptation_report(
     reached = {each.goal.name: each.reached for each in found}
     worst = max(reached.values(), default=0.0)
     arrested = [Message.joined(", ", at.where) for each in found for at in each.arrested]
-    entry = {
+    entry: dict[str, Said] = {
         "wanted": case.error_wanted,
         **({"reached": worst, "kept": worst <= case.error_wanted} if points else {}),
         **({"reached_by": reached} if points and len(found) > 1 else {}),

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 from pydantic import Field
 
 from pairsim.cases.case import SceneCase
-from pairsim.cases.checks import check_scene
 from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.mistakes import Mistake
 from pairsim.cases.values import Values
@@ -44,14 +43,12 @@ class AlongCase(SceneCase):
 
 
 def check_along(case: AlongCase) -> Iterator[Mistake]:
-    """Yield the mistakes in which keys do not go together."""
+    """Yield the mistakes in keys that all cases have: it is about one soft particle."""
     if case.n != 1:
         yield Mistake("particles", case.n, f"must be 1: the {case.kind} is that of a particle on its own")
     elif case.Ca_e == 0:
         why = "a rigid particle keeps its shape; pairsim curve has its velocity and pressure drop"
         yield Mistake("Ca_e", case.Ca_e, f"must be above 0{', as along replaces it' if case.along else f': {why}'}")
-    else:
-        yield from check_scene(case)
 
 
 def estimate_along(case: AlongCase) -> Estimate:

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from pathlib import Path
 
 from pairsim.plots.chart import POINT, Line, Panel, draw_chart
 from pairsim.plots.labels import parts_along, read_case
-from pairsim.plots.style import Page, printing
+from pairsim.plots.style import Look, Page, printing
 from pairsim.plots.units import Units
 from pairsim.record.column import Columns
 from pairsim.record.columns import CA_E
 from pairsim.record.table_files import read_table
 
 
-def draw_along(
-    directory: Path, out: Path, page: Page, name: str, columns: Columns, errors: Mapping[str, str]
-) -> list[Path]:
+def draw_along(directory: Path, out: Path, page: Page, name: str, columns: Columns, drawn: Sequence[str]) -> list[Path]:
     """Draw columns of a table over Ca_e or, in an experiment, the modulus, a panel for each; returns the pictures.
 
     Args:
@@ -25,15 +23,15 @@ def draw_along(
         page: What they are drawn on, and in which units.
         name: Name of the table and of the picture.
         columns: The columns of the table.
-        errors: Names of those that are drawn, each with that of the column of its half-widths, "" without one; what an
-            older folder does not have is left out.
+        drawn: Names of those that are drawn, with their half-widths; what an older folder does not have is left out.
     """
     units, case = Units.of(directory, page.physical), read_case(directory / "case.yaml")
     table = read_table(directory / f"{name}.csv", columns).converted(units.scales)
-    (label, x), joined = units.followed(case, CA_E, table[CA_E]), {"linestyle": "-"}
-    errors = {n: error for n, error in errors.items() if n in table}
-    lines = [Line(n, x, table[n], table.get(error), mark=POINT, look=joined) for n, error in errors.items()]
-    panels = {n: Panel(label, units.axis_label([columns.column(n)]), wide="x") for n in errors}
+    label, x = units.followed(case, CA_E, table[CA_E])
+    joined: Look = {"linestyle": "-"}
+    known = {n: table.get(columns.half_width(n)) for n in drawn if n in table}
+    lines = [Line(n, x, table[n], error, mark=POINT, look=joined) for n, error in known.items()]
+    panels = {n: Panel(label, units.axis_label([columns.column(n)]), wide="x") for n in known}
     with printing():
         parts = parts_along(case, CA_E.name, units.scales is not None)
         figure, _ = draw_chart(page, panels, lines, parts)

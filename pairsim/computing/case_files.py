@@ -9,14 +9,14 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from pairsim.cases.case import SceneCase
-from pairsim.cases.checks import missing_numbers
+from pairsim.cases.checks import missing_numbers, mistakes_in
 from pairsim.cases.conversion import forget_numbers, in_numbers
 from pairsim.cases.estimate import check_size
 from pairsim.cases.keys import Part, groups_of, keys_of
 from pairsim.cases.messages import mistakes_of
 from pairsim.cases.mistakes import Mistake, input_error
 from pairsim.cases.physical import BLOCK, EXPERIMENT
-from pairsim.cases.yaml_file import apply_settings, read_yaml
+from pairsim.cases.yaml_file import Content, apply_settings, read_yaml
 from pairsim.computing.question import Question
 
 
@@ -62,8 +62,8 @@ def read_case[C: SceneCase](
     for pair in _two_ways(question.model):
         for key, other in (pair, pair[::-1]):
             group, _, last = other.partition(".")
-            if key in replaced and isinstance(data.get(group), dict):
-                data[group].pop(last, None)
+            if key in replaced and isinstance(inner := data.get(group), dict):
+                inner.pop(last, None)
     apply_settings(data, overrides, groups_of(question.model))
     return parse_case(question, data, str(path), files=files)
 
@@ -76,7 +76,7 @@ def _two_ways(model: type[SceneCase]) -> list[tuple[str, str]]:
 
 
 def parse_case[C: SceneCase](
-    question: Question[C], data: Mapping[str, Any], source: str, entry: str = "", files: Files | None = None
+    question: Question[C], data: Content, source: str, entry: str = "", files: Files | None = None
 ) -> C:
     """Make numbers of physical units, and validate the keys and values of a case, each alone and against each other.
 
@@ -94,7 +94,7 @@ def parse_case[C: SceneCase](
     try:
         case = question.model.model_validate(numbers.data)
         if not mistakes:
-            mistakes = list(question.check(case)) or list(check_size(case))
+            mistakes = mistakes_in(case, question.check) or list(check_size(case))
     except ValidationError as error:
         wrong = mistakes_of(error, question.model, numbers.data)
         # What a wrong quantity should give is missing, too.
@@ -116,15 +116,13 @@ def commands_for(path: Path, files: Files, overrides: tuple[str, ...] = ()) -> l
     return fitting(data, files)
 
 
-def fitting(data: Mapping[str, Any], files: Files) -> list[str]:
+def fitting(data: Content, files: Files) -> list[str]:
     """The commands whose files have the fewest of these keys that they do not know."""
     unknown = {name: sum(key not in model.model_fields for key in data) for name, model in files.items()}
     return [name for name, count in unknown.items() if count == min(unknown.values())]
 
 
-def refuse_file_of_another_command(
-    data: Mapping[str, Any], command: str, files: Files, source: str, entry: str = ""
-) -> None:
+def refuse_file_of_another_command(data: Content, command: str, files: Files, source: str, entry: str = "") -> None:
     """Refuse a file, or a case of a grid, whose keys fit another command better, by an InputError."""
     if all(key in files[command].model_fields for key in data):
         return

@@ -10,13 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pairsim.record.run_entries import Entries
 from pairsim.runtime.message import Text
 
 if TYPE_CHECKING:
     from pairsim.record.checkpoint import Checkpoint
+    from pairsim.record.table import Cell
     from pairsim.record.xdmf import FieldFrame
 
 
@@ -55,7 +56,7 @@ class Table:
 
     name: str  # without .csv
     columns: Sequence[str]
-    rows: Sequence[Mapping[str, Any]] = ()  # values by column
+    rows: Sequence[Mapping[str, Cell]] = ()  # values by column
     ascending: bool = False  # whether rows are kept in order of the first column; the file is then replaced at each row
     resumed: bool = False  # whether a resumed computation goes on after those rows that its checkpoint counts
 
@@ -65,7 +66,7 @@ class Row:
     """A row of the table of this name: values by column; those of other columns are left out."""
 
     table: str
-    values: Mapping[str, Any]
+    values: Mapping[str, Cell]
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from os import PathLike
 from pathlib import Path
-from typing import Any, cast
+from typing import cast
 
 from pairsim.cases.case import SceneCase
 from pairsim.cases.conversion import forget_numbers
@@ -18,13 +18,16 @@ from pairsim.physics.own_laws import use_laws
 from pairsim.physics.solids import Solid
 from pairsim.record.folder import plain
 from pairsim.runtime.errors import InputError
+from pairsim.runtime.plain import Plain
 
-AnyCase = str | PathLike[str] | Mapping[str, Any] | SceneCase
+type Given = Mapping[str, object]
+"""Keys of a case with what a caller of Python may have in place of their values: laws, arrays, paths, plain data."""
+AnyCase = str | PathLike[str] | Mapping[str, object] | SceneCase
 """Input for a case: the path of a case file, a dict of keys and values, or a case returned by `load`."""
 
 
 def case_of[C: SceneCase](
-    question: Question[C], given: AnyCase, overrides: Mapping[str, Any] | None = None, files: Files | None = None
+    question: Question[C], given: AnyCase, overrides: Given | None = None, files: Files | None = None
 ) -> C:
     """The checked case of a question, with keys that replace its own; `files` is that of `parse_case`.
 
@@ -37,7 +40,7 @@ def case_of[C: SceneCase](
 
 
 def case_from[C: SceneCase](
-    question: Question[C], data: dict[str, Any], overrides: Mapping[str, Any], source: str, files: Files | None = None
+    question: Question[C], data: dict[str, Plain], overrides: Given, source: str, files: Files | None = None
 ) -> C:
     """As `case_of`, from the content of what is given, and the name that it has in messages."""
     forget_numbers(data)
@@ -50,7 +53,7 @@ def source_of(given: AnyCase) -> str:
     return str(given) if isinstance(given, str | PathLike) else "case"
 
 
-def content_of(given: AnyCase) -> dict[str, Any]:
+def content_of(given: AnyCase) -> dict[str, Plain]:
     """The keys and values of a file, of a dict or of a case; InputError for any other type."""
     if isinstance(given, SceneCase):
         return given.model_dump(mode="json", exclude_unset=True)
@@ -61,7 +64,7 @@ def content_of(given: AnyCase) -> dict[str, Any]:
     raise InputError("case", "", type(given).__name__, "must be the path of a case file, a dict of its keys, or a case")
 
 
-def _written(keys: Mapping[str, Any], source: str) -> dict[str, Any]:
+def _written(keys: Given, source: str) -> dict[str, Plain]:
     """Keys and values as a file has them; InputError where one cannot be written to a file."""
     try:
         return dict(plain(_with_blocks(keys)))
@@ -69,7 +72,7 @@ def _written(keys: Mapping[str, Any], source: str) -> dict[str, Any]:
         raise InputError(source, "", None, str(error)) from None
 
 
-def _with_blocks(keys: Mapping[str, Any]) -> dict[str, Any]:
+def _with_blocks(keys: Given) -> dict[str, object]:
     """Keys of a case with blocks in place of laws; the Ca_e of a solid is that of the case if this has none."""
     found = dict(keys)
     for key in ("liquid", "solid"):
@@ -86,5 +89,5 @@ def _with_blocks(keys: Mapping[str, Any]) -> dict[str, Any]:
     return found
 
 
-def _block(law: Material) -> dict[str, Any]:
-    return {"law": law.name} | {name: getattr(law, name) for name in law.parameters()}
+def _block(law: Material) -> dict[str, str | float]:
+    return {"law": law.name, **{name: getattr(law, name) for name in law.parameters()}}

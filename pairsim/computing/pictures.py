@@ -29,30 +29,14 @@ def page_of(
     return Page.parse("png" if animate or formats is None else formats, width, physical, legend)
 
 
-def draw_result(
-    question: Question[Any],
-    directory: Path,
-    out: Path,
-    *,
-    formats: str | Sequence[str] | None = None,
-    width: str | float = 170.0,
-    field: str | None = None,
-    animate: bool = False,
-    physical: bool | None = None,
-    legend: bool = True,
+def draw(
+    question: Question[Any], directory: Path, out: Path, page: Page, field: str | None, animate: bool
 ) -> list[Path]:
     """Draw the results of a question in a folder into another one; returns the files written.
 
     Raises:
-        InputError: There is nothing to draw yet, or an option is wrong or does not fit.
+        InputError: There is nothing to draw yet, or an option does not fit.
     """
-    return draw(question, directory, out, page_of(formats, width, physical, legend, animate), field, animate)
-
-
-def draw(
-    question: Question[Any], directory: Path, out: Path, page: Page, field: str | None, animate: bool
-) -> list[Path]:
-    """As `draw_result`, for a page."""
     alone = animate or field is not None
     if alone and not question.frames:
         raise no_fields(question.name, field, animate)

@@ -8,7 +8,7 @@ from pairsim.cases.case import FREE_ENDS, SceneCase
 from pairsim.cases.run_case import Case
 from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.runtime.monitor import Monitor
-from pairsim.solvers.problems import Problem, SteadyProblem
+from pairsim.solvers.problems import Problem, Setup, SteadyProblem
 from pairsim.solvers.stepping.step_size import StepControl
 
 SMALLEST_STEP = 1e-8
@@ -19,18 +19,27 @@ def mesh_settings(case: SceneCase) -> MeshSettings:
     return MeshSettings(**case.mesh.model_dump(exclude={"adapt"}))
 
 
-def problem_of(case: Case, monitor: Monitor | None = None) -> Problem:
-    """The problem of a run in time, with the monitor of its computation."""
-    time_options = case.time
-    largest = max(case.betas, default=0.0)
-    return Problem(
+def _setup_of(case: SceneCase, monitor: Monitor | None) -> Setup:
+    """What runs and quasi-steady problems of a case have in common."""
+    return Setup(
         betas=case.betas,
-        solids=case.solid_models,
-        gaps=case.gaps,
         length=case.tube_length,
         periodic=case.ends != "developed",
         mesh=mesh_settings(case),
         drive=case.drive,
+        closed=case.closed,
+        monitor=monitor or Monitor(),
+    )
+
+
+def problem_of(case: Case, monitor: Monitor | None = None) -> Problem:
+    """The problem of a run in time, with the monitor of its computation."""
+    time_options = case.time
+    largest = max(case.betas, default=0.0)
+    return _setup_of(case, monitor).of_kind(
+        Problem,
+        solids=case.solid_models,
+        gaps=case.gaps,
         control=StepControl(time_options.tol, SMALLEST_STEP, time_options.max_step, time_options.fixed_step),
         first_step=time_options.first_step,
         liquid=case.liquid_model,
@@ -38,12 +47,10 @@ def problem_of(case: Case, monitor: Monitor | None = None) -> Problem:
         min_gap=case.limits.min_gap,
         max_gap=case.limits.max_gap,
         least_room=-inf if case.closed else FREE_ENDS,
-        closed=case.closed,
         dU_error=case.estimates_error,
         from_steady=case.start == "steady",
         held=case.hold and case.n > 1,
         U_m=2 * (1 - 2 / 3 * largest**2),  # Faxen's law without wall corrections
-        monitor=monitor or Monitor(),
     )
 
 
@@ -55,14 +62,5 @@ def steady_problem(case: SceneCase, narrowest: float, monitor: Monitor | None = 
         narrowest: Smallest distance of the curve, which sets the cells on the particles [D_c].
         monitor: The monitor of the computation.
     """
-    return SteadyProblem(
-        betas=case.betas,
-        length=case.tube_length,
-        periodic=case.ends != "developed",
-        mesh=mesh_settings(case),
-        drive=case.drive,
-        narrowest=narrowest,
-        closed=case.closed,
-        volume_modulus=case.n == 1 and not case.closed,
-        monitor=monitor or Monitor(),
-    )
+    volume_modulus = case.n == 1 and not case.closed
+    return _setup_of(case, monitor).of_kind(SteadyProblem, narrowest=narrowest, volume_modulus=volume_modulus)

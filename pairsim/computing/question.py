@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -43,6 +43,11 @@ def no_pictures(folder: Path, out: Path, page: Page) -> list[Path]:
     return []
 
 
+def no_mistakes(case: SceneCase) -> Iterable[Mistake]:
+    """Find nothing, of a question that takes every case that its keys take."""
+    return ()
+
+
 @dataclass(frozen=True)
 class InSweeps[C: SceneCase]:
     """The columns of results.csv that a sweep has for the cases of a question, beside their parameters and status."""
@@ -79,7 +84,6 @@ class Question[C: SceneCase]:
         module: The module that has the record as `QUESTION`, which is `__name__` there. Its docstring is the help of
             the command, and the first line that of the Python function.
         model: Keys of its case file; `model.kind` is its name.
-        check: Yields the mistakes in which keys do not go together.
         estimate: Estimates the size and the duration of a case.
         solve: Its computation, a generator of the events in `computing/events.py`: takes the case, and as keywords its
             `monitor`, its flags, and `earlier` to resume.
@@ -89,6 +93,8 @@ class Question[C: SceneCase]:
             and what they say in words.
         in_sweeps: What a sweep shows of it.
         examples: What stands at the end of the help, such as "Example: pairsim shape case.yaml".
+        check: Yields mistakes: what it asks of keys that other kinds of cases have, too. Its own keys say themselves
+            what they ask of others (`cases/keys.py`).
         draw: Draws what the tables of a folder hold into another one, and returns the pictures. Fields are drawn
             elsewhere.
         captions: What is said below each of these pictures in a report, by the name of its file.
@@ -99,13 +105,13 @@ class Question[C: SceneCase]:
 
     module: str
     model: type[C]
-    check: Callable[[C], Iterator[Mistake]]
     estimate: Callable[[C], Estimate]
     solve: Callable[..., Events]
     tables: Mapping[str, Columns]
     result: type[Any]
     in_sweeps: InSweeps[C]
     examples: str
+    check: Callable[[C], Iterable[Mistake]] = no_mistakes
     draw: Callable[[Path, Path, Page], list[Path]] = no_pictures
     captions: Mapping[str, str] = field(default_factory=dict)
     frames: str = ""

@@ -12,11 +12,13 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
+from pairsim.cases.experiment import Experiment
 from pairsim.cases.quantity_text import A_LENGTH, si
 from pairsim.cases.unit_registry import as_texts, has_unit
 from pairsim.cases.yaml_file import read_yaml
+from pairsim.computing.events import Outcome
 from pairsim.computing.loading import case_of
-from pairsim.computing.pictures import draw_result
+from pairsim.computing.pictures import draw, page_of
 from pairsim.computing.question import Question, Tables
 from pairsim.computing.result_content import Content, files_in
 from pairsim.quantities.measurable import a_time
@@ -48,11 +50,7 @@ UNITS = {
 """Units of numbers without one, likewise."""
 CASE_NOT_AT_FAULT = ("interrupted", "write_failed", "environment")
 """Reasons for which the same command may succeed."""
-KILLED = {
-    "status": "interrupted",
-    "reason": "interrupted",
-    "message": "the command was killed",
-}
+KILLED = Outcome("interrupted", "interrupted", "the command was killed")
 """How a command ended whose run.json says that it is running, although no process is at work."""
 
 
@@ -74,7 +72,7 @@ class Result:
         self,
         question: Question[Any],
         folder: Path | None = None,
-        ending: Mapping[str, Any] | None = None,
+        ending: Outcome | None = None,
         *,
         temporary: bool = False,
         content: Content | None = None,
@@ -105,7 +103,8 @@ class Result:
         """Its data, with all files of a temporary folder; None of a folder that is not there, or has no tables."""
         if self._content is None and not self._place.is_dir():
             return None
-        tables, case = dict[str, Any](), None
+        tables: dict[str, dict[str, Array]] = {}
+        case = None
         with suppress(InputError):
             tables = {name: dict(table) for name, table in self.tables.items()}
         with suppress(InputError):
@@ -208,12 +207,13 @@ class Result:
     def _with_quantity(self, frame: pd.DataFrame, scales: Scales) -> pd.DataFrame:
         """The frame with the quantity of the experiment that gives the number which is followed, if one is."""
         case = read_yaml(self._place / "case.yaml") if self._content is None else self.case.resolved()
-        along = case.get("along")
-        number = "Ca_e" if isinstance(along, list) else next(iter(along or ()), "")  # of shapes: values of Ca_e
-        if number in frame and number != DISTANCE.name:  # a distance has its unit already
+        along = case.get("along")  # of shapes values of Ca_e, else a key with its values
+        number = "Ca_e" if isinstance(along, list) else next(iter(along if isinstance(along, Mapping) else ()), "")
+        experiment = Experiment.in_case(case)
+        if experiment is not None and number in frame and number != DISTANCE.name:  # a distance has its unit already
             from pairsim.analysis.input_ranges import quantity_for
 
-            key, unit, value_of = quantity_for(case, number, scales)
+            key, unit, value_of = quantity_for(experiment, number, scales)
             frame.insert(list(frame).index(number), key, value_of(frame[number]))
             frame.attrs["units"][key] = unit
         return frame
@@ -240,25 +240,26 @@ class Result:
         return case_of(self.question, self._place / "case.yaml")
 
     @cached_property
-    def _outcome(self) -> Mapping[str, Any]:
+    def _outcome(self) -> Outcome:
         """Status, reason and message; a command is no longer running if nobody has locked its folder."""
-        found = {"status": "running", **(self.record if self._ending is None else self._ending)}
-        return KILLED if found["status"] == "running" and not is_locked(self._place) else found
+        record = self.record
+        found = self._ending or Outcome(record.status or "running", record.reason, record.message)
+        return KILLED if found.status == "running" and not is_locked(self._place) else found
 
     @property
     def status(self) -> str:
         """One of "finished", "failed", "interrupted" (or killed) or "running"."""
-        return str(self._outcome["status"])
+        return self._outcome.status
 
     @property
     def reason(self) -> str:
         """Why it ended: "end", "contact", "max_gap", "interrupted", or the `reason` of a `RunFailure`."""
-        return str(self._outcome.get("reason", ""))
+        return self._outcome.reason
 
     @property
     def message(self) -> str:
         """One line of text on how it ended."""
-        return str(self._outcome.get("message", ""))
+        return str(self._outcome.message)
 
     @property
     def warnings(self) -> list[str]:
@@ -369,8 +370,8 @@ class Result:
         legend: bool = True,
     ) -> list[Path]:
         """Draw the result into a folder, which is made if needed; options and errors are those of `pairsim.plot`."""
-        look: dict[str, Any] = {"formats": formats, "width": width, "physical": physical, "legend": legend}
-        return draw_result(self.question, self._place, Path(folder), field=field, animate=animate, **look)
+        page = page_of(formats, width, physical, legend, animate)
+        return draw(self.question, self._place, Path(folder), page, field, animate)
 
     @cached_property
     def places(self) -> Array:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from pydantic import BaseModel
-from pydantic.json_schema import GenerateJsonSchema
+from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 
 from pairsim.cases.allowed import allowed_in
 from pairsim.cases.keys import groups_of
@@ -53,7 +53,7 @@ def _text(value: Any) -> str:
 class _Alternatives(GenerateJsonSchema):
     """A value may fit several alternatives: the list [0.1, 0.4] of d has two distances, or one of each of two gaps."""
 
-    def tagged_union_schema(self, schema: Any) -> dict[str, Any]:
+    def tagged_union_schema(self, schema: Any) -> JsonSchemaValue:
         return {"anyOf": super().tagged_union_schema(schema)["oneOf"]}
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -69,7 +69,7 @@ def ask(
         >>> print(*pairsim.ask(**beads).findings())
     """
     question, atlases = QUESTIONS["curve"], _atlases(atlas)
-    asked = _case_of(case, given, atlases[0])
+    asked = _case_of(atlases[0], case, **given)
     book, reasons = _of_its_law(asked, atlases)
     if reasons:
         if not compute:
@@ -83,7 +83,7 @@ def ask(
     if asked.De:
         record = record.with_entries({NOTES: [f"The liquid of the atlas is {liquid_of_atlas(book, type(asked))}."]})
     if any(each.half_width for each in record.inputs):
-        record = record.with_entries({DRAWN: range_of_draws(asked, book)})
+        record = record.with_entries({DRAWN: vars(range_of_draws(asked, book))})
     content = Content({"curve": curve.table, "equilibria": curve.equilibria}, record, asked)
     result = question.result(question, content=content, source=SOURCE)
     result.curve = curve.named(SOURCE, record)  # whose interpolant is there already
@@ -96,7 +96,7 @@ def _curve_of(case: SceneCase, atlas: Atlas) -> Curve:
 
 
 def asked_of(
-    case: AnyCase | None, given: Mapping[str, Any], file: Path | str | None
+    case: AnyCase | None = None, *, atlas: Path | str | None = None, **given: Any
 ) -> tuple[Atlas, SceneCase, list[str]]:
     """The atlas that answers, the checked case of a curve of a pair over its distances, and why it has no answer.
 
@@ -105,10 +105,10 @@ def asked_of(
     Raises:
         InputError: A quantity or the file is wrong.
     """
-    atlases = _atlases(file)
-    found = _case_of(case, given, atlases[0])
-    atlas, reasons = _of_its_law(found, atlases)
-    return atlas, found, reasons
+    atlases = _atlases(atlas)
+    found = _case_of(atlases[0], case, **given)
+    book, reasons = _of_its_law(found, atlases)
+    return book, found, reasons
 
 
 def _atlases(file: Path | str | None) -> list[Atlas]:
@@ -157,8 +157,8 @@ def _disagreements(case: SceneCase, curve: Curve, others: Sequence[Atlas]) -> li
     return found
 
 
-def _case_of(case: AnyCase | None, given: Mapping[str, Any], atlas: Atlas) -> SceneCase:
-    """The checked case of a curve of a pair over the distances of an atlas; arguments are those of `ask`.
+def _case_of(atlas: Atlas, case: AnyCase | None, **given: Any) -> SceneCase:
+    """The checked case of a curve of a pair over the distances of an atlas; other arguments are those of `ask`.
 
     Raises:
         InputError: A quantity is wrong, it is no case of a pair, or has a key that no curve has and that matters.
@@ -168,7 +168,7 @@ def _case_of(case: AnyCase | None, given: Mapping[str, Any], atlas: Atlas) -> Sc
     if case is None:
         found = units(kind="curve", **{**ends, **given, **more}).case
     else:
-        loaded = _loaded(case, given)
+        loaded = _loaded(case, **given)
         if loaded.n != 2:
             raise InputError(SOURCE, "", None, f"must have a pair: this is a case of pairsim {loaded.kind}")
         keys, of_curve = loaded.model_dump(mode="json", exclude_unset=True), QUESTIONS["curve"].model.model_fields
@@ -184,7 +184,7 @@ def _case_of(case: AnyCase | None, given: Mapping[str, Any], atlas: Atlas) -> Sc
     return found
 
 
-def _loaded(case: AnyCase, given: Mapping[str, Any]) -> SceneCase:
+def _loaded(case: AnyCase, **given: Any) -> SceneCase:
     """A case; with quantities alone it may be of a run or, where it has several distances, of a curve."""
     try:
         return load(case, **given)

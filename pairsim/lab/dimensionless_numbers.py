@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Container, Iterator, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -80,7 +80,7 @@ class Units:
         lines = [f"# {line}" for line in head]
         for key, value in {**({"name": name} if is_name(name) else {}), **self.written}.items():
             words = {key: type(self.case).model_fields[key].description or ""}
-            if key == BLOCK:
+            if key == BLOCK and isinstance(value, Mapping):
                 words |= {each: QUANTITIES[each].words for each in value}
             mode = 0
             for line in yaml_text(plain({key: value}), blocks=True).splitlines():
@@ -137,11 +137,9 @@ def units(
     }
     fit = None
     if carrier is not None:
-        K, n = methyl_cellulose(carrier, celsius)
         if "liquid" in given:
             raise InputError("pairsim units", "--liquid", given["liquid"], "must be left out with --carrier")
-        power_law = next(name for name, law in LAWS.items() if law.parameters().keys() == {"n"})
-        given["liquid"], quantities["consistency"] = {"law": power_law, "n": round(n, 6)}, f"{K:.6g}Pa.s^{n:.6f}"
+        given["liquid"], quantities["consistency"] = _liquid_of(carrier, celsius)
     if rheology is not None or spectrum is not None:
         from pairsim.lab.rheometer.rheology_of_case import fit_liquid
 
@@ -154,8 +152,7 @@ def units(
         given.setdefault("Ca_e", 0)
     if not quantities.keys() & {"distance", "spacing"} and kind in QUESTIONS:
         model: type[SceneCase] = QUESTIONS[kind].model
-        usual = {name: key.usual for name, key in keys_of(model).items() if key.usual is not None}
-        given = usual | given
+        given = {name: key.usual for name, key in keys_of(model).items() if key.usual is not None} | given
 
     def case_with(**more: str) -> SceneCase:
         try:
@@ -168,12 +165,7 @@ def units(
             raise
 
     if pressure is not None or over is not None:
-        if pressure is None or over is None:
-            missing, other = ("--over", "--pressure") if over is None else ("--pressure", "--over")
-            allowed = f"must be given with {other}, such as --pressure 20kPa --over 5cm"
-            raise InputError("pairsim units", missing, None, allowed)
-        for key in quantities.keys() & {"flow_rate", "velocity"}:
-            raise InputError("pairsim units", f"{BLOCK}.{key}", quantities[key], "must be left out with --pressure")
+        pressure, over = _checked_pressure(pressure, over, quantities)
         quantities["velocity"] = velocity_for(pressure, over, lambda velocity: case_with(velocity=velocity))
     case = case_with()
     scales = case.scales
@@ -184,6 +176,28 @@ def units(
     written = {BLOCK: quantities, **given}
     notes += [*warnings, *(f"note: {note}" for note in case.notes)]
     return Units(case, written, [*numbers], [*_scales(scales), *rows], notes, fit)
+
+
+def _liquid_of(carrier: str, celsius: float) -> tuple[Mapping[str, str | float], str]:
+    """The law of a carrier, as the value of `liquid` in a case, and its consistency."""
+    K, n = methyl_cellulose(carrier, celsius)
+    power_law = next(name for name, law in LAWS.items() if law.parameters().keys() == {"n"})
+    return {"law": power_law, "n": round(n, 6)}, f"{K:.6g}Pa.s^{n:.6f}"
+
+
+def _checked_pressure(pressure: str | None, over: str | None, quantities: Mapping[str, object]) -> tuple[str, str]:
+    """A pressure drop and the length of tube over which it falls, which take the place of the flow.
+
+    Raises:
+        InputError: One of them is missing, or the flow is given, too.
+    """
+    if pressure is None or over is None:
+        missing, other = ("--over", "--pressure") if over is None else ("--pressure", "--over")
+        allowed = f"must be given with {other}, such as --pressure 20kPa --over 5cm"
+        raise InputError("pairsim units", missing, None, allowed)
+    for key in quantities.keys() & {"flow_rate", "velocity"}:
+        raise InputError("pairsim units", f"{BLOCK}.{key}", quantities[key], "must be left out with --pressure")
+    return pressure, over
 
 
 def _numbers(case: SceneCase, Re: float) -> Iterator[Row]:

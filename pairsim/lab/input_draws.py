@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
-from pairsim.analysis.input_ranges import COVERED, MANY
+from pairsim.analysis.input_ranges import COVERED, MANY, DrawnRange
 from pairsim.atlas.atlas import PARAMETERS, Atlas
 from pairsim.cases.case import SceneCase
 from pairsim.cases.inputs import drawn, inputs_of
@@ -20,14 +19,11 @@ DRAWS = 2000  # of the inputs: the part of them in a range is known to 0.5 %
 KNOWN = {*PARAMETERS, "length", "velocity"}  # what may change from draw to draw, and the difference where it is known
 
 
-def range_of_draws(case: SceneCase, atlas: Atlas) -> dict[str, Any]:
+def range_of_draws(case: SceneCase, atlas: Atlas) -> DrawnRange:
     """The range that holds dU of `COVERED` of all draws of the inputs, at distances that are constant in units.
 
     What dU is of a draw outside of the atlas is not known. Such draws count as outside of the range, so that it holds
     as many whatever theirs is; where there are too many of them, it is the range of those inside.
-
-    Returns:
-        What `pairsim.analysis.input_ranges.DrawnRange` reads.
     """
     scales, numbers = drawn(case, DRAWS)
     assert case.scales is not None
@@ -53,14 +49,8 @@ def range_of_draws(case: SceneCase, atlas: Atlas) -> dict[str, Any]:
     missing = {
         name: None for each in uncertain for name, change in each.changes.items() if change and name not in known
     }
-    return {
-        "d": d,
-        "least": least,
-        "largest": largest,
-        "outside": np.isnan(values).mean(axis=0),
-        "beyond": " or ".join(_beyond(places, atlas)),
-        "missing": ", ".join(missing),
-    }
+    outside = np.isnan(values).mean(axis=0)
+    return DrawnRange(d, least, largest, outside, " or ".join(_beyond(places, atlas)), ", ".join(missing))
 
 
 def _ends(values: Array) -> tuple[float, float]:

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.colors import LogNorm
 
 from pairsim.lab.cytometer.look_up_table import modulus_at
 from pairsim.plots.chart import POINT, Line, Panel, draw_chart
-from pairsim.plots.style import COLOURS, GREY, LINES, ORDERED, Page, colour_bar, printing
+from pairsim.plots.style import COLOURS, GREY, LINES, ORDERED, Look, Page, colour_bar, printing
 from pairsim.runtime.arrays import Array
 
 if TYPE_CHECKING:
@@ -32,12 +32,12 @@ LEAST_SPAN = 1.05  # between the limits of the colours of moduli
 def draw_film(film: tuple[Array, Array], lines: Mapping[str, tuple[Array, Array]], out: Path, page: Page) -> list[Path]:
     """Draw `film`: its distances [um] over times [s], lines of models by their names, and by how much these are off."""
     panels = {"d": Panel("$t$  [s]", "$d$  [µm]"), "off": Panel("$t$  [s]", "model - film  [µm]")}
-    hollow: dict[str, Any] = {"marker": "o", "markerfacecolor": "none", "markersize": 3}
-    series = [Line("d", *film, look=hollow | {"color": "0.5"}, mark=POINT, label="film")]
+    hollow: Look = {"marker": "o", "markerfacecolor": "none", "markersize": 3}
+    series = [Line("d", *film, look={**hollow, "color": "0.5"}, mark=POINT, label="film")]
     for (name, (t, d)), colour, line in zip(lines.items(), COLOURS, LINES, strict=False):
         times, seen = (each[(t[0] <= film[0]) & (film[0] <= t[-1])] for each in film)
         series.append(Line("d", t, d, look={"color": colour, "linestyle": line}, label=name))
-        series.append(Line("off", times, np.interp(times, t, d) - seen, look=hollow | {"color": colour}, mark=POINT))
+        series.append(Line("off", times, np.interp(times, t, d) - seen, look={**hollow, "color": colour}, mark=POINT))
     figure, _ = draw_chart(page, panels, series, [])
     return page.save(figure, out, "film")
 
@@ -52,7 +52,7 @@ def draw_fit(fit: Fit, data: Measured, out: Path) -> None:
         label = words if shared[over] > 1 else ""  # else the axis has it
         panels[over] = Panel(over, "" if label else words, logarithmic=True)
         fine = np.geomspace(x.min(), x.max(), 80)
-        hollow: dict[str, Any] = {"color": COLOURS[i], "marker": marker, "markerfacecolor": "none", "markersize": 3.5}
+        hollow: Look = {"color": COLOURS[i], "marker": marker, "markerfacecolor": "none", "markersize": 3.5}
         series.append(Line(over, x, y, look=hollow, mark=POINT, label=label))
         series.append(Line(over, fine, fit.of(name, fine), look={"color": COLOURS[i], "linestyle": LINES[i]}))
     page = Page()
@@ -68,12 +68,19 @@ def draw_moduli(events: Array, look_up: Array, out: Path) -> None:
     low, high = map(float, np.nanpercentile(modulus, (1, 99)))
     if high < LEAST_SPAN * low:  # of one event, or of events that are alike
         low, high = low / LEAST_SPAN, high * LEAST_SPAN
-    look: dict[str, Any] = {"s": 3.0, "linewidths": 0, "rasterized": True}
     figure = (page := Page(width=120.0)).figure(80.0)
     axes = figure.add_subplot(xlabel=r"area  [$\mathrm{\mu m^2}$]", ylabel="deformation")
-    axes.scatter(area[outside], deformation[outside], color=GREY, **look)
-    look |= {"c": modulus[inside], "norm": LogNorm(low, high), "cmap": ORDERED}
-    shown = axes.scatter(area[inside], deformation[inside], **look)
+    axes.scatter(area[outside], deformation[outside], s=3.0, linewidths=0, color=GREY, rasterized=True)
+    shown = axes.scatter(
+        area[inside],
+        deformation[inside],
+        s=3.0,
+        c=modulus[inside],
+        norm=LogNorm(low, high),
+        cmap=ORDERED,
+        linewidths=0,
+        rasterized=True,
+    )
     x, y = np.meshgrid(*(np.linspace(each.min(), each.max(), 90) for each in look_up.T[:2]))
     lines, _ = modulus_at(look_up, x.ravel(), y.ravel())
     drawn = axes.contour(x, y, lines.reshape(x.shape), levels=np.geomspace(low, high, 7), colors="0.3", linewidths=0.6)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from pairsim.physics import liquids, solids
-from pairsim.physics.liquids import Liquid, ViscousLaw, YieldLaw
+from pairsim.physics.liquids import ConformationLaw, Liquid, ViscousLaw, YieldLaw
 from pairsim.physics.liquids.viscous import ZERO_SHEAR
 from pairsim.physics.material import Material, Parameter
 from pairsim.physics.own_laws import file_of, own_laws
@@ -16,9 +16,15 @@ from pairsim.runtime.errors import InputError
 
 def _add_own() -> None:
     for law in own_laws():
-        of_liquid: dict[str, Any] = liquids.YIELDING if issubclass(law, YieldLaw) else liquids.LAWS
-        laws: dict[str, Any] = solids.LAWS if issubclass(law, Solid) else of_liquid
-        other = laws.setdefault(law.name, law)
+        if issubclass(law, Solid):
+            other: type[Material] = solids.LAWS.setdefault(law.name, law)
+        elif issubclass(law, YieldLaw):
+            other = liquids.YIELDING.setdefault(law.name, law)
+        elif issubclass(law, ViscousLaw | ConformationLaw):
+            other = liquids.LAWS.setdefault(law.name, law)
+        else:
+            kinds = ", ".join(kind.__name__ for kind in (ViscousLaw, ConformationLaw, YieldLaw))
+            raise InputError(str(file_of(law)), law.__name__, None, f"must be derived from {kinds} or {Solid.__name__}")
         if other is not law and file_of(other) != (own := file_of(law)):
             raise InputError(str(own), f"{law.__name__}.name", law.name, "is the name of another law")
 

@@ -12,9 +12,12 @@ from collections.abc import Callable, Container, Iterable, Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from pkgutil import iter_modules
-from typing import Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from pairsim.quantities.measurable import Measurable
+
+if TYPE_CHECKING:
+    from ufl.core.expr import Expr
 
 
 @dataclass(frozen=True)
@@ -117,16 +120,16 @@ class Material:
         return cls(**{name: p.least if p.default is None else p.default for name, p in cls.parameters().items()})
 
     @property
-    def numbers(self) -> dict[str, Any]:
+    def numbers(self) -> dict[str, float]:
         """The values of the parameters by name."""
         return {name: getattr(self, name) for name in self.parameters()}
 
-    def with_numbers(self, numbers: Mapping[str, Any]) -> Self:
+    def with_numbers(self, numbers: Mapping[str, float | Expr]) -> Self:
         """The same law with other values, or with constants of a form in place of them."""
         return dataclasses.replace(self, **numbers)
 
 
-def laws_of(package: str, path: Iterable[str], kinds: tuple[type[Material], ...]) -> dict[str, Any]:
+def laws_of[L: Material](package: str, path: Iterable[str], *kinds: type[L]) -> dict[str, type[L]]:
     """The laws of the given kinds that the modules of a package define, by name."""
     for entry in iter_modules(path):
         import_module(f"{package}.{entry.name}")

@@ -23,8 +23,10 @@ from scipy.interpolate import make_interp_spline
 
 from pairsim.plots.encoding import Encoding
 from pairsim.plots.labels import symbol
-from pairsim.plots.style import SMALL, WIDE, Page
+from pairsim.plots.parameters import NO_PARAMETERS, Parameters
+from pairsim.plots.style import SMALL, WIDE, Look, Page
 from pairsim.record.column import Column
+from pairsim.record.columns import TAYLOR
 from pairsim.runtime.arrays import Array
 
 BAND, TOGETHER = 0.22, 6  # opacity of a band; so many bands over each other are still told apart
@@ -39,7 +41,7 @@ MARKUP = re.compile(r"\\mathrm|[\\${}_]")  # what TeX does not print
 POINT, STABLE, UNSTABLE, FAILED = "point", "stable zero", "unstable zero", "failed here"
 ENDS = {"vanishes": "a stable and an unstable one meet", "edge": "leaves the range of $d$"}
 """What ends a branch of critical distances, by its word in critical.csv."""
-MARKS: dict[str, dict[str, Any]] = {
+MARKS: dict[str, Look] = {
     STABLE: {"marker": "o", "markersize": 4.5},
     UNSTABLE: {"marker": "o", "markersize": 4.5, "markerfacecolor": "white"},
     FAILED: {"marker": "x", "markersize": 5},
@@ -61,8 +63,8 @@ class Line:
     x_error: Array | None = None  # the same of x
     inputs: Array | None = None  # half-widths of y by those of the inputs, (n,): a lighter band around a line
     columns: tuple[Column, Column] | None = None  # the columns that x and y are of, if they are of a table
-    parameters: Mapping[str, Any] = field(default_factory=dict)  # of its case; they choose how it looks, and its panel
-    look: Mapping[str, Any] = field(default_factory=dict)  # what is otherwise, by the names of matplotlib
+    parameters: Parameters = NO_PARAMETERS  # of its case; they choose how it looks, and its panel
+    look: Look = field(default_factory=Look)  # what is otherwise
     mark: str = ""  # one of `MARKS`, or `POINT` for points without an entry in the legend; "" for a line
     label: str = ""  # its entry in the legend of the panel, or above a single one; "" for none
     marked: Sequence[int] = ()  # rows of a line that have a marker
@@ -76,11 +78,18 @@ class Line:
 
 
 def point(
-    panel: Any, x: float, y: float, mark: str, error: float | None = None, x_error: float | None = None, **more: Any
+    panel: Any,
+    x: float,
+    y: float,
+    mark: str,
+    error: float | None = None,
+    x_error: float | None = None,
+    columns: tuple[Column, Column] | None = None,
+    parameters: Parameters = NO_PARAMETERS,
 ) -> Line:
-    """A line of one point, with `more` of its attributes; errors that are None or not finite have no bars."""
+    """A line of one point; errors that are None or not finite have no bars."""
     y_bar, x_bar = (np.array([each]) if each is not None and np.isfinite(each) else None for each in (error, x_error))
-    return Line(panel, np.array([x]), np.array([y]), y_bar, x_bar, mark=mark, **more)
+    return Line(panel, np.array([x]), np.array([y]), y_bar, x_bar, mark=mark, columns=columns, parameters=parameters)
 
 
 @dataclass(frozen=True)
@@ -150,11 +159,13 @@ def _with_look(series: Line, encoding: Encoding) -> Line:
 
     Marks such as zeros and crosses keep the shape of their kind.
     """
-    look = encoding.look(series.parameters) | {"markersize": 2.5 if encoding.line else 3.5}
+    whole = encoding.look(series.parameters)
+    look: Look = {**whole, "markersize": 2.5 if encoding.line else 3.5}
     if series.mark:
-        shown = ("color", "marker") if series.mark in ZERO_MARKS and encoding.line else ("color",)
-        look = {name: look[name] for name in shown}
-    return replace(series, look=look | dict(series.look))
+        look = {"color": whole["color"]}
+        if series.mark in ZERO_MARKS and encoding.line:
+            look["marker"] = whole["marker"]
+    return replace(series, look={**look, **series.look})
 
 
 def _draw_panel(axis: Axes, panel: Panel, inside: Sequence[Line], group: Sequence[Line]) -> bool:
@@ -189,8 +200,8 @@ def _draw_panel(axis: Axes, panel: Panel, inside: Sequence[Line], group: Sequenc
 def draw_series(axis: Axes, series: Line, band: float = BAND) -> None:
     """A line with its band, of this opacity, or points with their bars."""
     if series.mark or len(series.x) == 1:
-        look: dict[str, Any] = {"marker": "o", "linestyle": "", "elinewidth": 0.8, "zorder": 5}
-        look |= MARKS.get(series.mark, {"markersize": 3}) | dict(series.look)
+        of_mark: Look = MARKS.get(series.mark, {"markersize": 3})
+        look: Look = {"marker": "o", "linestyle": "", "elinewidth": 0.8, "zorder": 5, **of_mark, **series.look}
         axis.errorbar(series.x, series.y, series.error, series.x_error, label=series.label, **look)
         return
     look = {**series.look} if len(series.marked) else {**series.look, "marker": ""}
@@ -209,12 +220,15 @@ def fill(axis: Axes, x: Array, y: Array, error: Array, colour: Any, band: float 
 def notes(series: Sequence[Line]) -> list[Any]:
     """Entries of the legend for bands and marks."""
     banded = [each for each in series if each.error is not None and not each.mark]
-    bands = [Patch(color="0.35", alpha=BAND, linewidth=0, label=r"error of $\Delta U$")] if banded else []
+    shapes = any(isinstance(each.panel, tuple) and each.panel[1] is TAYLOR for each in banded)
+    label = r"error of $\Delta U$" + (" and $D$" if shapes else "")
+    bands = [Patch(color="0.35", alpha=BAND, linewidth=0, label=label)] if banded else []
     if any(each.inputs is not None for each in series):
         bands.append(Patch(color="0.35", alpha=LIGHTER * BAND, linewidth=0, label="half-width by the inputs"))
     marked = {each.mark for each in series}
-    looks = ((mark, look) for mark, look in MARKS.items() if mark in marked)
-    return bands + [Line2D([], [], label=mark, color="0.2", linestyle="", **look) for mark, look in looks]
+    plain: Look = {"color": "0.2", "linestyle": ""}
+    looks: dict[str, Look] = {mark: {**plain, **look} for mark, look in MARKS.items() if mark in marked}
+    return [*bands, *(Line2D([], [], label=mark, **look) for mark, look in looks.items())]
 
 
 def _spread(axis: Axes, name: str, values: Sequence[Array], least: float) -> None:

@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from pairsim.plots.chart import ENDS, ZERO_MARKS, Line, Panel, draw_chart, point
-from pairsim.plots.labels import measured, parameter_label, parts_along, read_case
+from pairsim.plots.labels import parameter_label, parts_along, read_case
+from pairsim.plots.parameters import measured
 from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
 from pairsim.record.column import Column, Columns
@@ -32,12 +33,12 @@ def draw_critical(directory: Path, out: Path, page: Page) -> list[Path]:
     case = read_case(directory / "case.yaml")
     units = Units.of(directory, page.physical)
     table = read_table(directory / "critical.csv", CONVERTED).converted(units.scales)
-    name = next(iter(case.get("along") or {}), "")
+    name = case.followed
     if not name or not table.rows:
         return []
     number = TOLD.get(name, FOLLOWED)
     values = table[number]
-    known = measured(case["along"][name])
+    known = measured(case.values_followed)
     label, places = parameter_label(name, known[1] if known is not None else ""), values
     if name in TOLD:
         label, places = units.followed(case, number, values)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,9 +12,11 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.typing import ColorType
 
-from pairsim.plots.labels import equation, hashable, measured, parameter_label, symbol
-from pairsim.plots.style import COLOURS, LINES, MARKERS, ORDERED, WIDE, colour_bar
+from pairsim.plots.labels import equation, parameter_label, symbol
+from pairsim.plots.parameters import Parameters, measured
+from pairsim.plots.style import COLOURS, LINES, MARKERS, ORDERED, WIDE, Look, colour_bar
 from pairsim.runtime.errors import InputError
 
 MOST_PANELS = 6
@@ -33,7 +34,7 @@ class Encoding:
     untold: tuple[str, ...] = ()  # keys that vary and are not distinguished, as there are too many
 
     @staticmethod
-    def of(cases: Sequence[Mapping[str, Any]], keys: Sequence[str], group: str | None = None) -> Encoding:
+    def of(cases: Sequence[Parameters], keys: Sequence[str], group: str | None = None) -> Encoding:
         """Assign colours, styles and panels to keys that vary; colours show `group`, or else the key with most values.
 
         Where lines would be many in one panel, the next one has panels, else styles.
@@ -44,7 +45,7 @@ class Encoding:
         if group is not None and group not in keys:
             allowed = f"must be a parameter that varies: {', '.join(keys) or 'none does'}"
             raise InputError("--group", "", group, allowed)
-        values = {key: _values([case.get(key) for case in cases]) for key in keys}
+        values = {key: _values(case.get(key) for case in cases) for key in keys}
         rest = [key for key in keys if len(values[key]) > 1]
         first = group or max(rest, key=lambda key: len(values[key]), default="")
         others = sorted((key for key in rest if key != first), key=lambda key: len(values[key]))
@@ -64,14 +65,14 @@ class Encoding:
         wide = min(numbers) > 0 and max(numbers) / min(numbers) >= WIDE
         return numbers, unit, ScalarMappable((LogNorm if wide else Normalize)(min(numbers), max(numbers)), ORDERED)
 
-    def place(self, key: str, case: Mapping[str, Any]) -> int:
+    def place(self, key: str, case: Parameters) -> int:
         """Number of the value of a key, such as `panel`, in a case."""
-        return self.values[key].index(hashable(case.get(key))) if key else 0
+        return self.values[key].index(case.get(key)) if key else 0
 
-    def look(self, case: Mapping[str, Any]) -> dict[str, Any]:
+    def look(self, case: Parameters) -> Look:
         """Colour, line style and marker of a case; a dot where markers show no parameter."""
         place, style = self.place(self.colour, case), self.place(self.line, case)
-        colour: Any = COLOURS[place % len(COLOURS)]
+        colour: ColorType = COLOURS[place % len(COLOURS)]
         if self._scale is not None:
             numbers, _, scale = self._scale
             colour = scale.to_rgba(np.array(numbers))[place]
@@ -84,15 +85,15 @@ class Encoding:
 
     def handles(self, *, lines: bool = True, points: bool = False) -> list[Line2D]:
         """Entries of the legend; what is drawn has lines, points or both."""
-        entries = []
+        looks: list[tuple[str, Look]] = []
         if self._scale is None:
-            plain: dict[str, Any] = {"linestyle": "-"} if lines else {"linestyle": "", "marker": "o"}
             for value, colour in zip(self.values.get(self.colour, ()), COLOURS, strict=False):
-                entries.append(Line2D([], [], color=colour, label=equation(self.colour, value), **plain))
+                plain: Look = {"linestyle": "-"} if lines else {"linestyle": "", "marker": "o"}
+                looks.append((equation(self.colour, value), {"color": colour, **plain}))
         for value, style, marker in zip(self.values.get(self.line, ()), LINES, MARKERS, strict=False):
-            look: dict[str, Any] = {"linestyle": style if lines else "", "marker": marker if points else ""}
-            entries.append(Line2D([], [], color="0.2", label=equation(self.line, value), **look))
-        return entries
+            own: Look = {"linestyle": style if lines else "", "marker": marker if points else ""}
+            looks.append((equation(self.line, value), {"color": "0.2", **own}))
+        return [Line2D([], [], label=label, **look) for label, look in looks]
 
     def bar(self, figure: Figure, axes: list[Axes]) -> None:
         """A colour bar where a legend would be too long."""
@@ -104,7 +105,7 @@ class Encoding:
                 bar.set_ticks(numbers, labels=[str(value) for value in self.values[self.colour]])
 
 
-def _values(found: list[Any]) -> tuple[Hashable, ...]:
-    values = list(dict.fromkeys(map(hashable, found)))
+def _values(found: Iterable[Hashable]) -> tuple[Hashable, ...]:
+    values = list(dict.fromkeys(found))
     known = measured(values)
     return tuple(values) if known is None else tuple(value for _, value in sorted(zip(known[0], values, strict=True)))

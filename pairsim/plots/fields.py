@@ -78,9 +78,9 @@ def _parts(directory: Path, drawn: Sequence[float], curve: bool, physical: bool)
     d = min((float(each[0]) for each in last.each(DISTANCE).values() if len(each)), default=np.nan)
     if not np.isclose(drawn, d).any():
         return case_parts(case, {"d0"} if curve else (), physical)
-    factor = last[CA_E][0] / softest if (softest := np.max(case["Ca_e"])) else 0.0
-    reached = {"De": float(last[DE][0]), "Ca_e": (factor * np.array(case["Ca_e"])).tolist()}
-    return ["the last steady state that was found", *case_parts(case | reached, {"d0"})]
+    factor = float(last[CA_E][0]) / softest if (softest := max(case.Ca_es)) else 0.0
+    reached = case.softened(float(last[DE][0]), factor)
+    return ["the last steady state that was found", *case_parts(reached, {"d0"})]
 
 
 def _pictures(directory: Path, views: Sequence[View], units: Units, field: str | None) -> dict[str, list[Layer]]:

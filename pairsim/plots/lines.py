@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,8 @@ import scipy
 from pairsim.analysis.master_curve import Curve
 from pairsim.analysis.time_series import Series
 from pairsim.plots.chart import FAILED, ZERO_MARKS, Line, Panel, point
-from pairsim.plots.style import COLOURS, LINES, MARKERS, ORDERED
+from pairsim.plots.parameters import NO_PARAMETERS, Parameters
+from pairsim.plots.style import COLOURS, LINES, MARKERS, ORDERED, Look
 from pairsim.plots.units import Units
 from pairsim.record.column import Column
 from pairsim.record.columns import DISTANCE, DP, DU, DU_HALF, DU_QUARTER, SLOPE, TAYLOR, T, U, Z
@@ -31,7 +32,7 @@ def fine_distances(points: Array) -> Array:
 
 
 def lines_of(
-    directory: Path, units: Units, parameters: Mapping[str, Any] | None = None, *, curve: bool, failed: bool = False
+    directory: Path, units: Units, parameters: Parameters = NO_PARAMETERS, *, curve: bool, failed: bool = False
 ) -> list[Line]:
     """What can be drawn of the folder of a run or a curve; nothing before the first row.
 
@@ -42,13 +43,11 @@ def lines_of(
         InputError: The table cannot be read.
     """
     if curve:
-        return curve_lines(Curve.read(directory).converted(units.scales), parameters or {}, failed=failed)
-    return run_lines(Series.read(directory).converted(units.scales), parameters or {}, failed=failed)
+        return curve_lines(Curve.read(directory).converted(units.scales), parameters, failed=failed)
+    return run_lines(Series.read(directory).converted(units.scales), parameters, failed=failed)
 
 
-def run_lines(
-    series: Series, parameters: Mapping[str, Any], *, failed: bool = False, places: bool = False
-) -> list[Line]:
+def run_lines(series: Series, parameters: Parameters, *, failed: bool = False, places: bool = False) -> list[Line]:
     """Distances, motion and D of a run over time, and relative velocities over distance; nothing before the first step.
 
     With `places` the positions of the particles, relative to their mean, are drawn, too; for the rest see `lines_of`.
@@ -61,10 +60,10 @@ def run_lines(
     for x, y in ((T, DISTANCE), (T, motion), (T, TAYLOR), *([(DISTANCE, DU)] if motion is DU else [])):
         for suffix, own in _of_each(table.suffixes(y), parameters):
             over, values = table.of(x, suffix if x.of else ""), table.of(y, suffix)
-            more: dict[str, Any] = {"columns": _of_gap(x, y, suffix), "parameters": own}
-            found.append(Line((x, y), over, values, table.half_widths(y, suffix), t=series.t, **more))
+            columns, error = _of_gap(x, y, suffix), table.half_widths(y, suffix)
+            found.append(Line((x, y), over, values, error, t=series.t, columns=columns, parameters=own))
             if failed:
-                found.append(point((x, y), over[-1], values[-1], FAILED, **more))
+                found.append(point((x, y), over[-1], values[-1], FAILED, columns=columns, parameters=own))
     if places and series.places:
         mean = np.mean(series.places, axis=0)
         for suffix, own in _of_each(table.suffixes(Z), parameters):
@@ -73,7 +72,7 @@ def run_lines(
     return found
 
 
-def curve_lines(curve: Curve, parameters: Mapping[str, Any], *, failed: bool = False) -> list[Line]:
+def curve_lines(curve: Curve, parameters: Parameters, *, failed: bool = False) -> list[Line]:
     """dU of a curve over d with its points and its zeros, and D; nothing over distances that differ from gap to gap.
 
     Nor is there anything before the first point. A single curve has the half-widths by its inputs, too; for the rest
@@ -90,22 +89,24 @@ def curve_lines(curve: Curve, parameters: Mapping[str, Any], *, failed: bool = F
         if (interpolant := curve.interpolant(gap)) is not None:
             fine = fine_distances(points)
             smooth, error = interpolant.values(fine), interpolant.half_widths(fine)
-        more: dict[str, Any] = {"columns": (over, DU.with_suffix(gap)), "parameters": own}
+        panel, columns = (DISTANCE, DU), (over, DU.with_suffix(gap))
         marked = np.searchsorted(fine, points).tolist()
         by_inputs = curve.by_inputs.half_widths(fine) if curve.by_inputs.known and not parameters else None
-        found.append(Line((DISTANCE, DU), fine, smooth, error, inputs=by_inputs, marked=marked, **more))
+        whole = Line(panel, fine, smooth, error, inputs=by_inputs, columns=columns, parameters=own, marked=marked)
+        found.append(whole)
         for column in (each for each in (DU_HALF, DU_QUARTER) if not parameters):
             if (earlier := table.known(column, gap)) is not None:
-                columns = over, column.with_suffix(gap)
-                found.append(Line((DISTANCE, DU), points, earlier, **more | {"columns": columns}))
+                others = over, column.with_suffix(gap)
+                found.append(Line(panel, points, earlier, columns=others, parameters=own))
         for zero in curve.zeros:
-            found.append(point((DISTANCE, DU), zero.d, 0.0, ZERO_MARKS[zero.stable], x_error=zero.error, **more))
+            mark = ZERO_MARKS[zero.stable]
+            found.append(point(panel, zero.d, 0.0, mark, x_error=zero.error, columns=columns, parameters=own))
         if failed:
-            found.append(point((DISTANCE, DU), points[-1], values[-1], FAILED, **more))
+            found.append(point(panel, points[-1], values[-1], FAILED, columns=columns, parameters=own))
     return [*found, *_shapes(curve, table.varied(gaps[0]), parameters)]
 
 
-def _shapes(curve: Curve, over: Column, parameters: Mapping[str, Any]) -> list[Line]:
+def _shapes(curve: Curve, over: Column, parameters: Parameters) -> list[Line]:
     """D of the particles over the distance of a curve."""
     points, found = curve.table[over], []
     fine = fine_distances(points)
@@ -123,10 +124,10 @@ def _of_gap(x: Column, y: Column, suffix: str) -> tuple[Column, Column]:
     return x.with_suffix(suffix if x.of else ""), y.with_suffix(suffix)
 
 
-def _of_each(endings: Sequence[str], parameters: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]]]:
+def _of_each(endings: Sequence[str], parameters: Parameters) -> list[tuple[str, Parameters]]:
     """The endings of columns, each with the parameters of its line."""
     return [
-        (ending, {**parameters, "gap": i} if len(endings) > 1 else parameters) for i, ending in enumerate(endings, 1)
+        (ending, parameters | {"gap": i} if len(endings) > 1 else parameters) for i, ending in enumerate(endings, 1)
     ]
 
 
@@ -139,7 +140,7 @@ def told_apart(lines: Sequence[Line]) -> list[Line]:
         many, over_own = len(drawn) > len(COLOURS), len({x for x, _ in drawn}) > 1
         for each, columns in inside:
             i = drawn.index(columns)
-            look: dict[str, Any] = {"color": COLOURS[i % len(COLOURS)], "linestyle": LINES[i % len(LINES)]}
+            look: Look = {"color": COLOURS[i % len(COLOURS)], "linestyle": LINES[i % len(LINES)]}
             look |= {"marker": MARKERS[i % len(MARKERS)], "markersize": 2.5}
             if many:
                 look |= {"color": ORDERED(i / (len(drawn) - 1)), "linestyle": "-", "marker": "."}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -11,11 +12,12 @@ from matplotlib.patches import Patch
 
 from pairsim.analysis.master_curve import Curve
 from pairsim.analysis.time_series import Series
-from pairsim.cases.yaml_file import flat
+from pairsim.cases.physical import BLOCK
 from pairsim.plots.chart import START_UP, Line, Panel, draw_chart
 from pairsim.plots.encoding import Encoding
-from pairsim.plots.labels import case_parts, common_parts, equation, hashable, read_case, varying_keys
+from pairsim.plots.labels import case_parts, common_parts, equation, read_case, varying_keys
 from pairsim.plots.lines import lines_of, panels_of, run_lines, told_apart
+from pairsim.plots.parameters import NO_PARAMETERS, Parameters
 from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
 from pairsim.quantities.kinds import POSITION, TIME
@@ -46,7 +48,7 @@ def draw_run(directory: Path, out: Path, page: Page) -> list[Path]:
     parts = case_parts(read_case(directory / "case.yaml"), physical=units.scales is not None)
     series = run.converted(units.scales)
     starting = min(run.start_up * units.factor(TIME), float(series.t[-1]))
-    lines = told_apart(run_lines(series, {}, places=len(series.gaps) > 1))
+    lines = told_apart(run_lines(series, NO_PARAMETERS, places=len(series.gaps) > 1))
     above = None
     if places := series.places:
         along = np.mean(places, axis=0)
@@ -86,7 +88,8 @@ def draw_curve(directory: Path, out: Path, page: Page) -> list[Path]:
 def overlay(folders: Sequence[Path], out: Path, page: Page, group: str | None = None) -> list[Path]:
     """Draw `runs` or `curves`: dU of all folders in the same panels; what differs is in the legend.
 
-    The key `group` chooses colours, by default the first that differs.
+    The key `group` chooses colours, any that differs, also a quantity such as physical.flow_rate; by default the first
+    of those that tell the cases apart.
 
     Raises:
         InputError: A folder is of another kind, or has nothing to draw yet.
@@ -98,12 +101,13 @@ def overlay(folders: Sequence[Path], out: Path, page: Page, group: str | None = 
     if len(set(folders)) < len(folders):
         raise InputError("pairsim plot", "", str(folders[0]), "must be named once")
     whole = [read_case(folder / "case.yaml") for folder in folders]
-    cases = list(map(flat, whole))
-    keys = varying_keys(cases)
-    told_apart = len({tuple(hashable(case.get(key)) for key in keys) for case in cases}) == len(cases)
+    cases = [case.parameters for case in whole]
+    first = _first(cases, group)
+    keys = varying_keys(cases, first=first)
+    told_apart = len({case.at(keys) for case in cases}) == len(cases)
     if not told_apart or Encoding.of(cases, keys, group).untold:
         cases = [case | {FOLDER: str(folder)} for case, folder in zip(cases, folders, strict=True)]
-        keys = [FOLDER]
+        keys = [*first[:1], FOLDER]
     units = Units.of_all(folders, page.physical)
     lines: list[Line] = []
     for folder, case, own in zip(folders, cases, units, strict=True):
@@ -113,6 +117,17 @@ def overlay(folders: Sequence[Path], out: Path, page: Page, group: str | None = 
         lines += found
     parts = common_parts(whole, keys, units[0].scales is not None)
     return draw_overlay(lines, keys, parts, units[0], out, page, f"{kind}s", group)
+
+
+def _first(cases: Sequence[Parameters], group: str | None) -> list[str]:
+    """The keys by which cases are told apart before all others: the one that is asked for, if they differ in it.
+
+    After a quantity of an experiment come other ones, before the numbers that follow from them.
+    """
+    if group is None or len({case.get(group) for case in cases}) == 1:
+        return []
+    quantities = [key for key in dict.fromkeys(chain(*cases)) if key.startswith(BLOCK)]
+    return [group, *(quantities if group in quantities else ())]
 
 
 @printing()
@@ -139,7 +154,7 @@ def draw_overlay(
     motion = [each for each in lines if each.panel[0] is over and each.panel[1] is not DISTANCE and not each.mark]
     gaps = ["gap"] if any("gap" in each.parameters for each in motion) else []
     encoding = Encoding.of([each.parameters for each in motion], [*keys, *gaps], group)
-    drawn = {key: {hashable(each.parameters.get(key)) for each in motion} for key in keys}
+    drawn = {key: {each.parameters.get(key) for each in motion} for key in keys}
     parts = [
         *parts,
         *(equation(key, *values) for key, values in drawn.items() if len(values) == 1),
@@ -169,7 +184,7 @@ def _differences(
     for line in lines:
         for other in lines:
             same = all(other.parameters.get(name) == line.parameters.get(name) for name in keys if name != key)
-            if other is line or not same or hashable(other.parameters.get(key)) != reference:
+            if other is line or not same or other.parameters.get(key) != reference:
                 continue
             x = line.x[(line.x >= other.x[0]) & (line.x <= other.x[-1])]
             apart = np.interp(x, line.x, line.y) - np.interp(x, other.x, other.y)

@@ -22,7 +22,7 @@ from scipy.interpolate import LinearNDInterpolator
 from pairsim.physics import declared
 from pairsim.plots.frames import FIELDS, axial_velocity, outlines, particle_velocity
 from pairsim.plots.labels import tex_number
-from pairsim.plots.style import DIVERGING, GREY, SEQUENTIAL, Page, colour_bar
+from pairsim.plots.style import DIVERGING, GREY, SEQUENTIAL, Look, Page, colour_bar
 from pairsim.plots.units import Units
 from pairsim.quantities.kinds import LENGTH, TIME
 from pairsim.record.xdmf import FieldFrame
@@ -125,7 +125,7 @@ def scale_of(layer: Layer, views: Sequence[View]) -> ScalarMappable:
 def draw_view(axis: Axes, view: View, place: int, layers: Sequence[tuple[Layer, ScalarMappable]]) -> None:
     """One view, that at a place of the layers: colours are interpolated; particles without colours are grey."""
     z, r = view.frame.points.T
-    line: dict[str, Any] = {"color": "black", "linestyle": "-"}
+    line: Look = {"color": "black", "linestyle": "-"}
     coloured = False
     for layer, scale in layers:
         for solid, cells in layer.cells(view):
@@ -155,13 +155,14 @@ def draw_view(axis: Axes, view: View, place: int, layers: Sequence[tuple[Layer, 
 def mark_view(axis: Axes, view: View) -> None:
     """A title, which way the liquid flows, which particle is which: T, L of a pair, else numbers from upstream."""
     axis.set_title(view.title)
-    look: dict[str, Any] = {"zorder": 4, "path_effects": [withStroke(linewidth=1.6, foreground="white")]}
-    axis.text(0.015, 0.955, r"flow $\rightarrow$", transform=axis.transAxes, va="top", fontsize=7, **look)
+    outlined, corner = [withStroke(linewidth=1.6, foreground="white")], axis.transAxes
+    flow = r"flow $\rightarrow$"
+    axis.text(0.015, 0.955, flow, transform=corner, va="top", fontsize=7, zorder=4, path_effects=outlined)
     count = len(view.particles)
     names = "TL" if count == 2 else [str(i) for i in range(1, count + 1)] if count > 2 else []
     for name, outline in zip(names, view.particles, strict=False):
         z = float(outline[:, 0].min() + outline[:, 0].max()) / 2
-        axis.text(z, 0, name, ha="center", va="center", **look)
+        axis.text(z, 0, name, ha="center", va="center", zorder=4, path_effects=outlined)
 
 
 def _levels(axis: Axes, view: View) -> None:
@@ -194,9 +195,11 @@ def _streamlines(axis: Axes, view: View) -> None:
     low, high = min(float(psi.min()), 0.0), max(float(psi.max()), 0.0)
     slow, fast = (np.linspace(0, 1, count + 1)[1:-1] for count in (OUTWARD, INWARD))
     levels = np.unique(np.concatenate([low * slow[::-1], high * fast**2]))
-    look: dict[str, Any] = {"colors": "black", "linewidths": 0.45, "linestyles": "solid", "zorder": 1.5}
+    outside, shown = np.ma.masked_array(psi, inside), levels[np.abs(levels) > near]
     for side in (1, -1):
-        axis.contour(z, side * r, np.ma.masked_array(psi, inside), levels=levels[np.abs(levels) > near], **look)
+        axis.contour(
+            z, side * r, outside, levels=shown, colors="black", linewidths=0.45, linestyles="solid", zorder=1.5
+        )
 
 
 def sheet(
@@ -224,7 +227,9 @@ def sheet(
     for axis in axes[-columns:]:
         axis.set_xlabel(views[0].label("z"))
     for i, (layer, scale) in enumerate(scaled):
+        axes_of_bar, ticks = place(rows, i, abreast, label="<colorbar>"), MaxNLocator(5)
         # Values outside of the range have the colours of its ends.
-        look: dict[str, Any] = {"label": layer.label, "extend": "both", "ticks": MaxNLocator(5)}
-        colour_bar(figure, scale, orientation="horizontal", cax=place(rows, i, abreast, label="<colorbar>"), **look)
+        colour_bar(
+            figure, scale, label=layer.label, cax=axes_of_bar, orientation="horizontal", extend="both", ticks=ticks
+        )
     return figure, axes, scaled

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, TypedDict
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
@@ -18,6 +18,7 @@ from matplotlib.colorbar import Colorbar
 from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, StrMethodFormatter
+from matplotlib.typing import ColorType, LineStyleType
 
 from pairsim.record.folder import write_file
 from pairsim.runtime.errors import InputError
@@ -33,11 +34,25 @@ DATE = {"pdf": "CreationDate", "svg": "Date"}  # the metadata by which equal pic
 PRINT: Any = mpl.rc_params_from_file(Path(__file__).with_name("print.mplstyle"), use_default_template=False)
 """The style; everything that draws does so under `printing`."""
 COLOURS: tuple[str, ...] = tuple(PRINT["axes.prop_cycle"].by_key()["color"])
-LINES = ("-", "--", ":", "-.")
+LINES: tuple[LineStyleType, ...] = ("-", "--", ":", "-.")
 MARKERS = "os^Dv<>P"
 SEQUENTIAL, DIVERGING = "cividis", "RdBu_r"
 ORDERED = ListedColormap(mpl.colormaps["viridis"](range(0, 236)))  # without its yellow end
 GREY = "0.72"
+
+
+class Look(TypedDict, total=False):
+    """How a line or points look, by the names of matplotlib; what it does not say is as in the style."""
+
+    color: ColorType
+    linestyle: LineStyleType
+    linewidth: float
+    drawstyle: Literal["default", "steps", "steps-pre", "steps-mid", "steps-post"]
+    marker: str
+    markersize: float
+    markerfacecolor: ColorType
+    elinewidth: float
+    zorder: float
 
 
 def colour_bar(figure: Figure, scale: ScalarMappable, **look: Any) -> Colorbar:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from pairsim.analysis.input_ranges import quantity_for
 from pairsim.cases.physical import BLOCK
 from pairsim.plots.labels import parameter_label
+from pairsim.plots.parameters import ShownCase
 from pairsim.quantities.kinds import Kind
 from pairsim.quantities.scales import Scales
 from pairsim.record.column import Column
@@ -44,11 +44,11 @@ class Units:
             return f"${unit.tex or '-'}$"
         return unit.physical.replace("um", "µm").replace("^2", "$^2$")
 
-    def followed(self, case: Mapping[str, Any], number: Column, values: Array) -> tuple[str, Array]:
+    def followed(self, case: ShownCase, number: Column, values: Array) -> tuple[str, Array]:
         """Axis label and values of the parameter on the axis; in an experiment those of the quantity that gives it."""
-        if self.scales is None:
+        if self.scales is None or case.experiment is None:
             return self.axis_label([number]), values
-        key, unit, value_of = quantity_for(case, number.name, self.scales)
+        key, unit, value_of = quantity_for(case.experiment, number.name, self.scales)
         return parameter_label(f"{BLOCK}.{key}", unit), value_of(values)
 
     def axis_label(self, columns: Sequence[Column], more: str = "") -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import shutil
 import tempfile
 from contextlib import nullcontext
-from dataclasses import asdict
 from inspect import cleandoc
 from os import PathLike
 from pathlib import Path
@@ -99,7 +98,7 @@ class Computation[R: Result]:
             if folder is None:
                 shutil.rmtree(directory, ignore_errors=True)
             raise
-        result: R = self.question.result(self.question, directory, asdict(outcome), temporary=folder is None)
+        result: R = self.question.result(self.question, directory, outcome, temporary=folder is None)
         if progress:
             reporter.say(result.answer)
         return result

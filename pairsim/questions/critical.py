@@ -13,12 +13,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, cast
+from typing import TYPE_CHECKING, Annotated, ClassVar, TypedDict, cast
 
 from pydantic import Field
 
 from pairsim.cases.case import SceneCase
-from pairsim.cases.checks import check_scene
 from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.followed_key import FollowedKey
 from pairsim.cases.keys import Key, Part
@@ -61,13 +60,15 @@ from pairsim.solvers.parameters import Parameters
 
 if TYPE_CHECKING:
     from pairsim.analysis.zeros import Zero
+    from pairsim.computing.steady import Solutions
     from pairsim.computing.warnings import ErrorAt
     from pairsim.plots.style import Page
     from pairsim.quantities.scales import Scales
     from pairsim.record.record import Record
     from pairsim.record.table import Table
     from pairsim.runtime.monitor import Monitor
-    from pairsim.solvers.curves.equilibrium_lines import Critical
+    from pairsim.solvers.curves.branch import Point
+    from pairsim.solvers.curves.equilibrium_lines import Critical, End
 
 SHOWN = {"zeros": D_CR, "stable": STABLE}
 U = Column("U", "U", "velocity of the pair", VELOCITY)
@@ -79,7 +80,35 @@ CRITICAL_COLUMNS = Columns(
 MOST_TOLD = 4  # values of what is followed that an answer tells each; chosen
 TOLD = {CA_E.name, DE.name}
 """Keys whose values have columns of their own."""
-ENDS = Entry[list[dict[str, Any]]]("ends", "where each branch of critical distances ends, and why")
+
+
+class EndOfBranch(TypedDict):
+    """Where a branch of critical distances ends, as in run.json; see `End`."""
+
+    branch: int
+    reason: str
+    message: Text
+
+
+ENDS = Entry[list[EndOfBranch]]("ends", "where each branch of critical distances ends, and why")
+
+
+def _check_along(case: CriticalCase) -> str:
+    """What `along` must be."""
+    if case.along is None:
+        return ""
+    if len(case.along) != 1:
+        return "must be one key with its values, such as along: {Ca_e: [0.05, 0.1]}"
+    (key, given), *_ = case.along.items()
+    try:
+        FollowedKey.of(case, key, given)
+    except ValueError as error:
+        return str(error)
+    return ""
+
+
+def _check_d(case: CriticalCase) -> str:
+    return "" if case.d[0] < case.d[1] else "must be [least, largest] in ascending order"
 
 
 class CriticalCase(SceneCase):
@@ -87,14 +116,14 @@ class CriticalCase(SceneCase):
 
     kind: ClassVar[str] = "critical"
 
-    along: dict[str, ValuesOrQuantities] | None = Field(
+    along: Annotated[dict[str, ValuesOrQuantities] | None, Key(check=_check_along)] = Field(
         None,
         description="what critical distances are followed over, with its values (a list or a range): Ca_e, De, a "
         "number of a law such as liquid.alpha, or a quantity such as physical.flow_rate, on which liquid and softness "
         "alone depend; default: the values of the case only",
         examples=["{Ca_e: [0.05, 0.1]}"],
     )
-    d: Annotated[tuple[Distance, Distance], Key(part=Part.REPORT, usual=[0.02, 0.8])] = Field(
+    d: Annotated[tuple[Distance, Distance], Key(part=Part.REPORT, usual=[0.02, 0.8], check=_check_d)] = Field(
         (0.02, 0.8), description="least and largest distance of the search for zeros of dU [D_c]"
     )
 
@@ -120,26 +149,9 @@ class CriticalCase(SceneCase):
 
 
 def check(case: CriticalCase) -> Iterator[Mistake]:
-    """Check the keys of critical distances against each other; yields mistakes as `check_scene` does."""
+    """Yield the mistake of another number of particles."""
     if case.n != 2:
         yield Mistake("particles", case.n, "must be 2: a critical distance is that of a pair")
-        return
-    if case.d[0] >= case.d[1]:
-        yield Mistake("d", list(case.d), "must be [least, largest] in ascending order")
-    if case.along is not None:
-        yield from _check_along(case, case.along)
-    yield from check_scene(case)
-
-
-def _check_along(case: CriticalCase, along: Mapping[str, Sequence[float | str]]) -> Iterator[Mistake]:
-    if len(along) != 1:
-        yield Mistake("along", dict(along), "must be one key with its values, such as along: {Ca_e: [0.05, 0.1]}")
-        return
-    (key, given), *_ = along.items()
-    try:
-        FollowedKey.of(case, key, given)
-    except ValueError as error:
-        yield Mistake("along", dict(along), str(error))
 
 
 def estimate(case: CriticalCase) -> Estimate:
@@ -150,7 +162,6 @@ def estimate(case: CriticalCase) -> Estimate:
 
 def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
     """Find the critical distances, and follow them over the parameter of the case."""
-    from pairsim.computing.accuracy import error_at
     from pairsim.computing.problems import steady_problem
     from pairsim.computing.steady import Solutions, health_columns
     from pairsim.solvers.curves.branch import Point
@@ -159,7 +170,7 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
     from pairsim.solvers.goals import CRITICAL
     from pairsim.solvers.steady.ends import Ended
 
-    own, (least, most) = QUESTION.tables["critical"].own, case.d
+    least, most = case.d
     region: Region | None = None  # of parameters and distances in which zeros are followed
     if (followed := case.followed) is not None:
         region = Region(Followed(followed.materials), followed.values, least, most)
@@ -170,16 +181,12 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
     # There may be several zeros at a value, and they are looked for at the last one in the end.
     goal = Message("zeros of dU from d = {} to d = {}", LENGTH(least, "g"), LENGTH(most, "g"))
     yield events.Begin(goal, count + 1)
-    found, branches, solved = Solutions(case, (CRITICAL,)), set[int](), 0
-    wanted = found.judged = list[Point]()  # those at requested values
-    errors: list[ErrorAt] = []  # of parameters where two zeros meet, relative to them
-    ends: list[dict[str, Any]] = []
-    warnings: list[Text] = []
+    found = Solutions(case, (CRITICAL,))
+    search = Search(case, count, found)
     try:
         with found:
-            further = [FOLLOWED.name] if followed is not None and followed.key not in TOLD else []
-            columns = [*CRITICAL_COLUMNS.named(2), *health_columns(case), *own.named(2), *further]
-            yield events.Table("critical", columns)
+            own = QUESTION.tables["critical"].own.named(2)
+            yield events.Table("critical", [*CRITICAL_COLUMNS.named(2), *health_columns(case), *own, *search.further])
             # Meshes are adapted to the zeros asked for, not to those between them.
             branch = found.begin(steady_problem(case, least, monitor), start)
             if isinstance(branch, Ended):
@@ -189,52 +196,99 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
             for each in find_all(branch, least, most) if region is None else follow_all(branch, region):
                 match each:
                     case Point():
-                        solved += 1
-                        d, dU = LENGTH(each.d, ".5f"), VELOCITY(each.dU, "+.4e")
-                        text = Message("search: d = {}  dU = {}", d, dU)
-                        yield events.Progress(min(len(wanted), count), text, solved)
+                        yield search.passed(each)
                     case Critical():
-                        solved += 1
-                        branches.add(each.branch)
-                        found.points.append(each.point)
-                        wanted += [each.point] if each.kind == "wanted" else []
-                        if each.by_parameter is not None and region is not None:
-                            size = abs(each.by_parameter) * each.point.parameters.followed
-                            errors += filter(None, [error_at(each.point, CRITICAL, size)])
-                        row = critical_row(each) | own.own_row(2, each)
-                        yield events.Row("critical", row | {FOLLOWED.name: each.point.parameters.followed})
-                        place = f"Ca_e = {row['Ca_e']:.5g}  De = {row['De']:.5g}"
-                        if further and followed is not None:
-                            place += f"  {followed.key} = {each.point.parameters.followed:.5g} {followed.unit}".rstrip()
-                        text = Message("{}  d_cr = {}  {}", place, LENGTH(row["d_cr"], ".5f"), each.kind)
-                        yield events.Progress(min(len(wanted), count), text, solved)
+                        yield from search.met(each)
                     case End():
-                        ends.append({**vars(each)})
-                        if each.reason != "range":
-                            said = "the critical distances of branch {} end: {}"
-                            yield events.Note(Message(said, each.branch, each.message))
+                        yield from search.ended(each)
                     case Missed():
-                        warnings.append(each.message)
+                        search.warnings.append(each.message)
                     case Ended():
                         return found.outcome_of(each)
-            counts = f"critical distances: {len(found.points)}, branches: {max(branches, default=0)}"
+            counts = f"critical distances: {len(found.points)}, branches: {max(search.branches, default=0)}"
             return events.Outcome("finished", "end", counts)
     finally:
-        warnings += large_errors(case, "the error of a parameter at which two zeros meet", "itself", errors)
-        yield from found.last_events({ENDS: ends}, warnings)
+        of_fold = "the error of a parameter at which two zeros meet"
+        warnings = [*search.warnings, *large_errors(case, of_fold, "itself", search.errors)]
+        yield from found.last_events({ENDS: search.ends}, warnings)
 
 
-def critical_row(critical: Critical) -> dict[str, Any]:
+class Search:
+    """What a search for critical distances has found so far, and what is said of each.
+
+    Attributes:
+        further: The column of what is followed, if its values have none of their own.
+        branches: Numbers of the branches.
+        errors: Errors of parameters where two zeros meet, relative to them.
+        ends: Where branches end.
+        warnings: Warnings about the results.
+    """
+
+    def __init__(self, case: CriticalCase, count: int, found: Solutions) -> None:
+        self._followed, self._count, self._solutions, self._solved = case.followed, count, found, 0
+        self.wanted: list[Point] = []  # those at requested values
+        found.judged = self.wanted
+        has_column = self._followed is None or self._followed.key in TOLD
+        self.further = [] if has_column else [FOLLOWED.name]
+        self.branches = set[int]()
+        self.errors: list[ErrorAt] = []
+        self.ends: list[EndOfBranch] = []
+        self.warnings: list[Text] = []
+
+    def passed(self, point: Point) -> events.Event:
+        """A solution on the way to a zero."""
+        d, dU = LENGTH(point.d, ".5f"), VELOCITY(point.dU, "+.4e")
+        return self._progress(Message("search: d = {}  dU = {}", d, dU))
+
+    def met(self, critical: Critical) -> Iterator[events.Event]:
+        """A critical distance; yields its row."""
+        from pairsim.computing.accuracy import error_at
+        from pairsim.solvers.goals import CRITICAL
+
+        point, place = critical.point, critical.point.parameters
+        self.branches.add(critical.branch)
+        self._solutions.points.append(point)
+        self.wanted += [point] if critical.kind == "wanted" else []
+        if critical.by_parameter is not None and self._followed is not None:
+            size = abs(critical.by_parameter) * place.followed
+            self.errors += filter(None, [error_at(point, CRITICAL, size)])
+        own = QUESTION.tables["critical"].own.own_row(2, critical)
+        yield events.Row("critical", {**critical_row(critical), **own, FOLLOWED.name: place.followed})
+        where = f"Ca_e = {max(place.Ca_es):.5g}  De = {place.De:.5g}"
+        if self.further and self._followed is not None:
+            where += f"  {self._followed.key} = {place.followed:.5g} {self._followed.unit}".rstrip()
+        yield self._progress(Message("{}  d_cr = {}  {}", where, LENGTH(point.d, ".5f"), critical.kind))
+
+    def ended(self, end: End) -> Iterator[events.Event]:
+        """The end of a branch; yields what is said of it."""
+        self.ends.append({"branch": end.branch, "reason": end.reason, "message": end.message})
+        if end.reason != "range":
+            yield events.Note(Message("the critical distances of branch {} end: {}", end.branch, end.message))
+
+    def _progress(self, text: Text) -> events.Event:
+        self._solved += 1
+        return events.Progress(min(len(self.wanted), self._count), text, self._solved)
+
+
+def critical_row(critical: Critical) -> dict[str, float | str | None]:
     """The row of a critical distance. Where two zeros meet, the slope vanishes, and the parameter has the error."""
     from pairsim.analysis.rows_of_points import point_row
 
-    point, row = critical.point, dict[str, Any](point_row(critical.point))
+    point, of_point = critical.point, point_row(critical.point)
     place, slope, change = point.parameters, point.slope_at_rest, critical.by_parameter
-    row |= {"Ca_e": max(place.Ca_es), "De": place.De, "d_cr": point.d, "U": row["U_T"], "slope": slope}
-    row |= {"kind": critical.kind, "branch": critical.branch, "stable": slope < 0}
-    row["d_error"] = point.zero_error if change is None else None
-    row["parameter_error"] = row["dU_error"] / abs(change) if change is not None else None
-    return row
+    return {
+        **of_point,
+        CA_E.name: max(place.Ca_es),
+        DE.name: place.De,
+        D_CR.name: point.d,
+        U.name: of_point[U.with_suffix("_T").name],
+        SLOPE.name: slope,
+        KIND.name: critical.kind,
+        BRANCH.name: critical.branch,
+        STABLE.name: slope < 0,
+        D_ERROR.name: point.zero_error if change is None else None,
+        PARAMETER_ERROR.name: of_point[DU_ERROR.name] / abs(change) if change is not None else None,
+    }
 
 
 def answer_of_critical(zeros: Sequence[Zero], record: Record) -> list[str]:
@@ -262,7 +316,7 @@ class CriticalResult(Result):
     """Critical distances. `table` is critical.csv, with a row for each zero of dU."""
 
     @property
-    def ends(self) -> list[dict[str, Any]]:
+    def ends(self) -> list[EndOfBranch]:
         """For each end of a branch: where it is, and why the branch ends there."""
         return list(ENDS.of(self.record) or ())
 

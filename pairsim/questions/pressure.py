@@ -70,7 +70,7 @@ def draw(folder: Path, out: Path, page: Page) -> list[Path]:
     """Draw the table of a folder."""
     from pairsim.computing.along_picture import draw_along
 
-    return draw_along(folder, out, page, "pressure", TABLE, {"dp_plus": "dp_plus_error"})
+    return draw_along(folder, out, page, "pressure", TABLE, ("dp_plus",))
 
 
 QUESTION = Question(

@@ -59,8 +59,8 @@ def _half_width(goal: Goal, found: Found) -> float:
     return float(found.point.estimate[goal].half_width[0])
 
 
-def _measured(name: str, symbol: str, meaning: str, unit: Kind = PURE) -> Column:
-    return Column(name, symbol, meaning, unit, value=partial(_of_contour, name))
+def _measured(name: str, symbol: str, meaning: str, unit: Kind = PURE, half_width: str = "") -> Column:
+    return Column(name, symbol, meaning, unit, value=partial(_of_contour, name), half_width=half_width)
 
 
 def _error(goal: Goal, symbol: str) -> Column:
@@ -72,7 +72,12 @@ CONTOUR = (
     _measured("area", "A", "area of the meridional section", AREA),
     _measured("deformation", r"\mathrm{Def}", "1 - 2 sqrt(pi area)/perimeter of the meridional section"),
     _measured("area_hull", r"A_c", "area of the convex hull of the section", AREA),
-    _measured("deformation_hull", r"\mathrm{Def}_c", "deformation of the convex hull, as cytometry measures it"),
+    _measured(
+        "deformation_hull",
+        r"\mathrm{Def}_c",
+        "deformation of the convex hull, as cytometry measures it",
+        half_width=goals.DEFORMATION.error_column,
+    ),
     _error(goals.DEFORMATION, r"\epsilon_\mathrm{Def}"),
     _measured("inertia_ratio_hull", "I_c", "root of the hull's second moment of area along the axis over that across"),
     _measured("volume", "V", "volume of the particle", VOLUME),
@@ -112,7 +117,7 @@ def draw(folder: Path, out: Path, page: Page) -> list[Path]:
     """Draw the table of a folder."""
     from pairsim.computing.along_picture import draw_along
 
-    return draw_along(folder, out, page, "shape", TABLE, {"D_1": "D_error", "U_1": "U_error_1"})
+    return draw_along(folder, out, page, "shape", TABLE, ("D_1", "U_1"))
 
 
 QUESTION = Question(

@@ -16,13 +16,17 @@ from typing import Any, cast, get_args, get_origin, get_type_hints
 
 import numpy as np
 
+from pairsim.cases.yaml_file import Content
 from pairsim.record.folder import CHECKPOINT, write_bytes
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
+from pairsim.runtime.plain import Plain
+from pairsim.solvers.goals import dU
 from pairsim.solvers.transient.adaptation import RunAdaptation
 from pairsim.solvers.transient.state import State
 
-FORMAT = 7
+FORMAT = 8
+OF_0_3_0 = 7  # the format of 0.3.0, whose runs have errors of dU alone
 ARRAY = "array"
 FREE = ("name", "time.end", "physical.end", "limits", "output")
 """Keys and groups of keys that may be changed when a run is resumed."""
@@ -33,7 +37,7 @@ class Checkpoint:
     """A run after an accepted step."""
 
     state: State
-    case: dict[str, Any]  # with all defaults, as plain data
+    case: dict[str, Plain]  # with all defaults, as plain data
     adaptation: RunAdaptation | None  # what its cells follow from, None if they are those of the case
     rows: int  # number of rows in series.csv at this step
     frames: int  # number of frames in fields.xdmf at this step
@@ -59,6 +63,8 @@ def _packed(value: Any, arrays: dict[str, Array]) -> Any:
         return {ARRAY: name}
     if is_dataclass(value):
         return {each.name: _packed(getattr(value, each.name), arrays) for each in fields(value)}
+    if isinstance(value, dict):
+        return {name: _packed(each, arrays) for name, each in value.items()}
     return [_packed(each, arrays) for each in value] if isinstance(value, list | tuple) else value
 
 
@@ -71,7 +77,9 @@ def _unpacked(kind: Any, value: Any, arrays: Mapping[str, Array]) -> Any:
     if is_dataclass(kind):
         kinds = get_type_hints(kind)
         return cast(Any, kind)(**{name: _unpacked(kinds[name], each, arrays) for name, each in value.items()})
-    if (origin := get_origin(kind)) in (list, tuple):
+    if (origin := get_origin(kind)) is dict:
+        return {name: _unpacked(get_args(kind)[1], each, arrays) for name, each in value.items()}
+    if origin in (list, tuple):
         return origin(_unpacked(get_args(kind)[0], each, arrays) for each in value)
     return value
 
@@ -88,7 +96,9 @@ def load(folder: Path) -> Checkpoint | None:
     try:
         with np.load(path, allow_pickle=False) as stored:
             entries = json.loads(str(stored["entries"]))
-            if entries["format"] != FORMAT:
+            if entries["format"] == OF_0_3_0:
+                _upgrade(entries["checkpoint"]["state"])
+            elif entries["format"] != FORMAT:
                 raise ValueError(f"its format is {entries['format']}, not {FORMAT}")
             return _unpacked(Checkpoint, entries["checkpoint"], dict(stored))
     except Exception as error:  # a damaged or foreign file can raise almost anything
@@ -96,7 +106,20 @@ def load(folder: Path) -> Checkpoint | None:
         raise InputError(str(path), "", None, allowed) from error
 
 
-def check_same(old: Mapping[str, Any], new: Mapping[str, Any], source: str) -> None:
+def _upgrade(state: dict[str, Any]) -> None:
+    """Change the state of a run of 0.3.0 to one of today.
+
+    Raises:
+        ValueError: The run has half-widths, which go on with those of other goals only in a run from the start.
+    """
+    errors = state["run_errors"]
+    if state["error_history"] is not None or errors["interval"]["start"]:
+        raise ValueError("it has half-widths of dU alone")
+    own = {name: errors[name] for name in ("steps", "interval", "largest")}
+    state["run_errors"] = {"goals": {dU.name: own}, "lost": errors["lost"]}
+
+
+def check_same(old: Content, new: Content, source: str) -> None:
     """Check that a resumed run solves the problem of its checkpoint, by both resolved cases as plain data.
 
     Messages name the file `source`.
@@ -109,7 +132,7 @@ def check_same(old: Mapping[str, Any], new: Mapping[str, Any], source: str) -> N
         raise InputError.of_all(mistakes)
 
 
-def _differences(old: Mapping[str, Any], new: Mapping[str, Any], source: str, group: str = "") -> Iterator[InputError]:
+def _differences(old: Content, new: Content, source: str, group: str = "") -> Iterator[InputError]:
     """Yield an error for each key, with the prefix `group`, such as "mesh.", that differs and may not."""
     for key in dict.fromkeys((*old, *new)):
         name = group + key

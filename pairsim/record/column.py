@@ -47,6 +47,7 @@ class Column:
     whole: bool = False  # whether its values are whole numbers
     unknown: bool = False  # whether a value may be unknown, nan in the file
     value: Callable[[Any], Any] | None = None  # takes it off what the computation of its question has found
+    half_width: str = ""  # the name of the column of the half-widths of its intervals, if there is one
 
     def with_suffix(self, suffix: str) -> Column:
         """The column that this quantity has for one gap or particle.
@@ -91,13 +92,31 @@ class Columns(Iterable[Column]):
         Raises:
             KeyError: There is no such column.
         """
+        found, suffix = self._split(name)
+        return found.with_suffix(suffix)
+
+    def _split(self, name: str) -> tuple[Column, str]:
+        """The quantity that a name in a header is of, and its suffix."""
         if (alone := self._columns.get(name)) is not None and not alone.of:
-            return alone.with_suffix("")
+            return alone, ""
         suffix = name[len(re.sub(f"({SUFFIX})$", "", name, count=1)) :]
         found = self._columns[name.removesuffix(suffix)]
         if not found.of:  # a name of its own, such as t_L, is none of t
             raise KeyError(name)
-        return found.with_suffix(suffix)
+        return found, suffix
+
+    def half_width(self, name: str) -> str:
+        """The column of the half-widths of a column of this name, "" if there is none: `dU_error_1` of `dU_1`."""
+        try:
+            column, suffix = self._split(name)
+        except KeyError:
+            return ""
+        return self.half_width_of(column, suffix)
+
+    def half_width_of(self, column: Column, suffix: str) -> str:
+        """The same of a quantity, for a gap or particle; one that all of them share has no suffix."""
+        declared = self._columns.get(column.half_width)
+        return column.half_width and column.half_width + (suffix if declared is None or declared.of else "")
 
     def get(self, name: str) -> Column | None:
         """The same; None for a column that the table does not declare."""
@@ -166,8 +185,3 @@ def table_row(n: int, values: Mapping[Column, Any]) -> dict[str, float]:
         names = (column.name + suffix for suffix in column.suffixes(n))
         row |= {name: float(entry) for name, entry in zip(names, entries, strict=True)}
     return row
-
-
-def error_of(name: str) -> str:
-    """The column of the error of a column: `dU_error_1` of `dU_1`."""
-    return re.sub(f"({SUFFIX})$", r"_error\1", name, count=1)

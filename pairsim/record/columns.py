@@ -36,11 +36,28 @@ def _observed(name: str, symbol: str, meaning: str, unit: Kind = PURE, shown: Sh
 
 
 _MESH_ENDS_NEWTON = "mesh, ends and Newton's method"
+_IN_A_RUN = "; in a run by mesh, time steps and start"
 _WHILE = "dU{{_}} at {} of the time of a run at held distances; where it differs from dU{{_}} it has not settled"
 
 T = Column("t", r"t", "time", TIME, shown=Shown.ALWAYS)
-DISTANCE = Column("d", r"d{_}", "distance between the facing surfaces of {of} on the axis", LENGTH, GAP, Shown.ALWAYS)
-U = Column("U", r"U{_}", "velocity of {of}, the volume average of u_z", VELOCITY, PARTICLE, Shown.ALWAYS)
+DISTANCE = Column(
+    "d",
+    r"d{_}",
+    "distance between the facing surfaces of {of} on the axis",
+    LENGTH,
+    GAP,
+    Shown.ALWAYS,
+    half_width="d_error",
+)
+U = Column(
+    "U",
+    r"U{_}",
+    "velocity of {of}, the volume average of u_z",
+    VELOCITY,
+    PARTICLE,
+    Shown.ALWAYS,
+    half_width="U_error",
+)
 DU = Column(
     "dU",
     r"\Delta U{_}",
@@ -48,6 +65,7 @@ DU = Column(
     VELOCITY,
     GAP,
     Shown.ALWAYS,
+    half_width="dU_error",
 )
 DU_HELD = Column(
     "dU_held",
@@ -89,9 +107,15 @@ FROM_REST = Column(
     Shown.ON_REQUEST,
 )
 T_RELAX = Column("t_relax", r"t_r", "slowest decay time of a disturbance at held distance", TIME, unknown=True)
-TAYLOR = Column("D", r"D{_}", "Taylor parameter (L_z - L_r)/(L_z + L_r) of {of}", PURE, PARTICLE)
+TAYLOR = Column("D", r"D{_}", "Taylor parameter (L_z - L_r)/(L_z + L_r) of {of}", PURE, PARTICLE, half_width="D_error")
 DP = Column("dp", r"\Delta p", "pressure drop over the length of the tube", STRESS)
-DP_PLUS = Column("dp_plus", r"\Delta p^+", "pressure drop in excess of that of the same tube without particles", STRESS)
+DP_PLUS = Column(
+    "dp_plus",
+    r"\Delta p^+",
+    "pressure drop in excess of that of the same tube without particles",
+    STRESS,
+    half_width="dp_plus_error",
+)
 Z = Column(
     "z",
     r"z{_}",
@@ -106,6 +130,7 @@ F = Column(
     FORCE,
     PARTICLE,
     Shown.ALWAYS,
+    half_width="F_error",
 )
 DT = Column("dt", r"\Delta t", "size of the time step that ends at t", TIME)
 NEWTON = Column(
@@ -136,7 +161,7 @@ SENSITIVITIES = {each.name.removeprefix("by_"): each for each in (BY_CA_E, BY_DE
 """The derivatives of dU by the name of the number."""
 CA_E = Column("Ca_e", r"\mathrm{Ca}_e", "elastic capillary number of the soft particles", shown=Shown.ALWAYS)
 DE = Column("De", r"\mathrm{De}", "Deborah number", shown=Shown.ALWAYS)
-D_CR = Column("d_cr", r"d_{cr}", "critical distance, at which dU = 0", LENGTH)
+D_CR = Column("d_cr", r"d_{cr}", "critical distance, at which dU = 0", LENGTH, half_width="d_error")
 STABLE = Column("stable", "", "true: the pair returns to this distance after a small displacement")
 KIND = Column(
     "kind",
@@ -162,7 +187,7 @@ DU_ERROR = _error(
     GAP,
     "dU",
     VELOCITY,
-    "mesh, ends, Newton's method and motion; in a run by mesh, time steps and start",
+    "mesh, ends, Newton's method and motion" + _IN_A_RUN,
     Shown.ALWAYS,
 )
 ENDS_ERROR = Column(
@@ -208,9 +233,10 @@ CREEP = Column(
     unknown=True,
 )
 U_CORRECTION = _correction(PARTICLE, "U", VELOCITY)
-U_ERROR = _error(PARTICLE, "U", VELOCITY, _MESH_ENDS_NEWTON)
+U_ERROR = _error(PARTICLE, "U", VELOCITY, _MESH_ENDS_NEWTON + _IN_A_RUN)
+TAYLOR_ERROR = _error(PARTICLE, "D", PURE, "mesh, time steps and start of a run")
 DP_PLUS_CORRECTION = _correction("", "dp_plus", STRESS)
-DP_PLUS_ERROR = _error("", "dp_plus", STRESS, _MESH_ENDS_NEWTON)
+DP_PLUS_ERROR = _error("", "dp_plus", STRESS, _MESH_ENDS_NEWTON + _IN_A_RUN)
 F_CORRECTION = _correction(PARTICLE, "F", FORCE)
 F_ERROR = _error(PARTICLE, "F", FORCE, _MESH_ENDS_NEWTON, Shown.ALWAYS)
 WANTED = Column(
@@ -265,11 +291,13 @@ EQUILIBRIA_COLUMNS = Columns(DISTANCE, STABLE, SLOPE, PEAK, D_ERROR, CERTAIN)
 """The columns of equilibria.csv."""
 STATE_COLUMNS = (T, *MOTION, Z)
 """The columns that series.csv begins with."""
-ERROR_COLUMNS = (DU_DISCRETE, DU_CORRECTION, DU_ERROR)
-"""Those of the error of dU, which follow where it is estimated."""
+ESTIMATE_COLUMNS = (DU_DISCRETE, DU_CORRECTION)
+"""Those of the estimate that dU contains, which follow where a run carries its error along."""
+ERROR_COLUMNS = (DU_ERROR, U_ERROR, TAYLOR_ERROR, DP_PLUS_ERROR)
+"""The half-widths of a run, which follow where they are known."""
 RUN_HEALTH = (DT, NEWTON, MESH, *OBSERVED, DISTORTION)
 """Diagnostics of a run, before those of a viscoelastic liquid."""
-SERIES_COLUMNS = Columns(STATE_COLUMNS, ERROR_COLUMNS, BRIDGE, RUN_HEALTH, POLYMER_HEALTH)
+SERIES_COLUMNS = Columns(STATE_COLUMNS, ESTIMATE_COLUMNS, ERROR_COLUMNS, BRIDGE, RUN_HEALTH, POLYMER_HEALTH)
 """The columns that series.csv may have, in their order."""
 
 SHARED = Columns([each for each in vars().values() if isinstance(each, Column)], POLYMER_HEALTH)
@@ -283,9 +311,11 @@ def observed(observation: Any) -> dict[Column, Any]:
     return values | {each: getattr(observation.conformation, each.name) for each in polymer}
 
 
-def of_cases(name: str, meaning: str, unit: Kind = PURE, of: str = "", *, whole: bool = False) -> Column:
+def of_cases(
+    name: str, meaning: str, unit: Kind = PURE, of: str = "", *, whole: bool = False, half_width: str = ""
+) -> Column:
     """A column of the tables of many cases."""
-    return Column(name, "", meaning, unit, of, Shown.ALWAYS, whole=whole)
+    return Column(name, "", meaning, unit, of, Shown.ALWAYS, whole=whole, half_width=half_width)
 
 
 STEPS = of_cases("steps", "accepted time steps of a run", whole=True)
@@ -299,7 +329,10 @@ POINT_COUNT = of_cases("points", "points of the curve or of the lines of critica
 OF_CASES = (HOW_IT_STANDS, WHY, POINT_COUNT, STEPS, *COST)
 """The columns that all tables of many cases may have."""
 ZEROS = of_cases(
-    "zeros", "zeros of dU from the smallest d on, or the critical distances asked for, spaces between", LENGTH
+    "zeros",
+    "zeros of dU from the smallest d on, or the critical distances asked for, spaces between",
+    LENGTH,
+    half_width="zeros_error",
 )
 ZEROS_ERROR = of_cases("zeros_error", "error of each of them, half-width, with spaces between", LENGTH)
 SWEEP_COLUMNS = Columns(
@@ -309,9 +342,15 @@ SWEEP_COLUMNS = Columns(
     ZEROS,
     of_cases("stable", "whether each of them is stable: true or false"),
     ZEROS_ERROR,
-    of_cases("d_peak", "distance of the largest |dU| of the curve, which may lie between two points", LENGTH, GAP),
+    of_cases(
+        "d_peak",
+        "distance of the largest |dU| of the curve, which may lie between two points",
+        LENGTH,
+        GAP,
+        half_width="d_peak_error",
+    ),
     of_cases("d_peak_error", "error of d_peak, half-width", LENGTH, GAP),
-    of_cases("dU_peak", "dU there", VELOCITY, GAP),
+    of_cases("dU_peak", "dU there", VELOCITY, GAP, half_width="dU_error"),
     of_cases("dU_error", "error of dU_peak, of a run that of dU, half-width", VELOCITY, GAP),
     DU_INPUTS,
 )

@@ -13,6 +13,7 @@ from typing import Any
 from pairsim.cases.yaml_file import yaml_text
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import LOCK_FILES
+from pairsim.runtime.plain import Plain
 from pairsim.runtime.text import printable
 
 SERIES, WAY, CHECKPOINT, REPORT = "series.csv", "way.csv", "checkpoint.npz", "report.html"
@@ -145,7 +146,7 @@ def prepare_folder(folder: Path, overwrite: bool = False, files: Iterable[str] =
         raise InputError(str(folder), "-o", None, f"must be a folder that can be used ({why})") from error
 
 
-def write_yaml(path: Path, content: Mapping[str, Any]) -> None:
+def write_yaml(path: Path, content: Mapping[str, object]) -> None:
     """Write a mapping as YAML, keys in the given order.
 
     Raises:
@@ -155,7 +156,7 @@ def write_yaml(path: Path, content: Mapping[str, Any]) -> None:
     write_text(path, yaml_text(plain(content)))
 
 
-def write_json(path: Path, content: Mapping[str, Any]) -> None:
+def write_json(path: Path, content: Mapping[str, object]) -> None:
     """Write a mapping as JSON, keys in the given order.
 
     Raises:
@@ -194,7 +195,7 @@ def kind_of(directory: Path) -> str:
     raise InputError(str(directory), "", None, f"must be a folder of results, but {content}{hint}")
 
 
-def read_json(path: Path) -> dict[str, Any]:
+def read_json(path: Path) -> dict[str, Plain]:
     """The content of a JSON file with entries by name; none if it is missing or invalid."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))

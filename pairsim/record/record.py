@@ -47,7 +47,7 @@ class Record(Mapping[str, Any]):
     Entries that this version does not know, of an older or a newer one, are kept.
     """
 
-    content: Mapping[str, Any] = field(default_factory=dict)
+    content: Mapping[str, object] = field(default_factory=dict)
 
     @classmethod
     def of(cls, entries: Entries) -> Record:
@@ -76,7 +76,7 @@ class Record(Mapping[str, Any]):
     def __len__(self) -> int:
         return len(self.content)
 
-    def __or__(self, more: Mapping[str, Any]) -> Record:
+    def __or__(self, more: Mapping[str, object]) -> Record:
         return Record({**self.content, **more})
 
     def with_entries(self, entries: Entries) -> Record:
@@ -187,7 +187,7 @@ class Record(Mapping[str, Any]):
 
         return [Input(**each) for each in INPUTS.of(self) or ()]
 
-    def cost(self, *columns: Column) -> dict[str, Any]:
+    def cost(self, *columns: Column) -> dict[str, float]:
         """The entries that are columns of results.csv, too, as far as they are known."""
         return {each.name: self[each.name] for each in columns if each.name in self}
 

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict
 
 from pairsim.record.columns import MESHES, STEPS, UNKNOWNS, WALL_TIME
+from pairsim.runtime.message import Text
+from pairsim.runtime.plain import Plain
 
 if TYPE_CHECKING:
+    from pairsim.cases.inputs import UnitSizes, WrittenInput
     from pairsim.record.record import Record
+    from pairsim.runtime.arrays import Array
 
 
 @dataclass(frozen=True)
@@ -28,6 +32,40 @@ class Entry[V]:
 type Entries = Mapping[Entry[Any], Any]
 """Values of entries."""
 
+
+class Settled(TypedDict, total=False):
+    """What is quasi-steady at the last distances of a run, of each gap from upstream; a message alone where nothing is.
+
+    `creeps` and `held_together` are there where unyielded liquid makes them true; `accuracy` is the part of dU that may
+    be an error.
+    """
+
+    d: Sequence[float]
+    dU: Sequence[float]
+    dU_error: Sequence[float]
+    creeps: bool
+    held_together: bool
+    t_relax: float
+    start: str
+    accuracy: float
+    message: Text
+
+
+class DrawnEnds(TypedDict):
+    """The range of dU in most draws of the inputs [um/s], over the distance d [D_c].
+
+    `outside` is the part of the draws that the atlas does not cover, `beyond` in which numbers, and `missing` are those
+    that differ between draws, but not in the atlas.
+    """
+
+    d: Array | Sequence[float]
+    least: Array | Sequence[float]
+    largest: Array | Sequence[float]
+    outside: Array | Sequence[float]
+    beyond: str
+    missing: str
+
+
 KIND = Entry[str]("kind", "the question")
 STATUS = Entry[str]("status", "running, finished, failed or interrupted")
 REASON = Entry[str]("reason", "why it ended")
@@ -42,8 +80,8 @@ KEY = Entry[str]("key", "hash of the case")
 LAWS = Entry[Mapping[str, str]]("laws", "hash of the source of each law of a user's own")
 WARNINGS = Entry[Sequence[str]]("warnings", "warnings about the results")
 NOTES = Entry[Sequence[str]]("notes", "of an answer of an atlas, what it adds in words")
-SCALES = Entry[Mapping[str, Any]]("scales", "units of length, time, velocity and stress, with a physical block")
-INPUTS = Entry[list[Mapping[str, Any]]]("inputs", "the quantities of the physical block, with half-widths")
+SCALES: Entry[UnitSizes] = Entry("scales", "units of length, time, velocity and stress, with a physical block")
+INPUTS: Entry[list[WrittenInput]] = Entry("inputs", "the quantities of the physical block, with half-widths")
 PHASES = Entry[Mapping[str, float]]("wall_time_by_phase", "wall time of each phase in s")
 COMMON = (KIND, STATUS, REASON, MESSAGE, STARTED, COMMAND, MACHINE, VERSIONS, SECONDS, PEAK_MEMORY, KEY, LAWS)
 """The entries of every question."""
@@ -53,15 +91,15 @@ SIZE = Entry[int](UNKNOWNS.name, "unknowns of the largest linear system")
 POINTS = Entry[int]("points", "points of a curve, or steady states")
 NEWTON_ITERATIONS = Entry[int]("newton_iterations", "Newton iterations in all")
 FACTORISATIONS = Entry[int]("factorisations", "factorisations of Newton's matrix in all")
-ADAPTATION = Entry[Mapping[str, Any]]("adaptation", "how meshes were adapted to the accuracy, and whether it was kept")
+ADAPTATION = Entry[Mapping[str, Plain]](
+    "adaptation", "how meshes were adapted to the accuracy, and whether it was kept"
+)
 MESH_COUNT = Entry[int](MESHES.name, "meshes made")
-END_OF_BRANCH = Entry[Mapping[str, Any]]("end_of_branch", "where steady states end, if they do before what was asked")
+END_OF_BRANCH = Entry[Mapping[str, Plain]]("end_of_branch", "where steady states end, if they do before what was asked")
 OF_STEADY = (POINTS, ADAPTATION, NEWTON_ITERATIONS, FACTORISATIONS, MESH_COUNT, SIZE, END_OF_BRANCH)
 """The entries of questions about quasi-steady states."""
 TIME_STEPS = Entry[int](STEPS.name, "accepted time steps")
-SETTLED = Entry[Mapping[str, Any]](
-    "settled", "of a run with two particles or more, what is quasi-steady at its last distances"
-)
+SETTLED = Entry[Settled]("settled", "of a run with two particles or more, what is quasi-steady at its last distances")
 START = Entry[str]("start", "how a run began: from rest, or in a steady state")
 HOLD = Entry[bool]("hold", "whether distances were held in a run")
 REACHED = Entry[float]("t", "time that a run has reached")
@@ -72,4 +110,4 @@ OF_RUNS = (
     *(START, HOLD, SETTLED, ADAPTATION),
 )
 """The entries of runs."""
-DRAWN = Entry[Mapping[str, Any]]("dU_inputs", "of an answer of an atlas, the range that holds most draws of the inputs")
+DRAWN = Entry[DrawnEnds]("dU_inputs", "of an answer of an atlas, the range that holds most draws of the inputs")

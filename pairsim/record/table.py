@@ -8,11 +8,13 @@ from typing import Any
 import numpy as np
 
 from pairsim.quantities.scales import Scales
-from pairsim.record.column import Column, Columns, error_of, suffixes_in
+from pairsim.record.column import Column, Columns, suffixes_in
 from pairsim.record.columns import DISTANCE, DU
 from pairsim.runtime.arrays import Array
 
 NOTHING_DECLARED = Columns()
+type Cell = float | str | bool | None
+"""What stands in a row of a table: a number, a whole one of a count, or a word."""
 
 
 class Table(Mapping[str, Array]):
@@ -30,7 +32,7 @@ class Table(Mapping[str, Array]):
         self._arrays, self.declared = dict(columns or {}), declared
 
     @classmethod
-    def of_rows(cls, rows: Iterable[Mapping[str, Any]], declared: Columns = NOTHING_DECLARED) -> Table:
+    def of_rows(cls, rows: Iterable[Mapping[str, Cell]], declared: Columns = NOTHING_DECLARED) -> Table:
         """The table of rows, which have the same names."""
         listed = list(rows)
         return cls({name: np.array([row[name] for row in listed]) for name in (listed[0] if listed else ())}, declared)
@@ -76,7 +78,7 @@ class Table(Mapping[str, Array]):
 
     def half_widths(self, column: Column, suffix: str = "") -> Array | None:
         """Half-widths of the intervals of a column; None where the table does not have them."""
-        return self._arrays.get(error_of(column.name + suffix))
+        return self._arrays.get(self.declared.half_width_of(column, suffix))
 
     def suffixes(self, column: Column) -> list[str]:
         """The suffixes with which a column is in the table, in the order of the file."""
@@ -106,6 +108,6 @@ class Table(Mapping[str, Array]):
         changed = {name: self[name] * factor for name, factor in factors.items() if factor != 1}
         return self | changed
 
-    def records(self) -> list[dict[str, Any]]:
+    def records(self) -> list[dict[str, Cell]]:
         """Its rows, each by the names of the columns."""
         return [dict(zip(self, row, strict=True)) for row in zip(*self.values(), strict=True)]

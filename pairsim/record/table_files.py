@@ -15,7 +15,7 @@ import numpy as np
 
 from pairsim.record.column import Columns
 from pairsim.record.folder import naming, write_text
-from pairsim.record.table import NOTHING_DECLARED, Table
+from pairsim.record.table import NOTHING_DECLARED, Cell, Table
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
@@ -96,7 +96,7 @@ class TableWriter:
         self,
         path: Path,
         columns: Sequence[str],
-        rows: Iterable[Mapping[str, Any]] = (),
+        rows: Iterable[Mapping[str, Cell]] = (),
         *,
         declared: Columns = NOTHING_DECLARED,
         ascending: bool = False,
@@ -108,7 +108,7 @@ class TableWriter:
         self.count = len(first)
         write_text(path, table_text(columns, self._sorted or first))
 
-    def row(self, values: Mapping[str, Any]) -> None:
+    def row(self, values: Mapping[str, Cell]) -> None:
         """Add a row.
 
         Args:
@@ -127,7 +127,7 @@ class TableWriter:
                 file.write(table_text(row))
         self.count += 1
 
-    def _values(self, row: Mapping[str, Any]) -> list[Any]:
+    def _values(self, row: Mapping[str, Cell]) -> list[Any]:
         if missing := [name for name in self._columns if name not in row]:
             raise ValueError(f"no value for {', '.join(missing)}")
         values = [row[name] for name in self._columns]

@@ -13,14 +13,15 @@ from pairsim.cases.physical import BLOCK
 from pairsim.cases.quantity_text import numbers_in_one_unit
 from pairsim.quantities.kinds import PURE
 from pairsim.quantities.scales import Scales
-from pairsim.record.column import Columns, Shown, error_of, suffixes_in
+from pairsim.record.column import Columns, Shown, suffixes_in
 from pairsim.record.columns import DU
 from pairsim.record.table import Table
 from pairsim.record.table_files import cell, table_text
 
 DIGITS = "{:.5g}".format
-UNITS, SHOWN = "units", "shown"
-"""Attributes of frames, by the names of columns: their units, and where they are shown (`Shown`)."""
+UNITS, SHOWN, HALF_WIDTHS = "units", "shown", "half_widths"
+"""Attributes of frames, by the names of columns: their units, where they are shown (`Shown`), and the columns of their
+half-widths."""
 ASCII = {ord("\N{GREEK SMALL LETTER MU}"): "u", ord("\N{MICRO SIGN}"): "u", ord("\N{MIDDLE DOT}"): "."}
 """Units as they are written in cases."""
 MOST_ROWS = 40  # of a table on a screen that is not asked for all
@@ -49,6 +50,7 @@ def with_units(frame: pd.DataFrame, declared: Columns, converted: Collection[str
     units = {name: PURE if entry is None else entry.unit for name, entry in known.items()}
     frame.attrs[UNITS] = {name: unit.physical if name in converted else unit.name for name, unit in units.items()}
     frame.attrs[SHOWN] = {name: entry.shown.value for name, entry in known.items() if entry is not None}
+    frame.attrs[HALF_WIDTHS] = {name: error for name in known if (error := declared.half_width(name)) in known}
     return frame
 
 
@@ -62,7 +64,7 @@ def in_units(
     Raises:
         TypeError: A column that has a unit has something else than numbers.
     """
-    converted: dict[str, Any] = {}
+    converted: dict[str, list[Any]] = {}
     for name in (str(each) for each in frame.columns if each not in keys):
         if (entry := declared.get(name)) is not None and entry.unit.physical:
             rows = zip(frame[name], map(entry.unit.factor, scales), strict=True)
@@ -102,8 +104,10 @@ def _times(value: Any, size: float) -> Any:
 def stacked(frames: Sequence[pd.DataFrame]) -> pd.DataFrame:
     """Frames one below the other; a column that one of them lacks is unknown there."""
     found = pd.concat(frames, ignore_index=True)
-    units, shown = ({key: value for each in frames for key, value in each.attrs[of].items()} for of in (UNITS, SHOWN))
-    found.attrs = {UNITS: {key: units.get(key, "") for key in found}, SHOWN: shown}
+    units, shown, half_widths = (
+        {key: value for each in frames for key, value in each.attrs[of].items()} for of in (UNITS, SHOWN, HALF_WIDTHS)
+    )
+    found.attrs = {UNITS: {key: units.get(key, "") for key in found}, SHOWN: shown, HALF_WIDTHS: half_widths}
     return found
 
 
@@ -120,18 +124,19 @@ def headings(table: pd.DataFrame) -> list[str]:
 
 
 def readable(frame: pd.DataFrame, whole: bool = False) -> pd.DataFrame:
-    """The frame with errors beside what they belong to; the columns of less interest come last if `whole`.
+    """The frame with half-widths beside what they belong to; the columns of less interest come last if `whole`.
 
     Else they are left out: of relative velocities all but those that are always shown and keys that vary, of other
     tables those that are shown on request.
     """
     names, known = [str(name) for name in frame.columns], frame.attrs.get(SHOWN, {})
-    errors, moving = {error_of(name) for name in names}, bool(suffixes_in(names, DU))
+    half_widths: Mapping[str, str] = frame.attrs.get(HALF_WIDTHS, {})
+    errors, moving = {*half_widths.values()}, bool(suffixes_in(names, DU))
     shown = {Shown.ALWAYS.value, None} if moving else {Shown.ALWAYS.value, Shown.USUALLY.value, None}
 
     main = [name for name in names if known.get(name) in shown and name not in errors]
     main.sort(key=lambda name: moving and name.startswith("U"))
-    ordered = [each for name in main for each in (name, error_of(name)) if each in names]
+    ordered = [each for name in main for each in (name, half_widths.get(name)) if each is not None]
     return frame[[*ordered, *(name for name in names if whole and name not in ordered)]]
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NoReturn, Protocol
+
+from pairsim.runtime.plain import Plain
 
 PLACE = "{}"
 
@@ -80,6 +82,8 @@ class Message:
 
 
 Text = str | Message
+type Said = Plain | Message | Sequence[Said] | Mapping[str, Said]
+"""Plain data in which texts may be messages: an entry of a record before its units are known."""
 
 
 def in_units(text: Text, scales: Any) -> str:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from pairsim.fem.algebra.constraints import PositionUpdate
 from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.physics.conformation import IDENTITY, relaxation
 from pairsim.physics.homogeneous import conformation_after, extension, rate_of_change, shear, steady_shear, stress_after
@@ -282,15 +283,17 @@ def jacobian_off(problem: Problem) -> float:
     with closing(Transient(problem)) as transient:
         newton, constraints = transient.newton, transient.constraints
         random = np.random.default_rng(1)
-        h, g = transient.history.h[0], 0.03
+        h = transient.history.h[0]
+        update = PositionUpdate(h, 0.03, problem.U_m)
         star = transient.scene.with_displacements(transient.history.x[0], h) if transient.scene.has_rates else None
-        y = newton.solve(transient._first_guess(), h, g, problem.U_m, star)[0]
+        y = newton.solve(transient._first_guess(), update, star)[0]
         y = y * (1 + 0.02 * random.standard_normal(constraints.size))
         direction = random.standard_normal(constraints.size) * np.maximum(np.abs(y), 1e-3)
-        product = newton.jacobian_times(y, direction)
+        product = newton.jacobian_times(y, update, direction)
 
         def off(step: float) -> float:
-            change = newton.residual_at(y + step * direction) - newton.residual_at(y - step * direction)
+            ends = [newton.residual_at(y + sign * step * direction, update) for sign in (1, -1)]
+            change = ends[0] - ends[1]
             parts = [(product[i], change[i] / (2 * step)) for i in constraints.fields.values()]
             return max(float(np.linalg.norm(a - b) / max(np.linalg.norm(a), 1e-3)) for a, b in parts)
 

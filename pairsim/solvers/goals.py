@@ -1,9 +1,9 @@
-"""Goals: what is asked of a quasi-steady solution, such as dU, forces, or the shape of a particle.
+"""Goals: what is asked of a solution, such as dU, forces, or the shape of a particle.
 
-A goal is declared once, here. Adjoints (`pairsim.solvers.errors.adjoints`), estimates of errors
-(`pairsim.solvers.errors.estimate`), the adaptation of meshes (`pairsim.solvers.curves.adaptation`), columns and
-warnings loop over goals. A new one is another `Goal`, which a question hands to its branch. It says what its
-functionals are, or how its values are combined of those of another goal.
+A goal is declared once, here. Adjoints (`pairsim.solvers.errors.adjoints`), estimates of errors of quasi-steady
+solutions (`pairsim.solvers.errors.estimate`) and of runs (`pairsim.solvers.errors.run_errors`), the adaptation of
+meshes (`pairsim.solvers.curves.adaptation`), columns and warnings loop over goals. A new one is another `Goal`, which a
+question hands to its branch. It says what its functionals are, or how its values are combined of those of another goal.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from pairsim.quantities.kinds import FORCE, PURE, STRESS, VELOCITY, Kind
 if TYPE_CHECKING:
     from pairsim.fem.diagnostics import Observation
     from pairsim.runtime.arrays import Array
-    from pairsim.solvers.steady.scene import SteadySolver
+    from pairsim.solvers.solution import Solution
 
 
 class Scale(Enum):
@@ -37,12 +37,10 @@ class Functional:
 
     Attributes:
         rows: Their derivatives by the free unknowns, (k, n_y).
-        reading: What a better way to read them off the discrete solution adds to what is reported, (k,); None: nothing.
         apart: Length of tube over which the pressure drop of the flow without particles is subtracted [D_c].
     """
 
     rows: Array
-    reading: Array | None = None
     apart: float = 0.0
 
 
@@ -55,6 +53,8 @@ class Goal:
         kind: Its kind of quantity.
         value: Its values, from a solution and what is observed of it, corrected where corrections are added, (k,).
         functional: Its functionals at a solution; None if it is combined of another goal.
+        reading: What a better way to read the functionals off the discrete solution adds to what is reported, (k,);
+            None: nothing.
         parent: The goal of whose values it is a combination.
         combination: The coefficients of the combination of n values of the parent, (k, n).
         per: What it has a value for each of.
@@ -71,13 +71,17 @@ class Goal:
         everywhere: Whether all cells become smaller for it, never those alone that have most of the scatter: cells far
             from the particles count for a pressure drop, and those that do not resolve the stress for a force.
         creeps: Whether it is creep where unyielded liquid holds particles together, which no cells make more exact.
+        order: Power of the cell size with which the cells' part of its error falls; 0: that of velocities.
+        of_positions: Whether it is a function of the positions of the material alone, which a run integrates; others
+            follow the flow of the moment.
         error: Name of the column of its half-width, if that is not the usual one.
     """
 
     name: str
     kind: Kind
-    value: Callable[[SteadySolver, Observation], Array] = field(compare=False)
-    functional: Callable[[SteadySolver], Functional] | None = field(default=None, compare=False)
+    value: Callable[[Solution, Observation], Array] = field(compare=False)
+    functional: Callable[[Solution], Functional] | None = field(default=None, compare=False)
+    reading: Callable[[Solution], Array] | None = field(default=None, compare=False)
     parent: Goal | None = None
     combination: Callable[[int], Array] | None = field(default=None, compare=False)
     per: Literal["", "particle", "gap"] = ""
@@ -91,6 +95,8 @@ class Goal:
     scouted: bool = False
     everywhere: bool = False
     creeps: bool = False
+    order: float = field(default=0.0, compare=False)
+    of_positions: bool = False
     error: str = ""
 
     @property
@@ -110,56 +116,90 @@ class Goal:
         inner = self.parent.combined(count)
         return np.asarray(self.combination(len(inner)) @ inner)
 
-    def linear_value(self, steady: SteadySolver) -> Array:
-        """Its values at a discrete solution, of a goal that is linear in the free unknowns, (k,)."""
+    def functional_at(self, solution: Solution) -> Functional:
+        """The functionals of its root at a solution."""
         assert self.root.functional is not None, "a goal that is not combined has functionals"
-        values = self.root.functional(steady).rows @ steady.y
+        return self.root.functional(solution)
+
+    def linear_value(self, solution: Solution) -> Array:
+        """Its values at a discrete solution, of a goal that is linear in the free unknowns, (k,)."""
+        values = self.functional_at(solution).rows @ solution.y
+        return np.asarray(self.combined(len(values)) @ values)
+
+    def read_better(self, solution: Solution) -> Array | None:
+        """What a better way to read its values off a discrete solution adds to them, (k,); None: nothing."""
+        if self.root.reading is None:
+            return None
+        values = self.root.reading(solution)
         return np.asarray(self.combined(len(values)) @ values)
 
 
-def _unknowns(name: str) -> Callable[[SteadySolver], Functional]:
+def _unknowns(name: str, solution: Solution) -> Functional:
     """Functionals that are free unknowns themselves: those of a field, none where a scene does not have it."""
+    own = solution.constraints.fields.get(name, np.empty(0, np.int64))
+    rows = np.zeros((len(own), solution.constraints.size))
+    rows[np.arange(len(own)), own] = 1.0
+    return Functional(rows)
 
-    def functional(steady: SteadySolver) -> Functional:
-        own = steady.constraints.fields.get(name, np.empty(0, np.int64))
-        rows = np.zeros((len(own), steady.constraints.size))
-        rows[np.arange(len(own)), own] = 1.0
-        return Functional(rows)
 
-    return functional
+def _forces(solution: Solution) -> Functional:
+    return _unknowns("F", solution)
+
+
+def _velocities(solution: Solution) -> Functional:
+    """Those of the particles: unknowns, or in runs, in which every node of a soft particle has its own, their means.
+
+    In a run the means are over the nodes, not over the volume; they differ by how fast a shape changes.
+    """
+    bodies, constraints = solution.scene.bodies, solution.constraints
+    if solution.scene.steady:
+        return _unknowns("U_p", solution)
+    means = np.zeros((len(bodies), solution.scene.h_size))
+    for row, body in zip(means, bodies, strict=True):
+        axial = row[body.start : body.start + body.size : 2]
+        axial[:] = 1 / len(axial)
+    return Functional((constraints.V.T @ means.T).T)
 
 
 def _of_shape(
-    measure: Callable[[Array], Callable[[Array], float]], reading: Callable[[Array], float] | None = None
-) -> Callable[[SteadySolver], Functional]:
-    """A measure of the shape of a single soft particle.
+    measure: Callable[[Array], Callable[[Array], float]], *, alone: bool = True
+) -> Callable[[Solution], Functional]:
+    """A measure of the shapes of soft particles.
 
     Args:
         measure: Makes it, a function of the outline, for shapes near a given outline.
-        reading: What a better way to measure an outline adds.
+        alone: Whether it is that of a particle on its own; otherwise of every particle, with no derivatives for rigid
+            ones.
     """
 
-    def functional(steady: SteadySolver) -> Functional:
-        from pairsim.solvers.steady.linearisation import DIFFERENCE
-
-        body, *others = steady.bodies
-        if others or body.phase is None:
-            return Functional(np.zeros((0, steady.constraints.size)))
-        outline = body.outline_points(steady.state()[0])
-        of_outline, step = measure(outline), DIFFERENCE * body.outline.radius
-        by_position = np.zeros((1, steady.scene.h_size))
-        for (node, component), value in np.ndenumerate(outline):
-            ends = []
-            for change in (step, -step):
-                outline[node, component] = value + change
-                ends.append(of_outline(outline))
-            outline[node, component] = value
-            at = body.start + 2 * body.nodes[node] + component
-            by_position[0, at] = (ends[0] - ends[1]) / (2 * step)
-        better = None if reading is None else np.array([reading(outline)])
-        return Functional(np.asarray((steady.constraints.M.T @ by_position.T).T), better)
+    def functional(solution: Solution) -> Functional:
+        bodies = solution.scene.bodies
+        if alone and (len(bodies) != 1 or bodies[0].phase is None):
+            return Functional(np.zeros((0, solution.constraints.size)))
+        by_position = np.zeros((len(bodies), solution.scene.h_size))
+        for row, body in zip(by_position, bodies, strict=True):
+            if body.phase is not None:
+                by_node = _by_node(measure, body.outline_points(solution.h), body.outline.radius)
+                for (node, component), value in np.ndenumerate(by_node):
+                    row[body.start + 2 * body.nodes[node] + component] = value
+        return Functional(solution.g * np.asarray((solution.constraints.M.T @ by_position.T).T))
 
     return functional
+
+
+def _by_node(measure: Callable[[Array], Callable[[Array], float]], outline: Array, radius: float) -> Array:
+    """Derivatives of a measure of an outline by the positions of its nodes, of the shape of the outline."""
+    from pairsim.solvers.parameters import DIFFERENCE
+
+    of_outline, step, found = measure(outline), DIFFERENCE * radius, np.empty_like(outline)
+    for at, value in np.ndenumerate(outline):
+        ends = []
+        for change in (step, -step):
+            outline[at] = value + change
+            ends.append(of_outline(outline))
+        outline[at] = value
+        found[at] = (ends[0] - ends[1]) / (2 * step)
+    return found
 
 
 def _taylor_parameter(_: Array) -> Callable[[Array], float]:
@@ -176,27 +216,39 @@ def _deformation_of_hull(outline: Array) -> Callable[[Array], float]:
     return lambda changed: measure(polygon(changed)[convex])[1]
 
 
-def _polygons_of_hull(outline: Array) -> float:
+def _polygons_of_hull(solution: Solution) -> Array:
     """What a polygon makes of the deformation falls with the square of the length of its sides."""
     from pairsim.fem.diagnostics import POINTS, hull, measure, polygon
 
-    fine, coarse = (measure(each[hull(each)])[1] for each in (polygon(outline), polygon(outline, points=POINTS[::2])))
-    return (fine - coarse) / 3
+    found = []
+    for body in solution.scene.bodies if len(solution.scene.bodies) == 1 else ():
+        if body.phase is not None:
+            outline = body.outline_points(solution.h)
+            polygons = polygon(outline), polygon(outline, points=POINTS[::2])
+            fine, coarse = (measure(each[hull(each)])[1] for each in polygons)
+            found.append((fine - coarse) / 3)
+    return np.array(found)
 
 
-def _value_of_hull(steady: SteadySolver, _: Observation) -> Array:
+def _value_of_hull(solution: Solution, _: Observation) -> Array:
     from pairsim.fem.diagnostics import contour
 
-    return np.array([contour(steady.bodies[0].outline_points(steady.state()[0])).deformation_hull])
+    return np.array([contour(solution.scene.bodies[0].outline_points(solution.h)).deformation_hull])
 
 
-def _pressure_drop(steady: SteadySolver) -> Functional:
+def _pressure_drop(solution: Solution) -> Functional:
     """The pressure drop read off inside the tube, whose adjoint is smooth."""
-    from pairsim.solvers.steady.pressure_drop import InnerDrop
+    from pairsim.solvers.pressure_drop import InnerDrop
 
-    drop = InnerDrop.of(steady)
-    reading = drop.value - steady.scene.pressure_drop(steady.state()[1])
-    return Functional(drop.row[None], np.array([reading]), drop.apart)
+    drop = InnerDrop.of(solution)
+    return Functional(np.asarray(solution.constraints.N.T @ drop.row)[None], drop.apart)
+
+
+def _inner_pressure_drop(solution: Solution) -> Array:
+    """What reading it off inside the tube adds."""
+    from pairsim.solvers.pressure_drop import InnerDrop
+
+    return np.array([InnerDrop.of(solution).value - solution.scene.pressure_drop(solution.x)])
 
 
 # Rounding of a relative velocity [U_av]: equal rigid spheres in a Newtonian liquid, whose dU is 0, have up to 5e-15 on
@@ -205,7 +257,11 @@ ROUNDING = 1e-13
 # Least part of what is left in one gap of that in another: the estimate of a single gap may vanish by chance. Chosen.
 OF_OTHER_GAPS = 0.1
 
-U = Goal("U", VELOCITY, lambda _, o: o.U, _unknowns("U_p"), per="particle", observed="U", second_order=True)
+# Of errors of shapes in the cell size: a part of what cancels between liquid and particle is left, which falls no
+# faster. Measured on six shapes with six meshes each (docs/explanation/decisions.md).
+ORDER_OF_SHAPES = 2.0
+
+U = Goal("U", VELOCITY, lambda _, o: o.U, _velocities, per="particle", observed="U", second_order=True)
 """Velocities of the particles."""
 dU = Goal(
     "dU",
@@ -226,22 +282,39 @@ F = Goal(
     "F",
     FORCE,
     lambda _, o: o.F,
-    _unknowns("F"),
+    _forces,
     per="particle",
     scale=Scale.ITSELF,
     observed="F",
     everywhere=True,
 )
 """Forces that move the particles at a prescribed velocity."""
-D = Goal("D", PURE, lambda _, o: o.D, _of_shape(_taylor_parameter), added=False, left_out_counts=True)
+D = Goal(
+    "D",
+    PURE,
+    lambda _, o: o.D,
+    _of_shape(_taylor_parameter),
+    added=False,
+    left_out_counts=True,
+    order=ORDER_OF_SHAPES,
+    of_positions=True,
+)
 """Taylor's parameter of a single soft particle."""
+# An estimate of a shape tells the size of its error, and may have the wrong sign: what counts for a particle is no less
+# than for the others. Without this 4 of 30 values of a soft pair (20 cells on a half-circle) were up to 2.4 half-widths
+# off.
+OF_OTHER_SHAPES = 1.0
+D_OF_EACH = replace(D, functional=_of_shape(_taylor_parameter, alone=False), per="particle", of_others=OF_OTHER_SHAPES)
+"""Taylor's parameters of all particles."""
 DEFORMATION = Goal(
     "deformation_hull",
     PURE,
     _value_of_hull,
-    _of_shape(_deformation_of_hull, _polygons_of_hull),
+    _of_shape(_deformation_of_hull),
+    _polygons_of_hull,
     added=False,
     left_out_counts=True,
+    order=ORDER_OF_SHAPES,
     error="deformation_error",
 )
 """Deformation of the convex hull of a single soft particle."""
@@ -250,6 +323,7 @@ DP_PLUS = Goal(
     STRESS,
     lambda _, o: np.array([o.dp_plus]),
     _pressure_drop,
+    _inner_pressure_drop,
     observed="dp",
     left_out_counts=True,
     everywhere=True,
@@ -260,3 +334,7 @@ GOALS = (U, dU, F, D, DEFORMATION, DP_PLUS)
 """Those that every estimate has; they have no values where a scene does not have what they are."""
 DECIDING = (F, dU)
 """The first of these that has values decides whether estimates are trusted."""
+DP_PLUS_IN_TIME = replace(DP_PLUS, added=False)
+"""The pressure drop that the particles cause in a run, which estimates are not added to."""
+IN_TIME = (dU, U, D_OF_EACH, DP_PLUS_IN_TIME)
+"""Those whose errors are known in runs."""

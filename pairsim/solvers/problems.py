@@ -9,7 +9,7 @@ from typing import Any, Self
 import numpy as np
 
 from pairsim.fem.meshes.geometry import MeshSettings
-from pairsim.physics.drive import DEVELOPED, Drive
+from pairsim.physics.drive import DEVELOPED, PER_PARTICLE, Drive, repeated
 from pairsim.physics.liquids import NEWTONIAN, Liquid
 from pairsim.physics.solids import Solid
 from pairsim.runtime.arrays import Array
@@ -20,9 +20,6 @@ from pairsim.solvers.stepping.step_size import StepControl
 # Number of distances per decade for which meshes are made. The mesh then depends on the distance alone, not on the
 # order in which distances are solved. Chosen such that neighbouring meshes differ by less than GAP_RATIO.
 PER_DECADE = 5
-
-PER_PARTICLE = {"per_particle": True}
-"""Metadata of the fields of a setup that have a value for each particle, from upstream."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,21 +43,20 @@ class Setup:
     length: float
     periodic: bool
     mesh: MeshSettings
-    newton: NewtonOptions
+    newton: NewtonOptions = STEADY
     drive: Drive = DEVELOPED
     closed: bool = False
     volume_modulus: bool = False
     monitor: Monitor = field(default_factory=Monitor, compare=False, repr=False)
 
-    @property
-    def shared(self) -> dict[str, Any]:
-        """What another kind of problem has in common with it, by name; options of Newton's method are its own."""
-        return {each.name: getattr(self, each.name) for each in fields(Setup) if each.name != "newton"}
+    def of_kind[P: Setup](self, kind: type[P], **own: Any) -> P:
+        """A problem of some kind in this setup; options of Newton's method, and what is given, are its own."""
+        shared = {each.name: getattr(self, each.name) for each in fields(Setup) if each.name != "newton"}
+        return kind(**{**shared, **own})
 
     def repeated(self, count: int) -> Self:
         """The same with `count` times as many particles, the same ones again; the length is left to the caller."""
-        of_particles = [each.name for each in fields(Setup) if each.metadata == PER_PARTICLE]
-        return replace(self, **{name: getattr(self, name) * count for name in of_particles})
+        return replace(repeated(self, count), drive=repeated(self.drive, count))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,7 +113,6 @@ class SteadyProblem(Setup):
         narrowest: Smallest distance of the branch, for which the outlines are divided into arcs [D_c].
     """
 
-    newton: NewtonOptions = STEADY
     narrowest: float = np.inf
 
     def nominal(self, gaps: tuple[float, ...]) -> tuple[float, ...]:

@@ -7,6 +7,7 @@ from dataclasses import replace
 from itertools import product
 from math import ceil
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -25,6 +26,7 @@ from pairsim.record.folder import plain
 from pairsim.record.record import Record
 from pairsim.runtime.arrays import Array, Flags
 from pairsim.runtime.errors import InputError
+from pairsim.runtime.plain import Plain
 from pairsim.runtime.version import __version__
 from pairsim.sweeps.atlas_file import AtlasFile, check_atlas
 from pairsim.sweeps.files import parse_file
@@ -51,7 +53,8 @@ def build(path: Path, folder: Path | None, options: Options, workers: Workers) -
     data = read_yaml(path)
     file = parse_file("atlas", AtlasFile, check_atlas, data, str(path))
     directory = folder or RUNS / (file.name or path.stem)
-    base = {**read_base(path, data, QUESTIONS["curve"].model), "d": {"start": file.d[0], "stop": file.d[1], "num": 2}}
+    of_file = read_base(path, data, QUESTIONS["curve"].model)
+    base: Plain = {**of_file.content, "d": {"start": file.d[0], "stop": file.d[1], "num": 2}}
     options = replace(options, flags={"sensitivities": True})
     box = {name: list(getattr(file, name)) for name in (*PARAMETERS, "d")}
     inner = box | {name: list(each) for name, each in file.within.items()}
@@ -60,7 +63,7 @@ def build(path: Path, folder: Path | None, options: Options, workers: Workers) -
     candidates = _places(inner, np.where(draws[:, 3:] < AT_EDGES, np.round(draws[:, :3]), draws[:, :3]))
 
     def grid_of(places: Array, name: str) -> Grid:
-        cases = [dict(zip(PARAMETERS, map(float, place), strict=True)) for place in places]
+        cases: list[Plain] = [dict(zip(PARAMETERS, map(float, place), strict=True)) for place in places]
         return grid_from(path, {"name": name, "command": "curve", "base": base, "cases": cases})
 
     atlas = None
@@ -84,15 +87,7 @@ def build(path: Path, folder: Path | None, options: Options, workers: Workers) -
         candidates = candidates[~_among(candidates, np.concatenate([drawn, chosen]))]
         round_ = directory / f"round-{number:02d}"
         grid = grid_of(np.concatenate([drawn, chosen]), round_.name)
-        if (pair := grid.cases[0].case).n != 2:
-            raise InputError(str(path), "base.particles", pair.n, "must be 2: an atlas has curves of pairs")
-        first, *rest = (plain(each.case.resolved()) for each in grid.cases)
-        common = {key: value for key, value in first.items() if all(case.get(key) == value for case in rest)}
-        if atlas is not None:
-            if why := beyond(pair, atlas):
-                allowed = f"must be an atlas of the same box and base: {' and '.join(why)}"
-                raise InputError(str(path), "start", file.start, allowed)
-            common = {key: value for key, value in common.items() if atlas.provenance["case"].get(key) == value}
+        common = _common(grid, atlas, file, str(path))
         code, message = run_sweep(grid, round_, options, workers)
         if code not in (0, 3):
             return code, message, directory
@@ -103,11 +98,31 @@ def build(path: Path, folder: Path | None, options: Options, workers: Workers) -
         atlas = fit.fit(curves, d, box, {"pairsim": __version__, "case": common})
         atlas.save(directory / TABLE)
     assert atlas is not None
+    return code, f"{message}; {_known(atlas)}", directory
+
+
+def _common(grid: Grid, atlas: Atlas | None, file: AtlasFile, source: str) -> Mapping[str, Plain]:
+    """The keys that the curves of a round share, and with them those of the atlas so far.
+
+    Raises:
+        InputError: They are no curves of pairs, or the atlas is of other ones.
+    """
+    if (pair := grid.cases[0].case).n != 2:
+        raise InputError(source, "base.particles", pair.n, "must be 2: an atlas has curves of pairs")
+    others = [plain(each.case.resolved()) for each in grid.cases[1:]]
+    if atlas is not None:
+        if why := beyond(pair, atlas):
+            allowed = f"must be an atlas of the same box and base: {' and '.join(why)}"
+            raise InputError(source, "start", file.start, allowed)
+        others.append(atlas.provenance["case"])
+    first: dict[str, Plain] = plain(pair.resolved())
+    return {key: value for key, value in first.items() if all(each.get(key) == value for each in others)}
+
+
+def _known(atlas: Atlas) -> str:
+    """How many curves an atlas has, and how well it knows those that are left out."""
     size = 100 * np.sqrt(np.median(np.mean(fit.left_out(atlas) ** 2, axis=1)))
-    known = (
-        f"{len(atlas.curves.places)} curves, half of them off by up to {size:.2g} % of their peak without themselves"
-    )
-    return code, f"{message}; {known}", directory
+    return f"{len(atlas.curves.places)} curves, half of them off by up to {size:.2g} % of their peak without themselves"
 
 
 def _among(places: Array, known: Array) -> Flags:
@@ -175,7 +190,7 @@ def curves_in(folders: Sequence[Path], d: Array, drawn: Array) -> Curves:
         columns = [*by, (table.of(U, "_L") + table.of(U, "_T")) / 2, table[STRETCH], table[T_RELAX], by_difference]
         x, at = np.log(table[DISTANCE]), np.log(inside)
         smooth = [CubicSpline(x, each)(at) if np.isfinite(each).all() else np.full_like(d, np.nan) for each in columns]
-        places.append([float(case[name]) for name in PARAMETERS])
+        places.append([float(cast("float", case[name])) for name in PARAMETERS])
         rows.append([curve.values(inside), curve.half_widths(inside), *smooth])
     by_curve, where = np.array(rows), np.array(places)
     random = _among(where, drawn)

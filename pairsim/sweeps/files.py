@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
@@ -11,6 +10,7 @@ from pairsim.cases.messages import mistakes_of
 from pairsim.cases.mistakes import Mistake, input_error
 from pairsim.computing.case_files import Files, refuse_file_of_another_command
 from pairsim.questions.registry import QUESTIONS
+from pairsim.runtime.plain import Plain
 from pairsim.sweeps.atlas_file import AtlasFile
 from pairsim.sweeps.grid_file import SweepFile
 from pairsim.sweeps.study_file import StudyFile
@@ -20,7 +20,7 @@ FILES = Files(QUESTIONS, {"sweep": SweepFile, "study": StudyFile, "atlas": Atlas
 
 
 def parse_file[T: BaseModel](
-    command: str, model: type[T], check: Callable[[T], Iterator[Mistake]], data: Mapping[str, Any], source: str
+    command: str, model: type[T], check: Callable[[T], Iterator[Mistake]], data: Mapping[str, Plain], source: str
 ) -> T:
     """Validate the keys of a file of many cases, each on its own and against each other, but not its cases.
 

@@ -12,7 +12,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NotRequired, TypedDict
 
 from pairsim.cases.yaml_file import yaml_text
 from pairsim.computing.question import Question, Value
@@ -21,6 +21,7 @@ from pairsim.record.folder import plain, write_json, write_text
 from pairsim.record.record import Record
 from pairsim.runtime.errors import BranchEnd, InputError
 from pairsim.runtime.locks import command_line, is_locked
+from pairsim.runtime.plain import Plain
 from pairsim.runtime.version import __version__
 from pairsim.sweeps.grid import Grid
 
@@ -64,7 +65,7 @@ class SweptCase:
     """
 
     key: str
-    parameters: Mapping[str, Any]
+    parameters: Mapping[str, Plain]
     state: CaseState
 
     @property
@@ -78,27 +79,52 @@ class SweptCase:
         return self.state.status == "failed" or self.state.reason == BranchEnd.reason
 
 
+class CaseEntry(TypedDict):
+    """What sweep.json has of a case."""
+
+    folder: str
+    key: str
+    parameters: Mapping[str, Plain]
+
+
+class SweepContent(TypedDict):
+    """The entries of sweep.json."""
+
+    name: str
+    command: str  # the question
+    grid: NotRequired[str]  # hash of the set of cases
+    varying: Sequence[str]
+    parameters: Sequence[str]
+    columns: Sequence[str]
+    command_line: NotRequired[str]
+    working_folder: NotRequired[str]
+    machine: NotRequired[Mapping[str, str]]
+    versions: NotRequired[Mapping[str, str]]
+    cases: Sequence[CaseEntry]
+
+
 @dataclass(frozen=True)
-class SweepRecord(Mapping[str, Any]):
+class SweepRecord(Mapping[str, object]):
     """What a sweep computes (sweep.json), and how its cases stand: entry by entry as a mapping, and as attributes.
 
     The entries of a case in the mapping are those of sweep.json with those of its `CaseState`; `counts` has the number
     of cases by status.
     """
 
-    content: Mapping[str, Any]
+    content: SweepContent
     cases: Sequence[SweptCase]
 
     @classmethod
-    def of(cls, content: Mapping[str, Any]) -> SweepRecord:
+    def of(cls, content: SweepContent) -> SweepRecord:
         """That of sweep.json alone: no case has begun."""
         listed = content["cases"]
         return cls(content, [SweptCase(each["key"], each["parameters"], CaseState(each["folder"])) for each in listed])
 
-    def __getitem__(self, name: str) -> Any:
+    def __getitem__(self, name: str) -> object:
         if name == "cases":
             return [{"key": each.key, "parameters": each.parameters, **vars(each.state)} for each in self.cases]
-        return self.counts if name == "counts" else self.content[name]
+        entries: Mapping[str, object] = self.content
+        return self.counts if name == "counts" else entries[name]
 
     def __iter__(self) -> Iterator[str]:
         return iter((*self.content, "counts"))
@@ -109,7 +135,7 @@ class SweepRecord(Mapping[str, Any]):
     @property
     def name(self) -> str:
         """The name of the sweep."""
-        return str(self.content["name"])
+        return self.content["name"]
 
     @property
     def question(self) -> Question[Any]:
@@ -187,22 +213,21 @@ def begin(directory: Path, grid: Grid) -> SweepRecord:
         return earlier
     if any(not path.name.startswith(".") for path in directory.iterdir()):
         raise InputError(str(directory), "-o", None, "must be a new or empty folder, or one of a sweep")
-    cases = [{"folder": case.folder, "key": case.key, "parameters": case.parameters} for case in grid.cases]
-    content: dict[str, Any] = plain(
-        {
-            "name": grid.name,
-            "command": grid.question.name,
-            "grid": grid.key,
-            "varying": grid.varying,
-            "parameters": [*dict.fromkeys((*grid.varying, *grid.question.in_sweeps.parameters))],
-            "columns": grid.columns,
-            "command_line": command_line(),
-            "working_folder": os.getcwd(),
-            "machine": {"node": platform.node(), "system": platform.platform()},
-            "versions": {"pairsim": __version__, "python": platform.python_version()},
-            "cases": cases,
-        }
-    )
+    content: SweepContent = {
+        "name": grid.name,
+        "command": grid.question.name,
+        "grid": grid.key,
+        "varying": grid.varying,
+        "parameters": [*dict.fromkeys((*grid.varying, *grid.question.in_sweeps.parameters))],
+        "columns": grid.columns,
+        "command_line": command_line(),
+        "working_folder": os.getcwd(),
+        "machine": {"node": platform.node(), "system": platform.platform()},
+        "versions": {"pairsim": __version__, "python": platform.python_version()},
+        "cases": [
+            {"folder": each.folder, "key": each.key, "parameters": plain(each.parameters)} for each in grid.cases
+        ],
+    }
     text = "".join(f"# --set {each}\n" for each in grid.settings) + yaml_text(plain(grid.content))
     write_json(directory / "sweep.json", content)
     write_text(directory / "grid.yaml", text)

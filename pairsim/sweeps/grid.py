@@ -2,33 +2,29 @@
 
 from __future__ import annotations
 
-import copy
 import hashlib
-import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 from typing import Any
 
 from pairsim.cases.case import SceneCase
-from pairsim.cases.conversion import forget_numbers, given_by
 from pairsim.cases.identity import alike, folder_name, identity_of, key_of
-from pairsim.cases.keys import groups_of, keys_of
+from pairsim.cases.keys import keys_of
 from pairsim.cases.mistakes import Mistake, input_error
 from pairsim.cases.physical import BLOCK
-from pairsim.cases.quantity_text import in_one_unit
-from pairsim.cases.values import is_finite, is_name
-from pairsim.cases.yaml_file import DEFAULT_LAWS, apply_settings, flat, merge, read_yaml
-from pairsim.computing.case_files import parse_case
+from pairsim.cases.values import is_name
+from pairsim.cases.yaml_file import DEFAULT_LAWS, flat, read_yaml
 from pairsim.computing.question import Question
 from pairsim.questions.registry import QUESTIONS
 from pairsim.record.columns import COST
 from pairsim.runtime.errors import InputError
+from pairsim.runtime.plain import Plain
 from pairsim.runtime.text import as_typed
-from pairsim.sweeps.files import FILES, parse_file
+from pairsim.sweeps.draft import Draft
+from pairsim.sweeps.files import parse_file
 from pairsim.sweeps.grid_file import SweepFile, check_sweep
 
 
@@ -43,7 +39,7 @@ class SweepCase:
     case: SceneCase
     key: str
     folder: str
-    parameters: Mapping[str, Any]
+    parameters: Mapping[str, Plain]
 
 
 @dataclass(frozen=True)
@@ -56,7 +52,7 @@ class Grid:
     varying: tuple[str, ...]  # dotted keys that take more than one value, in the order of the file
     duplicates: int  # number of cases left out as duplicates
     excluded: int  # number of entries that `exclude` matches
-    content: dict[str, Any]  # of the file, with the base case included
+    content: Mapping[str, Plain]  # of the file, with the base case included
     settings: tuple[str, ...] = ()  # key=value, which replace keys in every case
 
     @property
@@ -81,7 +77,7 @@ def read_grid(path: Path, settings: Sequence[str] = ()) -> Grid:
     return grid_from(path, read_yaml(path), settings)
 
 
-def grid_from(path: Path, data: dict[str, Any], settings: Sequence[str] = (), listed: str = "cases") -> Grid:
+def grid_from(path: Path, data: Mapping[str, Plain], settings: Sequence[str] = (), listed: str = "cases") -> Grid:
     """Validate every case of the content of a grid file, as `read_grid` does.
 
     Args:
@@ -93,24 +89,24 @@ def grid_from(path: Path, data: dict[str, Any], settings: Sequence[str] = (), li
     file = parse_file("sweep", SweepFile, check_sweep, data, str(path))
     question = QUESTIONS[file.command]
     base = read_base(path, data, question.model)
-    found: dict[str, tuple[SceneCase, dict[str, Any]]] = {}
+    found: dict[str, tuple[SceneCase, Draft]] = {}
     varied: dict[str, None] = {}
     errors: list[InputError] = []
     used, entries, excluded = set[int](), 0, 0
     for name, changes, combined in _entries(path, data, file, listed):
         try:
-            merged = _merged_case(question.model, base, changes, settings)
-            if combined and (hits := {i for i, rule in enumerate(file.exclude) if _matches(merged, rule)}):
+            draft = base.changed(changes, settings)
+            if combined and (hits := {i for i, rule in enumerate(file.exclude) if draft.matches(rule)}):
                 used |= hits
                 excluded += 1
                 continue
             entries += 1
-            case = parse_case(question, merged, str(path), name, FILES)
+            case = draft.checked(question, str(path), name)
         except InputError as error:
             errors.append(error)
             continue
         varied |= dict.fromkeys(changes if combined else flat(changes))
-        found.setdefault(alike(case), (case, merged))
+        found.setdefault(alike(case), (case, draft))
     if errors:
         raise _all_of(errors, entries)
     wrong = [
@@ -123,74 +119,53 @@ def grid_from(path: Path, data: dict[str, Any], settings: Sequence[str] = (), li
     if wrong:
         raise input_error(wrong, data, str(path))
     varying, cases = _with_parameters(varied, [*found.values()], question.in_sweeps.parameters)
-    name, content = file.name or path.stem, {**data, "base": base}
+    name, content = file.name or path.stem, {**data, "base": {**base.content}}
     return Grid(name, question, cases, varying, entries - len(found), excluded, content, tuple(settings))
 
 
-def read_base(path: Path, data: Mapping[str, Any], model: type[SceneCase]) -> dict[str, Any]:
+def read_base(path: Path, data: Mapping[str, Plain], model: type[SceneCase]) -> Draft:
     """The case that is the base of the valid content of a grid or study file; it may be the name of a case file.
 
     Raises:
         InputError: That file cannot be read.
     """
-    base = data.get("base", {})
-    base = _case_file(path, data, "base", base) if isinstance(base, str) else base
-    forget_numbers(base)
-    return _merged_case(model, {}, base)
-
-
-def _merged_case(
-    model: type[SceneCase], base: dict[str, Any], changes: Mapping[str, Any], settings: Sequence[str] = ()
-) -> dict[str, Any]:
-    """A copy of a case with changes, of which settings are the last; errors are those of `merge`."""
-    merged = copy.deepcopy(base)
-    merge(merged, changes, groups_of(model))
-    apply_settings(merged, tuple(settings), groups_of(model))
-    return merged
+    base = data.get("base")
+    content = _case_file(path, data, "base", base) if isinstance(base, str) else base
+    return Draft.base(model, content if isinstance(content, Mapping) else {})
 
 
 def _entries(
-    path: Path, data: Mapping[str, Any], file: SweepFile, listed: str
-) -> Iterator[tuple[str, dict[str, Any], bool]]:
+    path: Path, data: Mapping[str, Plain], file: SweepFile, listed: str
+) -> Iterator[tuple[str, Mapping[str, Plain], bool]]:
     """Yield the entries of a file: the name in messages, what changes, and whether it is one of `grid` and `zip`."""
     # The keys of the data know their places, those of the validated file do not.
-    axes = [[{key: each} for each in file.grid[key]] for key in data.get("grid", {})]
-    groups = data.get("zip", {})
+    axes = [[{key: each} for each in file.grid[key]] for key in _keys_in(data.get("grid"))]
+    groups = data.get("zip")
     for group, columns in zip(groups if isinstance(groups, list) else [groups], file.zip, strict=False):
-        axes.append([dict(zip(group, row, strict=True)) for row in zip(*columns.values(), strict=True)])
+        axes.append([dict(zip(_keys_in(group), row, strict=True)) for row in zip(*columns.values(), strict=True)])
     for parts in product(*axes) if axes else ():
         changes = {key: each for part in parts for key, each in part.items()}
         yield "entry " + ", ".join(f"{key} = {value}" for key, value in changes.items()), changes, True
-    for i, given in enumerate(data.get("cases", ())):
+    cases = data.get("cases")
+    for i, given in enumerate(cases if isinstance(cases, list) else ()):
         if isinstance(given, str):
+            name = Path(given).stem
             content = _case_file(path, data, f"cases[{i}]", given)
-            given = ({"name": Path(given).stem} if is_name(Path(given).stem) else {}) | content
-        yield f"{listed}[{i}]", given, False
+            yield f"{listed}[{i}]", {**({"name": name} if is_name(name) else {}), **content}, False
+        elif isinstance(given, Mapping):
+            yield f"{listed}[{i}]", given, False
 
 
-def _case_file(path: Path, data: Mapping[str, Any], key: str, given: str) -> dict[str, Any]:
+def _keys_in(group: Plain) -> list[str]:
+    """The keys of a group of the file."""
+    return list(group) if isinstance(group, Mapping) else []
+
+
+def _case_file(path: Path, data: Mapping[str, Plain], key: str, given: str) -> Mapping[str, Plain]:
     """The content of a case file that a key of a grid file names."""
     if not (path.parent / given).exists():
         raise input_error([Mistake(key, given, "no such file")], data, str(path))
     return read_yaml(path.parent / given)
-
-
-def _matches(merged: Mapping[str, Any], rule: Mapping[str, Any]) -> bool:
-    """Whether a case matches an exclusion in every key: equal, or between min and max."""
-
-    def fits(value: Any, wanted: Any) -> bool:
-        if isinstance(wanted, dict) and wanted and set(wanted) <= {"min", "max"}:
-            return is_finite(value) and wanted.get("min", -math.inf) <= value <= wanted.get("max", math.inf)
-        if is_finite(value) and is_finite(wanted):
-            return math.isclose(value, wanted, rel_tol=1e-9)
-        if isinstance(value, str) and isinstance(wanted, str):
-            with suppress(ValueError):  # they are no quantities, or of different kinds
-                (one, other), _ = in_one_unit([value, wanted])
-                return math.isclose(one, other, rel_tol=1e-9)
-        return bool(value == wanted)
-
-    values = {**merged, **flat(merged)}
-    return all(fits(values.get(key), wanted) for key, wanted in rule.items())
 
 
 def _all_of(errors: Sequence[InputError], cases: int) -> InputError:
@@ -208,23 +183,23 @@ def _all_of(errors: Sequence[InputError], cases: int) -> InputError:
 
 
 def _with_parameters(
-    varied: Iterable[str], found: Sequence[tuple[SceneCase, dict[str, Any]]], always: Sequence[str]
+    varied: Iterable[str], found: Sequence[tuple[SceneCase, Draft]], always: Sequence[str]
 ) -> tuple[tuple[str, ...], tuple[SweepCase, ...]]:
     """The keys that vary in a sweep, and its cases with the values of these keys.
 
     Args:
         varied: Dotted keys that the grid file varies; those whose values differ between cases are returned.
-        found: The cases, each with the keys that it was made from.
+        found: The cases, each with what it was made of.
         always: Keys whose values each case has, too, whether they vary or not.
     """
-    values = []
-    for case, merged in found:
+    values: list[Mapping[str, Plain]] = []
+    for case, draft in found:
         resolved = case.resolved()
-        values.append({**resolved, **flat(merged), **flat(resolved)})
+        values.append({**resolved, **draft.spelled, **flat(resolved)})
     keys = dict.fromkeys(varied)
     if any(key.startswith(BLOCK) for key in keys):  # the numbers computed from it vary, too
         declared = keys_of(type(found[0][0]))
-        given = {key for _, merged in found for key in given_by(merged, declared)}
+        given = {key for _, draft in found for key in draft.gives()}
         single = {key for key in given if declared[key].count is None}
         points = {key for each in values for key in single if isinstance(each.get(key), list)}  # of a curve
         keys |= dict.fromkeys(key for key in declared if key in given - points)

@@ -19,6 +19,7 @@ from pairsim.record.folder import write_text
 from pairsim.record.record import Record
 from pairsim.record.run_entries import STATUS
 from pairsim.record.table_files import read_table, table_text
+from pairsim.runtime.plain import Plain
 from pairsim.sweeps.files import parse_file
 from pairsim.sweeps.grid import Grid, grid_from
 from pairsim.sweeps.study_file import StudyFile, check_study
@@ -36,10 +37,10 @@ def read_study(path: Path, settings: Sequence[str] = ()) -> tuple[StudyFile, Gri
     """
     data = read_yaml(path)
     file = parse_file("study", StudyFile, check_study, data, str(path))
-    at = {"d" if file.command == "curve" else "output.times": file.places} if file.places else {}
-    cases = [entry | at for entry in file.discretisations]
-    shared = {key: data[key] for key in ("name", "base", "command") if key in data}
-    grid = grid_from(path, shared | {"cases": cases}, settings, "discretisations")
+    at: dict[str, Plain] = {"d" if file.command == "curve" else "output.times": [*file.places]} if file.places else {}
+    cases: list[Plain] = [{**entry, **at} for entry in file.discretisations]
+    shared: dict[str, Plain] = {key: data[key] for key in ("name", "base", "command") if key in data}
+    grid = grid_from(path, {**shared, "cases": cases}, settings, "discretisations")
     if file.quantity not in (known := names_of(grid.cases[0].case.n, *STATE_COLUMNS[1:])):
         raise input_error([Mistake("quantity", file.quantity, f"must be one of {', '.join(known)}")], data, str(path))
     if grid.duplicates:
@@ -95,7 +96,7 @@ def study_table(file: StudyFile, grid: Grid, directory: Path) -> pd.DataFrame:
     return table
 
 
-def _measured(folder: Path, file: StudyFile, compared: Sequence[str]) -> dict[str, Any]:
+def _measured(folder: Path, file: StudyFile, compared: Sequence[str]) -> dict[str, str | float | None]:
     """Status and counts of a discretisation, and its compared values once it has finished."""
     record = Record.of({STATUS: "pending"}) | Record.read(folder)
     row = {column.name: record.get(column.name) for column in MEASURED}

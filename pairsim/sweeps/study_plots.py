@@ -9,8 +9,8 @@ from typing import Any
 import pandas as pd
 
 from pairsim.plots.chart import Line, Panel, draw_chart
-from pairsim.plots.labels import shown
-from pairsim.plots.style import COLOURS, MARKERS, SMALL, Page, printing
+from pairsim.plots.parameters import shown
+from pairsim.plots.style import COLOURS, MARKERS, SMALL, Look, Page, printing
 from pairsim.record.columns import WALL_TIME
 from pairsim.record.table_files import read_table
 from pairsim.record.tables import frame_of
@@ -33,10 +33,10 @@ def plot_study(directory: Path, out: Path | None = None, page: Page | None = Non
     if ERROR.name not in table or (points := table[table[ERROR.name] > 0]).empty:
         return []
     meshes, steps = (list(families(points, family)) for family in FAMILIES)
-    dotted = {"color": "0.6", "linestyle": ":", "zorder": 1}
+    dotted: Look = {"color": "0.6", "linestyle": ":", "zorder": 1}
     series = [_line(group, dotted) for group in steps if len(group) > 1]
     for i, group in enumerate(meshes):
-        look = {"color": COLOURS[i % len(COLOURS)], "marker": MARKERS[i % len(MARKERS)], "markersize": 4.5}
+        look: Look = {"color": COLOURS[i % len(COLOURS)], "marker": MARKERS[i % len(MARKERS)], "markersize": 4.5}
         label = _words(group.iloc[0], of_mesh=False) or "as in the file"
         series.append(_line(group, look, label, range(len(group))))
     names = list(table.columns)
@@ -48,13 +48,13 @@ def plot_study(directory: Path, out: Path | None = None, page: Page | None = Non
     axes.set_yscale("log")
     for i, group in enumerate(meshes):
         for _, row in group.iterrows():
-            note: dict[str, Any] = {"textcoords": "offset points", "fontsize": SMALL, "color": "0.25"}
-            place = row[WALL_TIME.name], row[ERROR.name]
-            axes.annotate(_words(row, of_mesh=True), place, (4, -9 if i % 2 else 3), **note)
+            place, beside = (row[WALL_TIME.name], row[ERROR.name]), (4, -9 if i % 2 else 3)
+            words = _words(row, of_mesh=True)
+            axes.annotate(words, place, beside, textcoords="offset points", fontsize=SMALL, color="0.25")
     return (page or Page()).save(figure, out or directory, "study")
 
 
-def _line(group: pd.DataFrame, look: dict[str, Any], label: str = "", marked: Sequence[int] = ()) -> Line:
+def _line(group: pd.DataFrame, look: Look, label: str = "", marked: Sequence[int] = ()) -> Line:
     """Error against wall time of a family."""
     x, y = (group[name].to_numpy() for name in (WALL_TIME.name, ERROR.name))
     return Line(0, x, y, look={"linewidth": 0.8, "linestyle": "-", **look}, label=label, marked=marked)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any
@@ -14,13 +15,14 @@ import numpy as np
 from pairsim.cases.physical import BLOCK
 from pairsim.plots.chart import POINT, ZERO_MARKS, Line, Panel, draw_chart, point
 from pairsim.plots.encoding import Encoding
-from pairsim.plots.labels import common_parts, hashable, measured, parameter_label, read_case, varying_keys
+from pairsim.plots.labels import common_parts, parameter_label, read_case, varying_keys
 from pairsim.plots.lines import MOTION, lines_of
+from pairsim.plots.parameters import Parameters, measured
 from pairsim.plots.runs_and_curves import draw_overlay
 from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
 from pairsim.quantities.kinds import LENGTH
-from pairsim.record.column import Column, Columns, error_of
+from pairsim.record.column import Column, Columns
 from pairsim.record.columns import D_CR, DE, DU, STABLE, ZEROS, ZEROS_ERROR
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.folder import SweptCase, read_sweep
@@ -49,7 +51,7 @@ def plot_sweep(
         telling = varying_keys(parameters, [*quantities, *varying])
         varying = [key for key in varying if key in telling or key == group]
     Encoding.of(parameters, varying, group)  # refuses keys that do not vary
-    chosen = max(cases, key=lambda case: float(case.parameters.get(DE.name) or 0)), cases[0], cases[-1]
+    chosen = max(cases, key=_elasticity), cases[0], cases[-1]
     contents = [read_case(case.folder / "case.yaml") for case in chosen]
     parts = common_parts(contents, varying, units[0].scales is not None, sweep.varying)
     written: list[Path] = []
@@ -79,20 +81,30 @@ class Drawn:
         """The folder of the case."""
         return self.directory / self.case.folder
 
-    @property
-    def parameters(self) -> Mapping[str, Any]:
+    @cached_property
+    def parameters(self) -> Parameters:
         """The values of the keys that vary."""
-        return self.case.parameters
+        return Parameters(self.case.parameters)
 
     @property
     def finished(self) -> bool:
         """Whether it has a result."""
         return self.case.state.status == "finished"
 
+    def number(self, name: str) -> float | None:
+        """A number in results.csv; None where the case does not have it."""
+        found = self.case.state.values.get(name)
+        return float(found) if isinstance(found, int | float) else None
+
     def values(self, column: Column) -> list[Any]:
         """A list in results.csv, empty where the case does not have it."""
         found: Any = self.case.state.values.get(column.name)
         return found or []
+
+
+def _elasticity(case: Drawn) -> float:
+    De = case.parameters.get(DE.name)
+    return float(De) if isinstance(De, int | float) else 0.0
 
 
 def _lines(cases: Sequence[Drawn], curve: bool) -> list[Line]:
@@ -130,24 +142,25 @@ def _draw_parameters(
     if main is not None:
         results = {key for case in cases for key in case.case.state.values}
         found = (each.name + end for each in MOTION for end in ("", "_1") if each.name + end in results)
-        quantity = main.column(next(found, DU.name))
-        words, lines = named([quantity], " at the end"), _ends(cases, places, quantity, encoding)
+        last = next(found, DU.name)
+        words = named([main.column(last)], " at the end")
+        lines = _ends(cases, places, main.column(last), main.half_width(last), encoding)
     else:
         words, lines = named([D_CR]), _zeros(cases, places)
     figure, _ = draw_chart(page, {0: Panel(parameter_label(name, unit), words, "x")}, lines, parts, encoding)
     return page.save(figure, out, "sweep_parameters" if main is not None else "sweep_zeros")
 
 
-def _ends(cases: Sequence[Drawn], places: Sequence[float], quantity: Column, encoding: Encoding) -> list[Line]:
-    """The last values with their errors; lines join cases that have all other parameters in common."""
-    lines: dict[Any, tuple[Mapping[str, Any], list[tuple[float, float, float]]]] = {}
+def _ends(
+    cases: Sequence[Drawn], places: Sequence[float], quantity: Column, half_width: str, encoding: Encoding
+) -> list[Line]:
+    """The last values with those of a column of half-widths; lines join cases that share all other parameters."""
+    lines: dict[Hashable, tuple[Parameters, list[tuple[float, float, float]]]] = {}
     for place, case in zip(places, cases, strict=True):
-        values: Mapping[str, Any] = case.case.state.values
-        if case.finished and quantity.name in values:
-            size = case.units.factor(quantity.unit)
-            rest = tuple(hashable(case.parameters.get(key)) for key in encoding.values)
-            row = place, size * values[quantity.name], size * values.get(error_of(quantity.name), np.nan)
-            lines.setdefault(rest, (case.parameters, []))[1].append(row)
+        if case.finished and (last := case.number(quantity.name)) is not None:
+            size, error = case.units.factor(quantity.unit), case.number(half_width)
+            row = place, size * last, np.nan if error is None else size * error
+            lines.setdefault(case.parameters.at(encoding.values), (case.parameters, []))[1].append(row)
     found = []
     for parameters, rows in lines.values():
         x, y, error = np.array(sorted(rows)).T

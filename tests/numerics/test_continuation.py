@@ -84,9 +84,8 @@ def test_pseudo_time_in_which_stress_keeps_growing_is_given_up(monkeypatch: pyte
     scene: Any = SteadySolver.__new__(SteadySolver)
     scene.meshed = SimpleNamespace(
         scene=SimpleNamespace(liquid=SimpleNamespace(constants={"rate": rate}, size=0, set_star=lambda s: None)),
-        newton=SimpleNamespace(
-            state=lambda y: (y, y), forget=lambda: None, solve=lambda y, *_: (y, report(rate.value > 0.5))
-        ),
+        constraints=SimpleNamespace(state=lambda y, _: (y, y)),
+        newton=SimpleNamespace(forget=lambda: None, solve=lambda y, *_: (y, report(rate.value > 0.5))),
     )
     scene.y, scene.parameters, scene.problem = np.zeros(1), None, SimpleNamespace(monitor=Monitor())
     scene.iterations = scene.factorisations = 0

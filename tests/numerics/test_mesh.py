@@ -14,7 +14,7 @@ from pairsim.fem.meshes.cell_columns import LONGEST
 from pairsim.fem.meshes.cell_sizes import make_outlines
 from pairsim.fem.meshes.geometry import Geometry, MeshSettings, Outline, Reference
 from pairsim.fem.meshes.meshing import liquid_mesh
-from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
+from pairsim.fem.meshes.six_node_mesh import SixNodeMesh, nodes_at
 
 
 def test_cells_around_deformed_outlines_grow_with_the_distance_from_them() -> None:
@@ -128,6 +128,23 @@ def test_meshes_with_rows_are_mirrored_where_the_scene_is() -> None:
     distance, image = cKDTree(mesh.points).query(mesh.points * [-1.0, 1.0])
     assert distance.max() == 0.0
     assert {*map(tuple, np.sort(image[mesh.cells], axis=1))} == {*map(tuple, np.sort(mesh.cells, axis=1))}
+
+
+@pytest.mark.parametrize(
+    ("beta", "distances", "rounded", "Np"), [(0.216, (0.438, 0.397), 0.398, 11), (0.4, (0.022, 0.018), 0.02, 10)]
+)
+def test_outlines_made_for_unequal_distances_have_a_mesh_where_these_are_rounded_to_equal_ones(
+    beta: float, distances: tuple[float, float], rounded: float, Np: int
+) -> None:
+    """No half of the domain is the mirror image of the other one: the arcs of the particle in the middle are odd in
+    number, so that none ends at its equator, or denser on one side."""
+    unequal, settings = Geometry((beta,) * 3, distances, 8.0), MeshSettings(Np=Np, rows=0.8)
+    reference = Reference.spheres(replace(unequal, gaps=(rounded, rounded)), make_outlines(unequal, settings))
+    mesh = liquid_mesh(reference, settings)
+    assert reference.geometry.mirrored
+    assert not reference.mirrored
+    for nodes in reference.positions:
+        assert (nodes_at(mesh.points, nodes) >= 0).all()
 
 
 def test_a_tube_without_room_for_rows_has_none() -> None:

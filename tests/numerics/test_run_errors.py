@@ -12,6 +12,7 @@ from pairsim.questions.registry import QUESTIONS
 from pairsim.questions.run.warnings import long_steps, warnings_of_run
 from pairsim.solvers.errors.run_errors import OF_POINTS, Interval, RunErrors, widening
 from pairsim.solvers.errors.time_error import SAFETY, TimeError
+from pairsim.solvers.goals import D_OF_EACH, DP_PLUS_IN_TIME, IN_TIME, U, dU
 from pairsim.solvers.stepping.step_size import Scheme
 from pairsim.solvers.transient.state import Extremes
 
@@ -67,6 +68,26 @@ def test_error_of_the_settled_state_sets_in_with_the_stress_of_a_run_from_rest()
     error = Interval(memory=1.5, start=np.array([1e-4]), setting_in=0.5)
     found = [error.add(t, 0, np.zeros(1), np.zeros(1), 0.0)[0] for t in (0.01, 0.5, 5.0)]
     assert found == pytest.approx([1.98e-6, 6.32e-5, 1e-4], rel=1e-3)
+
+
+def test_an_estimate_that_is_not_added_counts_once_more() -> None:
+    """dU and velocities of a run contain theirs, shapes and the pressure drop do not."""
+    errors = RunErrors.of(parse_case(QUESTIONS["run"], KEYS, "").liquid_model)
+    values, estimates = ({goal: np.array([value]) for goal in IN_TIME} for value in (1.0, 1e-3))
+    found = errors.add(1.0, 0, values, estimates, 0.0)
+    assert {goal: float(error[0] / 1e-3) for goal, error in found.items()} == pytest.approx(
+        {dU: 2, U: 2, D_OF_EACH: 3, DP_PLUS_IN_TIME: 3}
+    )
+
+
+def test_what_errors_do_to_a_viscosity_adds_up_in_what_a_run_integrates() -> None:
+    """Velocities follow the flow of the moment; shapes keep what each step leaves, as long as they are remembered."""
+    errors = RunErrors.of(parse_case(QUESTIONS["run"], KEYS, "").liquid_model)
+    nothing = {goal: np.zeros(1) for goal in IN_TIME}
+    for t in (0.1, 0.2):
+        found = errors.add(t, 0, nothing, nothing, 0.0, irregular={goal: np.array([1e-4]) for goal in IN_TIME})
+    assert found[dU] == pytest.approx(1e-4)
+    assert found[D_OF_EACH] == pytest.approx(1e-4 * (1 + np.exp(-0.1)))
 
 
 def test_intervals_widen_where_cells_do_not_resolve_the_stress() -> None:
@@ -142,7 +163,8 @@ def test_error_to_quote_above_the_requested_accuracy_gives_a_warning() -> None:
         for t in np.arange(1, 21) * 0.1:
             assert not any("dU_error is up to 2 %" in str(text) for text in warnings_of_run(case, errors, Extremes()))
             part = 1.0 if t < 2 else 2.0
-            errors.add(float(t), 0, np.ones(1), None if correction is None else np.array([part * correction]), 0.0)
+            estimates = None if correction is None else {dU: np.array([part * correction])}
+            errors.add(float(t), 0, {dU: np.ones(1)}, estimates, 0.0)
         assert any("dU_error is up to 2 %" in str(text) for text in warnings_of_run(case, errors, Extremes())) is shown
 
 

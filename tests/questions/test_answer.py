@@ -14,6 +14,7 @@ from support.result_folders import curve_of, curve_table
 
 from pairsim.analysis.time_series import Series
 from pairsim.analysis.zeros import Zero
+from pairsim.computing.events import Outcome
 from pairsim.computing.result_content import Content
 from pairsim.quantities.text import with_error
 from pairsim.questions.critical import answer_of_critical
@@ -194,7 +195,7 @@ def test_critical_distances_by_kind() -> None:
 
 def advice(kind: str, status: str, reason: str, message: str = "", folder: Path = Path("out")) -> str:
     question = QUESTIONS[kind]
-    result = question.result(question, folder, {"status": status, "reason": reason, "message": message})
+    result = question.result(question, folder, Outcome(status, reason, message))
     return str(result.advice)
 
 
@@ -386,6 +387,8 @@ def test_every_gap_of_three_particles_has_its_line() -> None:
     assert first.startswith("Gap 1 separates: from d = 0.1")
     assert second.startswith("Gap 2 is still starting up: from d = 0.2")
     assert deformation == "Taylor parameters at the end: D_1 = 0.01."
+    *_, deformation = said_of_run(table | {"D_error_1": np.array([2e-4])}, record)
+    assert deformation == "Taylor parameters at the end: D_1 = 0.0100 +- 0.0002."
     first, second, _ = said_of_run(table, {"reason": "contact"})
     assert first.startswith("Gap 1 collides: ")
     assert second.startswith("Gap 2 comes closer: "), "it is not the one that has closed"

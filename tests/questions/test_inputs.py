@@ -18,6 +18,7 @@ from pairsim.cases.inputs import Input
 from pairsim.physics.sphere_in_tube import velocity
 from pairsim.plots.chart import notes
 from pairsim.plots.lines import curve_lines
+from pairsim.plots.parameters import NO_PARAMETERS, Parameters
 from pairsim.questions.curve.answer import answer_of_curve
 from pairsim.questions.registry import QUESTIONS
 
@@ -134,10 +135,10 @@ def test_a_travel_says_which_input_it_does_not_know() -> None:
 
 
 def test_the_part_of_the_inputs_is_a_band_of_its_own() -> None:
-    (line, *_) = curve_lines(CURVE, {})
+    (line, *_) = curve_lines(CURVE, NO_PARAMETERS)
     assert line.inputs == pytest.approx(CURVE.by_inputs.half_widths(line.x))
     assert [each.get_label() for each in notes([line])] == [r"error of $\Delta U$", "half-width by the inputs"]
-    assert curve_lines(CURVE, {"De": 0.5})[0].inputs is None, "one of many curves in a picture"
+    assert curve_lines(CURVE, Parameters({"De": 0.5}))[0].inputs is None, "one of many curves in a picture"
 
 
 COMPUTED = {"ends": "developed", "length": 3, "mesh": {"Np": 8, "max_size": 0.5}, "max_points": 5}

@@ -18,7 +18,7 @@ from support.inputs import CONFIGS
 import pairsim
 from pairsim.fem.diagnostics import extents
 from pairsim.quantities.kinds import VELOCITY
-from pairsim.quantities.text import in_unit
+from pairsim.quantities.text import in_unit, with_error
 from pairsim.questions.run.computation import frames_until
 from pairsim.record.table_files import read_table
 from pairsim.record.xdmf import read_frame, read_times
@@ -228,6 +228,9 @@ def test_a_soft_pair_that_starts_steady_has_no_start_up() -> None:
     steady = pairsim.run(keys, **FEW, start="steady")
     assert steady.answer.startswith("The pair separates: ")
     assert {"dU_error", "dU_discrete"} & set(steady.table) == {"dU_error"}
+    errors = steady.table[["U_error_L", "U_error_T", "D_error_L", "D_error_T", "dp_plus_error"]].iloc[-1]
+    assert ((errors > 0) & (errors < 0.05)).all()
+    assert f"D_L = {with_error(*steady.table[['D_L', 'D_error_L']].iloc[-1], digits=3)}, D_T = " in steady.answer
     assert in_unit(None, VELOCITY, *steady.table[["dU", "dU_error"]].iloc[-1], "+") in steady.answer
     assert steady.record["settled"]["dU"] == pytest.approx(steady.table["dU"].iloc[-1:], rel=0.01)
 

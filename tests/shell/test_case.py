@@ -20,6 +20,7 @@ from pairsim.physics.liquids.giesekus import Giesekus
 from pairsim.physics.liquids.power_law import PowerLaw
 from pairsim.physics.solids.kelvin_voigt import KelvinVoigt
 from pairsim.plots.labels import case_parts
+from pairsim.plots.parameters import ShownCase
 from pairsim.questions.curve import CurveCase
 from pairsim.questions.registry import QUESTIONS
 
@@ -203,10 +204,18 @@ def test_each_particle_may_have_a_solid_of_its_own() -> None:
 
 def test_pictures_name_the_materials() -> None:
     thin = case(liquid={"law": "power-law", "n": 0.6}, solid={"law": "kelvin-voigt", "eta": 2})
-    assert case_parts(thin.resolved())[3:] == ["power law", "$n = 0.6$", "Kelvin-Voigt", r"$\eta_v/\eta_0 = 2$"]
+    assert case_parts(ShownCase(thin.resolved()))[3:] == [
+        "power law",
+        "$n = 0.6$",
+        "Kelvin-Voigt",
+        r"$\eta_v/\eta_0 = 2$",
+    ]
     solvent = {"law": "carreau", "n": 0.5, "Cu": 1}
     many = case(De=1, liquid={"law": "modes", "modes": MODES, "solvent": solvent})
-    assert case_parts(many.resolved())[4:] == ["2 modes: Giesekus + FENE-P in Carreau-Yasuda", r"$\xi = 0.09$"]
+    assert case_parts(ShownCase(many.resolved()))[4:] == [
+        "2 modes: Giesekus + FENE-P in Carreau-Yasuda",
+        r"$\xi = 0.09$",
+    ]
 
 
 @pytest.mark.parametrize("liquid", ["", "liquid: giesekus\n", "liquid: {law: giesekus, alpha: 0.1}\n"])

@@ -20,7 +20,7 @@ from pairsim.questions.registry import QUESTIONS
 from pairsim.record.column import PARTICLE, Column, Columns
 from pairsim.record.columns import DU, SHARED
 from pairsim.record.table import Table
-from pairsim.record.tables import frame_of
+from pairsim.record.tables import frame_of, readable
 
 SAYS = """
 from pairsim.questions.registry import QUESTIONS
@@ -49,6 +49,30 @@ def test_two_questions_may_have_columns_of_one_name() -> None:
     long, fast = (Columns(Column("size", "s", "a size", unit)) for unit in (LENGTH, VELOCITY))
     units = [frame_of(Table({"size": np.ones(1)}, declared)).attrs["units"] for declared in (long, fast, long)]
     assert units == [{"size": "D_c"}, {"size": "U_av"}, {"size": "D_c"}]
+
+
+def test_every_half_width_belongs_to_a_column_that_declares_it() -> None:
+    """But for parts of another half-width, that of what is followed at a fold, and an error that is none."""
+    others = {"ends_error", "regularisation_error", "parameter_error", "volume_error"}
+    for question in QUESTIONS.values():
+        for columns in (*question.tables.values(), question.sweep_columns):
+            errors = {each.name for each in columns if each.name.endswith("_error")}
+            assert errors - {each.half_width for each in (*columns, *SHARED)} <= others
+
+
+def test_half_widths_of_a_shape_stand_beside_what_they_are_of() -> None:
+    """The error of the deformation is that of the hull, and of D for the one particle; that of the volume is none."""
+    declared = QUESTIONS["shape"].tables["shape"]
+    names = ["D_1", "D_error", "deformation", "deformation_hull", "deformation_error", "volume", "U_1", "U_error_1"]
+    frame = frame_of(Table({name: np.ones(1) for name in (*sorted(names), "volume_error")}, declared))
+    assert {name: declared.half_width(name) for name in names if declared.half_width(name)} == {
+        "D_1": "D_error",
+        "deformation_hull": "deformation_error",
+        "U_1": "U_error_1",
+    }
+    shown = list(readable(frame, whole=True))
+    assert [shown.index(error) - shown.index(name) for name, error in frame.attrs["half_widths"].items()] == [1, 1, 1]
+    assert shown[-1] == "volume_error"
 
 
 def test_no_question_knows_the_columns_of_another() -> None:

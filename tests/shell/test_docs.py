@@ -60,6 +60,23 @@ def test_pages_are_read_as_they_are() -> None:
     assert filled_in == {"add-question.md"}  # whose braces are those of a format
 
 
+def test_terms_of_the_numerics_name_what_is_in_the_code() -> None:
+    """Each row of the table from the equations to the code names files, each with what it defines."""
+    page = (ROOT / "docs/explanation/numerics.md").read_text()
+    (table,) = re.findall(r"^## From the equations to the code\n(.*?)^## ", page, flags=re.DOTALL | re.MULTILINE)
+    rows = [
+        line.rsplit(" | ", 1)[1] for line in table.splitlines() if line.startswith("| ") and "file: object" not in line
+    ]
+    for row in rows:
+        for part in row.strip(" |").split("; "):
+            file, *names = re.findall(r"`([^`]+)`", part)
+            code = (ROOT / "pairsim" / file).read_text()
+            assert names, row
+            for name in names:
+                assert re.search(rf"^(def|class) {name}\b", code, flags=re.MULTILINE), f"{file} has no {name}"
+    assert len(rows) > 40
+
+
 def test_every_file_is_described() -> None:
     page = (ROOT / "docs" / "reference" / "files.md").read_text()
     others = tuple(f".{ending}" for ending in PICTURE_ENDINGS if ending != "png")  # the page names them once

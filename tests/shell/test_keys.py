@@ -4,21 +4,28 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from collections.abc import Iterator
+from dataclasses import replace
 from typing import Annotated, Any
 
 import pytest
 from pydantic import Field
 
 from pairsim.atlas.atlas import PARAMETERS, SHIPPED, Atlas
-from pairsim.cases.checks import check_scene, missing_numbers
+from pairsim.cases.checks import missing_numbers, mistakes_in
 from pairsim.cases.coverage import beyond, case_of
 from pairsim.cases.identity import identity_of, with_later_keys
 from pairsim.cases.keys import Key, Keys, Part, PerGap, PerParticle, keys_of
+from pairsim.cases.mistakes import Mistake
 from pairsim.cases.run_case import Case
 from pairsim.cases.values import Number
+from pairsim.computing.case_files import parse_case
+from pairsim.computing.question import no_mistakes
 from pairsim.plots.labels import case_parts, common_parts, parameter_label, varying_keys
+from pairsim.plots.parameters import Parameters, ShownCase
 from pairsim.questions.curve import CurveCase
 from pairsim.questions.registry import QUESTIONS
+from pairsim.runtime.errors import InputError
 
 
 class Options(Keys):
@@ -32,6 +39,14 @@ WEIGHT = Key("W", r"\eta_0 U_{av} D_c", caption=10, slug="W", since="9")
 OF_SOFT = Key(identity=lambda each: each.Ca_e != 0, idle=lambda each: "" if each.Ca_e else "rigid")
 
 
+def _check_pull(each: Weighed) -> str:
+    return "must be 0: particles are soft" if any(each.each("pull")) and any(each.Ca_es) else ""
+
+
+def _check_rope(each: Weighed) -> Iterator[Mistake]:
+    yield from (Mistake("rope", rope, "must be taut") for rope in each.each("rope") if rope < 1)
+
+
 class Weighed(Case):
     """A run with keys of its own: one number a particle, one a gap, and a group."""
 
@@ -41,6 +56,12 @@ class Weighed(Case):
     thrust: Annotated[
         Number, Key(identity=lambda each: each.Ca_e != 0, idle=lambda each: "" if each.Ca_e else "rigid")
     ] = Field(0.0, description="a key that matters to soft particles alone")
+    pull: Annotated[PerParticle[Number], Key(since="9", models="gravity", check=_check_pull)] = Field(
+        0.0, description="a key that others depend on"
+    )
+    rope: Annotated[PerGap[Number], Key(since="9", first=True, check=_check_rope)] = Field(
+        1.0, description="a key that is checked before others"
+    )
     options: Options = Options()
 
 
@@ -61,7 +82,40 @@ def case(**keys: Any) -> Weighed:
     ],
 )
 def test_a_list_has_one_value_for_each_particle_or_gap(keys: dict[str, Any], wrong: dict[str, str]) -> None:
-    assert {each.key: each.allowed for each in check_scene(case(**keys))} == wrong
+    assert {each.key: each.allowed for each in mistakes_in(case(**keys), no_mistakes)} == wrong
+
+
+def test_a_key_says_what_it_must_be_beside_the_others() -> None:
+    def wrong(**keys: Any) -> list[tuple[Any, ...]]:
+        return [tuple(each) for each in mistakes_in(case(particles=3, **keys), no_mistakes)]
+
+    assert wrong(pull=2, Ca_e=0) == wrong(pull=[0, 0, 0]) == []
+    assert wrong(pull=2) == [("pull", 2, "must be 0: particles are soft")]
+    assert wrong(rope=[2, 0.5], pull=2) == [("rope", 0.5, "must be taut")]
+    assert [key for key, *_ in wrong(rope=[0.5], pull=2)] == ["rope"]
+    assert [key for key, *_ in wrong(spring=[1], rope=0.5)] == ["spring"]
+
+
+def test_what_a_question_asks_is_checked_too_and_the_number_of_particles_first() -> None:
+    def check(each: Weighed) -> Iterator[Mistake]:
+        if each.n != 3:
+            yield Mistake("particles", each.n, "must be 3")
+        yield Mistake("ends", each.ends, "must be others")
+
+    assert [each.key for each in mistakes_in(case(pull=2), check)] == ["particles", "ends"]
+    assert [each.key for each in mistakes_in(case(particles=3, pull=2), check)] == ["pull", "ends"]
+
+
+def test_a_key_brings_into_the_model_what_messages_say_it_leaves_out() -> None:
+    def said(model: type[Case], name: str) -> str:
+        question = replace(QUESTIONS["run"], model=model)
+        with pytest.raises(InputError) as error:
+            parse_case(question, {"beta": 0.4, "Ca_e": 0.1, "d0": 0.1, "charge": 1, name: 1}, "case")
+        return str(error.value)
+
+    assert "without inertia and gravity" in said(Case, "gravity_angle")
+    assert "allowed: beta" in said(Weighed, "gravity_angle")
+    assert "a round tube, without inertia (" in said(Weighed, "inertia")
 
 
 def test_values_are_spread_over_particles_and_gaps() -> None:
@@ -123,25 +177,29 @@ def test_captions_axes_and_folders_have_what_a_key_declares() -> None:
     assert heavy.slug == "beta0.4-De0-Cae0.1-d0.1-W2"
     assert light.slug == case().slug == "beta0.4-De0-Cae0.1-d0.1"
     assert case(particles=0, beta=None, Ca_e=None, weight=2).slug == "pipe-De0"
-    assert case_parts(heavy.resolved())[2] == r"$W = 2\ \eta_0 U_{av} D_c$"
-    assert len(case_parts(case().resolved())) == len(case_parts(heavy.resolved())) - 1
+    assert case_parts(ShownCase(heavy.resolved()))[2] == r"$W = 2\ \eta_0 U_{av} D_c$"
+    assert len(case_parts(ShownCase(case().resolved()))) == len(case_parts(ShownCase(heavy.resolved()))) - 1
     assert parameter_label("weight") == r"$W$  [$\eta_0 U_{av} D_c$]"
-    assert common_parts([heavy.resolved(), light.resolved()], [])[-1] == "not the same: $W$"
-    assert varying_keys([heavy.resolved(), light.resolved()]) == ["weight"]
+    both = [ShownCase(each.resolved()) for each in (heavy, light)]
+    assert common_parts(both, [])[-1] == "not the same: $W$"
+    assert varying_keys([each.parameters for each in both]) == ["weight"]
 
 
 def test_an_older_case_does_not_differ_in_a_key_of_a_later_version() -> None:
     new = case().resolved()
     old = {key: value for key, value in new.items() if key != "weight"}
-    assert varying_keys([old, new]) == []
-    assert varying_keys([old, new | {"weight": 1.0}]) == ["weight"]
+    assert varying_keys([Parameters(old), Parameters(new)]) == []
+    assert varying_keys([Parameters(old), Parameters(new | {"weight": 1.0})]) == ["weight"]
     assert with_later_keys(old, Weighed) == new
 
 
 def test_what_is_known_of_a_key_does_not_depend_on_what_was_imported() -> None:
     """In a process of its own, in which the questions are listed, and none is imported."""
     code = "import pairsim.questions.registry\nfrom pairsim.plots.labels import symbol, varying_keys\n"
-    code += "print(symbol('after'), varying_keys([{'d': 1, 'fields': 1}, {'d': 2, 'fields': 2}]))"
+    code += (
+        "from pairsim.plots.parameters import Parameters\ncases = [Parameters({'d': i, 'fields': i}) for i in (1, 2)]\n"
+    )
+    code += "print(symbol('after'), varying_keys(cases))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "$T$ []\n"
 

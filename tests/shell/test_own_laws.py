@@ -75,6 +75,10 @@ def test_check_law_tells_a_wrong_sign(pairsim_apart: Pairsim, folder: Path) -> N
         ((r"return self.Jm /", "return (self.Jm /"), r"my_laws.py:\d+: cannot be imported: SyntaxError"),
         ((r'"fene-cr"', '"giesekus"'), "FeneCR.name: got 'giesekus'; is the name of another law"),
         ((r"@dataclass.frozen=True.\nclass Gent", "class Gent"), "Gent: must be decorated"),
+        (
+            (r"class Gent\(Solid\)", "class Gent(Solid.__mro__[1])"),
+            "Gent: must be derived from ViscousLaw, ConformationLaw, YieldLaw or Solid",
+        ),
     ],
 )
 def test_mistakes_in_a_file_of_laws_are_told(

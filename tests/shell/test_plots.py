@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
 import pytest
+import yaml
 from matplotlib import image
 from matplotlib.figure import Figure
 from matplotlib.tri import TriContourSet
@@ -23,8 +25,9 @@ from pairsim.physics import declared
 from pairsim.plots.chart import Line, draw_series, leave_out_spikes, notes, point
 from pairsim.plots.encoding import Encoding
 from pairsim.plots.frames import FIELDS, outlines
-from pairsim.plots.labels import common_parts, equation, measured, parts_along, varying_keys
+from pairsim.plots.labels import common_parts, equation, parts_along, varying_keys
 from pairsim.plots.lines import curve_lines, run_lines
+from pairsim.plots.parameters import Parameters, ShownCase, measured
 from pairsim.plots.runs_and_curves import _differences
 from pairsim.plots.sections import _streamlines, views_of
 from pairsim.plots.style import GREY, MM, Page
@@ -115,11 +118,61 @@ def test_twelve_curves_of_two_parameters_are_told_apart(tmp_path: Path, monkeypa
     assert r"\mathrm{De}" not in figures[0].get_supxlabel()
 
 
+def curve_of_experiment(folder: Path, flow_rate: str, modulus: str, Ca_e: float, De: float) -> Path:
+    """A curve of an experiment in a tube of 50 um, as if its number gave the flow rate in ul/min."""
+    make_curve(folder, Ca_e, De)
+    case = yaml.safe_load((folder / "case.yaml").read_text())
+    block = {"tube": "50 um", "particle": "20 um", "flow_rate": flow_rate, "modulus": modulus, "viscosity": "1 Pa.s"}
+    (folder / "case.yaml").write_text(yaml.safe_dump(case | {"physical": block | {"relaxation": "2 ms"}}))
+    velocity = 8.5e-3 * De
+    scales = {"length": 50e-6, "velocity": velocity, "time": 50e-6 / velocity, "stress": velocity / 50e-6}
+    (folder / "run.json").write_text(json.dumps({"kind": "curve", "status": "finished", "scales": scales}))
+    return folder
+
+
+@pytest.mark.parametrize("swept", [False, True])
+def test_figures_are_grouped_along_a_quantity(tmp_path: Path, swept: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """De and Ca_e follow from the flow rate: they are told by it, and what else differs is told as a quantity."""
+    cases = {
+        "a": ("1 ul/min", "5 kPa", 0.1, 1),
+        "b": ("2 ul/min", "5 kPa", 0.2, 2),
+        "c": ("2 ul/min", "10 kPa", 0.1, 2),
+    }
+    folders = [curve_of_experiment(tmp_path / name, *each) for name, each in cases.items()]
+    keys = ["physical.flow_rate", "physical.modulus", "Ca_e", "De"]
+    if swept:
+        folders = [
+            make_sweep(tmp_path, "curve", {n: dict(zip(keys, each, strict=True)) for n, each in cases.items()}, keys)
+        ]
+    with drawn_figures(monkeypatch) as figures:
+        plot(*folders, out=tmp_path / "out", group="physical.flow_rate")
+    entries = {text.get_text() for text in figures[0].legends[0].get_texts()} - {
+        r"error of $\Delta U$",
+        "unstable zero",
+    }
+    assert entries == {"$Q$ = 1 μl/min", "$Q$ = 2 μl/min", "$G_p$ = 5 kPa", "$G_p$ = 10 kPa"}
+    smooth = [line for line in figures[0].axes[0].lines if len(line.get_xdata()) > 100]
+    assert len({line.get_color() for line in smooth}) == 2
+    assert "not the same" not in figures[0].get_supxlabel()
+
+
+def test_curves_are_grouped_along_any_key_in_which_they_differ(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The mesh follows from De here, and is not told unless it is asked for."""
+    folders = [make_curve(tmp_path / f"{De}", 0.1, De) for De in (0, 0.5)]
+    for group, told in ((None, r"$\mathrm{De} = 0$"), ("mesh.Np", "$N_p = 8$")):
+        with drawn_figures(monkeypatch) as figures:
+            plot(*folders, out=tmp_path / "out", group=group)
+        assert figures[0].legends[0].get_texts()[0].get_text() == told
+    with pytest.raises(InputError, match="must be a parameter that varies: De"):
+        plot(*folders, out=tmp_path / "out", group="beta")
+
+
 def test_what_follows_from_another_difference_is_not_named() -> None:
     newtonian = {"beta": 0.4, "De": 0, "mesh.Np": 10, "name": "a"}
     elastic = {"beta": 0.4, "De": 1, "liquid": "giesekus", "liquid.alpha": 0.2, "mesh.Np": 20, "name": "b"}
-    assert varying_keys([newtonian, elastic]) == ["De"]
-    assert varying_keys([newtonian, elastic, elastic | {"mesh.Np": 28}]) == ["De", "mesh.Np"]
+    cases = [Parameters(each) for each in (newtonian, elastic, elastic | {"mesh.Np": 28})]
+    assert varying_keys(cases[:2]) == ["De"]
+    assert varying_keys(cases) == ["De", "mesh.Np"]
 
 
 def test_a_case_without_a_parameter_of_others_has_none_in_legends() -> None:
@@ -130,30 +183,34 @@ def test_a_case_without_a_parameter_of_others_has_none_in_legends() -> None:
 def test_small_print_states_what_all_cases_share_alone() -> None:
     giesekus = {"beta": 0.4, "De": 1, "Ca_e": 0.1, "d0": 0.1, "xi": 0.09, "liquid": {"law": "giesekus", "alpha": 0.2}}
     ptt = giesekus | {"beta": 0.2, "Ca_e": 0.05, "liquid": {"law": "ptt"}}
-    assert common_parts([giesekus, ptt], ["beta"]) == [
+    assert common_parts([ShownCase(giesekus), ShownCase(ptt)], ["beta"]) == [
         r"$d_0 = 0.1\ D_c$", r"$\mathrm{De} = 1$", r"$\xi = 0.09$", r"not the same: $\mathrm{Ca}_e$, liquid",
     ]  # fmt: skip
-    assert common_parts([giesekus, {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}], ["De"])[-1] == r"$\alpha = 0.2$"
+    newtonian = ShownCase({"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1})
+    assert common_parts([ShownCase(giesekus), newtonian], ["De"])[-1] == r"$\alpha = 0.2$"
     from_rest = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d": [0.1, 0.2], "after": 0.25}
-    assert r"$T = 0.25\ D_c/U_{av}$" in common_parts([from_rest], [])
-    assert common_parts([from_rest, from_rest | {"after": 1}], [])[-1] == "not the same: $T$"
+    later = ShownCase(from_rest | {"after": 1})
+    assert r"$T = 0.25\ D_c/U_{av}$" in common_parts([ShownCase(from_rest)], [])
+    assert common_parts([ShownCase(from_rest), later], [])[-1] == "not the same: $T$"
 
 
 def test_small_print_has_the_quantities_of_an_experiment_and_none_that_varies() -> None:
     block = {"tube": "6 mm", "flow_rate": "2 ml/min", "particle": "2 mm", "modulus": "1.5 kPa", "viscosity": "4 Pa.s"}
     one = {"beta": 0.4, "De": 0, "Ca_e": 0.05, "d": [0.1, 0.2], "physical": block | {"distance": ["1 mm", "2 mm"]}}
     two = one | {"Ca_e": 0.15, "physical": one["physical"] | {"flow_rate": "20 ml/min", "modulus": "5 kPa"}}
+    cases = [ShownCase(one), ShownCase(two)]
     shared = ["$D_c$ = 6 mm", "$D_p$ = 2 mm", "$\\eta_0$ = 4 Pa\u22c5s", "not the same: $G_p$"]
-    assert common_parts([one, two], ["physical.flow_rate"], True) == shared
-    assert common_parts([one], ["physical.flow_rate"], True, ["physical.modulus"]) == shared
-    assert parts_along(one, "Ca_e", True) == ["$D_c$ = 6 mm", "$Q$ = 2 ml/min", *shared[1:3]]
+    assert common_parts(cases, ["physical.flow_rate"], True) == shared
+    assert common_parts(cases[:1], ["physical.flow_rate"], True, ["physical.modulus"]) == shared
+    assert parts_along(cases[0], "Ca_e", True) == ["$D_c$ = 6 mm", "$Q$ = 2 ml/min", *shared[1:3]]
     assert equation("physical.distance", ["5um", "12um"]) == "$d_0$ = 5, 12 μm"
     assert equation("physical.modulus", "5 kPa +- 20 %") == "$G_p$ = 5 kPa +- 20 %"
 
 
 def test_lines_that_lie_on_each_other_may_differ_in_numbers_that_follow() -> None:
     x = np.linspace(1, 2, 9)
-    parameters = [{"physical.modulus": "1 kPa", "Ca_e": 0.1}, {"physical.modulus": "5 kPa", "Ca_e": 0.02}]
+    both = {"physical.modulus": "1 kPa", "Ca_e": 0.1}, {"physical.modulus": "5 kPa", "Ca_e": 0.02}
+    parameters = [Parameters(each) for each in both]
     columns = DISTANCE.with_suffix(""), DU.with_suffix("")
     lines = [Line(0, x, x + i / 100, columns=columns, parameters=each) for i, each in enumerate(parameters)]
     keys = ["physical.modulus"]
@@ -206,7 +263,8 @@ def test_small_print_has_what_varies_where_all_other_cases_failed(
 
 
 def test_more_values_than_styles_get_panels_or_are_named_as_unseen() -> None:
-    cases = [{"a": a, "b": b, "c": c, "e": e} for a in range(9) for b in range(5) for c in range(2) for e in range(2)]
+    sizes = {"a": 9, "b": 5, "c": 2, "e": 2}
+    cases = [Parameters(dict(zip(sizes, each, strict=True))) for each in product(*map(range, sizes.values()))]
     encoding = Encoding.of(cases, ["a", "b", "c", "e"])
     assert (encoding.colour, encoding.line, encoding.panel, encoding.untold) == ("a", "c", "e", ("b",))
     assert len({tuple(encoding.look(case)["color"]) for case in cases}) == 9
@@ -217,7 +275,7 @@ def test_more_values_than_styles_get_panels_or_are_named_as_unseen() -> None:
 def test_curve_is_drawn_as_its_interpolant_with_its_error() -> None:
     d = np.array([0.1, 0.2, 0.4])
     table = curve_table(d, np.log(d) ** 3, 3 * np.log(d) ** 2 / d, dU_error=np.ones(3))
-    (line,) = curve_lines(curve_of(table), {})
+    (line,) = curve_lines(curve_of(table), Parameters())
     assert line.y == pytest.approx(np.log(line.x) ** 3, rel=1e-12), "a cubic in log d is met exactly"
     assert line.error == pytest.approx(np.ones(len(line.x)), rel=1e-12)
 
@@ -227,7 +285,7 @@ def test_run_is_drawn_with_the_band_of_its_error() -> None:
     table = {"t": t, "d": t / 10, "dU": t**2, "dU_error": t / 10}
     for shown, bands in ((table, 1), ({name: table[name] for name in ("t", "d", "dU")}, 0)):
         axis = Figure().subplots()
-        (series,) = (each for each in run_lines(Series(shown), {}) if each.panel == (T, DU))
+        (series,) = (each for each in run_lines(Series(shown), Parameters()) if each.panel == (T, DU))
         draw_series(axis, replace(series, look={"color": "C0"}))
         assert len(axis.collections) == len(notes([series])) == bands
         if bands:
@@ -432,7 +490,7 @@ def test_quantities_of_an_experiment_are_numbers_in_the_unit_of_the_first() -> N
     assert measured(["2 ms", "0.01 s", "500 us"]) == (pytest.approx([2, 10, 0.5]), "ms")
     assert measured(["2 ms", "3 um"]) is None
     assert measured(["giesekus", "ptt"]) is None
-    times = [{"physical.relaxation": value} for value in ("10 ms", "2 ms", "0.5 ms")]
+    times = [Parameters({"physical.relaxation": value}) for value in ("10 ms", "2 ms", "0.5 ms")]
     handles = Encoding.of(times, ["physical.relaxation"]).handles()
     assert [handle.get_label() for handle in handles] == [
         r"$\lambda$ = 0.5 ms", r"$\lambda$ = 2 ms", r"$\lambda$ = 10 ms",

@@ -16,6 +16,7 @@ from pairsim.cases.quantity_text import si
 from pairsim.cases.run_case import Case
 from pairsim.computing.case_files import parse_case
 from pairsim.plots.labels import case_parts
+from pairsim.plots.parameters import ShownCase
 from pairsim.quantities import kinds
 from pairsim.quantities.kinds import PERCENTAGE, Kind
 from pairsim.quantities.measurable import Measurable
@@ -67,7 +68,7 @@ def test_a_percentage_gives_its_number_and_is_an_input_with_its_half_width() -> 
     assert {name: change for name, change in found.changes.items() if change} == {"xi": pytest.approx(0.005)}
     _, numbers = drawn(made, 1000)
     assert np.std(numbers["xi"]) == pytest.approx(0.005, rel=0.1), "half of its half-width"
-    assert r"$\phi$ = 10 +- 2 %" in case_parts(made.resolved(), physical=True)
+    assert r"$\phi$ = 10 +- 2 %" in case_parts(ShownCase(made.resolved()), physical=True)
 
 
 @pytest.mark.usefixtures("trial")

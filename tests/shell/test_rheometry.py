@@ -7,10 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import t as student
 from support.commands import Pairsim
 
 import pairsim
-from pairsim.lab.rheometer.law_fits import Fit, Measured, described, fits
+from pairsim.lab.rheometer.law_fits import Fit, Measured, described, each_fit, fits
 from pairsim.lab.rheometer.rheology_of_case import keys_of, sentences
 from pairsim.physics.homogeneous import moduli, steady_shear
 from pairsim.physics.liquids import Liquid, Newtonian
@@ -61,6 +62,26 @@ def test_a_liquid_of_three_modes_comes_back() -> None:
     assert re.fullmatch(r"0\.08\d+ to 0\.1\d+", intervals["time_2"])
     assert quantities.keys() == {"viscosity", "relaxation", "solvent"}
     assert [mode["law"] for mode in block["modes"]] == ["giesekus"] * 3
+
+
+@pytest.mark.slow
+def test_ends_of_an_interval_are_as_improbable_as_they_are_said_to_be() -> None:
+    """Also where another number, here the solvent's viscosity, is hardly determined."""
+    parts = tuple(Giesekus(alpha=0.25, time=t, weight=w / 1.75) for t, w in ((1.0, 1.0), (0.1, 0.5), (0.01, 0.25)))
+    liquid, rate, frequency = (
+        Liquid(Newtonian(), 0.15, 0.5, parts),
+        np.geomspace(0.01, 1e3, 26),
+        np.geomspace(0.1, 200, 21),
+    )
+    exact = (steady_shear(liquid, rate)[0], *moduli(liquid, frequency))
+    viscosity, storage, loss = np.split(noisy(5 * np.concatenate(exact), 1), (26, 47))
+    data = Measured(rate, viscosity, np.empty(0), frequency, storage, loss)
+    _, before, best, *_ = each_fit(data, ["white-metzner"])
+    free = data.count - len(best.numbers)
+    quantile = student.ppf(0.975, free)
+    for end in (best.numbers["n"].least, best.numbers["n"].most):
+        held = Fit(best.law, 3, data, {"n": end}, before)
+        assert free * ((held.deviation / best.deviation) ** 2 - 1) == pytest.approx(quantile**2, rel=0.1)
 
 
 def test_a_curve_that_no_law_describes_is_told_to_be_one() -> None:

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from support.scenes import soft_pair
 
+from pairsim.fem.algebra.constraints import PositionUpdate
 from pairsim.fem.meshes import meshing
 from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.runtime.monitor import Monitor
@@ -55,7 +56,7 @@ def test_second_interrupt_raises_at_once() -> None:
 def test_newtons_method_stops_before_the_next_factorisation() -> None:
     transient = Transient(soft_pair(0.4, 0.1, 0.1, mesh=MeshSettings(Np=6), length=2.0))
     newton = transient.newton
-    arguments = (np.zeros(transient.constraints.size), transient.history.h[0], 0.01, 1.7)
+    arguments = np.zeros(transient.constraints.size), PositionUpdate(transient.history.h[0], 0.01, 1.7)
     with Signals() as signals:
         newton.monitor = Monitor(signals)
         signal.raise_signal(signal.SIGTERM)
@@ -78,7 +79,7 @@ def test_an_interrupt_within_an_iteration_is_raised(monkeypatch: pytest.MonkeyPa
     transient = Transient(soft_pair(0.4, 0.1, 0.1, mesh=MeshSettings(Np=6), length=2.0))
     monkeypatch.setattr(transient.scene, "load", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        transient.newton.solve(np.zeros(transient.constraints.size), transient.history.h[0], 0.01, 1.7)
+        transient.newton.solve(np.zeros(transient.constraints.size), PositionUpdate(transient.history.h[0], 0.01, 1.7))
     transient.close()
 
 
@@ -134,7 +135,7 @@ storm = subprocess.Popen([sys.executable, "-c", script.replace("PID", str(os.get
 orderings = 0
 while orderings < 60 or len(caught) < 20:
     transient.newton.use_double()  # forces a new ordering
-    assert transient.newton.factor_at(transient.history.y[0])
+    assert transient.newton.factor_at(transient.history.y[0], transient._update(0.01, 0.0))
     orderings += 1
 storm.kill()
 print(len(caught))

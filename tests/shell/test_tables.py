@@ -17,7 +17,7 @@ from pairsim.app.open_and_plot import open as open_folder
 from pairsim.app.open_and_plot import plot
 from pairsim.app.sweep_results import SweepResult
 from pairsim.fem.diagnostics import Health
-from pairsim.plots.labels import measured
+from pairsim.plots.parameters import measured
 from pairsim.quantities.scales import Scales
 from pairsim.questions.registry import QUESTIONS
 from pairsim.record.column import names_of, suffixes_in, table_row

@@ -9,9 +9,10 @@ from typing import Any
 
 from pairsim.cases.case import SceneCase
 from pairsim.cases.identity import default_folder
-from pairsim.cases.yaml_file import flat, read_yaml
+from pairsim.cases.yaml_file import read_yaml
 from pairsim.computing.case_files import fitting, parse_case, read_case
 from pairsim.plots.labels import case_parts, common_parts, equation, parameter_label, varying_keys
+from pairsim.plots.parameters import ShownCase
 from pairsim.questions.registry import QUESTIONS
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.files import FILES
@@ -63,7 +64,7 @@ def _of_file(path: Path) -> Iterator[str]:
                 yield from _of_grid(read_study(path)[1])
             elif kind == "atlas":
                 middle = {key: sum(data[key]) / 2 for key in ("beta", "De", "Ca_e")}
-                base = {**read_base(path, data, QUESTIONS["curve"].model), **middle, "d": [0.02, 2]}
+                base = {**read_base(path, data, QUESTIONS["curve"].model).content, **middle, "d": [0.02, 2]}
                 yield _of_case(parse_case(QUESTIONS["curve"], base, str(path)))
             else:
                 yield _of_case(read_case(QUESTIONS[kind], path))
@@ -78,17 +79,17 @@ def _of_case(case: SceneCase) -> str:
 
 
 def _captions(content: Mapping[str, Any]) -> str:
-    return ", ".join(case_parts(content, physical="physical" in content))
+    return ", ".join(case_parts(ShownCase(content), physical="physical" in content))
 
 
 def _of_grid(grid: Grid) -> Iterator[str]:
     varying = " ".join(grid.varying)
     yield f"sweep of {grid.question.name}, {len(grid.cases)} cases, {grid.key[:DIGITS]}, varying {varying}"
     contents = [each.case.resolved() for each in grid.cases]
-    spelled = list(map(flat, contents))
+    cases = [ShownCase(each) for each in contents]
     physical = all("physical" in each for each in contents)
-    told = varying_keys(spelled)
-    shared = ", ".join(common_parts(contents, told, physical, grid.varying))
+    told = varying_keys([case.parameters for case in cases])
+    shared = ", ".join(common_parts(cases, told, physical, grid.varying))
     yield f"sweep told apart by {' '.join(told)}, else {shared}"
     labels = [parameter_label(key) for key in grid.varying]
     values = [equation(key, each.parameters[key]) for each in grid.cases for key in grid.varying]

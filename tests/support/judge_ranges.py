@@ -70,7 +70,7 @@ def judge(count: int, seed: int = 0) -> pd.DataFrame:
             q["viscosity"] / time / 1e3 / q["modulus"],
         )
         places = np.stack([np.broadcast_to(each, DRAWS) for each in numbers], axis=1)
-        atlas = asked_of(None, texts, None)[0]
+        atlas = asked_of(**texts)[0]
         low, high = np.array([atlas.box[name] for name in PARAMETERS]).T
         d = um / q["tube"]
         known_ = ((places >= low) & (places <= high)).all(axis=1) & (d >= atlas.d[0]) & (d <= atlas.d[-1])

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from pairsim.fem.algebra.constraints import PositionUpdate
 from pairsim.fem.algebra.scene_constraints import transient_constraints
 from pairsim.fem.meshes.cell_sizes import make_outlines
 from pairsim.fem.meshes.geometry import Geometry, MeshSettings, Reference
@@ -43,9 +44,10 @@ def solve_rigid(betas: tuple[float, ...], gaps: tuple[float, ...] = (), **mesh: 
     scene = Scene(reference, liquid_mesh(reference, settings), bodies, periodic=True)
     constraints = transient_constraints(scene)
     newton = Newton(scene, constraints)
-    y, report = newton.solve(np.zeros(constraints.size), geometry.centres.copy(), 1e-3, 2 - 4 / 3 * betas[0] ** 2)
+    update = PositionUpdate(geometry.centres.copy(), 1e-3, 2 - 4 / 3 * betas[0] ** 2)
+    y, report = newton.solve(np.zeros(constraints.size), update)
     assert report.converged, report
-    _, x = newton.state(y)
+    _, x = constraints.state(y, update)
     newton.destroy()
     return Rigid(y[constraints.fields["U_p"]], scene.pressure_drop(x) - 32 * geometry.length, float(x[scene.m]))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +17,7 @@ from pairsim.solvers.curves.adaptation import ROUNDS, AdaptiveBranch
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.scout import largest_value
 from pairsim.solvers.errors import estimate
-from pairsim.solvers.goals import CRITICAL, DP_PLUS, D, Goal, dU
+from pairsim.solvers.goals import CRITICAL, DP_PLUS, D, Goal, U, dU
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.ends import arrived
 from pairsim.solvers.steady.first_solution import first_scene
@@ -59,6 +60,7 @@ def test_a_viscoelastic_error_is_kept_by_smaller_cells_where_they_count() -> Non
     assert point.estimate[dU].half_width[0] <= wanted * branch.largest[dU]
     assert abs(point.held_dUs[0] - truth) <= point.estimate[dU].half_width[0]
     assert branch.solver.constraints.size < 25_000
+    assert max(branch.rounds.values()) == 1, "cells that do not resolve the stress widen the half-width, as is expected"
     assert isinstance(branch.problem.mesh.sizes, AdaptedSizes)
     other = branch.at(replace(first, gaps=(0.3,)))  # of another nominal distance: the cells move with the particles
     assert other.dU_errors[0] <= wanted * branch.largest[dU]
@@ -140,6 +142,19 @@ def test_a_zero_is_improved_where_it_is() -> None:
     assert abs(better.dU) < 0.1 * better.dU_errors[0]
     assert better.d == pytest.approx(0.05542, rel=0.01), "accuracy: 0.7%"
     branch.close()
+
+
+def test_errors_of_shapes_ask_for_smaller_cells_than_those_of_velocities() -> None:
+    """For a quarter of its error a shape asks for cells of half the size."""
+    keys = {"particles": 1, "beta": 0.4, "De": 0, "Ca_e": 0.1, "length": 5.0, "mesh": {"Np": 8}}
+    case = parse_case(QUESTIONS["curve"], keys, "test")
+    first = Parameters((), case.solid_models, case.liquid_model)
+    scene = arrived(first_scene(steady_problem(case, np.inf), first))
+    with closing(AdaptiveBranch(scene, goals=(D, U), wanted=np.inf)) as branch:
+        point = branch.at(first)
+        factors = {goal: branch._factor(point, {goal: point.estimate[goal].by_cells / 4}) for goal in (D, U)}
+        assert factors == pytest.approx({D: 2.0, U: 4 ** (1 / 3)})
+        assert branch._factor(point, {goal: point.estimate[goal].by_cells / 4 for goal in (D, U)}) == factors[D]
 
 
 def test_no_cells_are_made_for_a_goal_that_three_rounds_would_not_do_for() -> None:

@@ -22,6 +22,7 @@ from pairsim.solvers.errors.adjoints import Adjoints
 from pairsim.solvers.errors.estimate import ELASTIC, VISCOUS, ErrorEstimate, ErrorEstimator, GoalEstimate
 from pairsim.solvers.goals import DP_PLUS, ROUNDING, Functional, Goal, U, dU
 from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.solution import Solution
 from pairsim.solvers.steady.ends import arrived
 from pairsim.solvers.steady.first_solution import by_continuation
 from pairsim.solvers.steady.scene import SteadySolver
@@ -273,15 +274,16 @@ def test_a_goal_that_is_declared_has_a_correction_and_a_half_width() -> None:
 def test_a_goal_with_functionals_of_its_own_is_corrected() -> None:
     """The difference of the pressures of two points on the wall, which is nothing that is observed otherwise."""
 
-    def functional(steady: SteadySolver) -> Functional:
-        mesh, row = steady.scene.liquid.six_node_mesh, np.zeros((1, steady.scene.size))
+    def functional(solution: Solution) -> Functional:
+        scene = solution.scene
+        mesh, row = scene.liquid.six_node_mesh, np.zeros((1, scene.size))
         ends = [int(np.abs(mesh.points[mesh.vertices] - [z, 0.5]).sum(axis=1).argmin()) for z in (-2.0, 2.0)]
-        row[0, steady.scene.liquid.index("p", mesh.vertices[ends])] = 1.0, -1.0
-        return Functional(np.asarray((steady.constraints.N.T @ row.T).T))
+        row[0, scene.liquid.index("p", mesh.vertices[ends])] = 1.0, -1.0
+        return Functional(np.asarray((solution.constraints.N.T @ row.T).T))
 
-    drop = Goal("drop", STRESS, lambda steady, _: functional(steady).rows @ steady.y, functional)
+    drop = Goal("drop", STRESS, lambda solution, _: functional(solution).rows @ solution.y, functional)
     scene = scene_of(CLOSE, Np=12)
     point = Branch(scene, goals=(drop,)).at(scene.parameters)
-    discrete, found = drop.linear_value(scene), point.estimate[drop]
+    discrete, found = drop.linear_value(scene.solution), point.estimate[drop]
     assert found.half_width[0] > abs(found.correction[0]) > 0
     assert point.values[drop] == pytest.approx(discrete + found.correction)

@@ -12,7 +12,7 @@ from pairsim.computing.problems import problem_of
 from pairsim.physics.pipe import Pipe
 from pairsim.questions.registry import QUESTIONS
 from pairsim.solvers.curves.branch import Point
-from pairsim.solvers.goals import dU
+from pairsim.solvers.goals import D_OF_EACH, U, dU
 from pairsim.solvers.stepping.step import Step
 from pairsim.solvers.transient.adaptation import AIM, RunAdaptation
 from pairsim.solvers.transient.end import settled
@@ -56,9 +56,11 @@ def test_first_dU_is_that_of_the_curve(keys: dict[str, Any], ends: str) -> None:
     point = settled_at(keys, (0.1,))
     assert steps[0].observation.dU == pytest.approx(point.discrete.dU, rel=2e-3)
     for step in steps:  # its error is known without being asked for; nothing is added
-        assert step.dU_correction is None
-        assert step.dU_error is not None
-        assert (step.dU_error > 0.95 * (np.abs(point.correction) + point.estimate[dU].half_width)).all()
+        assert not step.corrections
+        for goal in (dU, U):
+            estimate = point.estimate[goal]
+            assert (step.half_widths[goal] > 0.95 * (np.abs(estimate.correction) + estimate.half_width)).all()
+        assert (step.half_widths[D_OF_EACH] > 0).all() == (keys["Ca_e"] > 0)
     velocities = np.array([step.observation.dU[0] for step in steps])
     assert np.ptp(velocities) < 0.02 * abs(velocities[0])
 
@@ -110,8 +112,9 @@ def test_error_of_the_settled_state_is_part_of_the_errors(start: str) -> None:
         point = settled_at(UNEQUAL, (0.1,))
         estimate = point.estimate[dU]
         expected = np.abs(estimate.correction) + estimate.half_width  # a run begins with the discrete dU
-        assert transient.run_errors.interval.start == pytest.approx(expected, rel=0.05)
-        assert transient.run_errors.interval.setting_in == (UNEQUAL["De"] if start == "rest" else 0)
+        interval = transient.run_errors[dU].interval
+        assert interval.start == pytest.approx(expected, rel=0.05)
+        assert interval.setting_in == (UNEQUAL["De"] if start == "rest" else 0)
         assert not errors.h[0].any()
     finally:
         transient.close()

@@ -15,6 +15,7 @@ from support.references import reference
 from support.scenes import dU, soft_pair, tube
 
 import pairsim
+from pairsim.fem.algebra.constraints import PositionUpdate
 from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.physics.conformation import exponential, logarithm, polymer_stress
 from pairsim.physics.liquids import NEWTONIAN, Liquid, single
@@ -227,11 +228,11 @@ def test_solution_past_the_pole_of_fene_p_is_none() -> None:
     transient = Transient(problem)
     try:
         newton = transient.newton
-        newton.place(transient.history.h[0])
+        update = PositionUpdate(transient.history.h[0])
         y = np.zeros(transient.constraints.size)
-        assert newton.overstretched(y) == ""
+        assert newton.overstretched(y, update) == ""
         y[transient.constraints.fields["s"]] = 1.0
         message = r"tr c = .+ at z = .+, r = .+ exceeds 10, the bound of the FENE-P law"
-        assert re.fullmatch(message, newton.overstretched(y))
+        assert re.fullmatch(message, newton.overstretched(y, update))
     finally:
         transient.close()

@@ -10,7 +10,7 @@ with units -o.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -22,8 +22,13 @@ from pairsim.cases.physical import QUANTITIES
 from pairsim.cases.yaml_file import apply_settings
 from pairsim.quantities.kinds import LENGTH, VELOCITY
 from pairsim.quantities.text import in_unit
+from pairsim.questions.registry import QUESTIONS
 from pairsim.runtime.errors import InputError
-from pairsim.sweeps.files import FILES
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
+
+    from pairsim.analysis.master_curve import Curve
 
 EXAMPLES = (
     "Examples: pairsim ask --tube 50um --particle 20um --flow 1ul/min --modulus '5 +- 1 kPa' "
@@ -65,34 +70,41 @@ def ask(
     if case is None and tube is None:
         raise InputError("pairsim ask", "--tube", None, "must be given, or a case file")
     if case is not None and given:
-        name, value = next(iter(given.items()))
-        option, key = ("--liquid", name) if name == "liquid" else (QUANTITIES[name].option, f"physical.{name}")
-        allowed = f"must be left out if a case file is given; --set {key}=... replaces its key"
-        raise InputError("pairsim ask", option, value, allowed)
+        raise _beside_a_file(*next(iter(given.items())))
     if relaxation and not (liquid or case):
         raise InputError("pairsim ask", "--liquid", None, "must be given with --relaxation, as for pairsim units")
     if (start is None) != (stop is None):
         raise InputError("pairsim ask", "--from" if start is None else "--to", None, "must be given, too, for a travel")
-    apply_settings(given, tuple(set_ or ()), groups_of(FILES["curve"]))
+    model: type[BaseModel] = QUESTIONS["curve"].model
+    apply_settings(given, tuple(set_ or ()), groups_of(model))
     try:
         answer = pairsim.ask(case, atlas=atlas, compute=compute, folder=output, progress=compute, **given)
     except InputError as error:
         of_options = (of_option("pairsim ask", each, names) if each.file == "case" else each for each in error.mistakes)
         raise InputError.of_all(of_options) from None
     curve = answer.curve.named("pairsim ask")
-    scales, drawn = curve.scales, curve.drawn
     lines = [*answer.findings(), *(f"Warning: {warning}" for warning in answer.warnings)]
-    for place in at or ():
-        d = curve.distance(place, "--at")
-        dU, half_width = curve(d)
-        value = in_unit(scales, VELOCITY, dU, half_width, "+")
-        part = "" if drawn is None else f"; by the inputs {drawn.words(d)}"
-        if drawn is not None and (outside := drawn.outside_at(d)):
-            part += f" ({outside})"
-        lines.append(f"At d = {in_unit(scales, LENGTH, d)}: dU = {value}{part}.")
+    lines += [_at(curve, curve.distance(place, "--at")) for place in at or ()]
     for option, end in (("--from", start), ("--to", stop)):
         if end is not None:
             curve.distance(end, option)
     typer.echo("\n".join(lines))  # also where the pair does not make the travel
     if start is not None and stop is not None:
         typer.echo(str(curve.travel(start, stop)))
+
+
+def _beside_a_file(name: str, value: object) -> InputError:
+    """The error of a quantity, or a law, that is given beside a case file."""
+    option, key = ("--liquid", name) if name == "liquid" else (QUANTITIES[name].option, f"physical.{name}")
+    allowed = f"must be left out if a case file is given; --set {key}=... replaces its key"
+    return InputError("pairsim ask", option, value, allowed)
+
+
+def _at(curve: Curve, d: float) -> str:
+    """What dU is at a distance [D_c], with the range by the inputs."""
+    (dU, half_width), drawn = curve(d), curve.drawn
+    value = in_unit(curve.scales, VELOCITY, dU, half_width, "+")
+    part = "" if drawn is None else f"; by the inputs {drawn.words(d)}"
+    if drawn is not None and (outside := drawn.outside_at(d)):
+        part += f" ({outside})"
+    return f"At d = {in_unit(curve.scales, LENGTH, d)}: dU = {value}{part}."

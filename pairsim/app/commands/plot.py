@@ -12,7 +12,7 @@ and how they move.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -60,9 +60,20 @@ def plot(
     pixel: Pixel = None,
     particles: Particles = None,
 ) -> None:
-    look: dict[str, Any] = {"out": output, "formats": formats, "width": width, "physical": physical, "legend": legend}
-    of_film: dict[str, Any] = {"fps": fps, "pixel": pixel, "particles": particles}
-    paths = pairsim.plot(*folders, **look, **of_film, group=group, field=field, animate=animate)
+    paths = pairsim.plot(
+        *folders,
+        out=output,
+        formats=formats,
+        width=width,
+        group=group,
+        field=field,
+        animate=animate,
+        physical=physical,
+        legend=legend,
+        fps=fps,
+        pixel=pixel,
+        particles=particles,
+    )
     for path in paths:
         typer.echo(str(path))
     if not paths:

@@ -7,10 +7,11 @@ default used.
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from functools import partial
 from inspect import Parameter, Signature, signature
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -22,12 +23,17 @@ from pairsim.cases.physical import QUANTITIES
 from pairsim.cases.yaml_file import apply_settings
 from pairsim.physics import liquids, solids
 from pairsim.physics.declared import DIMENSIONS
+from pairsim.questions.registry import QUESTIONS
 from pairsim.record.folder import write_file
 from pairsim.runtime.errors import InputError
-from pairsim.sweeps.files import FILES
+from pairsim.runtime.plain import Plain
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
+
+    from pairsim.lab.dimensionless_numbers import Units
 
 ENDS = {"ends": "developed", "length": "auto"}
-"""What a case is given that says nothing of the ends of its tube, unless it is a period."""
 File = Path | None
 _law = partial(typer.Option, metavar="LAW")
 _quantity = partial(typer.Option, metavar="QUANTITY")
@@ -72,47 +78,27 @@ def units(
         check_free(path, overwrite)
     given = {key: value for key, value in declared.items() if key in QUANTITIES and value}
     quantities = {key: value[0] if len(value) == 1 else value for key, value in given.items()}
-    laws: dict[str, Any] = {}
-    of_liquids = pure_numbers(liquids.LAWS)
-    of_solids = [name for name in pure_numbers(solids.LAWS) if name not in of_liquids]
-    for place, law, names in (("liquid", liquid, of_liquids), ("solid", solid, of_solids)):
-        numbers = {name: declared[name] for name in names if declared.get(name) is not None}
-        if law or numbers:
-            laws[place] = {"law": law, **numbers} if numbers else law
-    memory = liquids.Liquid.OF_POLYMER["De"].dimension
-    if memory is not None and memory.key in quantities and not (liquid or rheology or spectrum):
-        elastic = ", ".join(name for name, law in liquids.LAWS.items() if issubclass(law, liquids.ConformationLaw))
-        allowed = f"must be given with {memory.option}: {elastic}; --rheology FILE finds the one that fits a flow curve"
-        raise InputError("pairsim units", "--liquid", None, allowed)
-    model = FILES[kind]
-    ends = ENDS if model.model_fields["ends"].default == ENDS["ends"] else {}
-    case = {"physical": quantities, **laws, **ends}
+    if not (liquid or rheology or spectrum):
+        _refuse_memory(quantities)
+    model: type[BaseModel] = QUESTIONS[kind].model
+    case: dict[str, Plain] = {"physical": quantities, **_laws(liquid, solid, declared), **_ends(model)}
     apply_settings(case, tuple(set_ or ()), groups_of(model))
-    more: dict[str, Any] = {"pressure": pressure, "over": over, "carrier": carrier, "celsius": celsius}
     try:
         found = pairsim.units(
             kind=kind,
+            pressure=pressure,
+            over=over,
             rheology=rheology,
             spectrum=spectrum,
             section=section or (),
             listener=_listener(),
-            **more,
-            **case.pop("physical"),
+            carrier=carrier,
+            celsius=celsius,
             **case,
         )
     except InputError as error:
         raise InputError.of_all(of_option("pairsim units", each) for each in error.mistakes) from None
-    unwritten = None
-    if output is not None:  # before the answer, which a closed pipe may cut short; the case before its picture
-        try:
-            write_file(output, found.case_file(output.stem))
-            if found.fit and picture:
-                from pairsim.lab.pictures import draw_fit
-
-                draw_fit(found.fit.fit, found.fit.data, picture)
-                typer.echo(f"fit: {picture}")
-        except InputError as error:
-            unwritten = error
+    unwritten = _write(found, output, picture)
     typer.echo(str(found))
     if output is not None and output.exists():
         typer.echo(str(output))
@@ -120,6 +106,55 @@ def units(
         raise unwritten
     if output is not None:
         typer.echo(f"next: pairsim {kind} {output} --dry-run", err=True)
+
+
+def _refuse_memory(quantities: Collection[str]) -> None:
+    """Refuse a relaxation time of a liquid without a law, which would have none.
+
+    Raises:
+        InputError: One is given.
+    """
+    memory = liquids.Liquid.OF_POLYMER["De"].dimension
+    if memory is not None and memory.key in quantities:
+        elastic = ", ".join(name for name, law in liquids.LAWS.items() if issubclass(law, liquids.ConformationLaw))
+        allowed = f"must be given with {memory.option}: {elastic}; --rheology FILE finds the one that fits a flow curve"
+        raise InputError("pairsim units", "--liquid", None, allowed)
+
+
+def _laws(liquid: str | None, solid: str | None, numbers: Mapping[str, Plain]) -> Mapping[str, Plain]:
+    """The values of `liquid` and `solid` of the case: the name of a law, or a block with its numbers that are given."""
+    found: dict[str, Plain] = {}
+    of_liquids = pure_numbers(liquids.LAWS)
+    of_solids = [name for name in pure_numbers(solids.LAWS) if name not in of_liquids]
+    for place, law, names in (("liquid", liquid, of_liquids), ("solid", solid, of_solids)):
+        own = {name: numbers[name] for name in names if numbers.get(name) is not None}
+        if law or own:
+            found[place] = {"law": law, **own} if own else law
+    return found
+
+
+def _ends(model: type[BaseModel]) -> Mapping[str, str]:
+    """What a kind of case is given that says nothing of the ends of its tube, unless it is a period."""
+    return ENDS if model.model_fields["ends"].default == ENDS["ends"] else {}
+
+
+def _write(found: Units, output: Path | None, picture: Path | None) -> InputError | None:
+    """Write the case file and the picture of the fit, if they are wanted; returns why one could not be written.
+
+    They come before the answer, which a closed pipe may cut short, and the case before its picture.
+    """
+    if output is None:
+        return None
+    try:
+        write_file(output, found.case_file(output.stem))
+        if found.fit and picture:
+            from pairsim.lab.pictures import draw_fit
+
+            draw_fit(found.fit.fit, found.fit.data, picture)
+            typer.echo(f"fit: {picture}")
+    except InputError as error:
+        return error
+    return None
 
 
 def _signature() -> Signature:

@@ -21,6 +21,21 @@ from pairsim.runtime.arrays import Array, Indices
 
 
 @dataclass(frozen=True)
+class PositionUpdate:
+    """How the positions of the particles' material follow from the free unknowns, h = h* + g (M y - U_m a).
+
+    Attributes:
+        h_star: The part h* that is fixed: by the past in a time step, by the distances in a quasi-steady scene, (n_h,).
+        g: gamma dt of a time step, 1 in a quasi-steady scene.
+        U_m: Velocity of the frame; 0 in a quasi-steady scene.
+    """
+
+    h_star: Array
+    g: float = 1.0
+    U_m: float = 0.0
+
+
+@dataclass(frozen=True)
 class Constraints:
     """Affine map from the free unknowns y to the full vector x, and the restriction of the residual to n_y equations.
 
@@ -53,13 +68,18 @@ class Constraints:
         """Number of free unknowns."""
         return int(self.N.shape[1])
 
-    def positions(self, y: Array, h_star: Array, g: float, U_m: float) -> Array:
+    def positions(self, y: Array, update: PositionUpdate) -> Array:
         """Material positions h = h* + g (M y - U_m a), shape (n_h,)."""
-        return np.asarray(h_star + g * (self.M @ y - U_m * self.a))
+        return np.asarray(update.h_star + update.g * (self.M @ y - update.U_m * self.a))
 
     def expand(self, y: Array, h: Array) -> Array:
         """Full vector x = base + N y + C h, shape (n,)."""
         return np.asarray(self.base + self.N @ y + self.C @ h)
+
+    def state(self, y: Array, update: PositionUpdate) -> tuple[Array, Array]:
+        """Material positions h, shape (n_h,), and full vector x, shape (n,), of free unknowns y."""
+        h = self.positions(y, update)
+        return h, self.expand(y, h)
 
 
 class Triplets:

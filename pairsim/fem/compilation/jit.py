@@ -15,7 +15,7 @@ import shutil
 import sysconfig
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TypedDict
 
 from pairsim.runtime.cache import cache_folder
 from pairsim.runtime.errors import EnvironmentFailure
@@ -34,7 +34,15 @@ def _default() -> str:
     return str(cache_folder() / _processor())
 
 
-JIT_OPTIONS: dict[str, Any] = {
+class JitOptions(TypedDict):
+    """Options of the compiler of forms, as DOLFINx takes them."""
+
+    cache_dir: str
+    cffi_extra_compile_args: list[str]
+    cffi_libraries: list[str]
+
+
+JIT_OPTIONS: JitOptions = {
     "cache_dir": _default(),
     "cffi_extra_compile_args": ["-O3", "-march=native", "-fno-math-errno", "-fno-trapping-math"],
     "cffi_libraries": ["m"],

@@ -12,6 +12,8 @@ import numpy as np
 
 from pairsim.runtime.arrays import Array
 
+SAME_ANGLE = 1e-12  # up to which polar angles are the same; rounding leaves up to 2e-13
+
 
 class CellSizes(Protocol):
     """Cell sizes that were adapted to solutions (`pairsim.fem.meshes.size_field`)."""
@@ -142,10 +144,21 @@ class Reference:
         planes = tuple(float(length * (place + 0.5)) for place in places[:-1])
         return Reference(self.geometry.repeated(count), self.outlines * count, positions, self.deformed, planes)
 
-    @property
+    @cached_property
     def mirrored(self) -> bool:
-        """Whether the domain is symmetric under z -> -z."""
-        return self.geometry.mirrored and not self.deformed
+        """Whether the domain is symmetric under z -> -z, and its outlines with it, so that half of it can be meshed.
+
+        Outlines may be divided for other distances than those of the geometry, which are rounded for meshes along a
+        curve: equal distances do not tell that they are mirror images. That of a particle in the middle needs the end
+        of an arc at its equator, where the half begins.
+        """
+        if self.deformed or not self.geometry.mirrored:
+            return False
+        middle = self.outlines[len(self.outlines) // 2] if len(self.outlines) % 2 else None
+        if middle is not None and len(middle.angles) % 2 == 0:
+            return False
+        n = len(self.outlines)
+        return all(each.mirrors(self.outlines[n - 1 - i]) for i, each in enumerate(self.outlines[: (n + 1) // 2]))
 
 
 @dataclass(frozen=True)
@@ -178,6 +191,11 @@ class Outline:
 
     def mirror(self) -> Outline:
         return Outline(self.radius, (np.pi - self.angles)[::-1].copy())
+
+    def mirrors(self, other: Outline) -> bool:
+        """Whether it is the mirror image of another one, or of itself, under z -> -z."""
+        mine, theirs = self.angles, np.pi - other.angles[::-1]
+        return len(mine) == len(theirs) and bool(np.allclose(mine, theirs, rtol=0.0, atol=SAME_ANGLE))
 
     def size_at(self, angle: float) -> float:
         """Length of the arc that contains a polar angle."""

@@ -12,6 +12,8 @@ import math
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import gmsh
@@ -50,26 +52,88 @@ def liquid_mesh(reference: Reference, settings: MeshSettings) -> SixNodeMesh:
     """
     half = reference.geometry.length / 2
     size = liquid_size(reference, settings)
-    mirrored = reference.mirrored
     low, high = _near_zone(reference, settings)
     end_cells = max(2, math.ceil(TUBE_RADIUS / min(size(z, TUBE_RADIUS / 2) for z in (low, high))))
-    pieces = [nodes[::-1] for nodes in reference.positions]  # from the upstream pole to the downstream one
-    if mirrored:
-        n = len(pieces)
-        middle = [pieces[n // 2][len(pieces[n // 2]) // 2 :]] if n % 2 else []
-        pieces = middle + pieces[(n + 1) // 2 :]
-    from_middle = mirrored and len(reference.positions) % 2 == 1
     at_ends = None
     if reference.geometry.closed:
         radii = np.linspace(0.0, TUBE_RADIUS, RADII)
         at_ends = divided(radii, 1 / np.array([size(high, r) for r in radii.tolist()]))[1:-1].tolist()
+    section = _Section(reference, low, high, end_cells, settings.row_grading, at_ends)
 
-    def build() -> None:
-        curve: list[int] = []
+    def rows(mesh: SixNodeMesh, begin: float) -> SixNodeMesh:
+        longest = LONGEST * min(reference.geometry.betas)
+        return extruded(mesh, np.array(stations(begin, half, TUBE_RADIUS / end_cells, settings.growth, longest)))
+
+    mesh = _run_gmsh(section.build, size, section.pieces)
+    if settings.row_grading != 1.0 and at_ends is None:
+        mesh = graded_ends(mesh, (high,) if section.mirrored else (low, high), end_cells, settings.row_grading)
+    if high < half:
+        mesh = rows(mesh, high)
+    if low > -half and not section.mirrored:
+        mesh = rows(mesh.mirror(), -low).mirror()
+    return mesh.with_mirror_image() if section.mirrored else mesh
+
+
+@dataclass(frozen=True)
+class _Section:
+    """The meridional section of the liquid around the particles, which is meshed without rows of cells.
+
+    Attributes:
+        reference: The outlines.
+        low: Its upstream end [D_c].
+        high: Its downstream end [D_c].
+        end_cells: Number of cells on a free end.
+        grading: Length of the cells of a free end on the axis over that at the wall.
+        at_ends: Radii of the nodes between axis and wall on the ends of a closed row, which are the same on both; None
+            for free ends.
+    """
+
+    reference: Reference
+    low: float
+    high: float
+    end_cells: int
+    grading: float
+    at_ends: list[float] | None
+
+    @property
+    def mirrored(self) -> bool:
+        """Whether the part of z > 0 alone is meshed."""
+        return self.reference.mirrored
+
+    @property
+    def left(self) -> float:
+        """Where the part that is meshed begins [D_c]."""
+        return 0.0 if self.mirrored else self.low
+
+    @cached_property
+    def pieces(self) -> list[Array]:
+        """The outlines in this part, each from its upstream pole to the downstream one; of one at z = 0 a half."""
+        pieces = [nodes[::-1] for nodes in self.reference.positions]
+        if not self.mirrored:
+            return pieces
+        n = len(pieces)
+        middle = [pieces[n // 2][len(pieces[n // 2]) // 2 :]] if n % 2 else []
+        return middle + pieces[(n + 1) // 2 :]
+
+    def build(self) -> None:
+        """Add it to the model of gmsh."""
         point, line = gmsh.model.geo.addPoint, gmsh.model.geo.addLine
-        start = None if from_middle else point(0.0 if mirrored else low, 0.0, 0.0)
-        last = start
-        for nodes in pieces:
+        start, last, curve = self._add_outlines()
+        corner = point(self.high, 0.0, 0.0), point(self.high, TUBE_RADIUS, 0.0)
+        top = point(self.left, TUBE_RADIUS, 0.0)
+        curve.append(line(last, corner[0]))
+        wall = line(corner[1], top)
+        add_ends = self._add_free_ends if self.at_ends is None else self._add_closed_ends
+        outlet, inlet = add_ends(corner, top, start)
+        gmsh.model.geo.addPlaneSurface([gmsh.model.geo.addCurveLoop([*curve, *outlet, wall, *inlet])])
+
+    def _add_outlines(self) -> tuple[int, int, list[int]]:
+        """Add the axis and the outlines; returns the first and the last point, and the lines between them."""
+        point, line = gmsh.model.geo.addPoint, gmsh.model.geo.addLine
+        from_middle = self.mirrored and len(self.reference.positions) % 2 == 1
+        start = None if from_middle else point(self.left, 0.0, 0.0)
+        last, curve = start, list[int]()
+        for nodes in self.pieces:
             tags = [point(float(z), float(r), 0.0) for z, r in nodes[::2]]
             if last is None:
                 start = tags[0]
@@ -77,35 +141,27 @@ def liquid_mesh(reference: Reference, settings: MeshSettings) -> SixNodeMesh:
                 curve.append(line(last, tags[0]))
             curve += _one_cell_lines(tags)
             last = tags[-1]
-        corner = point(high, 0.0, 0.0), point(high, TUBE_RADIUS, 0.0)
-        top = point(0.0 if mirrored else low, TUBE_RADIUS, 0.0)
-        curve.append(line(last, corner[0]))
         assert start is not None, "there is an outline, or an inlet"
-        wall = line(corner[1], top)
-        if at_ends is not None:
-            outlet = _one_cell_lines([corner[0], *(point(high, r, 0.0) for r in at_ends), corner[1]])
-            others = () if mirrored else [point(low, r, 0.0) for r in at_ends[::-1]]
-            inlet = [line(top, start)] if mirrored else _one_cell_lines([top, *others, start])
-        else:
-            outlet, inlet = [line(*corner)], [line(top, start)]
-            # Of neighbouring cells; the outlet begins on the axis.
-            ratio = settings.row_grading ** (1 / (end_cells - 1))
-            for end, growth in ((outlet, 1 / ratio),) if mirrored else ((outlet, 1 / ratio), (inlet, ratio)):
-                gmsh.model.geo.mesh.setTransfiniteCurve(end[0], end_cells + 1, coef=growth)
-        gmsh.model.geo.addPlaneSurface([gmsh.model.geo.addCurveLoop([*curve, *outlet, wall, *inlet])])
+        assert last is not None, "a section without outlines has an inlet"
+        return start, last, curve
 
-    def rows(mesh: SixNodeMesh, begin: float) -> SixNodeMesh:
-        longest = LONGEST * min(reference.geometry.betas)
-        return extruded(mesh, np.array(stations(begin, half, TUBE_RADIUS / end_cells, settings.growth, longest)))
+    def _add_closed_ends(self, corner: tuple[int, int], top: int, start: int) -> tuple[list[int], list[int]]:
+        """Add the ends of a closed row, whose nodes lie at the same radii: the lines of outlet and inlet."""
+        point, radii = gmsh.model.geo.addPoint, self.at_ends or []
+        outlet = _one_cell_lines([corner[0], *(point(self.high, r, 0.0) for r in radii), corner[1]])
+        others = () if self.mirrored else [point(self.low, r, 0.0) for r in radii[::-1]]
+        inlet = [gmsh.model.geo.addLine(top, start)] if self.mirrored else _one_cell_lines([top, *others, start])
+        return outlet, inlet
 
-    mesh = _run_gmsh(build, size, pieces)
-    if settings.row_grading != 1.0 and at_ends is None:
-        mesh = graded_ends(mesh, (high,) if mirrored else (low, high), end_cells, settings.row_grading)
-    if high < half:
-        mesh = rows(mesh, high)
-    if low > -half and not mirrored:
-        mesh = rows(mesh.mirror(), -low).mirror()
-    return mesh.with_mirror_image() if mirrored else mesh
+    def _add_free_ends(self, corner: tuple[int, int], top: int, start: int) -> tuple[list[int], list[int]]:
+        """Add ends with graded cells: the lines of outlet and inlet."""
+        line = gmsh.model.geo.addLine
+        outlet, inlet = [line(*corner)], [line(top, start)]
+        # Of neighbouring cells; the outlet begins on the axis.
+        ratio = self.grading ** (1 / (self.end_cells - 1))
+        for end, growth in ((outlet, 1 / ratio),) if self.mirrored else ((outlet, 1 / ratio), (inlet, ratio)):
+            gmsh.model.geo.mesh.setTransfiniteCurve(end[0], self.end_cells + 1, coef=growth)
+        return outlet, inlet
 
 
 def _near_zone(reference: Reference, settings: MeshSettings) -> tuple[float, float]:
@@ -136,14 +192,13 @@ def particle_mesh(outline: Outline, settings: MeshSettings) -> SixNodeMesh:
     Raises:
         MeshFailure: gmsh failed, or a cell of the mesh is inverted.
     """
-    symmetric = bool(np.allclose(outline.angles, np.pi - outline.angles[::-1], rtol=0.0, atol=1e-12))
     a = outline.radius
 
     def size(z: float, r: float) -> float:
         depth = max(a - math.hypot(z, r), 0.0)
         return min(outline.size_at(math.atan2(abs(r), z)) + settings.core_growth * depth, a / 3)
 
-    halved = symmetric and len(outline.angles) % 2 == 1
+    halved = outline.mirrors(outline) and len(outline.angles) % 2 == 1
     nodes = outline.nodes[::-1]
     if halved:
         nodes = nodes[len(nodes) // 2 :]

@@ -6,7 +6,7 @@ import io
 import json
 from dataclasses import astuple
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Final, Literal, TypedDict
 
 import numpy as np
 
@@ -34,8 +34,9 @@ WALLS = ((0.1736, 4), (0.1692, 12))
 LARGEST = 0.85  # x of the fit
 FITTED_INDEX = 0.6039  # flow index of the carrier in both tables
 OF_FIT, OF_SMALL = 0.01, 1e-4  # what the fit leaves in 95 % of the entries; times a small deformation
-LAW, INDEX, CONSISTENCY = "fluid_law", "fluid_flow_behaviour_index", "fluid_consistency_coefficient"
-"""Keys in the head of a table, the last two of power laws alone."""
+LAW: Final = "fluid_law"
+INDEX: Final = "fluid_flow_behaviour_index"  # of power laws alone
+CONSISTENCY: Final = "fluid_consistency_coefficient"  # the same
 TABLE, SHAPE = "shape.csv", ("area_hull", "deformation_hull", "Ca_e", "deformation_error")
 ENDED = "finished", "failed"  # shapes that were found are right, whether or not others were
 NEEDED = "channel_width", "flow_rate", "fluid_viscosity"
@@ -46,6 +47,28 @@ HEAD_NUMBERS = (
     Attribute(INDEX, "", 0.05, 2),
     Attribute(CONSISTENCY, "", 1e-6, 1e6),
 )
+
+
+class Head(TypedDict, total=False):
+    """What the head of a table says of channel, flow and liquid; those that `NEEDED` lists are in all of them."""
+
+    channel: str
+    dimensionality: str  # what dclab has in its place
+    channel_width: float
+    channel_width_unit: str
+    flow_rate: float
+    flow_rate_unit: str
+    fluid_law: str
+    fluid_flow_behaviour_index: float  # this and the next two of power laws alone
+    fluid_consistency_coefficient: float
+    fluid_consistency_coefficient_unit: str
+    fluid_viscosity: float
+    fluid_viscosity_unit: str
+    software: str
+    identifier: str
+    emodulus_error: list[float]  # relative half-widths of the moduli
+
+
 HEAD = "area_um [um^2]\tdeform\temodulus [kPa]"
 UNCORRECTED = (
     f"a square channel is taken for a tube {RATIO} times as wide, which in methyl cellulose reads moduli 3 to 14 % too "
@@ -96,7 +119,7 @@ def look_up_table(directory: Path, channel: Channel = "equivalent") -> tuple[str
         raise InputError(str(directory), str(missing.args[0]), None, allowed) from None
     area, deformation, Ca_e, off = np.concatenate(tables, axis=1)
     modulus, error = 3e-3 * scales.stress / Ca_e, off / deformation / 2  # deformation goes as 1/E^2
-    meta, notes = _meta(scales, liquid, channel), [UNCORRECTED] if channel == "equivalent" else []
+    meta, notes = _head(scales, liquid, channel), [UNCORRECTED] if channel == "equivalent" else []
     if channel == "square":
         size = RATIO * np.sqrt(4 * area / np.pi)
         factor, of_channel = in_square(_index(liquid), size, deformation, bool(liquid.modes))
@@ -105,7 +128,7 @@ def look_up_table(directory: Path, channel: Channel = "equivalent") -> tuple[str
         ranges = [f"{100 * each.min():.2g} to {100 * each.max():.3g} %" for each in (factor - 1, error)]
         notes = [f"square channel: moduli are raised by {ranges[0]}; half-widths {ranges[1]}"]
         notes += [f"{sum(~kept)} shapes wider than {LARGEST} of the channel were left out"] if not kept.all() else []
-    meta |= {"identifier": f"pairsim:{directory.resolve().name}", "emodulus_error": error.round(5).tolist()}
+    meta["identifier"], meta["emodulus_error"] = f"pairsim:{directory.resolve().name}", error.round(5).tolist()
     head = f"BEGIN METADATA\n{json.dumps(meta, indent=2)}\nEND METADATA\n\n{HEAD}"
     values = np.column_stack([1e12 * scales.length**2 * area, deformation, modulus])
     np.savetxt(text := io.StringIO(), values, "%.6e", "\t", header=head)
@@ -119,26 +142,27 @@ def _index(liquid: Liquid, part: float = 1.0) -> float:
     return 1 + float(slope[0])
 
 
-def _meta(scales: Scales, liquid: Liquid, channel: Channel) -> dict[str, Any]:
+def _head(scales: Scales, liquid: Liquid, channel: Channel) -> Head:
     """What the head says of channel, flow and liquid, whose viscosity is that at the walls of a square, as in dclab."""
     width = scales.length / (1.0 if channel == "round" else RATIO)
     flow_rate, n = FLOW_RATE * scales.velocity * scales.length**2, _index(liquid)
     rate = wall_rate(flow_rate, width, n)
     viscosity = scales.viscosity * float(steady_shear(liquid, np.array([rate * scales.time]))[0].item())
-    of_power_law = {INDEX: round(n, 6), CONSISTENCY: viscosity * rate ** (1 - n), f"{CONSISTENCY}_unit": "Pa s^n"}
-    has_power_law = not liquid.modes and np.isclose(n, _index(liquid, 1e-3))
-    return {
+    head: Head = {
         "channel": channel,
         "channel_width": round(1e6 * width, 6),
         "channel_width_unit": "um",
         "flow_rate": round(1e9 * flow_rate, 9),
         "flow_rate_unit": "uL/s",
-        LAW: (liquid.modes[0] if liquid.modes else liquid.solvent).name,
-        **(of_power_law if has_power_law else {}),
-        "fluid_viscosity": round(1e3 * viscosity, 6),
-        "fluid_viscosity_unit": "mPa s",
-        "software": f"pairsim {__version__}",
+        "fluid_law": (liquid.modes[0] if liquid.modes else liquid.solvent).name,
     }
+    if not liquid.modes and np.isclose(n, _index(liquid, 1e-3)):
+        head["fluid_flow_behaviour_index"] = round(n, 6)
+        head["fluid_consistency_coefficient"] = viscosity * rate ** (1 - n)
+        head["fluid_consistency_coefficient_unit"] = "Pa s^n"
+    head["fluid_viscosity"], head["fluid_viscosity_unit"] = round(1e3 * viscosity, 6), "mPa s"
+    head["software"] = f"pairsim {__version__}"
+    return head
 
 
 def modulus_at(look_up: Array, area: Array, deformation: Array) -> tuple[Array, Array]:
@@ -162,12 +186,12 @@ def modulus_at(look_up: Array, area: Array, deformation: Array) -> tuple[Array, 
     return np.exp(smooth), error + abs(smooth - linear)
 
 
-def read_look_up_table(path: Path) -> tuple[dict[str, Any], Array]:
+def read_look_up_table(path: Path) -> tuple[Head, Array]:
     """Read a look-up table in the format of dclab.
 
     Returns:
-        What its head says, with the numbers of `HEAD_NUMBERS`; area [um^2], deformation, modulus [kPa] and relative
-        half-width, 0 where the table does not know it, shape (m, 4).
+        What its head says; area [um^2], deformation, modulus [kPa] and relative half-width, 0 where the table does not
+        know it, shape (m, 4).
 
     Raises:
         InputError: It is none, or a number is not physical or in another unit.

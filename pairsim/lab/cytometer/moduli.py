@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
-from pairsim.lab.cytometer.look_up_table import CONSISTENCY, INDEX, LAW, UNCORRECTED, modulus_at, read_look_up_table
+from pairsim.lab.cytometer.look_up_table import (
+    CONSISTENCY,
+    INDEX,
+    LAW,
+    UNCORRECTED,
+    Head,
+    modulus_at,
+    read_look_up_table,
+)
 from pairsim.lab.cytometer.rtdc_file import (
     FLOW_RATE,
     MEDIUM,
@@ -95,7 +103,7 @@ class _Flow(NamedTuple):
     warnings: list[str]
 
 
-def _flow(meta: dict[str, Any], file: CytometerFile, carrier: str | None, celsius: float | None) -> _Flow:
+def _flow(meta: Head, file: CytometerFile, carrier: str | None, celsius: float | None) -> _Flow:
     """Compare the flow of a file with that of a table, whose head is `meta`."""
     width, flow_rate = 1e-6 * file.number(WIDTH), 1e-9 * file.number(FLOW_RATE)
     own_width, own_flow_rate = 1e-6 * meta["channel_width"], 1e-9 * meta["flow_rate"]

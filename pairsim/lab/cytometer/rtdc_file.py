@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
@@ -32,6 +32,10 @@ SAME = 0.01  # relative difference up to which two numbers of a file agree
 DRIFT = 5.0  # [K] between the temperatures of events and of the file, above which this is said
 
 
+type Stored = str | bytes | float | np.generic | Array
+"""An attribute of an HDF5 file, as h5py gives it."""
+
+
 @dataclass(frozen=True)
 class CytometerFile:
     """What was read from a file.
@@ -44,7 +48,7 @@ class CytometerFile:
     """
 
     path: Path
-    attributes: dict[str, Any]
+    attributes: Mapping[str, Stored]
     events: dict[str, Array]
     others: tuple[str, ...] = ()
 

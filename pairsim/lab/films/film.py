@@ -14,9 +14,10 @@ import pandas as pd
 
 from pairsim.cases.quantity_text import measured, si
 from pairsim.lab.films.film_table import Column, FilmTable, read_film_table
+from pairsim.lab.films.headings import CENTRES, FRAME, LENGTHS, SURFACES, TIME
 from pairsim.lab.films.tracker_tables import Distances, deviations, distances_of, named, usual_limits
 from pairsim.quantities.measurable import a_length
-from pairsim.runtime.arrays import Array, Indices
+from pairsim.runtime.arrays import Array, Flags, Indices
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.text import counted
 
@@ -99,8 +100,7 @@ def film_of(
     if particles is not None and not isinstance(particles, Iterable):
         raise InputError("--particles", "", particles, "must be two names, such as 3,5")
     table = read_film_table(Path(path))
-    several = [*table.particles.values()] or [table.columns]
-    lengths = [each[axis] for each in several for axis in ("x", "y", "d", "c") if axis in each]
+    lengths = [each[what] for each in table.placed for what in LENGTHS if what in each]
     missing: list[InputError] = []  # options, all of which are asked for at once
     with _collected(missing):
         seconds, said = _seconds(table, rate)
@@ -110,25 +110,46 @@ def film_of(
         found, (what, *notes) = (distances_of if table.tracked else _distances)(table, particles)
     if missing:
         raise InputError.of_all(missing)
-    rows = found.assign(t=seconds[found.index])
-    rows = _in_order(table, rows, lengths[0].heading, notes)
-    metres = rows["d"].to_numpy(dtype=float) * metre
+    frames = Frames(
+        np.asarray(seconds.loc[found.index], dtype=float), np.asarray(found, dtype=float), found.index.to_numpy()
+    )
+    frames = _in_order(table, frames, lengths[0].heading, notes)
+    metres = frames.d * metre
     ends = f"{1e6 * metres.min():.4g} to {1e6 * metres.max():.4g} um"
-    times = f"t {rows['t'].iloc[0]:.4g} to {rows['t'].iloc[-1]:.4g} s"
+    times = f"t {frames.t[0]:.4g} to {frames.t[-1]:.4g} s"
     in_px = ""
     if size is not None:
         um, half_width = (1e6 * each for each in size)
         in_px = f" (1 px = {um:.4g}{f' +- {half_width:.2g}' if half_width else ''} um)"
-    read = f"read: {table.path.name}: {counted(len(rows), 'frame')}, {times}{said}, {what} {ends}{in_px}"
+    read = f"read: {table.path.name}: {counted(len(frames.t), 'frame')}, {times}{said}, {what} {ends}{in_px}"
     return Film(
-        seconds=rows["t"].to_numpy(dtype=float),
+        seconds=frames.t,
         metres=metres,
-        from_centres="d" not in table.columns,
+        from_centres=SURFACES not in table.columns,
         pixel=size,
         notes=(read, *notes),
         path=table.path,
-        lines=rows.index.to_numpy(),
+        lines=frames.lines,
     )
+
+
+@dataclass(frozen=True)
+class Frames:
+    """Distances of the frames of a film, shape (frames,) each.
+
+    Attributes:
+        t: Times [s], nan where they are not known.
+        d: Distances, in the unit of the file.
+        lines: The lines of the file.
+    """
+
+    t: Array
+    d: Array
+    lines: Indices
+
+    def where(self, wanted: Flags | slice) -> Frames:
+        """Those that are wanted."""
+        return Frames(self.t[wanted], self.d[wanted], self.lines[wanted])
 
 
 @contextmanager
@@ -145,11 +166,11 @@ def _distances(table: FilmTable, particles: str | Sequence[object] | None) -> Di
     """Those of a column, in its unit."""
     if particles is not None:
         raise table.error("--particles", str(particles), "must be left out: the film has distances")
-    column = table.columns.get("d") or table.columns["c"]
-    rows = pd.DataFrame({"key": table.clock.numbers, "d": column.numbers})
-    gaps = rows[rows.isna().any(axis=1)].index
-    left_out = [f"left out: {counted(len(gaps), 'row')} without a number, of {len(rows)}: line {named(gaps)}"]
-    return Distances(rows.dropna(), [column.heading, *(left_out if len(gaps) else [])])
+    column = table.columns.get(SURFACES) or table.columns[CENTRES]
+    known = table.clock.numbers.notna() & column.numbers.notna()
+    gaps = column.numbers[~known].index
+    left_out = [f"left out: {counted(len(gaps), 'row')} without a number, of {len(known)}: line {named(gaps)}"]
+    return Distances(column.numbers[known], [column.heading, *(left_out if len(gaps) else [])])
 
 
 def _rate(fps: float | str | None) -> float | None:
@@ -183,7 +204,7 @@ def _pixel(pixel: str | None) -> tuple[float, float] | None:
 
 def _seconds(table: FilmTable, rate: float | None) -> tuple[pd.Series[float], str]:
     """Times of the rows [s], by line, and what is to be said of them."""
-    t, frame = table.columns.get("t"), table.columns.get("frame")
+    t, frame = table.columns.get(TIME), table.columns.get(FRAME)
     if t is not None and np.isnan(t.size) and (t.unit or rate is not None):
         frame, t = frame or t, None
     if t is not None and np.isnan(t.size):
@@ -245,45 +266,50 @@ def _metre(table: FilmTable, lengths: Sequence[Column], size: tuple[float, float
     return size[0]
 
 
-def _in_order(table: FilmTable, rows: pd.DataFrame, heading: str, notes: list[str]) -> pd.DataFrame:
-    """Distances "d" over times "t" that ascend, those of one time as their mean.
+def _in_order(table: FilmTable, frames: Frames, heading: str, notes: list[str]) -> Frames:
+    """The frames in ascending time, those of one time as their mean.
 
     Args:
         table: Their table.
-        rows: Them, by line.
+        frames: Them.
         heading: That of the distances.
         notes: What was done is added to them.
     """
     clock = table.clock.heading
-    if untimed := int(rows["t"].isna().sum()):
+    if untimed := int(np.isnan(frames.t).sum()):
         notes.append(f"left out: {counted(untimed, 'frame')} without a time")
-        rows = rows.dropna()
-    if rows.empty:
+        frames = frames.where(~np.isnan(frames.t))
+    if not len(frames.t):
         raise table.error(heading, None, "must have numbers below it, beside times")
-    if (rows["d"] <= 0).any():
-        line = int(rows.index[rows["d"] <= 0][0])
+    if (wrong := np.flatnonzero(frames.d <= 0)).size:
         why = "must be above 0: particles are swapped, or surfaces overlap"
-        raise table.error(heading, f"{rows['d'][line]:g}", why, line)
-    steps = np.diff(rows["t"])
-    if len(rows) > 1 and (steps < 0).all() and not table.tracked:
+        raise table.error(heading, f"{frames.d[wrong[0]]:g}", why, int(frames.lines[wrong[0]]))
+    steps = np.diff(frames.t)
+    if len(frames.t) > 1 and (steps < 0).all() and not table.tracked:
         notes.append("turned round: rows are in descending order of time")
-        rows, steps = rows[::-1], -steps[::-1]
-    if (steps < 0).any():
-        i = int(np.flatnonzero(steps < 0)[0])
-        t, before = (f"{rows['t'].iloc[k]:.6g} s" for k in (i + 1, i))
-        raise table.error(clock, t, f"must not step back: it is {before} before", int(rows.index[i + 1]))
+        frames, steps = frames.where(slice(None, None, -1)), -steps[::-1]
+    if (back := np.flatnonzero(steps < 0)).size:
+        before, t = frames.t[back[0] : back[0] + 2]
+        allowed = f"must not step back: it is {before:.6g} s before"
+        raise table.error(clock, f"{t:.6g} s", allowed, int(frames.lines[back[0] + 1]))
     if (steps > 0).all():
-        return rows
+        return frames
     if not steps.any():
-        raise table.error(clock, f"{rows['t'].iloc[0]:g} s", "must not be the same in all rows")
-    frames = rows.assign(line=rows.index).groupby("t")
-    merged = frames.agg(d=("d", "mean"), line=("line", "first"), spread=("d", np.ptp), size=("d", "size"))
-    alone = merged["d"][merged["size"] == 1]
-    usual = float(np.abs(np.diff(alone if len(alone) > 1 else merged["d"])).max(initial=0.0))
-    if len(far := merged[merged["spread"] > usual]):
+        raise table.error(clock, f"{frames.t[0]:g} s", "must not be the same in all rows")
+    return _merged(table, frames, notes)
+
+
+def _merged(table: FilmTable, frames: Frames, notes: list[str]) -> Frames:
+    """Frames in the order of their times, of which several of one time become their mean."""
+    several = pd.DataFrame(vars(frames)).groupby("t")
+    means = several.agg(d=("d", "mean"), line=("lines", "first"), spread=("d", np.ptp), size=("d", "size"))
+    alone = means["d"][means["size"] == 1]
+    usual = float(np.abs(np.diff(alone if len(alone) > 1 else means["d"])).max(initial=0.0))
+    if len(far := means[means["spread"] > usual]):
         t, line = far.index[0], int(far["line"].iloc[0])
-        both = named(f"{each:g}" for each in rows["d"][rows["t"] == t])
+        both = named(f"{each:g}" for each in frames.d[frames.t == t])
         allowed = f"must have one distance at a time, and has {both}, which differ by more than those of neighbours"
-        raise table.error(clock, f"{t:.6g} s", allowed, line)
-    notes.append(f"merged: {counted(len(rows) - len(merged), 'row')} with the time of another one, into their mean")
-    return merged.reset_index().set_index("line")[["t", "d"]]
+        raise table.error(table.clock.heading, f"{t:.6g} s", allowed, line)
+    merged = counted(len(frames.t) - len(means), "row")
+    notes.append(f"merged: {merged} with the time of another one, into their mean")
+    return Frames(means.index.to_numpy(float), means["d"].to_numpy(float), means["line"].to_numpy())

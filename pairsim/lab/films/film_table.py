@@ -17,31 +17,16 @@ import numpy as np
 import pandas as pd
 
 from pairsim.cases.quantity_text import unit_in
+from pairsim.lab.films.headings import CENTRES, FRAME, HEADINGS, PARTICLE, SURFACES, TIME, Heading, X, Y
 from pairsim.lab.rheometer.export_files import text_of
 from pairsim.lab.rheometer.export_tables import ONE_SPACE, SEPARATORS, cells_of
 from pairsim.lab.rheometer.number_formats import NUMBER, marks_of
 from pairsim.runtime.errors import InputError
 
-_OF = r"( ?(id|ids|n\W?|nr|no|num|number|index|idx|#))?"
-_TRACK = r"(particle|track(ing|let)?|traj(ectory)?|bead|sphere|drop(let)?|cell)"
-_PLACE = r"(pos(ition)?|coord(inate)?|(location )?cent(er|re|roid))"
-_CENTRE = r"cent(er|re|roid)s?"
-NAMES: Mapping[str, Sequence[str]] = {
-    "t": [r"t|time|zeit|temps|tiempo|tempo|(pos|position) t|t position", r"elapsed( time)?|time ?stamps?"],
-    "frame": [rf"(frame|slice|image|img|bild|time ?point){_OF}|time index|stack position"],
-    "particle": [rf"{_TRACK}{_OF}|id of track|trackobjects label( \d+)?", rf"(object|individual|animal){_OF}|id"],
-    "x": [rf"x|{_PLACE} x|x {_PLACE}|cx", r"x ?m"],
-    "y": [rf"y|{_PLACE} y|y {_PLACE}|cy", r"y ?m"],
-    "d": [r"d|gap|surface( to surface)? (distance|separation|gap)|(distance|gap) (of|between)( the)? surfaces"],
-    "c": [rf"c|{_CENTRE}( to {_CENTRE})? (distance|separation)|(distance|separation) (of|between)( the)? {_CENTRE}"],
-}
-"""How columns are headed, in lower case and with spaces for other signs, the preferred names first."""
 SEVERAL = r"(?P<axis>[xy]) ?(?P<name>\d+|[a-z]|lead\w*|trail\w*|left|right|front|rear)|(?P<first>.*\d) ?(?P<last>[xy])"
 UNCLEAR = r"dist(ance)?s?|separation|spacing|abstand"
 GAPS = {"", "nan", "na", "n/a", "#n/a", "none", "null", "-", "--", "#div/0!", "#value!", "#num!"}
 PIXELS, FRAMES = r"px|pix|pixels?", r"fr|frames?|slices?"
-KINDS = {"t": "s", "x": "m", "y": "m", "d": "m", "c": "m"}
-"""The SI units of what has one."""
 EXAMPLE = "such as t [s], d [um], or frame, particle, x, y"
 MOST_NAMED = 12  # headings that a message names
 
@@ -71,23 +56,29 @@ class FilmTable:
 
     Attributes:
         path: Its file.
-        columns: Columns by what they are, a key of `NAMES`.
-        particles: Columns "x" and, if there are any, "y" of particles that have columns of their own, by their names.
+        columns: Columns by what they are of.
+        particles: Columns of `X` and, if there are any, `Y` of particles that have columns of their own, by their
+            names.
     """
 
     path: Path
-    columns: Mapping[str, Column]
-    particles: Mapping[str, Mapping[str, Column]]
+    columns: Mapping[Heading, Column]
+    particles: Mapping[str, Mapping[Heading, Column]]
 
     @property
     def tracked(self) -> bool:
         """Whether it has positions of particles, in place of distances."""
-        return bool(self.particles) or "x" in self.columns
+        return bool(self.particles) or X in self.columns
 
     @property
     def clock(self) -> Column:
         """What tells frames apart: their numbers, or else times."""
-        return self.columns.get("frame") or self.columns["t"]
+        return self.columns.get(FRAME) or self.columns[TIME]
+
+    @property
+    def placed(self) -> Sequence[Mapping[Heading, Column]]:
+        """Columns of positions or distances: those of each particle, or of all of them together."""
+        return list(self.particles.values()) or [self.columns]
 
     def error(self, key: str, value: object, allowed: str, line: int | None = None) -> InputError:
         """An error in the file."""
@@ -107,12 +98,12 @@ def read_film_table(path: Path) -> FilmTable:
         start, separator, heading = _heading(lines)
         rows = {i + 1: _split(lines[i], separator) for i in _body(lines, start)}
         places, particles = _places(heading)
-        used = [i for what, several in places.items() if what != "particle" for i in several]
+        used = [i for what, several in places.items() if what is not PARTICLE for i in several]
         used += [i for each in particles.values() for i in each.values()]
         decimal = _decimal([row[i] for row in rows.values() for i in used if i < len(row)], separator)
     except ValueError as error:
         raise InputError(str(path), "", None, str(error)) from None
-    if not places.keys() & {"x", "d", "c"} and not particles:
+    if not places.keys() & {X, SURFACES, CENTRES} and not particles:
         raise _unnamed(path, heading)
     table = pd.DataFrame.from_dict({start + 1: heading} | rows, orient="index").fillna("").drop(index=start + 1)
     measured = table[used].apply(lambda cells: cells.str.fullmatch(NUMBER)).any(axis=1)
@@ -122,19 +113,19 @@ def read_film_table(path: Path) -> FilmTable:
     above, table = table[table.index < first], table[table.index >= first]
     _check_cells(path, start + 1, heading, {line: row for line, row in rows.items() if line >= first}, max(used))
 
-    def column(i: int, what: str) -> Column:
+    def column(i: int, what: Heading) -> Column:
         numbers = _numbers(table[i], decimal)
         wrong = table[i][numbers.isna() & ~table[i].str.lower().isin(GAPS)]
-        if len(wrong) and what != "particle":
+        if len(wrong) and what is not PARTICLE:
             raise InputError(str(path), heading[i], wrong.iloc[0], "must be a number", line=int(wrong.index[0]))
         try:
             return Column(heading[i], table[i], numbers, *_unit(what, heading[i], [*above[i]]))
         except ValueError as error:
             raise InputError(str(path), heading[i], None, str(error)) from None
 
-    def taken(what: str, several: Sequence[int]) -> Column:
+    def taken(what: Heading, several: Sequence[int]) -> Column:
         if len({tuple(table[i]) for i in several}) > 1:  # t [s] and T [degC] have one name
-            several = [i for i in several if _size(KINDS.get(what, ""), _parts(heading[i])[1])] or several
+            several = [i for i in several if _size(what.unit, _parts(heading[i])[1])] or several
         if len({tuple(table[i]) for i in several}) > 1:
             raise InputError(str(path), heading[several[0]], None, "must be the heading of one column, not of several")
         return column(several[0], what)
@@ -142,7 +133,7 @@ def read_film_table(path: Path) -> FilmTable:
     columns = {what: taken(what, several) for what, several in places.items()}
     units = [i for i, each in enumerate(heading) if re.fullmatch("units?", _name(each))]
     if units and len(of_all := table[units[0]].unique()) == 1:  # in a column of its own
-        for what in {"x", "y"} & columns.keys():
+        for what in {X, Y} & columns.keys():
             if not columns[what].unit:
                 unit, size = _unit(what, f"{columns[what].heading} [{of_all[0]}]", [])
                 columns[what] = replace(columns[what], unit=unit, size=size)
@@ -163,7 +154,7 @@ def _heading(lines: Sequence[str]) -> tuple[int, str, list[str]]:
                 continue
             places, particles = _places(cells)
             unclear = any(re.fullmatch(UNCLEAR, _name(cell)) for cell in cells)
-            if places.keys() & {"t", "frame"} and (places.keys() & {"x", "d", "c"} or particles or unclear):
+            if places.keys() & {TIME, FRAME} and (places.keys() & {X, SURFACES, CENTRES} or particles or unclear):
                 filled = max(k for k, cell in enumerate(cells) if cell) + 1
                 return i, separator, cells[:filled]
     rows = [_split(line, separator) for separator in SEPARATORS[:-1] for line in lines[:50]]
@@ -218,31 +209,31 @@ def _name(heading: str) -> str:
     return re.sub(r"[\s_.:-]+", " ", _parts(heading)[0]).strip().lower()
 
 
-def _places(heading: Sequence[str]) -> tuple[dict[str, list[int]], dict[str, dict[str, int]]]:
+def _places(heading: Sequence[str]) -> tuple[dict[Heading, list[int]], dict[str, dict[Heading, int]]]:
     """Places of the columns that are needed, by what they are, and of positions of one particle each, by its name."""
     names = [_name(each) for each in heading]
-    places: dict[str, list[int]] = {}
-    for what, patterns in NAMES.items():
-        for pattern in patterns:
+    places: dict[Heading, list[int]] = {}
+    for what in HEADINGS:
+        for pattern in what.spellings:
             if what not in places and (found := [i for i, name in enumerate(names) if re.fullmatch(pattern, name)]):
                 places[what] = [i for i in found if names[i] == names[found[0]]]
-    if "frame" in places and "t" in places and all(_other_unit("t", heading[i]) for i in places["t"]):
-        del places["t"]  # a temperature
-    particles: dict[str, dict[str, int]] = {}
+    if FRAME in places and TIME in places and all(_other_unit(TIME, heading[i]) for i in places[TIME]):
+        del places[TIME]  # a temperature
+    particles: dict[str, dict[Heading, int]] = {}
     taken = {i for each in places.values() for i in each}
     for i, name in enumerate(names):
         if i not in taken and (match := re.fullmatch(SEVERAL, name)):
             axis, particle = match["axis"] or match["last"], match["name"] or match["first"].strip()
-            particles.setdefault(particle, {}).setdefault(axis, i)
-    particles = {name: each for name, each in particles.items() if "x" in each}
-    if {"x", "particle"} <= places.keys() or (len(particles) < 2 and not places.keys() & {"d", "c"}):
-        wanted, particles = {"particle", "x", "y"}, {}
-    elif "d" in places or "c" in places:
-        wanted, particles = {"d" if "d" in places else "c"}, {}
+            particles.setdefault(particle, {}).setdefault(X if axis == X.name else Y, i)
+    particles = {name: each for name, each in particles.items() if X in each}
+    if {X, PARTICLE} <= places.keys() or (len(particles) < 2 and not places.keys() & {SURFACES, CENTRES}):
+        wanted, particles = {PARTICLE, X, Y}, {}
+    elif SURFACES in places or CENTRES in places:
+        wanted, particles = {SURFACES if SURFACES in places else CENTRES}, {}
     else:
-        wanted = {"x", "y"} if "x" in places else set()
-        particles = {} if "x" in places else particles
-    return {what: several for what, several in places.items() if what in wanted | {"t", "frame"}}, particles
+        wanted = {X, Y} if X in places else set()
+        particles = {} if X in places else particles
+    return {what: several for what, several in places.items() if what in wanted | {TIME, FRAME}}, particles
 
 
 @cache
@@ -257,26 +248,26 @@ def _size(kind: str, unit: str) -> float | None:
     return None
 
 
-def _other_unit(what: str, heading: str) -> bool:
+def _other_unit(what: Heading, heading: str) -> bool:
     """Whether the heading has a unit of another kind."""
     unit = _parts(heading)[1]
-    known = PIXELS if KINDS[what] == "m" else FRAMES
-    return bool(unit) and not re.fullmatch(known, unit, re.IGNORECASE) and _size(KINDS[what], unit) is None
+    known = FRAMES if what is TIME else PIXELS
+    return bool(unit) and not re.fullmatch(known, unit, re.IGNORECASE) and _size(what.unit, unit) is None
 
 
-def _unit(what: str, heading: str, above: Sequence[str]) -> tuple[str, float]:
+def _unit(what: Heading, heading: str, above: Sequence[str]) -> tuple[str, float]:
     """The unit of a column, from its heading or a row below it, and its size.
 
     Raises:
         ValueError: What stands there is no unit of this kind.
     """
-    kind, unit = KINDS.get(what), _parts(heading)[1]
+    kind, unit, is_time = what.unit, _parts(heading)[1], what is TIME
     rows = [cell for cell in above if cell and _name(cell) != _name(heading)]
     for text in [unit, *rows] if kind else ():
         inside = text.strip("[]() ")
-        if re.fullmatch(PIXELS if kind == "m" else FRAMES, inside, re.IGNORECASE):
-            return ("px" if kind == "m" else "frame"), np.nan
-        if inside and (size := _size(str(kind), inside)) is not None:
+        if re.fullmatch(FRAMES if is_time else PIXELS, inside, re.IGNORECASE):
+            return ("frame" if is_time else "px"), np.nan
+        if inside and (size := _size(kind, inside)) is not None:
             return inside, size
         if inside and (text is unit or text != inside):
             raise ValueError(f"must have a unit as {kind} is, not {inside}")

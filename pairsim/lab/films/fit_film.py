@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -30,6 +30,7 @@ from pairsim.record.folder import kind_of
 from pairsim.record.record import Record
 from pairsim.runtime.arrays import Array, Flags
 from pairsim.runtime.errors import InputError
+from pairsim.runtime.plain import Plain
 
 if TYPE_CHECKING:
     from pairsim.plots.style import Page
@@ -174,10 +175,7 @@ def fit(
     Raises:
         InputError: A file or key is wrong, or the atlas has no answer for the case.
     """
-    unknown = list(dict.fromkeys([unknown] if isinstance(unknown, str) else unknown))
-    unknown = [*GIVES] if unknown == ["both"] else unknown
-    if not unknown or not {*unknown} <= GIVES.keys():
-        raise InputError("pairsim fit", "unknown", ", ".join(unknown), f"allowed: {', '.join(GIVES)}, both")
+    unknown = _unknown(unknown)
     book, asked, units, difference = _case_of(case, unknown, atlas)
     paths = [Path(each) for each in (film, exchanged) if each is not None]
     films = [film_of(path, fps=fps, pixel=pixel, particles=particles) for path in paths]
@@ -190,12 +188,8 @@ def fit(
         raise InputError(str(film), "", None, "the motion that fits best leaves the distances of the atlas")
     equal = {}
     if model.difference == (0.0, UNKNOWN_DIFFERENCE):
-        equal = _values(
-            Search.of(replace(model, difference=(0.0, 0.0)), numbers, search.likelihood.noise),
-            unknown,
-            units,
-            asked,
-        )
+        of_equals = Search.of(replace(model, difference=(0.0, 0.0)), numbers, search.likelihood.noise)
+        equal = _values(of_equals, unknown, units, asked)
     used: Flags = search.likelihood.used
     um = 1e6 * _scales(asked).length
     return FilmFit(
@@ -204,17 +198,32 @@ def fit(
         distances=um * seen[used],
         fitted=um * fitted[used],
         alike=search.alike,
-        cut=frozenset(
-            name
-            for name, (_, log), (_, end) in zip(unknown, search.reach, search.likelihood.bounds, strict=True)
-            if log >= end
-        ),
+        cut=_cut(search, unknown),
         parts=dict(zip(unknown, search.parts, strict=True)),
         equal=equal,
         difference=search.difference,
         left_out=int(np.count_nonzero(~used)),
         notes=(*dict.fromkeys(note for each in films for note in each.notes), *notes),
     )
+
+
+def _unknown(names: str | Sequence[str]) -> list[str]:
+    """What is unknown, each once.
+
+    Raises:
+        InputError: There is nothing, or something that no film tells.
+    """
+    found = list(dict.fromkeys([names] if isinstance(names, str) else names))
+    found = [*GIVES] if found == ["both"] else found
+    if not found or not {*found} <= GIVES.keys():
+        raise InputError("pairsim fit", "unknown", ", ".join(found), f"allowed: {', '.join(GIVES)}, both")
+    return found
+
+
+def _cut(search: Search, unknown: Sequence[str]) -> frozenset[str]:
+    """What is unknown of which an interval ends where the atlas does."""
+    ends = zip(unknown, search.reach, search.likelihood.bounds, strict=True)
+    return frozenset(name for name, (_, log), (_, end) in ends if log >= end)
 
 
 def _values(search: Search, unknown: Sequence[str], units: Sequence[str], case: SceneCase) -> dict[str, Value]:
@@ -303,13 +312,13 @@ def _case_of(
     for name in unknown:
         of = QUANTITIES[name]
         given = block.get(name) or of.example
-        units.append(as_given(given[0] if isinstance(given, list) else given)[1])
+        units.append(as_given(str(given[0] if isinstance(given, list) else given))[1])
         values[name] = si(of.example, of)
     for _ in range(2):  # the second time with numbers in the middle of the atlas
         replaced = others | {name: f"{value:.15g} {QUANTITIES[name].unit}" for name, value in values.items()}
         if "modulus" in replaced and "young" in block:
             replaced["young"] = None
-        book, asked, reasons = asked_of(case, {"physical": replaced}, file)
+        book, asked, reasons = asked_of(case, atlas=file, physical=replaced)
         for name in unknown:
             number, power = GIVES[name]
             now = QUANTITIES[name].number(values[name], _scales(asked))
@@ -319,7 +328,7 @@ def _case_of(
     return book, asked, units, difference
 
 
-def _difference_of(block: Mapping[str, Any]) -> tuple[dict[str, str | None], tuple[float, float]]:
+def _difference_of(block: Mapping[str, Plain]) -> tuple[dict[str, str | None], tuple[float, float]]:
     """Keys of a `physical` block that make the diameters equal, and their difference with its half-width.
 
     Raises:

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from pairsim.lab.films.film_table import GAPS, Column, FilmTable
+from pairsim.lab.films.headings import FRAME, PARTICLE, Heading, X, Y
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.text import counted
 
@@ -24,11 +25,11 @@ class Distances(NamedTuple):
     """Distances of the centres of two particles.
 
     Attributes:
-        rows: Distances in the unit of the positions, column "d", by line, with the key of their frame, column "key".
+        d: Distances in the unit of the positions, by the number of their line.
         notes: Whose they are, what was left out and put right, in phrases.
     """
 
-    rows: pd.DataFrame
+    d: pd.Series[float]
     notes: list[str]
 
 
@@ -44,7 +45,7 @@ def distances_of(table: FilmTable, wanted: str | Sequence[object] | None) -> Dis
     """
     notes: list[str] = []
     positions = _positions(table, notes)
-    planar = all("y" in each for each in table.particles.values() or [table.columns])
+    planar = all(Y in each for each in table.placed)
     lost = (positions["x"] == positions["y"]) & positions["x"].isin(LOST) & planar
     if lost.any():
         notes.append(f"left out: {counted(int(lost.sum()), 'position')} 0, 0 or -1, -1, of particles that were lost")
@@ -66,8 +67,8 @@ def distances_of(table: FilmTable, wanted: str | Sequence[object] | None) -> Dis
     if alone:
         notes.append(f"left out: {counted(alone, 'frame')} in which only one of the two is seen")
     steps = two[["x", "y"]].to_numpy() - one[["x", "y"]].to_numpy()
-    rows = pd.DataFrame({"key": one.index, "d": np.hypot(*steps.T)}, index=one["line"].to_numpy())
-    return Distances(rows, [f"centres of {pair[0]} and {pair[1]}", *notes])
+    d = pd.Series(np.hypot(*steps.T), index=one["line"].to_numpy())
+    return Distances(d, [f"centres of {pair[0]} and {pair[1]}", *notes])
 
 
 def named(values: Iterable[object], most: int = NAMED) -> str:
@@ -84,7 +85,7 @@ def _positions(table: FilmTable, notes: list[str]) -> pd.DataFrame:
         parts = [_of_columns(each, keys.index.to_series()).assign(name=name) for name, each in several]
         return pd.concat(parts).dropna().sort_values("line", kind="stable")
     found = _of_columns(table.columns, keys)
-    names = table.columns.get("particle")
+    names = table.columns.get(PARTICLE)
     if names is None:
         found["name"] = ""
     else:
@@ -100,12 +101,12 @@ def _positions(table: FilmTable, notes: list[str]) -> pd.DataFrame:
     return whole
 
 
-def _of_columns(columns: Mapping[str, Column], keys: pd.Series[float]) -> pd.DataFrame:
-    axes = {axis: columns[axis].numbers if axis in columns else 0.0 for axis in ("x", "y")}
+def _of_columns(columns: Mapping[Heading, Column], keys: pd.Series[float]) -> pd.DataFrame:
+    axes = {axis.name: columns[axis].numbers if axis in columns else 0.0 for axis in (X, Y)}
     return pd.DataFrame({"key": keys, **axes, "line": keys.index}, index=keys.index)
 
 
-def _without_names(table: FilmTable, positions: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
+def _without_names(table: FilmTable, positions: pd.DataFrame, notes: list[str]) -> pd.Series[float]:
     """Distances in the frames that have two particles, for which it does not matter which is which."""
     frames = positions.groupby("key")
     many = positions[frames["x"].transform("size") > 2]
@@ -120,7 +121,7 @@ def _without_names(table: FilmTable, positions: pd.DataFrame, notes: list[str]) 
     if left := len(positions) - len(pairs):
         notes.append(f"left out: {counted(left, 'frame')} with one particle only")
     one, two = (pairs[["x", "y"]].to_numpy()[i::2] for i in (0, 1))
-    return pd.DataFrame({"key": pairs["key"].to_numpy()[::2], "d": np.hypot(*(two - one).T)}, pairs["line"][::2])
+    return pd.Series(np.hypot(*(two - one).T), pairs["line"][::2])
 
 
 def _tracks(table: FilmTable, positions: pd.DataFrame, notes: list[str]) -> dict[str, pd.DataFrame]:
@@ -135,11 +136,10 @@ def _tracks(table: FilmTable, positions: pd.DataFrame, notes: list[str]) -> dict
         raise table.error("", None, f"must have particle {name} once in a frame, and has it in line {first}, too", line)
     tracks = {}
     for name, track in unique.groupby("name", sort=False):
-        if "frame" not in table.columns and (back := np.flatnonzero(np.diff(track["key"]) < 0)).size:
+        if FRAME not in table.columns and (back := np.flatnonzero(np.diff(track["key"]) < 0)).size:
             line = int(track["line"].iloc[back[0] + 1])
-            raise table.error(
-                table.columns["t"].heading, None, f"must not step back, of particle {track['name'].iloc[0]}", line
-            )
+            of = track["name"].iloc[0]
+            raise table.error(table.clock.heading, None, f"must not step back, of particle {of}", line)
         tracks[str(name)] = track.set_index("key").sort_index()
     return tracks
 
@@ -210,7 +210,7 @@ def _untangled(
         tracks[other] = pd.concat([after[after.index < key], before[before.index >= key]])
         exchanged.setdefault(f"{name} and {other}", []).append(key)
         last = key
-    what = "frame" if "frame" in table.columns else "time"
+    what = "frame" if FRAME in table.columns else "time"
     for names, places in exchanged.items():
         notes.append(f"put back: {names}, which exchange their names from {what} {named(places)} on")
     return one, two

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from ruamel.yaml import YAML
@@ -20,17 +19,48 @@ UNITS |= dict.fromkeys(("viscosity", "complex viscosity"), "Pa*s")
 """SI units of the quantities (phases in degrees); all others are stresses."""
 
 
+@dataclass(frozen=True)
+class Spellings:
+    """How rheometers write what a table has: regular expressions, see headings.yaml.
+
+    Attributes:
+        columns: Names of columns by their quantities, the preferred ones first, for each option that names a file.
+        unlike: Headings that are of something else, by quantity.
+        no_values: Headings of columns without measured values.
+        tests: A line above a table with the name of a test.
+        samples: The same of a sample.
+        of_something_else: Names of tables that are not of a liquid to be fitted.
+        east_asian: What a text of Chinese or Japanese has.
+        like_units: A text beside a name that must have been a unit.
+        signs: Signs that are written in several ways, by the one that is taken.
+        units: What is replaced in units, in turn, to be as in pint.
+    """
+
+    columns: Mapping[str, Mapping[str, Sequence[str]]]
+    unlike: Mapping[str, str]
+    no_values: str
+    tests: str
+    samples: str
+    of_something_else: str
+    east_asian: str
+    like_units: str
+    signs: Mapping[str, str]
+    units: Mapping[str, str]
+
+
 @cache
-def words() -> dict[str, Any]:
-    """How columns are headed and units are written, see headings.yaml."""
-    return YAML(typ="safe").load(Path(__file__).with_name("headings.yaml"))
+def spellings() -> Spellings:
+    """Those of headings.yaml."""
+    entries = YAML(typ="safe").load(Path(__file__).with_name("headings.yaml"))
+    columns = {name: entries.pop(name) for name in list(entries) if name.startswith("--")}
+    return Spellings(columns, **{name.replace(" ", "_"): value for name, value in entries.items()})
 
 
 def places(option: str, row: Sequence[str]) -> dict[str, dict[int, str]]:
     """Places of the cells that name a quantity, the preferred first, and what each says after the name."""
     found: dict[str, dict[int, str]] = {}
-    for quantity, names in words()[option].items():
-        unlike = f"{words()['no values']}|{words()['unlike'].get(quantity, '$^')}"
+    for quantity, names in spellings().columns[option].items():
+        unlike = f"{spellings().no_values}|{spellings().unlike.get(quantity, '$^')}"
         for name in names:
             for i, cell in enumerate(row):
                 match = re.search(name, cell, re.IGNORECASE)
@@ -76,7 +106,7 @@ def column(quantity: str, place: int, heading: str, rest: str, around: Sequence[
     named += re.findall(r"\bin (.+)", rest)
     for text in [after, *named, *around]:
         unit = text.strip("[]() ")
-        if unit and si and (re.search(words()["like units"], unit) or text in named or f"[{unit}]" == text):
+        if unit and si and (re.search(spellings().like_units, unit) or text in named or f"[{unit}]" == text):
             raise ValueError(f'must have a unit as {si} is for "{heading}", not {unit.replace("*", ".")}')
     return Column(place, heading, "", 1.0, si)
 
@@ -87,7 +117,7 @@ def factor_of(text: str, of: str) -> float | None:
     if re.fullmatch(r"[\d\s.]*", text) or re.search(r"\bMPA\b|\bMPAS", text) or (turns and of == UNITS["rate"]):
         return None  # milli or mega? and a shear rate is no speed of rotation
     for spelled in (text, text.replace(" ", "/"), text.lower()):
-        for pattern, by in words()["units"].items():
+        for pattern, by in spellings().units.items():
             spelled = re.sub(pattern, by, spelled)
         with suppress(ValueError):
             hertz = of == UNITS["frequency"] and re.search("(?i)hz|hertz", text)

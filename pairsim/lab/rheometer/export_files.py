@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pairsim.lab.rheometer.column_headings import Column, places, words
+from pairsim.lab.rheometer.column_headings import Column, places, spellings
 from pairsim.lab.rheometer.export_tables import FEWEST, SEPARATORS, Section, cells_of, heading_of, sections_of
 from pairsim.lab.rheometer.fit_checks import CHANGES, agreed, difference, measured_in, no_curve
 from pairsim.lab.rheometer.number_formats import NUMBER
@@ -27,7 +27,7 @@ from pairsim.runtime.errors import InputError
 ENCODINGS = ["utf_8", "utf_16", "utf_16_le", "utf_16_be", "cp1252"]
 EASTERN = "gb18030", "cp932"  # known by their words: to statistics short tables in them look like others
 SPREADSHEETS = b"PK\x03\x04", b"\xd0\xcf\x11\xe0"  # first bytes of .xlsx, .ods and .xls
-ONE_SIGN = str.maketrans({each: sign for sign, others in words()["signs"].items() for each in others})
+ONE_SIGN = str.maketrans({each: sign for sign, others in spellings().signs.items() for each in others})
 REPTATE = "omega[rad/s]\tG'[Pa]\tG''[Pa]"
 START_UP = r"(?i)\b(gdot|edot|stress|strain|gamma\w*)\s*="
 """What the first line of such a file says that is not of small oscillations."""
@@ -89,7 +89,7 @@ def text_of(file: Path) -> str:
     if content.startswith(SPREADSHEETS):
         raise ValueError("must be text: open it in a spreadsheet, and save the sheet with the table as CSV (UTF-8)")
     texts = [content.decode(each, "ignore") for each in EASTERN]
-    texts = [each for each in texts if re.search(words()["east asian"], each)]
+    texts = [each for each in texts if re.search(spellings().east_asian, each)]
     guesses = from_bytes(content, cp_isolation=ENCODINGS)
     texts += map(str, sorted(guesses, key=lambda each: each.encoding != "utf_8"))  # which is seldom anything else
     if not texts:
@@ -163,7 +163,7 @@ def _unfit(section: Section, chosen: bool) -> str:
     """Why a section is not fitted, "" if it may be; a calibration is where it was chosen by its name."""
     if section.misfit:
         return section.misfit
-    if not chosen and re.search(words()["of something else"], section.name):
+    if not chosen and re.search(spellings().of_something_else, section.name):
         return "is a calibration by its name"
     try:
         return no_curve(section)

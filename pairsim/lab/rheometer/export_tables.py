@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from pairsim.lab.rheometer.column_headings import Column, column, places, words
+from pairsim.lab.rheometer.column_headings import Column, column, places, spellings
 from pairsim.lab.rheometer.number_formats import NUMBER, Marks, marks_of, numbers_in
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.text import counted
@@ -317,8 +317,8 @@ class _Names:
 
     def __init__(self, lines: Sequence[str]) -> None:
         self._lines = lines
-        samples = re.findall(words()["samples"], "\n".join(lines))
-        self._kinds = [words()["tests"]] + ([words()["samples"]] if len(set(samples)) > 1 else [])
+        samples = re.findall(spellings().samples, "\n".join(lines))
+        self._kinds = [spellings().tests] + ([spellings().samples] if len(set(samples)) > 1 else [])
 
     def of(self, before: int, start: int) -> str:
         """The name of the table with headings in line `start`, where those of the one before are in line `before`."""

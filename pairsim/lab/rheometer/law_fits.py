@@ -360,16 +360,27 @@ class Fit:
         covariance = np.linalg.inv(best.jac.T @ best.jac + SINGULAR * np.eye(fitted))
         half = float(np.sqrt(2 * most * covariance[i, i]))
 
-        def rise(step: float) -> float:
-            at = best.x + step * covariance[i] / covariance[i, i]
-            cost = self._solved(at, held=i).cost if fitted > 1 else np.sum(self._deviations(at) ** 2) / 2
-            return float(max(cost - best.cost, 1e-9 * most))
+        def rise(step: float, near: Array) -> tuple[float, Array]:
+            """What the cost rises by with the number a step away from its best value, and the other numbers there."""
+            moved = step * covariance[i] / covariance[i, i]
+            held = [best.x + moved, near.copy()]  # the first is the better guess unless a number is hardly determined
+            for each in held:
+                each[i] = best.x[i] + step
+            at = min(held, key=lambda each: float(np.sum(self._deviations(each.clip(self._least, self._most)) ** 2)))
+            if fitted > 1:
+                found = self._solved(at, held=i)
+                at[np.arange(fitted) != i], cost = found.x, found.cost
+            else:
+                cost = np.sum(self._deviations(at) ** 2) / 2
+            return float(max(cost - best.cost, 1e-9 * most)), at
 
         def end(sign: float, bound: float) -> float:
             inside, outside, farthest = 0.0, np.inf, abs(bound - best.x[i])
-            step = min(half, farthest)
+            step, near = min(half, farthest), best.x
             for _ in range(MOST_STEPS):
-                factor = np.sqrt(most / rise(sign * step)) if step else np.inf  # the cost is about a parabola
+                rises, at = rise(sign * step, near) if step else (0.0, near)
+                near = at if rises < most else near
+                factor = np.sqrt(most / rises) if step else np.inf  # the cost is about a parabola
                 if factor > 1 and step == farthest:
                     return float(sign * np.inf)
                 if abs(factor - 1) < NEAR_ENOUGH:

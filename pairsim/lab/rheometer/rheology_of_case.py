@@ -66,7 +66,7 @@ def fit_liquid(
     spectrum: Path | str | None,
     liquid: Any = None,
     section: str | Sequence[str] = (),
-    quantities: Mapping[str, Any] | None = None,
+    quantities: Mapping[str, str] | None = None,
     listener: Listener | None = None,
 ) -> MeasuredLiquid:
     """Fit a law to files as of `pairsim.units`, whose other arguments are these, too.

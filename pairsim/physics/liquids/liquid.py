@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from pairsim.physics.fields import PRESSURE, VELOCITY, Field
 from pairsim.physics.liquids.conformation import LOG_CONFORMATION, ConformationLaw, Invariants
@@ -14,6 +14,9 @@ from pairsim.physics.liquids.yielding import YieldLaw
 from pairsim.physics.material import Material, Parameter, between
 from pairsim.physics.operations import sqrt
 from pairsim.quantities.measurable import a_time, a_viscosity
+
+if TYPE_CHECKING:
+    from ufl.core.expr import Expr
 
 SEVERAL_TIMES = "; several relaxation times are modes, liquid: {law: modes, modes: [...]}"
 LEAST_STRAIN2 = 1e-12  # added to |c_d|^2, so that |tau_d| has a derivative at rest; chosen
@@ -107,7 +110,7 @@ class Liquid:
         return f"{count}{polymer}" + ("" if self.solvent.linear else f" in {self.solvent.label}")
 
     @property
-    def numbers(self) -> dict[str, Any]:
+    def numbers(self) -> dict[str, float]:
         """All parameters by name; those of laws with their place, such as "solvent.n" or "modes.0.alpha"."""
         found = {f"solvent.{name}": value for name, value in self.solvent.numbers.items()}
         if self.modes:
@@ -117,10 +120,10 @@ class Liquid:
             found |= {f"modes.{i}.{name}": value for name, value in own.items()}
         return found | {f"yielding.{name}": x for name, x in (self.yielding.numbers if self.yielding else {}).items()}
 
-    def with_numbers(self, numbers: Mapping[str, Any]) -> Liquid:
+    def with_numbers(self, numbers: Mapping[str, float | Expr]) -> Liquid:
         """The same liquid with other parameters, or with constants of a form in place of them."""
 
-        def of(place: str) -> dict[str, Any]:
+        def of(place: str) -> dict[str, float | Expr]:
             return {key.removeprefix(place): value for key, value in numbers.items() if key.startswith(place)}
 
         modes = tuple(replace(mode, **of(f"modes.{i}.")) for i, mode in enumerate(self.modes))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pairsim.physics.material import laws_of
 from pairsim.physics.solids.solid import Solid
 
-LAWS: dict[str, type[Solid]] = laws_of(__name__, __path__, (Solid,))
+LAWS: dict[str, type[Solid]] = laws_of(__name__, __path__, Solid)
 """The laws by their names in case files."""
 DEFAULT = next(law for law in LAWS.values() if vars(law).get("default"))
 """The law of soft particles in a case that names none."""

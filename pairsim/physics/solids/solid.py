@@ -55,7 +55,7 @@ class Solid(Material):
         return cls(1.0, **{name: p.least if p.default is None else p.default for name, p in cls.parameters().items()})
 
     @property
-    def numbers(self) -> dict[str, Any]:
+    def numbers(self) -> dict[str, float]:
         return {"Ca_e": self.Ca_e, **super().numbers}
 
     def response(self, I1: Any, I2: Any) -> tuple[Any, Any]:

@@ -12,6 +12,7 @@ system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
@@ -20,18 +21,16 @@ from pydantic import Field
 
 from pairsim.cases.accuracy import DEFAULT, percent
 from pairsim.cases.case import SceneCase
-from pairsim.cases.checks import check_scene
 from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.keys import Key, Part
-from pairsim.cases.mistakes import Mistake, broken, missing
+from pairsim.cases.mistakes import Mistake, missing
 from pairsim.cases.values import (
     MOST_VALUES,
-    CurveTolerance,
     DistanceOrLength,
     Gaps,
+    Number,
     Range,
     Time,
-    Velocity,
     Whole,
     spelled_out,
 )
@@ -43,6 +42,7 @@ from pairsim.record.column import PARTICLE, Column, Columns, names_of
 from pairsim.record.columns import CURVE_COLUMNS, DISTANCE, DU, DU_INPUTS, EQUILIBRIA_COLUMNS, FORCES, WAY_COLUMNS
 from pairsim.record.run_entries import OF_STEADY, TIME_STEPS, Entry
 from pairsim.runtime.errors import InputError
+from pairsim.runtime.plain import Plain
 from pairsim.solvers.curves.distances import between
 from pairsim.solvers.parameters import Parameters
 
@@ -74,47 +74,107 @@ SLOPES = Columns(DISTANCE, GAP_OF_SLOPE, U_SLOPE, U_SLOPE_HELD)
 AFTER = Entry[float]("after", "of a curve from rest, a quarter of the time after which dU is taken [D_c/U_av]")
 
 
+def _check_d(case: CurveCase) -> Iterator[Mistake]:
+    """Yield the mistake of distances that are not those of the gaps, or not what a curve from rest takes."""
+    gaps, given = case.n - 1, case.d or ()
+    lists = [list(place) for place in given if isinstance(place, tuple)]
+    numbers = [place for place in given if isinstance(place, float)]
+    one_varies = len(given) == gaps and len(numbers) == gaps - 1 and case.after is None
+    if gaps and case.d is None:
+        yield missing("d", "must be a list, or {start, stop, num, spacing: log or linear}")
+    elif not gaps and case.d is not None:
+        yield Mistake("d", list(case.d), "must be left out: there is only one particle")
+    elif gaps and (wrong := [each for each in lists if len(each) != gaps]):
+        yield Mistake("d", wrong[0], f"must be numbers, or lists of {gaps} numbers, one for each gap")
+    elif case.varied is not None and not one_varies:
+        yield Mistake("d", None, f"must be {gaps} numbers, one for each gap; without after, one of them may be a range")
+    elif gaps and case.after is not None and not case.common:
+        yield Mistake("d", case.d, "must be one number for all gaps with after")
+
+
+def _check_fields(case: CurveCase) -> Iterator[Mistake]:
+    """Yield the mistakes of distances at which no fields can be written."""
+    if case.fields and not case.common:
+        yield Mistake("fields", case.fields, "must be left out if the gaps have different distances")
+    elif case.fields and case.places:
+        least, most = case.range_of_d
+        allowed = f"must be between the smallest and the largest d, {least:g} and {most:g}"
+        yield from (Mistake("fields", d, allowed) for d in case.fields if not least <= d <= most)
+    if case.fields and case.after is not None:
+        yield Mistake("fields", case.fields, "must be left out with after: pairsim run, hold: true has fields")
+
+
+def _check_velocity(case: CurveCase) -> str:
+    """What the velocity of the particles must be."""
+    if case.velocity is None:
+        return ""
+    if case.after is not None:
+        return "must be left out with after"
+    return "must be left out: only rigid particles (Ca_e: 0) can be moved" if any(case.Ca_es) else ""
+
+
+def _check_after(case: CurveCase) -> str:
+    alone = case.after is not None and case.n < 2
+    return "must be left out: there is only one particle" if alone else ""
+
+
+def _check_flow(case: CurveCase) -> str:
+    """What the flow must be."""
+    if case.flow:
+        return ""
+    if not case.velocity:
+        return "must be 1: nothing moves, unless velocity is given and not 0"
+    return "" if case.physical is None else "must be 1 with a physical block, whose velocity is its unit"
+
+
+PLACES = Key(part=Part.REPORT, usual={"start": 0.02, "stop": 0.8, "num": 9}, check=_check_d, first=True)
+FIELDS_AT = Key(part=Part.REPORT, lengths=True, check=_check_fields)
+SPEEDS = Field(ge=-1e3, le=1e3)
+
+
 class CurveCase(SceneCase):
     """A master curve dU(d): quasi-steady solutions at many distances d."""
 
     kind: ClassVar[str] = "curve"
 
-    d: Annotated[Gaps | None, Key(part=Part.REPORT, usual={"start": 0.02, "stop": 0.8, "num": 9})] = Field(
+    d: Annotated[Gaps | None, PLACES] = Field(
         None,
         description="distances between the facing surfaces [D_c]: a list of numbers (or of lists, one number for each "
         "gap), or a range, or one number for each gap and a range of one of them; a curve has points at other "
         "distances, too, no more than a factor of 1.8 apart",
     )
-    tol: Annotated[CurveTolerance, Key(part=Part.NUMERICS)] = Field(
+    tol: Annotated[Number, Key(part=Part.NUMERICS)] = Field(
         percent(DEFAULT) / 100,
+        ge=1e-9,
+        le=1,
         description="points are added until the half-width of the interval of dU between them is below this fraction "
         "of the largest |dU|, or below twice that at the points (default: accuracy)",
     )
     max_points: Annotated[Whole, Key(part=Part.NUMERICS)] = Field(
         200, ge=1, le=MOST_VALUES, description="no points are added once the curve has this many"
     )
-    fields: Annotated[tuple[DistanceOrLength, ...], Key(part=Part.REPORT, lengths=True)] = Field(
+    fields: Annotated[tuple[DistanceOrLength, ...], FIELDS_AT] = Field(
         (),
         max_length=MOST_VALUES,
         description="distances at which fields are written to fields.xdmf [D_c], or lengths with a physical block",
     )
-    velocity: Annotated[Velocity | None, Key(slug="velocity")] = Field(
+    velocity: Annotated[Annotated[Number, SPEEDS] | None, Key(slug="velocity", check=_check_velocity)] = Field(
         None,
         description="velocity at which the rigid particles are moved, 0 to hold them [U_av]; the forces that this "
         "takes are columns of curve.csv (default: no force acts on the particles)",
     )
-    after: Annotated[Time | None, Key("T", "D_c/U_{av}", caption=9, slug="after")] = Field(
+    after: Annotated[Time | None, Key("T", "D_c/U_{av}", caption=9, slug="after", check=_check_after)] = Field(
         None,
         description="solve no steady states: dU from rest at held distances after this time, after twice and after "
         "four times it [D_c/U_av], of liquids whose stress is that of a history, as below a yield stress",
     )
-    flow: Literal[0, 1] = Field(
+    flow: Annotated[Literal[0, 1], Key(check=_check_flow)] = Field(
         1,
         description="mean velocity of the liquid in the tube [U_av]; 0 is a liquid at rest, between closed ends if "
         "these are developed, in which velocity must be given: with velocity: 1 the unit is that of the particles",
     )
 
-    def _defaults(self) -> dict[str, Any]:
+    def _defaults(self) -> dict[str, Plain]:
         return super()._defaults() | {"tol": self.error_wanted}
 
     @property
@@ -160,7 +220,7 @@ class CurveCase(SceneCase):
 
     @property
     def drive(self) -> Drive:
-        return Drive(float(self.flow), self.velocity)
+        return replace(super().drive, flow=float(self.flow), velocity=self.velocity)
 
     @property
     def common(self) -> bool:
@@ -181,40 +241,9 @@ class CurveCase(SceneCase):
 
 
 def check(case: CurveCase) -> Iterator[Mistake]:
-    """Check the keys of a curve against each other; yields mistakes as `check_scene` does."""
+    """Yield the mistake of a case without particles."""
     if case.n < 1:
         yield Mistake("particles", case.n, "must be at least 1 for a curve")
-        return
-    if case.n > 1 and case.d is None:
-        yield missing("d", "must be a list, or {start, stop, num, spacing: log or linear}")
-    if case.n == 1 and case.d is not None:
-        yield Mistake("d", list(case.d), "must be left out: there is only one particle")
-    gaps, lists = case.n - 1, [list(place) for place in case.d or () if isinstance(place, tuple)]
-    if case.n > 1 and (wrong := [each for each in lists if len(each) != gaps]):
-        yield Mistake("d", wrong[0], f"must be numbers, or lists of {gaps} numbers, one for each gap")
-        return
-    numbers = [place for place in case.d or () if isinstance(place, float)]
-    if case.varied is not None and (len(case.d or ()) != gaps or len(numbers) != gaps - 1 or case.after is not None):
-        yield Mistake("d", None, f"must be {gaps} numbers, one for each gap; without after, one of them may be a range")
-        return
-    if case.fields and not case.common:
-        yield Mistake("fields", list(case.fields), "must be left out if the gaps have different distances")
-    elif case.fields and case.places:
-        least, most = case.range_of_d
-        allowed = f"must be between the smallest and the largest d, {least:g} and {most:g}"
-        yield from (Mistake("fields", d, allowed) for d in case.fields if not least <= d <= most)
-    moved, at_rest, after = case.velocity is not None, case.flow == 0, case.after is not None
-    yield from broken(
-        case,
-        ("after", after and case.n < 2, "must be left out: there is only one particle"),
-        ("d", after and case.n > 1 and not case.common, "must be one number for all gaps with after"),
-        ("fields", after and bool(case.fields), "must be left out with after: pairsim run, hold: true has fields"),
-        ("velocity", after and moved, "must be left out with after"),
-        ("velocity", moved and any(case.Ca_es), "must be left out: only rigid particles (Ca_e: 0) can be moved"),
-        ("flow", at_rest and not case.velocity, "must be 1: nothing moves, unless velocity is given and not 0"),
-        ("flow", at_rest and case.physical is not None, "must be 1 with a physical block, whose velocity is its unit"),
-    )
-    yield from check_scene(case)
 
 
 def estimate(case: CurveCase) -> Estimate:

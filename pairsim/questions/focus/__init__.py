@@ -20,11 +20,10 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 from pydantic import Field
 
 from pairsim.cases.case import SceneCase
-from pairsim.cases.checks import check_scene
 from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.followed_key import FollowedKey
 from pairsim.cases.keys import Key, PerGap
-from pairsim.cases.mistakes import Mistake, broken, missing
+from pairsim.cases.mistakes import Mistake, missing
 from pairsim.cases.physical import BLOCK, DENSITY, QUANTITIES
 from pairsim.cases.quantity_text import ValuesOrQuantities, si
 from pairsim.cases.values import Distance, Whole, is_finite
@@ -57,7 +56,13 @@ VERDICT = Column(
     "focuses: small displacements from the axis decay; leaves: some grow; swings: they oscillate, and neither decay "
     "nor grow; stays: they do not change at all; undecided: not certain",
 )
-GROWTH = Column("growth", r"\mathrm{Re}\,\lambda", "largest growth rate of displacements; negative: they decay", RATE)
+GROWTH = Column(
+    "growth",
+    r"\mathrm{Re}\,\lambda",
+    "largest growth rate of displacements; negative: they decay",
+    RATE,
+    half_width="growth_error",
+)
 GROWTH_ERROR = Column("growth_error", r"\epsilon", "half-width of its interval: error by mesh", RATE, unknown=True)
 TUBE = Column(
     "tube",
@@ -76,7 +81,7 @@ RE_MOST = Column(
     unknown=True,
 )
 RE = Column("Re", r"\mathrm{Re}", "Reynolds number of the experiment, with physical.density")
-A = Column("a", r"a{_}", "velocity away from the axis of {of}", RATE, ENTRY)
+A = Column("a", r"a{_}", "velocity away from the axis of {of}", RATE, ENTRY, half_width="a_error")
 A_ERROR = Column(
     "a_error", r"\epsilon{_}", "half-width of the interval of a{_}: error by mesh", RATE, ENTRY, unknown=True
 )
@@ -102,6 +107,50 @@ def column_of(key: str) -> Column:
     return FOLLOWED.get(key, DISTANCE)
 
 
+def _check_d(case: FocusCase) -> Iterator[Mistake]:
+    """Yield the mistake of a distance that is missing, or given where there is none or `along` has it."""
+    if case.n > 1 and case.d is None and not case.spreads:
+        yield missing("d", "must be a number, the distance between facing surfaces, or along: {d: [...]} be given")
+    elif case.d is not None and case.n == 1:
+        yield Mistake("d", case.d, "must be left out: there is only one particle")
+    elif case.d is not None and case.spreads:
+        yield Mistake("d", case.d, "must be left out: along has its values")
+
+
+def _check_along(case: FocusCase) -> str:
+    """What `along` must be: what is followed, and its values."""
+    if case.along is None:
+        return ""
+    if len(case.along) != 1 or case.key not in KEYS:
+        return f"must be one key of {', '.join(KEYS)} with its values, such as along: {{Ca_e: [0.01, 0.02]}}"
+    given = case.along[case.key]
+    if not case.spreads:
+        try:
+            FollowedKey.of(case, case.key, given)
+        except ValueError as error:
+            return str(error)
+        return ""
+    if case.n == 1:
+        return "must be Ca_e or De: there is only one particle"
+    if case.key not in FOLLOWED:
+        return _allowed_in_units(case, given)
+    if all(is_finite(each) and LEAST_D <= each <= MOST_D for each in given):
+        return ""
+    return f"must be distances from {LEAST_D:g} to {MOST_D:g} [D_c]; with units it is physical.distance"
+
+
+def _allowed_in_units(case: FocusCase, given: Sequence[float | str]) -> str:
+    """What distances with their units must be."""
+    if case.scales is None:
+        return f"must be d: the case has no {BLOCK} block"
+    try:
+        numbers = [IN_UNITS.number(si(each, IN_UNITS), case.scales) for each in given]
+    except ValueError as error:
+        return str(error)
+    inside = all(LEAST_D <= each <= MOST_D for each in numbers)
+    return "" if inside else f"must be distances from {LEAST_D:g} to {MOST_D:g} tube diameters"
+
+
 class FocusCase(SceneCase):
     """Particles on the axis that are displaced from it."""
 
@@ -110,10 +159,10 @@ class FocusCase(SceneCase):
     particles: Annotated[Whole, Key(caption=5)] = Field(
         1, ge=1, le=MOST, description="number of particles on the axis; they are displaced one by one"
     )
-    d: Annotated[PerGap[Distance] | None, Key(slug="d")] = Field(
+    d: Annotated[PerGap[Distance] | None, Key(slug="d", check=_check_d)] = Field(
         None, description="distance between the facing surfaces [D_c], unless along has it"
     )
-    along: dict[str, ValuesOrQuantities] | None = Field(
+    along: Annotated[dict[str, ValuesOrQuantities] | None, Key(check=_check_along, first=True)] = Field(
         None,
         description="what rates are followed over, with its values (a list or a range): Ca_e, De, or d or "
         "physical.distance of all gaps; default: the values of the case only",
@@ -166,7 +215,7 @@ class FocusCase(SceneCase):
     def reynolds_number(self) -> float | None:
         """The Reynolds number of the experiment; None where its density is not known."""
         density = self.experiment.values.get(DENSITY.key) if self.experiment is not None else None
-        return None if density is None or self.scales is None else float(self.scales.reynolds(density))
+        return float(self.scales.reynolds(density)) if self.scales and isinstance(density, float) else None
 
     @property
     def range_of_d(self) -> tuple[float, float]:
@@ -178,64 +227,12 @@ class FocusCase(SceneCase):
 
 
 def check(case: FocusCase) -> Iterator[Mistake]:
-    """Check the keys against each other; yields mistakes as `check_scene` does."""
-    if case.along is not None:
-        wrong = list(_check_along(case))
-        yield from wrong
-        if wrong:
-            return
-    if case.n > 1 and case.d is None and not case.spreads:
-        yield missing("d", "must be a number, the distance between facing surfaces, or along: {d: [...]} be given")
-    liquid = "must be one without a yield stress: how much a rounded one changes the rates has not been judged"
-    yield from broken(
-        case,
-        ("d", case.n == 1 and case.d is not None, "must be left out: there is only one particle"),
-        ("d", case.n > 1 and case.d is not None and case.spreads, "must be left out: along has its values"),
-        ("ends", case.ends != "developed", "must be developed: what leaves one end must not enter at the other one"),
-    )
+    """Yield mistakes in keys that all cases have."""
+    if case.ends != "developed":
+        yield Mistake("ends", case.ends, "must be developed: what leaves one end must not enter at the other one")
     if case.liquid_model.regularisation:
-        yield Mistake("liquid", case.laws.liquid.name, liquid)
-    yield from check_scene(case)
-
-
-def _check_along(case: FocusCase) -> Iterator[Mistake]:
-    """Check what is followed, and its values."""
-    along = dict(case.along or {})
-    if len(along) != 1 or case.key not in KEYS:
-        keys, example = ", ".join(KEYS), "along: {Ca_e: [0.01, 0.02]}"
-        yield Mistake("along", along, f"must be one key of {keys} with its values, such as {example}")
-        return
-    given = along[case.key]
-    if not case.spreads:
-        try:
-            FollowedKey.of(case, case.key, given)
-        except ValueError as error:
-            yield Mistake("along", along, str(error))
-    elif case.n == 1:
-        yield Mistake("along", along, "must be Ca_e or De: there is only one particle")
-    elif case.key not in FOLLOWED:
-        yield from _check_in_units(case, given)
-    elif not all(is_finite(each) and LEAST_D <= each <= MOST_D for each in given):
-        yield Mistake(
-            "along",
-            along,
-            f"must be distances from {LEAST_D:g} to {MOST_D:g} [D_c]; with units it is physical.distance",
-        )
-
-
-def _check_in_units(case: FocusCase, given: Sequence[float | str]) -> Iterator[Mistake]:
-    """Check distances with their units."""
-    along = dict(case.along or {})
-    if case.scales is None:
-        yield Mistake("along", along, f"must be d: the case has no {BLOCK} block")
-        return
-    try:
-        numbers = [IN_UNITS.number(si(each, IN_UNITS), case.scales) for each in given]
-    except ValueError as error:
-        yield Mistake("along", along, str(error))
-        return
-    if not all(LEAST_D <= each <= MOST_D for each in numbers):
-        yield Mistake("along", along, f"must be distances from {LEAST_D:g} to {MOST_D:g} tube diameters")
+        allowed = "must be one without a yield stress: how much a rounded one changes the rates has not been judged"
+        yield Mistake("liquid", case.laws.liquid.name, allowed)
 
 
 def estimate(case: FocusCase) -> Estimate:

@@ -68,7 +68,7 @@ def computation(case: FocusCase, monitor: Monitor) -> events.Events:
                 found.points.append(point)
                 if not stability.disturbance.converged:
                     remembered.append(_place(case, place))
-                of_experiment = {} if Re is None else {RE.name: Re}
+                of_experiment: dict[str, float | str] = {} if Re is None else {RE.name: Re}
                 yield events.Row("focus", point_row(point) | stability_row(place, point, stability) | of_experiment)
                 said = Message("{}  growth = {}", _place(case, place), RATE(float(stability.growth[0].real)))
                 yield events.Progress(count, Message("{}  {}", said, stability.verdict.value), count)

@@ -9,7 +9,7 @@ import numpy as np
 
 from pairsim.plots.chart import POINT, Line, Panel, draw_chart
 from pairsim.plots.labels import parts_along, read_case, tex_number
-from pairsim.plots.style import COLOURS, LINES, Page, printing
+from pairsim.plots.style import COLOURS, LINES, Look, Page, printing
 from pairsim.plots.units import Units
 from pairsim.quantities.kinds import LENGTH
 from pairsim.questions.focus import GROWTH, RE_MOST, TABLE, A, column_of
@@ -25,7 +25,7 @@ def draw_focus(directory: Path, out: Path, page: Page) -> list[Path]:
     """
     units, case = Units.of(directory, page.physical), read_case(directory / "case.yaml")
     table = read_table(directory / "focus.csv", TABLE, missing_ok=True).converted(units.scales)
-    key = next(iter(case.get("along") or {}), "")
+    key = case.followed
     if not key or not table.rows:
         return []
     followed = column_of(key).with_suffix("")
@@ -34,14 +34,14 @@ def draw_focus(directory: Path, out: Path, page: Page) -> list[Path]:
     else:
         label, x = units.followed(case, followed, table[key])
     panels: dict[Any, Panel] = {GROWTH: Panel(label, units.axis_label([GROWTH]), wide="x")}
-    joined = {"linestyle": "-"}
+    joined: Look = {"linestyle": "-"}
     lines = [Line(GROWTH, x, table[GROWTH], table.half_widths(GROWTH), mark=POINT, look=joined)]
     if len(entries := table.suffixes(A)) > 1:
         shown = [suffix for suffix in entries if suffix.startswith("_1")]  # the motion of the first particle
         columns = [A.with_suffix(suffix) for suffix in shown]
         panels[A] = Panel(label, units.axis_label(columns), wide="x")
         for i, (suffix, entry) in enumerate(zip(shown, columns, strict=True)):
-            own = {"color": COLOURS[i % len(COLOURS)], "linestyle": LINES[i % len(LINES)]}
+            own: Look = {"color": COLOURS[i % len(COLOURS)], "linestyle": LINES[i % len(LINES)]}
             bars = table.half_widths(A, suffix)
             lines.append(Line(A, x, table[entry], bars, mark=POINT, look=own, label=f"${entry.symbol}$"))
     if np.nan_to_num(table[RE_MOST]).any():

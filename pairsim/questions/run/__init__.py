@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pairsim.cases.estimate import Estimate
-from pairsim.cases.run_case import Case, check_run
+from pairsim.cases.run_case import Case
 from pairsim.computing import events
 from pairsim.computing.question import Flag, InSweeps, Question, last_row
 from pairsim.computing.result import Result
@@ -94,7 +94,6 @@ def draw(folder: Path, out: Path, page: Page) -> list[Path]:
 QUESTION = Question(
     __name__,
     model=Case,
-    check=check_run,
     estimate=estimate,
     solve=solve,
     tables={"series": SERIES_COLUMNS},

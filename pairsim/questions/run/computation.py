@@ -31,8 +31,8 @@ from pairsim.record.columns import (
     DU,
     DU_CORRECTION,
     DU_DISCRETE,
-    DU_ERROR,
     ERROR_COLUMNS,
+    ESTIMATE_COLUMNS,
     MESH,
     NEWTON,
     POLYMER_HEALTH,
@@ -66,6 +66,7 @@ from pairsim.runtime.message import Message, Text
 from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.signals import Stopped
 from pairsim.solvers.errors.run_errors import RunErrors
+from pairsim.solvers.goals import IN_TIME, dU
 from pairsim.solvers.problems import Problem
 from pairsim.solvers.stepping.step import Step, at_step
 from pairsim.solvers.transient.adaptation import RunAdaptation
@@ -78,6 +79,7 @@ ADVICE = {
     TooManySteps: "a larger limits.max_steps",
 }
 NEARLY_DUE = 1e-9  # part of a frame that may be missing by rounding when it is written
+HALF_WIDTHS = {goal: next(each for each in ERROR_COLUMNS if each.name == goal.error_column) for goal in IN_TIME}
 SETTLES = 10.0  # time for the settled state at the end of a run [s], at least: else what the run itself took; chosen
 
 
@@ -89,8 +91,8 @@ class Run:
         self.old = old = earlier.checkpoint if earlier is not None else None
         self.transient: Transient | None = None
         self._adapt(old.adaptation if old is not None else None)
-        known = (DU_ERROR,) if case.start == "steady" else ()
-        self._errors = ERROR_COLUMNS if case.estimates_error else known
+        known = case.n > 1 and (case.estimates_error or case.start == "steady")
+        self._errors = (*(ESTIMATE_COLUMNS if case.estimates_error else ()), *(ERROR_COLUMNS if known else ()))
         self._own = QUESTION.tables["series"].own
         self._entries: dict[Entry[Any], Any] = {}
         self._pending: Step | None = None  # its fields are not written
@@ -299,12 +301,11 @@ def row_of(step: Step) -> dict[str, float]:
     values: dict[Column, Any] = {T: step.t, Z: step.z, DISTANCE: o.d, U: step.U, DU: step.dU, TAYLOR: o.D}
     values |= {DP: o.dp, DP_PLUS: o.dp_plus, DT: step.dt, NEWTON: step.report.iterations}
     values |= {MESH: step.mesh_id, DISTORTION: step.distortion, **observed(o)}
-    if step.dU_error is not None:
-        values[DU_ERROR] = step.dU_error
+    values |= {HALF_WIDTHS[goal]: each if goal.per else float(each[0]) for goal, each in step.half_widths.items()}
     if step.scene.material.plastic.yield_stress:
         values[BRIDGE] = bridges(step.scene, step.x, step.h)
-    if step.dU_correction is not None:
-        values |= {DU_DISCRETE: step.dU_discrete, DU_CORRECTION: step.dU_correction}
+    if step.corrections:
+        values |= {DU_DISCRETE: step.dU_discrete, DU_CORRECTION: step.corrections[dU]}
     return table_row(o.U.size, values)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -67,7 +66,7 @@ def narrow_gap(case: Case, gap: float, arc: float) -> list[Text]:
 def warnings_of_run(case: Case, errors: RunErrors, extremes: Extremes) -> list[Text]:
     """Warnings about the results of a run."""
     return [
-        *long_steps(case, errors.steps.part),
+        *long_steps(case, errors[dU].steps.part),
         *large_run_error(case, errors.part),
         *unknown_run_error(case, errors.lost),
         *narrow_gap(case, *extremes.narrowest),
@@ -75,14 +74,15 @@ def warnings_of_run(case: Case, errors: RunErrors, extremes: Extremes) -> list[T
     ]
 
 
-def accuracy_of(case: Case, errors: RunErrors) -> tuple[dict[str, Any], str]:
+def accuracy_of(case: Case, errors: RunErrors) -> tuple[dict[str, float], str]:
     """The part of the entry that is known after an adapted run, and what the closing line says of it."""
-    peak, wanted = errors.steps.peak, case.error_wanted
+    of_dU, wanted = errors[dU], case.error_wanted
+    peak = of_dU.steps.peak
     if peak <= LEAST:
         return {"kept": True}, ""
     if math.isfinite(errors.lost):
         return {"kept": False}, f"; accuracy: {case.accuracy} was not kept, dU_error is not known"
-    reached = errors.largest / peak
+    reached = of_dU.largest / peak
     entry = {"reached": reached, "kept": reached <= wanted, "reference_dU": peak}
     kept = "kept" if reached <= wanted else "not kept"
     percent = f"{100 * reached:.2g}" if reached <= wanted else above(100 * reached, 100 * wanted)

@@ -17,22 +17,22 @@ from collections.abc import Iterator
 from dataclasses import replace
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from pydantic import Field
 
 from pairsim.cases import values
 from pairsim.cases.case import ENDS, Ends, SceneCase
-from pairsim.cases.checks import check_scene
 from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.keys import Key, Keys
-from pairsim.cases.mistakes import Mistake, broken, missing
+from pairsim.cases.mistakes import Mistake, missing
 from pairsim.computing.question import InSweeps, Question
 from pairsim.computing.result import Result
 from pairsim.quantities.kinds import LENGTH, POSITION, RATE
 from pairsim.record.column import GAP, Column, Columns, Shown
 from pairsim.record.columns import D_ERROR, DISTANCE, DU, DU_ERROR, T_RELAX, U_ERROR, T, U, Z
 from pairsim.record.run_entries import SIZE, Entry
+from pairsim.runtime.plain import Plain
 
 if TYPE_CHECKING:
     from pairsim.computing.events import Events
@@ -47,8 +47,20 @@ SEARCH = 2.0
 SHORT_ROWS = 270
 
 K = Column("k", "k", "phase between neighbours in a wave of 2 pi/k beads")
-GROWTH = Column("growth", r"\mathrm{Re}\,\lambda", "growth rate of the wave; negative: it decays", RATE)
-FREQUENCY = Column("frequency", r"\mathrm{Im}\,\lambda", "angular frequency; positive: upstream past the beads", RATE)
+GROWTH = Column(
+    "growth",
+    r"\mathrm{Re}\,\lambda",
+    "growth rate of the wave; negative: it decays",
+    RATE,
+    half_width="growth_error",
+)
+FREQUENCY = Column(
+    "frequency",
+    r"\mathrm{Im}\,\lambda",
+    "angular frequency; positive: upstream past the beads",
+    RATE,
+    half_width="frequency_error",
+)
 WAVE = (
     K,
     GROWTH,
@@ -60,13 +72,13 @@ SPECTRUM = Columns(
     Column("frequency_error", r"\epsilon_\mathrm{Im}", "half-width of its interval", RATE),
 )
 VERDICT = "orders: all waves decay; clusters: some grow; neither: all keep their size; undecided: not certain"
-D = Column("d", "d", "distance between the facing surfaces of neighbours", LENGTH)
+D = Column("d", "d", "distance between the facing surfaces of neighbours", LENGTH, half_width="d_error")
 TRAIN = Columns(
     Column("spacing", "s", "distance between the centres of neighbours", LENGTH),
     *(D, D_ERROR, U, U_ERROR),
     Column("verdict", "", VERDICT),
     *WAVE,
-    Column("diffusion", "C", "long waves grow at -C k^2", RATE),
+    Column("diffusion", "C", "long waves grow at -C k^2", RATE, half_width="diffusion_error"),
     Column("diffusion_error", r"\epsilon_C", "half-width of the interval of C", RATE),
     Column("tube", "L", "length of tube for a tenfold smaller (clusters: larger) spread", LENGTH, unknown=True),
     Column("tube_least", r"L_\mathrm{min}", "the least by the intervals of the rates", LENGTH, unknown=True),
@@ -83,10 +95,59 @@ BY_DISTANCE = Column("by_d", "", "derivative of a distance at the outlet, one a 
 SENTENCES = Entry[list[str]]("sentences", "the answer in words")
 
 
+def _places(case: TrainCase) -> list[str]:
+    """Which of the keys are given that say how far apart the beads are; one is enough."""
+    places = {"d": case.d, "train.spacing": case.train.spacing, "train.transition": case.train.transition}
+    return [key for key, value in places.items() if value is not None]
+
+
+def _too_many(case: TrainCase, key: str) -> str:
+    """What one of these keys must be where another one is given before it."""
+    first, *others = _places(case) or [key]
+    return (
+        f"must be left out if {first} is given: beads deform, and one follows from the other" if key in others else ""
+    )
+
+
+def _check_spacing(case: TrainCase) -> str:
+    spacing, beta = case.train.spacing, max(case.betas, default=0.0)
+    inside = spacing is not None and spacing <= beta
+    return _too_many(case, "train.spacing") or (
+        f"must be above beta = {beta:g}: it is that of the centres" if inside else ""
+    )
+
+
+def _check_transition(case: TrainCase) -> str:
+    given = case.train.transition
+    descends = given is not None and given[0] >= given[1]
+    return _too_many(case, "train.transition") or ("must be two distances in ascending order" if descends else "")
+
+
+def _check_d(case: TrainCase) -> Iterator[Mistake]:
+    """Yield the mistake of a train whose distance is not given."""
+    if not _places(case):
+        yield missing("d", "must be a number, the distance between facing surfaces, or train.spacing be given")
+
+
+def _check_beads(case: TrainCase) -> Iterator[Mistake]:
+    """Yield the mistake of a row whose number of beads is not given, or given twice."""
+    if case.listed and case.row.beads:
+        yield Mistake("row.beads", case.row.beads, "must be left out: d has the distances of the row")
+    elif case.row != RowOptions() and not (case.listed or case.row.beads):
+        yield missing("row.beads", "must be given to follow a row, or row be left out")
+
+
+def _check_min_gap(case: TrainCase) -> str:
+    return "must be below d" if case.row.min_gap >= min(case.listed or (case.mean_d or inf,)) else ""
+
+
+AS_LONG = "must be left out: a period of the train is as long as its spacing"
+
+
 class RowOptions(Keys):
     """A row of beads that is followed along the tube, with distances at random of mean d, or those listed in d."""
 
-    beads: values.Whole | None = Field(
+    beads: Annotated[values.Whole | None, Key(check=_check_beads)] = Field(
         None, ge=2, le=1000, description="number of beads; without it a row is followed where d is a list"
     )
     spread: values.Positive = Field(
@@ -94,19 +155,21 @@ class RowOptions(Keys):
     )
     seed: values.Whole = Field(0, ge=0, description="seed of the random numbers")
     tube: values.Distance = Field(300.0, description="length of tube along which the row is followed [D_c]")
-    min_gap: values.Distance = Field(0.002, description="distance at which beads touch [D_c]")
+    min_gap: Annotated[values.Distance, Key(check=_check_min_gap)] = Field(
+        0.002, description="distance at which beads touch [D_c]"
+    )
 
 
 class TrainOptions(Keys):
     """The train."""
 
-    spacing: values.Distance | None = Field(
+    spacing: Annotated[values.Distance | None, Key(check=_check_spacing)] = Field(
         None, description="distance between the centres of neighbours, in place of d [D_c]"
     )
-    cell: values.Whole = Field(
+    cell: Annotated[values.Whole, Key(check=lambda case: "must be even" if case.train.cell % 2 else "")] = Field(
         8, ge=4, le=64, description="even number of beads in the periodic cell, whose waves are computed"
     )
-    transition: tuple[values.Distance, values.Distance] | None = Field(
+    transition: Annotated[tuple[values.Distance, values.Distance] | None, Key(check=_check_transition)] = Field(
         None,
         description="two distances between which trains change from clustering to ordering; the train is that where "
         "they do, in place of d [D_c]",
@@ -119,12 +182,14 @@ class TrainCase(SceneCase):
     kind: ClassVar[str] = "train"
 
     particles: values.Whole = Field(1, ge=1, le=1, description="1: all beads of the train are equal")
-    d: Annotated[values.OneOrMany[values.Distance] | None, Key(usual=0.1)] = Field(
+    d: Annotated[values.OneOrMany[values.Distance] | None, Key(usual=0.1, check=_check_d, first=True)] = Field(
         None,
         description="distance between the facing surfaces of neighbours [D_c]; a list: the first distances of a row "
         "from upstream, whose mean is that of the train",
     )
-    ends: Ends = Field("periodic", description=ENDS)
+    ends: Annotated[Ends, Key(check=lambda case: "" if case.ends == "periodic" else AS_LONG)] = Field(
+        "periodic", description=ENDS
+    )
     train: TrainOptions = TrainOptions()
     row: RowOptions = RowOptions()
 
@@ -158,7 +223,7 @@ class TrainCase(SceneCase):
         d = self.mean_d or max(self.train.transition or (0.0,))
         return self.train.spacing or max(self.betas, default=0.0) + d
 
-    def resolved(self) -> dict[str, Any]:
+    def resolved(self) -> dict[str, Plain]:
         return {key: value for key, value in super().resolved().items() if key != "length"}  # which must not be given
 
     def _slug_parts(self) -> list[str]:
@@ -167,32 +232,9 @@ class TrainCase(SceneCase):
 
 
 def check(case: TrainCase) -> Iterator[Mistake]:
-    """Check the keys against each other; yields mistakes."""
-    places = {"d": case.d, "train.spacing": case.train.spacing, "train.transition": case.train.transition}
-    given = {key: value for key, value in places.items() if value is not None}
-    if not given:
-        yield missing("d", "must be a number, the distance between facing surfaces, or train.spacing be given")
-        return
-    first, *others = given
-    only_one = f"must be left out if {first} is given: beads deform, and one follows from the other"
-    yield from (Mistake(key, given[key], only_one) for key in others)
-    if case.row != RowOptions() and not (case.listed or case.row.beads):
-        yield missing("row.beads", "must be given to follow a row, or row be left out")
-    beta, spacing = max(case.betas, default=0.0), case.train.spacing
-    ascending = case.train.transition is None or case.train.transition[0] < case.train.transition[1]
-    why = "must be left out: a period of the train is as long as its spacing"
-    of_centres = f"must be above beta = {beta:g}: it is that of the centres"
-    yield from broken(
-        case,
-        ("train.spacing", first == "train.spacing" and spacing is not None and spacing <= beta, of_centres),
-        ("length", case.length is not None, why),
-        ("ends", case.ends != "periodic", why),
-        ("train.cell", case.train.cell % 2 == 1, "must be even"),
-        ("row.min_gap", case.row.min_gap >= min(case.listed or (case.mean_d or inf,)), "must be below d"),
-        ("row.beads", bool(case.listed and case.row.beads), "must be left out: d has the distances of the row"),
-        ("train.transition", first == "train.transition" and not ascending, "must be two distances in ascending order"),
-    )
-    yield from check_scene(case)
+    """Yield the mistake of a length that is given."""
+    if case.length is not None:
+        yield Mistake("length", case.length, AS_LONG)
 
 
 def estimate(case: TrainCase) -> Estimate:

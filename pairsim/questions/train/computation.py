@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
 from itertools import islice
 from math import inf, isfinite, nan, pi
-from typing import Any
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from pairsim.runtime.message import Message
 from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.goals import U
 from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.trains.spectrum import Wave
 from pairsim.solvers.trains.train import Train, on_meshes, transition
 
 FAST = 0.3  # rate times t_relax from which on an answer says that beads move while they remember; chosen
@@ -53,45 +55,92 @@ def computation(case: TrainCase, monitor: Monitor) -> events.Events:
     except BranchEnd as end:
         yield events.Summary({})
         return events.Outcome("finished", end.reason, end.message)
-    row = _row(found, slope)
-    names = TRAIN.named(1)
+    answer, names = Answer(found, slope), TRAIN.named(1)
     yield events.Table("train", names)
-    yield events.Row("train", dict.fromkeys(names) | row)  # the result that is waited for
+    yield events.Row("train", dict.fromkeys(names) | answer.row())  # the result that is waited for
     waves = [wave._asdict() for wave in found.spectrum.of_cell]
     yield events.Table("spectrum", SPECTRUM.named(1), waves)
-    sentences = list(_said(case, row, slope))  # to which those of a row are added
+    sentences = list(_said(case, answer))  # to which those of a row are added
     yield events.Summary({SIZE: found.unknowns, SENTENCES: sentences}, _warnings(case, found))
     if (gaps := first_gaps(case, found.d)).size:
         sentences += yield from follow(case, problem, start, gaps, found, done, sum(work.MESHES[refined:]))
     return events.Outcome("finished", "end", f"verdict: {verdict}")
 
 
-def _row(found: Train, slope: float) -> dict[str, Any]:
-    """The row of train.csv; with the slope of `transition` there has an error of its distance."""
-    spectrum = found.spectrum
-    row = vars(found) | spectrum.fastest._asdict() | {"verdict": spectrum.verdict}
-    row |= {"U_1": found.U, "U_error_1": found.U_error}
-    longest = spectrum.everywhere[0]
-    row["diffusion"], row["diffusion_error"] = -longest.scaled, longest.scaled_error
-    if spectrum.verdict in CHANGES:
-        tubes = found.U * np.array(spectrum.time_to(CHANGES[spectrum.verdict][0]))
-        row |= dict(zip(TUBES, tubes, strict=True)) if isfinite(tubes[0]) else {}
-    if isfinite(slope):
-        wave = spectrum.least_stable
-        row["d_error"] = (abs(wave.scaled) + abs(wave.scaled_error)) / abs(slope)
-    return row
+@dataclass(frozen=True)
+class Answer:
+    """What a train says: its numbers, and those that follow from its growth rates.
+
+    Attributes:
+        found: The train.
+        slope: That of `transition`, with which its distance has an error; nan of one that is no transition.
+    """
+
+    found: Train
+    slope: float = nan
+
+    @property
+    def verdict(self) -> str:
+        """Whether it orders or clusters."""
+        return self.found.spectrum.verdict
+
+    @property
+    def wave(self) -> Wave:
+        """The disturbance that grows most, or decays fastest."""
+        return self.found.spectrum.fastest
+
+    @property
+    def diffusion(self) -> tuple[float, float]:
+        """C and its half-width: long waves grow at -C k^2 [U_av/D_c]."""
+        longest = self.found.spectrum.everywhere[0]
+        return -longest.scaled, longest.scaled_error
+
+    @cached_property
+    def tubes(self) -> tuple[float, ...]:
+        """Length of tube for a spread to change tenfold, the least and the largest [D_c]; none where it does not."""
+        if self.verdict not in CHANGES:
+            return ()
+        lengths = self.found.U * np.array(self.found.spectrum.time_to(CHANGES[self.verdict][0]))
+        return tuple(map(float, lengths)) if isfinite(lengths[0]) else ()
+
+    @property
+    def d_error(self) -> float | None:
+        """Half-width of the distance of a transition [D_c]; None of one that is none."""
+        if not isfinite(self.slope):
+            return None
+        wave = self.found.spectrum.least_stable
+        return (abs(wave.scaled) + abs(wave.scaled_error)) / abs(self.slope)
+
+    def row(self) -> dict[str, float | str]:
+        """The row of train.csv."""
+        C, C_error = self.diffusion
+        return {
+            "spacing": self.found.spacing,
+            "d": self.found.d,
+            **({} if self.d_error is None else {"d_error": self.d_error}),
+            "U_1": self.found.U,
+            "U_error_1": self.found.U_error,
+            "verdict": self.verdict,
+            "k": self.wave.k,
+            "growth": self.wave.growth,
+            "growth_error": self.wave.growth_error,
+            "diffusion": C,
+            "diffusion_error": C_error,
+            **dict(zip(TUBES, self.tubes, strict=False)),
+            "t_relax": self.found.t_relax,
+        }
 
 
-def _said(case: TrainCase, row: Mapping[str, Any], slope: float) -> Iterator[str]:
-    """What a row of train.csv says."""
-    scales, verdict = case.scales, row["verdict"]
-    U = in_unit(scales, VELOCITY, row["U_1"], row["U_error_1"])
-    growth, C = (in_unit(scales, RATE, row[name], row[f"{name}_error"]) for name in ("growth", "diffusion"))
-    spacing, d = (with_name(scales, LENGTH, row[name]) for name in ("spacing", "d"))
+def _said(case: TrainCase, answer: Answer) -> Iterator[str]:
+    """What a train says, in words."""
+    scales, verdict, train, fastest = case.scales, answer.verdict, answer.found, answer.wave
+    U = in_unit(scales, VELOCITY, train.U, train.U_error)
+    growth, C = (in_unit(scales, RATE, *each) for each in ((fastest.growth, fastest.growth_error), answer.diffusion))
+    spacing, d = (with_name(scales, LENGTH, each) for each in (train.spacing, train.d))
     yield f"Beads {spacing} apart from centre to centre, {d} from surface to surface, move at U = {U}."
-    wave = f"a wave of {2 * pi / row['k']:.3g} beads"
-    length = row["U_1"] / abs(row["growth"] or nan)
-    error = length * (row["growth_error"] / abs(row["growth"] or nan) + row["U_error_1"] / row["U_1"])
+    wave = f"a wave of {2 * pi / fastest.k:.3g} beads"
+    length = train.U / abs(fastest.growth or nan)
+    error = length * (fastest.growth_error / abs(fastest.growth or nan) + train.U_error / train.U)
     at = f"at {growth}, by a factor e within {with_name(scales, POSITION, length, error)}"
     yield {
         "orders": f"The train orders: disturbances of all wave lengths decay, {wave} fastest: {at}.",
@@ -99,16 +148,17 @@ def _said(case: TrainCase, row: Mapping[str, Any], slope: float) -> Iterator[str
         "neither": "The train neither orders nor clusters: waves travel along it and keep their size.",
         "undecided": f"Whether the train orders is not certain: {wave} has the largest growth rate, {growth}.",
     }[verdict]
-    sign = np.sign(row["diffusion"]) if abs(row["diffusion"]) > row["diffusion_error"] else 0
+    value, half_width = answer.diffusion
+    sign = np.sign(value) if abs(value) > half_width else 0
     long = {1: "decay", -1: "grow", 0: "may decay or grow"}[sign]
     yield f"Waves of many beads {long}: at -C k^2 with C = {C}, where k is 2 pi over their number of beads."
-    if "tube" in row:
-        tube, least, most = (with_name(scales, POSITION, row[name]) for name in TUBES)
+    if answer.tubes:
+        tube, least, most = (with_name(scales, POSITION, each) for each in answer.tubes)
         small = "where distances differ little at first, independently of each other"
         yield f"A spread of the distances {CHANGES[verdict][1]} within {tube} of tube ({least} to {most}), {small}."
-    if "d_error" in row:
-        nearer, farther = ("cluster", "order") if slope < 0 else ("order", "cluster")
-        at = in_unit(scales, LENGTH, row["d"], row["d_error"])
+    if answer.d_error is not None:
+        nearer, farther = ("cluster", "order") if answer.slope < 0 else ("order", "cluster")
+        at = in_unit(scales, LENGTH, train.d, answer.d_error)
         yield f"Trains with distances of less than {at} {nearer}, and those with more {farther}."
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from pairsim.plots.chart import POINT, Line, Panel, draw_chart
 from pairsim.plots.labels import case_parts, read_case, tex_number
 from pairsim.plots.lines import told_apart
-from pairsim.plots.style import COLOURS, LINES, Page, printing
+from pairsim.plots.style import COLOURS, LINES, Look, Page, printing
 from pairsim.plots.units import Units
 from pairsim.quantities.kinds import LENGTH, POSITION
 from pairsim.questions.train import FREQUENCY, GROWTH, POSITION_OF_ROW, ROW, SPECTRUM, TRAIN, D, K
@@ -42,7 +42,7 @@ def draw_train(directory: Path, out: Path, page: Page) -> list[Path]:
         z = row[POSITION_OF_ROW]
         lines = told_apart([Line("on the way", z, row[gap], columns=(POSITION_OF_ROW, gap)) for gap in gaps.values()])
         for name, d, colour, dashes in zip(("inlet", "outlet"), ends, COLOURS, LINES, strict=False):
-            look = {"drawstyle": "steps-post", "color": colour, "linestyle": dashes}
+            look: Look = {"drawstyle": "steps-post", "color": colour, "linestyle": dashes}
             lines.append(Line("at the ends", bins, np.append(np.histogram(d, bins)[0], 0), label=name, look=look))
         shown = {
             "on the way": Panel(units.axis_label([POSITION_OF_ROW]), label),
@@ -58,7 +58,7 @@ def _kymograph(units: Units, row: Table) -> tuple[dict[str, Panel], list[Line]]:
     way, places = row[POSITION_OF_ROW], list(row.each(Z).values())
     middle = np.mean(places, axis=0)
     to_lengths = units.factor(LENGTH) / units.factor(POSITION)  # columns of positions are in mm, beads are um apart
-    look = {"color": COLOURS[0], "linestyle": "-"}
+    look: Look = {"color": COLOURS[0], "linestyle": "-"}
     beads = [Line("beads", way, to_lengths * (z - middle), look=look) for z in places]
     time = units.axis_label([T]), way, row[T]
     label = rf"$z_i - \bar{{z}}$  [{units.name(LENGTH)}]"

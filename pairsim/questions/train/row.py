@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
-from dataclasses import replace
+from collections.abc import Generator, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -13,11 +14,11 @@ from pairsim.quantities.kinds import LENGTH, POSITION, VELOCITY
 from pairsim.quantities.text import in_unit, with_name
 from pairsim.questions.train import BY_DISTANCE, ROW, TrainCase, work
 from pairsim.record.column import table_row
-from pairsim.runtime.arrays import Array
+from pairsim.runtime.arrays import Array, Flags
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
-from pairsim.solvers.rows.model import Row, fitted
-from pairsim.solvers.rows.row_motion import TOLERANCE, move, propagator
+from pairsim.solvers.rows.model import Row, RowModel, Waves, fitted
+from pairsim.solvers.rows.row_motion import TOLERANCE, Places, move, propagator
 from pairsim.solvers.rows.short_rows import MOST, TRAINS, places_of, short_rows, solved, trains
 from pairsim.solvers.trains.train import Train
 
@@ -39,6 +40,86 @@ def first_gaps(case: TrainCase, d: float) -> Array:
     return np.asarray(row.min_gap + random)
 
 
+@dataclass
+class Progress:
+    """How far the computation is.
+
+    Attributes:
+        done: The work that is done.
+        scale: Factor of it, since some of that of the case was not needed: what is left goes on evenly.
+        solutions: Solutions so far.
+    """
+
+    done: float
+    scale: float
+    solutions: int = 0
+
+    def after(self, work: float, words: str) -> events.Progress:
+        """The event after a solution that was so much work."""
+        self.done += work
+        self.solutions += 1
+        return events.Progress(self.scale * self.done, words, self.solutions)
+
+
+@dataclass(frozen=True)
+class Motion:
+    """How a row moves along the tube, at `PLACES` times [D_c/U_av].
+
+    Attributes:
+        model: Velocities of the row.
+        places: The places of the particles, without their lengths, at times.
+        steps: The times of the steps, shape (m,).
+        contact: Distance at which particles touch [D_c].
+    """
+
+    model: RowModel
+    places: Places
+    steps: Array
+    contact: float
+
+    @cached_property
+    def times(self) -> Array:
+        """The times, shape (PLACES,)."""
+        return np.linspace(0.0, self.steps[-1], PLACES)
+
+    @cached_property
+    def way(self) -> Array:
+        """How far each particle has moved at the times [D_c], shape (N, PLACES)."""
+        return self.places(self.times) - self.places(0.0)[:, None]
+
+    @cached_property
+    def distances(self) -> Array:
+        """The distances at the times [D_c], shape (PLACES, N-1)."""
+        return np.diff(self.places(self.times), axis=0).T
+
+    @cached_property
+    def touching(self) -> Flags:
+        """Which particles touch at the steps, shape (m, N-1)."""
+        return self.contact + TOLERANCE >= np.diff(self.places(self.steps), axis=0).T
+
+    @cached_property
+    def dU(self) -> Array:
+        """Relative velocities at the times [U_av], shape (PLACES, N-1)."""
+        return np.array([self.model.row(d).dU for d in self.distances])
+
+    @cached_property
+    def dU_errors(self) -> Array:
+        """Their half-widths."""
+        return np.array([self.model.dU_errors(d) for d in self.distances])
+
+    def rows(self, diameter: float) -> list[dict[str, float]]:
+        """The rows of row.csv, of particles of a diameter [D_c]."""
+        n = len(self.way)
+        z = (self.places(self.times) + diameter * np.arange(n)[:, None]).T
+        values = zip(self.way.mean(axis=0), self.times, z, self.distances, self.dU, self.dU_errors, strict=True)
+        return [table_row(n, dict(zip(ROW, moment, strict=True))) for moment in values]
+
+    def neighbours(self, count: int, least: float) -> Array:
+        """Distances of so many neighbours in the row, where all are at least so large, shape (any, count - 1)."""
+        found = sliding_window_view(self.distances, count - 1, axis=1).reshape(-1, count - 1)
+        return np.asarray(found[found.min(axis=1) >= least])
+
+
 def follow(
     case: TrainCase, problem: SteadyProblem, alone: Parameters, gaps: Array, train: Train, done: float, unneeded: float
 ) -> Generator[events.Event, None, list[str]]:
@@ -47,65 +128,24 @@ def follow(
     Problem and parameters are those of a bead alone in the train. So much work is done, and of that of the case so much
     was not needed.
     """
-    of_needed = work.of_case(case) / (work.of_case(case) - unneeded)  # what is left goes on evenly
-    problem, n, rows = replace(problem, length=LONG * problem.betas[0], closed=False), len(gaps) + 1, list[Row]()
+    progress = Progress(done, work.of_case(case) / (work.of_case(case) - unneeded))
+    problem, n = replace(problem, length=LONG * problem.betas[0], closed=False), len(gaps) + 1
     least = min(LEAST, gaps.min() if case.listed else gaps.mean() / 2)
-    total = sum(len(places_of(count, least)) for count in range(1, MOST + 1))
-    for row in short_rows(problem, alone, least):
-        rows.append(row)
-        done += work.of_short_row(len(row.values))
-        yield events.Progress(of_needed * done, f"short row {len(rows)} of {total}", len(rows))
-    waves = []
-    for wave in trains(problem, alone):
-        waves.append(wave)
-        done += work.TRAIN
-        yield events.Progress(of_needed * done, f"train {len(waves)} of {len(TRAINS)}", len(rows) + len(waves))
-    model = fitted(rows, waves)
-    t, places = move(model, gaps, case.row.min_gap, case.row.tube, problem.monitor)
-    times = np.linspace(0.0, t[-1], PLACES)
-    way, states = places(times) - places(0.0)[:, None], np.diff(places(times), axis=0).T
-    touching = case.row.min_gap + TOLERANCE >= np.diff(places(t), axis=0).T
-    dU, errors = np.array([model.row(d).dU for d in states]), np.array([model.dU_errors(d) for d in states])
-    done += work.of_motion(n)
-    yield events.Progress(of_needed * done, f"the row of {n} has moved", len(rows) + len(waves) + 1)
-    z = (places(times) + problem.betas[0] * np.arange(n)[:, None]).T
-    values = zip(way.mean(axis=0), times, z, states, dU, errors, strict=True)
-    moments = [table_row(n, dict(zip(ROW, moment, strict=True))) for moment in values]
-    yield events.Table("row", ROW.named(n), moments)
-    spreads = " to ".join(f"{100 * d.std() / d.mean():.3g} %" for d in states[[0, -1]])
-    means = " to ".join(in_unit(case.scales, LENGTH, d.mean()) for d in states[[0, -1]])
-    tube = with_name(case.scales, POSITION, way[:, -1].min())
-    sentences = [
-        f"Spread of {n - 1} distances within {tube} of tube: from {spreads} of their mean, which goes from {means}.",
-        f"Half-widths of dU along the tube: half of them at most {in_unit(case.scales, VELOCITY, np.median(errors))}, "
-        f"all at most {in_unit(case.scales, VELOCITY, errors.max())}; the largest |dU| is "
-        f"{in_unit(case.scales, VELOCITY, np.abs(dU).max())}.",
-    ]
-    if touching.any():
-        step, gap = np.argwhere(touching)[0]
-        place = with_name(case.scales, POSITION, (places(t[step]) - places(0.0))[gap : gap + 2].mean())
-        sentences.append(
-            f"Gap {gap + 1} closes first, after {place}. In all {touching.any(axis=0).sum()} close, and "
-            f"{touching[-1].sum()} stay closed; beads that touch are assumed to travel on as doublets, held by equal "
-            "and opposite forces until these would have to pull."
-        )
-    neighbours = sliding_window_view(states, min(n, work.AUDITED) - 1, axis=1).reshape(-1, min(n, work.AUDITED) - 1)
-    if len(neighbours := neighbours[neighbours.min(axis=1) >= least]):
+    model = yield from _model(problem, alone, least, progress)
+    steps, places = move(model, gaps, case.row.min_gap, case.row.tube, problem.monitor)
+    motion = Motion(model, places, steps, case.row.min_gap)
+    rows = motion.rows(problem.betas[0])
+    yield progress.after(work.of_motion(n), f"the row of {n} has moved")
+    yield events.Table("row", ROW.named(n), rows)
+    sentences = list(_said(case, motion))
+    count = min(n, work.AUDITED)
+    if len(neighbours := motion.neighbours(count, least)):
         widest, narrowest = neighbours[neighbours.mean(axis=1).argsort()[[-1, 0]]].tolist()
         audits = [*solved(problem, alone, [tuple(widest), tuple(narrowest)])]
-        done += work.of_audits(n)
-        solved_ones = f"rows of {min(n, work.AUDITED)} are solved"
-        yield events.Progress(of_needed * done, solved_ones, len(rows) + len(waves) + 2)
-        off = 100 * max(abs(model.row(row.gaps).dU - row.dU).max() / abs(row.dU).max() for row in audits)
-        k, rates = train.spectrum.waves
-        growth = 100 * abs(model.growth(train.d, k) - rates).max() / abs(rates).max()
-        sentences.append(
-            f"By how much the model of the row is off: dU of the narrowest and the widest {min(n, work.AUDITED)} "
-            f"neighbours along the tube, which were solved in full, by {off:.2g} % of their largest |dU| at most; "
-            f"growth rates of the train by {growth:.2g} % of the largest."
-        )
-    if n <= work.MOST_PROPAGATED and not touching.any():
-        changes = propagator(model, places, t[-1])
+        yield progress.after(work.of_audits(n), f"rows of {count} are solved")
+        sentences.append(_audited(model, audits, train, count))
+    if n <= work.MOST_PROPAGATED and not motion.touching.any():
+        changes = propagator(model, places, steps[-1])
         yield _table("propagator", [f"{BY_DISTANCE.name}_{i}" for i in range(1, n)], changes)
         singular = np.linalg.svd(changes, compute_uv=False)
         sentences.append(
@@ -113,6 +153,59 @@ def follow(
             "which of them change."
         )
     return sentences
+
+
+def _model(
+    problem: SteadyProblem, alone: Parameters, least: float, progress: Progress
+) -> Generator[events.Event, None, RowModel]:
+    """Solve short rows and trains, down to a least distance, and fit the model of long rows to them."""
+    rows, waves = list[Row](), list[Waves]()
+    total = sum(len(places_of(count, least)) for count in range(1, MOST + 1))
+    for row in short_rows(problem, alone, least):
+        rows.append(row)
+        yield progress.after(work.of_short_row(len(row.values)), f"short row {len(rows)} of {total}")
+    for wave in trains(problem, alone):
+        waves.append(wave)
+        yield progress.after(work.TRAIN, f"train {len(waves)} of {len(TRAINS)}")
+    return fitted(rows, waves)
+
+
+def _said(case: TrainCase, motion: Motion) -> Iterator[str]:
+    """What becomes of the distances of the row, and which close."""
+    ends, count = motion.distances[[0, -1]], motion.distances.shape[1]
+    spreads = " to ".join(f"{100 * d.std() / d.mean():.3g} %" for d in ends)
+    means = " to ".join(in_unit(case.scales, LENGTH, d.mean()) for d in ends)
+    tube = with_name(case.scales, POSITION, motion.way[:, -1].min())
+    half, most, largest = (
+        in_unit(case.scales, VELOCITY, each)
+        for each in (np.median(motion.dU_errors), motion.dU_errors.max(), np.abs(motion.dU).max())
+    )
+    yield f"Spread of {count} distances within {tube} of tube: from {spreads} of their mean, which goes from {means}."
+    yield (
+        f"Half-widths of dU along the tube: half of them at most {half}, all at most {most}; the largest |dU| is "
+        f"{largest}."
+    )
+    if motion.touching.any():
+        step, gap = np.argwhere(motion.touching)[0]
+        moved = motion.places(motion.steps[step]) - motion.places(0.0)
+        place = with_name(case.scales, POSITION, moved[gap : gap + 2].mean())
+        yield (
+            f"Gap {gap + 1} closes first, after {place}. In all {motion.touching.any(axis=0).sum()} close, and "
+            f"{motion.touching[-1].sum()} stay closed; beads that touch are assumed to travel on as doublets, held by "
+            "equal and opposite forces until these would have to pull."
+        )
+
+
+def _audited(model: RowModel, audits: Sequence[Row], train: Train, count: int) -> str:
+    """By how much the model is off rows that were solved in full, of so many neighbours, and off the train."""
+    off = 100 * max(abs(model.row(row.gaps).dU - row.dU).max() / abs(row.dU).max() for row in audits)
+    k, rates = train.spectrum.waves
+    growth = 100 * abs(model.growth(train.d, k) - rates).max() / abs(rates).max()
+    return (
+        f"By how much the model of the row is off: dU of the narrowest and the widest {count} "
+        f"neighbours along the tube, which were solved in full, by {off:.2g} % of their largest |dU| at most; "
+        f"growth rates of the train by {growth:.2g} % of the largest."
+    )
 
 
 def _table(name: str, columns: list[str], rows: Array) -> events.Table:

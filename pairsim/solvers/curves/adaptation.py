@@ -36,8 +36,9 @@ ROUNDS = 3
 HELPS = 0.9  # part of the error that a round may leave, or it was the last one at its distance
 AIM = 0.8  # part of the error allowed that a mesh is made for
 LEAST_ROOM = 0.2  # part of the error allowed that the ends of the tube must leave to the cells
-ORDER = 3.0  # in the cell size, of the signed part of the error in a Newtonian liquid
+ORDER = 3.0  # in the cell size, of the signed part of the error in a Newtonian liquid; goals may have their own
 ELASTIC_ORDER = 4.5  # the same in a viscoelastic liquid; measured (docs/explanation/decisions.md)
+WIDENING_LEFT = 0.5  # power of the widening that is expected on finer cells; measured (docs/explanation/decisions.md)
 FACTORS = 1.15, 1.6  # bounds on the factor by which all cells become smaller in a round
 LESS_DISTORTED = 0.9  # part of the distortion of the cells in hand that those around a particle on its own must have
 LEAST_COMMON = 0.8  # factor of the cells that contribute nothing to the scatter, in a second or third round
@@ -232,7 +233,7 @@ class AdaptiveBranch(Branch):
     def _factor(self, point: Point, most: Mapping[Goal, Array]) -> float:
         """The factor by which all cells would have to be smaller to leave no more than `most` of each goal."""
         order = ELASTIC_ORDER if point.parameters.liquid.has_memory else ORDER
-        return _by_cells(point, most) ** (1 / order)
+        return max(_by_cells(point, {goal: each}) ** (1 / (goal.order or order)) for goal, each in most.items())
 
     def _refine(self, point: Point, goals: Sequence[Goal]) -> bool:
         """Go on to a finer mesh for goals at a point; False if there is none."""
@@ -262,8 +263,10 @@ class AdaptiveBranch(Branch):
         """Cell sizes for a point."""
         found = {goal: point.estimate[goal] for goal in most}
         cells = reduce(CellIndicators.joined, (each.cells for each in found.values() if each.cells is not None))
+        # Of the scatter, which has its share of the half-width and is widened with the rest of the cells' part.
         allowed = [
-            most[goal] / (each.of_scatter * (1 + each.by_all_cells / each.irregular)) for goal, each in found.items()
+            most[goal] / (each.widening**WIDENING_LEFT * each.of_scatter * (1 + each.by_all_cells / each.irregular))
+            for goal, each in found.items()
         ]
         largest_factor = MOST_FACTOR
         if self.rounds[self._place(point)]:  # smaller cells where the scatter came from were not enough

@@ -319,7 +319,7 @@ class Branch:
         held, errors = estimate.corrected(discrete), estimate[dU].half_width
         motion = slow_motion(at, held.dU, adjoints, t_relax, float(errors.min(initial=np.inf)))
         undecided = np.abs(np.diff(held.U + motion.U)) <= errors + motion.remainder
-        moving = _moving(held, motion)
+        moving, solution = _moving(held, motion), solver.solution
         return Point(
             solver.parameters,
             discrete,
@@ -330,7 +330,7 @@ class Branch:
             held_slopes,
             sensitivities(at, adjoints, held.dU, motion, self._sensitivities) if self._sensitivities else {},
             estimate,
-            {goal: estimate.value(goal, solver, moving) for goal in self.goals},
+            {goal: estimate.value(goal, solution, moving) for goal in self.goals},
             UnyieldedBridge.of(solver, undecided),
             solver.iterations - iterations_before,
             solver.meshes,

@@ -122,4 +122,4 @@ def _moved(scout: SteadySolver, gaps: tuple[float, ...]) -> bool:
 
 def _largest(goal: Goal, scout: SteadySolver) -> float:
     """The largest value of a goal, such as |dU|, at a solution."""
-    return float(np.abs(goal.linear_value(scout)).max())
+    return float(np.abs(goal.linear_value(scout.solution)).max())

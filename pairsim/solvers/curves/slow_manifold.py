@@ -22,6 +22,7 @@ from functools import partial
 
 import numpy as np
 
+from pairsim.fem.algebra.constraints import PositionUpdate
 from pairsim.fem.diagnostics import centres
 from pairsim.physics.fields import DISPLACEMENT
 from pairsim.runtime.arrays import Array
@@ -133,7 +134,7 @@ def slow_motion(at: Linearisation, dU: Array, adjoints: Adjoints, t_relax: float
 
 def centres_at(steady: SteadySolver, parameters: Parameters, y: Array) -> Array:
     """Distances between the centres of volume of neighbours, shape (N-1,)."""
-    h = steady.constraints.positions(y, steady.h_star(parameters), 1.0, 0.0)
+    h = steady.constraints.positions(y, PositionUpdate(steady.h_star(parameters)))
     return np.diff(centres(steady.bodies, h))
 
 

@@ -14,7 +14,6 @@ import numpy as np
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.goals import GOALS, Functional, Goal, U
 from pairsim.solvers.steady.linearisation import Linearisation
-from pairsim.solvers.steady.scene import SteadySolver
 
 
 @dataclass(frozen=True)
@@ -39,10 +38,15 @@ class Adjoints:
             at: The solution.
             goals: Goals beside those of `GOALS`.
         """
-        every = dict.fromkeys([*GOALS, *goals])
-        functionals = {root: _functional(root, at.steady) for root in dict.fromkeys(goal.root for goal in every)}
+        return Adjoints.of_goals(at, dict.fromkeys([*GOALS, *goals]))
+
+    @staticmethod
+    def of_goals(at: Linearisation, goals: Collection[Goal]) -> Adjoints:
+        """Solve for those of given goals alone."""
+        solution = at.steady.solution
+        functionals = {root: root.functional_at(solution) for root in dict.fromkeys(goal.root for goal in goals)}
         rows = np.vstack([each.rows for each in functionals.values()])
-        return Adjoints(tuple(every), functionals, at.adjoint(rows))
+        return Adjoints(tuple(goals), functionals, at.adjoint(rows))
 
     def __iter__(self) -> Iterator[Goal]:
         return iter(self.goals)
@@ -81,8 +85,3 @@ class Adjoints:
                 break
             start += len(functional.rows)
         return slice(start, start + len(self.functionals[root].rows))
-
-
-def _functional(goal: Goal, steady: SteadySolver) -> Functional:
-    assert goal.functional is not None, "a goal that is not combined has functionals"
-    return goal.functional(steady)

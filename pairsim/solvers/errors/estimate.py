@@ -26,6 +26,7 @@ from pairsim.solvers.errors.end_effects import end_effects
 from pairsim.solvers.errors.regularisation import by_regularisation, left_by_regularisation
 from pairsim.solvers.errors.run_errors import OF_POINTS, widening
 from pairsim.solvers.goals import DECIDING, Goal
+from pairsim.solvers.solution import Solution
 from pairsim.solvers.steady.linearisation import Linearisation
 from pairsim.solvers.steady.scene import SteadySolver
 
@@ -152,9 +153,9 @@ class ErrorEstimate(Mapping[Goal, GoalEstimate]):
                 added[goal.observed] = getattr(discrete, goal.observed) + change
         return replace(discrete, **added)
 
-    def value(self, goal: Goal, steady: SteadySolver, corrected: Observation) -> Array:
+    def value(self, goal: Goal, solution: Solution, corrected: Observation) -> Array:
         """The values of a goal at a solution, of which the corrected quantities are known, (k,)."""
-        value = goal.value(steady, corrected)
+        value = goal.value(solution, corrected)
         own = goal.added and self.trusted and not goal.root.observed  # no quantity of an `Observation` has it
         return np.asarray(value + self.goals[goal].correction if own else value)
 
@@ -194,14 +195,14 @@ class ErrorEstimator:
             scene.set(x)
             tested = WeightedResidual.of(self._enriched, x, (constraints.T.T @ z.T).T)
         changes = changes - tested.sums
-        elastic, found = scene.material.has_memory, dict[Goal, GoalEstimate]()
+        elastic, found, solution = scene.material.has_memory, dict[Goal, GoalEstimate](), steady.solution
         for goal in adjoints:
             combined = adjoints.combination(goal)
-            change, reading = combined @ changes, adjoints.functionals[goal.root].reading
+            change, reading = combined @ changes, goal.read_better(solution)
             products = np.einsum("ik,kl,il->i", combined, tested.stress_products, combined)
             found[goal] = GoalEstimate(
                 goal,
-                correction=change if reading is None else goal.combined(len(reading)) @ reading + change,
+                correction=change if reading is None else reading + change,
                 change=change,
                 spread=combined @ tested.changes,
                 cancelled=_cancelled(tested, combined),
@@ -249,7 +250,8 @@ class ErrorEstimator:
 
 def _cancels(estimates: Mapping[Goal, GoalEstimate]) -> bool:
     """Whether an estimate of the goals that decide is what is left of contributions that cancel."""
-    deciding = next((estimates[goal] for goal in DECIDING if estimates[goal].change.size), None)
+    known = (estimates[goal] for goal in DECIDING if goal in estimates)
+    deciding = next((each for each in known if each.change.size), None)
     return deciding is not None and bool((deciding.scatter > CANCELLING * np.abs(deciding.change)).any())
 
 

@@ -15,10 +15,11 @@ import math
 
 import numpy as np
 
+from pairsim.fem.algebra.constraints import PositionUpdate
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.nonlinear.newton import Newton
-from pairsim.solvers.parameters import Parameters
-from pairsim.solvers.steady.linearisation import DIFFERENCE, Linearisation
+from pairsim.solvers.parameters import DIFFERENCE, Parameters
+from pairsim.solvers.steady.linearisation import Linearisation
 from pairsim.solvers.steady.scene import SteadySolver
 
 # What is left of a result that approaches its limit as m^(-2/3), over its derivative by ln m, and the integral above
@@ -70,7 +71,7 @@ def left_by_regularisation(derivatives: Array) -> Array:
     return np.asarray(np.maximum(SLOWEST * np.abs(first), np.abs(first) + SLOWEST * np.abs(first + second)))
 
 
-def by_sharpness(newton: Newton, y: Array) -> Array:
+def by_sharpness(newton: Newton, y: Array, update: PositionUpdate) -> Array:
     """What a sharp kink of the stress adds to the residual of a time step: dR/d ln m, or -dR/d ln width, (n_y,)."""
     phase, ends = newton.scene.liquid, list[Array]()
     liquid = phase.material
@@ -78,5 +79,5 @@ def by_sharpness(newton: Newton, y: Array) -> Array:
         return np.zeros_like(y)
     for tau in (DIFFERENCE, -DIFFERENCE):
         with phase.changed_to(liquid.sharper(math.exp(tau))):
-            ends.append(newton.residual_at(y))
+            ends.append(newton.residual_at(y, update))
     return (ends[0] - ends[1]) / (2 * DIFFERENCE)

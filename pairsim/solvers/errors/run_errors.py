@@ -1,7 +1,8 @@
-"""The errors of dU to quote in a run, from its accepted steps."""
+"""The errors of goals to quote in a run, from its accepted steps: of dU, velocities, shapes and the pressure drop."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from pairsim.physics.liquids import Liquid
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.errors.time_error import LEAST, SET_IN, TimeError
+from pairsim.solvers.goals import IN_TIME, Goal, dU
 from pairsim.solvers.stepping.step_size import extrapolation_weights
 
 # Read off 73 quasi-steady solutions and six runs (scripts/error_bars), in which errors were up to 1.4 and 1.9 times the
@@ -18,7 +20,7 @@ RESOLVED = 1.1  # largest change of log c within a cell up to which intervals ho
 # (scripts/error_bars --random) was off by 1.51 of its half-widths, at 2.4, and one of thirteen later ones by 1.04.
 OF_POINTS = 2
 OF_RUNS = 3  # the same of runs, whose estimate has no scatter
-KNOWN = 3  # accepted values from which dU is extrapolated over a remeshing
+KNOWN = 3  # accepted values from which a goal is extrapolated over a remeshing
 # Power of the distances with which errors of quasi-steady dU grow on given cells as particles come closer; measured.
 NARROWING = 2
 
@@ -37,15 +39,15 @@ def widening(s_jump: float, power: int) -> float:
 
 @dataclass
 class Interval:
-    """Half-width of the interval around dU that should hold the exact one, with five terms.
+    """Half-width of the interval around the values of a goal that should hold the exact ones, with five terms.
 
-    1. |dU_correction| plus the largest one so far: the estimate has an error of its own, which does not vanish where
-       the estimate changes its sign. Both count more where cells do not resolve the stress.
+    1. |correction| plus the largest one so far: the estimate has an error of its own, which does not vanish where the
+       estimate changes its sign. Both count more where cells do not resolve the stress, and in each value as a part of
+       the largest one of all values. Where the estimate is not added to the values it counts once more.
     2. The error by the time steps.
-    3. What remeshings have left, which no residual sees, as the stress is interpolated to another mesh. The exact dU is
-       continuous in time, and so is dU + dU_correction but for errors, since it depends little on the mesh: what this
-       sum jumps by, against a parabola through its last values, counts as an error.
-
+    3. What remeshings have left, which no residual sees, as the stress is interpolated to another mesh. The exact value
+       is continuous in time, and so is the corrected one but for errors, since it depends little on the mesh: what it
+       jumps by, against a parabola through its last values, counts as an error.
     4. The error of the quasi-steady state of the first distances, where that is more than the largest estimate:
        estimates are carried forward from zero at t = 0, and do not see the scatter of the cells. It does not fade, as
        the same cells leave the same error in the states nearby that the run passes, where the estimates may be too
@@ -56,17 +58,21 @@ class Interval:
 
     Attributes:
         memory: Time in which the largest estimate and the jumps are forgotten [D_c/U_av].
-        start: Error of the discrete dU in the quasi-steady state of the first distances [U_av], shape (N-1,); 0 where
-            it is not wanted.
+        added: Whether the estimate is added to the values.
+        of_others: Least part of what counts in one value of what counts in another one.
+        start: Error of the discrete values in the quasi-steady state of the first distances, shape (k,); 0 where it is
+            not wanted.
         setting_in: Time in which that state is reached [D_c/U_av]; 0 for a run that starts from it.
         mesh: Number of remeshings before the last step.
         times: Times of the last steps, newest first, at most KNOWN.
-        values: Their corrected dU, shape (N-1,) each.
-        largest: Largest |dU_correction|, as far as it is remembered, shape (N-1,).
-        jumps: Sum of the jumps at remeshings, as far as they are remembered, shape (N-1,).
+        values: Their corrected values, shape (k,) each.
+        largest: Largest |correction|, as far as it is remembered, shape (k,).
+        jumps: Sum of the jumps at remeshings, as far as they are remembered, shape (k,).
     """
 
     memory: float
+    added: bool = True
+    of_others: float = 0.0
     start: Array | float = 0.0
     setting_in: float = 0.0
     mesh: int = 0
@@ -79,26 +85,27 @@ class Interval:
         self,
         t: float,
         mesh: int,
-        dU: Array,
+        discrete: Array,
         correction: Array,
         steps: float,
         s_jump: float = 0.0,
         closer: float = 1.0,
         irregular: Array | float = 0.0,
     ) -> Array:
-        """The half-width after an accepted step [U_av], shape (N-1,).
+        """The half-width after an accepted step, shape (k,).
 
         Args:
             t: Time [D_c/U_av].
             mesh: Number of remeshings before the step.
-            dU: Relative velocities of the discrete solution [U_av], shape (N-1,).
-            correction: Estimates of exact minus discrete dU [U_av], shape (N-1,).
-            steps: Error of dU by the time steps so far [U_av].
+            discrete: Values of the discrete solution, shape (k,).
+            correction: Estimates of exact minus discrete values, shape (k,).
+            steps: Error by the time steps so far.
             s_jump: Largest change of log c within a cell; 0 in a Newtonian liquid.
             closer: Largest factor by which a gap is narrower than at the start, at least 1.
-            irregular: The fifth term [U_av], shape (N-1,).
+            irregular: The fifth term, shape (k,).
         """
-        corrected = dU + correction
+        corrected, own = discrete + correction, np.abs(correction)
+        size = np.maximum(own, self.of_others * own.max(initial=0.0))
         if self.times:
             left = np.exp(-(t - self.times[0]) / self.memory)
             self.largest, self.jumps = self.largest * left, self.jumps * left
@@ -108,72 +115,122 @@ class Interval:
                 self.jumps = self.jumps + np.abs(corrected - expected)
         self.mesh = mesh
         if t > SET_IN or not np.any(self.start):
-            self.largest = np.maximum(self.largest, np.abs(correction))
+            self.largest = np.maximum(self.largest, size)
         self.times, self.values = [t, *self.times[: KNOWN - 1]], [corrected, *self.values[: KNOWN - 1]]
         wider = widening(s_jump, OF_RUNS)
         largest = wider * self.largest + irregular
         start = self.start * (-np.expm1(-t / self.setting_in) if self.setting_in else 1.0)
-        cells = wider * np.abs(correction) + np.maximum(largest, closer**NARROWING * start)
-        return np.asarray(cells + steps + self.jumps)
+        cells = wider * size + np.maximum(largest, closer**NARROWING * start)
+        half_width = np.asarray(cells + steps + self.jumps)
+        return half_width if self.added else half_width + size
 
 
 @dataclass
-class RunErrors:
-    """The errors of dU in a run up to its last step. Lists and arrays are replaced, never changed in place.
+class GoalErrors:
+    """The errors of one goal. Lists and arrays are replaced, never changed in place.
 
     Attributes:
         steps: Estimate of the error due to the time steps.
         interval: The interval to quote at each step, where the error of the cells is estimated.
-        largest: Largest half-width after stresses have set in [U_av].
-        lost: Time from which the half-width is unknown, since its estimate diverged; infinite if it did not.
+        irregular: What errors do to a viscosity beyond the first order; of a goal that the run integrates the sum of
+            what all steps have left of it, as far as it is remembered, shape (k,).
+        largest: Largest half-width after stresses have set in.
     """
 
     steps: TimeError
     interval: Interval
+    irregular: Array | float = 0.0
     largest: float = 0.0
+
+    @property
+    def part(self) -> float:
+        """Largest half-width relative to the largest value; 0 where values are errors alone."""
+        return self.largest / self.steps.peak if self.steps.peak > LEAST else 0.0
+
+
+@dataclass
+class RunErrors:
+    """The errors of the goals of a run up to its last step.
+
+    Attributes:
+        goals: Those of each goal, by its name.
+        lost: Time from which half-widths are unknown, since their estimates diverged; infinite if they did not.
+    """
+
+    goals: dict[str, GoalErrors]
     lost: float = np.inf
 
     @classmethod
     def of(cls, liquid: Liquid) -> RunErrors:
         """Those of a run that has not begun; it forgets in a time of 1 + De (chosen), as liquid passes and relaxes."""
-        return cls(TimeError(order=2 if liquid.has_memory else 3), Interval(memory=1.0 + liquid.longest))
+        order, memory = 2 if liquid.has_memory else 3, 1.0 + liquid.longest
+        goals = {
+            goal.name: GoalErrors(TimeError(order), Interval(memory, goal.added, goal.of_others)) for goal in IN_TIME
+        }
+        return cls(goals)
+
+    def __getitem__(self, goal: Goal) -> GoalErrors:
+        return self.goals[goal.name]
+
+    def begin(self, start: Mapping[str, Array], setting_in: float = 0.0) -> None:
+        """Take the errors in the quasi-steady state of the first distances.
+
+        Args:
+            start: Those of goals, by their names.
+            setting_in: Time in which that state is reached [D_c/U_av].
+        """
+        for name, error in start.items():
+            interval = self.goals[name].interval
+            interval.start, interval.setting_in = error, setting_in
 
     def add(
         self,
         t: float,
         mesh: int,
-        dU: Array,
-        correction: Array | None,
+        discrete: Mapping[Goal, Array],
+        corrections: Mapping[Goal, Array] | None,
         s_jump: float,
         closer: float = 1.0,
-        irregular: Array | float = 0.0,
-    ) -> Array | None:
-        """The half-width after an accepted step [U_av], shape (N-1,); None where the error is not estimated.
+        irregular: Mapping[Goal, Array] | None = None,
+    ) -> dict[Goal, Array]:
+        """The half-widths of goals after an accepted step, (k,) each; none where the errors are not estimated.
 
         Args:
             t: Time [D_c/U_av].
             mesh: Number of remeshings before the step.
-            dU: Relative velocities of the discrete solution [U_av], shape (N-1,).
-            correction: Estimates of exact minus discrete dU [U_av], shape (N-1,); NaN from where they diverge.
+            discrete: Values of goals of the discrete solution, (k,) each.
+            corrections: Estimates of exact minus discrete values, (k,) each; NaN from where they diverge.
             s_jump: Largest change of log c within a cell; 0 in a Newtonian liquid.
             closer: Largest factor by which a gap is narrower than at the start, at least 1.
-            irregular: Half-width by what errors do to a viscosity beyond the first order [U_av], shape (N-1,).
+            irregular: What errors do to a viscosity beyond the first order in the step, (k,) each.
         """
-        self.steps.add(t, mesh, dU)
-        if correction is None:
-            return None
-        error = self.interval.add(t, mesh, dU, correction, self.steps.largest, s_jump, closer, irregular)
-        if np.isnan(error).any():
+        found = dict[Goal, Array]()
+        for goal, values in discrete.items():
+            own = self[goal]
+            own.steps.add(t, mesh, values)
+            if corrections is None:
+                continue
+            interval, new = own.interval, (irregular or {}).get(goal, 0.0)
+            if goal.of_positions and interval.times:
+                new = new + own.irregular * np.exp(-(t - interval.times[0]) / interval.memory)
+            own.irregular, steps = new, own.steps.largest
+            error = interval.add(t, mesh, values, corrections[goal], steps, s_jump, closer, own.irregular)
+            found[goal] = error
+            if not np.isnan(error).any() and t > SET_IN:
+                own.largest = max(own.largest, float(error.max(initial=0.0)))
+        if any(np.isnan(error).any() for error in found.values()):
             self.lost = min(self.lost, t)
-        elif t > SET_IN:
-            self.largest = max(self.largest, float(error.max(initial=0.0)))
-        return error
+        return found
 
     def copy(self) -> RunErrors:
         """A copy that later steps do not change."""
-        return replace(self, steps=replace(self.steps), interval=replace(self.interval))
+        copies = {
+            name: replace(each, steps=replace(each.steps), interval=replace(each.interval))
+            for name, each in self.goals.items()
+        }
+        return replace(self, goals=copies)
 
     @property
     def part(self) -> float:
-        """Largest half-width relative to the largest |dU|; 0 where dU is error alone, as of equal rigid particles."""
-        return self.largest / self.steps.peak if self.steps.peak > LEAST else 0.0
+        """Largest half-width of dU over the largest |dU|; 0 where dU is error alone, as of equal rigid particles."""
+        return self[dU].part

@@ -62,8 +62,7 @@ def disturbance_at(steady: SteadySolver, y: Array, Re: float = 0.0) -> Disturban
     Raises:
         NoSteadyState: The matrix is singular.
     """
-    steady.apply(steady.parameters)
-    h, x = steady.newton.state(y)
+    h, x = steady.state_at(steady.parameters, y)
     U = y[steady.constraints.fields["U_p"]]
     scene = DisturbedScene(steady.scene, h, x, U, Re=Re, volume_modulus=steady.problem.volume_modulus)
     solver = DirectSolver(scene.matrix)

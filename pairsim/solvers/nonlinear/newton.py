@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from pairsim.fem.algebra.constraints import Constraints
+from pairsim.fem.algebra.constraints import Constraints, PositionUpdate
 from pairsim.fem.scene import Scene
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
@@ -62,8 +62,9 @@ class NewtonOptions:
         return replace(self, tolerance=KINKED_TOLERANCE, max_iterations=KINKED_ITERATIONS, matrix=matrix)
 
 
-# With the matrix of the last iterations the derivatives at the solution are computed, too. `SteadySolver.factor` adds
-# an iteration with the matrix at the solution: 1e-6 in place of 1e-4 here changed no dU by more than 2e-6 of the peak.
+# With the matrix of the last iterations the derivatives at the solution are computed, too. `SteadySolver.linearise`
+# adds an iteration with the matrix at the solution: 1e-6 in place of 1e-4 here changed no dU by more than 2e-6 of the
+# peak.
 STEADY = NewtonOptions(tolerance=1e-4, line_search=True, matrix=MatrixPolicy(slow=0.05, far=0.3))
 # In time-dependent problems the matrix is reused for longer, which takes more iterations.
 TRANSIENT = NewtonOptions(tolerance=1e-9, max_iterations=25, matrix=MatrixPolicy(slow=0.3))
@@ -93,8 +94,7 @@ class Newton:
         self.scene, self.constraints, self.options = scene, constraints, options.for_kinks() if kinked else options
         self.clock, self.matrix = clock or Clock(), LaggedMatrix(self.options.matrix)
         self.monitor = monitor or Monitor()
-        # State of the present solve.
-        self._h_star, self._g, self._U_m = np.zeros(scene.h_size), 1.0, 0.0
+        self._update = PositionUpdate(np.zeros(scene.h_size))  # of the solve under way, for PETSc's callbacks alone
         self._convergence = Convergence(
             self.options.tolerance, self.options.max_iterations, self.matrix, steps_may_grow=kinked
         )
@@ -125,31 +125,29 @@ class Newton:
         self._snes.getKSP().setFromOptions()
         self._names = list(names)
 
-    def state(self, y: Array) -> tuple[Array, Array]:
-        """Material positions h and full vector x for free unknowns y, with h*, g and U_m of the last solve."""
-        h = self.constraints.positions(y, self._h_star, self._g, self._U_m)
-        return h, self.constraints.expand(y, h)
-
     def _residual(self, snes: Any, y: Any, r: Any) -> None:
-        self._system.scatter(self.residual_at(self._system.gather(y)), r)
+        self._system.scatter(self.residual_at(self._system.gather(y), self._update), r)
 
-    def restricted(self, local: list[Array], x: Array) -> Array:
-        """T R(x), with scaled rows, from the residuals of all phases (canonical vectors)."""
+    def restricted(self, local: list[Array], x: Array, g: float = 1.0) -> Array:
+        """T R(x), with rows scaled by g = gamma dt, from the residuals of all phases (canonical vectors)."""
         reduced = self.constraints.T @ np.concatenate([*local, np.zeros(self.scene.size - self.scene.m)])
         reduced += self.constraints.T @ (self.scene.linear_terms @ x + self.scene.load())
-        reduced[self.constraints.integrated] /= self._g
+        reduced[self.constraints.integrated] /= g
         return np.asarray(reduced)
 
     def _jacobian(self, snes: Any, y: Any, A: Any, _: Any) -> None:
         rough = not self.matrix.due or (snes.getIterationNumber() > 0 and self._convergence.leading > NONLINEAR)
         self._factors.tolerate(rough)
-        if not self.matrix.due:
-            return
+        if self.matrix.due:
+            self._factor(self._update.g)
+
+    def _factor(self, g: float) -> None:
+        """Assemble at the present state of the phases, and factorise."""
         with self.clock("assembly"):
-            self._system.assemble(self._g)
+            self._system.assemble(g)
         with self.clock("factorisation"):
             self._factors.make()
-        self.matrix.made(self._g)
+        self.matrix.made(g)
 
     @property
     def single(self) -> bool:
@@ -191,14 +189,12 @@ class Newton:
             if len(i)
         }
 
-    def solve(self, y: Array, h_star: Array, g: float, U_m: float, star: Array | None = None) -> tuple[Array, Report]:
+    def solve(self, y: Array, update: PositionUpdate, star: Array | None = None) -> tuple[Array, Report]:
         """Solve from a first guess.
 
         Args:
             y: First guess, shape (n_y,).
-            h_star: Part of h fixed by the time scheme, shape (n_h,).
-            g: gamma dt of the time scheme.
-            U_m: Velocity of the frame.
+            update: How the positions of the material follow from the unknowns.
             star: Part of the full vector fixed by the time scheme, shape (n,); needed for a viscoelastic liquid.
 
         Returns:
@@ -208,9 +204,9 @@ class Newton:
             Stopped: The process has received a signal. This is checked before every iteration; a factorisation by
                 MUMPS cannot be interrupted.
         """
-        self._h_star, self._g, self._U_m = h_star, g, U_m
+        self._update = update
         if star is not None:
-            self.scene.set_step(star, g, U_m)
+            self.scene.set_step(star, update.g, update.U_m)
         before, iterations, failure = self.factorisations, 0, ""
         with self.clock("solve"):
             inside = sum(self.clock.seconds[k] for k in ("assembly", "factorisation"))
@@ -228,7 +224,7 @@ class Newton:
         self.clock.seconds["solve"] -= inside
         solution = self._system.gather(self._y)
         if converged:
-            failure = self.overstretched(solution)
+            failure = self.overstretched(solution, update)
             converged = not failure
         end, code = self._convergence, self._snes.getConvergedReason()
         if not converged:
@@ -239,7 +235,7 @@ class Newton:
 
     def _iterate(self, y: Array) -> int:
         """Run Newton's method from a first guess y, shape (n_y,); returns the number of iterations."""
-        self.matrix.begin_solve(self._g)
+        self.matrix.begin_solve(self._update.g)
         self._convergence.begin()
         self._system.scatter(y, self._y)
         self._snes.solve(None, self._y)
@@ -259,32 +255,27 @@ class Newton:
         (self.use_double if inexact else self.matrix.forget)()
         return inexact or kept
 
-    def overstretched(self, y: Array) -> str:
+    def overstretched(self, y: Array, update: PositionUpdate) -> str:
         """Message if tr c exceeds the bound of a law, where solutions are spurious; otherwise empty."""
-        return self.scene.overstretched(self.state(y)[1])
+        return self.scene.overstretched(self.constraints.state(y, update)[1])
 
-    def place(self, h_star: Array) -> None:
-        """Set h* for evaluations without a solve, with g = 1 and U_m = 0 as in quasi-steady scenes."""
-        self._h_star, self._g, self._U_m = h_star, 1.0, 0.0
-
-    def factor_at(self, y: Array) -> bool:
+    def factor_at(self, y: Array, update: PositionUpdate) -> bool:
         """Assemble and factorise the matrix at y, for `linear_solve` and for the next solve.
 
         Returns:
             Whether the factorisation succeeded; otherwise `linear_solve` must not be called.
         """
-        if not np.isfinite(self.residual_at(y)).all():  # MUMPS may crash on such a matrix
+        if not np.isfinite(self.residual_at(y, update)).all():  # MUMPS may crash on such a matrix
             self._forget_factor()
             return False
-        self.matrix.due = True
-        self._jacobian(self._snes, self._y, self._A, None)
+        self._factor(update.g)
         self.matrix.fresh = False
         if not self._factors.regular:
             self._forget_factor()
             return False
         return True
 
-    def linearise_at(self, y: Array) -> bool:
+    def linearise_at(self, y: Array, update: PositionUpdate) -> bool:
         """Assemble the matrix at a solution y for `linear_solve`, and factorise it if the factors in hand are far off.
 
         Factors of the last iterations of a solve that contracted well serve to refine solutions with the exact matrix.
@@ -293,11 +284,11 @@ class Newton:
             Whether `linear_solve` may be called.
         """
         if not (self.single and self.matrix.is_near()):
-            return self.factor_at(y)
-        if not np.isfinite(self.residual_at(y)).all():
+            return self.factor_at(y, update)
+        if not np.isfinite(self.residual_at(y, update)).all():
             return False
         with self.clock("assembly"):
-            self._system.assemble(self._g)
+            self._system.assemble(update.g)
         self._factors.keep()
         return True
 
@@ -321,20 +312,20 @@ class Newton:
             solutions = self._factors.solve(np.atleast_2d(rhs), transposed=transposed, tolerance=tolerance)
             return solutions.reshape(rhs.shape)
 
-    def reduce(self, x: Array) -> Array:
-        """T R for a full vector x, shape (n,), which may violate the constraints."""
+    def reduce(self, x: Array, g: float = 1.0) -> Array:
+        """T R for a full vector x, shape (n,), which may violate the constraints, with rows scaled by g = gamma dt."""
         with self.clock("assembly"):
             self.scene.set(x)
-            return self.restricted([phase.residual() for phase in self.scene.phases], x)
+            return self.restricted([phase.residual() for phase in self.scene.phases], x, g)
 
-    def residual_at(self, y: Array) -> Array:
-        """Residual T R at y, with h*, g and U_m of the last solve, shape (n_y,)."""
-        return self.reduce(self.state(y)[1])
+    def residual_at(self, y: Array, update: PositionUpdate) -> Array:
+        """Residual T R at y, shape (n_y,)."""
+        return self.reduce(self.constraints.state(y, update)[1], update.g)
 
-    def jacobian_times(self, y: Array, direction: Array) -> Array:
+    def jacobian_times(self, y: Array, update: PositionUpdate, direction: Array) -> Array:
         """Product of T A P at y with a direction, shape (n_y,); discards the current matrix."""
-        self.residual_at(y)
-        self._system.assemble(self._g)
+        self.residual_at(y, update)
+        self._system.assemble(update.g)
         self.matrix.forget()
         return self._system.times(direction)
 

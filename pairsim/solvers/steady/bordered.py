@@ -11,8 +11,7 @@ from collections.abc import Callable
 import numpy as np
 
 from pairsim.runtime.arrays import Array
-from pairsim.solvers.parameters import Parameters
-from pairsim.solvers.steady.linearisation import DIFFERENCE
+from pairsim.solvers.parameters import DIFFERENCE, Parameters
 from pairsim.solvers.steady.scene import SteadySolver
 
 # Chosen; steps are relative to the fields.
@@ -47,12 +46,12 @@ def solve_with(
     for count in range(1, MOST_ITERATIONS + 1):
         there = along(tau)
         more, less = (steady.residual_at(along(tau + change), y) for change in (DIFFERENCE, -DIFFERENCE))
-        with steady.changed_to(there):
+        with steady.changed_to(there) as update:
             if previous > FRESH_ABOVE:
                 steady.factorisations += 1
-                if not newton.factor_at(y):
+                if not newton.factor_at(y, update):
                     break
-            a, b = newton.linear_solve(np.array([newton.residual_at(y), (more - less) / (2 * DIFFERENCE)]))
+            a, b = newton.linear_solve(np.array([newton.residual_at(y, update), (more - less) / (2 * DIFFERENCE)]))
         with np.errstate(divide="ignore", invalid="ignore"):
             step_tau = float((row @ y - value - row @ a) / (row @ b))
         if not np.isfinite(step_tau):
@@ -65,8 +64,8 @@ def solve_with(
         if not np.isfinite(largest) or (count > 3 and largest > 2 * previous):
             break
         if largest < TOLERANCE:
-            with steady.changed_to(along(tau)):
-                if steady.distortion_of(*newton.state(y)) <= 0 or newton.overstretched(y):
+            with steady.changed_to(along(tau)) as update:
+                if steady.distortion_of(*steady.constraints.state(y, update)) <= 0 or newton.overstretched(y, update):
                     break
                 steady.y, steady.parameters = y, along(tau)
             return tau

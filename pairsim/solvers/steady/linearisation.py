@@ -14,14 +14,10 @@ import numpy as np
 
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.nonlinear.factors import ADJOINT, EXACT
-from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.parameters import DIFFERENCE, Parameters
 
 if TYPE_CHECKING:
     from pairsim.solvers.steady.scene import SteadySolver
-
-# Step of the central differences that approximate derivatives with respect to parameters. Chosen; sensitivities agree
-# with neighbouring solutions to 1e-3.
-DIFFERENCE = 1e-5
 
 
 class Linearisation:

@@ -12,8 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from pairsim.runtime.arrays import Array
-from pairsim.solvers.parameters import Parameters
-from pairsim.solvers.steady.linearisation import DIFFERENCE, Linearisation
+from pairsim.solvers.parameters import DIFFERENCE, Parameters
+from pairsim.solvers.steady.linearisation import Linearisation
 from pairsim.solvers.steady.scene import SteadySolver
 
 
@@ -40,8 +40,8 @@ def moving_residual(
     """
     scene, constraints = steady.scene, steady.constraints
     h_t = material_rates(steady, parameters, y_t, rates)
-    with steady.changed_to(parameters):
-        h, x = steady.newton.state(y)
+    with steady.changed_to(parameters) as update:
+        h, x = constraints.state(y, update)
         liquid, U, means = scene.liquid, y[constraints.fields["U_p"]], []
         for body, at in zip(steady.bodies, scene.nodes.interfaces, strict=True):
             means.append(body.mean(h_t, h))

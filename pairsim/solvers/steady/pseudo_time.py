@@ -30,18 +30,18 @@ def relax(steady: SteadySolver, parameters: Parameters) -> Report:
     """
     newton, liquid, longest = steady.newton, steady.scene.liquid, parameters.liquid.longest
     steady.forget()
-    with steady.changed_to(parameters) as h_star:
+    with steady.changed_to(parameters) as update:
         y, dt = steady.y, FIRST_STEP * longest
         for _ in range(MOST_STEPS):
             steady.problem.monitor.check()
             liquid.constants["rate"].value = 1 / dt if dt < LAST_STEP * longest else 0.0
-            _, x = newton.state(y)
+            _, x = steady.constraints.state(y, update)
             liquid.set_star(x[: liquid.size])
             newton.forget()
-            new, report = newton.solve(y, h_star, 1.0, 0.0)
+            new, report = newton.solve(y, update)
             steady.iterations += report.iterations
             steady.factorisations += report.factorisations
-            if report.converged and steady.distortion_of(*newton.state(new)) > 0:
+            if report.converged and steady.distortion_of(*steady.constraints.state(new, update)) > 0:
                 y = new
                 if liquid.constants["rate"].value == 0.0:
                     steady.y, steady.parameters = y, parameters

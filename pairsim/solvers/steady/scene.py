@@ -2,7 +2,7 @@
 
 Distances are prescribed, and time derivatives at fixed X are dropped. Shapes, stresses, flow and velocities are solved
 for together; see "Quasi-steady solutions" in docs/explanation/numerics.md. First guesses are functions of a solver
-(`guesses`); what is done with the matrix at a solution is done with its `linearisation`.
+(`predictors`); what is done with the matrix at a solution is done with its `linearisation`.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pairsim.fem import diagnostics
-from pairsim.fem.algebra.constraints import Constraints
+from pairsim.fem.algebra.constraints import Constraints, PositionUpdate
 from pairsim.fem.algebra.scene_constraints import steady_base, steady_constraints
 from pairsim.fem.diagnostics import Observation
 from pairsim.fem.meshes.geometry import Geometry, Reference
@@ -30,6 +30,7 @@ from pairsim.solvers.nonlinear.convergence import Report
 from pairsim.solvers.nonlinear.factors import LAST
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
+from pairsim.solvers.solution import Solution
 from pairsim.solvers.steady.developed_flow import DevelopedFlows
 from pairsim.solvers.steady.linearisation import Linearisation
 
@@ -133,11 +134,11 @@ class SteadySolver(MeshedSolver):
             h[body.start : body.start + body.size : 2] = centre
         return h
 
-    def apply(self, parameters: Parameters) -> Array:
+    def apply(self, parameters: Parameters) -> PositionUpdate:
         """Set forms and constraints to the given parameters.
 
         Returns:
-            Material positions h* of undeformed spheres, shape (n_h,).
+            How the positions of the material follow from the unknowns: h* are those of undeformed spheres.
         """
         scene, base = self.scene, self.constraints.base
         sizes = parameters.sizes or (1.0,) * len(self.bodies)
@@ -152,12 +153,10 @@ class SteadySolver(MeshedSolver):
                 phase.constants["rate"].value = 0.0
         if not (scene.material.newtonian or scene.periodic):
             scene.prescribe_ends(base, self.flows.at(parameters.liquid))
-        h_star = self.h_star(parameters)
-        self.newton.place(h_star)
-        return h_star
+        return PositionUpdate(self.h_star(parameters))
 
     @contextmanager
-    def changed_to(self, parameters: Parameters) -> Iterator[Array]:
+    def changed_to(self, parameters: Parameters) -> Iterator[PositionUpdate]:
         """Set forms and constraints to other parameters, as `apply` does, and at the end to those of the solution."""
         try:
             yield self.apply(parameters)
@@ -166,12 +165,13 @@ class SteadySolver(MeshedSolver):
 
     def residual_at(self, parameters: Parameters, y: Array) -> Array:
         """The residual of free unknowns y at given parameters, shape (n_y,)."""
-        with self.changed_to(parameters):
-            return self.newton.residual_at(y)
+        with self.changed_to(parameters) as update:
+            return self.newton.residual_at(y, update)
 
-    def _state_at(self, parameters: Parameters, y: Array) -> tuple[Array, Array]:
-        with self.changed_to(parameters):
-            return self.newton.state(y)
+    def state_at(self, parameters: Parameters, y: Array) -> tuple[Array, Array]:
+        """Material positions h and full vector x of free unknowns y at given parameters."""
+        with self.changed_to(parameters) as update:
+            return self.constraints.state(y, update)
 
     def distortion_of(self, h: Array, x: Array) -> float:
         """Smallest ratio of current to reference Jacobian in the liquid; zero or negative if any cell is inverted."""
@@ -213,7 +213,7 @@ class SteadySolver(MeshedSolver):
         """
         parameters = parameters or self.parameters
         old_y = self.y if y is None else y
-        old, (h, x) = self.scene, self._state_at(parameters, old_y)
+        old, (h, x) = self.scene, self.state_at(parameters, old_y)
         geometry, material = self.meshed.geometry_at(h), old_y[self.meshed.material]
         spheres = None
         if afresh or not self._as_refused(parameters):
@@ -281,8 +281,15 @@ class SteadySolver(MeshedSolver):
 
     def state(self) -> tuple[Array, Array]:
         """Material positions h and full vector x of the solution; sets the forms to its parameters."""
-        self.apply(self.parameters)
-        return self.newton.state(self.y)
+        return self.constraints.state(self.y, self.apply(self.parameters))
+
+    @property
+    def solution(self) -> Solution:
+        """The solution as functionals see it; sets the forms to its parameters."""
+        (h, x), geometry, parameters = self.state(), self.scene.reference.geometry, self.parameters
+        free = (geometry.length - sum(parameters.diameters(self.problem.betas)) - sum(parameters.gaps)) / 2
+        gradient = self.developed_flow.gradient
+        return Solution(self.scene, self.constraints, self.y, h, x, g=1.0, free=free, gradient=gradient)
 
     def solve(self, parameters: Parameters, guess: Array | None = None) -> Report:
         """Solve at given parameters. On success `parameters` and `y` are updated.
@@ -298,11 +305,11 @@ class SteadySolver(MeshedSolver):
         """
         self.problem.monitor.check()
         self.linearised = None
-        with self.changed_to(parameters) as h_star:
-            y, report = self.newton.solve(self.y if guess is None else guess, h_star, 1.0, 0.0)
+        with self.changed_to(parameters) as update:
+            y, report = self.newton.solve(self.y if guess is None else guess, update)
             self.iterations += report.iterations
             self.factorisations += report.factorisations
-            if report.converged and self.distortion_of(*self.newton.state(y)) <= 0:
+            if report.converged and self.distortion_of(*self.constraints.state(y, update)) <= 0:
                 report = replace(report, converged=False, reason="a cell is inverted")
                 self.newton.forget()
             if report.converged:
@@ -319,7 +326,7 @@ class SteadySolver(MeshedSolver):
     ) -> bool:
         """Whether a state, by default the solution, requires a new mesh, as the distortion is below the least."""
         parameters = parameters or self.parameters
-        h, x = self._state_at(parameters, self.y if y is None else y)
+        h, x = self.state_at(parameters, self.y if y is None else y)
         reference = self.scene.reference
         if not reference.deformed and self.problem.nominal(parameters.gaps) != reference.geometry.gaps:
             return True
@@ -331,7 +338,7 @@ class SteadySolver(MeshedSolver):
 
     def folded(self, parameters: Parameters, y: Array) -> bool:
         """Whether a cell of the mesh is inverted in a state."""
-        return self.distortion_of(*self._state_at(parameters, y)) <= 0
+        return self.distortion_of(*self.state_at(parameters, y)) <= 0
 
     def linearise(self, part: float = 1.0) -> Linearisation:
         """The equations linearised at the solution, with its matrix, which is factorised unless factors in hand serve.
@@ -344,15 +351,15 @@ class SteadySolver(MeshedSolver):
         Raises:
             NoSteadyState: The matrix is singular.
         """
-        self.apply(self.parameters)
+        update = self.apply(self.parameters)
         if (at := self.linearised) is not None and at.y is self.y and at.parameters == self.parameters:
             return at
         self.linearised, before = None, self.newton.factorisations
-        regular = self.newton.linearise_at(self.y)
+        regular = self.newton.linearise_at(self.y, update)
         self.factorisations += self.newton.factorisations - before
         if not regular:
             raise NoSteadyState("Newton's matrix is singular at the solution", advice="a larger mesh.Np")
-        self.y = self.y - part * self.newton.linear_solve(self.newton.residual_at(self.y), tolerance=LAST)
+        self.y = self.y - part * self.newton.linear_solve(self.newton.residual_at(self.y, update), tolerance=LAST)
         self.iterations += 1
         self.linearised = Linearisation(self)
         return self.linearised

@@ -38,10 +38,10 @@ class ErrorHistory(History):
     """Estimated exact minus discrete values of the last steps.
 
     Attributes:
-        U: Estimates of the velocities of the particles at the last steps, at most two, shape (N,) each [U_av].
-        imbalance: What imbalance of momentum after the last remeshing has in the velocities of the error equation
-            [U_av], shape (N,).
+        changes: What the error equation changes of the goals at the last steps, by their names, at most two; without
+            what a remeshing has left.
+        imbalance: What imbalance of momentum after the last remeshing has in it, by the same names.
     """
 
-    U: list[Array] = field(default_factory=list)
-    imbalance: Array | float = 0.0
+    changes: list[dict[str, Array]] = field(default_factory=list)
+    imbalance: dict[str, Array] = field(default_factory=dict)

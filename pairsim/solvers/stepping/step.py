@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,7 @@ from pairsim.fem.scene import Scene
 from pairsim.quantities.kinds import TIME
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.message import Message, Text
+from pairsim.solvers.goals import Goal, U
 from pairsim.solvers.nonlinear.convergence import Report
 
 
@@ -36,9 +38,9 @@ class Step:
         h: Positions of the material, shape (n_h,).
         velocity: Velocity of the material [U_av], shape (n_h,).
         z: Positions of the centres of volume along the tube, from where the first one started [D_c], shape (N,).
-        U_correction: Estimated exact minus discrete velocities [U_av], shape (N,), NaN from where the estimate
-            diverged; None if they are not estimated.
-        dU_error: Half-widths of the intervals around dU [U_av], shape (N-1,), NaN and None as above.
+        corrections: Estimated exact minus discrete values of goals, (k,) each, NaN from where the estimate diverged;
+            empty if they are not estimated.
+        half_widths: Half-widths of the intervals around goals, (k,) each, NaN as above; empty if they are not known.
     """
 
     t: float
@@ -53,14 +55,14 @@ class Step:
     h: Array
     velocity: Array
     z: Array
-    U_correction: Array | None
-    dU_error: Array | None
+    corrections: Mapping[Goal, Array]
+    half_widths: Mapping[Goal, Array]
 
     @property
     def U(self) -> Array:
         """Velocities of the particles, with the estimate of their error where it is known [U_av], shape (N,)."""
-        U = self.observation.U
-        return U if self.U_correction is None else U + np.nan_to_num(self.U_correction)
+        discrete = self.observation.U
+        return discrete + np.nan_to_num(self.corrections[U]) if self.corrections else discrete
 
     @property
     def dU(self) -> Array:
@@ -71,8 +73,3 @@ class Step:
     def dU_discrete(self) -> Array:
         """The same of the discrete solution [U_av], shape (N-1,)."""
         return self.observation.dU
-
-    @property
-    def dU_correction(self) -> Array | None:
-        """Estimated exact minus discrete dU [U_av], shape (N-1,); None if it is not estimated."""
-        return None if self.U_correction is None else np.diff(self.U_correction)

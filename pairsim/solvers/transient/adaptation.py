@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -13,9 +13,10 @@ from pairsim.runtime.errors import RunFailure
 from pairsim.solvers.curves.adaptation import ELASTIC_ORDER
 from pairsim.solvers.errors.run_errors import RunErrors
 from pairsim.solvers.errors.time_error import LEAST
+from pairsim.solvers.goals import dU
 from pairsim.solvers.problems import Problem
 from pairsim.solvers.transient.end import reason_to_end
-from pairsim.solvers.transient.start import settled_error, settles
+from pairsim.solvers.transient.start import settled_errors, settles
 from pairsim.solvers.transient.transient import Transient
 
 # All but the order were chosen.
@@ -40,8 +41,8 @@ class RunAdaptation:
         t: Time that it reached [D_c/U_av].
         unknowns: Its unknowns.
         factor: Factor of the run's cells over those of the problem.
-        settled: Error of dU in the quasi-steady state that a run from rest goes to, on these cells [U_av], shape
-            (N-1,); 0 where it is no part of the run's own.
+        settled: Errors of goals in the quasi-steady state that a run from rest goes to, on these cells, by their names,
+            (k,) each; none where they are no part of the run's own.
     """
 
     wanted: float
@@ -50,7 +51,7 @@ class RunAdaptation:
     t: float
     unknowns: int
     factor: float
-    settled: Array | float = 0.0
+    settled: dict[str, Array] = field(default_factory=dict)
 
     @classmethod
     def begin(cls, problem: Problem, wanted: float) -> RunAdaptation | None:
@@ -69,7 +70,7 @@ class RunAdaptation:
         transient: Transient | None = None
         try:
             with suppress(RunFailure):  # finer cells may go on where coarse ones fail
-                transient = Transient(coarse, settled=0.0)  # which is far too large on such cells
+                transient = Transient(coarse, settled={})  # which are far too large on such cells
                 errors, unknowns = transient.run_errors, transient.constraints.size
                 for step in transient.steps(iter([problem.t_end])):
                     problem.monitor.check_signals()
@@ -79,13 +80,14 @@ class RunAdaptation:
         finally:
             if transient is not None:
                 transient.close()
-        peak = errors.steps.peak
-        if peak <= LEAST or not errors.largest:
+        of_dU = errors[dU]
+        peak, largest = of_dU.steps.peak, of_dU.largest
+        if peak <= LEAST or not largest:
             return None
-        by_cells = max(errors.largest - errors.steps.largest, LEAST_PART * errors.largest)
+        by_cells = max(largest - of_dU.steps.largest, LEAST_PART * largest)
         factor = COARSE * (AIM * wanted * peak / by_cells) ** (1 / ORDER)
         factor = min(max(factor, FACTORS[0]), FACTORS[1])
-        found = cls(wanted, peak, errors.largest, t, unknowns, float(f"{factor:.3g}"))
+        found = cls(wanted, peak, largest, t, unknowns, float(f"{factor:.3g}"))
         return found._settling(problem) if settles(problem) else found
 
     def adapted(self, problem: Problem) -> Problem:
@@ -98,8 +100,8 @@ class RunAdaptation:
         part = -np.expm1(-problem.t_end / problem.liquid.longest)  # to which it sets in
         found = self
         for rounds in range(ROUNDS + 1):
-            found = replace(found, settled=settled_error(found.adapted(problem), Clock()))
-            error = part * np.max(found.settled)
+            found = replace(found, settled=settled_errors(found.adapted(problem), Clock()))
+            error = part * np.max(found.settled.get(dU.name, 0.0))
             if error <= most or found.factor <= FACTORS[0] or rounds == ROUNDS:
                 break
             factor = max(found.factor * float(most / error) ** (1 / ELASTIC_ORDER), FACTORS[0])

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from pairsim.fem.algebra.constraints import Constraints
+from pairsim.fem.algebra.constraints import Constraints, PositionUpdate
 from pairsim.fem.algebra.scene_constraints import transient_constraints
 from pairsim.fem.meshes.geometry import Geometry, Outline
 from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
@@ -104,22 +104,27 @@ class StepSolver(MeshedSolver):
             y[self.meshed.material] = self._carried
         return y
 
+    def _update(self, dt: float, U_m: float) -> PositionUpdate:
+        """How the positions of the material follow from the unknowns in a step of size dt."""
+        past = self.history
+        scheme = Scheme.bdf(past.t, past.t[0] + dt)
+        h_star = np.asarray(sum(w * h for w, h in zip(scheme.weights, past.h, strict=True)))
+        return PositionUpdate(h_star, scheme.g, U_m)
+
     def _solved(self, guess: Array, dt: float, U_m: float) -> tuple[Array, Report]:
         """Solve a step of size dt by Newton's method."""
-        past, t = self.history, self.history.t[0] + dt
-        scheme = Scheme.bdf(past.t, t)
-        h_star = np.asarray(sum(w * h for w, h in zip(scheme.weights, past.h, strict=True)))
-        star = None
+        past, t, star = self.history, self.history.t[0] + dt, None
+        scheme, update = Scheme.bdf(past.t, t), self._update(dt, U_m)
         if not self.problem.liquid.newtonian:
             self._prescribe_ends(self.constraints.base, t)
         if self.scene.has_rates:
             star = np.asarray(sum(w * x for w, x in zip(scheme.weights, past.x, strict=True)))
-            star = self.scene.with_displacements(star, h_star)
+            star = self.scene.with_displacements(star, update.h_star)
         if len(past.y) < 3 and self.scene.moving:
             # With fewer than three solutions, extend the mesh displacement from the guess instead of extrapolating it.
-            h = self.constraints.positions(guess, h_star, scheme.g, U_m)
+            h = self.constraints.positions(guess, update)
             guess[self.constraints.fields["eta"]], _ = self.meshed.extend(h)
-        return self.newton.solve(guess, h_star, scheme.g, U_m, star)
+        return self.newton.solve(guess, update, star)
 
     def _approached(self, guess: Array, dt: float, U_m: float) -> tuple[Array, Report]:
         """Solve a step without an earlier solution on this mesh, from those of smaller steps and of easier liquids.

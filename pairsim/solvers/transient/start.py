@@ -16,7 +16,7 @@ from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.runtime.message import Message
 from pairsim.solvers.errors.adjoints import Adjoints
 from pairsim.solvers.errors.estimate import ErrorEstimator
-from pairsim.solvers.goals import dU
+from pairsim.solvers.goals import D_OF_EACH, IN_TIME
 from pairsim.solvers.mesh_transfer import free_unknowns
 from pairsim.solvers.meshed_scene import cut_particles
 from pairsim.solvers.parameters import Parameters
@@ -37,14 +37,14 @@ class Flow:
         velocity: Velocity of the particles' material [U_av], shape (n_h,).
         scalars: Free unknowns of the fields in SCALARS.
         U: Velocities of the particles [U_av], shape (N,).
-        dU_error: Errors of dU, which is not corrected, shape (N-1,).
+        errors: Errors of goals, to which no estimates are added, by their names; none of a particle on its own.
     """
 
     liquid: dict[str, Array]
     velocity: Array
     scalars: dict[str, Array]
     U: Array
-    dU_error: Array
+    errors: dict[str, Array]
 
     @staticmethod
     def of(at: Linearisation, x: Array) -> Flow:
@@ -58,11 +58,7 @@ class Flow:
         liquid, constraints = steady.scene.liquid, steady.constraints
         nodal = {f.name: liquid.nodal(f.name, x) for f in liquid.fields}
         scalars = {name: y[constraints.fields[name]] for name in SCALARS if name in constraints.fields}
-        U, error = y[constraints.fields["U_p"]], np.zeros(max(len(steady.bodies) - 1, 0))
-        if error.size:
-            estimate = ErrorEstimator().estimate(at, Adjoints.of(at), steady.observe())[dU]
-            error = np.abs(estimate.correction) + estimate.half_width
-        return Flow(nodal, constraints.V @ y, scalars, U, error)
+        return Flow(nodal, constraints.V @ y, scalars, y[constraints.fields["U_p"]], _errors(at))
 
     def unknowns(self, scene: Scene, constraints: Constraints) -> Array:
         """The free unknowns of a scene in time on the same meshes, shape (n_y,)."""
@@ -75,6 +71,24 @@ class Flow:
         for name, values in self.scalars.items():
             y[constraints.fields[name]] = values
         return y
+
+
+def _errors(at: Linearisation) -> dict[str, Array]:
+    """Errors of the goals of a run in a quasi-steady solution with gaps, by their names, without what is added."""
+    steady = at.steady
+    if len(steady.bodies) < 2:
+        return {}
+    estimator, discrete = ErrorEstimator(), steady.observe()
+    estimates = {goal.name: each for goal, each in estimator.estimate(at, Adjoints.of(at), discrete).items()}
+    if any(body.phase is not None for body in steady.bodies):
+        shapes = estimator.estimate(at, Adjoints.of_goals(at, [D_OF_EACH]), discrete)
+        estimates |= {goal.name: each for goal, each in shapes.items()}
+    found = dict[str, Array]()
+    for goal in IN_TIME:
+        each = estimates[goal.name]
+        if each.change.size:  # where estimates are never added, half-widths contain them
+            found[goal.name] = each.half_width + (np.abs(each.correction) if each.goal.added else 0.0)
+    return found
 
 
 @dataclass(frozen=True)
@@ -153,16 +167,16 @@ def settles(problem: Problem) -> bool:
     return wanted and bool(problem.gaps) and liquid.has_memory and liquid.yielding is None
 
 
-def settled_error(problem: Problem, clock: Clock) -> Array | float:
-    """Errors of dU in the quasi-steady state of the first distances [U_av], shape (N-1,); 0 if it was not found."""
+def settled_errors(problem: Problem, clock: Clock) -> dict[str, Array]:
+    """Errors of goals in the quasi-steady state of the first distances, by their names; none if it was not found."""
     try:
         flow = quasi_steady(problem, clock).flow
     except (NoSteadyState, MeshFailure):
-        return 0.0
-    return flow.dU_error if flow is not None else 0.0
+        return {}
+    return flow.errors if flow is not None else {}
 
 
 def steady_scene(problem: Problem, gaps: tuple[float, ...]) -> tuple[SteadyProblem, Parameters]:
     """The quasi-steady problem of a run on its cells, and its parameters at given distances [D_c], N-1 values."""
-    steady = SteadyProblem(**problem.shared, narrowest=min(problem.gaps, default=np.inf))
+    steady = problem.of_kind(SteadyProblem, narrowest=min(problem.gaps, default=np.inf))
     return steady, Parameters(gaps, problem.solids, replace(problem.liquid, yielding=None))

@@ -66,7 +66,7 @@ class State:
         seconds: Wall time since the start of the run by phase of the computation [s].
         origin: Positions h of the material at t = 0 [D_c], shape (n_h,).
         gaps: Distances between the particles [D_c], N-1 values.
-        run_errors: Errors of dU up to this step.
+        run_errors: Errors of goals up to this step.
         extremes: Extreme values up to this step.
         error_history: Estimated exact minus discrete values of the last steps, None if they are not estimated.
     """

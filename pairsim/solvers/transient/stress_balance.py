@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from pairsim.fem.algebra.constraints import PositionUpdate
 from pairsim.fem.algebra.scene_constraints import balance_constraints
 from pairsim.fem.scene import Scene
 from pairsim.physics.fields import PRESSURE
@@ -57,14 +58,14 @@ def balanced(scene: Scene, x: Array, h: Array, velocity: Array, U_m: float, cloc
     momentum = np.concatenate([constraints.fields[name] for name in ("u", "v", "U_p") if name in constraints.fields])
     balancing = [*(field.unknowns for field in scene.material.transported), PRESSURE.unknowns, "m", "dp"]
     try:
-        newton.place(h)
+        update = PositionUpdate(h)
         scene.set_step(star, time, U_m, solids=False)
-        if not newton.factor_at(y):
+        if not newton.factor_at(y, update):
             return x
         last, before = np.inf, y
         for _ in range(PASSES):
             imbalance = np.zeros(constraints.size)
-            imbalance[momentum] = newton.residual_at(y)[momentum]
+            imbalance[momentum] = newton.residual_at(y, update)[momentum]
             change = -newton.linear_solve(imbalance)
             w = float(np.linalg.norm(change[momentum]))
             if not w < last:  # the last iteration increased w, or w is not a number

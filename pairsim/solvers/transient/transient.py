@@ -2,26 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from pairsim.fem import diagnostics
+from pairsim.fem.diagnostics import Observation
 from pairsim.quantities.kinds import TIME
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InvertedCell, MeshFailure, NewtonFailure, StepTooSmall
 from pairsim.runtime.message import Message
 from pairsim.solvers.errors.error_transport import ErrorTransport
 from pairsim.solvers.errors.run_errors import RunErrors
+from pairsim.solvers.goals import IN_TIME, Goal, dU
 from pairsim.solvers.meshed_scene import needs_mesh
 from pairsim.solvers.nonlinear.convergence import Report
 from pairsim.solvers.problems import Problem
+from pairsim.solvers.solution import Solution
 from pairsim.solvers.stepping.history import ErrorHistory, History
 from pairsim.solvers.stepping.step import Step, at_step
 from pairsim.solvers.stepping.step_size import Scheme, extrapolation_weights, land, reached, velocity_error
 from pairsim.solvers.transient.scene import StepSolver
-from pairsim.solvers.transient.start import at_rest, quasi_steady, settled_error, settles
+from pairsim.solvers.transient.start import at_rest, quasi_steady, settled_errors, settles
 from pairsim.solvers.transient.state import Counts, Extremes, State
 
 # Weight of errors of the distances between particles relative to errors of the shapes. Measured: dU to 0.15 % in 75
@@ -37,12 +40,12 @@ class Transient(StepSolver):
     Args:
         problem: The problem.
         state: State of an earlier run to continue, None to start as the problem says.
-        settled: Error of dU in the quasi-steady state that a run from rest goes to [U_av], shape (N-1,); None: it is
-            determined.
+        settled: Errors of goals in the quasi-steady state that a run from rest goes to, by their names, (k,) each;
+            None: they are determined.
 
     Attributes:
         counts: Work since the start of the run.
-        run_errors: Errors of dU up to the last step.
+        run_errors: Errors of goals up to the last step.
         extremes: Extreme values up to the last step.
         origin: Positions h of the material at t = 0 [D_c], shape (n_h,).
         gaps: Distances after the last step [D_c], N-1 values.
@@ -53,7 +56,9 @@ class Transient(StepSolver):
             from.
     """
 
-    def __init__(self, problem: Problem, state: State | None = None, settled: Array | float | None = None) -> None:
+    def __init__(
+        self, problem: Problem, state: State | None = None, settled: Mapping[str, Array] | None = None
+    ) -> None:
         super().__init__(problem)
         self.counts, self.run_errors, self.extremes = Counts(), RunErrors.of(problem.liquid), Extremes()
         self.gaps = problem.gaps
@@ -64,7 +69,7 @@ class Transient(StepSolver):
         else:
             self._restore(state)
 
-    def _begin(self, settled: Array | float | None) -> None:
+    def _begin(self, settled: Mapping[str, Array] | None) -> None:
         """Start from unstressed particles and an unstressed liquid, or from the quasi-steady state."""
         problem = self.problem
         start = (quasi_steady if problem.from_steady else at_rest)(problem, self.clock)
@@ -83,11 +88,10 @@ class Transient(StepSolver):
             x = self.constraints.expand(y, start.h)
             self.history = History([0.0], [start.h], [x], [y], [0.0], frame)
             self._U_m = float(start.flow.U.mean()) if start.flow.U.size else 0.0
-            self.run_errors.interval.start = start.flow.dU_error
+            self.run_errors.begin(start.flow.errors)
         elif settles(problem):
-            interval = self.run_errors.interval
-            interval.start = settled_error(problem, self.clock) if settled is None else settled
-            interval.setting_in = problem.liquid.longest
+            errors_there = settled_errors(problem, self.clock) if settled is None else settled
+            self.run_errors.begin(errors_there, problem.liquid.longest)
         self.counts.newton, self.counts.factorisations = start.newton, start.factorisations
         if problem.dU_error:
             self._error = ErrorTransport(errors)
@@ -139,7 +143,7 @@ class Transient(StepSolver):
         t = past.t[0] + dt
         guess = self._guess(t)
         y, report = self._approached(guess, dt, U_m) if gradually else self._solved(guess, dt, U_m)
-        h, x = self.newton.state(y)
+        h, x = self.constraints.state(y, self._update(dt, U_m))
         error = 0.0
         if len(past.t) > 2 and report.converged:
             weights = extrapolation_weights(past.t, t)
@@ -267,19 +271,23 @@ class Transient(StepSolver):
         self.counts.steps += 1
         without_particles = self.pipe(t).gradient * self.problem.length
         observation = diagnostics.observe(self.scene, self.constraints, y, h, x, without_particles)
-        correction = self._estimated(self.history, t, self._U_m, y, observation.U)
-        scheme = Scheme.bdf(self.history.t, t)
+        scheme, free = Scheme.bdf(self.history.t, t), self.problem.room(observation.d.tolist())
+        gradient = self.pipe(t).gradient
+        solution = Solution(self.scene, self.constraints, y, h, x, g=scheme.g, free=free, gradient=gradient)
+        corrections = self._estimated(t, solution, observation)
         frame = float(np.dot(scheme.weights, self.history.frame)) + scheme.g * self._U_m
         self.history.push(t, h, x, y, frame)
         self.gaps = tuple(map(float, observation.d))
         self._U_m = float(observation.U.mean()) if observation.U.size else 0.0
         self._dt = self.problem.control.next(self._dt, size, error)
         self._due = needs_mesh(distortion, observation.d, self.scene.reference.geometry.gaps)
-        dU_correction = np.diff(correction) if correction is not None else None
-        if dU_correction is None and self.problem.from_steady:
-            dU_correction = np.zeros(observation.dU.size)  # nothing is added: the error of the start is what is known
+        known = self.problem.dU_error or self.problem.from_steady
+        goals = (IN_TIME if known else (dU,)) if observation.dU.size else ()
+        discrete = {goal: goal.value(solution, observation) for goal in goals}
+        # From a quasi-steady state alone nothing is added: the errors at the start are what is known.
+        signed = corrections or {goal: np.zeros_like(values) for goal, values in discrete.items()}
         mesh, closer = self.counts.remeshings, float(np.max(self.problem.gaps / observation.d, initial=1.0))
-        s_jump, irregular = observation.s_jump, self._error.irregular_dU if self._error is not None else 0.0
+        irregular = self._error.irregular if self._error is not None else {}
         step = Step(
             t=t,
             dt=size,
@@ -293,20 +301,22 @@ class Transient(StepSolver):
             h=h,
             velocity=self.constraints.M @ y,
             z=diagnostics.centres(self.bodies, h) + frame,
-            U_correction=correction,
-            dU_error=self.run_errors.add(t, mesh, observation.dU, dU_correction, s_jump, closer, irregular),
+            corrections=corrections,
+            half_widths=self.run_errors.add(
+                t, mesh, discrete, signed if known else None, observation.s_jump, closer, irregular
+            ),
         )
         self.extremes.add(step)
         return step
 
-    def _estimated(self, past: History, t: float, U_m: float, y: Array, U: Array) -> Array | None:
-        """Estimated exact minus discrete velocities after a step, NaN from where they diverge; None if not wanted."""
+    def _estimated(self, t: float, solution: Solution, observation: Observation) -> dict[Goal, Array]:
+        """Estimated exact minus discrete values of goals after a step, NaN once they diverge; none if not wanted."""
         if not self.problem.dU_error:
-            return None
+            return {}
         if self._error is None:
-            return np.full(len(U), np.nan)
-        found = self._error.advance(self.newton, past, t, U_m, y, U)
-        if np.isnan(found).any():
+            return {goal: np.full_like(goal.value(solution, observation), np.nan) for goal in IN_TIME}
+        found = self._error.advance(self.newton, self.history, t, self._U_m, solution, observation)
+        if any(np.isnan(each).any() for each in found.values()):
             self._error = None
         return found
 

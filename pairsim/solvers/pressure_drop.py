@@ -8,7 +8,7 @@ import numpy as np
 
 from pairsim.fem.meshes.quadrature import CellQuadrature
 from pairsim.runtime.arrays import Array
-from pairsim.solvers.steady.scene import SteadySolver
+from pairsim.solvers.solution import Solution
 
 # Length of tube over which the pressure is averaged at each end [D_c]. Over 1, in tubes of the usual length, the
 # particles are too near: by 1.8e-4 in a power law (docs/explanation/error-estimate.md).
@@ -27,7 +27,7 @@ class InnerDrop:
     Attributes:
         value: The pressure drop over the length of the tube [eta_0 U_av/D_c].
         apart: Distance between the places of the averages [D_c].
-        row: Its derivative by the free unknowns, without that by the displacement of the mesh, (n_y,).
+        row: Its derivative by the full vector, without that by the displacement of the mesh, (n,).
     """
 
     value: float
@@ -35,14 +35,12 @@ class InnerDrop:
     row: Array
 
     @staticmethod
-    def of(steady: SteadySolver) -> InnerDrop:
+    def of(solution: Solution) -> InnerDrop:
         """Read off a solution; in an infinite tube it is that between the same two cross-sections."""
-        scene, x = steady.scene, steady.state()[1]
+        scene, x = solution.scene, solution.x
         mesh, positions = scene.liquid.six_node_mesh, scene.positions(x)
         quadrature, length = CellQuadrature(mesh), scene.reference.geometry.length
-        betas, parameters = steady.problem.betas, steady.parameters
-        free = (length - sum(parameters.diameters(betas)) - sum(parameters.gaps)) / 2
-        over = min(AVERAGED, MOST_AVERAGED * free)
+        over = min(AVERAGED, MOST_AVERAGED * solution.free)
         z = np.einsum("qa,ma->mq", quadrature.shapes, positions[mesh.cells, 0], optimize=True)
         weights, total, apart = quadrature.weights(positions), np.zeros(len(mesh.vertices)), 0.0
         for downstream in (-1.0, 1.0):
@@ -52,7 +50,7 @@ class InnerDrop:
             total -= downstream * quadrature.integrals(averaged)
             apart += downstream * float((averaged * z).sum())
         index = scene.liquid.index("p", mesh.vertices)
-        rest = steady.developed_flow.gradient * (length - apart)
+        rest = solution.gradient * (length - apart)
         row = np.zeros(scene.size)
         row[index] = total
-        return InnerDrop(float(total @ x[index]) + rest, apart, np.asarray(steady.constraints.N.T @ row))
+        return InnerDrop(float(total @ x[index]) + rest, apart, row)
