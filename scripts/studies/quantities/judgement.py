@@ -112,14 +112,13 @@ def outside(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def computed(results: pd.DataFrame, parts: Sequence[Part]) -> pd.DataFrame:
-    """How many solutions there are of each question at each accuracy."""
-    done = results.drop_duplicates("part")
-    wanted = pd.Series([part.name for part in parts])
-    names = wanted.str.extract(r"^(?P<question>\w+)-.*\+(?P<accuracy>.*)$")
-    counts = names.value_counts(["question", "accuracy"], sort=False)
-    found = done.value_counts(["question", "accuracy"]).reindex(counts.index, fill_value=0)
-    cells = found.astype(str) + " of " + counts.astype(str)
-    return cells.unstack("accuracy").reindex(columns=names["accuracy"].unique()).reset_index()
+    """How many scenes of each question are solved in each liquid, at the accuracies in turn."""
+    names = pd.DataFrame({"part": [part.name for part in parts]})
+    names[["question", "liquid", "accuracy"]] = names["part"].str.extract(r"^(\w+)-\d+-(.*)\+(.*)$")
+    names["done"] = names["part"].isin(results["part"])
+    counts = names.groupby(["question", "liquid", "accuracy"], sort=False)["done"].sum().astype(str)
+    cells = counts.groupby(["question", "liquid"], sort=False).agg(", ".join)
+    return cells.unstack("liquid", sort=False).reset_index()
 
 
 def blocks(results: pd.DataFrame, parts: Sequence[Part]) -> Mapping[str, str]:
