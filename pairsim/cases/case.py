@@ -278,6 +278,11 @@ class SceneCase(Keys):
         return self.experiment.scales if self.experiment is not None else None
 
     @property
+    def reynolds_number(self) -> float | None:
+        """The Reynolds number rho U_av D_c/eta_0 of the experiment; None where its density is not known."""
+        return None if self.experiment is None else self.experiment.reynolds_number(self.experiment.scales)
+
+    @property
     def remarks(self) -> list[str]:
         """Remarks on quantities of the `physical` block that are far from usual."""
         return self.experiment.remarks if self.experiment is not None else []

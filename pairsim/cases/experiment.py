@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from pairsim.cases.laws import Laws
 from pairsim.cases.mistakes import Mistake, missing
-from pairsim.cases.physical import BLOCK, DIFFERENCE, EXPERIMENT, QUANTITIES, RANGE_OF_LENGTHS
+from pairsim.cases.physical import BLOCK, DENSITY, DIFFERENCE, EXPERIMENT, QUANTITIES, RANGE_OF_LENGTHS
 from pairsim.cases.quantity_text import measured, quantity_range, rounded
 from pairsim.cases.usual import unusual
 from pairsim.cases.values import Range
@@ -105,6 +105,11 @@ class Experiment:
     def scales(self) -> Scales:
         """The units of length, velocity and stress in SI units, if it is valid."""
         return self._scales(self.values)
+
+    def reynolds_number(self, scales: Scales) -> float | None:
+        """The Reynolds number rho U_av D_c/eta_0 in some units; None where the density is not known."""
+        density = self.values.get(DENSITY.key)
+        return float(scales.reynolds(density)) if isinstance(density, float) else None
 
     @property
     def numbers(self) -> dict[str, Amount]:

@@ -13,6 +13,7 @@ from pairsim.cases.accuracy import USUAL, settings_of
 from pairsim.cases.case import ENDS, SceneCase
 from pairsim.cases.keys import NO_PARTICLES, Key, Keys, Part, PerGap
 from pairsim.cases.mistakes import Mistake
+from pairsim.cases.off_axis import OffAxisCase
 from pairsim.runtime.plain import Plain
 
 MOST_OUTPUTS = 10_000
@@ -148,7 +149,7 @@ class OutputOptions(Keys):
 D0 = Key("d_0", "D_c", part=Part.START, caption=4, slug="d", required=True, usual=0.1, idle=_without_gaps)
 
 
-class Case(SceneCase):
+class Case(OffAxisCase):
     """A run in time; d0 is one distance for all gaps, or a list from upstream."""
 
     kind: ClassVar[str] = "run"

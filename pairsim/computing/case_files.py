@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,7 @@ from pairsim.cases.mistakes import Mistake, input_error
 from pairsim.cases.physical import BLOCK, EXPERIMENT
 from pairsim.cases.yaml_file import Content, apply_settings, read_yaml
 from pairsim.computing.question import Question
+from pairsim.runtime.errors import InputError
 
 
 class Files(Mapping[str, type[BaseModel]]):
@@ -122,7 +123,30 @@ def fitting(data: Content, files: Files) -> list[str]:
     return [name for name, count in unknown.items() if count == min(unknown.values())]
 
 
-def refuse_file_of_another_command(data: Content, command: str, files: Files, source: str, entry: str = "") -> None:
+def first_accepted[C: SceneCase](commands: Sequence[str], read: Callable[[str], C]) -> tuple[str, C]:
+    """The first of several commands for whose files a case has the right keys that allows its values, and the case.
+
+    A file with `along`, for example, has only keys of `critical`, which needs a pair, and of `focus`, which does not.
+
+    Args:
+        commands: The commands.
+        read: Reads and validates the case for one of them.
+
+    Raises:
+        InputError: None of them allows its values; says what the first one does.
+    """
+    failures = list[InputError]()
+    for command in commands:
+        try:
+            return command, read(command)
+        except InputError as error:
+            failures.append(error)
+    raise failures[0]
+
+
+def refuse_file_of_another_command(
+    data: Mapping[str, Any], command: str, files: Files, source: str, entry: str = ""
+) -> None:
     """Refuse a file, or a case of a grid, whose keys fit another command better, by an InputError."""
     if all(key in files[command].model_fields for key in data):
         return

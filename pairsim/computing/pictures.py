@@ -38,10 +38,10 @@ def draw(
         InputError: There is nothing to draw yet, or an option does not fit.
     """
     alone = animate or field is not None
-    if alone and not question.frames:
+    if alone and not question.fields_are_drawn:
         raise no_fields(question.name, field, animate)
     drawn = [] if alone else question.draw(directory, out, page)
-    if alone or (question.frames and (directory / FIELDS_XDMF).exists()):
+    if alone or (question.fields_are_drawn and (directory / FIELDS_XDMF).exists()):
         from pairsim.plots.fields import draw_fields
 
         drawn += draw_fields(directory, out, page, curve=question.frames == "d", field=field, animated=animate)

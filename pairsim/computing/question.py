@@ -98,7 +98,8 @@ class Question[C: SceneCase]:
         draw: Draws what the tables of a folder hold into another one, and returns the pictures. Fields are drawn
             elsewhere.
         captions: What is said below each of these pictures in a report, by the name of its file.
-        frames: What its fields are written at: "t", "d", or "" where it writes none.
+        frames: What its fields are written at: "t", "d", "value" of what it follows, or "" where it writes none. Those
+            at values are drawn by `draw`, others elsewhere.
         flags: The options that it has beside those of all questions.
         draws_from: Rows of its main table from which on its pictures are drawn when it ends; None where they are not.
     """
@@ -132,6 +133,16 @@ class Question[C: SceneCase]:
     def name(self) -> str:
         """Its name on the command line and in Python."""
         return self.model.kind
+
+    @property
+    def fields_are_drawn(self) -> bool:
+        """Whether its fields are drawn as those of runs and curves are."""
+        return self.frames in ("t", "d")
+
+    @property
+    def fields_key(self) -> str:
+        """The key in its case files that asks for fields."""
+        return {"d": "fields: [...]", "value": "fields: true"}.get(self.frames, "output.fields: true")
 
     @property
     def table(self) -> str:

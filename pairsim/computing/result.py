@@ -375,7 +375,7 @@ class Result:
 
     @cached_property
     def places(self) -> Array:
-        """Times [D_c/U_av] (of a curve: distances [D_c]) at which there are fields, shape (n,)."""
+        """Times [D_c/U_av] (curve: distances [D_c]; focus: values followed) at which there are fields, shape (n,)."""
         from pairsim.record.xdmf import read_times
 
         return read_times(self._place)
@@ -389,7 +389,8 @@ class Result:
             physical: Whether to convert to um, um/s and Pa.
 
         Returns:
-            Names and components are as in fields.xdmf: vectors are (z, r, 0). NaN where there is no such field: the
+            Names and components are as in fields.xdmf: vectors are (z, r, 0), but for disturbances
+            off the axis, which are (z, r, theta). NaN where there is no such field: the
             elastic stress in the liquid, what is the liquid's alone in the particles. Cell data: `region`, 0 in the
             liquid and i in particle i from upstream. Field data: `t`, the time or distance.
 
@@ -405,8 +406,8 @@ class Result:
         hits = np.flatnonzero(np.isclose(self.places, place, rtol=1e-9, atol=1e-12))
         if not hits.size:
             listed = ", ".join(f"{place:g}" for place in self.places)
-            key = "fields: [...]" if self.question.frames == "d" else "output.fields: true"
-            allowed = f"must be one of {listed}" if listed else f"was not written; the case needs `{key}` for fields"
+            needs = f"was not written; the case needs `{self.question.fields_key}` for fields"
+            allowed = f"must be one of {listed}" if listed else needs
             raise InputError("fields", self.question.frames, at, allowed)
         return grid_of(read_frame(self._place, int(hits[0])), self.scales if physical else None)
 
@@ -419,7 +420,7 @@ class Result:
         text = as_texts(at)
         if not has_unit(text):
             return float(text)
-        of = A_LENGTH if self.question.frames == "d" else a_time("time", "time")
+        of = a_time("time", "time") if self.question.frames == "t" else A_LENGTH
         try:
             return float(of.number(si(text, of), self.scales))
         except ValueError as error:

@@ -32,6 +32,9 @@ from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.ends import Ended, Passed, SpentOnTheWay
 from pairsim.solvers.steady.first_solution import first_scene, scene_past_end
 
+COUNTS = NEWTON_ITERATIONS, FACTORISATIONS, MESH_COUNT
+"""Entries that are added up over several branches."""
+
 
 class Solutions:
     """The quasi-steady solutions of a case, on a branch that is closed at the end of the context.
@@ -135,6 +138,26 @@ class Solutions:
         if self.branch is not None:
             kept[ADAPTATION], missed = adaptation_report(case, self.branch, self.judged, self.largest)
         return Summary({**entries, **kept, **counts, **place}, [*missed, *warnings, *common], phases)
+
+
+def together(summaries: Sequence[Summary], entries: Entries, warnings: Sequence[Text] = ()) -> Summary:
+    """What run.json says of computations on several branches: counts are added up, sizes are the largest.
+
+    Args:
+        summaries: What it says of each.
+        entries: Entries of all of them together.
+        warnings: Warnings likewise.
+    """
+    found, phases = dict[Entry[Any], Any](), dict[str, float]()
+    for each in summaries:
+        for entry, value in each.entries.items():
+            if entry in COUNTS:
+                value = found.get(entry, 0) + value
+            found[entry] = max(found.get(entry, 0), value) if entry is SIZE else value
+        for phase, seconds in each.phases.items():
+            phases[phase] = phases.get(phase, 0.0) + seconds
+    said = dict.fromkeys(text for each in summaries for text in each.warnings)
+    return Summary({**found, **entries}, [*warnings, *said], phases)
 
 
 def health_columns(case: SceneCase) -> list[str]:

@@ -19,6 +19,7 @@ from pairsim.computing.loading import AnyCase
 from pairsim.computing.result_content import Content
 from pairsim.computing.warnings import MOST_DE, beyond_checked
 from pairsim.lab.dimensionless_numbers import units
+from pairsim.lab.focusing_at_once import first_order_focusing
 from pairsim.lab.input_draws import range_of_draws
 from pairsim.lab.load import load
 from pairsim.physics.softest import beyond_steady_shapes, beyond_tension
@@ -80,8 +81,10 @@ def ask(
     curve = _curve_of(asked, book)
     others = [each for each in atlases if each is not book and not beyond(asked, each)]
     record = Record.of({STATUS: "finished", WARNINGS: _disagreements(asked, curve, others)}) | units_of(asked)
-    if asked.De:
-        record = record.with_entries({NOTES: [f"The liquid of the atlas is {liquid_of_atlas(book, type(asked))}."]})
+    notes = [f"The liquid of the atlas is {liquid_of_atlas(book, type(asked))}."] if asked.De else []
+    notes += [f"On the axis, {said}." for said in first_order_focusing(asked, asked.reynolds_number)]
+    if notes:
+        record = record.with_entries({NOTES: notes})
     if any(each.half_width for each in record.inputs):
         record = record.with_entries({DRAWN: vars(range_of_draws(asked, book))})
     content = Content({"curve": curve.table, "equilibria": curve.equilibria}, record, asked)

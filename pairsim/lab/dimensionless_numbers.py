@@ -18,6 +18,7 @@ from pairsim.cases.yaml_file import Content, yaml_text
 from pairsim.computing.warnings import beyond_checked
 from pairsim.lab.cytometer.suspending_media import extrapolated, methyl_cellulose
 from pairsim.lab.driving_pressure import velocity_for
+from pairsim.lab.focusing_at_once import first_order_focusing
 from pairsim.lab.load import load
 from pairsim.physics.homogeneous import falling_stress
 from pairsim.physics.liquids import LAWS, Liquid
@@ -273,6 +274,8 @@ def _notes(case: SceneCase, given: Container[str], Re: float) -> Iterator[str]:
     small = Re <= SMALL_RE and of_particle <= SMALL_PART * drive
     comparison = f"Re beta^2 = {of_particle:.2g} against {drive:.2g}, the larger of Ca_e and De"
     yield f"inertia {'is' if small else 'may not be'} negligible: Re = {Re:.2g}, {comparison}"
+    for said in first_order_focusing(case, Re):
+        yield f"on the axis: {said}"
     for default in _defaults(case, given):
         yield f"default used: {default}"
     for text in beyond_checked(case):

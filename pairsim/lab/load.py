@@ -6,7 +6,7 @@ from typing import Any, Literal, overload
 
 from pairsim.cases.case import SceneCase
 from pairsim.cases.run_case import Case
-from pairsim.computing.case_files import Files, fitting
+from pairsim.computing.case_files import Files, first_accepted, fitting
 from pairsim.computing.loading import AnyCase, case_from, case_of, content_of, source_of
 from pairsim.questions.registry import QUESTIONS
 from pairsim.runtime.errors import InputError
@@ -27,7 +27,7 @@ def load(path_or_dict: AnyCase, *, kind: str | None = None, **overrides: Any) ->
     Args:
         path_or_dict: Path of a case file (YAML), a dict of its keys, or a case.
         kind: The computation that the case is for, such as "run" (in time) or "curve" (quasi-steady, over the
-            distance); by default the first one that has all of its keys.
+            distance); by default the first one that has all of its keys, and allows their values.
         overrides: Keys to replace, such as `Ca_e=0.05`. Groups are merged: `mesh={"Np": 20}` only changes this key of
             `mesh`. Dotted keys are written as `**{"mesh.Np": 20}`. `liquid` and `solid` may be laws of one's own, such
             as `liquid=FeneCR(L2=20)`.
@@ -48,7 +48,9 @@ def load(path_or_dict: AnyCase, *, kind: str | None = None, **overrides: Any) ->
         kind = path_or_dict.kind
     if kind is not None:
         return case_of(QUESTIONS[kind], path_or_dict, overrides, FILES)
-    data = content_of(path_or_dict)
-    keys = dict.fromkeys((*data, *(key.partition(".")[0] for key in overrides)))
-    fits = fitting(keys, CASE_FILES)[0]
-    return case_from(QUESTIONS[fits], data, overrides, source_of(path_or_dict), FILES)
+    keys = dict.fromkeys((*content_of(path_or_dict), *(key.partition(".")[0] for key in overrides)))
+
+    def read(name: str) -> SceneCase:
+        return case_from(QUESTIONS[name], content_of(path_or_dict), overrides, source_of(path_or_dict), FILES)
+
+    return first_accepted(fitting(keys, CASE_FILES), read)[1]

@@ -87,6 +87,20 @@ def steady_shear(liquid: Liquid, rates: Array, memory: ShearMemory | None = None
     return viscosity, N1
 
 
+def normal_stresses(liquid: Liquid, rates: Array) -> tuple[Array, Array]:
+    """First and second normal stress difference in steady shear over eta_0 U_av/D_c, (n,) each.
+
+    Args:
+        liquid: The liquid.
+        rates: Shear rates [U_av/D_c], (n,).
+    """
+    N1, N2 = np.zeros_like(rates), np.zeros_like(rates)
+    for law, c in zip(liquid.modes, _sheared(liquid, rates, None), strict=True):
+        zz, _, rr, tt = np.real(mode_stress(liquid, law, c))
+        N1, N2 = N1 + zz - rr, N2 + rr - tt
+    return N1, N2
+
+
 def falling_stress(liquid: Liquid, most: float) -> tuple[float, float] | None:
     """The shear rates [U_av/D_c] up to `most` between which the shear stress falls, None if it grows all the way.
 

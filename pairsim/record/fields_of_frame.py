@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.sparse.linalg import splu
@@ -16,6 +17,9 @@ from pairsim.physics.pipe import PipeState, across
 from pairsim.record.xdmf import FieldFrame
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.stepping.step import Step
+
+if TYPE_CHECKING:
+    from pairsim.solvers.steady.scene import SteadySolver
 
 
 def elastic_stress(body: Body, h: Array) -> Array:
@@ -51,7 +55,7 @@ def elastic_stress(body: Body, h: Array) -> Array:
 
 @dataclass(frozen=True)
 class SteadyMoment:
-    """A quasi-steady solution with those attributes of a time step that `frame` needs; `t` is the distance d."""
+    """A quasi-steady solution with those attributes of a time step that `frame` needs; `t` is what it is found by."""
 
     t: float
     scene: Scene
@@ -108,6 +112,18 @@ def frame(step: Step | SteadyMoment, origin: Array, flow: PipeState) -> FieldFra
         data[name] = np.zeros((len(points), *values.shape[1:]))
         data[name][: len(nodes)] = values
     return FieldFrame(step.t, points, np.vstack(cells), np.concatenate(region), data)
+
+
+def steady_frame(t: float, solver: SteadySolver) -> FieldFrame:
+    """All fields of the present quasi-steady solution.
+
+    Args:
+        t: What the frame is found by, such as the distance d.
+        solver: The scene, at its solution.
+    """
+    (h, x), flow = solver.state(), solver.developed_flow
+    moment = SteadyMoment(t, solver.scene, x, h, solver.constraints.V @ solver.y)
+    return frame(moment, solver.h_star(solver.parameters), flow)
 
 
 def _at_nodes(values: Array, mesh: SixNodeMesh) -> Array:

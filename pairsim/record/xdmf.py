@@ -9,7 +9,8 @@ read. ParaView and pyvista show the deformed particles at every time. `meshio.xd
 the first time for all times; for another one set `reader.mesh_grid = reader.collection[k]` before
 `read_points_cells`. `meshio.read` rejects XDMF files with times.
 
-Vectors are stored with three components (z, r, 0), symmetric tensors as four scalars `name_zz`, `_zr`, `_rr`, `_tt`.
+Vectors are stored with three components (z, r, 0), those of disturbances off the axis as (z, r, theta); symmetric
+tensors as four scalars `name_zz`, `_zr`, `_rr`, `_tt`.
 """
 
 from __future__ import annotations
@@ -25,13 +26,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pairsim.physics.declared import FIELDS
-from pairsim.quantities.kinds import LENGTH, PURE, STRESS, VELOCITY, Kind
+from pairsim.quantities.kinds import LENGTH, PRESSURE_RATE, PURE, RATE, STRESS, VELOCITY, Kind
 from pairsim.record.folder import FIELDS_XDMF, FRAMES, frame_files, write_bytes, write_text
 from pairsim.runtime.errors import InputError
 
 TENSOR = ("zz", "zr", "rr", "tt")
 ELASTIC = "tau_s"  # 0 in the liquid
-OF_LIQUID = "tau_p", "tr_c", "pressure_extra", *FIELDS  # what begins so is 0 in the particles
+DISTURBED_VELOCITY, DISTURBED_PRESSURE = "velocity_disturbance", "pressure_disturbance"
+"""What names of disturbances begin with; the number of the particle follows that is displaced."""
+OF_LIQUID = "tau_p", "tr_c", "pressure_extra", DISTURBED_PRESSURE, *FIELDS  # what begins so is 0 in the particles
 HEAD = """<?xml version="1.0" encoding="utf-8"?>
 <Xdmf Version="3.0">
  <Domain>
@@ -49,7 +52,8 @@ def unit_of_field(name: str) -> Kind:
     """The unit of a field by its name in fields.xdmf."""
     others = {"velocity": VELOCITY, "position": LENGTH, "displacement": LENGTH, "tr_c": PURE}
     others |= dict.fromkeys(FIELDS, PURE)
-    return others.get(name, STRESS)
+    disturbances = {DISTURBED_VELOCITY: RATE, DISTURBED_PRESSURE: PRESSURE_RATE}
+    return others.get(name) or disturbances.get(name.rpartition("_")[0], STRESS)
 
 
 @dataclass(frozen=True)
@@ -57,11 +61,12 @@ class FieldFrame:
     """The fields at one time on the deformed mesh.
 
     Attributes:
-        t: Time [D_c/U_av]; for a curve the distance [D_c].
+        t: Time [D_c/U_av]; for a curve the distance [D_c], for focus the value of what is followed.
         points: Coordinates z, r of the nodes of the deformed mesh [D_c], shape (n, 2).
         cells: Numbers of the six nodes of each triangle in the order of VTK, shape (m, 6).
         region: 0 in the liquid, i in particle i from upstream, shape (m,).
-        point_data: Scalars (n,), vectors z, r (n, 2) or symmetric tensors zz, zr, rr, tt (n, 4) by name.
+        point_data: By name scalars (n,), vectors z, r (n, 2) or z, r, theta (n, 3), and symmetric tensors zz, zr, rr,
+            tt (n, 4).
     """
 
     t: float
@@ -80,6 +85,8 @@ class FieldFrame:
                 found[name] = values
             elif values.shape[1] == 2:
                 found[name] = np.pad(values, ((0, 0), (0, 1)))
+            elif values.shape[1] == 3:
+                found[name] = values
             else:
                 found |= {f"{name}_{part}": values[:, i] for i, part in enumerate(TENSOR)}
         return found
@@ -238,5 +245,5 @@ def _frame(t: float, arrays: dict[str, NDArray[Any]]) -> FieldFrame:
         if part in TENSOR and all(f"{stem}_{other}" in arrays for other in TENSOR):
             data[stem] = np.stack([arrays[f"{stem}_{other}"] for other in TENSOR], axis=1)
         else:
-            data[name] = values[:, :2] if values.ndim == 2 else values
+            data[name] = values[:, :2] if values.ndim == 2 and stem != DISTURBED_VELOCITY else values
     return FieldFrame(t, points[:, :2], cells, region, data)

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from pairsim.quantities.kinds import FORCE, PURE, STRESS, VELOCITY, Kind
+from pairsim.solvers.parameters import DIFFERENCE
 
 if TYPE_CHECKING:
     from pairsim.fem.diagnostics import Observation
@@ -189,8 +190,6 @@ def _of_shape(
 
 def _by_node(measure: Callable[[Array], Callable[[Array], float]], outline: Array, radius: float) -> Array:
     """Derivatives of a measure of an outline by the positions of its nodes, of the shape of the outline."""
-    from pairsim.solvers.parameters import DIFFERENCE
-
     of_outline, step, found = measure(outline), DIFFERENCE * radius, np.empty_like(outline)
     for at, value in np.ndenumerate(outline):
         ends = []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -11,11 +11,11 @@ import yaml
 from support.commands import Pairsim
 
 import pairsim as api
+from pairsim.computing.off_axis.answer import answer_of_focus
+from pairsim.computing.off_axis.columns import TABLE
 from pairsim.quantities.scales import Scales
-from pairsim.questions.focus import TABLE
-from pairsim.questions.focus.answer import answer_of_focus
 from pairsim.record.table import Table
-from pairsim.solvers.focus.stability import Verdict, growth_half_width, verdict_of
+from pairsim.solvers.focus.stability import Verdict, growth_half_width, verdict_of, with_half_width
 
 BEAD = {"beta": 0.4, "De": 0, "Ca_e": 0.02}
 PAIR = {"particles": 2, "beta": 0.4, "De": 0, "Ca_e": 0, "d": 0.2}
@@ -27,29 +27,29 @@ def load(case: dict[str, Any], **more: Any) -> Any:
 
 class TestPlaces:
     def test_the_values_of_the_case_are_one_place(self) -> None:
-        (place,) = load(BEAD).places
+        (place,) = (each.parameters for each in load(BEAD).places)
         assert (place.gaps, place.Ca_es) == ((), (0.02,))
-        (pair,) = load(PAIR).places
+        (pair,) = (each.parameters for each in load(PAIR).places)
         assert (pair.gaps, pair.Ca_es) == ((0.2,), (0.0, 0.0))
 
     def test_softness_ascends_and_rigid_particles_stay_rigid(self) -> None:
         case = load(PAIR, Ca_e=[0, 0.1], along={"Ca_e": [0.05, 0.01]})
-        assert [place.Ca_es for place in case.places] == [(0, 0.01), (0, 0.05)]
+        assert [place.parameters.Ca_es for place in case.places] == [(0, 0.01), (0, 0.05)]
 
     def test_distances_of_all_gaps_begin_with_the_largest_which_sets_the_tube(self) -> None:
         case = load({**PAIR, "particles": 3, "d": None}, along={"d": {"start": 0.1, "stop": 0.3, "num": 2}})
-        assert [place.gaps for place in case.places] == [(0.3, 0.3), (0.1, 0.1)]
+        assert [place.parameters.gaps for place in case.places] == [(0.3, 0.3), (0.1, 0.1)]
         assert case.tube_length == load({**PAIR, "particles": 3, "d": 0.3}).tube_length
         assert case.range_of_d == (0.1, 0.3)
 
     def test_distances_may_have_units(self) -> None:
         bench = {"tube": "50um", "particle": "20um", "flow_rate": "1ul/min", "viscosity": "1Pa.s", "modulus": "5kPa"}
         case = load({"particles": 2, "physical": bench, "along": {"physical.distance": ["5 um", "10 um"]}})
-        assert [place.gaps for place in case.places] == [pytest.approx((0.2,)), pytest.approx((0.1,))]
+        assert [place.parameters.gaps for place in case.places] == [pytest.approx((0.2,)), pytest.approx((0.1,))]
 
     def test_De_is_followed_in_its_liquid(self) -> None:
         case = load({**BEAD, "De": 0.1, "along": {"De": [0.2, 0.3]}})
-        assert [place.De for place in case.places] == [0.2, 0.3]
+        assert [place.parameters.De for place in case.places] == [0.2, 0.3]
         assert max(case.values_of_De) == 0.3
 
 
@@ -80,6 +80,16 @@ class TestVerdict:
         assert growth_half_width(pair, np.full((2, 2), np.inf)) == np.inf
 
 
+class TestReynoldsNumber:
+    def test_its_half_width_is_that_of_both_rates_over_the_slope(self) -> None:
+        one = [np.array([[each]]) for each in (-0.05, 0.01, 1e-3, 2e-4)]
+        assert with_half_width(*one) == pytest.approx((5, 0.2))
+
+    def test_there_is_none_where_inertia_does_not_drive_particles_off(self) -> None:
+        Re, error = with_half_width(*(np.array([[each]]) for each in (-0.05, -0.01, 1e-3, 2e-4)))
+        assert (Re, np.isnan(error)) == (np.inf, True)
+
+
 def table(n: int = 1, **columns: Any) -> Table:
     """A table of one row or more, with numbers that play no part where none are given."""
     usual = dict.fromkeys(TABLE.named(n), 0.0) | {"growth_error": 1e-3, "Re_most": np.nan}
@@ -95,7 +105,7 @@ def table(n: int = 1, **columns: Any) -> Table:
 class TestAnswer:
     def test_a_bead_focuses_within_a_length_of_tube_below_a_reynolds_number(self) -> None:
         found = table(verdict=["focuses"], tube=500.0, tube_least=470.0, tube_most=530.0, Re_most=0.83, Re=0.02)
-        assert answer_of_focus(found, Scales(60e-6, 1e-2, 1e-2)) == [
+        assert answer_of_focus(found, [Scales(60e-6, 1e-2, 1e-2)]) == [
             "The particle focuses: a small displacement from the axis falls to a tenth within 30 +- 2 mm of tube, "
             "as long as the Reynolds number is below about 0.83 (here 0.02)."
         ]
@@ -109,6 +119,13 @@ class TestAnswer:
         (line,) = answer_of_focus(table(verdict=["focuses"], tube=500.0, Re_most=0.83, Re=2.0), None)
         assert "without inertia; but from a Reynolds number of about 0.83 on inertia drives particles off" in line
         assert line.endswith("and here it is 2.")
+
+    def test_the_reynolds_number_has_its_half_width_where_that_is_seen(self) -> None:
+        known = {"verdict": ["focuses"], "tube": 500.0, "Re_most": 0.83}
+        (line,) = answer_of_focus(table(**known, Re_most_error=0.12), None)
+        assert line.endswith("below about 0.83 +- 0.12.")
+        (line,) = answer_of_focus(table(**known, Re_most_error=0.01), None)
+        assert line.endswith("below about 0.83.")
 
     def test_neighbours_of_one_verdict_have_one_line(self) -> None:
         verdicts, d = ["swings", "leaves", "leaves", "swings"], [0.02, 0.04, 0.06, 0.1]
@@ -152,6 +169,26 @@ def test_a_soft_bead_focuses_at_the_rate_that_was_found_on_fine_cells(tmp_path: 
 
 
 @pytest.mark.slow
+def test_fields_have_what_a_displacement_adds_to_the_flow(tmp_path: Path) -> None:
+    """It vanishes at the wall, has one direction on the axis, and inside a soft bead is that of rolling material."""
+    found = api.focus({**BEAD, "fields": True}, folder=tmp_path / "out", mesh={"Np": 10}).check()
+    assert found.places.tolist() == [0.02]
+    grid = found.fields(0.02)
+    (z, r, _), velocity = grid.points.T, grid.point_data["velocity_disturbance_1"]
+    assert np.abs(velocity[r > 0.5 - 1e-9]).max() < 1e-9
+    assert np.abs(velocity[r < 1e-9] @ [1, 0, 0]).max() < 1e-6
+    assert np.abs(velocity[r < 1e-9] @ [0, 1, 1]).max() < 1e-6
+    inside = np.isnan(grid.point_data["pressure_disturbance_1"])
+    assert 0 < inside.sum() < len(r)
+    a = float(found.table["a_11"].iloc[0])
+    centre = np.flatnonzero(inside & (r < 1e-9))[np.abs(z[inside & (r < 1e-9)]).argmin()]
+    turning = (velocity[inside, 0] / np.where(r[inside] > 0.05, r[inside], np.nan))[r[inside] > 0.05]
+    assert velocity[centre, 1] == pytest.approx(a + np.nanmedian(-turning) * z[centre], abs=0.05)
+    assert np.nanmedian(-turning) == pytest.approx(7.6, abs=0.4)
+    assert [path.name for path in found.plot(tmp_path / "pictures")] == ["disturbance.png"]
+
+
+@pytest.mark.slow
 def test_a_rigid_pair_in_a_newtonian_liquid_swings_or_leaves_the_axis() -> None:
     """Its rates mirror themselves: there is a window of distances in which a_12 passes through zero."""
     found = api.focus({**PAIR, "beta": 0.3, "d": None, "along": {"d": [0.05, 0.3]}}, mesh={"Np": 10}).check()
@@ -162,3 +199,54 @@ def test_a_rigid_pair_in_a_newtonian_liquid_swings_or_leaves_the_axis() -> None:
     assert np.abs(table["a_12"] + table["a_21"]).max() < 1e-8
     assert table["growth"][0] == pytest.approx(0.020, abs=1e-3)
     assert table["Re_most"].tolist() == [0, 0]
+
+
+class TestFollowed:
+    BENCH: ClassVar[dict[str, Any]] = {
+        "tube": "60 um",
+        "particle": "24 um",
+        "flow_rate": "2 ul/min",
+        "viscosity": "10 mPa.s",
+        "modulus": "100 Pa",
+        "density": "1000 kg/m^3",
+    }
+
+    def test_a_quantity_changes_liquid_softness_and_units(self) -> None:
+        case = load({"particles": 1, "physical": self.BENCH}, along={"physical.flow_rate": ["2 ul/min", "1 ul/min"]})
+        slow, fast = case.places
+        assert fast.parameters.Ca_es[0] == pytest.approx(2 * slow.parameters.Ca_es[0])
+        assert slow.scales is not None
+        assert fast.scales is not None
+        assert fast.scales.velocity == pytest.approx(2 * slow.scales.velocity)
+
+    def test_a_number_of_a_law_is_followed_in_its_liquid(self) -> None:
+        case = load({**BEAD, "De": 0.1, "along": {"liquid.alpha": [0.1, 0.4]}})
+        assert [place.parameters.liquid.modes[0].numbers["alpha"] for place in case.places] == [0.1, 0.4]
+
+    def test_diameters_have_a_scene_with_cells_of_its_own_each(self) -> None:
+        case = load(BEAD, along={"beta": [0.4, 0.2]})
+        assert [scene.betas for scene in case.scenes] == [(0.2,), (0.4,)]
+        assert [scene.mesh for scene in case.scenes] == [load(BEAD, beta=beta).mesh for beta in (0.2, 0.4)]
+
+    @pytest.mark.slow
+    def test_rates_over_beta_are_those_of_each_bead(self, tmp_path: Path) -> None:
+        mesh = {"Np": 8}
+        found = api.focus({**BEAD, "along": {"beta": [0.2, 0.4]}}, folder=tmp_path / "out", mesh=mesh).check()
+        assert found.table["followed"].tolist() == [0.2, 0.4]
+        alone = api.focus(BEAD, mesh=mesh).check()
+        assert found.table["growth"].iloc[-1] == pytest.approx(alone.table["growth"].iloc[0], rel=1e-9)
+        (line, *_) = found.findings()
+        assert line.startswith("The particle focuses at beta = 0.2 to 0.4: ")
+        assert found.record.points == 2
+        assert [path.name for path in found.plot(tmp_path / "pictures")] == ["focus.png"]
+
+    @pytest.mark.slow
+    def test_each_flow_rate_has_its_own_units_and_reynolds_number(self, tmp_path: Path) -> None:
+        along = {"physical.flow_rate": ["1 ul/min", "2 ul/min"]}
+        case = {"particles": 1, "physical": self.BENCH, "along": along}
+        found = api.focus(case, folder=tmp_path / "out", mesh={"Np": 8}).check()
+        slow, fast = found.table["Re"]
+        assert fast == pytest.approx(2 * slow)
+        in_seconds, numbers = found.physical["growth"], found.table["growth"]
+        assert in_seconds[1] / in_seconds[0] == pytest.approx(2 * numbers[1] / numbers[0])
+        assert f"(here {slow:.2g} to {fast:.2g})" in found.answer

@@ -24,7 +24,11 @@ BY_NAME = {
     "pairsim/questions/registry.py": "questions beside it",
 }
 """Files that import by name, and what."""
-AT_ONCE = {"pairsim/__init__.py": "the package alone loads nothing", "pairsim/__main__.py": "Ctrl-C is answered first"}
+AT_ONCE = {
+    "pairsim/__init__.py": "the package alone loads nothing",
+    "pairsim/__main__.py": "Ctrl-C is answered first",
+    "pairsim/computing/off_axis/beside.py": "the solver of disturbances is loaded where a case asks for rates",
+}
 """Files whose functions import what loads no large library, and why."""
 
 

@@ -168,6 +168,20 @@ def test_lengths_are_in_um_where_the_case_has_a_physical_block(tmp_path: Path, p
     assert radii == pytest.approx({"": 25, "--dimensionless": 0.5})
 
 
+def test_files_of_two_commands_are_told_apart_by_what_one_of_them_allows(tmp_path: Path, pairsim: Pairsim) -> None:
+    """`along` is a key of `critical`, too, which needs a pair."""
+    case = {"beta": 0.4, "De": 0, "particles": 1, "along": {"Ca_e": [0.01, 0.02]}, "Ca_e": 0.01, "mesh": CELLS}
+    (tmp_path / "bead.yaml").write_text(yaml.safe_dump(case))
+    done = pairsim("mesh", "bead.yaml", "-o", "bead.vtu")
+    assert done.returncode == 0
+    assert "`pairsim focus` would begin with this mesh" in done.stderr
+    assert api.load(case).kind == "focus"
+    assert api.load({**case, "particles": 2}).kind == "critical"
+    (tmp_path / "bead.yaml").write_text(yaml.safe_dump({**case, "beta": 2}))
+    done = pairsim("mesh", "bead.yaml", "-o", "bead.vtu", "--overwrite")
+    assert (done.returncode, "beta" in done.stderr) == (2, True)
+
+
 def test_what_cannot_be_written_is_refused(tmp_path: Path, pairsim: Pairsim) -> None:
     (tmp_path / "case.yaml").write_text(yaml.safe_dump(CURVE))
     (tmp_path / "curve.msh").touch()

@@ -25,7 +25,7 @@ from pairsim.physics.solids.solid import Solid
 from pairsim.solvers.focus.errors import half_widths
 from pairsim.solvers.focus.inertia import by_inertia, stable_up_to
 from pairsim.solvers.focus.modes import slowest_modes
-from pairsim.solvers.focus.rates import Disturbance, disturb
+from pairsim.solvers.focus.rates import Displacement, Disturbance, disturb
 from pairsim.solvers.nonlinear.direct import DirectSolver
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
@@ -298,8 +298,8 @@ class TestMaterials:
 @pytest.mark.parametrize(("width", "rate"), [(0.05, 0.944), (0.1, 0.774), (0.15, 0.626), (0.2, 0.498)])
 def test_inertia_drives_spheres_off_the_axis_as_in_a_square_duct(width: float, rate: float) -> None:
     """Data of ILFHC as above, in units of U_max/H Re_max (diameter/width)^3/4; a tube agrees to 3 %."""
-    with scene((width / 1.094,), RIGID) as solver:
-        found = by_inertia(solver).rates[0, 0]
+    with scene((width / 1.094,), RIGID) as solver, Displacement(solver) as displacement:
+        found = by_inertia(displacement).rates[0, 0]
     assert found / width**3 == pytest.approx(rate, rel=0.03)
     assert found / width**3 < rate
 
@@ -326,16 +326,15 @@ def test_half_widths_contain_the_rates_on_small_cells(
     betas: tuple[float, ...], gaps: tuple[float, ...], solids: tuple[Solid | None, ...], liquid: Liquid
 ) -> None:
     exact = disturbed(betas, solids, liquid, gaps, Np=28).rates
-    with scene(betas, solids, liquid, gaps, Np=14) as solver:
-        found = disturb(solver)
-        widths = half_widths(solver, found)
-    assert (np.abs(found.rates - exact) < widths).all()
+    with scene(betas, solids, liquid, gaps, Np=14) as solver, Displacement(solver) as displacement:
+        widths = half_widths(displacement).rates
+    assert (np.abs(displacement.found.rates - exact) < widths).all()
     assert widths.max() < 0.03 * np.abs(exact).max()
 
 
 def test_softness_keeps_a_sphere_on_the_axis_up_to_a_reynolds_number() -> None:
-    with scene((0.4,), soft(0.02)) as solver:
-        rates, by_Re = disturb(solver).rates, by_inertia(solver).rates
+    with scene((0.4,), soft(0.02)) as solver, Displacement(solver) as displacement:
+        rates, by_Re = displacement.found.rates, by_inertia(displacement).rates
     assert stable_up_to(rates, by_Re) == pytest.approx(-rates[0, 0] / by_Re[0, 0], rel=1e-9)
     assert 4 < stable_up_to(rates, by_Re) < 5
     assert stable_up_to(-rates, by_Re) == 0
@@ -346,6 +345,6 @@ def test_inertia_of_nearly_rigid_particles_is_that_of_rigid_ones() -> None:
     """Their momentum is in the balance of a surface in one, and in that of a volume in the other."""
     found = []
     for solids in (RIGID * 2, soft(1e-6, 1e-6)):
-        with scene((0.4, 0.4), solids, gaps=(0.2,)) as solver:
-            found.append(by_inertia(solver).rates)
+        with scene((0.4, 0.4), solids, gaps=(0.2,)) as solver, Displacement(solver) as displacement:
+            found.append(by_inertia(displacement).rates)
     assert np.abs(found[0] - found[1]).max() < 1e-3 * np.abs(found[0]).max()

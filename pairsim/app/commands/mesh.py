@@ -15,7 +15,7 @@ from typing import Annotated
 import typer
 
 from pairsim.app.options import CaseFile, OfQuestion, OverwriteFile, Physical, Settings, check_free
-from pairsim.computing.case_files import Files, commands_for, read_case
+from pairsim.computing.case_files import Files, commands_for, first_accepted, read_case
 from pairsim.quantities.kinds import LENGTH
 from pairsim.questions.registry import QUESTIONS
 from pairsim.record.folder import write_file
@@ -44,8 +44,8 @@ def mesh(
         raise InputError("pairsim mesh", "-o", str(output), f"must end in {' or '.join(FORMATS)}")
     check_free(output, overwrite)
     settings = tuple(set_ or ())
-    question, *others = [kind] if kind else commands_for(case, Files(QUESTIONS), settings)
-    of_case = read_case(QUESTIONS[question], case, settings, FILES)
+    fits = [kind] if kind else commands_for(case, Files(QUESTIONS), settings)
+    question, of_case = first_accepted(fits, lambda name: read_case(QUESTIONS[name], case, settings, FILES))
     if physical and of_case.scales is None:
         raise InputError(str(case), "--physical", None, "must be a case with a physical block (docs/how-to/units.md)")
     import pairsim.runtime.fenicsx  # noqa: F401  # before everything else that loads MPI or is compiled
@@ -57,5 +57,6 @@ def mesh(
     typer.echo(str(output))
     cells = ", ".join(f"{name} {len(part):,}" for name, part in made.regions.items())
     unit = LENGTH.name if scales is None else LENGTH.physical
-    choice = f" (--kind {' or '.join(others)} for another command)" if others else ""
+    others = " or ".join(name for name in fits if name != question)
+    choice = f" (--kind {others} for another command)" if others else ""
     typer.echo(f"`pairsim {question}` would begin with this mesh{choice}; triangles: {cells}; in {unit}", err=True)

@@ -47,6 +47,7 @@ class DisturbedPhase:
         spaces = [self.numbering.space] * 2
         self._form = compiled.form.on(spaces, {compiled.base: function}, by_symbol)
         self._matrix = dolfinx.fem.create_matrix(self._form)
+        self._assembled = dict[float, Array]()
 
     @staticmethod
     def liquid(phase: Phase[Liquid], positions: Array, base: Array, w: Array, Re: float) -> DisturbedPhase:
@@ -83,13 +84,26 @@ class DisturbedPhase:
         base = np.concatenate([phase.six_node_mesh.points.ravel(), pressure])
         return DisturbedPhase(compiled, SixNodeMesh(positions, phase.six_node_mesh.cells), base, phase.material)
 
-    def matrix(self, rate: float = 0.0) -> sparse.csr_matrix:
-        """The matrix of a disturbance that grows as exp(rate t), in the canonical numbering."""
-        if "rate" in self._constants:
-            self._constants["rate"].value = rate
-        self._matrix.set_value(0.0)
-        dolfinx.fem.assemble_matrix(self._matrix, self._form)
-        entries = self._matrix.to_scipy().tocoo()
-        at = self.numbering.canonical
-        shape = (self.numbering.size, self.numbering.size)
-        return sparse.csr_matrix(sparse.coo_matrix((entries.data, (at[entries.row], at[entries.col])), shape=shape))
+    def matrix(self) -> sparse.csr_matrix:
+        """The matrix of a disturbance at which nothing depends on its rate of change, in the canonical numbering."""
+        return self._canonical(self._entries(0.0))
+
+    def memory(self) -> sparse.csr_matrix:
+        """The matrix that multiplies the rate of change of the disturbance, in the canonical numbering."""
+        return self._canonical(self._entries(1.0) - self._entries(0.0))
+
+    def _entries(self, rate: float) -> Array:
+        """Entries of the matrix of a disturbance that grows as exp(rate t), in the order of DOLFINx."""
+        if rate not in self._assembled:
+            if "rate" in self._constants:
+                self._constants["rate"].value = rate
+            self._matrix.set_value(0.0)
+            dolfinx.fem.assemble_matrix(self._matrix, self._form)
+            self._assembled[rate] = self._matrix.data.copy()
+        return self._assembled[rate]
+
+    def _canonical(self, entries: Array) -> sparse.csr_matrix:
+        """The matrix with given entries."""
+        at, size = self.numbering.canonical, self.numbering.size
+        columns = sparse.csr_matrix((entries, at[self._matrix.indices], self._matrix.indptr), shape=(size, size))
+        return sparse.csr_matrix(columns[np.argsort(at)])

@@ -13,6 +13,7 @@ from pairsim.fem.azimuthal.constraints import DisturbedConstraints, disturbed_co
 from pairsim.fem.azimuthal.motion import ON_AXIS
 from pairsim.fem.azimuthal.nodal import derivative_along
 from pairsim.fem.azimuthal.phase import DisturbedPhase
+from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
 from pairsim.fem.scene import Scene
 from pairsim.runtime.arrays import Array
 
@@ -23,6 +24,16 @@ def mesh_velocity(scene: Scene, U: Array) -> Array:
     w = np.zeros((len(mesh.vertices), 2))
     w[:, 0] = U @ shares(scene.reference, mesh.points[mesh.vertices, 0], scene.periodic)
     return w
+
+
+def diagonal(parts: list[sparse.csr_matrix]) -> sparse.csr_matrix:
+    """The block-diagonal matrix of square parts, whose rows are those of the parts: nothing is sorted."""
+    sizes = np.cumsum([0, *(part.shape[0] for part in parts)])
+    entries = np.cumsum([0, *(part.nnz for part in parts)])
+    data = np.concatenate([part.data for part in parts])
+    columns = np.concatenate([part.indices + start for part, start in zip(parts, sizes[:-1], strict=True)])
+    rows = [[0], *(part.indptr[1:] + start for part, start in zip(parts, entries[:-1], strict=True))]
+    return sparse.csr_matrix((data, columns, np.concatenate(rows)), shape=(sizes[-1], sizes[-1]))
 
 
 class DisturbedScene:
@@ -64,21 +75,20 @@ class DisturbedScene:
                 pressure = body.phase.nodal("p", x[scene.offset(body.phase) :]).ravel()
                 solid = DisturbedPhase.solid(body.phase, body.positions(h), pressure, volume_modulus=volume_modulus)
                 self.phases.append(solid)
-        self.A = self._matrix(0.0)
-        self._velocity = scene.liquid.nodal("u", x).copy()
+        self.A = diagonal([phase.matrix() for phase in self.phases])
+        self._velocity, self._pressure = (scene.liquid.nodal(name, x).copy() for name in ("u", "p"))
         self.constraints = disturbed_constraints(scene, self.phases, h)
         if len(self.phases) == 1:
             self.constraints = self._extended(self.constraints)
 
-    def _matrix(self, rate: float) -> sparse.csr_matrix:
-        """The matrix of the full vector of a disturbance that grows as exp(rate t), shape (n, n)."""
-        parts = [phase.matrix(rate) for phase in self.phases]
-        return parts[0] if len(parts) == 1 else sparse.csr_matrix(sparse.block_diag(parts, format="csr"))
-
     @cached_property
     def memory(self) -> sparse.csr_matrix | None:
         """Matrix that multiplies the rate of change of the full vector, None without memory and inertia."""
-        return sparse.csr_matrix(self._matrix(1.0) - self.A) if self._remembers else None
+        if not self._remembers:
+            return None
+        liquid, *solids = self.phases
+        (of_liquid := liquid.memory()).eliminate_zeros()
+        return diagonal([of_liquid, *(sparse.csr_matrix((each.numbering.size,) * 2) for each in solids)])
 
     def _extended(self, constraints: DisturbedConstraints) -> DisturbedConstraints:
         """The same with the extension of the displacements of rigid particles, which nothing else affects."""
@@ -97,9 +107,25 @@ class DisturbedScene:
         """The matrix of the free unknowns, E N, shape (n_y, n_y)."""
         return sparse.csr_matrix(self.equations @ self.constraints.N)
 
+    def tested(self, x: Array) -> Array:
+        """E x of full vectors, shape (n, k) -> (n_y, k); products of matrices cost more than those with vectors."""
+        return np.asarray(self.constraints.T @ (self.A @ x) + self.constraints.pins @ x)
+
     def load(self) -> Array:
         """Right-hand sides for unit displacements of the particles, shape (n_y, N_p)."""
-        return np.asarray((self.constraints.pinned - self.equations @ self.constraints.D).toarray())
+        return np.asarray(self.constraints.pinned.toarray() - self.tested(self.constraints.D.toarray()))
+
+    @cached_property
+    def _following(self) -> tuple[sparse.csr_matrix, Array]:
+        """What follows from rates of displacements at soft particles, tested: of the full vector, of the centres."""
+        c = self.constraints
+        following = c.T @ (self.A @ c.follows) + c.pins @ c.follows
+        return sparse.csr_matrix(following), self.tested(c.moves.toarray())
+
+    def of_change(self, x: Array) -> Array:
+        """What the equations have of the rate of change x of the full vector, shape (n, k) -> (n_y, k)."""
+        found = self._following[0] @ x
+        return np.asarray(found if self.memory is None else found + self.constraints.T @ (self.memory @ x))
 
     def load_of_rates(self, y: Array, a: Array) -> Array:
         """What disturbances that change with the displacements add to the right-hand sides, shape (n_y, N_p).
@@ -108,13 +134,15 @@ class DisturbedScene:
             y: Disturbances for unit displacements of the particles, shape (n_y, N_p).
             a: Rates of change of the displacements, dx_k/dt = sum_j a_kj x_j, shape (N_p, N_p).
         """
-        c, x = self.constraints, self.expand(y)
-        load = -self.equations @ ((c.follows @ x - c.moves.toarray()) @ a)
-        if self.memory is not None:
-            load -= c.T @ (self.memory @ (x @ a))
+        load = self._following[1] @ a - self.of_change(self.expand(y) @ a)
         if self._Re:
+            c = self.constraints
             load -= self._Re * (c.masses @ np.vstack([a @ a, y[c.rotation] @ a]))
         return np.asarray(load)
+
+    def residual(self, y: Array, a: Array) -> Array:
+        """Residual of the equations at disturbances that change with the displacements, arguments as above."""
+        return self.tested(self.expand(y)) - self.constraints.pinned.toarray() - self.load_of_rates(y, a)
 
     def expand(self, y: Array) -> Array:
         """Disturbances for unit displacements of the particles, shape (n_y, N_p) -> (n, N_p)."""
@@ -139,5 +167,25 @@ class DisturbedScene:
         # The radial velocity turns with e_r where the mesh is displaced across the plane.
         off_axis = r > ON_AXIS
         found[off_axis, 2] -= self._velocity[off_axis, 1] * eta[off_axis, 2] / r[off_axis]
-        found[~off_axis, 2] = -found[~off_axis, 1]
+        found[~off_axis, 0], found[~off_axis, 2] = 0.0, -found[~off_axis, 1]
         return found
+
+    def pressure(self, x: Array) -> Array:
+        """Disturbance of the pressure of the liquid at the same points, times cos theta, shape (nodes,).
+
+        Args:
+            x: A disturbance, shape (n,).
+        """
+        liquid = self.phases[0]
+        own, axisymmetric = (
+            at_nodes(liquid.mesh, values) for values in (liquid.numbering.nodal("p", x), self._pressure)
+        )
+        moved = derivative_along(liquid.mesh, axisymmetric, liquid.numbering.nodal("eta", x)[:, :2])
+        return np.where(liquid.mesh.points[:, 1] > ON_AXIS, (own - moved)[:, 0], 0.0)
+
+
+def at_nodes(mesh: SixNodeMesh, values: Array) -> Array:
+    """Values at the vertices of a mesh, and their means at the nodes between them, shape (v, k) -> (n, k)."""
+    found = np.zeros((len(mesh.points), values.shape[1]))
+    found[mesh.vertices] = values
+    return np.asarray(found[mesh.parents].mean(axis=1))

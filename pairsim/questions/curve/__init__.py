@@ -24,6 +24,7 @@ from pairsim.cases.case import SceneCase
 from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.keys import Key, Part
 from pairsim.cases.mistakes import Mistake, missing
+from pairsim.cases.off_axis import OffAxisCase, points_off_axis
 from pairsim.cases.values import (
     MOST_VALUES,
     DistanceOrLength,
@@ -34,6 +35,8 @@ from pairsim.cases.values import (
     Whole,
     spelled_out,
 )
+from pairsim.computing.off_axis.columns import NAME, TABLE
+from pairsim.computing.off_axis.lines import lines_beside
 from pairsim.computing.question import Flag, InSweeps, Question, Tables, Value
 from pairsim.computing.result import Result
 from pairsim.physics.drive import Drive
@@ -132,7 +135,7 @@ FIELDS_AT = Key(part=Part.REPORT, lengths=True, check=_check_fields)
 SPEEDS = Field(ge=-1e3, le=1e3)
 
 
-class CurveCase(SceneCase):
+class CurveCase(OffAxisCase):
     """A master curve dU(d): quasi-steady solutions at many distances d."""
 
     kind: ClassVar[str] = "curve"
@@ -256,7 +259,7 @@ def estimate(case: CurveCase) -> Estimate:
     if case.common and points > 1:
         points = len(between(sorted(case.places), case.max_points))
         points = max(min(points + -(-points // 3), case.max_points), points)
-    return steady_estimate(case, points - 1)
+    return steady_estimate(case, points - 1 + points_off_axis(case))
 
 
 def solve(case: CurveCase, *, monitor: Monitor, sensitivities: bool = False) -> Events:
@@ -354,7 +357,7 @@ class CurveResult(Result):
 
         if not self.curve.table.rows:
             return ["No point was solved."]
-        return [*answer_of_curve(self.curve), *self.record.notes]
+        return [*answer_of_curve(self.curve), *lines_beside(self.tables, self.record), *self.record.notes]
 
     def afterwards(self) -> str:
         regions = self.curve.regions if self.curve.steady and self.curve.table.rows > 1 else []
@@ -378,7 +381,13 @@ QUESTION = Question(
     check=check,
     estimate=estimate,
     solve=solve,
-    tables={"curve": CURVE_COLUMNS, "equilibria": EQUILIBRIA_COLUMNS, "slopes": SLOPES, "way": WAY_COLUMNS},
+    tables={
+        "curve": CURVE_COLUMNS,
+        "equilibria": EQUILIBRIA_COLUMNS,
+        "slopes": SLOPES,
+        NAME: TABLE,
+        "way": WAY_COLUMNS,
+    },
     entries=(*OF_STEADY, TIME_STEPS, AFTER),
     result=CurveResult,
     in_sweeps=InSweeps(result_columns, read),

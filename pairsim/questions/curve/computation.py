@@ -13,6 +13,7 @@ from pairsim.analysis.rows_of_points import point_row
 from pairsim.cases.inputs import inputs_of
 from pairsim.computing import events
 from pairsim.computing.found import Found
+from pairsim.computing.off_axis.beside import rates_beside
 from pairsim.computing.problems import steady_problem
 from pairsim.computing.steady import (
     Solutions,
@@ -36,9 +37,8 @@ from pairsim.record.columns import (
     WANTED,
     YIELD_HEALTH,
 )
-from pairsim.record.fields_of_frame import SteadyMoment, frame
+from pairsim.record.fields_of_frame import steady_frame
 from pairsim.record.run_entries import POINTS
-from pairsim.record.xdmf import FieldFrame
 from pairsim.runtime.errors import RunFailure
 from pairsim.runtime.message import Message, Text
 from pairsim.runtime.monitor import Monitor
@@ -51,7 +51,6 @@ from pairsim.solvers.curves.scout import ENOUGH
 from pairsim.solvers.goals import DP_PLUS, D, F, Goal, U, dU
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.ends import Ended
-from pairsim.solvers.steady.scene import SteadySolver
 
 
 def computation(case: CurveCase, monitor: Monitor, sensitivities: bool) -> events.Events:
@@ -59,7 +58,7 @@ def computation(case: CurveCase, monitor: Monitor, sensitivities: bool) -> event
     places, by = case.in_order, _parameters(case, sensitivities)
     expected = len(between(places, case.max_points)) if case.common else len(places)
     yield events.Begin(f"{expected} point{'s' * (expected > 1)}, more as needed", expected)
-    found = Solutions(case, _goals(case))
+    found, remarks = Solutions(case, _goals(case)), list[Text]()
     points = found.points
     try:
         with found:
@@ -86,7 +85,7 @@ def computation(case: CurveCase, monitor: Monitor, sensitivities: bool) -> event
                 for row in slope_rows(point) if sloping else ():
                     yield events.Row("slopes", row)
                 if any(abs(point.d - d) < 1e-9 * d for d in case.fields):
-                    yield events.Frame(_frame(point.d, branch.solver))
+                    yield events.Frame(steady_frame(point.d, branch.solver))
                 yield events.Progress(min(count, expected), _shown(point, count), count)
             message = counted(len(points), "point")
             if case.n == 2 and case.velocity is None:
@@ -95,9 +94,11 @@ def computation(case: CurveCase, monitor: Monitor, sensitivities: bool) -> event
                     return found.outcome_of(zeros)
                 found_zeros = ", ".join(_said(case, zero) for zero in zeros)
                 message += f"; dU = 0: {found_zeros or 'at no d'}"
+            if case.focus:
+                remarks += yield from _off_axis(case, branch, points, expected)
             return events.Outcome("finished", "end", message)
     finally:
-        yield from _end(case, found)
+        yield from _end(case, found, remarks)
 
 
 def _parameters(case: CurveCase, sensitivities: bool) -> list[str]:
@@ -149,13 +150,6 @@ def _shown(point: Point, count: int) -> Message:
     return Message.joined("  ", [*place, motion, f"Newton {point.newton}", f"point {count}"])
 
 
-def _frame(d: float, solver: SteadySolver) -> FieldFrame:
-    """The fields of the present solution."""
-    (h, x), flow = solver.state(), solver.developed_flow
-    moment = SteadyMoment(d, solver.scene, x, h, solver.constraints.V @ solver.y)
-    return frame(moment, solver.h_star(solver.parameters), flow)
-
-
 def _zeros(branch: Branch, points: list[Point]) -> Generator[events.Event, None, Sequence[Equilibrium] | Ended]:
     """Find the zeros of the curve of a pair; those found before an end or a failure are written, too."""
     zeros, ended = list[Zero](), None
@@ -182,7 +176,16 @@ def _said(case: CurveCase, zero: Equilibrium) -> str:
     return f"{kind} at d = {in_unit(case.scales, LENGTH, zero.d, zero.d_error)}{'' if zero.certain else ' (uncertain)'}"
 
 
-def _end(case: CurveCase, found: Solutions) -> Iterator[events.Event]:
+def _off_axis(
+    case: CurveCase, branch: Branch, points: Sequence[Point], expected: int
+) -> Generator[events.Event, None, list[Text]]:
+    """Rates off the axis at the first distance, at that of the largest |dU|, and at the last one; returns warnings."""
+    largest = max(points, key=lambda point: float(np.abs(point.dUs).max(initial=0.0)))
+    chosen = {point.gaps: point.parameters for point in (points[0], largest, points[-1])}
+    return (yield from rates_beside(case, branch, list(chosen.values()), min(len(points), expected), len(points)))
+
+
+def _end(case: CurveCase, found: Solutions, remarks: Sequence[Text]) -> Iterator[events.Event]:
     """The last events: what run.json says and, where the branch ends early, the fields of its last solution."""
     points, warnings = found.points, list[Text]()
     if found.branch is not None and points and dU in found.goals:
@@ -193,11 +196,11 @@ def _end(case: CurveCase, found: Solutions) -> Iterator[events.Event]:
         size = found.largest.get(dU, found.branch.largest[dU])
         if size > NEGLIGIBLE_DU:
             warnings = [*moving_errors(case, points, size), *_far_apart(case, curves, size)]
-    yield from found.last_events({POINTS: len(points)}, warnings)
+    yield from found.last_events({POINTS: len(points)}, [*warnings, *remarks])
     if found.ended is not None and (last := found.ended.last) is not None and case.n > 1:
         last.reopen()
         with closing(last):
-            shapes = _frame(min(last.parameters.gaps), last)
+            shapes = steady_frame(min(last.parameters.gaps), last)
         yield events.Frame(shapes)
 
 

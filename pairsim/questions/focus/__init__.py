@@ -12,99 +12,70 @@ system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar, cast
 
 from pydantic import Field
 
 from pairsim.cases.case import SceneCase
 from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.followed_key import FollowedKey
-from pairsim.cases.keys import Key, PerGap
+from pairsim.cases.keys import Key, Part, PerGap
 from pairsim.cases.mistakes import Mistake, missing
-from pairsim.cases.physical import BLOCK, DENSITY, QUANTITIES
+from pairsim.cases.off_axis import MOST, YIELDS
+from pairsim.cases.physical import BLOCK, QUANTITIES
 from pairsim.cases.quantity_text import ValuesOrQuantities, si
 from pairsim.cases.values import Distance, Whole, is_finite
+from pairsim.computing.off_axis.columns import INTERVALS, NAME, RE, TABLE
 from pairsim.computing.question import InSweeps, Question
 from pairsim.computing.result import Result
-from pairsim.quantities.kinds import POSITION, RATE
-from pairsim.record.column import ENTRY, MODE, Column, Columns, Shown
-from pairsim.record.columns import CA_E, DE, DISTANCE, NEWTON, POLYMER_HEALTH, STEADY_HEALTH, U_ERROR, WAY_COLUMNS, U
+from pairsim.record.column import Column
+from pairsim.record.columns import CA_E, DE, DISTANCE, FOLLOWED, WAY_COLUMNS
+from pairsim.record.folder import FIELDS_XDMF
 from pairsim.record.run_entries import OF_STEADY
 from pairsim.solvers.parameters import Parameters
 
 if TYPE_CHECKING:
     from pairsim.computing.events import Events
     from pairsim.plots.style import Page
+    from pairsim.quantities.scales import Scales
+    from pairsim.record.table import Table
     from pairsim.runtime.monitor import Monitor
 
-FOLLOWED = {each.name: each for each in (DISTANCE, CA_E, DE)}
-"""What rates are followed over, by the key in `along`."""
+BETA = "beta"
+"""The key of diameters, which need a mesh each."""
+COLUMNS = {each.name: each for each in (DISTANCE, CA_E, DE)}
+"""Columns that every table has, by the key in `along` that they are the values of."""
 IN_UNITS = QUANTITIES["distance"]
 """The quantity by which distances are given there, too."""
-KEYS = *FOLLOWED, f"{BLOCK}.{IN_UNITS.key}"
-"""The keys in `along`."""
-MOST = 5  # particles; chosen
+OF_DISTANCES = DISTANCE.name, f"{BLOCK}.{IN_UNITS.key}"
+"""The keys of distances there."""
 LEAST_D, MOST_D = 1e-4, 1e4  # distances, as of the key d [D_c]
 DISTURBED = 2.0  # factor of the time for disturbances, half-widths and inertia; measured in docs/how-to/focus.md
-
-VERDICT = Column(
-    "verdict",
-    "",
-    "focuses: small displacements from the axis decay; leaves: some grow; swings: they oscillate, and neither decay "
-    "nor grow; stays: they do not change at all; undecided: not certain",
-)
-GROWTH = Column(
-    "growth",
-    r"\mathrm{Re}\,\lambda",
-    "largest growth rate of displacements; negative: they decay",
-    RATE,
-    half_width="growth_error",
-)
-GROWTH_ERROR = Column("growth_error", r"\epsilon", "half-width of its interval: error by mesh", RATE, unknown=True)
-TUBE = Column(
-    "tube",
-    "L",
-    "length of tube for a tenfold smaller (leaves: larger) displacement, ln(10) U/|growth|",
-    POSITION,
-    unknown=True,
-)
-TUBE_LEAST = Column("tube_least", r"L_\mathrm{min}", "the least by the interval of growth", POSITION, unknown=True)
-TUBE_MOST = Column("tube_most", r"L_\mathrm{max}", "the largest by it", POSITION, unknown=True)
-RE_MOST = Column(
-    "Re_most",
-    r"\mathrm{Re}_c",
-    "Reynolds number rho U_av D_c/eta_0 up to which displacements decay, to first order in it; 0: they do not decay "
-    "without inertia; empty: inertia does not prevent it, or it is not known",
-    unknown=True,
-)
-RE = Column("Re", r"\mathrm{Re}", "Reynolds number of the experiment, with physical.density")
-A = Column("a", r"a{_}", "velocity away from the axis of {of}", RATE, ENTRY, half_width="a_error")
-A_ERROR = Column(
-    "a_error", r"\epsilon{_}", "half-width of the interval of a{_}: error by mesh", RATE, ENTRY, unknown=True
-)
-AT_REST = Column(
-    "at_rest",
-    r"a^0{_}",
-    "a{_} if stresses and shapes were those of displacements that do not change",
-    RATE,
-    ENTRY,
-    Shown.ON_REQUEST,
-)
-MODE_GROWTH = Column("rate", r"\mathrm{Re}\,\lambda{_}", "growth rate of {of}", RATE, MODE)
-FREQUENCY = Column("frequency", r"\mathrm{Im}\,\lambda{_}", "angular frequency of {of}", RATE, MODE)
-UNKNOWNS = Column("disturbed", "n", "unknowns of the disturbances", shown=Shown.ON_REQUEST, whole=True)
-INTERVALS = VERDICT, GROWTH, GROWTH_ERROR, TUBE, TUBE_LEAST, TUBE_MOST, RE_MOST
-MATRIX = A, A_ERROR, AT_REST, MODE_GROWTH, FREQUENCY
-TABLE = Columns(DISTANCE, CA_E, DE, U, U_ERROR, INTERVALS, RE, MATRIX, NEWTON, UNKNOWNS, STEADY_HEALTH, POLYMER_HEALTH)
-"""The columns that focus.csv may have, in their order."""
 
 
 def column_of(key: str) -> Column:
     """The column of what is followed by its key in `along`."""
-    return FOLLOWED.get(key, DISTANCE)
+    return DISTANCE if key in OF_DISTANCES else COLUMNS.get(key, FOLLOWED)
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where rates are computed.
+
+    Attributes:
+        parameters: Distances and materials.
+        value: The value of what is followed, in the unit of the case file; where nothing is, that of the distance, of
+            the softness or of De.
+        scales: The units there; None without a `physical` block.
+    """
+
+    parameters: Parameters
+    value: float
+    scales: Scales | None
 
 
 def _check_d(case: FocusCase) -> Iterator[Mistake]:
@@ -121,9 +92,11 @@ def _check_along(case: FocusCase) -> str:
     """What `along` must be: what is followed, and its values."""
     if case.along is None:
         return ""
-    if len(case.along) != 1 or case.key not in KEYS:
-        return f"must be one key of {', '.join(KEYS)} with its values, such as along: {{Ca_e: [0.01, 0.02]}}"
+    if len(case.along) != 1:
+        return "must be one key with its values, such as along: {Ca_e: [0.01, 0.02]}"
     given = case.along[case.key]
+    if case.key == BETA:
+        return _allowed_betas(case, given)
     if not case.spreads:
         try:
             FollowedKey.of(case, case.key, given)
@@ -132,11 +105,19 @@ def _check_along(case: FocusCase) -> str:
         return ""
     if case.n == 1:
         return "must be Ca_e or De: there is only one particle"
-    if case.key not in FOLLOWED:
+    if case.key != DISTANCE.name:
         return _allowed_in_units(case, given)
     if all(is_finite(each) and LEAST_D <= each <= MOST_D for each in given):
         return ""
     return f"must be distances from {LEAST_D:g} to {MOST_D:g} [D_c]; with units it is physical.distance"
+
+
+def _allowed_betas(case: FocusCase, given: Sequence[float | str]) -> str:
+    """What diameters that are followed must be."""
+    if case.physical is not None:
+        return f"must not be {BETA}, which follows from {BLOCK}.particle: use pairsim sweep"
+    inside = all(is_finite(each) and 0 < each < 1 for each in given)
+    return "" if inside else "must be diameters between 0 and 1 [D_c]"
 
 
 def _allowed_in_units(case: FocusCase, given: Sequence[float | str]) -> str:
@@ -164,9 +145,17 @@ class FocusCase(SceneCase):
     )
     along: Annotated[dict[str, ValuesOrQuantities] | None, Key(check=_check_along, first=True)] = Field(
         None,
-        description="what rates are followed over, with its values (a list or a range): Ca_e, De, or d or "
-        "physical.distance of all gaps; default: the values of the case only",
+        description="what rates are followed over, with its values (a list or a range): Ca_e, De, beta, d or "
+        "physical.distance of all gaps, a number of a law such as liquid.alpha, or a quantity such as "
+        "physical.flow_rate, on which liquid and softness alone depend; default: the values of the case only",
         examples=["{Ca_e: [0.01, 0.02]}"],
+    )
+
+    fields: Annotated[bool, Key(part=Part.REPORT)] = Field(
+        False,
+        strict=True,
+        description="whether fields on the axis, and what displacements of unit length add to them, are written to "
+        "fields.xdmf at each value",
     )
 
     @property
@@ -175,10 +164,19 @@ class FocusCase(SceneCase):
         return next(iter(self.along or ()), "")
 
     @property
+    def followed(self) -> FollowedKey | None:
+        """What rates are followed over if liquid and softness alone depend on it, else None."""
+        if not self.key or self.spreads or self.key == BETA:
+            return None
+        return FollowedKey.of(self, self.key, (self.along or {})[self.key])
+
+    @property
     def series(self) -> tuple[float, ...]:
         """The values of what is followed, in the order of solution: distances from the largest down, else ascending."""
+        if (followed := self.followed) is not None:
+            return tuple(dict.fromkeys(followed.values))
         given = (self.along or {}).get(self.key, ())
-        if self.key not in FOLLOWED and self.scales is not None:
+        if self.key == OF_DISTANCES[1] and self.scales is not None:
             given = tuple(IN_UNITS.number(si(each, IN_UNITS), self.scales) for each in given)
         values = sorted({float(each) for each in given})
         return tuple(values[:: -1 if self.spreads else 1])
@@ -186,20 +184,31 @@ class FocusCase(SceneCase):
     @property
     def spreads(self) -> bool:
         """Whether the distances are followed."""
-        return bool(self.key) and column_of(self.key) is DISTANCE
+        return self.key in OF_DISTANCES
 
     @property
-    def places(self) -> list[Parameters]:
-        """The parameters at which rates are computed, in the order of solution."""
+    def scenes(self) -> list[FocusCase]:
+        """The cases with one mesh each: this one, or one for each diameter that is followed."""
+        if self.key != BETA:
+            return [self]
+        given = {key: getattr(self, key) for key in self.model_fields_set - {"along", BETA}}
+        return [type(self).model_validate(given | {BETA: value}) for value in self.series]
+
+    @property
+    def places(self) -> list[Place]:
+        """Where rates are computed on one mesh, in the order of solution."""
         here = Parameters(self.each("d"), self.solid_models, self.liquid_model)
-        if not self.key:
-            return [here]
         if self.spreads:
-            gaps = self.n - 1
-            return [Parameters((d,) * gaps, here.solids, here.liquid) for d in self.series]
-        followed = FollowedKey.of(self, self.key, self.series)
-        materials = map(followed.materials, followed.values)
-        return [Parameters(here.gaps, solids, liquid) for liquid, solids in materials]
+            every = ((d,) * (self.n - 1) for d in self.series)
+            return [Place(Parameters(gaps, here.solids, here.liquid), gaps[0], self.scales) for gaps in every]
+        if (followed := self.followed) is None:
+            alone = here.gaps[0] if here.gaps else max(here.Ca_es, default=0.0) or here.De
+            return [Place(here, alone, self.scales)]
+        found = list[Place]()
+        for value in self.series:
+            liquid, solids = followed.materials(value)
+            found.append(Place(Parameters(here.gaps, solids, liquid), value, followed.scales(value)))
+        return found
 
     @property
     def gaps(self) -> tuple[float, ...]:
@@ -212,18 +221,14 @@ class FocusCase(SceneCase):
         return self.series[-1] if self.spreads else min(self.each("d"), default=inf)
 
     @property
-    def reynolds_number(self) -> float | None:
-        """The Reynolds number of the experiment; None where its density is not known."""
-        density = self.experiment.values.get(DENSITY.key) if self.experiment is not None else None
-        return float(self.scales.reynolds(density)) if self.scales and isinstance(density, float) else None
-
-    @property
     def range_of_d(self) -> tuple[float, float]:
         return self.narrowest, max(self.gaps)
 
     @property
     def values_of_De(self) -> tuple[float, ...]:
-        return (self.De, *(self.series if self.key == DE.name else ()))
+        if (followed := self.followed) is None:
+            return (self.De,)
+        return (self.De, *(followed.numbers(value).get(DE.name, self.De) for value in followed.values))
 
 
 def check(case: FocusCase) -> Iterator[Mistake]:
@@ -231,8 +236,7 @@ def check(case: FocusCase) -> Iterator[Mistake]:
     if case.ends != "developed":
         yield Mistake("ends", case.ends, "must be developed: what leaves one end must not enter at the other one")
     if case.liquid_model.regularisation:
-        allowed = "must be one without a yield stress: how much a rounded one changes the rates has not been judged"
-        yield Mistake("liquid", case.laws.liquid.name, allowed)
+        yield Mistake("liquid", case.laws.liquid.name, YIELDS)
 
 
 def estimate(case: FocusCase) -> Estimate:
@@ -250,20 +254,42 @@ def solve(case: FocusCase, *, monitor: Monitor) -> Events:
 class FocusResult(Result):
     """Rates of displaced particles. `table` is focus.csv, with a row for each value of what is followed."""
 
+    @property
+    def followed(self) -> FollowedKey | None:
+        """What rates were followed over, if its values have no column of their own as Ca_e and De have."""
+        return cast("FocusCase", self.case).followed if self.columns.has(FOLLOWED) else None
+
+    def scales_of_rows(self, table: Table, scales: Scales) -> list[Scales]:
+        if not table.has(FOLLOWED) or (followed := self.followed) is None:
+            return super().scales_of_rows(table, scales)
+        return [followed.scales(float(value)) or scales for value in table[FOLLOWED]]
+
+    @property
+    def own_units(self) -> Mapping[str, str]:
+        return {} if (followed := self.followed) is None else {FOLLOWED.name: followed.unit}
+
     def findings(self) -> list[str]:
         """Whether the particles stay on the axis, within which length of tube, and up to which Reynolds number."""
-        from pairsim.questions.focus.answer import answer_of_focus
+        from pairsim.computing.off_axis.answer import answer_of_focus
 
-        if not self.columns.rows:
+        table, scales, along = self.columns, self.record.scales, None
+        if not table.rows:
             return ["No rate was found."]
-        return answer_of_focus(self.columns, self.record.scales)
+        if table.has(FOLLOWED):
+            along = cast("FocusCase", self.case).key, "" if self.followed is None else self.followed.unit
+        return answer_of_focus(table, None if scales is None else self.scales_of_rows(table, scales), along)
 
 
 def draw(folder: Path, out: Path, page: Page) -> list[Path]:
-    """Draw the table of a folder."""
+    """Draw the table of a folder, and streamlines of its fields."""
     from pairsim.questions.focus.picture import draw_focus
 
-    return draw_focus(folder, out, page)
+    drawn = draw_focus(folder, out, page)
+    if (folder / FIELDS_XDMF).exists():
+        from pairsim.questions.focus.streamlines import draw_streamlines
+
+        drawn += draw_streamlines(folder, out, page)
+    return drawn
 
 
 def columns_in_sweeps(case: FocusCase) -> list[str]:
@@ -278,12 +304,16 @@ QUESTION = Question(
     check=check,
     estimate=estimate,
     solve=solve,
-    tables={"focus": TABLE, "way": WAY_COLUMNS},
+    tables={NAME: TABLE, "way": WAY_COLUMNS},
     entries=OF_STEADY,
     result=FocusResult,
     in_sweeps=InSweeps(columns_in_sweeps),
     draw=draw,
-    captions={"focus": "Growth rates of displacements from the axis"},
+    captions={
+        "focus": "Growth rates of displacements from the axis",
+        "disturbance": "What displacements of a particle add to the velocity, in their plane, in the frame of the tube",
+    },
+    frames="value",
     draws_from=2,  # one point is no line
     examples="Examples: pairsim focus configs/focus.yaml | "
     "pairsim focus case.yaml -o out --set 'along={Ca_e: [0.01, 0.05]}'",

@@ -2,19 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from pairsim.computing.loading import case_of
+from pairsim.computing.off_axis.columns import GROWTH, RE_MOST, TABLE, A
 from pairsim.plots.chart import POINT, Line, Panel, draw_chart
-from pairsim.plots.labels import parts_along, read_case, tex_number
+from pairsim.plots.labels import parameter_label, parts_along, read_case, tex_number
+from pairsim.plots.parameters import measured
 from pairsim.plots.style import COLOURS, LINES, Look, Page, printing
 from pairsim.plots.units import Units
 from pairsim.quantities.kinds import LENGTH
-from pairsim.questions.focus import GROWTH, RE_MOST, TABLE, A, column_of
-from pairsim.record.columns import DISTANCE
+from pairsim.quantities.scales import Scales
+from pairsim.questions.focus import QUESTION, column_of
+from pairsim.record.columns import DISTANCE, FOLLOWED
+from pairsim.record.table import Table
 from pairsim.record.table_files import read_table
+
+
+def scales_at(directory: Path, units: Units) -> Callable[[float], Scales | None]:
+    """The units of a picture at each value of what is followed, which may change them as a flow rate does."""
+    followed = case_of(QUESTION, directory / "case.yaml").followed if units.scales is not None else None
+
+    def at(value: float) -> Scales | None:
+        return units.scales if followed is None else followed.scales(value)
+
+    return at
 
 
 @printing()
@@ -24,13 +40,21 @@ def draw_focus(directory: Path, out: Path, page: Page) -> list[Path]:
     No file is written where nothing is followed.
     """
     units, case = Units.of(directory, page.physical), read_case(directory / "case.yaml")
-    table = read_table(directory / "focus.csv", TABLE, missing_ok=True).converted(units.scales)
+    found = read_table(directory / "focus.csv", TABLE, missing_ok=True)
+    scales = scales_at(directory, units)
+    table = found.converted(units.scales)
+    if found.has(FOLLOWED) and found.rows:
+        rows = [found.where([row]).converted(scales(value)) for row, value in enumerate(found[FOLLOWED])]
+        table = Table({name: np.concatenate([row[name] for row in rows]) for name in found}, found.declared)
     key = case.followed
     if not key or not table.rows:
         return []
     followed = column_of(key).with_suffix("")
-    if column_of(key) is DISTANCE:
+    if followed.name == DISTANCE.name:
         label, x = units.axis_label([followed]), table.of(DISTANCE, table.suffixes(DISTANCE)[0])
+    elif followed.name == FOLLOWED.name:
+        known = measured(case.values_followed)
+        label, x = parameter_label(key, known[1] if known is not None else ""), table[FOLLOWED]
     else:
         label, x = units.followed(case, followed, table[key])
     panels: dict[Any, Panel] = {GROWTH: Panel(label, units.axis_label([GROWTH]), wide="x")}
@@ -46,7 +70,7 @@ def draw_focus(directory: Path, out: Path, page: Page) -> list[Path]:
             lines.append(Line(A, x, table[entry], bars, mark=POINT, look=own, label=f"${entry.symbol}$"))
     if np.nan_to_num(table[RE_MOST]).any():
         panels[RE_MOST] = Panel(label, units.axis_label([RE_MOST]), wide="x")
-        lines.append(Line(RE_MOST, x, table[RE_MOST], mark=POINT, look=joined))
+        lines.append(Line(RE_MOST, x, table[RE_MOST], table.half_widths(RE_MOST), mark=POINT, look=joined))
     parts = parts_along(case, key, units.scales is not None)
     if followed.name != DISTANCE.name and (gaps := table.each(DISTANCE)):
         distances = dict.fromkeys(tex_number(values[0]) for values in gaps.values())

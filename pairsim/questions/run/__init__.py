@@ -17,8 +17,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pairsim.cases.estimate import Estimate
+from pairsim.cases.off_axis import points_off_axis
 from pairsim.cases.run_case import Case
 from pairsim.computing import events
+from pairsim.computing.off_axis.columns import NAME, TABLE
+from pairsim.computing.off_axis.lines import lines_beside
 from pairsim.computing.question import Flag, InSweeps, Question, last_row
 from pairsim.computing.result import Result
 from pairsim.record.column import names_of
@@ -42,7 +45,7 @@ def estimate(case: Case, runs: int = 1) -> Estimate:
         pace = (3e-4 / case.time.tol) ** 0.45 if any(case.Ca_es) or polymer else 0.25
         steps = 10 * pace * math.log(1 + end / first) * (3 if polymer else 1) + end / case.time.max_step
     adapted = "; the mesh is adapted: what the run needs is known after a coarse one" if case.adapts else ""
-    return Estimate.of(case, runs * steps, adapted)
+    return Estimate.of(case, runs * steps + points_off_axis(case), adapted)
 
 
 def solve(case: Case, *, monitor: Monitor, earlier: events.Earlier | None = None) -> events.Events:
@@ -73,7 +76,7 @@ class RunResult(Result):
 
         if not self.series.table.rows:
             return ["No step was completed."]
-        return answer_of_run(self.series)
+        return [*answer_of_run(self.series), *lines_beside(self.tables, self.record)]
 
     def afterwards(self) -> str:
         drawn = f"pairsim plot {self._place} draws it"
@@ -96,7 +99,7 @@ QUESTION = Question(
     model=Case,
     estimate=estimate,
     solve=solve,
-    tables={"series": SERIES_COLUMNS},
+    tables={"series": SERIES_COLUMNS, NAME: TABLE},
     entries=OF_RUNS,
     result=RunResult,
     in_sweeps=InSweeps(result_columns, last_row, parameters=("beta", "De", "Ca_e", "d0")),

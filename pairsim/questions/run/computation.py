@@ -13,6 +13,7 @@ from typing import Any
 from pairsim.cases.identity import sources_of
 from pairsim.cases.run_case import Case
 from pairsim.computing import events
+from pairsim.computing.off_axis.beside import rates_beside
 from pairsim.computing.problems import problem_of
 from pairsim.fem.unyielded import bridges
 from pairsim.quantities.kinds import LENGTH, TIME, VELOCITY
@@ -70,7 +71,7 @@ from pairsim.solvers.goals import IN_TIME, dU
 from pairsim.solvers.problems import Problem
 from pairsim.solvers.stepping.step import Step, at_step
 from pairsim.solvers.transient.adaptation import RunAdaptation
-from pairsim.solvers.transient.end import reason_to_end, settled
+from pairsim.solvers.transient.end import reason_to_end, settled, settled_branch
 from pairsim.solvers.transient.state import Counts, Extremes
 from pairsim.solvers.transient.transient import Transient
 
@@ -95,6 +96,7 @@ class Run:
         self._errors = (*(ESTIMATE_COLUMNS if case.estimates_error else ()), *(ERROR_COLUMNS if known else ()))
         self._own = QUESTION.tables["series"].own
         self._entries: dict[Entry[Any], Any] = {}
+        self._remarks: list[Text] = []
         self._pending: Step | None = None  # its fields are not written
         self._begun = time.perf_counter() - (old.wall if old else 0.0)
 
@@ -113,6 +115,7 @@ class Run:
         try:
             if old is not None and ended is not None:  # it was killed after its last checkpoint
                 self._entries |= settled_entry(case, self.problem, old.state.gaps, ended)
+                yield from self._off_axis(ended, old.state.gaps, old.state.counts.steps)
                 return self._with_accuracy(ended, old.state.run_errors)
             polymer = POLYMER_HEALTH if case.liquid_model.modes else ()
             yielding = (BRIDGE,) if case.liquid_model.plastic.yield_stress else ()
@@ -143,7 +146,22 @@ class Run:
         problem = replace(self.problem, monitor=self.problem.monitor.within(longest, "it was not found within {}"))
         with transient.clock("quasi-steady"):
             self._entries |= settled_entry(self.case, problem, transient.gaps, outcome)
+        yield from self._off_axis(outcome, transient.gaps, transient.counts.steps)
         return self._with_accuracy(outcome, transient.run_errors)
+
+    def _off_axis(self, outcome: events.Outcome, gaps: tuple[float, ...], steps: int) -> Iterator[events.Event]:
+        """Rates off the axis at the first and at the last distances, in the quasi-steady states there, if asked for."""
+        if not self.case.focus or outcome.status != "finished":
+            return
+        distances = dict.fromkeys((self.problem.gaps, tuple(map(float, gaps))))
+        try:
+            branch = settled_branch(self.problem, min((d for each in distances for d in each), default=math.inf))
+        except RunFailure as failure:
+            self._remarks.append(Message("no rate off the axis was found: {}", failure.message))
+            return
+        with closing(branch):
+            places = [replace(branch.solver.parameters, gaps=each) for each in distances]
+            self._remarks += yield from rates_beside(self.case, branch, places, self.case.time.end, steps)
 
     def _with_accuracy(self, outcome: events.Outcome, errors: RunErrors) -> events.Outcome:
         """An outcome whose message says whether an adapted run has kept its accuracy."""
@@ -206,7 +224,8 @@ class Run:
             coarse = {"t": first.t, "unknowns": first.unknowns, "dU": first.dU, "dU_error": first.error}
             entry = {"wanted": first.wanted, "cells": first.factor, "coarse_run": coarse}
             entries[ADAPTATION] = entry | accuracy_of(self.case, errors)[0]
-        yield events.Summary(entries, warnings_of_run(self.case, errors, extremes), seconds)
+        warnings = [*warnings_of_run(self.case, errors, extremes), *self._remarks]
+        yield events.Summary(entries, warnings, seconds)
         if transient is not None:
             yield from self._fields(transient)
 

@@ -22,10 +22,13 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 from pydantic import Field
 
 from pairsim.cases import values
-from pairsim.cases.case import ENDS, Ends, SceneCase
+from pairsim.cases.case import ENDS, Ends
 from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.keys import Key, Keys
 from pairsim.cases.mistakes import Mistake, missing
+from pairsim.cases.off_axis import OffAxisCase, points_off_axis
+from pairsim.computing.off_axis.columns import NAME, TABLE
+from pairsim.computing.off_axis.lines import lines_beside
 from pairsim.computing.question import InSweeps, Question
 from pairsim.computing.result import Result
 from pairsim.quantities.kinds import LENGTH, POSITION, RATE
@@ -45,6 +48,7 @@ if TYPE_CHECKING:
 MESHES, BY_MESHES = 2.2, 4.0
 SEARCH = 2.0
 SHORT_ROWS = 270
+OF_A_ROW = 3  # beads that are displaced, of a row with the distance of the train; chosen
 
 K = Column("k", "k", "phase between neighbours in a wave of 2 pi/k beads")
 GROWTH = Column(
@@ -176,7 +180,7 @@ class TrainOptions(Keys):
     )
 
 
-class TrainCase(SceneCase):
+class TrainCase(OffAxisCase):
     """An infinite train of equal beads."""
 
     kind: ClassVar[str] = "train"
@@ -195,6 +199,10 @@ class TrainCase(SceneCase):
 
     @property
     def closed(self) -> bool:
+        return True
+
+    @property
+    def of_train(self) -> bool:
         return True
 
     @property
@@ -239,10 +247,11 @@ def check(case: TrainCase) -> Iterator[Mistake]:
 
 def estimate(case: TrainCase) -> Estimate:
     """Size and duration: that of one bead on some meshes, and of the cell; and of the short rows for a long one."""
+    rates = OF_A_ROW * points_off_axis(case)
     if case.beads:
-        return steady_estimate(case, case.train.cell + SHORT_ROWS, MESHES)
+        return steady_estimate(case, case.train.cell + SHORT_ROWS + rates, MESHES)
     factor = MESHES * (SEARCH if case.train.transition is not None else 1.0)
-    return replace(steady_estimate(case, case.train.cell, factor), within=BY_MESHES)
+    return replace(steady_estimate(case, case.train.cell + rates, factor), within=BY_MESHES)
 
 
 def solve(case: TrainCase, *, monitor: Monitor) -> Events:
@@ -258,7 +267,8 @@ class TrainResult(Result):
     def findings(self) -> list[str]:
         """Whether the train orders or clusters, within which length of tube, and what becomes of a row."""
         said = "What was found is in train.csv; the answer in words is written when all is done."
-        return SENTENCES.of(self.record) or [said if self.columns.rows else "No train was found."]
+        found = SENTENCES.of(self.record) or [said if self.columns.rows else "No train was found."]
+        return [*found, *lines_beside(self.tables, self.record)]
 
 
 def draw(folder: Path, out: Path, page: Page) -> list[Path]:
@@ -279,6 +289,7 @@ QUESTION = Question(
         "spectrum": SPECTRUM,
         "row": ROW,
         "propagator": Columns(BY_DISTANCE),
+        NAME: TABLE,
     },
     result=TrainResult,
     entries=(SIZE, SENTENCES),

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import closing
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import islice
 from math import inf, isfinite, nan, pi
@@ -11,18 +12,23 @@ from math import inf, isfinite, nan, pi
 import numpy as np
 
 from pairsim.computing import events
+from pairsim.computing.off_axis.beside import rates_beside
 from pairsim.computing.problems import steady_problem
 from pairsim.computing.warnings import beyond_checked, coarse_mesh
 from pairsim.quantities.kinds import LENGTH, POSITION, RATE, VELOCITY
 from pairsim.quantities.text import in_unit, with_name
-from pairsim.questions.train import SENTENCES, SPECTRUM, TRAIN, TrainCase, work
-from pairsim.questions.train.row import first_gaps, follow
+from pairsim.questions.train import OF_A_ROW, SENTENCES, SPECTRUM, TRAIN, TrainCase, work
+from pairsim.questions.train.row import LEAST, first_gaps, follow
 from pairsim.record.run_entries import SIZE
-from pairsim.runtime.errors import BranchEnd
-from pairsim.runtime.message import Message
+from pairsim.runtime.errors import BranchEnd, MeshFailure, NoSteadyState
+from pairsim.runtime.message import Message, Text
 from pairsim.runtime.monitor import Monitor
+from pairsim.solvers.curves.branch import Branch
 from pairsim.solvers.goals import U
 from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.problems import SteadyProblem
+from pairsim.solvers.steady.ends import arrived
+from pairsim.solvers.steady.first_solution import first_scene
 from pairsim.solvers.trains.spectrum import Wave
 from pairsim.solvers.trains.train import Train, on_meshes, transition
 
@@ -61,10 +67,34 @@ def computation(case: TrainCase, monitor: Monitor) -> events.Events:
     waves = [wave._asdict() for wave in found.spectrum.of_cell]
     yield events.Table("spectrum", SPECTRUM.named(1), waves)
     sentences = list(_said(case, answer))  # to which those of a row are added
-    yield events.Summary({SIZE: found.unknowns, SENTENCES: sentences}, _warnings(case, found))
+    warnings = list[Text](_warnings(case, found))
+    yield events.Summary({SIZE: found.unknowns, SENTENCES: sentences}, warnings)
     if (gaps := first_gaps(case, found.d)).size:
         sentences += yield from follow(case, problem, start, gaps, found, done, sum(work.MESHES[refined:]))
+    if case.focus:
+        warnings += yield from _off_axis(case, problem, start, sorted({found.d, *gaps.tolist()}))
     return events.Outcome("finished", "end", f"verdict: {verdict}")
+
+
+def _off_axis(
+    case: TrainCase, problem: SteadyProblem, alone: Parameters, distances: Sequence[float]
+) -> Generator[events.Event, None, list[Text]]:
+    """Rates off the axis of short rows with the least and the largest of some distances, ascending; returns warnings.
+
+    Those of an infinite train are not computed: what neighbours of neighbours do is small.
+    """
+    chosen = dict.fromkeys((distances[0], distances[-1]))
+    length = OF_A_ROW * problem.betas[0] + (OF_A_ROW - 1) * distances[-1] + 2 * case.margin
+    row = replace(
+        problem.repeated(OF_A_ROW), length=length, closed=False, periodic=False, narrowest=max(distances[0], LEAST)
+    )
+    places = [Parameters((d,) * (OF_A_ROW - 1), alone.solids * OF_A_ROW, alone.liquid) for d in chosen]
+    try:
+        branch = Branch(arrived(first_scene(row, places[-1])))
+    except (NoSteadyState, MeshFailure) as failure:
+        return [Message("no rate off the axis was found: {}", failure.message)]
+    with closing(branch):
+        return (yield from rates_beside(case, branch, places, work.of_case(case), len(places)))
 
 
 @dataclass(frozen=True)

@@ -1,51 +1,84 @@
-"""Half-widths of the rates, from the same rates on larger cells."""
+"""Half-widths of the rates and of what inertia does to them, from the same on larger cells."""
 
 from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
 
 import numpy as np
 
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
-from pairsim.solvers.focus.rates import Disturbance, disturb
+from pairsim.solvers.focus.inertia import by_inertia
+from pairsim.solvers.focus.rates import Displacement
 from pairsim.solvers.steady.first_solution import coarser, try_from_other_mesh
 from pairsim.solvers.steady.scene import SteadySolver
 
 LARGER = (2**0.5, 2.0)  # factors of the cells; chosen
 SHARES = (1.0, 0.5)  # of the differences to the rates on them that are taken as half-width; chosen
+# What inertia does is found on the largest cells alone, of which the whole difference counts; chosen.
 FLOOR = 1e-3  # half-width at least, of the largest rate, as both differences may be small by chance; chosen
 LEAST = 0.2  # part of the largest half-width that each rate of a row has at least, as differences may vanish; chosen
+TOLERANCE = 1e-5  # of rates on larger cells, relative to the largest; chosen, far below `FLOOR`
 
 
-def half_widths(steady: SteadySolver, found: Disturbance) -> Array:
-    """Half-widths of the rates by cells, of the axisymmetric solution and of its disturbances, shape (N, N).
+@dataclass(frozen=True)
+class HalfWidths:
+    """Half-widths by cells, of the axisymmetric solution and of its disturbances; infinite where they are not known.
 
-    Two meshes guard against differences that happen to be small. Where one has no solution the other one has to do;
-    infinite where neither has.
+    Attributes:
+        rates: Those of the rates, shape (N, N).
+        by_Re: Those of their derivatives by the Reynolds number, shape (N, N), None where these were not asked for.
+    """
+
+    rates: Array
+    by_Re: Array | None
+
+
+def half_widths(displacement: Displacement, by_Re: Array | None = None) -> HalfWidths:
+    """Half-widths of rates, and of derivatives by the Reynolds number.
+
+    Two meshes guard against differences that happen to be small. Where one has no solution the other one has to do.
 
     Args:
-        steady: The scene, at the solution.
-        found: Its disturbance.
+        displacement: The displaced particles.
+        by_Re: Derivatives of the rates by the Reynolds number, if their half-widths are wanted.
     """
-    widths = list[Array]()
+    rates = displacement.found.rates
+    differences, of_inertia = list[Array](), list[Array]()
     for factor, share in zip(LARGER, SHARES, strict=True):
-        if (rates := _rates_on_larger_cells(steady, factor)) is not None:
-            widths.append(share * np.abs(found.rates - rates))
-    if not widths:
-        return np.full(found.rates.shape, np.inf)
-    widest = np.max(widths, axis=0)
-    least = max(LEAST * widest.max(), FLOOR * np.abs(found.rates).max())
-    return np.asarray(np.maximum(widest, least))
+        with _on_larger_cells(displacement.steady, factor) as other:
+            if other is None:
+                continue
+            differences.append(share * np.abs(rates - other.found.rates))
+            if by_Re is not None and factor == LARGER[-1] and other.found.converged:
+                of_inertia.append(np.abs(by_Re - by_inertia(other).rates))
+    return HalfWidths(_widths(differences, rates), None if by_Re is None else _widths(of_inertia, by_Re))
 
 
-def _rates_on_larger_cells(steady: SteadySolver, factor: float) -> Array | None:
-    """The rates on cells larger by a factor, None where there is no solution."""
+def _widths(differences: list[Array], values: Array) -> Array:
+    """Half-widths from differences, infinite without any."""
+    if not differences:
+        return np.full(values.shape, np.inf)
+    widest = np.max(differences, axis=0)
+    return np.asarray(np.maximum(widest, max(LEAST * widest.max(), FLOOR * np.abs(values).max())))
+
+
+@contextmanager
+def _on_larger_cells(steady: SteadySolver, factor: float) -> Iterator[Displacement | None]:
+    """The displaced particles on cells larger by a factor, None where there is no solution."""
+    other: SteadySolver | None = None
+    displacement: Displacement | None = None
     try:
-        other = SteadySolver(coarser(steady.problem, factor), steady.parameters)
-    except MeshFailure:
-        return None
-    try:
-        return disturb(other).rates if try_from_other_mesh(other, steady.parameters, steady) else None
-    except NoSteadyState:
-        return None
+        try:
+            other = SteadySolver(coarser(steady.problem, factor), steady.parameters)
+            if try_from_other_mesh(other, steady.parameters, steady):
+                displacement = Displacement(other, TOLERANCE)
+        except (MeshFailure, NoSteadyState):
+            pass
+        yield displacement
     finally:
-        other.close()
+        for each in (displacement, other):
+            if each is not None:
+                each.close()

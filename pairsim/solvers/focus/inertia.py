@@ -10,11 +10,10 @@ from scipy.optimize import brentq
 from pairsim.fem.azimuthal.inertia import inertia
 from pairsim.fem.azimuthal.scene import mesh_velocity
 from pairsim.runtime.arrays import Array
-from pairsim.solvers.focus.rates import Disturbance, disturbance_at
-from pairsim.solvers.steady.scene import SteadySolver
+from pairsim.solvers.focus.rates import Displacement, scene_at
 
 LEAST_RE, MOST_RE = 1e-6, 1e6  # between which a largest Reynolds number is looked for; chosen
-DIFFERENCE = 1e-3  # of Re, of the central difference; for rigid particles in a Newtonian liquid it does not matter
+DIFFERENCE = 1e-4  # of Re, for the derivative of the residual; for rigid particles in a Newtonian liquid exact
 
 
 @dataclass(frozen=True)
@@ -54,25 +53,26 @@ def stable_up_to(rates: Array, by_Re: Array) -> float:
     return float(brentq(growth, there / 2 if there > LEAST_RE else 0.0, there))
 
 
-def by_inertia(steady: SteadySolver) -> Inertia:
+def by_inertia(displacement: Displacement) -> Inertia:
     """Derivatives of the rates by the Reynolds number.
 
-    The flow on the axis changes by one solve with the matrix at the solution; the rates are computed with that flow
-    and with inertia at two small Reynolds numbers of opposite sign.
+    The flow on the axis changes by one solve with the matrix at the solution. With that flow, and with inertia at a
+    small Reynolds number, the disturbances leave a residual, whose derivative is a load on them.
 
     Args:
-        steady: The scene, at a solution.
+        displacement: The displaced particles.
 
     Raises:
-        NoSteadyState: A matrix is singular.
+        ArithmeticError: Stresses and shapes do not follow the displacements.
     """
+    steady, here = displacement.steady, displacement.scene
     linearised = steady.linearise()
     _, x = steady.state()
     place = steady.constraints.fields["U_p"]
     load = steady.constraints.T @ inertia(steady.scene, x, mesh_velocity(steady.scene, steady.y[place]))
     change = -linearised.solve(load)
-    there: list[Disturbance] = [
-        disturbance_at(steady, steady.y + Re * change, Re=Re) for Re in (DIFFERENCE, -DIFFERENCE)
-    ]
-    rates = (there[0].rates - there[1].rates) / (2 * DIFFERENCE)
-    return Inertia(np.asarray(rates), change[place])
+    there = scene_at(steady, steady.y + DIFFERENCE * change, DIFFERENCE)
+    y, rates = displacement.y, displacement.found.rates
+    slope = (there.residual(y, rates) - here.residual(y, rates)) / DIFFERENCE
+    by_Re = displacement.changed_by(slope)[here.constraints.lateral]
+    return Inertia(by_Re, change[place])

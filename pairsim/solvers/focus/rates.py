@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,6 +45,104 @@ class Disturbance:
         return np.asarray(found[np.argsort(-found.real)])
 
 
+def scene_at(steady: SteadySolver, y: Array, Re: float = 0.0) -> DisturbedScene:
+    """The disturbed scene about free unknowns y of a scene, shape (n_y,), with inertia at a Reynolds number."""
+    h, x = steady.state_at(steady.parameters, y)
+    U = y[steady.constraints.fields["U_p"]]
+    return DisturbedScene(steady.scene, h, x, U, Re=Re, volume_modulus=steady.problem.volume_modulus)
+
+
+class Displacement:
+    """Unit displacements of the particles of a scene from the axis, and the factors with which they were solved for.
+
+    Args:
+        steady: The scene, at a solution, in a tube with two ends.
+        tolerance: Of the iteration for what depends on rates of change, relative to the largest rate.
+
+    Attributes:
+        steady: The same, at the solution that one step with Newton's matrix makes exact.
+        scene: The disturbed scene.
+        found: What the displacements do.
+        y: The free unknowns of the disturbances, shape (n_y, N).
+
+    Raises:
+        NoSteadyState: The matrix is singular.
+    """
+
+    def __init__(self, steady: SteadySolver, tolerance: float = TOLERANCE) -> None:
+        self.steady, self._tolerance = steady, tolerance
+        steady.linearise()
+        self.scene = scene_at(steady, steady.y)
+        self._solver = DirectSolver(self.scene.matrix)
+        try:
+            self.found, self.y = self._solved()
+        except BaseException:
+            self.close()
+            raise
+
+    def __enter__(self) -> Displacement:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Free the memory of the factors."""
+        self._solver.close()
+
+    def _solved(self) -> tuple[Disturbance, Array]:
+        """Solve for disturbances that do not change at first, and then with their rates of change.
+
+        This is an iteration of subspaces: it converges to the N modes that decay most slowly, if these are motions of
+        the particles.
+        """
+        scene, load = self.scene, self.scene.load()
+        at_rest = self._solver.solve(load)
+        y, converged = self._iterated(at_rest, lambda y, rates: load + scene.load_of_rates(y, rates))
+        if not converged:
+            y = at_rest
+        lateral, rotation = scene.constraints.lateral, scene.constraints.rotation
+        found = Disturbance(y[lateral], at_rest[lateral], y[rotation], scene.expand(y), converged)
+        return found, y
+
+    def changed_by(self, slope: Array) -> Array:
+        """Derivatives of the disturbances by a parameter, shape (n_y, N).
+
+        Args:
+            slope: Derivative by it of the residual at these disturbances, shape (n_y, N).
+
+        Raises:
+            ArithmeticError: The iteration for what depends on rates of change does not converge.
+        """
+        scene, a = self.scene, self.found.rates
+
+        def load(change: Array, rates: Array) -> Array:
+            return scene.load_of_rates(self.y, rates) - scene.of_change(scene.constraints.N @ (change @ a)) - slope
+
+        change, converged = self._iterated(self._solver.solve(-slope), load)
+        if not converged:
+            raise ArithmeticError("stresses and shapes do not follow the displacements")
+        return change
+
+    def _iterated(self, start: Array, load: Callable[[Array, Array], Array]) -> tuple[Array, bool]:
+        """Iterate y = K^-1 load(y, lateral velocities in y) where something depends on rates of change.
+
+        Returns:
+            The last y, and whether its lateral velocities have converged.
+        """
+        lateral, y = self.scene.constraints.lateral, start
+        if self.scene.memory is None and len(self.scene.phases) == 1:
+            return y, True
+        for _ in range(MOST_ITERATIONS):
+            before = y[lateral]
+            y = self._solver.solve(load(y, before))
+            if not np.isfinite(y[lateral]).all():
+                return y, False
+            if np.abs(y[lateral] - before).max() <= self._tolerance * np.abs(y[lateral]).max():
+                return y, True
+        return y, False
+
+
 def disturb(steady: SteadySolver) -> Disturbance:
     """Displace the particles of a scene from the axis.
 
@@ -53,44 +152,5 @@ def disturb(steady: SteadySolver) -> Disturbance:
     Raises:
         NoSteadyState: The matrix is singular.
     """
-    return disturbance_at(steady, steady.y)
-
-
-def disturbance_at(steady: SteadySolver, y: Array, Re: float = 0.0) -> Disturbance:
-    """The same for free unknowns y of the scene, shape (n_y,), with inertia at a Reynolds number.
-
-    Raises:
-        NoSteadyState: The matrix is singular.
-    """
-    h, x = steady.state_at(steady.parameters, y)
-    U = y[steady.constraints.fields["U_p"]]
-    scene = DisturbedScene(steady.scene, h, x, U, Re=Re, volume_modulus=steady.problem.volume_modulus)
-    solver = DirectSolver(scene.matrix)
-    try:
-        return _solved(scene, solver)
-    finally:
-        solver.close()
-
-
-def _solved(scene: DisturbedScene, solver: DirectSolver) -> Disturbance:
-    """Solve for disturbances that do not change at first, and then with their rates of change.
-
-    This is an iteration of subspaces: it converges to the N modes that decay most slowly, if these are motions of the
-    particles.
-    """
-    lateral, load = scene.constraints.lateral, scene.load()
-    y = at_rest_y = solver.solve(load)
-    at_rest = rates = y[lateral]
-    changes = scene.memory is not None or len(scene.phases) > 1
-    converged = not changes
-    for _ in range(MOST_ITERATIONS if changes else 0):
-        y = solver.solve(load + scene.load_of_rates(y, rates))
-        before, rates = rates, y[lateral]
-        if not np.isfinite(rates).all():
-            break
-        converged = bool(np.abs(rates - before).max() <= TOLERANCE * np.abs(rates).max())
-        if converged:
-            break
-    if not converged:
-        y, rates = at_rest_y, at_rest
-    return Disturbance(rates, at_rest, y[scene.constraints.rotation], scene.expand(y), converged)
+    with Displacement(steady) as displacement:
+        return displacement.found

@@ -12,10 +12,11 @@ from pairsim.runtime.arrays import Array
 from pairsim.solvers.focus.errors import half_widths
 from pairsim.solvers.focus.inertia import by_inertia, stable_up_to
 from pairsim.solvers.focus.modes import slowest_modes
-from pairsim.solvers.focus.rates import Disturbance, disturb
+from pairsim.solvers.focus.rates import Displacement, Disturbance
 from pairsim.solvers.steady.scene import SteadySolver
 
 EXACTLY = 1e-8  # growth rates and frequencies below are the rounding of zero [U_av/D_c]; up to 3e-13 were found
+SLOPE = 1e-3  # part of a Reynolds number that growth rates are compared over for their slope; chosen
 DRAWS = 400  # matrices within the half-widths, from which the half-width of the largest growth rate is taken; chosen
 SEED = 0  # of these draws, so that results are reproducible
 
@@ -36,18 +37,22 @@ class Stability:
 
     Attributes:
         disturbance: What unit displacements do.
+        scene: The disturbed scene.
         half_widths: Half-widths of its rates, shape (N, N).
         growth: Growth rates of the N modes, complex, the largest first, shape (N,) [U_av/D_c].
         growth_error: Half-width of the largest one, infinite where it is not known.
         Re_most: The Reynolds number up to which displacements decay, to first order in it: 0 where they do not decay
             without inertia, infinite where inertia does not prevent it, nan where the verdict is undecided.
+        Re_error: Its half-width, infinite where it is not known, and nan where `Re_most` is no number above 0.
     """
 
     disturbance: Disturbance
+    scene: DisturbedScene
     half_widths: Array
     growth: Array
     growth_error: float
     Re_most: float
+    Re_error: float
 
     @classmethod
     def of(cls, steady: SteadySolver) -> Stability:
@@ -56,23 +61,24 @@ class Stability:
         Raises:
             NoSteadyState: A matrix is singular.
         """
-        found = disturb(steady)
-        widths = half_widths(steady, found)
-        if not found.converged:
-            # Particles move on before stresses are forgotten: the rates say nothing of how displacements grow.
-            h, x = steady.state()
-            U = steady.y[steady.constraints.fields["U_p"]]
-            scene = DisturbedScene(steady.scene, h, x, U, volume_modulus=steady.problem.volume_modulus)
-            return cls(found, widths, slowest_modes(scene, len(found.rates)).rates, np.inf, np.nan)
-        error = growth_half_width(found.rates, widths)
+        with Displacement(steady) as displacement:
+            found = displacement.found
+            decays = found.converged and found.growth[0].real < -EXACTLY
+            by_Re = by_inertia(displacement).rates if decays else None
+            widths = half_widths(displacement, by_Re)
+            if not found.converged:
+                # Particles move on before stresses are forgotten: the rates say nothing of how displacements grow.
+                modes = slowest_modes(displacement.scene, len(found.rates))
+                return cls(found, displacement.scene, widths.rates, modes.rates, np.inf, np.nan, np.nan)
+        error = growth_half_width(found.rates, widths.rates)
         match verdict_of(found.growth, error):
-            case Verdict.FOCUSES:
-                Re_most = stable_up_to(found.rates, by_inertia(steady).rates)
+            case Verdict.FOCUSES if by_Re is not None and widths.by_Re is not None:
+                Re_most, Re_error = with_half_width(found.rates, by_Re, widths.rates, widths.by_Re)
             case Verdict.UNDECIDED:
-                Re_most = np.nan
+                Re_most, Re_error = np.nan, np.nan
             case _:
-                Re_most = 0.0
-        return cls(found, widths, found.growth, error, Re_most)
+                Re_most, Re_error = 0.0, np.nan
+        return cls(found, displacement.scene, widths.rates, found.growth, error, Re_most, Re_error)
 
     @property
     def verdict(self) -> Verdict:
@@ -96,6 +102,26 @@ def growth_half_width(rates: Array, half_widths: Array) -> float:
     signs = np.random.default_rng(SEED).choice([-1.0, 1.0], (DRAWS, *rates.shape))
     drawn = np.linalg.eigvals(rates + signs * half_widths).real.max(axis=1)
     return float(np.abs(drawn - np.linalg.eigvals(rates).real.max()).max())
+
+
+def with_half_width(rates: Array, by_Re: Array, error: Array, error_by_Re: Array) -> tuple[float, float]:
+    """The Reynolds number up to which displacements decay, and its half-width.
+
+    The half-width is that of the growth rate there over its slope.
+
+    Args:
+        rates: Rates without inertia, shape (N, N).
+        by_Re: Their derivatives by the Reynolds number.
+        error: Half-widths of the rates.
+        error_by_Re: Those of the derivatives.
+    """
+    Re = stable_up_to(rates, by_Re)
+    if Re == 0 or not np.isfinite(Re):
+        return Re, np.nan
+    at, step = rates + Re * by_Re, SLOPE * Re
+    growth = [np.linalg.eigvals(at + change * by_Re).real.max() for change in (-step, step)]
+    slope = (growth[1] - growth[0]) / (2 * step)
+    return Re, growth_half_width(at, error + Re * error_by_Re) / slope
 
 
 def verdict_of(growth: Array, half_width: float) -> Verdict:

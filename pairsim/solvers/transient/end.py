@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import closing
+from dataclasses import replace
 from typing import Literal
 
 from pairsim.solvers.curves.branch import Branch, Point
@@ -36,6 +37,21 @@ def reason_to_end(problem: Problem, t: float, gaps: Sequence[float]) -> Reason |
 
 
 CREEPS = 10**0.5  # factor of t_relax over one of 10 of the regularisation above which shapes creep; chosen
+
+
+def settled_branch(problem: Problem, narrowest: float) -> Branch:
+    """Quasi-steady solutions of a run's scene on its cells, the first one at its first distances.
+
+    Args:
+        problem: The problem of the run.
+        narrowest: The smallest distance at which they are wanted [D_c].
+
+    Raises:
+        NoSteadyState: There is none, or it was not found.
+        MeshFailure: A mesh could not be generated.
+    """
+    steady, parameters = steady_scene(problem, problem.gaps)
+    return Branch(arrived(first_scene(replace(steady, narrowest=narrowest), parameters)))
 
 
 def settled(problem: Problem, gaps: tuple[float, ...]) -> tuple[Point, bool]:

@@ -1,0 +1,52 @@
+"""The key `focus` of questions about particles on the axis: whether they stay there."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from pairsim.cases.case import SceneCase
+from pairsim.cases.keys import Key, Part
+from pairsim.physics.drive import DEVELOPED
+
+MOST = 5  # particles that are displaced; chosen
+YIELDS = "must be one without a yield stress: how much a rounded one changes the rates has not been judged"
+POINTS = 9  # steady states that take as long as the rates at three distances; measured of a soft pair, Newtonian
+
+
+def _check_focus(case: OffAxisCase) -> str:
+    """Whether the particles of a case can be displaced."""
+    if not case.focus:
+        return ""
+    out, liquid = "must be left out", case.liquid_model
+    if not case.n:
+        return f"{out}: there are no particles"
+    if case.n > MOST:
+        return f"{out} of more than {MOST} particles"
+    if case.drive != DEVELOPED or (case.has_history and not case.in_time):
+        return f"{out} with after, velocity or flow: 0"
+    if case.ends != "developed" and not case.of_train:
+        return f"{out}, or ends be developed"
+    return f"{out}, or the liquid {YIELDS}" if liquid.regularisation or liquid.yielding is not None else ""
+
+
+class OffAxisCase(SceneCase):
+    """A case whose particles may be displaced from the axis when its question is answered."""
+
+    focus: Annotated[bool, Key(part=Part.REPORT, since="0.4", check=_check_focus)] = Field(
+        False,
+        strict=True,
+        description="compute whether the particles stay on the axis, too: rates as of pairsim focus in focus.csv, and "
+        "a line in the answer",
+    )
+
+    @property
+    def of_train(self) -> bool:
+        """Whether it is that of an infinite train, of which short rows in a tube with ends are displaced."""
+        return False
+
+
+def points_off_axis(case: OffAxisCase) -> int:
+    """How many steady states take as long as the rates off the axis."""
+    return POINTS if case.focus else 0
