@@ -216,7 +216,8 @@ def test_a_case_without_an_answer_counts_and_is_named() -> None:
 
 
 def test_the_page_names_what_is_outside() -> None:
-    blocks = judgement.blocks(results(D=((1.015, 0.01), (1.0, 1e-4))).assign(computed="2026-11-29", code=""), [])
+    table = results(D=((1.015, 0.01), (1.0, 1e-4))).assign(computed="2026-11-29", code="")
+    blocks = judgement.blocks(table, cases.parts(True))
     assert "| 1% | D | 1.015 | 0.01 | 0.015 | 1.50 | 0.01 |" in blocks["outside"]
     assert "| shape | D | 1% | 1 | 1 | 0 | 1 | 0 | 1.50 |" in blocks["quantities"]
 
