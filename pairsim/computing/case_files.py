@@ -144,9 +144,7 @@ def first_accepted[C: SceneCase](commands: Sequence[str], read: Callable[[str], 
     raise failures[0]
 
 
-def refuse_file_of_another_command(
-    data: Mapping[str, Any], command: str, files: Files, source: str, entry: str = ""
-) -> None:
+def refuse_file_of_another_command(data: Content, command: str, files: Files, source: str, entry: str = "") -> None:
     """Refuse a file, or a case of a grid, whose keys fit another command better, by an InputError."""
     if all(key in files[command].model_fields for key in data):
         return

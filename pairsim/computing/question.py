@@ -95,8 +95,7 @@ class Question[C: SceneCase]:
         examples: What stands at the end of the help, such as "Example: pairsim shape case.yaml".
         check: Yields mistakes: what it asks of keys that other kinds of cases have, too. Its own keys say themselves
             what they ask of others (`cases/keys.py`).
-        draw: Draws what the tables of a folder hold into another one, and returns the pictures. Fields are drawn
-            elsewhere.
+        draw: Draws what the tables of a folder hold into another one, and returns the pictures.
         captions: What is said below each of these pictures in a report, by the name of its file.
         frames: What its fields are written at: "t", "d", "value" of what it follows, or "" where it writes none. Those
             at values are drawn by `draw`, others elsewhere.

@@ -52,7 +52,8 @@ def draw_streamlines(directory: Path, out: Path, page: Page) -> list[Path]:
     layer = Layer(values, label, liquid=True, solid=bool((frames[-1].region > 0).any()), diverging=False)
     figure, axes, scaled = sheet(page, views, [layer], len(views))
     if page.legend:
-        small_print(figure, parts_along(case, key, units.scales is not None) if key else case_parts(case, set()))
+        physical = units.scales is not None
+        small_print(figure, parts_along(case, key, physical) if key else case_parts(case, physical=physical))
     for place, (axis, view, (frame, name)) in enumerate(zip(axes, views, drawn, strict=True)):
         draw_view(axis, view, place, scaled)
         mark_view(axis, view)
@@ -86,8 +87,8 @@ def _draw_lines(axis: Axes, view: View, frame: FieldFrame, name: str) -> None:
     for outline in view.particles:
         inside |= Outline(outline).contains_points(places.reshape(-1, 2)).reshape(inside.shape)
     shown = np.ma.masked_array(np.nan_to_num(u), np.stack([inside, inside], axis=-1))
-    look: dict[str, Any] = {"color": "black", "linewidth": 0.45, "arrowsize": 0.5, "zorder": 1.5}
-    axis.streamplot(z, x, shown[..., 0], shown[..., 1], density=density(view), **look)
+    u_z, u_x = shown[..., 0], shown[..., 1]
+    axis.streamplot(z, x, u_z, u_x, density(view), linewidth=0.45, color="black", arrowsize=0.5, zorder=1.5)
     axis.set(xlim=view.window[:2], ylim=view.window[2:])
 
 

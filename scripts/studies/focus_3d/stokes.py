@@ -11,8 +11,9 @@ import ufl
 from dolfinx import fem
 from dolfinx import mesh as dolfinx_mesh
 from dolfinx.fem import petsc
-from mesh import RADIUS, ROUNDING, Array
 from petsc4py import PETSc as TypedPETSc
+
+from .mesh import RADIUS, ROUNDING, Array
 
 PETSc: Any = TypedPETSc  # whose stubs are incomplete
 

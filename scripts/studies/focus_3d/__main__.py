@@ -1,6 +1,7 @@
 """Three-dimensional flow around a rigid bead off the axis of a tube: plain DOLFINx and gmsh, nothing of pairsim.
 
-usage: focus_3d.py [--near H] [--growth G] [--far H] [--half-length L] [--beta B] [--De DE,DE,...] [--at X,X,...]
+usage, in scripts: python -m studies.focus_3d [--near H] [--growth G] [--far H] [--half-length L] [--beta B]
+    [--De DE,DE,...] [--at X,X,...]
 
 Half of the tube is filled with six-node-sided tetrahedra whose bead is displaced by X along x. Printed are: in a
 Newtonian liquid the lateral velocity of the bead (zero), its velocity, rotation and resistances; then, of a Giesekus
@@ -20,9 +21,9 @@ import numpy as np
 from mpi4py import MPI  # noqa: F401  # ahead of modules that are compiled with it
 
 # isort: split
-from conformation import ACCURATELY, REDUCTION, Conformation, Developed, Giesekus
-from mesh import Array, Sizes, displacement, half_tube
-from stokes import Places, Stokes, places_in
+from .conformation import ACCURATELY, REDUCTION, Conformation, Developed, Giesekus
+from .mesh import Array, Sizes, displacement, half_tube
+from .stokes import Places, Stokes, places_in
 
 TOLERANCE = 2e-5  # of the lateral velocity from one step to the next, of its own size; chosen
 LARGEST_CHANGE = 1e-4  # of the velocity [U_av]; chosen

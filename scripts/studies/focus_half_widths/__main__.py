@@ -1,6 +1,7 @@
 """Half-widths of `pairsim focus` against rates on finer meshes, in random scenes.
 
-usage: focus_half_widths.py [-o runs/focus_half_widths] [--scenes N] [--only LAW,LAW,...] [--report]
+usage, in scripts: python -m studies.focus_half_widths [-o runs/focus_half_widths] [--scenes N] [--only LAW,LAW,...]
+    [--report]
 
 Scenes are points of Sobol's sequence over the law, De to 2, Ca_e, beta, one to three particles and their distances, of
 which any first ones cover the range evenly. Each is solved with N_p 14, with its half-widths, and with N_p 28 for the
