@@ -1,7 +1,7 @@
-"""Pulses: what a flow that varies in time does to pairs, beside slow limits, for docs/validation/pulses.md.
+"""Pulses: what a flow that varies in time does to pairs, beside slow limits, for docs/explanation/pulses.md.
 
 scripts/pulses [PART ...]: computes the runs of some parts, of all by default, that are not in runs/pulses yet, and
-writes docs/validation/pulses.csv. Some ten minutes of processor time.
+writes docs/results/pulses/pulses.csv. Some ten minutes of processor time.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import numpy as np
 import pairsim
 
 ROOT = Path(__file__).resolve().parents[1]
-OUT, RUNS = ROOT / "docs/validation/pulses.csv", Path("runs/pulses")
+OUT, RUNS = ROOT / "docs/results/pulses/pulses.csv", Path("runs/pulses")
 COLUMNS = "part", "case", "period", "cycles", "drift/period", "half-width", "slow limit", "steps", "reason"
 COARSE: dict[str, Any] = {"mesh": {"Np": 12, "max_size": 0.2}, "output": {"fields": False, "checkpoint": 1e9}}
 COARSE |= {"beta": 0.4, "d0": 0.2, "length": 4, "accuracy": "5%", "hold": True}

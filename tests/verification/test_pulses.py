@@ -73,7 +73,7 @@ def test_a_run_in_oldroyd_b_has_the_exact_pressure_drop_and_the_parabola(ends: s
     last = steps[-1]
     r = last.scene.liquid.six_node_mesh.points[:, 1]
     u = last.scene.liquid.nodal("u", last.x)[:, 0]
-    assert abs(u - 2 * waveform.at(last.t) * (1 - 4 * r**2)).max() < 2e-4  # by the cells: docs/validation/pulses.md
+    assert abs(u - 2 * waveform.at(last.t) * (1 - 4 * r**2)).max() < 2e-4  # by the cells: docs/explanation/pulses.md
 
 
 def own_giesekus(waveform: Waveform, De: float, alpha: float, times: Array, cells: int = 200) -> Array:
