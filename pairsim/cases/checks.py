@@ -44,8 +44,8 @@ def mistakes_in[C: SceneCase](case: C, check: Callable[[C], Iterable[Mistake]]) 
         return of_question
     keys = keys_of(type(case)).values()
     wrong = [mistake for key in keys for mistake in _wrong_count(key, case)]
-    wrong = wrong or [mistake for key in keys if key.first for mistake in _asked_by(key, case)]
-    wrong = wrong or [mistake for key in keys if not key.first for mistake in _asked_by(key, case)]
+    wrong = wrong or [mistake for key in keys if key.first for mistake in asked_by(key, case)]
+    wrong = wrong or [mistake for key in keys if not key.first for mistake in asked_by(key, case)]
     return wrong + of_question
 
 
@@ -60,7 +60,7 @@ def _wrong_count(key: Key, case: SceneCase) -> Iterator[Mistake]:
     yield Mistake(key.name, given, f"must be {one} or a list of {count}, one for each of the {key.count.of}")
 
 
-def _asked_by(key: Key, case: SceneCase) -> Iterator[Mistake]:
+def asked_by(key: Key, case: SceneCase) -> Iterator[Mistake]:
     """Yield what a key asks of its value beside the others (`Key.check`)."""
     found = key.check(case) if key.check is not None else ()
     if not isinstance(found, str):

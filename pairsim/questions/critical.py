@@ -53,6 +53,7 @@ from pairsim.record.columns import (
     TAYLOR,
     WAY_COLUMNS,
 )
+from pairsim.record.columns import U as U_EACH
 from pairsim.record.record import Record
 from pairsim.record.run_entries import OF_STEADY, Entry
 from pairsim.runtime.message import Message, Text
@@ -281,7 +282,7 @@ def critical_row(critical: Critical) -> dict[str, float | str | None]:
         CA_E.name: max(place.Ca_es),
         DE.name: place.De,
         D_CR.name: point.d,
-        U.name: of_point[U.with_suffix("_T").name],
+        U.name: of_point[U_EACH.with_suffix("_T").name],
         SLOPE.name: slope,
         KIND.name: critical.kind,
         BRANCH.name: critical.branch,

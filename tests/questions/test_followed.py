@@ -96,3 +96,12 @@ def test_critical_distances_over_the_flow_rate_are_those_of_cases_with_it(tmp_pa
     assert physical["t_relax"].to_numpy() == pytest.approx((result.table["t_relax"] * 60e-6 / mean).to_numpy())
     assert "Over physical.flow_rate: " in result.answer
     assert [path.name for path in result.plot(tmp_path)] == ["critical.png"]
+
+
+def test_a_critical_distance_has_the_velocity_of_the_pair() -> None:
+    """At the distance at which both beads move alike, they do so about as fast as one on its own."""
+    case = {"beta": 0.4, "De": 0.25, "Ca_e": 0.005, "d": [0.2, 0.35], "along": {"Ca_e": [0.005]}, "mesh": {"Np": 6}}
+    found = pairsim.critical(case).check()
+    (row,) = found.table.to_dict("records")
+    assert abs(row["d_cr"] - 0.274) < row["d_error"]
+    assert row["U"] == pytest.approx(1.667, rel=0.01), "as one on its own, on finer cells"

@@ -13,7 +13,7 @@ system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar, cast
@@ -21,9 +21,10 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, cast
 from pydantic import Field
 
 from pairsim.cases.case import SceneCase
+from pairsim.cases.checks import asked_by
 from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.followed_key import FollowedKey
-from pairsim.cases.keys import Key, Part, PerGap
+from pairsim.cases.keys import Key, Part, PerGap, keys_of
 from pairsim.cases.mistakes import Mistake, missing
 from pairsim.cases.off_axis import MOST, YIELDS
 from pairsim.cases.physical import BLOCK, QUANTITIES
@@ -54,6 +55,7 @@ IN_UNITS = QUANTITIES["distance"]
 OF_DISTANCES = DISTANCE.name, f"{BLOCK}.{IN_UNITS.key}"
 """The keys of distances there."""
 LEAST_D, MOST_D = 1e-4, 1e4  # distances, as of the key d [D_c]
+LEAST_BETA, MOST_BETA = 1e-3, 0.999  # diameters, as of the key beta [D_c]
 DISTURBED = 2.0  # factor of the time for disturbances, half-widths and inertia; measured in docs/how-to/focus.md
 
 
@@ -116,8 +118,14 @@ def _allowed_betas(case: FocusCase, given: Sequence[float | str]) -> str:
     """What diameters that are followed must be."""
     if case.physical is not None:
         return f"must not be {BETA}, which follows from {BLOCK}.particle: use pairsim sweep"
-    inside = all(is_finite(each) and 0 < each < 1 for each in given)
-    return "" if inside else "must be diameters between 0 and 1 [D_c]"
+    if len(set(case.betas)) > 1:
+        return f"must go with a single {BETA}, which changes along it"
+    if not all(is_finite(each) and LEAST_BETA <= each <= MOST_BETA for each in given):
+        return f"must be diameters from {LEAST_BETA:g} to {MOST_BETA:g} [D_c]"
+    for scene in case.scenes:
+        for mistake in asked_by(keys_of(FocusCase)["length"], scene):
+            return f"must be diameters that fit into the tube: at {BETA} = {scene.betas[0]:g} length {mistake.allowed}"
+    return ""
 
 
 def _allowed_in_units(case: FocusCase, given: Sequence[float | str]) -> str:
@@ -240,8 +248,9 @@ def check(case: FocusCase) -> Iterator[Mistake]:
 
 
 def estimate(case: FocusCase) -> Estimate:
-    """Size and duration."""
-    return steady_estimate(case, max(len(case.series) - 1, 0), DISTURBED)
+    """The largest size of a mesh, and the duration on all of them."""
+    every = [steady_estimate(scene, len(scene.places) - 1, DISTURBED) for scene in case.scenes]
+    return replace(max(every, key=lambda each: each.unknowns), seconds=sum(each.seconds for each in every))
 
 
 def solve(case: FocusCase, *, monitor: Monitor) -> Events:
