@@ -6,9 +6,9 @@
     result.table.plot("t", "dU")
 
 `load` checks a case, `units` makes one of an experiment, `ask` and `fit` use an atlas; `run`, `curve`, `critical`,
-`shape`, `pressure`, `focus`, `train` and `sweep` compute; `open` reads a folder of results, `plot` draws it, `report`
-puts it into one HTML file; `moduli` reads a cytometer's file; `use_laws` makes laws of one's own known. They are
-imported when first used: `import pairsim` alone loads nothing.
+`shape`, `pressure`, `focus`, `train`, `stream` and `sweep` compute; `open` reads a folder of results, `plot` draws it,
+`report` puts it into one HTML file; `moduli` reads a cytometer's file; `use_laws` makes laws of one's own known. They
+are imported when first used: `import pairsim` alone loads nothing.
 """
 
 # The command line imports this first, and can answer Ctrl-C only afterwards: it takes a millisecond, without typing.
@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from pairsim.questions.pressure import PressureResult as PressureResult
     from pairsim.questions.run import RunResult as RunResult
     from pairsim.questions.shape import ShapeResult as ShapeResult
+    from pairsim.questions.stream import StreamResult as StreamResult
     from pairsim.questions.train import TrainResult as TrainResult
     from pairsim.runtime.errors import InputError as InputError
     from pairsim.runtime.errors import PairsimError as PairsimError
@@ -55,6 +56,7 @@ if TYPE_CHECKING:
     pressure: _Computation[PressureResult]
     run: _Computation[RunResult]
     shape: _Computation[ShapeResult]
+    stream: _Computation[StreamResult]
     train: _Computation[TrainResult]
 
 _MODULES = {

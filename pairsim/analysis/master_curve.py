@@ -14,7 +14,8 @@ from pairsim.analysis.input_parts import InputParts, dU_by
 from pairsim.analysis.input_ranges import DrawnRange
 from pairsim.analysis.pair_motion import Memory, Motion
 from pairsim.analysis.rows_of_points import point_row
-from pairsim.analysis.travel import Travel, distance_on, travel
+from pairsim.analysis.travel import Travel, distance_on, travel, way_between
+from pairsim.analysis.unequal_pairs import PairsThatDiffer, PairsTravel
 from pairsim.analysis.zeros import Zero, zeros_in
 from pairsim.cases.inputs import Input
 from pairsim.cases.unit_registry import as_texts, has_unit
@@ -34,8 +35,10 @@ from pairsim.record.columns import (
     DU_HALF,
     DU_HELD,
     DU_INPUTS,
+    DU_SPREAD,
     EQUILIBRIA_COLUMNS,
     SENSITIVITIES,
+    SEPARATE,
     SLOPE,
     STABLE,
     STRETCH,
@@ -274,7 +277,8 @@ class Curve:
     def at(self, places: Sequence[Any]) -> Table:
         """The columns d, dU and dU_error at any distances, each given as for `distance`.
 
-        The last column is dU_inputs where inputs have half-widths, and what these change is known.
+        Where inputs have half-widths, and what these change is known, a column dU_inputs follows; where particles
+        differ, the standard deviation of dU among pairs, and the part of them that separates.
 
         Raises:
             InputError: It is no curve over a single distance, or a distance is outside of it.
@@ -291,7 +295,10 @@ class Curve:
             raise InputError(self.source, "--at", None, allowed)
         if self.by_inputs.known:
             found[DU_INPUTS.name] = self.by_inputs.half_widths(found[DISTANCE.name])
-        return Table(found, Columns(self.table.declared, DU_INPUTS))
+        if self.unequal is not None:
+            d = found[DISTANCE.name]
+            found |= {DU_SPREAD.name: self.unequal.deviations(d), SEPARATE.name: self.unequal.separate(d)}
+        return Table(found, Columns(self.table.declared, DU_INPUTS, DU_SPREAD, SEPARATE))
 
     def peak_of(self, gap: str) -> Peak:
         """The largest |dU| of a gap: that of the curve, or of points that have none, without interpolation."""
@@ -389,6 +396,19 @@ class Curve:
             raise InputError(self.source, "", None, allowed)
         return travel(self.motion, as_texts(start), as_texts(stop), self.source, self.scales, self.by_inputs)
 
+    def travel_of_pairs(self, start: Any, stop: Any) -> PairsTravel | None:
+        """Which pairs move from one distance to another where particles differ, and within which length of tube.
+
+        Distances are given as for `travel`. None where all particles are equal.
+
+        Raises:
+            InputError: A distance is outside the curve.
+        """
+        if self.unequal is None or self.motion is None:
+            return None
+        begin, end = self.distance(start, "--from"), self.distance(stop, "--to")
+        return self.unequal.travel(begin, end, way_between(self.motion, begin, end), self.scales)
+
     def interpolated(self, values: Array, d: float) -> float:
         """Values at the points of a pair, shape (points,), at a distance between them: linear in log d."""
         return float(np.interp(np.log(d), np.log(self.table[DISTANCE]), values))
@@ -410,6 +430,11 @@ class Curve:
     def by_inputs(self) -> InputParts:
         """What the half-widths of the inputs change, at constant distances in units [U_av]."""
         return InputParts.of(self.table, self.record.inputs)
+
+    @cached_property
+    def unequal(self) -> PairsThatDiffer | None:
+        """What the spread of particles does; None where all are equal, or what a difference changes is not known."""
+        return PairsThatDiffer.of(self.table, self.interpolant() if self.steady else None, self.record)
 
     @cached_property
     def drawn(self) -> DrawnRange | None:

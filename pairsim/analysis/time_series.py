@@ -21,7 +21,7 @@ from pairsim.record.columns import (
 )
 from pairsim.record.folder import SERIES
 from pairsim.record.record import Record
-from pairsim.record.run_entries import HOLD, SETTLED, START
+from pairsim.record.run_entries import CYCLES, HOLD, SETTLED, START
 from pairsim.record.table import Table
 from pairsim.record.table_files import read_table
 from pairsim.runtime.arrays import Array
@@ -106,6 +106,22 @@ class Series:
     def starting_up(self) -> bool:
         """Whether a run from rest ended before it was judged if its start-up has decayed."""
         return START.of(self.record) != "steady" and self.record.status in OPEN
+
+    @property
+    def cycles(self) -> Mapping[str, Any] | None:
+        """What the record says of the cycles of a flow that varies; None where it does not."""
+        return CYCLES.of(self.record)
+
+    @property
+    def last_cycle(self) -> slice:
+        """The rows of the last whole cycle, of all without one."""
+        entry = self.cycles or {}
+        whole, cycle = entry.get("whole", 0), entry.get("cycle", np.inf)
+        if not whole:
+            return slice(None)
+        ends = np.array([whole - 1, whole]) * cycle
+        first, last = np.searchsorted(self.t, ends + 1e-9 * np.maximum(1.0, ends) * [-1, 1])
+        return slice(int(first), int(last))
 
     def settled(self, gap: int) -> Settled | None:
         """What a gap, counted from 0, does once the start-up has decayed; None where that is not known."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from pairsim.analysis.input_parts import InputParts, together, unknown_in_words
 from pairsim.analysis.pair_motion import Motion
+from pairsim.analysis.unequal_pairs import Way
 from pairsim.cases.quantity_text import A_LENGTH, si
 from pairsim.cases.unit_registry import as_texts
 from pairsim.quantities.kinds import LENGTH, POSITION, TIME
@@ -117,13 +118,7 @@ def travel(
     begin, end = (distance_on(curve, d, option, scales, source) for option, d in (("--from", start), ("--to", stop)))
     if why := _obstacle(curve, begin, end):
         raise _refusal(source, "--to", stop, why, scales)
-    low, high = sorted((begin, end))
-    samples = curve.samples[0]
-    places = np.log([low, *samples[(low < samples) & (samples < high)], high])
-    nodes, weights = np.polynomial.legendre.leggauss(NODES)
-    half = np.diff(places)[:, None] / 2
-    d = np.exp(places[:-1, None] + half * (1 + nodes))
-    way = half * weights * d * motion.stretch(d)
+    d, way, velocities = way_between(motion, begin, end)
     speed, error = np.abs(curve.values(d)), curve.half_widths(d)
 
     def with_half_width(velocity: Array | float) -> tuple[float, float]:
@@ -131,13 +126,24 @@ def travel(
         value, least, most = (float((way * velocity / (speed + part * error)).sum()) for part in (0, 1, -1))
         return value, max(value - least, most - value)
 
-    (time, time_error), (length, length_error) = with_half_width(1.0), with_half_width(motion.velocity(d))
+    (time, time_error), (length, length_error) = with_half_width(1.0), with_half_width(velocities)
     memory = motion.memory(begin)
     forgotten = memory.forgotten if memory is not None else None
     behind = motion.from_rest(begin) if motion.from_rest is not None else None
     start_error = None if behind is None else float(behind / abs(curve.values(begin)))
     errors = time_error, length_error, forgotten, start_error
     return Travel(begin, end, time, length, *errors, scales, _by_inputs(motion, inputs, d, way), inputs.unknown)
+
+
+def way_between(motion: Motion, begin: float, end: float) -> Way:
+    """The way from one distance to another [D_c]."""
+    low, high = sorted((begin, end))
+    samples = motion.curve.samples[0]
+    places = np.log([low, *samples[(low < samples) & (samples < high)], high])
+    nodes, weights = np.polynomial.legendre.leggauss(NODES)
+    half = np.diff(places)[:, None] / 2
+    d = np.exp(places[:-1, None] + half * (1 + nodes))
+    return Way(d, half * weights * d * motion.stretch(d), np.asarray(motion.velocity(d)))
 
 
 def _by_inputs(motion: Motion, inputs: InputParts, d: Array, way: Array) -> dict[str, tuple[float, float]]:

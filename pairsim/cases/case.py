@@ -23,6 +23,7 @@ from pairsim.cases.material_keys import LIQUIDS, LiquidKey, SolidKey, written
 from pairsim.cases.mesh_keys import MeshOptions
 from pairsim.cases.mistakes import Mistake
 from pairsim.cases.physical import Physical
+from pairsim.cases.yaml_file import Content
 from pairsim.physics import liquids, solids
 from pairsim.physics.drive import DEVELOPED, Drive
 from pairsim.physics.liquids import Liquid, Newtonian
@@ -145,6 +146,11 @@ class SceneCase(Keys):
         description="the case in physical units, in place of beta, De, Ca_e, xi, the distances and time.end, "
         "and of parameters of the laws",
     )
+
+    @classmethod
+    def with_files(cls, data: Content) -> tuple[Content, Mistake | None]:
+        """A case, as it is read, with the content of files that it names, and a mistake in one of these."""
+        return data, None
 
     @model_validator(mode="after")
     def _with_defaults(self) -> Self:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import copy
 import math
-import re
 from collections.abc import Collection
 from contextlib import suppress
 from typing import Any, NamedTuple, cast
 
-from pairsim.cases.experiment import Experiment, follows_in, one
+from pairsim.cases.experiment import Experiment, follows_in, group_of, one
 from pairsim.cases.laws import Laws
 from pairsim.cases.mistakes import Mistake
 from pairsim.cases.physical import BLOCK, QUANTITIES
@@ -63,7 +62,7 @@ def in_numbers(given: Content, fields: Collection[str], lengths: Collection[str]
         if (quantity := each.quantity.key) not in experiment.given:
             continue
         key = each.key_in(fields)
-        if _group_of(key) not in fields:
+        if group_of(key) not in fields:
             mistakes.append(Mistake(f"{BLOCK}.{quantity}", None, f"must be left out: this kind of case has no {key}"))
             continue
         try:
@@ -101,7 +100,7 @@ def forget_numbers(data: dict[str, Plain]) -> None:
     for each in follows_in(Laws.in_case(data)):
         for key in each.keys if each.key in numbers else ():
             with suppress(ValueError):  # there is another value in place of its group
-                group, last = within(data, key) if _group_of(key) in data else ({}, key)
+                group, last = within(data, key) if group_of(key) in data else ({}, key)
                 if last in group and _same(group[last], numbers[each.key]):
                     del group[last]
     if numbers and "De" not in numbers and data.get("De") == 0:
@@ -117,11 +116,6 @@ def _number(value: Any, place: str, experiment: Experiment, mistakes: list[Mista
     except ValueError as error:
         mistakes.append(Mistake(place, value, f"{error}, or a number of tube diameters"))
         return None
-
-
-def _group_of(key: str) -> str:
-    """The key at the top of a case that a dotted key is in."""
-    return re.split(r"[.\[]", key)[0]
 
 
 def _same(given: Any, number: Any) -> bool:

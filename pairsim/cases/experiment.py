@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -12,15 +13,25 @@ from pydantic import ValidationError
 
 from pairsim.cases.laws import Laws
 from pairsim.cases.mistakes import Mistake, missing
-from pairsim.cases.physical import BLOCK, DENSITY, DIFFERENCE, EXPERIMENT, QUANTITIES, RANGE_OF_LENGTHS
+from pairsim.cases.physical import (
+    BLOCK,
+    DENSITY,
+    DEVIATIONS,
+    DIFFERENCE,
+    EXPERIMENT,
+    QUANTITIES,
+    RANGE_OF_LENGTHS,
+    with_deviations,
+)
 from pairsim.cases.quantity_text import measured, quantity_range, rounded
 from pairsim.cases.usual import unusual
 from pairsim.cases.values import Range
+from pairsim.cases.waveform_keys import WaveformOptions
 from pairsim.cases.yaml_file import Content
 from pairsim.physics.declared import DIMENSIONS
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.liquids.viscous import ZERO_SHEAR
-from pairsim.quantities.measurable import Measurable
+from pairsim.quantities.measurable import EACH, MEAN, Measurable
 from pairsim.quantities.scales import Scales, mean_velocity
 
 if TYPE_CHECKING:
@@ -46,7 +57,12 @@ class Follows(NamedTuple):
 
     def key_in(self, fields: Collection[str]) -> str:
         """What it is called among some keys: distances of a run are d0."""
-        return next((key for key in reversed(self.keys) if key in fields), self.key)
+        return next((key for key in reversed(self.keys) if key in fields or group_of(key) in fields), self.key)
+
+
+def group_of(key: str) -> str:
+    """The key at the top of a case that a dotted key is in."""
+    return re.split(r"[.\[]", key)[0]
 
 
 def follows_in(laws: Laws) -> list[Follows]:
@@ -62,14 +78,19 @@ class Experiment:
     """What an experiment measured, and the laws that some of it belongs to; in a case that need not be valid yet.
 
     Attributes:
-        given: Its quantities by key, as they are written.
+        given: Its quantities by key, as they are written; standard deviations among the particles apart.
         laws: The laws of the case.
         particles: Their number, as it is given.
+        waveform: A flow that varies, whose mean size gives U_av where neither `flow_rate` nor `velocity` is given.
     """
 
     given: Content
     laws: Laws
     particles: Any = USUAL_COUNT
+    waveform: WaveformOptions | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "given", with_deviations(self.given))
 
     @classmethod
     def in_case(cls, case: Content) -> Self | None:
@@ -78,7 +99,7 @@ class Experiment:
         if not isinstance(block, Mapping):
             return None
         given = {key: value for key, value in block.items() if value is not None}
-        return cls(given, Laws.in_case(case), case.get("particles", USUAL_COUNT))
+        return cls(given, Laws.in_case(case), case.get("particles", USUAL_COUNT), WaveformOptions.in_case(case))
 
     @cached_property
     def _in_si(self) -> tuple[dict[str, Amount], list[Mistake]]:
@@ -87,9 +108,21 @@ class Experiment:
         values, mistakes = dict[str, Amount](), list[Mistake]()
         for key, text in self.given.items():
             if (of := QUANTITIES.get(key)) is not None:
+                if key in DEVIATIONS:
+                    values[key] = self._part_of_mean(key, values.get(key.partition(".")[0]), mistakes)
+                    continue
                 of = of.with_parameters(self.laws.liquid.numbers(law.of_unit) if key == law.key else {})
                 values[key] = _in_si(of, text, f"{BLOCK}.{key}", mistakes)
         return values, mistakes
+
+    def _part_of_mean(self, key: str, mean: Any, mistakes: list[Mistake]) -> Any:
+        """A standard deviation among the particles over a mean in SI units, None of wrong ones; adds the mistakes."""
+        of, text = replace(QUANTITIES[key.partition(".")[0]], uncertain=False), self.given[key]
+        if isinstance(mean, tuple):
+            mistakes.append(Mistake(f"{BLOCK}.{key}", text, f"must go with one {MEAN} of all, not with a list"))
+        elif (deviation := _in_si(replace(of, many=False), text, f"{BLOCK}.{key}", mistakes)) is not None and mean:
+            return float(deviation / mean)
+        return None
 
     @property
     def values(self) -> dict[str, Amount]:
@@ -100,6 +133,11 @@ class Experiment:
     def mistakes(self) -> list[Mistake]:
         """What is wrong with its quantities, or else between them."""
         return self._in_si[1] or list(self._check_together())
+
+    @property
+    def mean_flow(self) -> float | None:
+        """The mean size of a flow that varies [m^3/s]; None without one that is given with units."""
+        return self.waveform.mean_size if self.waveform is not None else None
 
     @property
     def scales(self) -> Scales:
@@ -141,7 +179,11 @@ class Experiment:
     def _scales(self, values: Amounts) -> Scales:
         """The scales from quantities in SI units."""
         length, law = one(values, "tube"), self.laws.liquid.viscosity_law
-        velocity = one(values, "velocity") if "velocity" in values else mean_velocity(one(values, "flow_rate"), length)
+        if "velocity" in values:
+            velocity = one(values, "velocity")
+        else:
+            flow = self.mean_flow if "flow_rate" not in values else None
+            velocity = mean_velocity(flow if flow is not None else one(values, "flow_rate"), length)
         return Scales(length, velocity, law.unit_viscosity(one(values, law.measured.key), velocity / length))
 
     def _check_together(self) -> Iterator[Mistake]:
@@ -158,8 +200,11 @@ class Experiment:
         for one, other in [("flow_rate", "velocity"), *rivals]:
             if one in values and other in values:
                 yield wrong(other, f"must be left out if {BLOCK}.{one} is given")
-        if "flow_rate" not in values and "velocity" not in values:
-            yield missing(f"{BLOCK}.flow_rate", f"must be given, or else {BLOCK}.velocity")
+        if "flow_rate" not in values and "velocity" not in values and self.mean_flow is None:
+            of_waveform = list(self.waveform.mistakes(scaled=True)) if self.waveform is not None else []
+            yield from of_waveform
+            if not of_waveform:
+                yield missing(f"{BLOCK}.flow_rate", f"must be given, or else {BLOCK}.velocity")
         if DIFFERENCE.key in values:
             if not isinstance(values.get("particle"), float):
                 yield wrong(DIFFERENCE.key, f"must go with {BLOCK}.particle, one diameter: the mean of both")
@@ -215,6 +260,8 @@ def _in_si(of: Measurable, value: Any, place: str, mistakes: list[Mistake]) -> A
         unfit = ", ".join(str(each["loc"][0]) for each in of_range)
         wrong = f"has no valid {unfit}" if unfit else str(error)
         also = f"; may be a list or a range, too, such as {RANGE_OF_LENGTHS}" if of.ranged else ""
+        if of.each and isinstance(value, Mapping):
+            also = f", or of particles that differ {{{MEAN}: {of.example}, {EACH}: ...}} with their standard deviation"
         mistakes.append(Mistake(place, value, wrong + also))
         return None
     one = replace(of, uncertain=False)

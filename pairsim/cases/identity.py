@@ -10,7 +10,7 @@ from typing import Any
 
 from pairsim.cases.case import SceneCase
 from pairsim.cases.keys import keys_of
-from pairsim.cases.physical import BLOCK, DENSITY, QUANTITIES
+from pairsim.cases.physical import BLOCK, DENSITY, QUANTITIES, with_deviations
 from pairsim.cases.quantity_text import measured
 from pairsim.cases.yaml_file import Content
 from pairsim.physics.own_laws import digest_of, file_of
@@ -65,6 +65,7 @@ def alike(case: SceneCase) -> str:
     identity: dict[str, Plain] = {"kind": case.kind, **identity_of(case)}
     block = identity.pop(BLOCK, None)
     if (scales := case.scales) is not None and isinstance(block, Mapping):
+        block = with_deviations(block)
         given = {key: QUANTITIES[key] for key, value in block.items() if isinstance(value, str)}
         pairs = {key: (each, *measured(block[key], each)) for key, each in given.items() if each.uncertain}
         density = measured(block[DENSITY.key], DENSITY)[0] if DENSITY.key in given else None

@@ -10,7 +10,7 @@ import numpy as np
 
 from pairsim.cases.case import SceneCase
 from pairsim.cases.experiment import Amounts, Experiment, changes_no_other, one
-from pairsim.cases.physical import QUANTITIES
+from pairsim.cases.physical import DEVIATIONS, QUANTITIES
 from pairsim.cases.quantity_text import as_given, measured, rounded
 from pairsim.quantities.kinds import PERCENTAGE
 from pairsim.quantities.measurable import Measurable
@@ -78,7 +78,9 @@ def inputs_of(case: SceneCase) -> list[Input]:
     experiment = case.experiment
     if experiment is None:
         return []
-    values = {key: value for key, value in experiment.values.items() if not changes_no_other(key)}
+    values = {
+        key: value for key, value in experiment.values.items() if not changes_no_other(key) and key not in DEVIATIONS
+    }
     found = []
     for key, value in values.items():
         of, text = QUANTITIES[key], str(experiment.given[key])

@@ -8,7 +8,6 @@ from pydantic import Field
 
 from pairsim.cases.case import SceneCase
 from pairsim.cases.keys import Key, Part
-from pairsim.physics.drive import DEVELOPED
 
 MOST = 5  # particles that are displaced; chosen
 YIELDS = "must be one without a yield stress: how much a rounded one changes the rates has not been judged"
@@ -24,8 +23,8 @@ def _check_focus(case: OffAxisCase) -> str:
         return f"{out}: there are no particles"
     if case.n > MOST:
         return f"{out} of more than {MOST} particles"
-    if case.drive != DEVELOPED or (case.has_history and not case.in_time):
-        return f"{out} with after, velocity or flow: 0"
+    if not case.drive.is_flow_alone or (case.has_history and not case.in_time):
+        return f"{out} with after, and where not the flow alone drives the particles, as with velocity or flow: 0"
     if case.ends != "developed" and not case.of_train:
         return f"{out}, or ends be developed"
     return f"{out}, or the liquid {YIELDS}" if liquid.regularisation or liquid.yielding is not None else ""

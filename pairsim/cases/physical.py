@@ -6,6 +6,7 @@ De = lambda U_av/D_c and Ca_e = eta_0 U_av/(D_c G_p) with U_av = 4 Q/(pi D_c^2),
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -15,7 +16,7 @@ from pairsim.physics.declared import DIMENSIONS
 from pairsim.physics.solids.solid import MODULUS
 from pairsim.quantities.kinds import DENSITY as OF_DENSITY
 from pairsim.quantities.kinds import FLOW_RATE, PERCENTAGE, TIME, VELOCITY
-from pairsim.quantities.measurable import Measurable, Usual, a_length
+from pairsim.quantities.measurable import EACH, MEAN, Measurable, Usual, a_length
 from pairsim.runtime.plain import Plain
 
 BLOCK = "physical"
@@ -76,6 +77,7 @@ EXPERIMENT = (
         gives=("beta",),
         many=True,
         uncertain=True,
+        each="spread.diameter",
         usual=Usual(1e-8, 0.1, "10 nm to 10 cm"),
     ),
     DIFFERENCE,
@@ -93,7 +95,7 @@ EXPERIMENT = (
     DENSITY,
     a_length(
         "distance",
-        "distance between the facing surfaces; gives d0 of a run, d of curve, critical and train",
+        "distance between the facing surfaces; gives d0 of a run, d of curve, critical, train and stream",
         "5 um",
         "d_0",
         gives=("d", "d0"),
@@ -107,14 +109,33 @@ EXPERIMENT = (
         gives=("train.spacing",),
     ),
     a_length(
-        "capillary", "length of tube along which a row is followed; gives row.tube", "40 cm", "L", gives=("row.tube",)
+        "capillary",
+        "length of tube along which beads are followed; gives row.tube of train, stream.tube",
+        "40 cm",
+        "L",
+        gives=("row.tube", "stream.tube"),
     ),
     a_length(
         "contact",
-        "distance at which beads of a row touch; gives row.min_gap",
+        "distance at which beads touch; gives row.min_gap of train, stream.min_gap",
         "100 nm",
         r"d_\mathrm{min}",
-        gives=("row.min_gap",),
+        gives=("row.min_gap", "stream.min_gap"),
+    ),
+    a_length(
+        "drop",
+        "length of tube whose liquid one drop takes; gives stream.drop",
+        "100 um",
+        r"L_d",
+        gives=("stream.drop",),
+    ),
+    Measurable(
+        "concentration",
+        PERCENTAGE,
+        "part of the volume that flows which is beads; gives stream.concentration",
+        "1 %",
+        r"\phi",
+        gives=("stream.concentration",),
     ),
     Measurable(
         "end",
@@ -127,8 +148,27 @@ EXPERIMENT = (
     ),
 )
 """Quantities that set scales, or give keys of cases."""
-QUANTITIES = {each.key: each for each in (*EXPERIMENT, *DIMENSIONS.values())}
+KEYS = {each.key: each for each in (*EXPERIMENT, *DIMENSIONS.values())}
 """All keys of the block: those of an experiment, then those that the parameters of materials follow from."""
+DEVIATIONS = {each.deviation.key: each.deviation for each in KEYS.values() if each.each}
+"""The standard deviations of quantities that may differ among the particles, such as "particle.each"."""
+QUANTITIES = KEYS | DEVIATIONS
+"""All quantities that the block may give."""
+
+
+def with_deviations(given: Mapping[str, Any]) -> dict[str, Any]:
+    """The quantities of a block with the standard deviations of those that differ among particles apart.
+
+    `{"particle": {"mean": "24 um", "each": "0.5 um"}}` becomes `{"particle": "24 um", "particle.each": "0.5 um"}`.
+    """
+    found = dict[str, Any]()
+    for key, value in given.items():
+        of = KEYS.get(key)
+        if of is not None and of.each and isinstance(value, Mapping) and value.keys() == {MEAN, EACH}:
+            found |= {key: value[MEAN], of.deviation.key: value[EACH]}
+        else:
+            found[key] = value
+    return found
 
 
 def _field(of: Measurable) -> Any:
@@ -136,6 +176,7 @@ def _field(of: Measurable) -> Any:
     one = {"type": "string", "examples": [of.example]}
     several: list[Any] = [{"type": "array", "items": one}] if of.many or of.ranged else []
     several += [{"type": "object", "examples": [RANGE_OF_LENGTHS]}] if of.ranged else []
+    several += [{"type": "object", "examples": [f"{{{MEAN}: {of.example}, {EACH}: ...}}"]}] if of.each else []
     kind = Annotated[Any, WithJsonSchema({"anyOf": [one, *several]} if several else one)]
     return kind, Field(... if of is TUBE else None, description=of.words)
 
@@ -146,7 +187,7 @@ else:
     _Keys = create_model(
         "_Keys",
         __config__=ConfigDict(extra="forbid", frozen=True, defer_build=True),
-        **{key: _field(each) for key, each in QUANTITIES.items()},
+        **{key: _field(each) for key, each in KEYS.items()},
     )
 
 

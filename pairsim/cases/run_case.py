@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import replace
 from math import inf
 from typing import Annotated, ClassVar, Literal
 
@@ -11,9 +13,15 @@ from pydantic import Field
 from pairsim.cases import values
 from pairsim.cases.accuracy import USUAL, settings_of
 from pairsim.cases.case import ENDS, SceneCase
+from pairsim.cases.experiment import Experiment
 from pairsim.cases.keys import NO_PARTICLES, Key, Keys, Part, PerGap
 from pairsim.cases.mistakes import Mistake
 from pairsim.cases.off_axis import OffAxisCase
+from pairsim.cases.waveform_keys import GROUP as WAVEFORM
+from pairsim.cases.waveform_keys import TABLE, WaveformOptions
+from pairsim.cases.yaml_file import Content
+from pairsim.physics.drive import Drive
+from pairsim.physics.waveform import Waveform
 from pairsim.runtime.plain import Plain
 
 MOST_OUTPUTS = 10_000
@@ -23,6 +31,7 @@ LEAST_GAP = 1e-4  # between the last particle of a period and the first one of t
 SHORTEST_RUN = 2.0  # least end [D_c/U_av]
 RUN_PER_DE = 6.0
 RUN_PER_CAPILLARY = 20.0  # of the largest Ca_e
+CYCLES = 10  # of a flow that varies, beside the time of a start-up; chosen
 RUN_PER_VISCOSITY = 0.45  # how a viscosity of the particles over eta_0 increases the last factor
 DEFAULT_END = (
     f"the largest of {SHORTEST_RUN:g}, {RUN_PER_DE:g} De and {RUN_PER_CAPILLARY:g} Ca_e; later with "
@@ -33,6 +42,21 @@ DEFAULT_END = (
 def _without_gaps(case: SceneCase) -> str:
     """Why a case has no distances."""
     return "" if case.n > 1 else "there is only one particle" if case.n else NO_PARTICLES
+
+
+def _without_cycles(case: Case) -> str:
+    """Why a case has no cycles whose drift could be known."""
+    return _without_gaps(case) or ("" if case.waveform is not None else "there is no waveform")
+
+
+def _check_waveform(case: Case) -> Iterator[Mistake]:
+    """Yield the mistakes of a flow that varies."""
+    if case.waveform is not None:
+        yield from case.waveform.mistakes(case.physical is not None)
+        if case.focus:
+            yield Mistake(
+                "focus", case.focus, "must be left out with a waveform: rates off the axis are of steady flow"
+            )
 
 
 def _by_the_end(key: str) -> Callable[[Case], str]:
@@ -87,7 +111,8 @@ class TimeOptions(Keys):
 
     end: Annotated[values.Time, Key(part=Part.REPORT)] = Field(
         SHORTEST_RUN,
-        description=f"end time [D_c/U_av] (default: {DEFAULT_END}, by when a start from rest is forgotten)",
+        description=f"end time [D_c/U_av] (default: {DEFAULT_END}, by when a start from rest is forgotten; with a "
+        f"waveform {CYCLES} periods later, or the end of its table)",
     )
     tol: values.Number = Field(
         USUAL.time_tol,
@@ -112,6 +137,12 @@ class Limits(Keys):
     )
     max_gap: Annotated[values.Distance | None, Key(idle=_without_gaps, check=_check_max_gap)] = Field(
         None, description="the run ends when a gap exceeds this [D_c]"
+    )
+    drift: Annotated[bool, Key(since="0.4", idle=_without_cycles)] = Field(
+        True,
+        strict=True,
+        description="with a waveform: the run ends once its cycles are periodic and the drift of the distances over "
+        "one is known to accuracy, as a part of the largest |dU|",
     )
     wall_time: Annotated[values.Number, Field(ge=0.001, le=1e9)] | None = Field(
         None, description="largest wall time of the whole run [s]; the run fails beyond it"
@@ -176,6 +207,12 @@ class Case(OffAxisCase):
         description="keep the distances d0 while shapes and stresses go on, as quasi-steady solutions do: dU after any "
         "time at this distance, of what has a history",
     )
+    waveform: Annotated[WaveformOptions | None, Key(check=_check_waveform, first=True)] = Field(
+        None,
+        description="a flow that varies in time, in place of a constant one; without units flows are in U_av, with "
+        "which De and Ca_e are made; with units U_av is the mean of |Q| over a cycle, unless physical.flow_rate or "
+        "physical.velocity is given",
+    )
     dU_error: Annotated[bool, Key(part=Part.NUMERICS, idle=_without_gaps)] = Field(
         False,
         strict=True,
@@ -192,8 +229,64 @@ class Case(OffAxisCase):
         elastic = RUN_PER_DE * self.De * self.slowest_time
         latest = max(SHORTEST_RUN, elastic, *(RUN_PER_CAPILLARY * each for each in soft))
         end = float(f"{min(latest, values.MOST_TIME):.3g}")
+        with suppress(ValueError):  # which `check_run` reports
+            end = self._end_with_cycles(end)
         start = {} if self.physical is None else {"start": "steady"}
         return super()._defaults() | start | {"time": {"tol": settings_of(self.accuracy).time_tol, "end": end}}
+
+    def _end_with_cycles(self, start_up: float) -> float:
+        """End time of a flow that varies: that of a start-up and some cycles, or of a table."""
+        if (flow := self.flow_over_time) is None:
+            return start_up
+        of_table = self.waveform is not None and self.waveform.shape == TABLE
+        if of_table:
+            return min(flow.cycle, values.MOST_TIME)
+        end = start_up + (CYCLES if flow.period is not None else 1) * flow.cycle
+        return float(f"{min(end, values.MOST_TIME):.3g}")
+
+    @classmethod
+    def with_files(cls, data: Content) -> tuple[Content, Mistake | None]:
+        try:
+            return WaveformOptions.with_table(data), None
+        except ValueError as error:
+            group = data[WAVEFORM]
+            named = group.get(TABLE) if isinstance(group, Mapping) else None
+            return data, Mistake(f"{WAVEFORM}.{TABLE}", named, str(error))
+
+    @property
+    def flow_over_time(self) -> Waveform | None:
+        """The mean velocity of the liquid [U_av] over time [D_c/U_av]; None where it is constant.
+
+        Raises:
+            ValueError: The case is not valid.
+        """
+        if self.waveform is None:
+            return None
+        if self.experiment is not None and self.experiment.mistakes:
+            raise ValueError("no scales follow from the physical block")
+        return self.waveform.waveform(self.scales)
+
+    @property
+    def drive(self) -> Drive:
+        return super().drive if (flow := self.flow_over_time) is None else Drive.varying(flow)
+
+    @property
+    def unit_of_flow(self) -> str:
+        """What gives U_av: "mean", of the size of a flow that varies, a key of `physical`, or "" without that block."""
+        if self.experiment is None:
+            return ""
+        return next((key for key in ("flow_rate", "velocity") if key in self.experiment.given), "mean")
+
+    @property
+    def experiment(self) -> Experiment | None:
+        found = super().experiment
+        if found is None or self.waveform is None:
+            return found
+        return replace(found, waveform=self.waveform)
+
+    def resolved(self) -> dict[str, Plain]:
+        found = super().resolved()
+        return found if self.waveform is None else found | {WAVEFORM: self.waveform.written}
 
     @property
     def gaps(self) -> tuple[float, ...]:

@@ -89,6 +89,9 @@ def parse_case[C: SceneCase](
     """
     if files is not None:
         refuse_file_of_another_command(data, question.name, files, source, entry)
+    data, unread = question.model.with_files(data)
+    if unread is not None:
+        raise input_error([unread], data, source, entry)
     lengths = [key.name for key in keys_of(question.model).values() if key.lengths]
     numbers = in_numbers(data, question.model.model_fields, lengths)
     mistakes = [*numbers.mistakes, *missing_numbers(question.model, numbers.data, numbers.origins)]

@@ -12,6 +12,7 @@ from pairsim.solvers.problems import Problem, Setup, SteadyProblem
 from pairsim.solvers.stepping.step_size import StepControl
 
 SMALLEST_STEP = 1e-8
+STEPS_PER_PERIOD = 16  # of a flow that varies, at least: its cycle is to be seen in results, even where nothing else is
 
 
 def mesh_settings(case: SceneCase) -> MeshSettings:
@@ -34,13 +35,16 @@ def _setup_of(case: SceneCase, monitor: Monitor | None) -> Setup:
 
 def problem_of(case: Case, monitor: Monitor | None = None) -> Problem:
     """The problem of a run in time, with the monitor of its computation."""
-    time_options = case.time
-    largest = max(case.betas, default=0.0)
+    time_options, drive = case.time, case.drive
+    largest, longest = max(case.betas, default=0.0), time_options.max_step
+    if drive.waveform is not None and drive.waveform.period is not None:
+        longest = min(longest, drive.waveform.period / STEPS_PER_PERIOD)
+    accuracy = case.error_wanted if drive.varies and case.n > 1 and case.limits.drift else None
     return _setup_of(case, monitor).of_kind(
         Problem,
         solids=case.solid_models,
         gaps=case.gaps,
-        control=StepControl(time_options.tol, SMALLEST_STEP, time_options.max_step, time_options.fixed_step),
+        control=StepControl(time_options.tol, SMALLEST_STEP, longest, time_options.fixed_step),
         first_step=time_options.first_step,
         liquid=case.liquid_model,
         t_end=time_options.end,
@@ -48,9 +52,10 @@ def problem_of(case: Case, monitor: Monitor | None = None) -> Problem:
         max_gap=case.limits.max_gap,
         least_room=-inf if case.closed else FREE_ENDS,
         dU_error=case.estimates_error,
-        from_steady=case.start == "steady",
+        from_steady=case.start == "steady" and drive.flow != 0,
         held=case.hold and case.n > 1,
         U_m=2 * (1 - 2 / 3 * largest**2),  # Faxen's law without wall corrections
+        until_known=accuracy,
     )
 
 

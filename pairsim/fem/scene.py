@@ -200,6 +200,7 @@ class Scene:
 
     Attributes:
         moving: Whether the mesh of the liquid moves.
+        flow: Mean velocity of the liquid in the tube [U_av].
         size: Number n of entries of the full vector.
         h_size: Number n_h of entries of h.
         m: Index of the Lagrange multiplier of the zero mean pressure.
@@ -222,7 +223,7 @@ class Scene:
         steady: bool = False,
     ) -> None:
         self.reference, self.bodies, self.periodic = reference, list(bodies), periodic
-        self.drive, self.steady = drive, steady
+        self.drive, self.steady, self.flow = drive, steady, drive.flow
         soft = any(body.phase is not None for body in self.bodies)
         self.moving = mesh_moves(len(self.bodies), soft=soft, viscoelastic=liquid.has_memory, steady=steady)
         self.liquid = Phase(liquid_phase(liquid, self.moving, steady), mesh, liquid)
@@ -253,7 +254,15 @@ class Scene:
         """Velocity on the wall and on prescribed ends, in a Newtonian liquid, at points (z, r), shape (k, 2) both."""
         if self.drive.boundary is not None:
             return np.asarray(self.drive.boundary(points))
-        return self.drive.flow * poiseuille(points)
+        return self.flow * poiseuille(points)
+
+    def set_flow(self, x: Array, flow: float) -> None:
+        """Let the liquid flow at another mean velocity [U_av]: with prescribed ends as in a Newtonian one, in x."""
+        self.flow = flow
+        if not self.periodic:
+            for nodes in (self.nodes.inlet, self.nodes.outlet):
+                points = self.liquid.six_node_mesh.points[nodes]
+                self.liquid.nodal("u", x)[nodes] = self.boundary_velocity(points)
 
     def offset(self, phase: Phase) -> int:
         """First index of a phase in the full vector."""
@@ -299,8 +308,19 @@ class Scene:
 
     def at_rest_between(self, flow: PipeState) -> Array:
         """Full vector of a developed flow at the ends, which decreases linearly to rest at the undeformed particles."""
-        x, geometry, points = self.at_rest, self.reference.geometry, self.liquid.six_node_mesh.points
-        self.prescribe(x, np.arange(len(points)), flow)
+        x = self.at_rest
+        self.prescribe(x, np.arange(len(self.liquid.six_node_mesh.points)), flow)
+        return self._resting(x)
+
+    def starting(self, flow: float) -> Array:
+        """The same with the velocities of a Newtonian liquid of a mean velocity [U_av]."""
+        x = self.at_rest
+        self.liquid.nodal("u", x)[:] = flow * poiseuille(self.liquid.six_node_mesh.points)
+        return self._resting(x)
+
+    def _resting(self, x: Array) -> Array:
+        """A full vector whose velocities decrease from the ends to rest at the undeformed particles, in place."""
+        geometry, points = self.reference.geometry, self.liquid.six_node_mesh.points
         poles = np.sort(np.ravel(geometry.centres + np.outer([-0.5, 0.5], geometry.betas)))
         end = geometry.length / 2
         share = np.interp(points[:, 0], [-end, *poles, end], [1, *np.zeros(len(poles)), 1])
@@ -403,7 +423,7 @@ class Scene:
         """Constant part of the residual, the imposed flow rate and velocities, shape (n,)."""
         f = np.zeros(self.size)
         if self.dp is not None:
-            f[self.dp] = FLOW_RATE * self.drive.flow
+            f[self.dp] = FLOW_RATE * self.flow
         if self.drive.velocity is not None:
             f[self.F] = self.drive.velocity
         return f

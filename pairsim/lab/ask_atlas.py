@@ -17,6 +17,7 @@ from pairsim.cases.inputs import units_of
 from pairsim.cases.keys import keys_of
 from pairsim.computing.loading import AnyCase
 from pairsim.computing.result_content import Content
+from pairsim.computing.spread_entry import spread_entry
 from pairsim.computing.warnings import MOST_DE, beyond_checked
 from pairsim.lab.dimensionless_numbers import units
 from pairsim.lab.focusing_at_once import first_order_focusing
@@ -85,6 +86,7 @@ def ask(
     notes += [f"On the axis, {said}." for said in first_order_focusing(asked, asked.reynolds_number)]
     if notes:
         record = record.with_entries({NOTES: notes})
+    record = record.with_entries(spread_entry(asked))
     if any(each.half_width for each in record.inputs):
         record = record.with_entries({DRAWN: vars(range_of_draws(asked, book))})
     content = Content({"curve": curve.table, "equilibria": curve.equilibria}, record, asked)

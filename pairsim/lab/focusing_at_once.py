@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 from pairsim.atlas.focusing import OFF, FirstOrderFocusing
 from pairsim.cases.case import SceneCase
-from pairsim.physics.drive import DEVELOPED
 from pairsim.quantities.kinds import POSITION
 from pairsim.quantities.text import with_name
 
@@ -20,7 +19,7 @@ def first_order_focusing(case: SceneCase, Re: float | None) -> Iterator[str]:
         case: The case, with units.
         Re: Its Reynolds number rho U_av D_c/eta_0, if it is known.
     """
-    if case.drive != DEVELOPED:
+    if not case.drive.is_flow_alone:
         return
     kinds = dict.fromkeys(zip(case.betas, case.solid_models, strict=True))
     each = [FirstOrderFocusing.of(beta, solid, case.liquid_model) for beta, solid in kinds]

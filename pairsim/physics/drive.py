@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from math import inf
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pairsim.physics.waveform import Waveform
 
 PER_PARTICLE = {"per_particle": True}
 """Metadata of the fields of a dataclass that have a value for each particle, from upstream."""
@@ -15,20 +19,57 @@ class Drive:
     """What drives the liquid and the particles. A case makes it, and its scene asks it.
 
     Attributes:
-        flow: Mean velocity of the liquid in the tube [U_av], which it defines; 0 for a liquid at rest.
-        velocity: Prescribed velocity of all particles, which are rigid [U_av]; None if no force acts on them.
+        flow: Mean velocity of the liquid in the tube [U_av], which it defines; 0 for a liquid at rest. Of a flow that
+            varies in time it is that at t = 0.
+        velocity: Prescribed velocity of all particles, which are rigid [U_av]; None if they move by themselves.
         boundary: Velocity on the wall and on prescribed ends as a function of points (z, r), (k, 2) -> (k, 2), in place
             of that of a developed flow; None in a tube.
+        waveform: The mean velocity of the liquid [U_av] over time [D_c/U_av]; None if it is constant.
     """
 
     flow: float = 1.0
     velocity: float | None = None
     boundary: Callable[[Any], Any] | None = None
+    waveform: Waveform | None = None
+
+    @classmethod
+    def varying(cls, waveform: Waveform) -> Drive:
+        """A flow that varies in time."""
+        return cls(flow=waveform.at(0.0), waveform=waveform)
+
+    @property
+    def is_flow_alone(self) -> bool:
+        """Whether nothing but a flow of constant velocity 1 drives the particles; 0 for each of them is nothing."""
+        per_particle = (one.name for one in fields(self) if one.metadata == PER_PARTICLE)
+        without: dict[str, Any] = {name: () for name in per_particle if not any(getattr(self, name))}
+        return replace(self, **without) == type(self)()
 
     @property
     def free(self) -> bool:
-        """Whether no force acts on the particles."""
+        """Whether the particles move by themselves, and their velocities are not prescribed."""
         return self.velocity is None
+
+    @property
+    def varies(self) -> bool:
+        """Whether the flow varies in time."""
+        return self.waveform is not None
+
+    def flow_at(self, t: float) -> float:
+        """Mean velocity of the liquid at a time [U_av]; before the jump where it jumps."""
+        return self.flow if self.waveform is None else self.waveform.at(t)
+
+    def next_kink(self, t: float) -> float:
+        """The first time after t at which the flow jumps or has a kink [D_c/U_av]; infinite if there is none."""
+        return inf if self.waveform is None else self.waveform.next_kink(t)
+
+    @property
+    def largest(self) -> float:
+        """Largest absolute value of the flow [U_av]."""
+        return abs(self.flow) if self.waveform is None else self.waveform.largest
+
+    def constant(self, flow: float) -> Drive:
+        """The same with a flow that does not vary [U_av]."""
+        return replace(self, flow=flow, waveform=None)
 
 
 DEVELOPED = Drive()

@@ -29,6 +29,7 @@ from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.runtime.message import Message
 
+LARGEST_ERRORS = {"rtol": 1e-9, "atol": 1e-11}  # of the start-up in a step, relative and absolute; chosen
 OUT_OF_REACH = 1e9  # end time passed to LSODA, beyond the end of any run (see `Pipe.until`); chosen
 # Gauss points without and with a memory. The shear rate of a power law goes as r^(1/n), which 60 points resolve to 7e-8
 # and 120 to 1e-8 (n = 1.2); with modes there are 4 equations for each.
@@ -258,7 +259,7 @@ class Pipe:
         # time has the same flow.
         far = max(OUT_OF_REACH, 2 * t_end)
         c = self._start if start is None else start.state.ravel()
-        solver = scipy.integrate.LSODA(self._rate, 0.0, c, far, rtol=1e-9, atol=1e-11, jac=self._jacobian)
+        solver = scipy.integrate.LSODA(self._rate, 0.0, c, far, **LARGEST_ERRORS, jac=self._jacobian)
         times, pieces = [0.0], []
         while solver.t < t_end:
             message = solver.step()

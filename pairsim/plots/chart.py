@@ -50,6 +50,7 @@ MARKS: dict[str, Look] = {
 }
 """How points look that mark something, by their entries in the legend."""
 ZERO_MARKS = UNSTABLE, STABLE
+ERROR_OF_DU = r"error of $\Delta U$"
 
 
 @dataclass(frozen=True)
@@ -114,6 +115,7 @@ def draw_chart(
     parts: Sequence[str],
     encoding: Encoding | None = None,
     handles: Sequence[Any] = (),
+    bands: str = ERROR_OF_DU,
 ) -> tuple[Figure, list[Axes]]:
     """Draw series into panels, with one legend above and small print below.
 
@@ -124,6 +126,7 @@ def draw_chart(
         parts: The parameters in the small print.
         encoding: Which parameters choose colours, styles and panels.
         handles: Further entries of the legend, beside those of the encoding, of bands and of marks.
+        bands: What bands are called in it.
     """
     encoding = encoding or Encoding()
     places = [(i, name) for i in range(len(encoding.titles)) for name in panels]
@@ -148,7 +151,7 @@ def draw_chart(
     if not page.legend:
         return figure, axes
     own = [*encoding.handles(lines=lines, points=points), *handles, *(labelled[0] if count == 1 else [])]
-    key(figure, [*own, *notes(series)])
+    key(figure, [*own, *notes(series, bands)])
     more = [f"all values of {symbol(name)}" for name in encoding.untold] + ["a brief start-up is cut off"] * cut
     small_print(figure, [*parts, *more])
     return figure, axes
@@ -217,11 +220,11 @@ def fill(axis: Axes, x: Array, y: Array, error: Array, colour: Any, band: float 
     axis.fill_between(x, y - error, y + error, color=colour, alpha=band, linewidth=0)
 
 
-def notes(series: Sequence[Line]) -> list[Any]:
+def notes(series: Sequence[Line], words: str = ERROR_OF_DU) -> list[Any]:
     """Entries of the legend for bands and marks."""
     banded = [each for each in series if each.error is not None and not each.mark]
     shapes = any(isinstance(each.panel, tuple) and each.panel[1] is TAYLOR for each in banded)
-    label = r"error of $\Delta U$" + (" and $D$" if shapes else "")
+    label = words + (" and $D$" if shapes else "")
     bands = [Patch(color="0.35", alpha=BAND, linewidth=0, label=label)] if banded else []
     if any(each.inputs is not None for each in series):
         bands.append(Patch(color="0.35", alpha=LIGHTER * BAND, linewidth=0, label="half-width by the inputs"))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from itertools import chain
 from pathlib import Path
 
@@ -15,6 +15,7 @@ from pairsim.cases.quantity_text import has_half_width
 from pairsim.cases.yaml_file import read_yaml
 from pairsim.physics.declared import PARAMETERS
 from pairsim.plots.parameters import Parameters, ShownCase, measured, plain_text, shown
+from pairsim.runtime.plain import Plain
 
 
 def read_case(file: Path) -> ShownCase:
@@ -97,8 +98,8 @@ def case_parts(case: ShownCase, leave_out: Collection[str] = (), physical: bool 
     quantities = [equation(f"{BLOCK}.{key}", block[key]) for key in told]
     elastic = "De" in leave_out or bool(case.De)
     left_out = {*leave_out, *(_given_by(case) if physical else ())}
-    values = {key: case.content.get(key.name, key.default) for key in _of_captions() if key.symbol}
-    numbers = [key for key, value in values.items() if not key.is_default(value)]
+    values = {key: _value(case, key.name) for key in _of_captions() if key.symbol}
+    numbers = [key for key, value in values.items() if value is not None and not key.is_default(value)]
     of_particles = [key.name for key in numbers if key.count == PARTICLES]
     of_gaps = [key.name for key in numbers if key.count == GAPS]
     of_all = [key.name for key in numbers if key.count is None and key.part is not Part.MATERIAL]
@@ -116,8 +117,15 @@ def case_parts(case: ShownCase, leave_out: Collection[str] = (), physical: bool 
 
 def _numbers(case: ShownCase, keys: Sequence[str], left_out: Collection[str]) -> list[str]:
     """Those of some keys that a case has."""
-    known = {key: case.content.get(key) for key in keys if key not in left_out}
+    known = {key: _value(case, key) for key in keys if key not in left_out}
     return [equation(key, value) for key, value in known.items() if value is not None]
+
+
+def _value(case: ShownCase, key: str) -> Plain:
+    """The value of a key, which may be in a group; None where a case has none."""
+    group, _, last = key.rpartition(".")
+    inside = case.content.get(group) if group else case.content
+    return inside.get(last) if isinstance(inside, Mapping) else None
 
 
 def _parts_of_liquid(case: ShownCase, elastic: bool, left_out: Collection[str]) -> list[str]:

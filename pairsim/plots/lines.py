@@ -17,7 +17,7 @@ from pairsim.plots.parameters import NO_PARAMETERS, Parameters
 from pairsim.plots.style import COLOURS, LINES, MARKERS, ORDERED, Look
 from pairsim.plots.units import Units
 from pairsim.record.column import Column
-from pairsim.record.columns import DISTANCE, DP, DU, DU_HALF, DU_QUARTER, SLOPE, TAYLOR, T, U, Z
+from pairsim.record.columns import DISTANCE, DP, DU, DU_HALF, DU_QUARTER, SLOPE, TAYLOR, Q, T, U, Z
 from pairsim.runtime.arrays import Array
 
 FINE = 400  # points of a smooth line
@@ -47,17 +47,24 @@ def lines_of(
     return run_lines(Series.read(directory).converted(units.scales), parameters, failed=failed)
 
 
-def run_lines(series: Series, parameters: Parameters, *, failed: bool = False, places: bool = False) -> list[Line]:
+def run_lines(
+    series: Series, parameters: Parameters, *, failed: bool = False, places: bool = False, flow: bool = False
+) -> list[Line]:
     """Distances, motion and D of a run over time, and relative velocities over distance; nothing before the first step.
 
-    With `places` the positions of the particles, relative to their mean, are drawn, too; for the rest see `lines_of`.
+    With `places` the positions of the particles, relative to their mean, are drawn, too, and with `flow` one that
+    varies, above what it does; for the rest see `lines_of`.
     """
     table = series.table
     if not table.rows:
         return []
     motion = next(column for column in MOTION if table.suffixes(column))
     found = []
-    for x, y in ((T, DISTANCE), (T, motion), (T, TAYLOR), *([(DISTANCE, DU)] if motion is DU else [])):
+    over_distance = [(DISTANCE, DU)] if motion is DU else []
+    order = [(T, DISTANCE), (T, motion), (T, TAYLOR), *over_distance]
+    if flow:  # in two columns, above each other on the left
+        order = [(T, Q), (T, TAYLOR), (T, motion), *over_distance, (T, DISTANCE)]
+    for x, y in order:
         for suffix, own in _of_each(table.suffixes(y), parameters):
             over, values = table.of(x, suffix if x.of else ""), table.of(y, suffix)
             columns, error = _of_gap(x, y, suffix), table.half_widths(y, suffix)

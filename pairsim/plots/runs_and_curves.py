@@ -22,7 +22,7 @@ from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
 from pairsim.quantities.kinds import POSITION, TIME
 from pairsim.record.column import GAP
-from pairsim.record.columns import DISTANCE, TAYLOR, T
+from pairsim.record.columns import DISTANCE, TAYLOR, Q, T
 from pairsim.record.folder import SERIES, WAY, kind_of
 from pairsim.runtime.errors import InputError
 
@@ -48,7 +48,7 @@ def draw_run(directory: Path, out: Path, page: Page) -> list[Path]:
     parts = case_parts(read_case(directory / "case.yaml"), physical=units.scales is not None)
     series = run.converted(units.scales)
     starting = min(run.start_up * units.factor(TIME), float(series.t[-1]))
-    lines = told_apart(run_lines(series, NO_PARAMETERS, places=len(series.gaps) > 1))
+    lines = told_apart(run_lines(series, NO_PARAMETERS, places=len(series.gaps) > 1, flow=series.table.has(Q)))
     above = None
     if places := series.places:
         along = np.mean(places, axis=0)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from string import Formatter
 from typing import Any, NamedTuple
 
-from pairsim.quantities.kinds import LENGTH, TIME, VISCOSITY, Kind
+from pairsim.quantities.kinds import LENGTH, PURE, TIME, VISCOSITY, Kind
 from pairsim.quantities.scales import Scales
 
 
@@ -18,6 +18,8 @@ class Usual(NamedTuple):
     words: str  # both in units of a bench
 
 
+MEAN, EACH = "mean", "each"
+"""What is given of a quantity that differs among the particles: its mean, and its standard deviation among them."""
 USUAL_VISCOSITY = Usual(1e-5, 1e5, "0.01 mPa.s to 100 kPa.s")
 USUAL_TIME = Usual(1e-8, 1e5, "10 ns to 1e5 s")
 
@@ -40,6 +42,8 @@ class Measurable:
         ranged: Whether it may be a list, or a range of values.
         uncertain: Whether it may have a half-width, as there are derivatives of dU by what follows from it.
         by: The name of the derivative by it, such as "difference" of by_difference, where it is no number of a case.
+        each: The dotted key of a case that its standard deviation among the particles gives, over its mean; "" where it
+            is the same for all.
         usual: What is usual; None if all is.
         if_several: What is added to the message of who gives a list, such as what to write instead.
         in_captions: Whether captions have it.
@@ -59,11 +63,18 @@ class Measurable:
     ranged: bool = False
     uncertain: bool = False
     by: str = ""
+    each: str = ""
     usual: Usual | None = None
     if_several: str = ""
     in_captions: bool = True
     short: str = ""
     default: str = ""
+
+    @property
+    def deviation(self) -> Measurable:
+        """Its standard deviation among the particles, in a case over its mean."""
+        words = f"standard deviation of the {self.key} of each particle, which differ"
+        return Measurable(f"{self.key}.{EACH}", PURE, words, self.example, gives=(self.each,))
 
     @property
     def option(self) -> str:

@@ -132,6 +132,16 @@ F = Column(
     Shown.ALWAYS,
     half_width="F_error",
 )
+Q = Column("Q", "Q", "flow: mean velocity of the liquid in the tube, where it varies", VELOCITY)
+DRIFT = Column(
+    "drift",
+    r"\delta{_}",
+    "change of d{_} over the last whole cycle of a flow that varies, at held distances that which dU{_} would cause",
+    LENGTH,
+    GAP,
+    unknown=True,
+    half_width="drift_error",
+)
 DT = Column("dt", r"\Delta t", "size of the time step that ends at t", TIME)
 NEWTON = Column(
     "newton",
@@ -157,7 +167,14 @@ BY_BETA = _by("beta", r"\beta")
 BY_DIFFERENCE = _by(
     "difference", r"\delta", "the difference of the diameters, the leading less the trailing one, over their mean"
 )
-SENSITIVITIES = {each.name.removeprefix("by_"): each for each in (BY_CA_E, BY_DE, BY_XI, BY_BETA, BY_DIFFERENCE)}
+BY_STIFFNESS = _by(
+    "stiffness",
+    "g",
+    "the difference of the moduli, the leading particle's less the trailing one's, over their mean",
+)
+SENSITIVITIES = {
+    each.name.removeprefix("by_"): each for each in (BY_CA_E, BY_DE, BY_XI, BY_BETA, BY_DIFFERENCE, BY_STIFFNESS)
+}
 """The derivatives of dU by the name of the number."""
 CA_E = Column("Ca_e", r"\mathrm{Ca}_e", "elastic capillary number of the soft particles", shown=Shown.ALWAYS)
 DE = Column("De", r"\mathrm{De}", "Deborah number", shown=Shown.ALWAYS)
@@ -190,6 +207,7 @@ DU_ERROR = _error(
     "mesh, ends, Newton's method and motion" + _IN_A_RUN,
     Shown.ALWAYS,
 )
+DRIFT_ERROR = _error(GAP, "drift", LENGTH, "time steps, and where dU_error is estimated mesh and start")
 ENDS_ERROR = Column(
     "ends_error",
     r"\epsilon_{L{,}}",
@@ -214,6 +232,16 @@ DU_INPUTS = Column(
     VELOCITY,
     shown=Shown.ALWAYS,
     unknown=True,
+)
+DU_SPREAD = Column(
+    "dU_spread",
+    r"\sigma",
+    "standard deviation of dU among pairs of particles that differ, to first order; no part of dU_error",
+    VELOCITY,
+    shown=Shown.ALWAYS,
+)
+SEPARATE = Column(
+    "separate", "s", "part of pairs of particles that differ which separate, as dU > 0", shown=Shown.ALWAYS
 )
 BRIDGE = Column(
     "bridge",
@@ -291,13 +319,17 @@ EQUILIBRIA_COLUMNS = Columns(DISTANCE, STABLE, SLOPE, PEAK, D_ERROR, CERTAIN)
 """The columns of equilibria.csv."""
 STATE_COLUMNS = (T, *MOTION, Z)
 """The columns that series.csv begins with."""
+CYCLE_COLUMNS = (DRIFT, DRIFT_ERROR)
+"""Those of the cycles of a flow that varies, which follow that of the flow, where there are distances."""
 ESTIMATE_COLUMNS = (DU_DISCRETE, DU_CORRECTION)
 """Those of the estimate that dU contains, which follow where a run carries its error along."""
 ERROR_COLUMNS = (DU_ERROR, U_ERROR, TAYLOR_ERROR, DP_PLUS_ERROR)
 """The half-widths of a run, which follow where they are known."""
 RUN_HEALTH = (DT, NEWTON, MESH, *OBSERVED, DISTORTION)
 """Diagnostics of a run, before those of a viscoelastic liquid."""
-SERIES_COLUMNS = Columns(STATE_COLUMNS, ESTIMATE_COLUMNS, ERROR_COLUMNS, BRIDGE, RUN_HEALTH, POLYMER_HEALTH)
+SERIES_COLUMNS = Columns(
+    *(STATE_COLUMNS, Q, CYCLE_COLUMNS, ESTIMATE_COLUMNS, ERROR_COLUMNS, BRIDGE, RUN_HEALTH, POLYMER_HEALTH)
+)
 """The columns that series.csv may have, in their order."""
 
 SHARED = Columns([each for each in vars().values() if isinstance(each, Column)], POLYMER_HEALTH)
@@ -353,5 +385,7 @@ SWEEP_COLUMNS = Columns(
     of_cases("dU_peak", "dU there", VELOCITY, GAP, half_width="dU_error"),
     of_cases("dU_error", "error of dU_peak, of a run that of dU, half-width", VELOCITY, GAP),
     DU_INPUTS,
+    DU_SPREAD,
+    SEPARATE,
 )
 """Columns that only results.csv has, beside those of the main table of its question."""

@@ -102,12 +102,19 @@ TIME_STEPS = Entry[int](STEPS.name, "accepted time steps")
 SETTLED = Entry[Settled]("settled", "of a run with two particles or more, what is quasi-steady at its last distances")
 START = Entry[str]("start", "how a run began: from rest, or in a steady state")
 HOLD = Entry[bool]("hold", "whether distances were held in a run")
+CYCLES = Entry[Mapping[str, Any]](
+    "cycles", "of a flow that varies, how long a cycle is, and what the distances do over the last whole one"
+)
 REACHED = Entry[float]("t", "time that a run has reached")
 REJECTED = Entry[int]("rejected_steps", "time steps that were repeated with a smaller size")
 REMESHINGS = Entry[int]("remeshings", "new meshes in a run")
 OF_RUNS = (
     *(REACHED, SIZE, TIME_STEPS, REJECTED, NEWTON_ITERATIONS, FACTORISATIONS, REMESHINGS),
-    *(START, HOLD, SETTLED, ADAPTATION),
+    *(START, HOLD, SETTLED, CYCLES, ADAPTATION),
 )
 """The entries of runs."""
+SPREAD_OF_PARTICLES = Entry[Mapping[str, float]](
+    "spread",
+    "of particles that differ, standard deviations of diameter and modulus over the means, and mean beta, Ca_e",
+)
 DRAWN = Entry[DrawnEnds]("dU_inputs", "of an answer of an atlas, the range that holds most draws of the inputs")

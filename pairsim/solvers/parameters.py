@@ -75,6 +75,11 @@ class Parameters:
         """The same with every Ca_e multiplied by a factor."""
         return replace(self, solids=tuple(s and replace(s, Ca_e=s.Ca_e * factor) for s in self.solids))
 
+    def softened(self, factors: Sequence[float]) -> Parameters:
+        """The same with the Ca_e of each particle multiplied by a factor, N values."""
+        each = zip(self.solids, factors, strict=True)
+        return replace(self, solids=tuple(s and replace(s, Ca_e=s.Ca_e * factor) for s, factor in each))
+
     def with_Ca_e(self, Ca_e: float) -> Parameters:
         """The same with another Ca_e of all soft particles; rigid particles remain rigid."""
         return replace(self, solids=tuple(s and replace(s, Ca_e=Ca_e) for s in self.solids))

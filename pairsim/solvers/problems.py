@@ -68,7 +68,7 @@ class Problem(Setup):
         gaps: Initial distances between facing surfaces [D_c], N-1 values.
         control: Control of the step size.
         first_step: Size of the first step [D_c/U_av].
-        U_m: Velocity of the frame in the first step [U_av].
+        U_m: Velocity of the frame in the first step, at unit flow [U_av].
         start: Initial positions of the material as a function of the undeformed ones, (k, 2) -> (k, 2); None for
             undeformed particles.
         from_steady: Whether the run starts from the quasi-steady state of the first distances, in the developed flow;
@@ -81,6 +81,8 @@ class Problem(Setup):
         least_room: Length of tube on each side of the particles below which it does, too [D_c].
         dU_error: Whether the discretisation error of dU is estimated.
         held: Whether the distances are kept, as if forces of no effect on the flow held the particles apart.
+        until_known: Part of the largest |dU| up to which the drift of the distances over a cycle of the flow is to be
+            known; the run ends when it is. None: it does not end then.
     """
 
     newton: NewtonOptions = TRANSIENT
@@ -99,6 +101,7 @@ class Problem(Setup):
     least_room: float = 0.0
     dU_error: bool = False
     held: bool = False
+    until_known: float | None = None
 
     def room(self, gaps: Sequence[float]) -> float:
         """Length of tube on each side of the particles at given distances [D_c]."""

@@ -43,6 +43,12 @@ def test_a_curve_that_moves_its_particles_keeps_what_else_drives_them(pulled: Pu
     assert moved.drive == replace(pulled, flow=0.0, velocity=2.0)
 
 
+def test_a_force_of_zero_on_each_particle_is_none(pulled: Pull) -> None:
+    assert Pull(forces=(0.0, 0.0)).is_flow_alone
+    assert not pulled.is_flow_alone
+    assert not Pull(velocity=0.0).is_flow_alone
+
+
 def test_what_each_particle_has_is_repeated_with_the_particles(pulled: Pull) -> None:
     twice = steady_problem(CurveCase.model_validate(PAIR | {"d": [0.1], "beta": [0.4, 0.3]}), 0.1).repeated(2)
     assert twice.betas == (0.4, 0.3, 0.4, 0.3)

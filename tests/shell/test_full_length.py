@@ -23,6 +23,7 @@ from pairsim.runtime.child_process import module_command
 pytestmark = [pytest.mark.long, pytest.mark.timeout(3600)]
 
 SHOWN: dict[str, Callable[[dict[str, Array]], bool]] = {
+    "pulses": lambda series: np.nanmax(series["drift"]) > 0 > series["Q"].min(),
     "quickstart": lambda series: series["dU"].min() < 0 < series["dU"][-1],
     "pipe": lambda series: np.abs(series["dp_plus"]).max() < 1e-9,
     "single_soft": lambda series: abs(series["D_1"][-1] / series["D_1"][-2] - 1) < 1e-3,

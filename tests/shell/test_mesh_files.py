@@ -198,7 +198,7 @@ def test_what_cannot_be_written_is_refused(tmp_path: Path, pairsim: Pairsim) -> 
     assert sorted(path.name for path in tmp_path.iterdir()) == ["case.yaml", "curve.msh"]
     done = pairsim("mesh", "case.yaml", "-o", "curve.msh", "--overwrite", "--set", "mesh.Np=8")
     assert (
-        "`pairsim curve` would begin with this mesh (--kind critical or focus or train for another command)"
+        "`pairsim curve` would begin with this mesh (--kind critical or focus or stream or train for another command)"
         in done.stderr
     )
     assert (tmp_path / "curve.msh").stat().st_size

@@ -12,7 +12,7 @@ from support.inputs import ROOT
 from typer.testing import CliRunner
 
 from pairsim.app.command_line import app, command_of
-from pairsim.cases.physical import QUANTITIES
+from pairsim.cases.physical import KEYS
 from pairsim.computing.case_files import read_case
 from pairsim.physics import liquids, solids
 from pairsim.physics.liquids.power_law import PowerLaw
@@ -125,7 +125,7 @@ def test_units_has_an_option_for_each_key_of_the_block() -> None:
     shown = units("--velocity 8mm/s --viscosity 1Pa.s --kind train --spacing 30um --contact 50nm --set row.beads=9")
     assert "length              50 um" in shown
     command = command_of("units")
-    assert QUANTITIES.keys() <= {parameter.name for parameter in command.params}
+    assert KEYS.keys() <= {parameter.name for parameter in command.params}
 
 
 @pytest.mark.parametrize("law", ["bingham --plastic-viscosity 1Pa.s", "herschel-bulkley --n 1 --consistency 1Pa.s^1"])

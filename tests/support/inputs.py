@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-OTHERS = {"curve", "critical", "focus", "study", "sweep", "train", "yield_stress"}
+OTHERS = {"curve", "critical", "focus", "study", "stream", "sweep", "train", "yield_stress"}
 CONFIGS = sorted(path for path in (ROOT / "configs").glob("*.yaml") if path.stem not in OTHERS)
 """The shipped cases of `pairsim run`; other commands' are named after them."""
 SMALL = "beta: 0.4, De: 0, Ca_e: 0, ends: developed, length: 3, mesh: {Np: 8}"

@@ -158,6 +158,25 @@ def test_flow_rate_of_interpolated_ends() -> None:
     assert 0.7 < estimate[DP_PLUS].correction[0] / (0.0162570427 - found.dp_plus) < 1.4
 
 
+def test_pressures_are_read_where_the_flow_is_the_developed_one() -> None:
+    """The drop on the ends of a Newtonian liquid depends on cells alone; averages over 1 D_c differ by 1.1e-5."""
+    keys = {"particles": 1, "beta": 0.55, "De": 0, "Ca_e": 0, "length": "auto"}
+    of_drop = solved(keys, Np=20)[1][DP_PLUS]
+    assert abs(of_drop.correction[0] - of_drop.change[0]) < 1e-6
+
+
+@pytest.mark.slow
+def test_the_interval_of_a_pressure_drop_holds_that_in_a_longer_tube() -> None:
+    """Perturbations of a power law decay slowly: averages over 1 D_c are off by 1.9 half-widths."""
+    keys = {"particles": 1, "beta": 0.352, "De": 0, "Ca_e": 0, "liquid": {"law": "power-law", "n": 0.69}}
+    found = {}
+    for length in ("auto", 6.5):
+        observation, estimate = solved(keys | {"length": length}, Np=40, max_size=0.05, rows=1.0)
+        found[length] = estimate.corrected(observation).dp_plus, float(estimate[DP_PLUS].half_width[0])
+    (short, half_width), (long, _) = found.values()
+    assert abs(short - long) < half_width < 0.01 * long
+
+
 def test_parts_of_liquid_and_particles_that_cancel_count() -> None:
     """Far apart, what is estimated in the liquid and inside the spheres is a hundred times dU, and cancels but for 1 %.
 

@@ -238,7 +238,7 @@ class Manufactured(Transient):
         self._U_m = FRAME
         return super()._attempt(dt, gradually)
 
-    def _prescribe_ends(self, x: Array, t: float) -> None:
+    def _drive_at(self, x: Array, t: float) -> None:
         """Exact values wherever the constraints hold a field, and the sources of this time."""
         now, held = self.exact(t), np.diff(self.constraints.N.indptr) == 0
         x[held] = now[held]

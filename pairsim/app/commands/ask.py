@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import pairsim
+from pairsim.app.commands.travel import travels
 from pairsim.app.options import Settings
 from pairsim.app.quantity_options import Text, of_option, quantity
 from pairsim.cases.keys import groups_of
@@ -90,7 +91,7 @@ def ask(
             curve.distance(end, option)
     typer.echo("\n".join(lines))  # also where the pair does not make the travel
     if start is not None and stop is not None:
-        typer.echo(str(curve.travel(start, stop)))
+        typer.echo(travels(curve, start, stop))
 
 
 def _beside_a_file(name: str, value: object) -> InputError:
@@ -101,10 +102,12 @@ def _beside_a_file(name: str, value: object) -> InputError:
 
 
 def _at(curve: Curve, d: float) -> str:
-    """What dU is at a distance [D_c], with the range by the inputs."""
+    """What dU is at a distance [D_c], with the range by the inputs, and the spread where beads differ."""
     (dU, half_width), drawn = curve(d), curve.drawn
     value = in_unit(curve.scales, VELOCITY, dU, half_width, "+")
     part = "" if drawn is None else f"; by the inputs {drawn.words(d)}"
     if drawn is not None and (outside := drawn.outside_at(d)):
         part += f" ({outside})"
+    if curve.unequal is not None:
+        part += f"; with {curve.unequal.words_at(d, curve.scales)}"
     return f"At d = {in_unit(curve.scales, LENGTH, d)}: dU = {value}{part}."

@@ -25,6 +25,7 @@ MODULUS = Measurable(
     inverse=True,
     many=True,
     uncertain=True,
+    each="spread.modulus",
     usual=Usual(1.0, 1e11, "1 Pa to 100 GPa"),
     default="rigid",
 )

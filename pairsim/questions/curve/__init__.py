@@ -25,6 +25,7 @@ from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.keys import Key, Part
 from pairsim.cases.mistakes import Mistake, missing
 from pairsim.cases.off_axis import OffAxisCase, points_off_axis
+from pairsim.cases.spread import SpreadCase
 from pairsim.cases.values import (
     MOST_VALUES,
     DistanceOrLength,
@@ -42,8 +43,18 @@ from pairsim.computing.result import Result
 from pairsim.physics.drive import Drive
 from pairsim.quantities.kinds import RATE
 from pairsim.record.column import PARTICLE, Column, Columns, names_of
-from pairsim.record.columns import CURVE_COLUMNS, DISTANCE, DU, DU_INPUTS, EQUILIBRIA_COLUMNS, FORCES, WAY_COLUMNS
-from pairsim.record.run_entries import OF_STEADY, TIME_STEPS, Entry
+from pairsim.record.columns import (
+    CURVE_COLUMNS,
+    DISTANCE,
+    DU,
+    DU_INPUTS,
+    DU_SPREAD,
+    EQUILIBRIA_COLUMNS,
+    FORCES,
+    SEPARATE,
+    WAY_COLUMNS,
+)
+from pairsim.record.run_entries import OF_STEADY, SPREAD_OF_PARTICLES, TIME_STEPS, Entry
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.plain import Plain
 from pairsim.solvers.curves.distances import between
@@ -135,7 +146,7 @@ FIELDS_AT = Key(part=Part.REPORT, lengths=True, check=_check_fields)
 SPEEDS = Field(ge=-1e3, le=1e3)
 
 
-class CurveCase(OffAxisCase):
+class CurveCase(OffAxisCase, SpreadCase):
     """A master curve dU(d): quasi-steady solutions at many distances d."""
 
     kind: ClassVar[str] = "curve"
@@ -226,6 +237,10 @@ class CurveCase(OffAxisCase):
         return replace(super().drive, flow=float(self.flow), velocity=self.velocity)
 
     @property
+    def of_free_pairs(self) -> bool:
+        return self.n == 2 and self.velocity is None and self.after is None
+
+    @property
     def common(self) -> bool:
         """Whether all gaps have the same distance at every point, or one alone varies: the result is a curve over d."""
         return self.varied is not None or (self.n > 1 and all(len(set(place)) == 1 for place in self.places))
@@ -279,7 +294,8 @@ def solve(case: CurveCase, *, monitor: Monitor, sensitivities: bool = False) -> 
 def result_columns(case: CurveCase) -> tuple[str, ...]:
     """Points, zeros, and by gap the largest |dU| with its distance and errors; the force on a single moved particle.
 
-    Of a pair whose inputs have half-widths, what these add to the half-width of the largest |dU| is the last one.
+    Of a pair whose inputs have half-widths, what these add to the half-width of the largest |dU| follows; of particles
+    that differ, the standard deviation of dU there and the part of pairs that separates.
     """
     from pairsim.cases.inputs import inputs_of  # loads numpy
 
@@ -288,11 +304,14 @@ def result_columns(case: CurveCase) -> tuple[str, ...]:
     others = ["zeros", "zeros_error", "stable"] if case.n == 2 else others
     uncertain = case.n == 2 and any(each.half_width for each in inputs_of(case))
     of_gaps = (name.format(gap) for gap in DU.suffixes(case.n) for name in names)
-    return ("points", *others, *of_gaps, *([DU_INPUTS.name] if uncertain else []))
+    spread = [DU_SPREAD.name, SEPARATE.name] if case.spread else []
+    return ("points", *others, *of_gaps, *([DU_INPUTS.name] if uncertain else []), *spread)
 
 
 def read(tables: Tables, record: Record) -> dict[str, Value]:
     """The result columns; `zeros` and what belongs to them are lists in ascending d."""
+    import numpy as np
+
     from pairsim.analysis.master_curve import Curve  # loads numpy
 
     curve = Curve(tables["curve"], zeros := tables["equilibria"], record)
@@ -306,6 +325,10 @@ def read(tables: Tables, record: Record) -> dict[str, Value]:
         values |= {column + gap: value for column, value in found.items()}
     if curve.by_inputs.known:
         values[DU_INPUTS.name] = float(curve.by_inputs.half_widths(curve.peak.d))
+    if curve.unequal is not None:
+        at = np.array([curve.peak.d])
+        values[DU_SPREAD.name] = float(curve.unequal.deviations(at)[0])
+        values[SEPARATE.name] = float(curve.unequal.separate(at)[0])
     shown = {"zeros": "d", "zeros_error": "d_error", "stable": "stable"}
     return values | {name: zeros[column].tolist() for name, column in shown.items() if column in zeros}
 
@@ -388,7 +411,7 @@ QUESTION = Question(
         NAME: TABLE,
         "way": WAY_COLUMNS,
     },
-    entries=(*OF_STEADY, TIME_STEPS, AFTER),
+    entries=(*OF_STEADY, TIME_STEPS, AFTER, SPREAD_OF_PARTICLES),
     result=CurveResult,
     in_sweeps=InSweeps(result_columns, read),
     draw=draw,

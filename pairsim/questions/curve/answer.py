@@ -12,6 +12,7 @@ from pairsim.analysis.input_parts import together, unknown_in_words
 from pairsim.analysis.input_ranges import COVERED, DrawnRange
 from pairsim.analysis.master_curve import Curve
 from pairsim.analysis.taylor_parameters import ranges_of_shapes, shapes_in
+from pairsim.analysis.unequal_pairs import Spread
 from pairsim.analysis.zeros import Zero
 from pairsim.cases.physical import DIFFERENCE
 from pairsim.quantities.kinds import LENGTH, TIME, VELOCITY, Kind
@@ -71,6 +72,7 @@ def _of_pair(curve: Curve) -> list[str]:
     lines = [_motion_over_d([each for each in regions if each not in held], zeros, curve.scales, held)]
     if curve.steady:
         lines += [*_starts(curve), *_held(curve), *_with_inputs(curve, zeros), *_of_unequal(curve)]
+        lines += _of_spread(curve)
     return lines
 
 
@@ -146,7 +148,7 @@ def _with_inputs(curve: Curve, zeros: Sequence[Zero]) -> list[str]:
 def _of_unequal(curve: Curve) -> list[str]:
     """What a difference of the diameters does to dU, where the case says nothing of it."""
     inputs = {each.key: each.half_width for each in curve.record.inputs}
-    if curve.by_difference is None or DIFFERENCE.key in inputs:
+    if curve.by_difference is None or DIFFERENCE.key in inputs or curve.unequal is not None:
         return []
     d, scales = curve.peak.d, curve.scales
     change = 0.01 * curve.interpolated(curve.by_difference, d)
@@ -157,6 +159,32 @@ def _of_unequal(curve: Curve) -> list[str]:
         f"d = {in_unit(scales, LENGTH, d)} changes by {in_unit(scales, VELOCITY, change, sign='+', digits=3)}{key}."
         f"{_decided_by(curve, curve.by_difference)}"
     ]
+
+
+def _of_spread(curve: Curve) -> list[str]:
+    """What particles that differ do: dU of pairs, which part of them meets, and what decides that."""
+    unequal, scales = curve.unequal, curve.scales
+    spread = Spread.of(curve.record)
+    if spread is None:
+        return []
+    unknown = spread.sizes if unequal is None else unequal.unknown
+    lines = [f"What the spread of the {name} does is not known: there are no derivatives for it." for name in unknown]
+    if unequal is None:
+        return lines
+    peak, (least, largest) = curve.peak, curve.of().ends
+    lines.append(
+        f"Beads differ (standard deviations: {unequal.spread.words}): at d = {in_unit(scales, LENGTH, peak.d)} dU is "
+        f"{in_unit(scales, VELOCITY, peak.dU, sign='+')} on average, with {unequal.words_at(peak.d, scales)}."
+    )
+    if (meeting := curve.travel_of_pairs(largest, least)) is not None:
+        text = str(meeting)
+        lines.append(f"{text[0].upper()}{text[1:]}.")
+    for name, part in unequal.decisive.items():
+        lines.append(
+            f"From a difference of {100 * part:.3g} % of the {name} on, which of two beads leads decides at every d of "
+            "this curve whether they separate, and no longer what they do to each other."
+        )
+    return lines
 
 
 def _decided_by(curve: Curve, by_difference: Array) -> str:

@@ -15,6 +15,7 @@ from pairsim.computing import events
 from pairsim.computing.found import Found
 from pairsim.computing.off_axis.beside import rates_beside
 from pairsim.computing.problems import steady_problem
+from pairsim.computing.spread_entry import spread_entry
 from pairsim.computing.steady import (
     Solutions,
     moving_errors,
@@ -48,6 +49,7 @@ from pairsim.solvers.curves.curve import Equilibrium, Zero, equilibria, find_zer
 from pairsim.solvers.curves.distances import between
 from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU, CurveInterpolant
 from pairsim.solvers.curves.scout import ENOUGH
+from pairsim.solvers.curves.sensitivities import STIFFNESS
 from pairsim.solvers.goals import DP_PLUS, D, F, Goal, U, dU
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.ends import Ended
@@ -103,11 +105,15 @@ def computation(case: CurveCase, monitor: Monitor, sensitivities: bool) -> event
 
 def _parameters(case: CurveCase, sensitivities: bool) -> list[str]:
     """The parameters by which dU is differentiated: all, or in an experiment the difference of the diameters alone."""
-    of_pair = case.n == 2 and case.velocity is None
+    of_pair, of_spread = case.n == 2 and case.velocity is None, list[str]()
+    if case.spread:
+        of_spread = ["Ca_e", STIFFNESS] * bool(case.spread.modulus) + ["beta"] * bool(case.spread.diameter)
     if not sensitivities and not any(each.half_width for each in inputs_of(case)):
-        return ["difference"] if of_pair and case.physical is not None else []
+        difference = ["difference"] if of_pair and (case.physical is not None or case.spread.diameter) else []
+        return of_spread + difference
     values = ("Ca_e", max(case.Ca_es)), ("De", case.De), ("xi", case.De and case.xi), ("beta", 1.0)
-    return [name for name, value in values if value] + ["difference"] * of_pair
+    known = [name for name, value in values if value] + ["difference"] * of_pair
+    return known + [name for name in of_spread if name not in known]
 
 
 def _goals(case: CurveCase) -> Sequence[Goal]:
@@ -196,7 +202,7 @@ def _end(case: CurveCase, found: Solutions, remarks: Sequence[Text]) -> Iterator
         size = found.largest.get(dU, found.branch.largest[dU])
         if size > NEGLIGIBLE_DU:
             warnings = [*moving_errors(case, points, size), *_far_apart(case, curves, size)]
-    yield from found.last_events({POINTS: len(points)}, [*warnings, *remarks])
+    yield from found.last_events({POINTS: len(points), **spread_entry(case)}, [*warnings, *remarks])
     if found.ended is not None and (last := found.ended.last) is not None and case.n > 1:
         last.reopen()
         with closing(last):

@@ -9,6 +9,7 @@ from pairsim.analysis.taylor_parameters import shapes_in
 from pairsim.analysis.time_series import Series
 from pairsim.quantities.kinds import LENGTH, POSITION, TIME, VELOCITY
 from pairsim.quantities.text import in_unit, with_name
+from pairsim.questions.run.cycles_answer import answer_of_cycles
 from pairsim.record.columns import DP, U
 
 MOST_GAPS = 3  # that have a sentence each
@@ -16,6 +17,8 @@ MOST_GAPS = 3  # that have a sentence each
 
 def answer_of_run(series: Series) -> list[str]:
     """The answer of a run in time."""
+    if series.gaps and series.cycles is not None:
+        return answer_of_cycles(series)
     gaps, scales = series.gaps, series.scales
     at_end = [*_bridges(series), *shapes_in(series.table, -1, "at the end")]
     if gaps and series.held:

@@ -26,10 +26,13 @@ from pairsim.record.checkpoint import Checkpoint
 from pairsim.record.column import Column, names_of, table_row
 from pairsim.record.columns import (
     BRIDGE,
+    CYCLE_COLUMNS,
     DISTANCE,
     DISTORTION,
     DP,
     DP_PLUS,
+    DRIFT,
+    DRIFT_ERROR,
     DT,
     DU,
     DU_CORRECTION,
@@ -42,6 +45,7 @@ from pairsim.record.columns import (
     RUN_HEALTH,
     STATE_COLUMNS,
     TAYLOR,
+    Q,
     T,
     U,
     Z,
@@ -51,6 +55,7 @@ from pairsim.record.fields_of_frame import frame
 from pairsim.record.folder import plain
 from pairsim.record.run_entries import (
     ADAPTATION,
+    CYCLES,
     FACTORISATIONS,
     HOLD,
     NEWTON_ITERATIONS,
@@ -73,6 +78,7 @@ from pairsim.solvers.goals import IN_TIME, dU
 from pairsim.solvers.problems import Problem
 from pairsim.solvers.stepping.step import Step, at_step
 from pairsim.solvers.transient.adaptation import RunAdaptation
+from pairsim.solvers.transient.cycles import Cycles
 from pairsim.solvers.transient.end import reason_to_end, settled, settled_branch
 from pairsim.solvers.transient.state import Counts, Extremes
 from pairsim.solvers.transient.transient import Transient
@@ -95,7 +101,7 @@ class Run:
         self.old = old = earlier.checkpoint if earlier is not None else None
         self.transient: Transient | None = None
         self._adapt(old.adaptation if old is not None else None)
-        known = case.n > 1 and (case.estimates_error or case.start == "steady")
+        known = case.n > 1 and (case.estimates_error or (case.start == "steady" and case.waveform is None))
         self._errors = (*(ESTIMATE_COLUMNS if case.estimates_error else ()), *(ERROR_COLUMNS if known else ()))
         self._own = QUESTION.tables["series"].own
         self._entries: dict[Entry[Any], Any] = {}
@@ -111,7 +117,9 @@ class Run:
 
     def computation(self) -> events.Events:
         case, old = self.case, self.old
-        ended = end_of(case, self.problem, old.state.history.t[0], old.state.gaps) if old is not None else None
+        ended = None
+        if old is not None:
+            ended = end_of(case, self.problem, old.state.history.t[0], old.state.gaps, old.state.cycles)
         if self.earlier is not None and self.earlier.finished and ended is not None:
             return ended
         yield events.Begin("to " + moment(case.time.end), case.time.end)
@@ -122,7 +130,7 @@ class Run:
                 return self._with_accuracy(ended, old.state.run_errors)
             polymer = POLYMER_HEALTH if case.liquid_model.modes else ()
             yielding = (BRIDGE,) if case.liquid_model.plastic.yield_stress else ()
-            columns = (*STATE_COLUMNS, *self._errors, *yielding, *RUN_HEALTH, *polymer, *self._own)
+            columns = (*STATE_COLUMNS, *self._flowing, *self._errors, *yielding, *RUN_HEALTH, *polymer, *self._own)
             yield events.Table("series", names_of(case.n, *columns), resumed=True)
             if old is not None:
                 at = moment(old.state.history.t[0])
@@ -186,7 +194,8 @@ class Run:
         for step in transient.steps(iter(wanted)):
             count = transient.counts.steps
             with transient.clock("output"):
-                yield events.Row("series", row_of(step) | self._own.own_row(case.n, step))
+                row = row_of(step) | self._of_flow(step.t, transient.cycles) | self._own.own_row(case.n, step)
+                yield events.Row("series", row)
                 self._pending = step
                 at_output = any(abs(step.t - t) <= 1e-9 * max(1.0, t) for t in wanted)
                 after = frames_until(case, step.t, transient.gaps)
@@ -196,7 +205,7 @@ class Run:
                 checkpoint = partial(Checkpoint, transient.state, resolved, self.adaptation)
                 state = events.Resumable(checkpoint, case.output.checkpoint, convenient=at_output)
                 yield events.Progress(step.t, _shown(step, count), count, state)
-            if (outcome := end_of(case, self.problem, step.t, transient.gaps)) is not None:
+            if (outcome := end_of(case, self.problem, step.t, transient.gaps, transient.cycles)) is not None:
                 return outcome
             self.problem.monitor.check()
             if limits.wall_time is not None and (passed := time.perf_counter() - self._begun) > limits.wall_time:
@@ -205,6 +214,23 @@ class Run:
                 message = f"{limits.max_steps} steps were taken"
                 raise TooManySteps(message, at=at_step(step.t, count), advice=ADVICE[TooManySteps])
         return events.Outcome("finished", "end", "finished at " + moment(transient.history.t[0]))
+
+    @property
+    def _flowing(self) -> tuple[Column, ...]:
+        """The columns of a flow that varies."""
+        if not self.problem.drive.varies:
+            return ()
+        return (Q, *CYCLE_COLUMNS) if self.case.n > 1 else (Q,)
+
+    def _of_flow(self, t: float, cycles: Cycles | None) -> dict[str, float]:
+        """What a row has of a flow that varies."""
+        values: dict[Column, Any] = {Q: self.problem.drive.flow_at(t)} if self._flowing else {}
+        if cycles is not None:
+            values |= {
+                DRIFT: cycles.drift + np.zeros(cycles.d.size),
+                DRIFT_ERROR: cycles.error + np.zeros(cycles.d.size),
+            }
+        return table_row(self.case.n, values)
 
     def _fields(self, transient: Transient) -> Iterator[events.Event]:
         """The fields of the last step, unless they were written."""
@@ -224,6 +250,9 @@ class Run:
             entries = _summary(state.counts, state.history.t[0], state.history.y[0].size)
             seconds, errors, extremes = state.seconds, state.run_errors, state.extremes
         entries |= {START: self.case.start, HOLD: self.case.hold, **self._entries}
+        done = transient or (self.old.state if self.old is not None else None)
+        if done is not None and done.cycles is not None:
+            entries[CYCLES] = cycles_entry(self.case, done.cycles)
         if (first := self.adaptation) is not None:
             coarse = {"t": first.t, "unknowns": first.unknowns, "dU": first.dU, "dU_error": first.error}
             entry = {"wanted": first.wanted, "cells": first.factor, "coarse_run": coarse}
@@ -265,10 +294,12 @@ def moment(t: float) -> Message:
     return Message("t = {}", TIME(t, ".6g"))
 
 
-def end_of(case: Case, problem: Problem, t: float, gaps: Sequence[float]) -> events.Outcome | None:
-    """The outcome of a run that has reached its end at a time and distances, else None."""
+def end_of(
+    case: Case, problem: Problem, t: float, gaps: Sequence[float], cycles: Cycles | None = None
+) -> events.Outcome | None:
+    """The outcome of a run that has reached its end at a time, distances and cycles, else None."""
     at, scales = moment(t), case.scales
-    match reason_to_end(problem, t, gaps):
+    match reason_to_end(problem, t, gaps, cycles):
         case "contact":
             message = Message("contact: the gap fell below {} at {}", in_unit(scales, LENGTH, problem.min_gap), at)
             return events.Outcome("finished", "contact", message)
@@ -286,6 +317,9 @@ def end_of(case: Case, problem: Problem, t: float, gaps: Sequence[float]) -> eve
                 least,
             )
             return events.Outcome("failed", "tube_too_short", message)
+        case "periodic":
+            known = f"cycles are periodic and the drift is known to accuracy: {case.accuracy}"
+            return events.Outcome("finished", "periodic", Message("{} at {}", known, at))
         case "end":
             return events.Outcome("finished", "end", "finished at " + at)
         case None:
@@ -297,8 +331,11 @@ def settled_entry(case: Case, problem: Problem, gaps: tuple[float, ...], ended: 
 
     Returns the entry of run.json: dU with its error at every gap [U_av], the decay time of a disturbance [D_c/U_av],
     how the run started and which part of dU `accuracy` allows as error; a message, if there is no such solution. Empty
-    for a single particle, held distances, a run that ended early, and a polymer with a yield stress.
+    for a single particle, held distances, a flow that varies, a run that ended early, and a polymer with a yield
+    stress.
     """
+    if case.waveform is not None:
+        return {}
     if case.n < 2 or ended.reason not in ("end", "max_gap") or case.hold or case.liquid_model.yielding is not None:
         return {}
     try:
@@ -316,6 +353,21 @@ def settled_entry(case: Case, problem: Problem, gaps: tuple[float, ...], ended: 
     entry |= {"creeps": True} if creeps else {}
     entry |= {"held_together": True} if point.arrested else {}
     return {SETTLED: entry | {"t_relax": point.t_relax, "start": case.start, "accuracy": case.error_wanted}}
+
+
+def cycles_entry(case: Case, cycles: Cycles) -> dict[str, Any]:
+    """What run.json says of cycles: distances [D_c], velocities [U_av] and times [D_c/U_av], and what gave U_av."""
+    assert case.waveform is not None, "there are no cycles"
+    part, ones = case.error_wanted, np.zeros(cycles.d.size)
+    entry: dict[str, Any] = {"shape": case.waveform.shape, "cycle": cycles.cycle, "repeats": cycles.repeats}
+    entry |= {"U_av": case.unit_of_flow, "whole": cycles.count, "accuracy": part}
+    if cycles.count:
+        drift, errors = (np.asarray(each + ones).tolist() for each in (cycles.drift, cycles.error))
+        known = [each if math.isfinite(each) else None for each in errors]  # its estimate may have diverged
+        entry |= {"drift": drift, "drift_error": known, "dU_peak": cycles.peak}
+    if cycles.count > 1:
+        entry |= {"change": cycles.remaining, "periodic": cycles.are_periodic(part), "known": cycles.are_known(part)}
+    return entry
 
 
 def row_of(step: Step) -> dict[str, float]:

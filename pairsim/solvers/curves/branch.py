@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.runtime.message import Message
 from pairsim.solvers.curves.arrest import arrested
-from pairsim.solvers.curves.sensitivities import sensitivities
+from pairsim.solvers.curves.sensitivities import by_each_particle, sensitivities
 from pairsim.solvers.curves.slow_manifold import SlowMotion, slow_motion
 from pairsim.solvers.curves.unyielded_bridge import UnyieldedBridge
 from pairsim.solvers.errors.adjoints import Adjoints
@@ -62,6 +62,8 @@ class Point:
         newton: Newton iterations since the previous point.
         meshes: Number of meshes generated so far.
         distortion: Smallest ratio of a liquid cell's current to its reference Jacobian.
+        by_particle: Derivatives of the velocities by size and softness of each particle, as of `by_each_particle`;
+            empty unless requested.
     """
 
     parameters: Parameters
@@ -78,6 +80,7 @@ class Point:
     newton: int
     meshes: int
     distortion: float
+    by_particle: Array = field(default_factory=lambda: np.zeros(0))
 
     @property
     def gaps(self) -> tuple[float, ...]:
@@ -149,6 +152,7 @@ class Branch:
         solver: The solver at its first solution; `close` closes it.
         sensitivities: Parameters with respect to which dU is differentiated, as of `sensitivities`.
         goals: What is asked for.
+        by_particle: Whether velocities are differentiated by size and softness of each particle.
 
     Attributes:
         goals: What is asked for.
@@ -156,8 +160,13 @@ class Branch:
     """
 
     def __init__(
-        self, solver: SteadySolver, sensitivities: Collection[str] = (), goals: Sequence[Goal] = (dU,)
+        self,
+        solver: SteadySolver,
+        sensitivities: Collection[str] = (),
+        goals: Sequence[Goal] = (dU,),
+        by_particle: bool = False,
     ) -> None:
+        self._by_particle = by_particle
         self.goals, self._sensitivities, self._estimator = goals, sensitivities, ErrorEstimator()
         self._at_zero = 0.0  # what is added to dU at the last zero, or expected to be at the next one
         self.solver = solver
@@ -335,6 +344,7 @@ class Branch:
             solver.iterations - iterations_before,
             solver.meshes,
             liquid_distortion(solver.scene, solver.state()[1]),
+            by_each_particle(at, adjoints, held.dU, motion) if self._by_particle else np.zeros(0),
         )
 
     def _estimated(self) -> tuple[Linearisation, Adjoints, Observation, ErrorEstimate]:

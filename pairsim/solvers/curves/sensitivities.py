@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection
 from dataclasses import replace
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,8 +23,16 @@ from pairsim.solvers.steady.motion import moving_residual, rate_terms
 CHANGE = 1e-3  # of a parameter, relative, in mixed differences; chosen
 PART = 0.1  # of the correction for motion, in differences along it; chosen
 ALL = ("Ca_e", "De", "xi", "beta", "difference")
+STIFFNESS = "stiffness"  # the difference of two moduli, which is asked for by name
 Line = Callable[[float], Parameters]
 """Parameters as a function of tau, the present ones at tau = 0."""
+
+
+class VelocityChange(NamedTuple):
+    """Derivatives of the velocities of all particles along a line of parameters, shape (N,) each."""
+
+    held: Array  # at held distances [U_av]
+    moving: Array  # of what moving adds to them in first order
 
 
 def sensitivities(
@@ -43,8 +52,9 @@ def sensitivities(
         names: Parameters that are asked for.
 
     Returns:
-        Derivatives by name of the parameter, shape (N-1,) each: "beta"; "Ca_e", "De" and "xi" if they are not zero; and
-        of a pair "difference", the leading particle's diameter minus the trailing one's over their mean.
+        Derivatives by name of the parameter, shape (N-1,) each: "beta"; "Ca_e", "De" and "xi" if they are not zero; of
+        a pair "difference", the leading particle's diameter minus the trailing one's over their mean; and of one whose
+        particles are both soft "stiffness", the same of their moduli.
     """
     now = at.parameters
     lines: dict[str, tuple[float, Line]] = {}
@@ -58,21 +68,54 @@ def sensitivities(
     lines["beta"] = max(at.steady.problem.betas), lambda tau: now.resized([1 + tau] * n)
     if n == 2:
         lines["difference"] = 1.0, lambda tau: now.resized([1 - tau / 2, 1 + tau / 2])
+        if all(now.Ca_es):
+            lines[STIFFNESS] = 1.0, lambda tau: now.softened([1 + tau / 2, 1 - tau / 2])
     found = {}
     for name, (value, line) in lines.items():
         if name not in names:
             continue
-        change = at.residual_change(line)
-        held = np.diff(-adjoints.velocities @ change)
-        moving = _change_by_moving(at, adjoints, line, change, dU, held, motion) if motion.U.any() else 0.0
-        found[name] = np.asarray(held + moving) / value
+        change = _velocity_change(at, adjoints, line, dU, motion)
+        found[name] = (np.diff(change.held) + np.diff(change.moving)) / value
     return found
+
+
+def by_each_particle(at: Linearisation, adjoints: Adjoints, dU: Array, motion: SlowMotion) -> Array:
+    """Derivatives of the velocities of all particles with respect to the size and the softness of each of them.
+
+    Args:
+        at, adjoints, dU, motion: As of `sensitivities`.
+
+    Returns:
+        Derivatives [U_av], shape (N, N, 2, 2): of the velocity of particle i; by particle j; by the logarithm of its
+        diameter, and of its Ca_e (zeros for rigid particles); at held distances, and of what moving adds.
+    """
+    now, n = at.parameters, len(at.parameters.solids)
+    found = np.zeros((n, n, 2, 2))
+    for j, own in enumerate(np.eye(n)):
+        lines: list[Line] = [lambda tau, own=own: now.resized(1 + tau * own)]  # type: ignore[misc]
+        if now.Ca_es[j]:
+            lines.append(lambda tau, own=own: now.softened(1 + tau * own))  # type: ignore[misc]
+        for k, line in enumerate(lines):
+            found[:, j, k] = np.transpose(_velocity_change(at, adjoints, line, dU, motion))
+    return found
+
+
+def _velocity_change(
+    at: Linearisation, adjoints: Adjoints, line: Line, dU: Array, motion: SlowMotion
+) -> VelocityChange:
+    """Derivatives along a line; the other arguments are those of `sensitivities`."""
+    change = at.residual_change(line)
+    held = -adjoints.velocities @ change
+    moving = np.zeros_like(held)
+    if motion.U.any():
+        moving = _change_by_moving(at, adjoints, line, change, dU, np.diff(held), motion)
+    return VelocityChange(held, moving)
 
 
 def _change_by_moving(
     at: Linearisation, adjoints: Adjoints, line: Line, change: Array, dU: Array, dU_change: Array, motion: SlowMotion
 ) -> Array:
-    """Derivative along a line of what moving adds to every dU in first order, V1 - V0 = -z . R_m, shape (N-1,).
+    """Derivative along a line of what moving adds to the velocities in first order, V1 - V0 = -z . R_m, shape (N,).
 
     With the correction c = -J^-1 R_m it is -z . d(J c + R_m), c held: the adjoint changes as the matrix does.
 
@@ -117,4 +160,4 @@ def _change_by_moving(
         return moving + (ends[0] - ends[1]) / (2 * PART)
 
     by_tau = (corrected(CHANGE) - corrected(-CHANGE)) / (2 * CHANGE)
-    return np.diff(-adjoints.velocities @ by_tau) / scale
+    return np.asarray(-adjoints.velocities @ by_tau) / scale

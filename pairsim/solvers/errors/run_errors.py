@@ -68,6 +68,7 @@ class Interval:
         values: Their corrected values, shape (k,) each.
         largest: Largest |correction|, as far as it is remembered, shape (k,).
         jumps: Sum of the jumps at remeshings, as far as they are remembered, shape (k,).
+        begun: Time of the last kink or jump of the flow [D_c/U_av], after which estimates set in again.
     """
 
     memory: float
@@ -80,6 +81,7 @@ class Interval:
     values: list[Array] = field(default_factory=list)
     largest: Array | float = 0.0
     jumps: Array | float = 0.0
+    begun: float = 0.0
 
     def add(
         self,
@@ -109,20 +111,25 @@ class Interval:
         if self.times:
             left = np.exp(-(t - self.times[0]) / self.memory)
             self.largest, self.jumps = self.largest * left, self.jumps * left
-            if mesh != self.mesh:
+            if mesh != self.mesh and self.values:
                 weights = extrapolation_weights(self.times, t)
                 expected = sum(w * value for w, value in zip(weights, self.values, strict=True))
                 self.jumps = self.jumps + np.abs(corrected - expected)
         self.mesh = mesh
-        if t > SET_IN or not np.any(self.start):
+        if t - self.begun > SET_IN or not (self.begun or np.any(self.start)):
             self.largest = np.maximum(self.largest, size)
-        self.times, self.values = [t, *self.times[: KNOWN - 1]], [corrected, *self.values[: KNOWN - 1]]
+        self.times = [t, *self.times[: len(self.values)][: KNOWN - 1]]
+        self.values = [corrected, *self.values[: KNOWN - 1]]
         wider = widening(s_jump, OF_RUNS)
         largest = wider * self.largest + irregular
         start = self.start * (-np.expm1(-t / self.setting_in) if self.setting_in else 1.0)
         cells = wider * size + np.maximum(largest, closer**NARROWING * start)
         half_width = np.asarray(cells + steps + self.jumps)
         return half_width if self.added else half_width + size
+
+    def begin_again(self, t: float) -> None:
+        """Forget the last values, from which none is extrapolated over a jump of the flow at a time [D_c/U_av]."""
+        self.times, self.values, self.begun = self.times[:1], [], t
 
 
 @dataclass
@@ -216,11 +223,17 @@ class RunErrors:
             own.irregular, steps = new, own.steps.largest
             error = interval.add(t, mesh, values, corrections[goal], steps, s_jump, closer, own.irregular)
             found[goal] = error
-            if not np.isnan(error).any() and t > SET_IN:
+            if not np.isnan(error).any() and t - own.steps.begun > SET_IN:
                 own.largest = max(own.largest, float(error.max(initial=0.0)))
         if any(np.isnan(error).any() for error in found.values()):
             self.lost = min(self.lost, t)
         return found
+
+    def begin_again(self, t: float) -> None:
+        """Forget values up to a time [D_c/U_av] after which goals may change abruptly, as steps begin again."""
+        for each in self.goals.values():
+            each.steps.begin_again(t)
+            each.interval.begin_again(t)
 
     def copy(self) -> RunErrors:
         """A copy that later steps do not change."""

@@ -35,6 +35,7 @@ class TimeError:
         mesh: Number of remeshings before the last step.
         times: Times of the last steps on this mesh, oldest first, at most order + 1.
         values: Their dU, shape (N-1,) each.
+        begun: Time at which steps have begun with those of the first order [D_c/U_av].
     """
 
     order: int
@@ -44,6 +45,7 @@ class TimeError:
     mesh: int = 0
     times: list[float] = field(default_factory=list)
     values: list[Array] = field(default_factory=list)
+    begun: float = 0.0
 
     def add(self, t: float, mesh: int, dU: Sequence[float] | Array) -> None:
         """Add an accepted step.
@@ -66,12 +68,16 @@ class TimeError:
             difference = np.diff(difference, axis=0) / (times[k:] - times[:-k])[:, None]
         size = float(np.max(np.abs(difference), initial=0.0)) / known
         if 0 < step <= self.order and known == step + 1:  # the previous step had fewer old values
-            self._take(step - 1, times[-2], np.array([0.0, *times[:-2]]), size)
+            self._take(step - 1, times[-2], np.array([self.begun, *times[:-2]]), size)
         if known == self.order + 1:
             self._take(step, times[-1], times[:-1], size)
 
+    def begin_again(self, t: float) -> None:
+        """Forget values up to a time [D_c/U_av], at which steps begin again."""
+        self.begun, self.count, self.times, self.values = t, 0, [], []
+
     def _take(self, step: int, t: float, old: Array, size: float) -> None:
-        if t > SET_IN * (1 + 1e-9):
+        if t - self.begun > SET_IN * (1 + 1e-9):
             factor = SAFETY * (FEW_FACTOR if step < FEW else 1.0)
             self.largest = max(self.largest, factor * size * float(np.prod(t - old)))
 

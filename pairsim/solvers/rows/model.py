@@ -27,6 +27,7 @@ import scipy
 from numpy.lib.stride_tricks import sliding_window_view
 
 from pairsim.runtime.arrays import Array
+from pairsim.solvers.rows.deviations import Deviations, deviations
 
 RATES = np.geomspace(1.0, 8.0, 16)  # of the slowest exponential, which are tried [1/D_c]; chosen
 POWERS = {2: 6, 3: 4, 4: 3, 5: 1}  # how many more exponentials there are, by the number of particles; chosen
@@ -48,12 +49,15 @@ class Row:
             [D_c]; and what the motion of the particles adds to its velocity [U_av].
         slopes: Derivatives by every distance of the first two or, by a model, of all, shape (N, N-1, 2 or 3).
         dU_error: Largest half-width of a relative velocity [U_av].
+        by_particle: Derivatives of the velocities of particles that move (rows) by the logarithms of diameter and Ca_e
+            of each particle (columns), shape (N, N, 2) [U_av]; None where they were not asked for.
     """
 
     gaps: Array
     values: Array
     slopes: Array
     dU_error: float = 0.0
+    by_particle: Array | None = None
 
     @property
     def U(self) -> Array:
@@ -87,6 +91,7 @@ class RowModel:
         least: Smallest distance that was solved; values at smaller ones are those at this one [D_c].
         short: The rows that it was fitted to.
         others: Models fitted to these rows with a part left out, whose differences from this one are half-widths.
+        deviations: What particles change that differ from the others; None where it was not asked for.
     """
 
     alone: Array
@@ -95,6 +100,7 @@ class RowModel:
     least: float = 0.0
     short: Sequence[Row] = ()
     others: Sequence[RowModel] = ()
+    deviations: Deviations | None = None
 
     def row(self, gaps: Array) -> Row:
         """The row at given distances, shape (N-1,)."""
@@ -110,6 +116,35 @@ class RowModel:
             np.add.at(values, own, np.tensordot(terms, part, 1))
             np.add.at(slopes, (own[:, :, None], own[:, None, :-1]), np.einsum("wmj,mki->wkji", changes, part))
         return Row(gaps, values, slopes)
+
+    def along(self, gaps: Array) -> tuple[Array, Array]:
+        """What a row of any length needs to move, without arrays of the square of its length.
+
+        Args:
+            gaps: Distances between facing surfaces from upstream [D_c], shape (N-1,).
+
+        Returns:
+            Velocities [U_av], shape (N,); and derivatives of the distances between centres (rows) by those between
+            surfaces (columns), a banded matrix as of `scipy.linalg.solve_banded`, shape (2 k + 1, N-1) for k off its
+            diagonal.
+        """
+        n, left, width = len(gaps) + 1, self.coefficients, min(len(self.rates), len(gaps))
+        U, stretch = np.full(n, self.alone[0] + self.alone[2]), np.zeros((2 * width + 1, len(gaps)))
+        stretch[width] = 1.0
+        for count, rates in enumerate(self.rates[: n - 1], 2):
+            part, left = np.split(left, [len(rates) * count])
+            part = part.reshape(len(rates), count, -1)
+            windows = sliding_window_view(gaps, count - 1)
+            terms = np.exp(-np.maximum(windows, self.least) @ rates.T)
+            added, total = terms @ (part[:, :, 0] + part[:, :, 2]), len(windows)
+            for i in range(count):
+                U[i : i + total] += added[:, i]
+            for j in range(count - 1):
+                lengths = (windows[:, j] >= self.least)[:, None] * (terms @ (-rates[:, j, None] * part[:, :, 1]))
+                for i in range(count):  # the last particle has no next one
+                    rows = min(total, len(gaps) - i)
+                    stretch[width + i - j, j : j + rows] += lengths[:rows, i]
+        return U, stretch
 
     def growth(self, d: float, k: Array) -> Array:
         """Growth rates of waves in a long row of even distances, complex, (m,) [U_av/D_c]."""
@@ -152,8 +187,12 @@ def fitted(rows: Sequence[Row], trains: Sequence[Waves] = ()) -> RowModel:
     powers = [[p for p in product(range(1, most[n] + 1), repeat=n - 1) if sum(p) <= most[n]] for n in counts]
     every = [[rate * np.array(each) for each in powers] for rate in RATES]
     _, best = min((_fitted(rates, alone, rows, trains) for rates in every), key=lambda fit: fit[0])
-    parts = ([row for i, row in enumerate(rows) if i % FOLDS != fold] for fold in range(FOLDS))
+    parts = [[row for i, row in enumerate(rows) if i % FOLDS != fold] for fold in range(FOLDS)]
     others = [replace(_fitted(best.rates, alone, part, trains)[1], least=best.least) for part in parts]
+    if alone.by_particle is not None:
+        best = replace(best, deviations=deviations(alone, rows, best.rates, best.least))
+        each = zip(others, parts, strict=True)
+        others = [replace(one, deviations=deviations(alone, part, best.rates, best.least)) for one, part in each]
     return replace(best, short=rows, others=others)
 
 

@@ -4,8 +4,7 @@ What particles do once they touch is assumed: they travel on at the distance of 
 opposite forces on both, until these would have to pull. If these move all particles equally easily, the velocities are
 the nearest ones at which no distance of contact shrinks: an isotonic regression of those without them.
 
-Nearer than any rows that were solved, a film of liquid is assumed to slow particles that come closer as d/(d + c): its
-resistance grows as 1/d beside that of the tube, which it equals at c.
+Nearer than any rows that were solved, films of liquid slow particles that come closer (`pairsim.solvers.rows.films`).
 """
 
 from __future__ import annotations
@@ -18,13 +17,13 @@ import scipy
 
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.monitor import Monitor
+from pairsim.solvers.rows.films import changed_by_films
 from pairsim.solvers.rows.model import RowModel
 
 type Places = Callable[[Array | float], Array]  # of one time (N,), of m times (N, m)
 
 TOLERANCE = 1e-8  # of the distances [D_c]; chosen
 STEP = 1e-5  # of differences of rates by distances [D_c]; they are exponentials of rates up to 48
-FILM = 0.07  # c over the diameter; fitted to one pair, rigid at De 1.6, whose dU follows to 2 % from d = .04 to .005
 PIECES = 100  # of the way, in each of which the linearised rates are constant; chosen
 
 
@@ -75,9 +74,8 @@ def propagator(model: RowModel, places: Places, end: float) -> Array:
 
 def _velocities(model: RowModel, gaps: Array, contact: float) -> Array:
     """Velocities of the particles, as far as these change the distances, with the forces between those that touch."""
-    row, film, near = model.row(gaps), FILM * model.alone[1], np.minimum(np.maximum(gaps, contact) / model.least, 1.0)
-    slowed = np.where(row.rates < 0, near * (model.least + film) / (near * model.least + film), 1.0)
-    U = np.cumsum([row.U[0], *row.rates * slowed])
+    row = model.row(gaps)
+    U = np.cumsum([row.U[0], *row.rates]) + changed_by_films(model, gaps, row.rates, contact)
     for begin, end in pairwise([0, *(np.flatnonzero(gaps > contact) + 1), len(U)]):
         if end - begin > 1:
             U[begin:end] = scipy.optimize.isotonic_regression(U[begin:end]).x

@@ -24,6 +24,7 @@ from pairsim.solvers.trains.train import train_of
 FARTHEST = {2: 1.6, 3: 0.9, 4: 0.45, 5: 0.3}  # largest distance of short rows of so many particles [D_c]
 COUNTS = {2: 14, 3: 4, 4: 3, 5: 2}  # how many distances of each gap
 MOST = 5  # particles of short rows
+MOST_BY_PARTICLE = 3  # particles up to which velocities are differentiated by each of them
 ALL = 4  # particles up to which all combinations of distances are solved
 ROOM = 4.0  # length of tube beyond a row, both ends together [D_c]
 TRAINS = (0.06, 0.12, 0.24, 0.48)  # distances of infinite trains [D_c]
@@ -31,13 +32,16 @@ CELL = 8  # particles in their cells
 CROWDING = 3.0  # rate of the exponential of a distance in which these are extrema of a Chebyshev polynomial [1/D_c]
 
 
-def solved(problem: SteadyProblem, alone: Parameters, places: Sequence[tuple[float, ...]]) -> Iterator[Row]:
+def solved(
+    problem: SteadyProblem, alone: Parameters, places: Sequence[tuple[float, ...]], by_particle: bool = False
+) -> Iterator[Row]:
     """Solve rows of one number of equal particles.
 
     Args:
         problem: That of a single particle; its tube is made longer where a row needs it.
         alone: Materials of a single particle.
         places: Distances of each row, in the order in which they are solved [D_c].
+        by_particle: Whether velocities are differentiated by size and softness of each particle.
 
     Raises:
         NoSteadyState: There is no quasi-steady state at one of them, or it was not found.
@@ -48,7 +52,7 @@ def solved(problem: SteadyProblem, alone: Parameters, places: Sequence[tuple[flo
     length = max(problem.length, count * problem.betas[0] + max(map(sum, places)) + ROOM)
     problem = replace(problem.repeated(count), length=length, narrowest=narrowest)
     start = replace(alone, gaps=places[0], solids=alone.solids * count)
-    with closing(Branch(arrived(first_scene(problem, start)))) as branch:
+    with closing(Branch(arrived(first_scene(problem, start)), by_particle=by_particle)) as branch:
         for place in places:
             yield _at(branch, replace(start, gaps=place))
 
@@ -62,7 +66,8 @@ def _at(branch: Branch, parameters: Parameters) -> Row:
     lengths = np.concatenate([np.diff(diagnostics.centres(bodies, h)) - gaps, last])
     stretch = np.pad(point.motion.centres_by_gaps - np.eye(len(gaps)), ((0, 1), (0, 0)))
     values, slopes = np.stack([point.held.U, lengths, point.motion.U], -1), np.stack([point.held_slopes, stretch], -1)
-    return Row(gaps, values, slopes, float(point.dU_errors.max(initial=0.0)))
+    by_particle = point.by_particle.sum(axis=-1) if point.by_particle.size else None
+    return Row(gaps, values, slopes, float(point.dU_errors.max(initial=0.0)), by_particle)
 
 
 def places_of(count: int, least: float) -> list[tuple[float, ...]]:
@@ -79,16 +84,20 @@ def places_of(count: int, least: float) -> list[tuple[float, ...]]:
     return [tuple(row) for row in distances.round(4)[chosen].tolist()]
 
 
-def short_rows(problem: SteadyProblem, alone: Parameters, least: float, most: int = MOST) -> Iterator[Row]:
+def short_rows(
+    problem: SteadyProblem, alone: Parameters, least: float, most: int = MOST, by_particle: bool = False
+) -> Iterator[Row]:
     """All rows of which the model is made, the single particle first.
 
     Args:
         problem, alone: As for `solved`.
         least: Smallest distance [D_c].
         most: Number of particles of the longest ones, at most `MOST`.
+        by_particle: Whether velocities of rows of up to `MOST_BY_PARTICLE` are differentiated by size and softness of
+            each particle.
     """
     for count in range(1, most + 1):
-        yield from solved(problem, alone, places_of(count, least))
+        yield from solved(problem, alone, places_of(count, least), by_particle and count <= MOST_BY_PARTICLE)
 
 
 def trains(problem: SteadyProblem, alone: Parameters) -> Iterator[Waves]:

@@ -32,6 +32,11 @@ class History:
         self.frame = [frame, *self.frame[:2]]
         self.t_y, self.y = [t, *self.t_y[:3]], [y, *self.y[:3]]
 
+    def forget_all_but_last(self) -> None:
+        """Keep the values of the last step alone, as at a start."""
+        self.t, self.h, self.x, self.frame = self.t[:1], self.h[:1], self.x[:1], self.frame[:1]
+        self.t_y, self.y = self.t_y[:1], self.y[:1]
+
 
 @dataclass
 class ErrorHistory(History):
@@ -45,3 +50,7 @@ class ErrorHistory(History):
 
     changes: list[dict[str, Array]] = field(default_factory=list)
     imbalance: dict[str, Array] = field(default_factory=dict)
+
+    def forget_all_but_last(self) -> None:
+        super().forget_all_but_last()
+        self.changes = self.changes[:1]

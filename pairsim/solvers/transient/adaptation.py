@@ -75,7 +75,7 @@ class RunAdaptation:
                 for step in transient.steps(iter([problem.t_end])):
                     problem.monitor.check_signals()
                     t = step.t
-                    if reason_to_end(problem, t, step.observation.d.tolist()) is not None:
+                    if reason_to_end(problem, t, step.observation.d.tolist(), transient.cycles) is not None:
                         break
         finally:
             if transient is not None:

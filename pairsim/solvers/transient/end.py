@@ -12,18 +12,20 @@ from pairsim.solvers.problems import Problem
 from pairsim.solvers.steady.ends import arrived
 from pairsim.solvers.steady.first_solution import first_scene
 from pairsim.solvers.stepping.step_size import reached
+from pairsim.solvers.transient.cycles import Cycles
 from pairsim.solvers.transient.start import steady_scene
 
-Reason = Literal["contact", "max_gap", "tube_too_short", "end"]
+Reason = Literal["contact", "max_gap", "tube_too_short", "periodic", "end"]
 
 
-def reason_to_end(problem: Problem, t: float, gaps: Sequence[float]) -> Reason | None:
+def reason_to_end(problem: Problem, t: float, gaps: Sequence[float], cycles: Cycles | None = None) -> Reason | None:
     """Why a run ends at a time and distances, None if it goes on.
 
     Args:
         problem: The problem of the run.
         t: Time [D_c/U_av].
         gaps: Distances [D_c], N-1 values.
+        cycles: What they do over the cycles of a flow that varies.
     """
     if problem.closed and problem.betas:  # and that to the next period, but for what shapes change of it
         gaps = (*gaps, 2 * problem.room(gaps))
@@ -33,6 +35,8 @@ def reason_to_end(problem: Problem, t: float, gaps: Sequence[float]) -> Reason |
         return "max_gap"
     if not problem.closed and problem.betas and problem.room(gaps) < problem.least_room:
         return "tube_too_short"
+    if cycles is not None and problem.until_known is not None and cycles.are_known(problem.until_known):
+        return "periodic"
     return "end" if reached(t, problem.t_end) else None
 
 

@@ -6,7 +6,7 @@ liquid only what it carries along has a history, which is interpolated to the ne
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +17,8 @@ from pairsim.fem.meshes.geometry import Geometry, Outline
 from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
 from pairsim.fem.scene import Scene
 from pairsim.physics.liquids import Liquid
-from pairsim.physics.pipe import Pipe
+from pairsim.physics.pipe import Pipe, PipeState
+from pairsim.physics.pulsating_pipe import PulsatingPipe
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
 from pairsim.solvers.mesh_transfer import free_unknowns
@@ -32,6 +33,9 @@ from pairsim.solvers.transient.stress_balance import balanced
 SURE_STEP = 1e-3
 THINNER = 0.2  # first step of the way to a strongly thinning liquid; chosen
 FEW_ITERATIONS = 8  # after which the next step of this way is larger; chosen
+# Factor by which a flow jumps up to which velocities grow with it in a first guess; chosen. Otherwise it is one from
+# rest, of which elastic recoil is too small a part.
+MOST_TIMES_FASTER = 4.0
 
 
 class StepSolver(MeshedSolver):
@@ -51,12 +55,7 @@ class StepSolver(MeshedSolver):
     def __init__(self, problem: Problem) -> None:
         self.problem, self.clock = problem, Clock()
         # The flow without particles is needed for developed ends and for the excess pressure drop.
-        pipe = Pipe(problem.liquid)
-        if problem.from_steady and problem.liquid.yielding is None:
-            self.pipe = pipe.constant()
-        else:
-            start = Pipe(replace(problem.liquid, yielding=None)).steady() if problem.from_steady else None
-            self.pipe = pipe.until(problem.t_end, start)
+        self.pipe = _flow_without_particles(problem)
         self.history = History()
         # Free unknowns of the particles in the last solution before a remeshing.
         self._carried: Array | None = None
@@ -76,10 +75,32 @@ class StepSolver(MeshedSolver):
         self.history.y, self.history.t_y = [], []
         return transient_constraints(meshed.scene)
 
-    def _prescribe_ends(self, x: Array, t: float) -> None:
-        """Set the fields at developed ends in a full vector to those of the flow without particles at time t."""
-        if not self.problem.periodic:
+    def _drive_at(self, x: Array, t: float) -> None:
+        """Set the flow to that at time t, with the fields at developed ends, in a full vector x."""
+        drive = self.problem.drive
+        if drive.varies:
+            self.scene.set_flow(x, drive.flow_at(t))
+        if not (self.problem.periodic or self.problem.liquid.newtonian):
             self.scene.prescribe_ends(x, self.pipe(t))
+
+    def _begin_again(self) -> None:
+        """Forget the past of the last step, after which the flow jumps or has a kink, and adapt its velocities.
+
+        They are a first guess, in which no cell may be sheared more than in the solution: see `_first_guess`.
+        """
+        waveform, past = self.problem.drive.waveform, self.history
+        assert waveform is not None, "a constant flow has no kinks"
+        past.forget_all_but_last()
+        before, after = waveform.at(past.t[0]), waveform.after(past.t[0])
+        if not past.y or before == after:
+            return
+        constraints, y = self.constraints, past.y[0].copy()
+        momentum = np.concatenate([constraints.fields[f] for f in ("u", "v", "U_p") if f in constraints.fields])
+        if abs(after) <= MOST_TIMES_FASTER * abs(before):
+            y[momentum] *= after / before
+        else:
+            y[momentum] = free_unknowns(self.scene, constraints, self.scene.starting(after))[momentum]
+        past.y = [y]
 
     def _guess(self, t: float) -> Array:
         """First guess of the solution at a time: extrapolated from the last ones on this mesh if there are any."""
@@ -115,8 +136,7 @@ class StepSolver(MeshedSolver):
         """Solve a step of size dt by Newton's method."""
         past, t, star = self.history, self.history.t[0] + dt, None
         scheme, update = Scheme.bdf(past.t, t), self._update(dt, U_m)
-        if not self.problem.liquid.newtonian:
-            self._prescribe_ends(self.constraints.base, t)
+        self._drive_at(self.constraints.base, t)
         if self.scene.has_rates:
             star = np.asarray(sum(w * x for w, x in zip(scheme.weights, past.x, strict=True)))
             star = self.scene.with_displacements(star, update.h_star)
@@ -199,7 +219,7 @@ class StepSolver(MeshedSolver):
         if self.problem.liquid.newtonian:
             return np.zeros(self.scene.size)
         new = self.meshed.carried(old, x, h, shift)
-        self._prescribe_ends(new, t)
+        self._drive_at(new, t)
         return new
 
     def _carry_errors(self, errors: ErrorHistory, old: Scene, shift: float) -> None:
@@ -215,7 +235,7 @@ class StepSolver(MeshedSolver):
     def _balance(self, U_m: float) -> None:
         """Restore the momentum balance of the interpolated s, with the same change of s at all old times."""
         liquid, h = self.scene.liquid, self.history.h[0]
-        self._prescribe_ends(self.constraints.base, self.history.t[0])
+        self._drive_at(self.constraints.base, self.history.t[0])
         y = self._first_guess()
         x = self.constraints.expand(y, h)
         # Viscous solids move as in the first guess, whatever the last solve left in their forms.
@@ -226,3 +246,19 @@ class StepSolver(MeshedSolver):
         for past in self.history.x[1:]:
             for field in self.problem.liquid.transported:
                 liquid.nodal(field.name, past)[:] += liquid.nodal(field.name, change)
+
+
+def _flow_without_particles(problem: Problem) -> Callable[[float], PipeState]:
+    """The flow without particles as a function of time.
+
+    Raises:
+        NoSteadyState: It could not be integrated.
+    """
+    liquid, drive = problem.liquid, problem.drive
+    pipe = Pipe(liquid, drive.flow)
+    if problem.from_steady and liquid.yielding is None and not drive.varies:
+        return pipe.constant()
+    start = Pipe(replace(liquid, yielding=None), drive.flow).steady() if problem.from_steady else None
+    if drive.waveform is not None:
+        return PulsatingPipe(liquid, drive.waveform, start)
+    return pipe.until(problem.t_end, start)

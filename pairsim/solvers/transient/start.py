@@ -162,15 +162,24 @@ def quasi_steady(problem: Problem, clock: Clock) -> Start:
 
 
 def settles(problem: Problem) -> bool:
-    """Whether a run goes from rest to a quasi-steady state whose error is part of its own."""
-    liquid, wanted = problem.liquid, problem.dU_error and not problem.from_steady
-    return wanted and bool(problem.gaps) and liquid.has_memory and liquid.yielding is None
+    """Whether the error of a run has that of a quasi-steady state as its part to which it goes from its start.
+
+    It goes there from rest, or where the flow is not the largest one at the start.
+    """
+    liquid, of_largest = problem.liquid, problem.drive.varies and problem.from_steady
+    wanted = problem.dU_error and bool(problem.gaps) and liquid.yielding is None
+    return wanted and (of_largest or (liquid.has_memory and not problem.from_steady))
 
 
 def settled_errors(problem: Problem, clock: Clock) -> dict[str, Array]:
-    """Errors of goals in the quasi-steady state of the first distances, by their names; none if it was not found."""
+    """Errors of goals in the quasi-steady state of the first distances, by their names; none if it was not found.
+
+    Where the flow varies it is that in the largest one.
+    """
+    drive = problem.drive
+    at_most = replace(problem, drive=drive.constant(drive.largest)) if drive.varies else problem
     try:
-        flow = quasi_steady(problem, clock).flow
+        flow = quasi_steady(at_most, clock).flow
     except (NoSteadyState, MeshFailure):
         return {}
     return flow.errors if flow is not None else {}
@@ -178,5 +187,6 @@ def settled_errors(problem: Problem, clock: Clock) -> dict[str, Array]:
 
 def steady_scene(problem: Problem, gaps: tuple[float, ...]) -> tuple[SteadyProblem, Parameters]:
     """The quasi-steady problem of a run on its cells, and its parameters at given distances [D_c], N-1 values."""
-    steady = problem.of_kind(SteadyProblem, narrowest=min(problem.gaps, default=np.inf))
+    drive = problem.drive.constant(problem.drive.flow)
+    steady = problem.of_kind(SteadyProblem, drive=drive, narrowest=min(problem.gaps, default=np.inf))
     return steady, Parameters(gaps, problem.solids, replace(problem.liquid, yielding=None))

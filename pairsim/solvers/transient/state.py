@@ -13,6 +13,7 @@ from pairsim.runtime.arrays import Array
 from pairsim.solvers.errors.run_errors import RunErrors
 from pairsim.solvers.stepping.history import ErrorHistory, History
 from pairsim.solvers.stepping.step import Step
+from pairsim.solvers.transient.cycles import Cycles
 
 
 @dataclass
@@ -69,6 +70,8 @@ class State:
         run_errors: Errors of goals up to this step.
         extremes: Extreme values up to this step.
         error_history: Estimated exact minus discrete values of the last steps, None if they are not estimated.
+        cycles: What the distances did over the cycles of a flow that varies, None where it does not.
+        per_flow: Velocity of the frame over the flow, by which it follows a flow that varies.
     """
 
     history: History
@@ -85,3 +88,5 @@ class State:
     run_errors: RunErrors
     extremes: Extremes = field(default_factory=Extremes)
     error_history: ErrorHistory | None = None
+    cycles: Cycles | None = None
+    per_flow: float = 0.0

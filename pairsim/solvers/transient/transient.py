@@ -23,6 +23,7 @@ from pairsim.solvers.solution import Solution
 from pairsim.solvers.stepping.history import ErrorHistory, History
 from pairsim.solvers.stepping.step import Step, at_step
 from pairsim.solvers.stepping.step_size import Scheme, extrapolation_weights, land, reached, velocity_error
+from pairsim.solvers.transient.cycles import Cycles
 from pairsim.solvers.transient.scene import StepSolver
 from pairsim.solvers.transient.start import at_rest, quasi_steady, settled_errors, settles
 from pairsim.solvers.transient.state import Counts, Extremes, State
@@ -30,6 +31,8 @@ from pairsim.solvers.transient.state import Counts, Extremes, State
 # Weight of errors of the distances between particles relative to errors of the shapes. Measured: dU to 0.15 % in 75
 # steps, against 0.34 % in 92 steps with weight 1.
 RELATIVE_WEIGHT = 20.0
+# Part of the largest flow below which velocities say nothing of how they follow it, as stresses recoil; chosen.
+SLOW = 0.03
 # Least error in units of the tolerance, for scenes that do not change; 0 stands for an unknown error.
 NO_ERROR = 1e-12
 
@@ -49,6 +52,7 @@ class Transient(StepSolver):
         extremes: Extreme values up to the last step.
         origin: Positions h of the material at t = 0 [D_c], shape (n_h,).
         gaps: Distances after the last step [D_c], N-1 values.
+        cycles: What the distances do over the cycles of a flow that varies; None where it does not.
 
     Raises:
         MeshFailure: The first mesh could not be generated.
@@ -63,6 +67,11 @@ class Transient(StepSolver):
         self.counts, self.run_errors, self.extremes = Counts(), RunErrors.of(problem.liquid), Extremes()
         self.gaps = problem.gaps
         self._U_m, self._dt, self._due = problem.U_m, problem.control.fixed or problem.first_step, False
+        # What velocities follow the flow by, and the rate of the distances where their past was forgotten at a kink.
+        self._per_flow, self._rate = problem.U_m, np.zeros(len(problem.gaps))
+        if problem.drive.varies:
+            self._U_m *= problem.drive.flow
+        self.cycles = Cycles.of(problem)
         self._error: ErrorTransport | None = None
         if state is None:
             self._begin(settled)
@@ -83,13 +92,12 @@ class Transient(StepSolver):
         errors = ErrorHistory([0.0], [np.zeros(self.scene.h_size)], [np.zeros(self.scene.size)])
         if start.flow is not None:
             y = start.flow.unknowns(self.scene, self.constraints)
-            if not problem.liquid.newtonian:
-                self._prescribe_ends(self.constraints.base, 0.0)
+            self._drive_at(self.constraints.base, 0.0)
             x = self.constraints.expand(y, start.h)
             self.history = History([0.0], [start.h], [x], [y], [0.0], frame)
             self._U_m = float(start.flow.U.mean()) if start.flow.U.size else 0.0
             self.run_errors.begin(start.flow.errors)
-        elif settles(problem):
+        if settles(problem):
             errors_there = settled_errors(problem, self.clock) if settled is None else settled
             self.run_errors.begin(errors_there, problem.liquid.longest)
         self.counts.newton, self.counts.factorisations = start.newton, start.factorisations
@@ -102,8 +110,9 @@ class Transient(StepSolver):
         self.meshed.put(state.reference, state.mesh)
         self.history, self.origin, self.counts = replace(state.history), state.origin, replace(state.counts)
         self.run_errors, self.extremes = state.run_errors.copy(), replace(state.extremes)
-        self.gaps = state.gaps
+        self.gaps, self.cycles = state.gaps, state.cycles.copy() if state.cycles is not None else None
         self._U_m, self._dt, self._due = state.U_m, state.dt, state.due
+        self._per_flow = state.per_flow
         if state.error_history is not None:
             self._error = ErrorTransport(replace(state.error_history))
         for name, seconds in state.seconds.items():
@@ -127,7 +136,16 @@ class Transient(StepSolver):
             run_errors=self.run_errors.copy(),
             extremes=replace(self.extremes),
             error_history=replace(self._error.errors) if self._error is not None else None,
+            cycles=self.cycles.copy() if self.cycles is not None else None,
+            per_flow=self._per_flow,
         )
+
+    def _frame_velocity(self, t: float) -> float:
+        """Velocity of the frame in a step that ends at a time [U_av]: that of the particles, as far as it is known."""
+        drive = self.problem.drive
+        if not drive.varies:
+            return self._U_m
+        return self._U_m + self._per_flow * (drive.flow_at(t) - drive.flow_at(self.history.t[0]))
 
     def _attempt(self, dt: float, gradually: bool = False) -> tuple[Array, Array, Array, Report, float]:
         """Try a step of size dt.
@@ -139,8 +157,8 @@ class Transient(StepSolver):
         Returns:
             y, h, x, the report of Newton's method, and the local error in units of the tolerance, 0 if unknown.
         """
-        past, U_m = self.history, self._U_m
-        t = past.t[0] + dt
+        past, t = self.history, self.history.t[0] + dt
+        U_m = self._frame_velocity(t)
         guess = self._guess(t)
         y, report = self._approached(guess, dt, U_m) if gradually else self._solved(guess, dt, U_m)
         h, x = self.constraints.state(y, self._update(dt, U_m))
@@ -180,7 +198,7 @@ class Transient(StepSolver):
         """
         past, errors = self.history, self._error.errors if self._error is not None else ErrorHistory()
         distances = [diagnostics.gaps(self.bodies, h) for h in past.h]
-        rate = (distances[0] - distances[1]) / (past.t[0] - past.t[1]) if len(past.t) > 1 else 0.0
+        rate = (distances[0] - distances[1]) / (past.t[0] - past.t[1]) if len(past.t) > 1 else self._rate
         past.h = [h + self._moved(self.problem.gaps - distances[0] - dt * rate) for h in past.h]
         if errors.h:
             off = diagnostics.gaps(self.bodies, past.h[0] + errors.h[0]) - diagnostics.gaps(self.bodies, past.h[0])
@@ -219,7 +237,7 @@ class Transient(StepSolver):
             InvertedCell: A cell was inverted with the smallest step.
             StepTooSmall: The local error exceeds the tolerance with the smallest step.
         """
-        control = self.problem.control
+        control, drive = self.problem.control, self.problem.drive
         remeshed = False
         for milestone in milestones:
             while not reached(self.history.t[0], milestone):
@@ -227,7 +245,8 @@ class Transient(StepSolver):
                 if self._due:
                     self._remesh()
                     self._due, remeshed = False, True
-                size = land(t, self._dt, milestone)
+                stop = min(milestone, drive.next_kink(t), self.cycles.next_end() if self.cycles else milestone)
+                size = land(t, self._dt, stop)
                 if self.problem.held:
                     self._hold(size)
                 unknown = not self.counts.steps or (control.fixed is not None and remeshed)
@@ -268,20 +287,23 @@ class Transient(StepSolver):
             distortion: Smallest ratio of a liquid cell's current to its reference Jacobian.
         """
         t = self.history.t[0] + size
+        before, U_m = self.history.t[0], self._frame_velocity(t)
         self.counts.steps += 1
         without_particles = self.pipe(t).gradient * self.problem.length
         observation = diagnostics.observe(self.scene, self.constraints, y, h, x, without_particles)
         scheme, free = Scheme.bdf(self.history.t, t), self.problem.room(observation.d.tolist())
         gradient = self.pipe(t).gradient
         solution = Solution(self.scene, self.constraints, y, h, x, g=scheme.g, free=free, gradient=gradient)
-        corrections = self._estimated(t, solution, observation)
-        frame = float(np.dot(scheme.weights, self.history.frame)) + scheme.g * self._U_m
+        corrections = self._estimated(t, U_m, solution, observation)
+        frame = float(np.dot(scheme.weights, self.history.frame)) + scheme.g * U_m
         self.history.push(t, h, x, y, frame)
         self.gaps = tuple(map(float, observation.d))
         self._U_m = float(observation.U.mean()) if observation.U.size else 0.0
+        if self.problem.drive.varies and abs(flow := self.scene.flow) > SLOW * self.problem.drive.largest:
+            self._per_flow = self._U_m / flow
         self._dt = self.problem.control.next(self._dt, size, error)
         self._due = needs_mesh(distortion, observation.d, self.scene.reference.geometry.gaps)
-        known = self.problem.dU_error or self.problem.from_steady
+        known = self.problem.dU_error or (self.problem.from_steady and not self.problem.drive.varies)
         goals = (IN_TIME if known else (dU,)) if observation.dU.size else ()
         discrete = {goal: goal.value(solution, observation) for goal in goals}
         # From a quasi-steady state alone nothing is added: the errors at the start are what is known.
@@ -307,15 +329,57 @@ class Transient(StepSolver):
             ),
         )
         self.extremes.add(step)
+        if self.cycles is not None:
+            half_width = step.half_widths.get(dU, self.run_errors[dU].steps.largest)
+            added = np.diff(step.U) - observation.dU if corrections else 0.0
+            self.cycles.add(t, observation.d, step.dU, added, half_width)
+        if reached(t, self.problem.drive.next_kink(before)):
+            self._pass_kink(t)
         return step
 
-    def _estimated(self, t: float, solution: Solution, observation: Observation) -> dict[Goal, Array]:
+    def _pass_kink(self, t: float) -> None:
+        """Begin again with steps of the first order after a time at which the flow jumps or has a kink."""
+        problem, past, waveform = self.problem, self.history, self.problem.drive.waveform
+        if waveform is not None and waveform.after(t) == waveform.at(t) and len(past.t) > 1:
+            distances = [diagnostics.gaps(self.bodies, h) for h in past.h[:2]]
+            self._rate = (distances[0] - distances[1]) / (past.t[0] - past.t[1])
+        else:
+            self._rate = np.zeros(len(problem.gaps))
+        if (control := problem.control).fixed is None:
+            self._dt = min(self._dt, max(problem.first_step, self._longest_first_step(t)), control.largest)
+        self._begin_again()
+        self.run_errors.begin_again(t)
+        if self._error is not None:
+            self._error.errors.forget_all_but_last()
+        if self.cycles is not None:
+            self.cycles.begin_again()
+
+    def _longest_first_step(self, t: float) -> float:
+        """Length of a step of the first order after a kink [D_c/U_av]; 0 after a jump, where nothing is known.
+
+        Its velocities are off by half a step times their rate of change, before the kink and by it, which is to be the
+        tolerance.
+        """
+        past, waveform = self.history, self.problem.drive.waveform
+        assert waveform is not None, "a constant flow has no kinks"
+        if waveform.after(t) != waveform.at(t) or len(past.t) < 3:
+            return 0.0
+        (a, b, c), rate = past.t, abs(waveform.slope_after(t) - waveform.slope(t))
+        weights = 2 / ((a - b) * (a - c)), -2 / ((a - b) * (b - c)), 2 / ((a - c) * (b - c))
+        size = self._size_of(np.asarray(sum(w * h for w, h in zip(weights, past.h, strict=True))))
+        for field in self.problem.liquid.fields:
+            if field.step_weight:
+                off = sum(w * self.scene.liquid.nodal(field.name, x) for w, x in zip(weights, past.x, strict=True))
+                size = max(size, field.step_weight * float(np.sqrt(np.mean(np.asarray(off) ** 2))))
+        return 2 * self.problem.control.tolerance / max(size + 2 * rate, NO_ERROR)
+
+    def _estimated(self, t: float, U_m: float, solution: Solution, observation: Observation) -> dict[Goal, Array]:
         """Estimated exact minus discrete values of goals after a step, NaN once they diverge; none if not wanted."""
         if not self.problem.dU_error:
             return {}
         if self._error is None:
             return {goal: np.full_like(goal.value(solution, observation), np.nan) for goal in IN_TIME}
-        found = self._error.advance(self.newton, self.history, t, self._U_m, solution, observation)
+        found = self._error.advance(self.newton, self.history, t, U_m, solution, observation)
         if any(np.isnan(each).any() for each in found.values()):
             self._error = None
         return found

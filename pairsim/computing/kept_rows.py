@@ -1,0 +1,115 @@
+"""Solutions of short rows, of which the model of long rows is made, kept for the next case that needs the same ones.
+
+Streams that differ in their arrivals, spread or length, such as the cases of a sweep over seeds, need the same rows.
+The file is known by all that these depend on, the numerics included, and is whole or not there.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+
+from pairsim.cases.case import SceneCase
+from pairsim.cases.identity import sources_of
+from pairsim.record.folder import write_file
+from pairsim.runtime.cache import cache_folder
+from pairsim.runtime.errors import InputError
+from pairsim.runtime.monitor import Monitor
+from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.problems import SteadyProblem
+from pairsim.solvers.rows.model import Row, Waves
+
+NUMERICS = "solvers", "fem", "physics"  # packages whose sources the solutions depend on
+ROWS = "rows"  # the package of those which, but for short rows themselves, only use them
+POLL = 1.0  # seconds between two looks whether another process has solved the same rows
+
+
+@dataclass(frozen=True)
+class KeptRows:
+    """The file of the short rows of a problem."""
+
+    file: Path
+
+    @classmethod
+    def of(cls, case: SceneCase, problem: SteadyProblem, alone: Parameters, **more: Any) -> Self:
+        """That of the rows of a case.
+
+        Args:
+            case: The case, for laws of a user's own.
+            problem: The problem of a single particle.
+            alone: Its materials.
+            more: What else the rows depend on.
+        """
+        of = {"problem": repr(problem), "alone": repr(alone), "laws": sources_of(case), "numerics": _numerics(), **more}
+        key = hashlib.sha256(json.dumps(of, sort_keys=True).encode()).hexdigest()
+        return cls(cache_folder() / "rows" / f"{key[:32]}.npz")
+
+    def read(self) -> tuple[list[Row], list[Waves]] | None:
+        """The rows, the single particle first, and the waves of infinite trains; None where they are not kept."""
+        try:
+            with np.load(self.file, allow_pickle=False) as stored:
+                known = dict(stored)
+            rows = [_row(known, f"row{i}") for i in range(int(known["rows"]))]
+            waves = [known[f"train{i}"] for i in range(int(known["trains"]))]
+            return rows, [(float(d[0].real), k.real, growth) for d, k, growth in waves]
+        except (OSError, ValueError, KeyError):
+            return None
+
+    def write(self, rows: Sequence[Row], waves: Sequence[Waves]) -> None:
+        """Keep rows and waves, where there is a folder for it."""
+        from io import BytesIO
+
+        arrays: dict[str, Any] = {"rows": len(rows), "trains": len(waves)}
+        for i, row in enumerate(rows):
+            arrays |= {f"row{i}_{name}": value for name, value in vars(row).items() if value is not None}
+        for i, (d, k, growth) in enumerate(waves):
+            arrays[f"train{i}"] = np.array([np.full(len(k), d), k, growth])
+        content = BytesIO()
+        np.savez_compressed(content, **arrays)
+        with suppress(OSError, InputError):
+            self.file.parent.mkdir(parents=True, exist_ok=True)
+            write_file(self.file, content.getvalue())
+
+    @contextmanager
+    def sole_solver(self, monitor: Monitor) -> Iterator[None]:
+        """Context in which no other process solves the same rows; waits for one that does."""
+        from filelock import FileLock, Timeout
+
+        lock = FileLock(self.file.with_suffix(".lock"), timeout=POLL)
+        try:
+            self.file.parent.mkdir(parents=True, exist_ok=True)
+            while True:
+                monitor.check()
+                with suppress(Timeout):
+                    lock.acquire()
+                    break
+        except OSError:  # no folder to keep them in
+            yield
+            return
+        try:
+            yield
+        finally:
+            lock.release()
+
+
+def _row(known: dict[str, Any], name: str) -> Row:
+    values, error = (known[f"{name}_{each}"] for each in ("values", "dU_error"))
+    by_particle = known.get(f"{name}_by_particle")
+    return Row(known[f"{name}_gaps"], values, known[f"{name}_slopes"], float(error), by_particle)
+
+
+def _numerics() -> str:
+    """Hash of the sources of the numerics."""
+    found, root = hashlib.sha256(), Path(__file__).parents[1]
+    for package in NUMERICS:
+        for file in sorted((root / package).rglob("*.py")):
+            if file.parent.name != ROWS or file.stem == "short_rows":
+                found.update(file.read_bytes())
+    return found.hexdigest()

@@ -1,0 +1,33 @@
+"""How much work the parts of a stream are, in quasi-steady solutions of a bead alone."""
+
+from __future__ import annotations
+
+from pairsim.questions.stream import StreamCase
+from pairsim.solvers.rows.short_rows import MOST, MOST_BY_PARTICLE, TRAINS, places_of
+
+TRAIN = 12.0  # one of the trains to which the model is fitted, too, where rows are as long as those of pairsim train
+BY_PARTICLE = 2.0  # factor of a row whose velocities are differentiated by each bead; measured
+MOTION = 2e-3  # a bead of a stream on its way; measured
+LEAST = 0.04  # smallest distance at which short rows are solved [D_c], as of pairsim train
+
+
+def of_row(case: StreamCase, beads: int) -> float:
+    """The work of a short row."""
+    return beads**2 * (BY_PARTICLE if case.spread and beads <= MOST_BY_PARTICLE else 1.0)
+
+
+def with_trains(case: StreamCase) -> bool:
+    """Whether the model is fitted to trains, too."""
+    return case.stream.neighbours == MOST
+
+
+def of_rows(case: StreamCase) -> float:
+    """The work of all short rows and trains."""
+    counts = range(1, case.stream.neighbours + 1)
+    rows = sum(of_row(case, count) * len(places_of(count, LEAST)) for count in counts)
+    return rows + (TRAIN * len(TRAINS) if with_trains(case) else 0.0)
+
+
+def of_motion(case: StreamCase) -> float:
+    """The work of the motion of all streams."""
+    return MOTION * case.beads * case.stream.streams

@@ -1,0 +1,142 @@
+"""The motion of a stream of particles along a tube: a long row, whose particles may differ.
+
+Velocities at held distances are those of `pairsim.solvers.rows.model`; films of liquid between particles that come
+closer are those of `pairsim.solvers.rows.films`, and particles that touch those of `pairsim.solvers.rows.row_motion`.
+Work and memory grow in proportion to the number of particles.
+
+Time steps are those of the method of Bogacki and Shampine (1989), with places that overlap after a step put back to
+contact: where particles touch, the right-hand side jumps, which no order of a method can follow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from pairsim.runtime.arrays import Array, Flags
+from pairsim.runtime.monitor import Monitor
+from pairsim.solvers.rows.films import changed_by_films
+from pairsim.solvers.rows.model import RowModel
+
+TOUCHING = 1e-9  # distance beyond that of contact at which particles touch, which is rounding [D_c]
+# Error of a step in a distance, and overlap of particles that meet in one, from which on it is repeated [D_c]; chosen:
+# contact is at 2e-3 by default.
+TOLERANCE, OVERLAP = 1e-5, 5e-4
+FIRST, SHORTEST = 0.1, 1e-4  # steps [D_c/U_av]; one as short as the latter is not repeated
+SAFETY, MOST_GROWTH, LEAST_GROWTH = 0.85, 3.0, 0.2  # of steps; chosen
+
+
+@dataclass(frozen=True)
+class Stream:
+    """A stream on its way.
+
+    Attributes:
+        time: Time [D_c/U_av].
+        gaps: Distances between facing surfaces from upstream [D_c], shape (N-1,).
+        way: How far each particle has moved [D_c], shape (N,).
+        velocities: Velocities [U_av], shape (N,).
+        contact: Distance at which particles touch [D_c].
+    """
+
+    time: float
+    gaps: Array
+    way: Array
+    velocities: Array
+    contact: float
+
+    @property
+    def touching(self) -> Flags:
+        """Which neighbours touch, shape (N-1,)."""
+        return np.asarray(self.gaps <= self.contact + TOUCHING)
+
+
+def follow(
+    model: RowModel, gaps: Array, parts: Array | None, contact: float, lengths: Sequence[float], monitor: Monitor
+) -> Iterator[Stream]:
+    """Let a stream move, and yield it when its particles have moved by given lengths of tube on average.
+
+    Args:
+        model: Velocities.
+        gaps: First distances, none below `contact` [D_c], shape (N-1,).
+        parts: Deviations of the logarithms of diameter and Ca_e of each particle, shape (N, 2); None where all are
+            equal.
+        contact: Distance at which particles touch [D_c].
+        lengths: The lengths, ascending, the first one may be 0 [D_c].
+        monitor: Ends the computation.
+    """
+    start = np.cumsum(np.append(0.0, gaps))
+    flow = _Velocities(model, parts, contact)
+    places, time, step = start, 0.0, FIRST
+    slope = flow(places)
+    for length in lengths:
+        while (left := length - float(np.mean(places - start))) > TOLERANCE:
+            monitor.check()
+            last = left / float(slope.mean())
+            places, slope, taken, following = _step(flow, places, slope, min(step, last))
+            step = max(step, following) if step > last else following
+            time += taken
+        yield Stream(time, np.diff(places), places - start, slope, contact)
+
+
+def _step(flow: _Velocities, places: Array, slope: Array, step: float) -> tuple[Array, Array, float, float]:
+    """One step from places at which the velocities are `slope`.
+
+    Returns:
+        Places and velocities after it, its size, and that of the next one.
+    """
+    while True:
+        second = flow(places + step / 2 * slope)
+        third = flow(places + 3 / 4 * step * second)
+        free = places + step * (2 * slope + 3 * second + 4 * third) / 9
+        new = flow.apart(free)
+        fourth = flow(new)
+        error = step * np.diff(-5 * slope + 6 * second + 8 * third - 9 * fourth) / 72
+        overlap = float(np.abs(new - free).max(initial=0.0))
+        # Where particles touch before or after it the velocities jump; the overlap is the error.
+        open_ones = (np.diff(places) > flow.contact + TOUCHING) & (np.diff(new) > flow.contact + TOUCHING)
+        beside = open_ones.copy()
+        beside[1:] &= open_ones[:-1]
+        beside[:-1] &= open_ones[1:]
+        worst = max(float(np.abs(error[beside]).max(initial=0.0)) / TOLERANCE, overlap / OVERLAP)
+        growth = min(MOST_GROWTH, max(LEAST_GROWTH, SAFETY * max(worst, 1e-9) ** (-1 / 3)))
+        if worst <= 1 or step <= SHORTEST:
+            return new, fourth, step, max(step * growth, SHORTEST)
+        step = max(step * growth, SHORTEST)
+
+
+@dataclass(frozen=True)
+class _Velocities:
+    """Velocities of particles at places, with the forces between those that touch."""
+
+    model: RowModel
+    parts: Array | None
+    contact: float
+
+    def __call__(self, places: Array) -> Array:
+        gaps = np.diff(places)
+        U, stretch = self.model.along(gaps)
+        if self.parts is not None:
+            assert self.model.deviations is not None, "the model knows what particles change that differ"
+            U = U + self.model.deviations.velocities(gaps, self.parts)
+        width = len(stretch) // 2
+        rates = scipy.linalg.solve_banded((width, width), stretch, np.diff(U))
+        free = np.cumsum(np.append(U[0], rates))
+        return self._without_overlap(free + changed_by_films(self.model, gaps, rates, self.contact), gaps)
+
+    def _without_overlap(self, U: Array, gaps: Array) -> Array:
+        """The nearest velocities at which no distance of contact shrinks."""
+        rows = np.append(0, np.cumsum(gaps > self.contact + TOUCHING))  # of particles that touch each other
+        if rows[-1] == len(gaps):
+            return U
+        offset = (np.ptp(U) + 1.0) * rows  # so that those of different rows are never out of order
+        return np.asarray(scipy.optimize.isotonic_regression(U + offset).x - offset)
+
+    def apart(self, places: Array) -> Array:
+        """The nearest places at which no particles overlap."""
+        if (np.diff(places) >= self.contact).all():
+            return places
+        touching = self.contact * np.arange(len(places))
+        return np.asarray(scipy.optimize.isotonic_regression(places - touching).x + touching)

@@ -1,0 +1,70 @@
+"""Stored results of a study: rows of its parts in one CSV file, each with the name of the code that it depends on."""
+
+from __future__ import annotations
+
+import datetime
+import hashlib
+from collections.abc import Sequence
+from pathlib import Path
+
+import pandas as pd
+
+from book.code import SHOWN
+from book.study import Part, Row
+from pairsim.record.folder import write_text
+
+OWN = ["part", "identity", "code", "computed"]
+"""The first columns."""
+
+
+class Results:
+    """The rows of parts.
+
+    Args:
+        path: Their file, which is written anew with each part.
+        others: Files from which rows of parts are taken that it lacks.
+    """
+
+    def __init__(self, path: Path, *others: Path) -> None:
+        self.path, self.table = path, pd.DataFrame(columns=OWN)
+        for file in (each for each in (path, *others) if each.is_file()):
+            found = pd.read_csv(file)
+            self.table = _joined(self.table, found[~found["part"].isin(self.table["part"])])
+
+    def code(self, part: Part) -> str | None:
+        """The code that a part was computed with; None where it has no rows."""
+        own = self.of([part])
+        return str(own["code"].iloc[0]) if len(own) else None
+
+    def add(self, part: Part, code: str, rows: Sequence[Row]) -> None:
+        """Store the rows of a part in the place of earlier ones."""
+        day = datetime.date.today().isoformat()
+        new = pd.DataFrame(rows).assign(part=part.name, identity=_digest(part), code=code, computed=day)
+        self.table = _joined(self.table[self.table["part"] != part.name], new)
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        _write(self.path, self.table)
+
+    def of(self, parts: Sequence[Part]) -> pd.DataFrame:
+        """The rows of parts that are what they were when these were stored, in their order."""
+        identities = {part.name: _digest(part) for part in parts}
+        same = self.table["identity"] == self.table["part"].map(identities)
+        order = {name: place for place, name in enumerate(identities)}
+        return self.table[same].sort_values("part", key=lambda column: column.map(order), ignore_index=True)
+
+    def store(self, path: Path, parts: Sequence[Part]) -> None:
+        """Write the rows of parts into another file."""
+        _write(path, self.of(parts))
+
+
+def _write(path: Path, table: pd.DataFrame) -> None:
+    write_text(path, table.to_csv(index=False, float_format="%.12g"))
+
+
+def _joined(table: pd.DataFrame, rows: pd.DataFrame) -> pd.DataFrame:
+    """Rows below others, with `OWN` as the first columns."""
+    both = pd.concat([table, rows], ignore_index=True) if len(table) else rows
+    return both[[*OWN, *(name for name in both.columns if name not in OWN)]]
+
+
+def _digest(part: Part) -> str:
+    return hashlib.sha256(part.identity.encode()).hexdigest()[:SHOWN]

@@ -1,0 +1,241 @@
+"""Studies: parts that are stored as they are done, statements that are judged, and pages made of what is stored."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from support.inputs import ROOT
+
+import pairsim
+
+sys.path.append(str(ROOT / "scripts"))
+
+import study as runner
+from book import pages
+from book.code import changed, digest_of
+from book.statements import Judged
+from book.study import Part, Study, names, study_of
+from studies.quantities import cases, judgement
+
+Run = Callable[..., int]
+
+
+class Squares:
+    """A study of squares, which counts how often each is computed."""
+
+    def __init__(self, folder: Path, count: int = 3) -> None:
+        self.computed, self.count, self.fails = list[str](), count, ""
+        page = folder / "page.md"
+        page.write_text("Text.\n<!-- sum -->\n<!-- end of sum -->\n")
+        self.study = Study(folder, "squares", ("law",), self.parts, self.statements, self.blocks, page)
+
+    def parts(self, quick: bool) -> list[Part]:
+        return [Part(f"{i}^2", f"{i}", lambda _, i=i: self.rows(i)) for i in range(1, 1 + (1 if quick else self.count))]
+
+    def rows(self, i: int) -> list[dict[str, float]]:
+        if self.fails == f"{i}^2":
+            raise KeyboardInterrupt
+        self.computed.append(f"{i}^2")
+        return [{"square": float(i * i)}]
+
+    def statements(self, table: pd.DataFrame, parts: Sequence[Part]) -> dict[str, Judged]:
+        return {"sum is at least 14": Judged(((table["square"].sum() - 13.0, 0.0),), f"{table['square'].sum():g}")}
+
+    def blocks(self, table: pd.DataFrame, parts: Sequence[Part]) -> dict[str, str]:
+        return {"sum": pages.prose(f"The sum is {table['square'].sum():g}.")}
+
+
+@pytest.fixture
+def squares(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Squares:
+    (tmp_path / "squares").mkdir()
+    found = Squares(tmp_path / "squares")
+    monkeypatch.setattr(runner, "names", lambda: ["squares"])
+    monkeypatch.setattr(runner, "study_of", lambda _: found.study)
+    monkeypatch.setattr(runner, "code_of", lambda _: "law 1234")
+    return found
+
+
+@pytest.fixture
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
+    def command(*words: str) -> int:
+        monkeypatch.setattr(sys, "argv", ["study", "squares", "-o", str(tmp_path / "runs"), *words])
+        return runner.main()
+
+    return command
+
+
+def test_a_study_goes_on_where_it_was_stopped(squares: Squares, run: Run) -> None:
+    squares.fails = "3^2"
+    assert run() == runner.STOPPED
+    squares.fails = ""
+    assert run() == 0
+    assert sorted(squares.computed) == ["1^2", "2^2", "3^2"]
+
+
+def test_parts_whose_code_has_changed_are_named_and_computed_again(
+    squares: Squares, run: Run, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run()
+    monkeypatch.setattr(runner, "code_of", lambda _: "law 5678")
+    run("--keep")
+    assert len(squares.computed) == 3
+    assert "3 parts are stale, as law has changed" in capsys.readouterr().out
+    run()
+    assert len(squares.computed) == 6
+
+
+def test_parts_are_chosen_by_their_names(squares: Squares, run: Run) -> None:
+    assert run("--only", r"^3\^") == 1
+    assert squares.computed == ["3^2"]
+
+
+def test_a_part_that_is_another_one_now_is_computed(squares: Squares, run: Run) -> None:
+    run()
+    squares.study = Study(
+        **vars(squares.study) | {"parts": lambda _: [Part("1^2", "other", lambda _: squares.rows(4))]}
+    )
+    run()
+    assert squares.computed[3:] == ["4^2"]
+
+
+def test_the_exit_code_says_whether_statements_hold(
+    squares: Squares, run: Run, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("--quick") == 1
+    assert "does not hold: sum is at least 14 (1)" in capsys.readouterr().out
+    assert not squares.study.stored.exists()
+    assert run() == 0
+
+
+def test_a_page_is_written_of_what_is_stored_and_goes_on_elsewhere(squares: Squares, run: Run, tmp_path: Path) -> None:
+    run()
+    run("--page")
+    assert "The sum is 14." in squares.study.page.read_text()
+    assert run("-o", str(tmp_path / "another machine")) == 0
+    assert len(squares.computed) == 3
+
+
+def test_code_is_known_by_what_it_does(tmp_path: Path) -> None:
+    def digest(text: str) -> str:
+        (tmp_path / "law.py").write_text(text)
+        digest_of.cache_clear()
+        return digest_of(tmp_path / "law")
+
+    first = digest('"""A law."""\ndef stress(rate):\n    """Stress."""\n    return 2 * rate\n')
+    assert digest("def stress(rate):\n\n    return (2 * rate)  # of a Newtonian liquid\n") == first
+    assert digest("def stress(rate):\n    return 3 * rate\n") != first
+    assert changed("pairsim.fem ab, pairsim.physics cd", "pairsim.fem ab, pairsim.physics ef") == ["pairsim.physics"]
+
+
+@pytest.mark.parametrize("name", names())
+def test_page_of_a_study_is_that_of_its_stored_results(name: str) -> None:
+    study = study_of(name)
+    parts = study.parts(False)
+    blocks, text = study.blocks(runner.Results(study.stored).of(parts), parts), study.page.read_text()
+    assert pages.marks(text) == set(blocks)
+    assert pages.filled(text, blocks) == text, f"written by scripts/study {name} --page"
+
+
+@pytest.mark.parametrize("name", names())
+def test_parts_of_a_study_have_names_of_their_own(name: str) -> None:
+    for quick in (False, True):
+        found = [part.name for part in study_of(name).parts(quick)]
+        assert len(found) == len(set(found)) > 0
+
+
+def test_scenes_of_the_quantities_are_valid_cases() -> None:
+    for asked in cases.QUESTIONS:
+        for scene in asked.scenes(2).values():
+            assert pairsim.load(scene, kind=asked.question).n == 1
+
+
+@pytest.mark.slow
+def test_a_case_has_a_row_for_each_printed_quantity(tmp_path: Path) -> None:
+    part = next(each for each in cases.parts(True) if each.name == "dragged-00-newtonian+5%")
+    rows = {str(row["quantity"]): row for row in part.compute(tmp_path / "case")}
+    assert rows.keys() == {"U", "F", "dp_plus"}
+    assert all(row["kind"] == "case" and row["accuracy"] == "5%" and not row["said"] for row in rows.values())
+    assert 0 < float(rows["F"]["half_width"]) < 0.05 * float(rows["F"]["value"])
+
+
+def results(**quantities: tuple[tuple[float, float], ...]) -> pd.DataFrame:
+    """A row for each quantity at each accuracy: its value and half-width."""
+    same = {"question": "shape", "liquid": "newtonian", "scene": 0, "unknowns": 1000, "said": False, "ended": None}
+    accuracies = zip(("1%", "0.1%", "0.02%"), ("case", "case", "reference"), strict=True)
+    rows = [
+        {
+            **same,
+            "part": accuracy,
+            "accuracy": accuracy,
+            "kind": kind,
+            "quantity": name,
+            "value": x,
+            "half_width": error,
+        }
+        for i, (accuracy, kind) in enumerate(accuracies)
+        for name, solutions in quantities.items()
+        for x, error in solutions[i : i + 1]
+    ]
+    return pd.DataFrame(rows)
+
+
+@pytest.mark.parametrize(
+    ("solutions", "verdicts"),
+    [
+        (((1.005, 0.01), (1.0002, 0.001), (1.0, 1e-4)), ["inside", "inside"]),
+        (((1.015, 0.01), (1.003, 0.001), (1.0, 1e-4)), ["outside", "beyond two"]),
+        (((1.005, 0.01), (1.0002, 0.001), (1.0, 5e-4)), ["inside", "not judged"]),
+        (((1.005, 0.01), (1.0002, 0.001)), ["inside", "not judged"]),
+        (((1.005, 0.01),), ["not judged"]),
+    ],
+)
+def test_a_quantity_is_judged_by_a_reference_that_knows_it_better(
+    solutions: tuple[tuple[float, float], ...], verdicts: list[str]
+) -> None:
+    assert judgement.judged(results(D=solutions))["verdict"].tolist() == verdicts
+
+
+def test_an_accuracy_that_is_neither_kept_nor_said_to_be_missed_is_found() -> None:
+    table = results(D=((1.03, 0.04), (1.0, 1e-4)))
+    stated = "the accuracy of each is kept, or a warning says that it is not"
+    assert judgement.statements(table, [])[stated].verdict == "does not hold"
+    assert judgement.statements(table.assign(said=True), [])[stated].verdict == "holds"
+
+
+def test_a_case_without_an_answer_counts_and_is_named() -> None:
+    ended = results(D=((1.0, 0.01),)).assign(ended="no_steady_state", quantity=np.nan)
+    verdict = judgement.statements(pd.concat([ended, results(D=((1.0, 0.01),)).assign(scene=1)]), [])
+    assert verdict["every case has an answer"].verdict == "does not hold"
+    assert "1% (no_steady_state)" in verdict["every case has an answer"].numbers
+
+
+def test_the_page_names_what_is_outside() -> None:
+    table = results(D=((1.015, 0.01), (1.0, 1e-4))).assign(computed="2026-11-29", code="")
+    blocks = judgement.blocks(table, cases.parts(True))
+    assert "| 1% | D | 1.015 | 0.01 | 0.015 | 1.50 | 0.01 |" in blocks["outside"]
+    assert "| shape | D | 1% | 1 | 1 | 0 | 1 | 0 | 1.50 |" in blocks["quantities"]
+
+
+@pytest.mark.long
+def test_the_quick_form_of_every_study(tmp_path: Path) -> None:
+    script = [
+        sys.executable,
+        str(ROOT / "scripts" / "study.py"),
+        "all",
+        "--quick",
+        "-o",
+        str(tmp_path),
+        "--workers",
+        "2",
+    ]
+    done = subprocess.run(script, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    for name in names():
+        table = pd.read_csv(tmp_path / f"{name}-quick" / "results.csv")
+        assert set(table["part"]) == {part.name for part in study_of(name).parts(True)}
