@@ -40,7 +40,7 @@ def in_unit(
     """A number with its error as `with_error`, in the physical unit such as 10.0 +- 0.5 um; without scales as it is."""
     size = unit.factor(scales)
     text = with_error(size * value, None if error is None else size * error, sign, digits)
-    return text if scales is None else f"{text} {unit.physical}"
+    return text if scales is None else f"{text} {unit.physical}".rstrip()  # pure numbers have no unit
 
 
 def with_name(scales: Scales | None, unit: Kind, value: float, error: float | None = None, digits: int = 4) -> str:

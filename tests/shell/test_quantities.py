@@ -18,9 +18,10 @@ from pairsim.computing.case_files import parse_case
 from pairsim.plots.labels import case_parts
 from pairsim.plots.parameters import ShownCase
 from pairsim.quantities import kinds
-from pairsim.quantities.kinds import PERCENTAGE, Kind
+from pairsim.quantities.kinds import PERCENTAGE, PURE, Kind
 from pairsim.quantities.measurable import Measurable
 from pairsim.quantities.scales import Scales
+from pairsim.quantities.text import in_unit
 from pairsim.questions.registry import QUESTIONS
 from pairsim.runtime.errors import InputError
 
@@ -132,3 +133,7 @@ def test_a_case_owns_its_experiment() -> None:
 def test_rates_are_written_with_a_fraction_too(text: str) -> None:
     rate = Measurable("build_up", kinds.RATE, "rate at which structure builds up", "0.5 1/s")
     assert si(text, rate) == pytest.approx(2.0)
+
+
+def test_a_pure_number_of_an_experiment_has_no_unit_after_it() -> None:
+    assert in_unit(Scales(60e-6, 1e-2, 1e-2), PURE, 0.25) == "0.25"
