@@ -244,13 +244,15 @@ class _Session:
             self.reporter.note(note)
 
     def _open(self, table: events.Table) -> None:
-        path, rows = self.folder / f"{table.name}.csv", table.rows
+        path, rows, columns = self.folder / f"{table.name}.csv", table.rows, table.columns
+        declared = self._declared[table.name]
         with self._writing():
             if table.resumed and self.old is not None:
-                rows = read_table(path).records()[: self.old.rows]
+                rows = (old := read_table(path)).records()[: self.old.rows]
+                # A folder of an older version goes on without the question's own columns that it does not have.
+                columns = [name for name in columns if name in old or declared.own.get(name) is None]
                 self._fields = FieldsWriter(self.folder, self.old.frames)
-            declared = self._declared[table.name]
-            writer = TableWriter(path, table.columns, rows, declared=declared, ascending=table.ascending)
+            writer = TableWriter(path, columns, rows, declared=declared, ascending=table.ascending)
             self._tables[table.name] = writer
             self._resumed = writer if table.resumed else self._resumed
 

@@ -6,7 +6,9 @@ Their case files left out `ends` and `length`, which were periodic and 50 times 
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 from zipfile import ZipFile
 
 import pytest
@@ -16,6 +18,10 @@ from support.inputs import ROOT
 
 import pairsim as api
 from pairsim.cases.identity import with_later_keys
+from pairsim.computing.question import Question
+from pairsim.questions.compute import Computation
+from pairsim.questions.registry import QUESTIONS
+from pairsim.record.column import Column, Columns
 from pairsim.record.table_files import read_table
 
 KINDS = "run", "curve", "critical", "train"
@@ -56,6 +62,19 @@ def test_an_old_run_goes_on_in_its_periodic_tube(old: Path, pairsim: Pairsim) ->
     assert after["t"][-1] == 0.004
     assert after["dp"][-1] == pytest.approx(before["dp"][-1], rel=1e-3)  # of 20 D_c
     assert json.loads((old / "run" / "run.json").read_text())["status"] == "finished"
+
+
+def test_an_old_run_goes_on_without_columns_that_runs_have_since(old: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    known: Question[Any] = QUESTIONS["run"]
+    later = Column("later", "l", "a column of a later version", value=lambda _: 1.0)
+    question = replace(known, tables={**known.tables, "series": Columns(known.tables["series"], later)})
+    for place in ("pairsim.questions.run.QUESTION", "pairsim.questions.run.computation.QUESTION"):
+        monkeypatch.setattr(place, question)
+    before = read_table(old / "run" / "series.csv")
+    result = Computation[Any](question)(old / "run" / "case.yaml", time={"end": 0.004}, folder=old / "run", resume=True)
+    assert list(result.check().table) == list(before)
+    new = Computation[Any](question)(old / "run" / "case.yaml", folder=old / "new").check()
+    assert list(new.table) == [*before, "later"]
 
 
 def test_a_case_that_leaves_out_the_ends_now_is_not_taken_for_an_old_one(old: Path, pairsim: Pairsim) -> None:
