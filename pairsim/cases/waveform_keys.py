@@ -20,6 +20,7 @@ from pairsim.quantities.kinds import FLOW_RATE as OF_FLOW
 from pairsim.quantities.kinds import TIME
 from pairsim.quantities.measurable import Measurable
 from pairsim.quantities.scales import Scales, mean_velocity
+from pairsim.runtime.plain import Plain
 
 GROUP = "waveform"
 TABLE = "table"
@@ -177,31 +178,31 @@ class WaveformOptions(Keys):
         return self._in(1.0, 1.0, _in_si).mean_size
 
     @classmethod
-    def with_table(cls, case: Content) -> dict[str, Any]:
-        """A case, as it is read, whose waveform has the content of the table that it names.
+    def with_table(cls, content: Content) -> dict[str, Plain]:
+        """The content of a case file, with that of the table which its waveform names.
 
         A relative path is one from the folder of the case file.
 
         Raises:
             ValueError: The file cannot be read, or is no such table.
         """
-        group = case.get(GROUP)
+        group = content.get(GROUP)
         named = group.get(TABLE) if isinstance(group, Mapping) else None
         if not isinstance(group, Mapping) or not isinstance(named, str):
-            return dict(case)
+            return dict(content)
         from pairsim.cases.pump_log import read_pump_log  # loads pandas
 
-        place = place_of(case, f"{GROUP}.{TABLE}")
+        place = place_of(content, f"{GROUP}.{TABLE}")
         path = Path(place.file).parent / named if place is not None else Path(named)
         try:
             times, flows = read_pump_log(path)
         except OSError as error:
             raise ValueError(f"must be a file that can be read: {error.strerror}") from None
         kept = {key: value for key, value in group.items() if key != TABLE}
-        return {**case, GROUP: {"shape": TABLE, **kept, "times": times, "flows": flows}}
+        return {**content, GROUP: {"shape": TABLE, **kept, "times": times, "flows": flows}}
 
     @property
-    def written(self) -> dict[str, Any]:
+    def written(self) -> dict[str, Plain]:
         """Its keys in a resolved case."""
         return {"shape": self.shape, **{key: value[0] for key, value in self._given.items()}} | (
             {key: list(value) for key, value in self._given.items()} if self.shape == TABLE else {}
