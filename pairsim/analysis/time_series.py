@@ -21,7 +21,7 @@ from pairsim.record.columns import (
 )
 from pairsim.record.folder import SERIES
 from pairsim.record.record import Record
-from pairsim.record.run_entries import CYCLES, HOLD, SETTLED, START
+from pairsim.record.run_entries import CYCLES, HOLD, SETTLED, START, WholeCycles
 from pairsim.record.table import Table
 from pairsim.record.table_files import read_table
 from pairsim.runtime.arrays import Array
@@ -108,7 +108,7 @@ class Series:
         return START.of(self.record) != "steady" and self.record.status in OPEN
 
     @property
-    def cycles(self) -> Mapping[str, Any] | None:
+    def cycles(self) -> WholeCycles | None:
         """What the record says of the cycles of a flow that varies; None where it does not."""
         return CYCLES.of(self.record)
 

@@ -156,12 +156,12 @@ QUANTITIES = KEYS | DEVIATIONS
 """All quantities that the block may give."""
 
 
-def with_deviations(given: Mapping[str, Any]) -> dict[str, Any]:
+def with_deviations(given: Mapping[str, Plain]) -> dict[str, Plain]:
     """The quantities of a block with the standard deviations of those that differ among particles apart.
 
     `{"particle": {"mean": "24 um", "each": "0.5 um"}}` becomes `{"particle": "24 um", "particle.each": "0.5 um"}`.
     """
-    found = dict[str, Any]()
+    found = dict[str, Plain]()
     for key, value in given.items():
         of = KEYS.get(key)
         if of is not None and of.each and isinstance(value, Mapping) and value.keys() == {MEAN, EACH}:

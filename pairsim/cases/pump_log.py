@@ -37,7 +37,7 @@ def read_pump_log(path: Path) -> tuple[list[str], list[str]]:
     rows = [line.split(separator) for line in lines[start + 1 :] if line.strip(separator + " ")]
     if len(rows) > MOST_VALUES:
         raise ValueError(f"has {len(rows):,} times, of at most {MOST_VALUES:,}: leave out some")
-    cells = {name: _cells(rows, i, start) for name, (i, _) in columns.items()}
+    cells = {name: _cells(rows, i) for name, (i, _) in columns.items()}
     time_unit, flow_unit = columns["time"][1], columns["flow"][1]
     if time_unit:
         unit_in("s", time_unit)
@@ -74,7 +74,7 @@ def _unit(text: str) -> str:
     return re.sub(r"\s*/\s*", "/", text.strip()).replace("/s.", "/s")
 
 
-def _cells(rows: Sequence[Sequence[str]], column: int, start: int) -> list[str]:
+def _cells(rows: Sequence[Sequence[str]], column: int) -> list[str]:
     short = next((i for i, row in enumerate(rows) if len(row) <= column), None)
     if short is not None:
         raise ValueError(f"has fewer columns than headings in row {short + 1} below them")

@@ -51,13 +51,11 @@ else:
 class WaveformOptions(Keys):
     """A flow that varies in time."""
 
-    shape: Annotated[Literal["sine", "square", "triangle", "ramp", "table"], Key(r"\mathrm{waveform}", caption=11)] = (
-        Field(
-            "sine",
-            description="sine: mean + amplitude sin(2 pi t/period); square: mean + amplitude, then mean - amplitude; "
-            "triangle: up from the mean, down and back; ramp: once from mean - amplitude to mean + amplitude, then "
-            "constant; table: linear between times",
-        )
+    shape: Annotated[Shape, Key(r"\mathrm{waveform}", caption=11)] = Field(
+        "sine",
+        description="sine: mean + amplitude sin(2 pi t/period); square: mean + amplitude, then mean - amplitude; "
+        "triangle: up from the mean, down and back; ramp: once from mean - amplitude to mean + amplitude, then "
+        "constant; table: linear between times",
     )
     period: Annotated[Time | None, Key("T", r"D_c/U_{av}", caption=12)] = Field(
         None, description="period, of a ramp its duration [D_c/U_av], or with its unit"

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +19,7 @@ import numpy as np
 from pairsim.cases.case import SceneCase
 from pairsim.cases.identity import sources_of
 from pairsim.record.folder import write_file
+from pairsim.runtime.arrays import Array
 from pairsim.runtime.cache import cache_folder
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.monitor import Monitor
@@ -99,7 +100,7 @@ class KeptRows:
             lock.release()
 
 
-def _row(known: dict[str, Any], name: str) -> Row:
+def _row(known: Mapping[str, Array], name: str) -> Row:
     values, error = (known[f"{name}_{each}"] for each in ("values", "dU_error"))
     by_particle = known.get(f"{name}_by_particle")
     return Row(known[f"{name}_gaps"], values, known[f"{name}_slopes"], float(error), by_particle)

@@ -74,14 +74,6 @@ class Waveform(ABC):
     def largest(self) -> float:
         """Its largest absolute value."""
 
-    @abstractmethod
-    def sign_changes(self) -> list[float]:
-        """Times within the first cycle, its end included, at which its sign changes."""
-
-    @abstractmethod
-    def scaled(self, flow: float, time: float) -> Waveform:
-        """The same in other units, by which flows and times are multiplied."""
-
 
 @dataclass(frozen=True)
 class Sine(Waveform):
@@ -130,16 +122,6 @@ class Sine(Waveform):
     @property
     def largest(self) -> float:
         return abs(self.offset) + abs(self.amplitude)
-
-    def sign_changes(self) -> list[float]:
-        if abs(self.offset) >= abs(self.amplitude):
-            return []
-        first = asin(-self.offset / self.amplitude) / self._rate
-        found = (first % self.period, (self.period / 2 - first) % self.period)
-        return sorted(t or self.period for t in found)
-
-    def scaled(self, flow: float, time: float) -> Sine:
-        return Sine(self.period * time, self.offset * flow, self.amplitude * flow)
 
 
 @dataclass(frozen=True)
@@ -244,20 +226,6 @@ class Polyline(Waveform):
     @cached_property
     def largest(self) -> float:
         return max(map(abs, self.flows))
-
-    def sign_changes(self) -> list[float]:
-        found, last = list[float](), 0.0
-        for a, b, f, g in self._segments():
-            if last * f < 0 or (f == 0 and last * g < 0):
-                found.append(a)
-            if f * g < 0:
-                found.append(a + (b - a) * f / (f - g))
-            last = g or f or last
-        first = next((each for each in self.flows if each), 0.0)
-        return [*found, self.cycle] if self.repeats and last * first < 0 else found
-
-    def scaled(self, flow: float, time: float) -> Polyline:
-        return Polyline(tuple(t * time for t in self.times), tuple(q * flow for q in self.flows), self.repeats)
 
 
 def square(period: float, mean: float, amplitude: float) -> Polyline:

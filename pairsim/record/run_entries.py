@@ -51,6 +51,29 @@ class Settled(TypedDict, total=False):
     message: Text
 
 
+class WholeCycles(TypedDict, total=False):
+    """The whole cycles of a flow that varies, and what the distances did over the last one, of each gap from upstream.
+
+    `cycle` is how long one takes [D_c/U_av], `U_av` what gave the unit of velocity, `whole` their number. Of one on,
+    `drift` is the change of the distances [D_c], with the half-width, None where it is not known, and `dU_peak` the
+    largest |dU| [U_av]. Of two on, `change` is the mean |dU| by which cycles to come may differ [U_av], and `periodic`
+    and `known` say whether that, and the half-width, are within the part `accuracy` of `dU_peak`.
+    """
+
+    shape: str
+    cycle: float
+    repeats: bool
+    U_av: str
+    whole: int
+    accuracy: float
+    drift: Sequence[float]
+    drift_error: Sequence[float | None]
+    dU_peak: float
+    change: float
+    periodic: bool
+    known: bool
+
+
 class DrawnEnds(TypedDict):
     """The range of dU in most draws of the inputs [um/s], over the distance d [D_c].
 
@@ -102,7 +125,7 @@ TIME_STEPS = Entry[int](STEPS.name, "accepted time steps")
 SETTLED = Entry[Settled]("settled", "of a run with two particles or more, what is quasi-steady at its last distances")
 START = Entry[str]("start", "how a run began: from rest, or in a steady state")
 HOLD = Entry[bool]("hold", "whether distances were held in a run")
-CYCLES = Entry[Mapping[str, Any]](
+CYCLES = Entry[WholeCycles](
     "cycles", "of a flow that varies, how long a cycle is, and what the distances do over the last whole one"
 )
 REACHED = Entry[float]("t", "time that a run has reached")

@@ -17,8 +17,8 @@ MOST_GAPS = 3  # that have a sentence each
 
 def answer_of_run(series: Series) -> list[str]:
     """The answer of a run in time."""
-    if series.gaps and series.cycles is not None:
-        return answer_of_cycles(series)
+    if series.gaps and (cycles := series.cycles) is not None:
+        return answer_of_cycles(series, cycles)
     gaps, scales = series.gaps, series.scales
     at_end = [*_bridges(series), *shapes_in(series.table, -1, "at the end")]
     if gaps and series.held:

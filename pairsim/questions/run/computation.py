@@ -68,6 +68,7 @@ from pairsim.record.run_entries import (
     TIME_STEPS,
     Entries,
     Entry,
+    WholeCycles,
 )
 from pairsim.runtime.errors import RunFailure, TooManySteps, WallTime
 from pairsim.runtime.message import Message, Text
@@ -355,12 +356,18 @@ def settled_entry(case: Case, problem: Problem, gaps: tuple[float, ...], ended: 
     return {SETTLED: entry | {"t_relax": point.t_relax, "start": case.start, "accuracy": case.error_wanted}}
 
 
-def cycles_entry(case: Case, cycles: Cycles) -> dict[str, Any]:
-    """What run.json says of cycles: distances [D_c], velocities [U_av] and times [D_c/U_av], and what gave U_av."""
+def cycles_entry(case: Case, cycles: Cycles) -> WholeCycles:
+    """What run.json says of cycles."""
     assert case.waveform is not None, "there are no cycles"
     part, ones = case.error_wanted, np.zeros(cycles.d.size)
-    entry: dict[str, Any] = {"shape": case.waveform.shape, "cycle": cycles.cycle, "repeats": cycles.repeats}
-    entry |= {"U_av": case.unit_of_flow, "whole": cycles.count, "accuracy": part}
+    entry = WholeCycles(
+        shape=case.waveform.shape,
+        cycle=cycles.cycle,
+        repeats=cycles.repeats,
+        U_av=case.unit_of_flow,
+        whole=cycles.count,
+        accuracy=part,
+    )
     if cycles.count:
         drift, errors = (np.asarray(each + ones).tolist() for each in (cycles.drift, cycles.error))
         known = [each if math.isfinite(each) else None for each in errors]  # its estimate may have diverged

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator
 
 from pairsim.analysis.time_series import Series
 from pairsim.quantities.kinds import LENGTH, TIME, VELOCITY
 from pairsim.quantities.text import in_unit
 from pairsim.record.columns import DU_ERROR, TAYLOR
+from pairsim.record.run_entries import WholeCycles
 
 UNITS_OF_FLOW = {
     "mean": "the mean of |Q| over a cycle",
@@ -16,11 +16,11 @@ UNITS_OF_FLOW = {
     "velocity": "that of physical.velocity",
 }
 WHOLE = {"ramp": "the ramp", "table": "the table"}
+MOST_SHAPES = 4  # Taylor parameters that are told each
 
 
-def answer_of_cycles(series: Series) -> list[str]:
+def answer_of_cycles(series: Series, entry: WholeCycles) -> list[str]:
     """The answer of a run in a flow that varies, of two particles or more."""
-    entry = series.cycles or {}
     scales = series.scales
     if not entry["whole"]:
         over = WHOLE.get(entry["shape"], "a cycle")
@@ -37,14 +37,14 @@ def answer_of_cycles(series: Series) -> list[str]:
     return lines
 
 
-def _over(series: Series, entry: Mapping[str, Any]) -> str:
+def _over(series: Series, entry: WholeCycles) -> str:
     """The time over which a drift is told, in words."""
     if not entry["repeats"]:
         return f"over {WHOLE[entry['shape']]} of {in_unit(series.scales, TIME, entry['cycle'])}"
     return f"a cycle of {in_unit(series.scales, TIME, entry['cycle'])}"
 
 
-def _drift(series: Series, entry: Mapping[str, Any], i: int) -> str:
+def _drift(series: Series, entry: WholeCycles, i: int) -> str:
     """What a gap, counted from 0, does over the last whole cycle."""
     drift, error, scales = entry["drift"][i], entry["drift_error"][i], series.scales
     subject = "The pair" if len(series.gaps) == 1 else f"Gap {i + 1}"
@@ -63,7 +63,7 @@ def _drift(series: Series, entry: Mapping[str, Any], i: int) -> str:
     return f"{subject} {does}{held if series.held else ''} ({which}mean of dU {mean}{cells})."
 
 
-def _periodic(series: Series, entry: Mapping[str, Any]) -> Iterator[str]:
+def _periodic(series: Series, entry: WholeCycles) -> Iterator[str]:
     """Whether cycles have become periodic."""
     if not entry["repeats"]:
         return
@@ -82,7 +82,7 @@ def _periodic(series: Series, entry: Mapping[str, Any]) -> Iterator[str]:
         )
 
 
-def _within(series: Series, entry: Mapping[str, Any], gap: str) -> str:
+def _within(series: Series, entry: WholeCycles, gap: str) -> str:
     """Between which distances a gap is in the last whole cycle, and between which velocities."""
     rows, scales = series.last_cycle, series.scales
     d, dU = series.d(gap)[rows], series.dU(gap)[rows]
@@ -92,7 +92,7 @@ def _within(series: Series, entry: Mapping[str, Any], gap: str) -> str:
     return f"Within it {distances}dU{gap} from {slow} to {fast}."
 
 
-def _shapes(series: Series, entry: Mapping[str, Any]) -> Iterator[str]:
+def _shapes(series: Series, entry: WholeCycles) -> Iterator[str]:
     """Between which Taylor parameters the particles are in the last whole cycle."""
     rows = series.last_cycle
     said = [
@@ -102,6 +102,3 @@ def _shapes(series: Series, entry: Mapping[str, Any]) -> Iterator[str]:
     ]
     if said and len(said) <= MOST_SHAPES:
         yield f"Taylor parameters: {', '.join(said)}."
-
-
-MOST_SHAPES = 4  # that are told each

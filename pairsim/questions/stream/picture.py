@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 
 from pairsim.plots.chart import Line, Panel, draw_chart
+from pairsim.plots.kymograph import kymograph
 from pairsim.plots.labels import case_parts, read_case
 from pairsim.plots.style import COLOURS, LINES, Look, Page, printing
 from pairsim.plots.units import Units
-from pairsim.quantities.kinds import LENGTH, POSITION
+from pairsim.quantities.kinds import POSITION
 from pairsim.questions.stream import (
     DISTANCES,
     DOUBLE,
@@ -26,7 +27,6 @@ from pairsim.questions.stream import (
     SPREAD,
     STREAM,
 )
-from pairsim.record.columns import T, Z
 from pairsim.record.table import Table
 from pairsim.record.table_files import read_table
 
@@ -64,7 +64,7 @@ def draw_stream(directory: Path, out: Path, page: Page) -> list[Path]:
         look = {"drawstyle": "steps-post", "color": COLOURS[i], "linestyle": LINES[i]}
         name = "inlet" if not place else f"after {place:.3g} {units.name(POSITION)}"
         lines.append(Line("distances", distances[LEAST][here], distances[PART][here], label=name, look=look))
-    charts = {"stream": (panels, lines), "kymograph": _kymograph(units, beads)}
+    charts = {"stream": (panels, lines), "kymograph": kymograph(units, beads, POSITION_OF_STREAM)}
     return [
         path
         for n, chart in charts.items()
@@ -74,15 +74,3 @@ def draw_stream(directory: Path, out: Path, page: Page) -> list[Path]:
 
 def _half_widths(table: Table, name: str) -> Any:
     return np.hypot(table[f"{name}_error"], table[f"{name}_model"])
-
-
-def _kymograph(units: Units, beads: Table) -> tuple[dict[Any, Panel], list[Line]]:
-    """The positions of beads beside their middle, a line each, over that of the stream, and over the time above."""
-    way, places = beads[POSITION_OF_STREAM], list(beads.each(Z).values())
-    middle = np.mean(places, axis=0)
-    to_lengths = units.factor(LENGTH) / units.factor(POSITION)  # columns of positions are in mm, beads are um apart
-    look: Look = {"color": COLOURS[0], "linestyle": "-"}
-    lines = [Line("beads", way, to_lengths * (z - middle), look=look) for z in places]
-    time = units.axis_label([T]), way, beads[T]
-    label = rf"$z_i - \bar{{z}}$  [{units.name(LENGTH)}]"
-    return {"beads": Panel(units.axis_label([POSITION_OF_STREAM]), label, above=time)}, lines

@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 
 from pairsim.plots.chart import POINT, Line, Panel, draw_chart
+from pairsim.plots.kymograph import kymograph
 from pairsim.plots.labels import case_parts, read_case, tex_number
 from pairsim.plots.lines import told_apart
 from pairsim.plots.style import COLOURS, LINES, Look, Page, printing
 from pairsim.plots.units import Units
-from pairsim.quantities.kinds import LENGTH, POSITION
+from pairsim.quantities.kinds import LENGTH
 from pairsim.questions.train import FREQUENCY, GROWTH, POSITION_OF_ROW, ROW, SPECTRUM, TRAIN, D, K
-from pairsim.record.columns import DISTANCE, T, Z
-from pairsim.record.table import Table
+from pairsim.record.columns import DISTANCE
 from pairsim.record.table_files import read_table
 
 
@@ -49,17 +49,5 @@ def draw_train(directory: Path, out: Path, page: Page) -> list[Path]:
             "at the ends": Panel(label, "number of distances"),
         }
         charts["row"] = shown, lines
-        charts["kymograph"] = _kymograph(units, row)
+        charts["kymograph"] = kymograph(units, row, POSITION_OF_ROW)
     return [path for n, chart in charts.items() for path in page.save(draw_chart(page, *chart, parts)[0], out, n)]
-
-
-def _kymograph(units: Units, row: Table) -> tuple[dict[str, Panel], list[Line]]:
-    """The positions of the beads beside their middle, a line each, over that of the row, and over the time above."""
-    way, places = row[POSITION_OF_ROW], list(row.each(Z).values())
-    middle = np.mean(places, axis=0)
-    to_lengths = units.factor(LENGTH) / units.factor(POSITION)  # columns of positions are in mm, beads are um apart
-    look: Look = {"color": COLOURS[0], "linestyle": "-"}
-    beads = [Line("beads", way, to_lengths * (z - middle), look=look) for z in places]
-    time = units.axis_label([T]), way, row[T]
-    label = rf"$z_i - \bar{{z}}$  [{units.name(LENGTH)}]"
-    return {"beads": Panel(units.axis_label([POSITION_OF_ROW]), label, above=time)}, beads
