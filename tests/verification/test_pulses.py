@@ -17,7 +17,7 @@ from pairsim.runtime.arrays import Array
 from pairsim.solvers.transient.end import settled
 from pairsim.solvers.transient.transient import Transient
 
-TUBE = {"particles": 0, "length": 0.5, "mesh": {"max_size": 0.05}}
+TUBE = {"particles": 0, "length": 0.5}
 RIGID = {"beta": 0.4, "Ca_e": 0, "d0": 0.2, "length": 3, "mesh": {"Np": 8, "max_size": 0.3}}
 SOFT = {**RIGID, "Ca_e": 0.05, "time": {"tol": 1e-3}}
 FORMS = {
@@ -62,18 +62,22 @@ def test_its_stress_goes_on_over_the_jumps_of_a_square_wave() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("ends", ["developed", "periodic"])
 def test_a_run_in_oldroyd_b_has_the_exact_pressure_drop_and_the_parabola(ends: str) -> None:
-    steps, _, waveform = pulses(
-        {"period": 2, "mean": 0.2, "amplitude": 1},
-        0.8,
-        **{**TUBE, "ends": ends, "De": 1.0, "liquid": "oldroyd-b", "time": {"tol": 2e-4}},
-    )
-    found = np.array([step.observation.dp / 0.5 for step in steps])
-    gradient = [32 * (0.09 * waveform.at(s.t) + 0.91 * exact(s.t, 1.0, np.pi, 0.2)) for s in steps]
-    assert abs(found - gradient).max() < 1e-4 * np.abs(gradient).max()
-    last = steps[-1]
-    r = last.scene.liquid.six_node_mesh.points[:, 1]
-    u = last.scene.liquid.nodal("u", last.x)[:, 0]
-    assert abs(u - 2 * waveform.at(last.t) * (1 - 4 * r**2)).max() < 2e-4  # by the cells: docs/explanation/pulses.md
+    off = []
+    for size in (0.1, 0.05):
+        steps, _, waveform = pulses(
+            {"period": 2, "mean": 0.2, "amplitude": 1},
+            0.8,
+            **{**TUBE, "ends": ends, "De": 1.0, "liquid": "oldroyd-b", "time": {"tol": 2e-4}},
+            mesh={"max_size": size},
+        )
+        found = np.array([step.observation.dp / 0.5 for step in steps])
+        gradient = [32 * (0.09 * waveform.at(s.t) + 0.91 * exact(s.t, 1.0, np.pi, 0.2)) for s in steps]
+        assert abs(found - gradient).max() < 1e-4 * np.abs(gradient).max()
+        last = steps[-1]
+        r = last.scene.liquid.six_node_mesh.points[:, 1]
+        u = last.scene.liquid.nodal("u", last.x)[:, 0]
+        off.append(abs(u - 2 * waveform.at(last.t) * (1 - 4 * r**2)).max())
+    assert 2.5 < np.log2(off[0] / off[1]) < 4, "the parabola is approached with the third power of the cells"
 
 
 def own_giesekus(waveform: Waveform, De: float, alpha: float, times: Array, cells: int = 200) -> Array:
