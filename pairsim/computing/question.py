@@ -55,6 +55,7 @@ class InSweeps[C: SceneCase]:
     columns: Callable[[C], Sequence[str]]  # of the results of a case, before `COST`
     read: Callable[[Tables, Record], dict[str, Value]] = last_row  # takes those that a folder has from its content
     parameters: tuple[str, ...] = ("beta", "De", "Ca_e")  # keys that results.csv always has, also if they do not vary
+    drawn: bool = False  # whether a sweep has pictures of them, beside those in the folders of its cases
 
 
 @dataclass(frozen=True)

@@ -377,7 +377,7 @@ QUESTION = Question(
     tables={"critical": Columns(CRITICAL_COLUMNS, STEADY, FOLLOWED), "way": WAY_COLUMNS},
     entries=(*OF_STEADY, ENDS),
     result=CriticalResult,
-    in_sweeps=InSweeps(lambda _: ("points", "zeros", "stable"), read),
+    in_sweeps=InSweeps(lambda _: ("points", "zeros", "stable"), read, drawn=True),
     draw=draw,
     captions={"critical": "Critical distances"},
     examples="Examples: pairsim critical configs/critical.yaml | "

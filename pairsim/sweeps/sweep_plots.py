@@ -62,7 +62,7 @@ def plot_sweep(
         main = sweep.question.tables[sweep.question.table] if command == "run" else None
         written += _draw_parameters(cases, main, varying, parts, group, target, page)
     if not written:
-        drawn = command in ("run", "curve", "critical")
+        drawn = sweep.question.in_sweeps.drawn
         has = "no zero of dU to draw over a number that varies" if drawn else "its pictures in the folders of its cases"
         raise InputError(str(directory), "", None, f"is a sweep of `pairsim {command}`, which has {has}")
     return written

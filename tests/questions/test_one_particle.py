@@ -164,7 +164,9 @@ def test_moduli_are_those_of_a_table_of_cytometry(pairsim: Pairsim, tmp_path: Pa
         "grid": {"beta": [0.5]},
     }
     (tmp_path / "grid.yaml").write_text(json.dumps(case))
-    assert pairsim("sweep", "grid.yaml", "-o", "beads").returncode == 0
+    done = pairsim("sweep", "grid.yaml", "-o", "beads")
+    assert done.returncode == 0
+    assert "pairsim plot" not in done.stderr, "its pictures are in the folders of its cases"
     assert pairsim("table", "beads", "--cytometry", "-o", "lut.txt").returncode == 0
     assert "--physical: must be left out" in pairsim("table", "beads", "--cytometry", "--physical").stderr
     text = (tmp_path / "lut.txt").read_text()

@@ -11,7 +11,7 @@ installation or system at fault (pairsim doctor), 130 interrupted.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -22,6 +22,9 @@ from pairsim.runtime.launcher import rank
 from pairsim.runtime.signals import Signals
 from pairsim.sweeps.grid import read_grid
 from pairsim.sweeps.progress import dry_run_view
+
+if TYPE_CHECKING:
+    from pairsim.app.sweep_results import SweepResult
 
 EXAMPLES = (
     "Examples: pairsim sweep grid.yaml --dry-run | pairsim sweep grid.yaml --workers 4 | "
@@ -55,6 +58,11 @@ def sweep(
             signals=signals,
             settings=settings,
         )
-    folder = result.folder
-    after = f"pairsim table {folder} results has what was found in each case; pairsim plot {folder} draws it"
-    end(result.exit_code, result.message, folder, "" if quiet else after)
+    end(result.exit_code, result.message, result.folder, "" if quiet or rank() else _next(result))
+
+
+def _next(result: SweepResult) -> str:
+    """What can be done with a sweep that has ended."""
+    table = f"pairsim table {result.folder} results has what was found in each case"
+    drawn = result.record.question.in_sweeps.drawn
+    return f"{table}; pairsim plot {result.folder} draws it" if drawn else table

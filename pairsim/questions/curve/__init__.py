@@ -413,7 +413,7 @@ QUESTION = Question(
     },
     entries=(*OF_STEADY, TIME_STEPS, AFTER, SPREAD_OF_PARTICLES),
     result=CurveResult,
-    in_sweeps=InSweeps(result_columns, read),
+    in_sweeps=InSweeps(result_columns, read, drawn=True),
     draw=draw,
     captions={"curve": "Relative velocity and shapes over distance"},
     frames="d",

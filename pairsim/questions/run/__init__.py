@@ -121,7 +121,7 @@ QUESTION = Question(
     tables={"series": SERIES_COLUMNS, NAME: TABLE},
     entries=OF_RUNS,
     result=RunResult,
-    in_sweeps=InSweeps(result_columns, last_row, parameters=("beta", "De", "Ca_e", "d0")),
+    in_sweeps=InSweeps(result_columns, last_row, parameters=("beta", "De", "Ca_e", "d0"), drawn=True),
     draw=draw,
     captions={"series": "Velocities and shapes over time, relative velocity over distance"},
     frames="t",
