@@ -229,7 +229,7 @@ class Case(OffAxisCase):
         elastic = RUN_PER_DE * self.De * self.slowest_time
         latest = max(SHORTEST_RUN, elastic, *(RUN_PER_CAPILLARY * each for each in soft))
         end = float(f"{min(latest, values.MOST_TIME):.3g}")
-        with suppress(ValueError):  # which `check_run` reports
+        with suppress(ValueError):  # which the check of its key reports
             end = self._end_with_cycles(end)
         start = {} if self.physical is None else {"start": "steady"}
         return super()._defaults() | start | {"time": {"tol": settings_of(self.accuracy).time_tol, "end": end}}
