@@ -47,7 +47,7 @@ class InnerDrop:
         for downstream in (-1.0, 1.0):
             t = np.clip((length / 2 - downstream * z) / over, 0.0, 1.0)
             averaged = weights * t**2 * (1 - t) ** 2
-            averaged /= averaged.sum()
+            averaged /= averaged.sum() or np.nan  # of a diverged estimate, which may have no cells there
             total -= downstream * quadrature.integrals(averaged)
             apart += downstream * float((averaged * z).sum())
         index = scene.liquid.index("p", mesh.vertices)

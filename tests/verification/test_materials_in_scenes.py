@@ -164,6 +164,7 @@ def test_a_run_with_viscous_particles_forgets_its_start_within_t_relax() -> None
 
 
 @pytest.mark.slow
+@pytest.mark.filterwarnings("error::RuntimeWarning")
 def test_a_run_goes_on_without_an_error_where_its_estimate_diverges(tmp_path: Path) -> None:
     keys = {"beta": 0.4, "De": 0, "Ca_e": 0.15, "solid": {"law": "mooney-rivlin", "c": 0.5}, "d0": 0.1, "length": 5}
     steps = {"ends": "developed", "mesh": {"Np": 20, "rows": 0}, "time": {"end": 2.6}, "output": {"fields": False}}
