@@ -9,10 +9,11 @@ import pytest
 
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.monitor import Monitor
+from pairsim.solvers.rows.contact import TOUCHING
 from pairsim.solvers.rows.deviations import Deviations, deviations
 from pairsim.solvers.rows.model import Row, RowModel
 from pairsim.solvers.rows.row_motion import _velocities, move
-from pairsim.solvers.rows.stream_motion import TOUCHING, _Velocities, follow
+from pairsim.solvers.rows.stream_motion import _Velocities, follow
 
 CONTACT = 2e-3
 RANDOM = np.random.default_rng(3)

@@ -1,10 +1,7 @@
 """The motion of a long row along a tube: an ordinary differential equation for its distances.
 
-What particles do once they touch is assumed: they travel on at the distance of contact, held there by equal and
-opposite forces on both, until these would have to pull. If these move all particles equally easily, the velocities are
-the nearest ones at which no distance of contact shrinks: an isotonic regression of those without them.
-
 Nearer than any rows that were solved, films of liquid slow particles that come closer (`pairsim.solvers.rows.films`).
+Particles that touch travel on together until they would have to pull at each other (`pairsim.solvers.rows.contact`).
 """
 
 from __future__ import annotations
@@ -17,6 +14,7 @@ import scipy
 
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.monitor import Monitor
+from pairsim.solvers.rows.contact import without_overlap
 from pairsim.solvers.rows.films import changed_by_films
 from pairsim.solvers.rows.model import RowModel
 
@@ -75,8 +73,5 @@ def propagator(model: RowModel, places: Places, end: float) -> Array:
 def _velocities(model: RowModel, gaps: Array, contact: float) -> Array:
     """Velocities of the particles, as far as these change the distances, with the forces between those that touch."""
     row = model.row(gaps)
-    U = np.cumsum([row.U[0], *row.rates]) + changed_by_films(model, gaps, row.rates, contact)
-    for begin, end in pairwise([0, *(np.flatnonzero(gaps > contact) + 1), len(U)]):
-        if end - begin > 1:
-            U[begin:end] = scipy.optimize.isotonic_regression(U[begin:end]).x
-    return np.asarray(U)
+    free = np.cumsum([row.U[0], *row.rates])
+    return without_overlap(free + changed_by_films(model, gaps, row.rates, contact), gaps, contact)

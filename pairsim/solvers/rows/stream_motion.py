@@ -1,7 +1,7 @@
 """The motion of a stream of particles along a tube: a long row, whose particles may differ.
 
 Velocities at held distances are those of `pairsim.solvers.rows.model`; films of liquid between particles that come
-closer are those of `pairsim.solvers.rows.films`, and particles that touch those of `pairsim.solvers.rows.row_motion`.
+closer are those of `pairsim.solvers.rows.films`, and particles that touch those of `pairsim.solvers.rows.contact`.
 Work and memory grow in proportion to the number of particles.
 
 Time steps are those of the method of Bogacki and Shampine (1989), with places that overlap after a step put back to
@@ -18,10 +18,10 @@ import scipy
 
 from pairsim.runtime.arrays import Array, Flags
 from pairsim.runtime.monitor import Monitor
+from pairsim.solvers.rows.contact import TOUCHING, without_overlap
 from pairsim.solvers.rows.films import changed_by_films
 from pairsim.solvers.rows.model import RowModel
 
-TOUCHING = 1e-9  # distance beyond that of contact at which particles touch, which is rounding [D_c]
 # Error of a step in a distance, and overlap of particles that meet in one, from which on it is repeated [D_c]; chosen:
 # contact is at 2e-3 by default.
 TOLERANCE, OVERLAP = 1e-5, 5e-4
@@ -124,15 +124,7 @@ class _Velocities:
         width = len(stretch) // 2
         rates = scipy.linalg.solve_banded((width, width), stretch, np.diff(U))
         free = np.cumsum(np.append(U[0], rates))
-        return self._without_overlap(free + changed_by_films(self.model, gaps, rates, self.contact), gaps)
-
-    def _without_overlap(self, U: Array, gaps: Array) -> Array:
-        """The nearest velocities at which no distance of contact shrinks."""
-        rows = np.append(0, np.cumsum(gaps > self.contact + TOUCHING))  # of particles that touch each other
-        if rows[-1] == len(gaps):
-            return U
-        offset = (np.ptp(U) + 1.0) * rows  # so that those of different rows are never out of order
-        return np.asarray(scipy.optimize.isotonic_regression(U + offset).x - offset)
+        return without_overlap(free + changed_by_films(self.model, gaps, rates, self.contact), gaps, self.contact)
 
     def apart(self, places: Array) -> Array:
         """The nearest places at which no particles overlap."""
