@@ -15,7 +15,9 @@ STUDY = Study(
     uses=(
         "pairsim.physics",
         "pairsim.fem",
-        "pairsim.solvers",
+        *(f"pairsim.solvers.{package}" for package in ("curves", "errors", "nonlinear", "steady")),
+        *(f"pairsim.solvers.{module}" for module in ("goals", "mesh_transfer", "meshed_scene", "parameters")),
+        *(f"pairsim.solvers.{module}" for module in ("pressure_drop", "problems", "solution")),
         "pairsim.cases.accuracy",
         "pairsim.computing.problems",
         "pairsim.computing.accuracy",
