@@ -1,0 +1,24 @@
+"""Whether the atlases that ship know dU of unequal pairs as well as they say."""
+from pathlib import Path
+from book.computing import DOCS
+from book.study import Study
+from studies.unequal_atlas.cases import parts
+STUDY = Study(
+    folder=Path(__file__).parent,
+    shows="whether dU of pairs that differ in size and stiffness is inside the half-widths of the atlases that ship",
+    uses=(
+        "pairsim.physics",
+        "pairsim.fem",
+        *(f"pairsim.solvers.{package}" for package in ("curves", "errors", "nonlinear", "steady")),
+        *(f"pairsim.solvers.{module}" for module in ("goals", "mesh_transfer", "meshed_scene", "parameters")),
+        *(f"pairsim.solvers.{module}" for module in ("pressure_drop", "problems", "solution")),
+        "pairsim.cases.accuracy",
+        "pairsim.computing.problems",
+        "pairsim.computing.accuracy",
+        "pairsim.computing.steady",
+    ),
+    parts=parts,
+    statements=lambda t,p: {},
+    blocks=lambda t,p: {},
+    page=DOCS / "validation" / "unequal-pairs.md",
+)
