@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 PARAMETERS = ("beta", "De", "Ca_e")
 SHIPPED = sorted(Path(__file__).parent.glob("*.npz"))  # made by the files of these names in configs/atlas
+VANISHING = (1, 2)  # of these: dU of equal pairs vanishes where De and Ca_e do
 BEND = 0.05  # De from which on dU bends: its coordinate is log(1 + De/BEND); chosen by curves left out
 POWER = 4.0  # of beta, by which dU is divided: of the order of what dU grows with
 SLACK = 1e-9  # part of a range by which a value may be outside by rounding
@@ -71,7 +72,7 @@ class Curves:
         relative = sizes / np.median(sizes / np.hypot(x[:, 1], x[:, 2]))
         lengths, of_values, of_derivatives = np.split(settings, (3, 4))
         errors = np.stack([of_values * relative, *(np.full_like(sizes, each) for each in of_derivatives)])
-        return Kriging.of(x, np.concatenate([values[None], by]), errors, lengths, True)
+        return Kriging.of(x, np.concatenate([values[None], by]), errors, lengths, VANISHING)
 
 
 @dataclass(frozen=True)
@@ -142,7 +143,7 @@ class Atlas:
         means, size = values.mean(axis=0), values.std(axis=0).max() or 1.0
         data = np.full((4, *values.shape), np.nan)
         data[0] = values - means
-        return Kriging.of(self.dU.places, data, np.full(data.shape[:2], ERROR_OF_OTHERS * size), SMOOTH, False), means
+        return Kriging.of(self.dU.places, data, np.full(data.shape[:2], ERROR_OF_OTHERS * size), SMOOTH, ()), means
 
     @cached_property
     def by_difference(self) -> tuple[Kriging, Array] | None:
@@ -156,7 +157,7 @@ class Atlas:
         data = np.full((4, *values.shape), np.nan)
         data[0] = values - means
         errors = np.full(data.shape[:2], ERROR_OF_OTHERS * size)
-        return Kriging.of(self.dU.places, data, errors, SMOOTH, False), means
+        return Kriging.of(self.dU.places, data, errors, SMOOTH, ()), means
 
     @cached_property
     def own(self) -> Array:

@@ -29,8 +29,8 @@ class Content(TypedDict):
     d: Array
     widths: Array
     own: Array
-    dU: Mapping[str, Array | Sequence[Array]]
-    others: Mapping[str, Array | Sequence[Array]]
+    dU: Mapping[str, Array | Sequence[Array] | bool]
+    others: Mapping[str, Array | Sequence[Array] | bool]
     means: Array
 
 
@@ -43,7 +43,7 @@ def _content(liquid: str, atlas: Atlas) -> Content:
         "d": atlas.d,
         "widths": atlas.widths,
         "own": atlas.own,
-        "dU": {**vars(atlas.dU), "root": root},
-        "others": {**vars(others), "root": []},
+        "dU": {**vars(atlas.dU), "root": root, "vanishing": True},
+        "others": {**vars(others), "root": [], "vanishing": False},
         "means": means,
     }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,17 +13,18 @@ TINY = 1e-30  # step into the complex plane, without rounding (Squire and Trapp 
 NUGGET = 1e-10  # added to variances of data, relative to that of the function; rounding
 
 
-def covariance(X: Array, Z: Array, lengths: Array, vanishing: bool) -> Array:
+def covariance(X: Array, Z: Array, lengths: Array, vanishing: Sequence[int]) -> Array:
     """Covariances of a random function and its derivatives at places with those at other places.
 
-    The function is g_1 x_1 + g_2 x_2 with random g_i, so that it is zero where x_1 = x_2 = 0, or else g_0. Each g has
-    covariances exp(-|x - z|^2/2), x and z over the lengths (Rasmussen and Williams 2006, section 9.4).
+    The function is the sum of g_i x_i over some parameters i, with random g_i, so that it is zero where these are, or
+    else g. Each g has covariances exp(-|x - z|^2/2), x and z over the lengths (Rasmussen and Williams 2006, section
+    9.4).
 
     Args:
         X: Places, shape (n, p).
         Z: Other places, shape (m, p).
         lengths: Correlation length along each parameter, shape (p,).
-        vanishing: Whether the function is g_1 x_1 + g_2 x_2.
+        vanishing: The parameters of this sum; none where the function is g.
 
     Returns:
         Array of shape (1 + p, n, 1 + p, m): the function, then its derivatives by each parameter.
@@ -32,13 +34,13 @@ def covariance(X: Array, Z: Array, lengths: Array, vanishing: bool) -> Array:
     return np.stack([rows[0], *(row.imag / TINY for row in rows[1:])])
 
 
-def _by_place(X: Array, Z: Array, lengths: Array, vanishing: bool) -> Array:
+def _by_place(X: Array, Z: Array, lengths: Array, vanishing: Sequence[int]) -> Array:
     """Covariances of the function with it and its derivatives by other places, analytic in X: shape (n, 1 + p, m)."""
     D = (X[:, None] - Z) / lengths
     factor, by_z = np.ones((len(X), len(Z))), np.zeros_like(D)
     if vanishing:
-        factor = X[:, None, 1] * Z[:, 1] + X[:, None, 2] * Z[:, 2]
-        by_z[:, :, 1:3] = X[:, None, 1:3]
+        factor = np.sum([X[:, None, i] * Z[:, i] for i in vanishing], axis=0)
+        by_z[:, :, list(vanishing)] = X[:, None, list(vanishing)]
     slopes = by_z + factor[:, :, None] * D / lengths
     whole = np.concatenate([factor[:, None], np.moveaxis(slopes, 2, 1)], axis=1)
     return np.asarray(whole * np.exp(-(D**2).sum(axis=2) / 2)[:, None])
@@ -53,10 +55,10 @@ class Kriging:
     known: Indices  # indices of the data among function and derivatives (1 + p) at all places (n), flattened, (data,)
     weights: Array  # of the data in each function, shape (data, functions)
     root: Array  # inverse of the Cholesky factor of the covariance of the data, lower triangular, (data, data)
-    vanishing: bool  # as of `covariance`
+    vanishing: Sequence[int]  # as of `covariance`
 
     @classmethod
-    def of(cls, places: Array, data: Array, errors: Array, lengths: Array, vanishing: bool) -> Kriging:
+    def of(cls, places: Array, data: Array, errors: Array, lengths: Array, vanishing: Sequence[int]) -> Kriging:
         """The functions that interpolate data.
 
         Args:
@@ -79,7 +81,7 @@ class Kriging:
         """
         cross = covariance(X, self.places, self.lengths, self.vanishing)
         rows = cross.reshape(cross.shape[0], len(X), -1)[:, :, self.known]
-        here = (X[:, 1:3] ** 2).sum(axis=1) if self.vanishing else np.ones(len(X))
+        here = (X[:, list(self.vanishing)] ** 2).sum(axis=1) if self.vanishing else np.ones(len(X))
         spread = here - ((rows[0] @ self.root.T) ** 2).sum(axis=1)
         return rows @ self.weights, np.sqrt(np.maximum(spread, 0.0))
 
