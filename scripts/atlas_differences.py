@@ -57,7 +57,7 @@ def main() -> None:
         data = np.full((1 + len(PARAMETERS), *values.shape), np.nan)
         data[0] = values - mean
         errors = np.full(data.shape[:2], NOISE * values.std(axis=0).max())
-        smooth = Kriging.of(scaled(BOX, places[inside])[0], data, errors, SMOOTH, False)
+        smooth = Kriging.of(scaled(BOX, places[inside])[0], data, errors, SMOOTH, ())
         there = atlas.curves.places
         differences = there[:, :1] ** 2 * (smooth(scaled(BOX, there)[0])[0][0] + mean)
         replace(atlas, curves=replace(atlas.curves, differences=differences)).save(path)

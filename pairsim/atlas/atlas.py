@@ -20,6 +20,7 @@ from pairsim.runtime.arrays import Array, Flags
 from pairsim.runtime.errors import InputError
 
 if TYPE_CHECKING:
+    from pairsim.atlas.unequal import Unequal, UnequalAtlas
     from pairsim.runtime.plain import Plain
 
 PARAMETERS = ("beta", "De", "Ca_e")
@@ -88,6 +89,7 @@ class Interpolated:
     t_relax: Array  # decay time [D_c/U_av]
     sensitivities: Mapping[str, Array]  # derivatives of dU by beta, De and Ca_e
     by_difference: Array | None  # that by the difference of the diameters over their mean; None where not known
+    by_stiffness: Array | None = None  # that by the difference of the moduli over their mean; likewise
 
 
 class Provenance(TypedDict):
@@ -107,6 +109,7 @@ class Atlas:
     settings: Array  # as of `Curves.kriging`
     widths: Array  # what a standard deviation of dU is multiplied by for the half-width of its interval, (distances,)
     curves: Curves  # those that it is made of
+    unequal: Unequal | None = None  # what it has of pairs whose beads differ
 
     @classmethod
     def load(cls, path: Path) -> Self:
@@ -121,15 +124,33 @@ class Atlas:
             head = json.loads(str(arrays.pop("head")))
             arrays.setdefault("differences", np.full_like(arrays["dU"], np.nan))  # files of 0.3.0 have none
             curves = Curves(*(arrays.pop(each.name) for each in fields(Curves)))
-            return cls(**head, **arrays, curves=curves)
+            unequal = None
+            if (ratios := head.pop("ratios", None)) is not None:
+                from pairsim.atlas.unequal import Unequal
+
+                unequal = Unequal.of_file(ratios, head["box"], arrays)
+            return cls(**head, **arrays, curves=curves, unequal=unequal)
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise InputError(str(path), "", None, f"must be an atlas of this version ({error})") from error
 
     def save(self, path: Path) -> None:
         """Write the atlas to a file that `load` reads."""
         arrays = vars(self.curves) | {name: getattr(self, name) for name in ("d", "settings", "widths")}
+        head: dict[str, object] = {"box": self.box, "provenance": self.provenance}
+        if self.unequal is not None:
+            head["ratios"] = self.unequal.ratios
+            arrays |= self.unequal.arrays
         with path.open("wb") as file:
-            np.savez_compressed(file, head=json.dumps({"box": self.box, "provenance": self.provenance}), **arrays)
+            np.savez_compressed(file, head=json.dumps(head), **arrays)
+
+    @cached_property
+    def of_unequal(self) -> UnequalAtlas | None:
+        """dU of pairs whose beads differ; None where it has none."""
+        if self.unequal is None:
+            return None
+        from pairsim.atlas.unequal import UnequalAtlas
+
+        return UnequalAtlas(self, self.unequal)
 
     @cached_property
     def dU(self) -> Kriging:
@@ -201,6 +222,15 @@ class Atlas:
         near = 1 / (((x[:, None] - self.dU.places) ** 2).sum(axis=2) + SLACK) ** 2
         own = near / near.sum(axis=1, keepdims=True) @ self.own
         return dU, np.hypot(size * spread[:, None] * self.widths, np.abs(dU).max(axis=1, keepdims=True) * own)
+
+    def with_slopes(self, places: ArrayLike) -> Array:
+        """dU and its derivatives by beta, De and Ca_e, (4, places, distances); places as of `velocities`."""
+        places = np.asarray(places, dtype=float)
+        (x, slopes), beta = scaled(self.box, places), places[:, :1]
+        values = self.dU(x)[0] * beta**POWER
+        values[1:] *= slopes.T[:, :, None]
+        values[1] += POWER / beta * values[0]
+        return values
 
     def changes_by_difference(self, places: ArrayLike) -> Array | None:
         """Derivatives of dU by the difference of the diameters over their mean [U_av], shape (places, distances).

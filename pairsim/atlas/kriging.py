@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -85,10 +85,13 @@ class Kriging:
         spread = here - ((rows[0] @ self.root.T) ** 2).sum(axis=1)
         return rows @ self.weights, np.sqrt(np.maximum(spread, 0.0))
 
-    def left_out(self) -> tuple[Array, Array]:
-        """The kriging without each place less the data there, (n, functions), and its standard deviation, (n,)."""
+    def left_out(self, which: Iterable[int] | None = None) -> tuple[Array, Array]:
+        """The kriging without each place less the values there, (n, functions), and its standard deviation, (n,).
+
+        Of all places, or of those of some indices, each of which must have its values.
+        """
         n, residuals, spreads = len(self.places), [], []
-        for i in range(n):
+        for i in range(n) if which is None else which:
             own = np.flatnonzero(self.known % n == i)
             block = np.linalg.inv(self.root[:, own].T @ self.root[:, own])
             residuals.append(-(block @ self.weights[own])[0])

@@ -7,13 +7,10 @@ from dataclasses import replace
 from itertools import product
 from math import ceil
 from pathlib import Path
-from typing import cast
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 from scipy.stats import qmc
 
-from pairsim.analysis.master_curve import Curve
 from pairsim.atlas import fit
 from pairsim.atlas.atlas import PARAMETERS, Atlas, Curves, scaled
 from pairsim.cases.case import SceneCase
@@ -21,13 +18,12 @@ from pairsim.cases.coverage import beyond
 from pairsim.cases.identity import RUNS
 from pairsim.cases.yaml_file import read_yaml
 from pairsim.questions.registry import QUESTIONS
-from pairsim.record.columns import BY_DIFFERENCE, DISTANCE, SENSITIVITIES, STRETCH, T_RELAX, U
 from pairsim.record.folder import plain
-from pairsim.record.record import Record
-from pairsim.runtime.arrays import Array, Flags
+from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.plain import Plain
 from pairsim.runtime.version import __version__
+from pairsim.sweeps.atlas_curves import among, curve_folders, curves_in
 from pairsim.sweeps.atlas_file import AtlasFile, check_atlas
 from pairsim.sweeps.files import parse_file
 from pairsim.sweeps.grid import Grid, grid_from, read_base
@@ -72,6 +68,11 @@ def build(path: Path, folder: Path | None, options: Options, workers: Workers) -
         if atlas.box != box:
             allowed = "must be an atlas of the same box and base: its box is another one"
             raise InputError(str(path), "start", file.start, allowed)
+        if file.of_unequal:
+            from pairsim.sweeps.unequal_building import UnequalBuilding
+
+            building = UnequalBuilding(path, file, base, atlas, others, options)
+            return *building.build(directory, TABLE, workers), directory
         random.fast_forward(int(atlas.curves.random.sum()))
         for other in others:
             atlas = joined(atlas, other, lambda place: grid_of(place, "start").cases[0].case, str(path))
@@ -83,8 +84,8 @@ def build(path: Path, folder: Path | None, options: Options, workers: Workers) -
         else:
             chosen = fit.least_sure(atlas, candidates, EVERY // 2)
         if atlas is not None:
-            drawn = drawn[~_among(drawn, atlas.curves.places)]
-        candidates = candidates[~_among(candidates, np.concatenate([drawn, chosen]))]
+            drawn = drawn[~among(drawn, atlas.curves.places)]
+        candidates = candidates[~among(candidates, np.concatenate([drawn, chosen]))]
         round_ = directory / f"round-{number:02d}"
         grid = grid_of(np.concatenate([drawn, chosen]), round_.name)
         common = _common(grid, atlas, file, str(path))
@@ -125,11 +126,6 @@ def _known(atlas: Atlas) -> str:
     return f"{len(atlas.curves.places)} curves, half of them off by up to {size:.2g} % of their peak without themselves"
 
 
-def _among(places: Array, known: Array) -> Flags:
-    """Which places, shape (places, 3), are among known ones."""
-    return np.asarray((places[:, None] == known).all(axis=2).any(axis=1))
-
-
 def _places(box: Mapping[str, Sequence[float]], x: Array) -> Array:
     """Places at coordinates from 0 to 1 in the box, shape (places, 3), without those where dU nearly vanishes."""
     low, high = np.array([box[name] for name in PARAMETERS]).T
@@ -160,38 +156,3 @@ def joined(atlas: Atlas, other: Atlas, case_at: Callable[[Array], SceneCase], so
     more = Curves(*(each[new] for each in vars(other.curves).values()))
     more = replace(more, random=np.zeros(int(new.sum()), dtype=bool))
     return fit.fit(atlas.curves + more, atlas.d, atlas.box, atlas.provenance)
-
-
-def curve_folders(sweep: Path) -> list[Path]:
-    """The folders of all curves of a sweep that have finished."""
-    found = sorted(path.parent for path in sweep.glob("*/run.json"))
-    return [each for each in found if Record.read(each).status == "finished"]
-
-
-def curves_in(folders: Sequence[Path], d: Array, drawn: Array) -> Curves:
-    """The curves of folders, with sensitivities, at distances, shape (distances,).
-
-    Places that were drawn at random have the shape (places, 3).
-
-    Raises:
-        InputError: A curve does not reach the ends of the distances.
-    """
-    places, rows = [], []
-    for folder in folders:
-        found, case = Curve.read(folder, missing_ok=True), read_yaml(folder / "case.yaml")
-        table, curve = found.table, found.interpolant()
-        if curve is None or curve.d[0] > d[0] * (1 + 1e-9) or curve.d[-1] < d[-1] * (1 - 1e-9):
-            message = found.record.message
-            allowed = f"must be a curve over all distances of the atlas ({message}): make the box smaller"
-            raise InputError(str(folder), "", None, allowed)
-        inside, unknown = np.clip(d, *curve.ends), np.full_like(table[DISTANCE], np.nan)
-        known = [table.known(column) for column in (*(SENSITIVITIES[name] for name in PARAMETERS), BY_DIFFERENCE)]
-        *by, by_difference = (unknown if each is None else each for each in known)
-        columns = [*by, (table.of(U, "_L") + table.of(U, "_T")) / 2, table[STRETCH], table[T_RELAX], by_difference]
-        x, at = np.log(table[DISTANCE]), np.log(inside)
-        smooth = [CubicSpline(x, each)(at) if np.isfinite(each).all() else np.full_like(d, np.nan) for each in columns]
-        places.append([float(cast("float", case[name])) for name in PARAMETERS])
-        rows.append([curve.values(inside), curve.half_widths(inside), *smooth])
-    by_curve, where = np.array(rows), np.array(places)
-    random = _among(where, drawn)
-    return Curves(where, random, by_curve[:, 0], by_curve[:, 1], by_curve[:, 2:5], by_curve[:, 5:8], by_curve[:, 8])

@@ -14,6 +14,8 @@ from pairsim.sweeps.grid_file import MOST_CASES, Changes, FolderName, as_list
 
 Ends = tuple[Annotated[float, Field(ge=0)], Annotated[float, Field(ge=0)]]
 
+Ratios = tuple[Annotated[float, Field(gt=0)], Annotated[float, Field(gt=0)]]
+
 
 class AtlasFile(Keys):
     """An atlas file: a box of parameters, in which master curves are computed where they tell most."""
@@ -35,7 +37,28 @@ class AtlasFile(Keys):
         description="part of the box in which the curves that are added to those of start are computed; default: all",
         examples=[{"De": [0, 0.3]}],
     )
+    diameters: Ratios | None = Field(
+        None,
+        description="least and largest ratio of the diameters, of the leading particle to the trailing one: the curves "
+        "are those of pairs that differ, drawn at random in the box and the ratios, and are added to those of start; "
+        "goes with moduli",
+        examples=[[0.9, 1.1]],
+    )
+    moduli: Ratios | None = Field(
+        None, description="the same of the moduli, or of particles that are all rigid", examples=[[0.5, 2]]
+    )
+    beads: Whole = Field(
+        0,
+        ge=0,
+        le=MOST_CASES,
+        description="number of single particles that are computed, too, whose velocities are what pairs do far apart",
+    )
     seed: Whole = Field(0, description="seed of the places that are candidates")
+
+    @property
+    def of_unequal(self) -> bool:
+        """Whether curves are those of pairs whose particles differ."""
+        return self.diameters is not None and self.moduli is not None
 
     @property
     def starts(self) -> list[str]:
@@ -54,7 +77,25 @@ def check_atlas(file: AtlasFile) -> Iterator[Mistake]:
             yield Mistake(f"within.{key}", [low, high], f"must be a part of {key}: {list(getattr(file, key))}")
     if file.within and not file.start:
         yield Mistake("within", None, "must be left out without start: the first curves are those at the corners")
+    yield from _check_ratios(file)
     if file.De[1] == file.Ca_e[1] == 0:
         yield Mistake(
             "Ca_e", list(file.Ca_e), "must end above 0, or De: dU of rigid pairs vanishes in Newtonian liquids"
         )
+
+
+def _check_ratios(file: AtlasFile) -> Iterator[Mistake]:
+    """Check the keys of pairs that differ."""
+    for key, other in (("diameters", "moduli"), ("moduli", "diameters")):
+        if (ends := getattr(file, key)) is None:
+            continue
+        if not ends[0] <= 1 <= ends[1]:
+            yield Mistake(key, list(ends), "must be the least and the largest ratio, with 1 between them")
+        if getattr(file, other) is None:
+            yield Mistake(other, None, f"must be given with {key}, such as [1, 1]")
+        elif not file.start:
+            yield Mistake(key, list(ends), "must go with start: pairs that differ are added to an atlas of equal ones")
+        elif file.within:
+            yield Mistake("within", None, f"must be left out with {key}")
+    if file.beads and not file.of_unequal:
+        yield Mistake("beads", file.beads, "must go with diameters and moduli")

@@ -27,7 +27,8 @@ from pairsim.questions.curve import CurveCase
 from pairsim.record.table import Table
 from pairsim.record.table_files import read_table
 from pairsim.runtime.errors import InputError
-from pairsim.sweeps.atlas_building import curve_folders, curves_in, joined
+from pairsim.sweeps.atlas_building import joined
+from pairsim.sweeps.atlas_curves import curve_folders, curves_in
 
 PLACES = Path(__file__).parents[2] / "docs" / "validation" / "atlas-places.csv"
 LOADED = """import sys

@@ -1,8 +1,12 @@
 """Whether the atlases that ship know dU of unequal pairs as well as they say."""
+
 from pathlib import Path
+
 from book.computing import DOCS
 from book.study import Study
+
 from studies.unequal_atlas.cases import parts
+
 STUDY = Study(
     folder=Path(__file__).parent,
     shows="whether dU of pairs that differ in size and stiffness is inside the half-widths of the atlases that ship",
@@ -18,7 +22,7 @@ STUDY = Study(
         "pairsim.computing.steady",
     ),
     parts=parts,
-    statements=lambda t,p: {},
-    blocks=lambda t,p: {},
+    statements=lambda t, p: {},
+    blocks=lambda t, p: {},
     page=DOCS / "validation" / "unequal-pairs.md",
 )

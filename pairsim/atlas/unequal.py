@@ -1,0 +1,283 @@
+"""Pairs whose beads differ in size and stiffness, in an atlas: dU from curves of equal and of unequal pairs.
+
+dU of a pair has three parts: that of two equal beads of the mean diameter and the mean Ca_e; the difference of the
+velocities of both beads on their own, which is all that is left far apart; and a rest, which vanishes where the beads
+are equal. The rest is kriging over beta, De, Ca_e (means) and the differences of the diameters and of Ca_e, from
+unequal curves with their derivatives, and from the derivative of equal ones by the difference of the diameters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import NamedTuple, Self
+
+import numpy as np
+
+from pairsim.atlas.atlas import PARAMETERS, SLACK, Atlas, Interpolated, scaled
+from pairsim.atlas.kriging import Kriging
+from pairsim.atlas.single_beads import SingleBeads
+from pairsim.runtime.arrays import Array, Flags
+from pairsim.runtime.errors import InputError
+
+PREFIX = "unequal_"  # of names of arrays in a file
+DIMENSIONS = 5  # beta, De and Ca_e (means), and the two differences
+DIFFERENCES = (3, 4)  # the last ones of these, along which the rest vanishes
+OF_DIAMETERS = 0.1  # unit of the difference of the diameters; that of Ca_e has the largest one of the box
+POWER_OF_REST = 2.0  # of beta, by which the rest is divided: what a difference of sizes grows with
+
+
+class Beads(NamedTuple):
+    """Pairs of beads, the trailing (upstream) one first."""
+
+    betas: Array  # shape (pairs, 2)
+    De: Array  # shape (pairs,)
+    Ca_es: Array  # shape (pairs, 2)
+
+    @property
+    def means(self) -> Array:
+        """beta, De and Ca_e of equal beads between them, shape (pairs, 3)."""
+        return np.stack([self.betas.mean(axis=1), self.De, self.Ca_es.mean(axis=1)], axis=1)
+
+    @property
+    def differences(self) -> Array:
+        """Leading less trailing: of the diameters over their mean, and of Ca_e, shape (pairs, 2)."""
+        relative = np.diff(self.betas)[:, 0] / self.betas.mean(axis=1)
+        return np.stack([relative, np.diff(self.Ca_es)[:, 0]], axis=1)
+
+    def alone(self, which: int) -> Array:
+        """beta, De and Ca_e of the trailing (0) or leading (1) bead, shape (pairs, 3)."""
+        return np.stack([self.betas[:, which], self.De, self.Ca_es[:, which]], axis=1)
+
+    @property
+    def numbers(self) -> Array:
+        """All of them, shape (pairs, 5)."""
+        return np.concatenate([self.betas, self.De[:, None], self.Ca_es], axis=1)
+
+    @property
+    def ratios(self) -> dict[str, Array]:
+        """Those of the diameters and of the moduli, leading over trailing, shape (pairs,) each; 1 of rigid beads."""
+        (first, second), (soft, softer) = self.betas.T, self.Ca_es.T
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return {"diameters": second / first, "moduli": np.where(soft == softer, 1.0, soft / softer)}
+
+
+@dataclass(frozen=True)
+class UnequalCurves:
+    """Master curves of unequal pairs at the distances of an atlas."""
+
+    betas: Array  # as of `Beads`
+    De: Array
+    Ca_es: Array
+    random: Flags  # whether they were drawn at random among all pairs of the atlas, shape (curves,)
+    dU: Array  # dU on the slow manifold [U_av], shape (curves, distances)
+    errors: Array  # half-widths of its intervals, of the same shape
+    gradients: Array  # derivatives by means and differences, nan where not known, (curves, DIMENSIONS, distances)
+    ends: Array  # velocities of the trailing and the leading bead at the largest distance [U_av], shape (curves, 2)
+
+    @property
+    def beads(self) -> Beads:
+        return Beads(self.betas, self.De, self.Ca_es)
+
+    def __add__(self, other: UnequalCurves) -> UnequalCurves:
+        return UnequalCurves(*map(np.concatenate, zip(vars(self).values(), vars(other).values(), strict=True)))
+
+    def __getitem__(self, which: Flags) -> UnequalCurves:
+        return UnequalCurves(*(each[which] for each in vars(self).values()))
+
+
+@dataclass(frozen=True)
+class Unequal:
+    """What an atlas has of pairs whose beads differ, beside its curves of equal ones."""
+
+    ratios: Mapping[str, Sequence[float]]  # least and largest ones of the "diameters" and "moduli", leading to trailing
+    settings: Array  # correlation lengths (DIMENSIONS), errors of values, of derivatives, and of those of equal pairs
+    widths: Array  # what a standard deviation is multiplied by for the half-width of the rest, (distances,)
+    curves: UnequalCurves
+    beads: SingleBeads  # beads on their own
+
+    @property
+    def arrays(self) -> dict[str, Array]:
+        """Its arrays by their names in the file of an atlas."""
+        own = {"settings": self.settings, "widths": self.widths}
+        return {f"{PREFIX}{name}": array for name, array in (vars(self.curves) | own).items()} | self.beads.arrays
+
+    @classmethod
+    def of_file(
+        cls, ratios: Mapping[str, Sequence[float]], box: Mapping[str, Sequence[float]], arrays: dict[str, Array]
+    ) -> Self:
+        """That of a file, whose arrays are taken out of those of the file."""
+        curves = UnequalCurves(*(arrays.pop(f"{PREFIX}{each.name}") for each in fields(UnequalCurves)))
+        own = (arrays.pop(f"{PREFIX}{name}") for name in ("settings", "widths"))
+        return cls(ratios, *own, curves, SingleBeads.of_file(box, arrays))
+
+
+@dataclass(frozen=True)
+class UnequalAtlas:
+    """An atlas with what it has of unequal pairs, which answers for them."""
+
+    equal: Atlas
+    unequal: Unequal
+
+    def without_rest(self, beads: Beads) -> Array:
+        """The first two parts of dU, and derivatives by means and differences, (1 + DIMENSIONS, pairs, distances)."""
+        means, found = beads.means, self.equal.with_slopes(beads.means)
+        whole = np.concatenate([found, np.zeros((2, *found.shape[1:]))])
+        (trailing, by_trailing), (leading, by_leading) = (self.unequal.beads(beads.alone(i)) for i in (0, 1))
+        beta, half = means[:, 0], beads.differences[:, 0] / 2
+        changes = [
+            leading - trailing,
+            (1 + half) * by_leading[0] - (1 - half) * by_trailing[0],
+            by_leading[1] - by_trailing[1],
+            by_leading[2] - by_trailing[2],
+            beta / 2 * (by_leading[0] + by_trailing[0]),
+            (by_leading[2] + by_trailing[2]) / 2,
+        ]
+        return whole + np.array(changes)[:, :, None]
+
+    def coordinates(self, beads: Beads) -> tuple[Array, Array]:
+        """Those of the rest, and their derivatives by means and differences, shape (pairs, DIMENSIONS)."""
+        x, slopes = scaled(self.equal.box, beads.means)
+        units = np.array([OF_DIAMETERS, self.equal.box["Ca_e"][1] or 1.0])
+        by = np.broadcast_to(1 / units, (len(x), 2))
+        return np.concatenate([x, beads.differences / units], axis=1), np.concatenate([slopes, by], axis=1)
+
+    def data_of(self, curves: UnequalCurves) -> tuple[Array, Array]:
+        """Coordinates of the data of the rest, those of equal pairs first, and the data as of `Kriging.of`.
+
+        What curves have at the largest distance is taken off them: there beads are on their own, and what is the same
+        at all distances in the errors of derivatives goes with it.
+        """
+        equal = self.equal.curves
+        same = Beads(equal.places[:, [0, 0]], equal.places[:, 1], equal.places[:, [2, 2]])
+        x, known = zip(*(self.coordinates(beads) for beads in (same, curves.beads)), strict=True)
+        size = curves.betas.mean(axis=1)[:, None] ** POWER_OF_REST
+        rest = np.concatenate([curves.dU[None], curves.gradients.swapaxes(0, 1)])
+        rest[: 1 + len(PARAMETERS)] -= self.equal.with_slopes(curves.beads.means)
+        rest = (rest - rest[:, :, -1:]) / size
+        rest[1] -= POWER_OF_REST / curves.betas.mean(axis=1)[:, None] * rest[0]
+        rest[1:] /= known[1].T[:, :, None]
+        of_equal = np.full((1 + DIMENSIONS, *equal.dU.shape), np.nan)
+        change = equal.differences - equal.differences[:, -1:]
+        of_equal[1 + DIFFERENCES[0]] = change * OF_DIAMETERS / equal.places[:, :1] ** POWER_OF_REST
+        return np.concatenate(x), np.concatenate([of_equal, rest], axis=1)
+
+    def kriging(self, places: Array, data: Array, settings: Array) -> Kriging:
+        """The kriging of the rest from data, as of `data_of`; settings are those of `Unequal`."""
+        of_values, of_derivatives, of_equal = settings[DIMENSIONS:]
+        errors = np.full(data.shape[:2], of_derivatives)
+        errors[0], errors[:, : len(self.equal.curves.places)] = of_values, of_equal
+        return Kriging.of(places, data, errors, settings[:DIMENSIONS], DIFFERENCES)
+
+    @cached_property
+    def rest(self) -> Kriging:
+        """What dU over beta ** POWER_OF_REST has beside the first two parts."""
+        return self.kriging(*self.data_of(self.unequal.curves), self.unequal.settings)
+
+    @cached_property
+    def own(self) -> tuple[Array, Array]:
+        """Coordinates of the unequal curves, and their half-widths relative to their peaks, (curves, distances)."""
+        curves = self.unequal.curves
+        relative = curves.errors / np.abs(curves.dU).max(axis=1, keepdims=True)
+        return self.coordinates(curves.beads)[0], np.maximum(relative, SLACK)
+
+    def velocities(self, beads: Beads) -> tuple[Array, Array]:
+        """dU and half-widths of its intervals at the distances of the atlas [U_av], shape (pairs, distances) each.
+
+        Half-widths have the parts of the equal pair between them, of both beads on their own, of the rest, and of the
+        unequal curves nearby.
+        """
+        first, (x, _) = self.without_rest(beads), self.coordinates(beads)
+        values, spread = self.rest(x)
+        size = beads.means[:, :1] ** POWER_OF_REST
+        dU = first[0] + size * values[0]
+        places, relative = self.own
+        near = 1 / (((x[:, None] - places) ** 2).sum(axis=2) + SLACK) ** 2
+        own = near / near.sum(axis=1, keepdims=True) @ relative * np.abs(dU).max(axis=1, keepdims=True)
+        of_rest = size * spread[:, None] * self.unequal.widths
+        alone = np.hypot(*(self.unequal.beads.half_widths(beads.alone(i)) for i in (0, 1)))[:, None]
+        return dU, np.sqrt(self.equal.velocities(beads.means)[1] ** 2 + alone**2 + of_rest**2 + own**2)
+
+    def slopes(self, beads: Beads) -> Array:
+        """Derivatives of dU by means and differences, shape (DIMENSIONS, pairs, distances)."""
+        x, slopes = self.coordinates(beads)
+        rest, beta = self.rest(x)[0], beads.means[:, :1]
+        by = rest[1:] * slopes.T[:, :, None]
+        by[0] += POWER_OF_REST / beta * rest[0]
+        return np.asarray(self.without_rest(beads)[1:] + beta**POWER_OF_REST * by)
+
+    def outside(self, betas: Sequence[float], De: float, Ca_es: Sequence[float]) -> list[str]:
+        """What of a pair is outside of the box or of the ratios, in words."""
+        said = outside_of(self.equal, betas, De, Ca_es)
+        for name, (value,) in beads_of(betas, De, Ca_es).ratios.items():
+            low, high = self.unequal.ratios[name]
+            if not low * (1 - SLACK) <= value <= high * (1 + SLACK):
+                said.append(
+                    f"the ratio of the {name}, leading to trailing, = {value:.4g} is not in {low:g} to {high:g}"
+                )
+        return said
+
+    def at(self, betas: Sequence[float], De: float, Ca_es: Sequence[float]) -> Interpolated:
+        """The curve of a pair, of which beta and Ca_e are those of the trailing and the leading bead.
+
+        Derivatives by beta and Ca_e are those by the largest of both at constant ratios, as of curves.
+
+        Raises:
+            InputError: The pair is outside of the box or of the ratios.
+        """
+        if wrong := self.outside(betas, De, Ca_es):
+            raise InputError("atlas", "", None, "; ".join(wrong))
+        beads = beads_of(betas, De, Ca_es)
+        (dU,), (half_widths,) = self.velocities(beads)
+        ((beta, _, Ca_e),), ((difference, softness),) = beads.means, beads.differences
+        between = self.equal.at(beta, De, Ca_e)
+        by_beta, by_De, by_Ca_e, by_difference, by_softness = self.slopes(beads)[:, 0]
+        sensitivities = {
+            "beta": by_beta * beta / max(betas),
+            "De": by_De,
+            "Ca_e": (by_Ca_e * Ca_e + by_softness * softness) / (max(Ca_es) or 1.0),
+        }
+        velocities = [self.unequal.beads(places)[0][0] for places in (beads.alone(0), beads.alone(1), beads.means)]
+        return Interpolated(
+            self.equal.d,
+            dU,
+            half_widths,
+            np.gradient(dU, np.log(self.equal.d), edge_order=2) / self.equal.d,
+            between.U + (velocities[0] + velocities[1]) / 2 - velocities[2],
+            between.stretch,
+            between.t_relax,
+            sensitivities,
+            by_difference * (1 - difference**2 / 4) + by_beta * beta * difference / 4,
+            -(by_Ca_e * softness / 4 + by_softness * Ca_e),
+        )
+
+
+def outside_of(atlas: Atlas, betas: Sequence[float], De: float, Ca_es: Sequence[float]) -> list[str]:
+    """What of a pair is outside of the box of an atlas, in words."""
+    pairs = zip(betas, Ca_es, strict=True)
+    found = [each for beta, Ca_e in pairs for each in atlas.outside(beta=beta, De=De, Ca_e=Ca_e)]
+    return list(dict.fromkeys(found))
+
+
+def beads_of(betas: Sequence[float], De: float, Ca_es: Sequence[float]) -> Beads:
+    """One pair."""
+    return Beads(np.array([betas], dtype=float), np.array([De], dtype=float), np.array([Ca_es], dtype=float))
+
+
+def gradients_of(beads: Beads, by: Mapping[str, Array]) -> Array:
+    """Derivatives by means and differences from the columns of curves, nan where not known, (DIMENSIONS, pairs, n).
+
+    Args:
+        beads: The pairs.
+        by: Derivatives by beta, De and Ca_e (the larger one at constant ratios), by the "difference" of the diameters
+            and the "stiffness", each over their means, shape (pairs, n).
+    """
+    (beta, _, Ca_e), (difference, softness) = beads.means.T[:, :, None], beads.differences.T[:, :, None]
+    by_beta = by["beta"] * beads.betas.max(axis=1)[:, None] / beta
+    by_difference = (by["difference"] - beta * difference / 4 * by_beta) / (1 - difference**2 / 4)
+    softer = by["Ca_e"] * beads.Ca_es.max(axis=1)[:, None]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        by_Ca_e = (Ca_e * softer + softness * by["stiffness"]) / (Ca_e**2 - softness**2 / 4)
+        by_softness = -(by["stiffness"] + softness / 4 * by_Ca_e) / Ca_e
+    return np.stack([by_beta, by["De"], by_Ca_e, by_difference, by_softness])

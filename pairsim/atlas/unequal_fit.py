@@ -1,0 +1,99 @@
+"""Add curves of pairs whose beads differ to an atlas of equal pairs, with half-widths from curves left out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+import scipy.optimize
+
+from pairsim.atlas.atlas import Atlas
+from pairsim.atlas.fit import FURTHEST, widths_by
+from pairsim.atlas.single_beads import SingleBeads
+from pairsim.atlas.unequal import POWER_OF_REST, Unequal, UnequalAtlas, UnequalCurves
+from pairsim.runtime.arrays import Array
+from pairsim.runtime.errors import InputError
+
+LEAST = 4  # curves from which on half-widths can follow from those left out; chosen
+FIRST = (3.0, 1.0, 3.0, 5.0, 5.0, 3e-3, 5e-2, 0.5)
+"""First guess of the settings of `Unequal`."""
+FIRST_OF_BEADS = (4.0, 0.4, 2.0, 1e-5, 3e-2)
+"""That of `SingleBeads`."""
+
+
+def with_unequal(
+    atlas: Atlas, curves: UnequalCurves, singles: tuple[Array, Array], ratios: Mapping[str, Sequence[float]]
+) -> Atlas:
+    """An atlas with the unequal pairs that follow from some curves.
+
+    Lengths and errors are those with which unequal curves that are left out are most probable, as of `fit.fit`.
+
+    Args:
+        atlas: That of equal pairs.
+        curves: Unequal curves in its box, at least `LEAST`.
+        singles: beta, De and Ca_e of single beads, (beads, 3), and their velocities [U_av], (beads,).
+        ratios: As of `Unequal`.
+
+    Raises:
+        InputError: They are too few, or the atlas has no derivatives by the difference of the diameters.
+    """
+    if len(curves.De) < LEAST:
+        raise InputError("atlas", "curves", len(curves.De), f"must be at least {LEAST} of unequal pairs")
+    if not np.isfinite(atlas.curves.differences).all(axis=1).any():
+        raise InputError("atlas", "start", None, "must have curves with derivatives by the difference of diameters")
+    beads = _beads(atlas, curves, singles)
+    model = UnequalAtlas(atlas, Unequal(ratios, np.array(FIRST), np.ones(len(atlas.d)), curves, beads))
+    places, data = model.data_of(curves)
+    inner = data[:, :, :-1]  # at the largest distance there is no rest
+    settings = _most_probable(FIRST, lambda those: _left_out(model, places, inner, those))
+    widths = widths_by(*_left_out(model, places, data, settings), curves.random)
+    return replace(atlas, unequal=Unequal(ratios, settings, widths, curves, beads))
+
+
+def _beads(atlas: Atlas, curves: UnequalCurves, singles: tuple[Array, Array]) -> SingleBeads:
+    """Single beads, with those of pairs, equal and unequal, at the largest distance."""
+    equal, pairs = atlas.curves, curves.beads
+    by_beta = equal.differences[:, -1] / equal.places[:, 0]  # far apart a difference does nothing else
+    places = np.concatenate([equal.places, pairs.alone(0), pairs.alone(1), singles[0]])
+    velocities = np.concatenate([equal.others[:, 0, -1], *curves.ends.T, singles[1]])
+    slopes = np.concatenate([by_beta, np.full(len(places) - len(by_beta), np.nan)])
+    alone = np.arange(len(places)) >= len(places) - len(singles[1])
+    first = SingleBeads(atlas.box, places, velocities, slopes, alone, np.array(FIRST_OF_BEADS))
+    return replace(first, settings=_most_probable(FIRST_OF_BEADS, lambda those: first.kriging_by(those).left_out()))
+
+
+def _most_probable(first: Sequence[float], left_out: Callable[[Array], tuple[Array, Array]]) -> Array:
+    """Settings with which what is left out is most probable, from a first guess.
+
+    `left_out` gives residuals, shape (places, functions), and standard deviations, (places,), of settings.
+    """
+
+    def badness(logs: Array) -> float:
+        if np.abs(logs - np.log(first)).max() > FURTHEST:
+            return float("inf")
+        with np.errstate(all="ignore"):
+            try:
+                residuals, spreads = left_out(np.exp(logs))
+            except np.linalg.LinAlgError:  # lengths so long that all are one to rounding
+                return float("inf")
+            widths = np.mean(np.abs(residuals) / spreads[:, None], axis=0)
+            return float(np.mean(np.log(widths)) + np.mean(np.log(spreads)))
+
+    start = np.log(first) + np.concatenate([np.zeros((1, len(first))), np.eye(len(first))])
+    best = scipy.optimize.minimize(badness, start[0], method="Nelder-Mead", options={"initial_simplex": start})
+    return np.exp(best.x)
+
+
+def left_out(atlas: UnequalAtlas) -> Array:
+    """Error of the atlas without an unequal curve for that curve, over its peak, shape (curves, distances)."""
+    curves = atlas.unequal.curves
+    residuals, _ = _left_out(atlas, *atlas.data_of(curves), atlas.unequal.settings)
+    size = curves.betas.mean(axis=1)[:, None] ** POWER_OF_REST
+    return np.asarray(residuals * size / np.abs(curves.dU).max(axis=1, keepdims=True))
+
+
+def _left_out(model: UnequalAtlas, places: Array, data: Array, settings: Array) -> tuple[Array, Array]:
+    """Residuals of the rest of unequal curves without themselves, (curves, distances), and deviations, (curves,)."""
+    count = len(model.equal.curves.places)
+    return model.kriging(places, data, settings).left_out(range(count, len(places)))

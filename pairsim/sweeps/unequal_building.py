@@ -1,0 +1,207 @@
+"""`pairsim atlas` with ratios: curves of pairs whose beads differ, added to an atlas of equal pairs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import ceil
+from pathlib import Path
+from typing import cast
+
+import numpy as np
+from scipy.stats import qmc
+
+from pairsim.atlas.atlas import PARAMETERS, Atlas
+from pairsim.atlas.unequal import UnequalCurves, outside_of
+from pairsim.atlas.unequal_fit import left_out, with_unequal
+from pairsim.cases.coverage import beyond
+from pairsim.cases.yaml_file import read_yaml
+from pairsim.record.columns import U
+from pairsim.record.table_files import read_table
+from pairsim.runtime.arrays import Array
+from pairsim.runtime.errors import InputError
+from pairsim.runtime.plain import Plain
+from pairsim.sweeps.atlas_curves import among, curve_folders, unequal_curves_in
+from pairsim.sweeps.atlas_file import AtlasFile
+from pairsim.sweeps.grid import Grid, grid_from
+from pairsim.sweeps.sweep import Options, Workers, run_sweep
+
+EVERY = 6  # curves of a round, after which the atlas is made anew
+STRETCH = 1.25  # of draws from their middle, so that a fifth of the values of each are on ends of their ranges; chosen
+OF_BEADS = "5%"  # accuracy of single beads, whose velocities are then known to 3e-5
+SEED_OF_BEADS = 2  # added to the seed of the file
+type Ends = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class UnequalBuilding:
+    """The making of unequal pairs.
+
+    Attributes:
+        path: The atlas file, which messages name.
+        file: Its content.
+        base: Keys that all curves share.
+        atlas: The atlas to which they are added.
+        others: Atlases whose unequal curves in the box are added, too.
+        options: How curves are computed.
+    """
+
+    path: Path
+    file: AtlasFile
+    base: Mapping[str, Plain]
+    atlas: Atlas
+    others: Sequence[Atlas]
+    options: Options
+
+    @property
+    def ratios(self) -> dict[str, list[float]]:
+        """As of `Unequal`."""
+        return {"diameters": [*self._diameters], "moduli": [*self._moduli]}
+
+    @property
+    def _diameters(self) -> tuple[float, float]:
+        assert self.file.diameters is not None
+        return self.file.diameters
+
+    @property
+    def _moduli(self) -> tuple[float, float]:
+        assert self.file.moduli is not None
+        return self.file.moduli
+
+    def build(self, directory: Path, table: str, workers: Workers) -> tuple[int, str]:
+        """Compute what is not there yet, and write the atlas after each round; returns exit code and message.
+
+        Raises:
+            InputError: The atlas is of another box or of other cases.
+        """
+        atlas, before = self.atlas, self.atlas.unequal
+        if before is not None and before.ratios != self.ratios:
+            allowed = f"must be {before.ratios}, the ratios of the atlas to go on from"
+            raise InputError(str(self.path), "diameters, moduli", self.ratios, allowed)
+        curves = None if before is None else before.curves
+        singles = (np.zeros((0, 3)), np.zeros(0)) if before is None else before.beads.singles
+        for other in self.others:
+            curves = _joined(self.atlas, curves, other, str(self.path))
+        code, message = 0, ""
+        if self.file.beads:
+            folder = directory / "beads"
+            code, message = run_sweep(
+                self._grid_of_beads(folder.name), folder, replace(self.options, flags={}), workers
+            )
+            if code not in (0, 3):
+                return code, message
+            singles = _beads_in(curve_folders(folder))
+        random = qmc.Halton(5, rng=np.random.default_rng(self.file.seed))
+        random.fast_forward(0 if curves is None else int(curves.random.sum()))
+        for number in range(ceil(self.file.curves / EVERY)):
+            folder = directory / f"round-{number:02d}"
+            grid = self._grid_of_pairs(random.random(EVERY), folder.name)
+            code, message = run_sweep(grid, folder, self.options, workers)
+            if code not in (0, 3):
+                return code, message
+            found = unequal_curves_in(curve_folders(folder), self.atlas.d)
+            curves = found if curves is None else curves + found
+            atlas = with_unequal(self.atlas, curves, singles, self.ratios)
+            atlas.save(directory / table)
+        assert curves is not None
+        return code, f"{message}; {_known(atlas, curves)}"
+
+    def _grid_of_pairs(self, x: Array, name: str) -> Grid:
+        """The cases of pairs, by coordinates from 0 to 1, shape (pairs, 5).
+
+        Raises:
+            InputError: They are no pairs, or not of the physics of the atlas.
+        """
+        cases: list[Plain] = [*pairs_at(x, self.file, self._diameters, self._moduli)]
+        grid = grid_from(self.path, {"name": name, "command": "curve", "base": self.base, "cases": cases})
+        if (pair := grid.cases[0].case).n != 2:
+            raise InputError(str(self.path), "base.particles", pair.n, "must be 2: an atlas has curves of pairs")
+        numbers = {"beta": pair.betas[0], "De": pair.De, "Ca_e": pair.Ca_es[0]}
+        equal: list[Plain] = [numbers]
+        alike = grid_from(self.path, {"name": name, "command": "curve", "base": self.base, "cases": equal})
+        if why := beyond(alike.cases[0].case, self.atlas):
+            allowed = f"must be an atlas of the same box and base: {' and '.join(why)}"
+            raise InputError(str(self.path), "start", self.file.start, allowed)
+        return grid
+
+    def _grid_of_beads(self, name: str) -> Grid:
+        """The cases of single beads."""
+        random = qmc.Halton(3, rng=np.random.default_rng(self.file.seed + SEED_OF_BEADS))
+        x = _to_the_ends(random.random(self.file.beads))
+        ends = np.array([getattr(self.file, key) for key in PARAMETERS])
+        x[:, 1] **= 2  # dU bends most where De is small
+        found = np.round(ends[:, 0] + (ends[:, 1] - ends[:, 0]) * x, 6)
+        cases: list[Plain] = [dict(zip(PARAMETERS, map(float, each), strict=True)) for each in found]
+        shared = {key: value for key, value in self.base.items() if key not in ("d", "tol")}
+        coarse = {} if "mesh" in shared else {"accuracy": OF_BEADS}
+        base: Plain = {**shared, **coarse, "particles": 1}
+        return grid_from(self.path, {"name": name, "command": "curve", "base": base, "cases": cases})
+
+
+def pairs_at(x: Array, file: AtlasFile, diameters: Ends, moduli: Ends) -> Iterator[dict[str, Plain]]:
+    """The pairs at coordinates from 0 to 1: beta, De, Ca_e and the logarithms of both ratios, shape (pairs, 5).
+
+    Both beads are in the box. The parameters are between those of which both are inside; that of Ca_e is the softer
+    bead's.
+    """
+    for a, b, c, size, softness in _to_the_ends(x):
+        larger, stiffer = (_in_logarithms(*each) for each in ((diameters, size), (moduli, softness)))
+        (least, most), (softest, softer) = file.beta, file.Ca_e
+        first, last = max(least, least / larger), min(most, most / larger)
+        trailing, ratio = first + (last - first) * a, min(stiffer, 1 / stiffer)
+        Ca_e = softest / ratio + (softer - softest / ratio) * c
+        both = [Ca_e, Ca_e * ratio] if stiffer >= 1 else [Ca_e * ratio, Ca_e]
+        De = file.De[0] + (file.De[1] - file.De[0]) * b**2
+        numbers = {"beta": [trailing, trailing * larger], "De": [De], "Ca_e": both}
+        rounded = {key: [round(float(each), 6) for each in values] for key, values in numbers.items()}
+        yield {**rounded, "De": rounded["De"][0]}
+
+
+def _to_the_ends(x: Array) -> Array:
+    return np.clip(0.5 + STRETCH * (x - 0.5), 0.0, 1.0)
+
+
+def _in_logarithms(ends: Ends, part: float) -> float:
+    return float(ends[0] * (ends[1] / ends[0]) ** part)
+
+
+def _beads_in(folders: Sequence[Path]) -> tuple[Array, Array]:
+    """beta, De and Ca_e of single beads, (beads, 3), and their velocities, (beads,), of the folders of their curves."""
+    places, velocities = [], []
+    for folder in folders:
+        case = read_yaml(folder / "case.yaml")
+        places.append([float(cast("float", case[name])) for name in PARAMETERS])
+        velocities.append(_velocity(folder))
+    return np.array(places).reshape(-1, 3), np.array(velocities)
+
+
+def _velocity(folder: Path) -> float:
+    table = read_table(folder / "curve.csv")
+    return float(table.of(U, table.suffixes(U)[0])[0])
+
+
+def _joined(atlas: Atlas, curves: UnequalCurves | None, other: Atlas, source: str) -> UnequalCurves | None:
+    """Unequal curves with those of another atlas whose beads are in the box; these count as none at random.
+
+    Raises:
+        InputError: The other one has other distances.
+    """
+    if other.unequal is None:
+        return curves
+    if len(other.d) != len(atlas.d) or not np.allclose(other.d, atlas.d):
+        raise InputError(source, "start", None, "must be atlases of the same curves: its curves have other distances")
+    theirs = other.unequal.curves
+    pairs = zip(theirs.betas, theirs.De, theirs.Ca_es, strict=True)
+    inside = np.array([not outside_of(atlas, *pair) for pair in pairs])
+    known = np.zeros((0, 5)) if curves is None else curves.beads.numbers
+    new = theirs[inside & ~among(theirs.beads.numbers, known)]
+    new = replace(new, random=np.zeros(len(new.De), dtype=bool))
+    return new if curves is None else curves + new
+
+
+def _known(atlas: Atlas, curves: UnequalCurves) -> str:
+    """How many unequal curves an atlas has, and how well it knows those that are left out."""
+    assert atlas.of_unequal is not None
+    size = 100 * np.sqrt(np.median(np.mean(left_out(atlas.of_unequal) ** 2, axis=1)))
+    many = f"{len(curves.De)} curves of unequal pairs"
+    return f"{many}, half of them off by up to {size:.2g} % of their peak without themselves"
