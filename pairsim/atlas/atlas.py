@@ -89,7 +89,6 @@ class Interpolated:
     t_relax: Array  # decay time [D_c/U_av]
     sensitivities: Mapping[str, Array]  # derivatives of dU by beta, De and Ca_e
     by_difference: Array | None  # that by the difference of the diameters over their mean; None where not known
-    by_stiffness: Array | None = None  # that by the difference of the moduli over their mean; likewise
 
 
 class Provenance(TypedDict):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -39,7 +39,7 @@ class SingleBeads:
     settings: Array
 
     @classmethod
-    def of_file(cls, box: Mapping[str, Sequence[float]], arrays: dict[str, Array]) -> Self:
+    def of_file(cls, box: Mapping[str, Sequence[float]], arrays: dict[str, Any]) -> Self:
         """Those of a file, whose arrays are taken out of those of the file."""
         return cls(box, *(arrays.pop(f"{PREFIX}{each.name}") for each in fields(cls)[1:]))
 

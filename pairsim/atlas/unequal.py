@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
@@ -34,6 +34,10 @@ class Beads(NamedTuple):
     betas: Array  # shape (pairs, 2)
     De: Array  # shape (pairs,)
     Ca_es: Array  # shape (pairs, 2)
+
+    def those(self, which: Flags) -> Beads:
+        """Some of the pairs."""
+        return Beads(*(each[which] for each in self))
 
     @property
     def means(self) -> Array:
@@ -105,12 +109,12 @@ class Unequal:
 
     @classmethod
     def of_file(
-        cls, ratios: Mapping[str, Sequence[float]], box: Mapping[str, Sequence[float]], arrays: dict[str, Array]
+        cls, ratios: Mapping[str, Sequence[float]], box: Mapping[str, Sequence[float]], arrays: dict[str, Any]
     ) -> Self:
         """That of a file, whose arrays are taken out of those of the file."""
         curves = UnequalCurves(*(arrays.pop(f"{PREFIX}{each.name}") for each in fields(UnequalCurves)))
-        own = (arrays.pop(f"{PREFIX}{name}") for name in ("settings", "widths"))
-        return cls(ratios, *own, curves, SingleBeads.of_file(box, arrays))
+        settings, widths = (arrays.pop(f"{PREFIX}{name}") for name in ("settings", "widths"))
+        return cls(ratios, settings, widths, curves, SingleBeads.of_file(box, arrays))
 
 
 @dataclass(frozen=True)
@@ -249,8 +253,14 @@ class UnequalAtlas:
             between.t_relax,
             sensitivities,
             by_difference * (1 - difference**2 / 4) + by_beta * beta * difference / 4,
-            -(by_Ca_e * softness / 4 + by_softness * Ca_e),
         )
+
+    def by_stiffness(self, betas: Sequence[float], De: float, Ca_es: Sequence[float]) -> Array:
+        """The derivative of dU of a pair by the difference of its moduli over their mean, (distances,)."""
+        beads = beads_of(betas, De, Ca_es)
+        ((_, _, Ca_e),), ((_, softness),) = beads.means, beads.differences
+        _, _, by_Ca_e, _, by_softness = self.slopes(beads)[:, 0]
+        return np.asarray(-(by_Ca_e * softness / 4 + by_softness * Ca_e))
 
 
 def outside_of(atlas: Atlas, betas: Sequence[float], De: float, Ca_es: Sequence[float]) -> list[str]:

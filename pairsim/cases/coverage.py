@@ -8,6 +8,7 @@ from typing import Any
 
 from pairsim.atlas.atlas import PARAMETERS, Atlas
 from pairsim.cases.case import SceneCase
+from pairsim.cases.differences import differ
 from pairsim.cases.identity import identity_of
 from pairsim.cases.keys import Part, keys_of
 
@@ -15,14 +16,23 @@ OF_BOX = {"De", "time", "weight"}  # numbers of a liquid of one mode that are no
 SAME = 1e-9  # relative difference of parameters that is rounding
 
 
-def beyond(case: SceneCase, atlas: Atlas) -> list[str]:
-    """Why an atlas has no answer for a case of a curve of a pair, in words; none if it has one."""
+def beyond(case: SceneCase, atlas: Atlas, *, unequal: bool = False) -> list[str]:
+    """Why an atlas has no answer for a case of a curve of a pair, in words; none if it has one.
+
+    Args:
+        case: The case.
+        atlas: The atlas.
+        unequal: Whether beads may differ, if the atlas knows such pairs.
+    """
     numbers = {"beta": max(case.betas), "De": case.De, "Ca_e": max(case.Ca_es)}
-    alike = len({*case.betas}) == len({*case.Ca_es}) == 1
     theirs = case_of(atlas, type(case), numbers)
-    found = [] if alike else ["the beads differ"]
+    of_unequal = atlas.of_unequal if unequal and differ(case) else None
+    found = ["the beads differ"] if differ(case) and of_unequal is None else []
     found += [*_other_liquid(case, theirs), *_other_solids(case, theirs), *_other_keys(case, theirs)]
-    if case.liquid_model.structure != theirs.liquid_model.structure:
+    same = case.liquid_model.structure == theirs.liquid_model.structure
+    if of_unequal is not None:
+        return found + of_unequal.outside(case.betas, case.De if same else atlas.box["De"][0], case.Ca_es)
+    if not same:
         del numbers["De"]  # which is that of another liquid, or of none
     return found + atlas.outside(**numbers)
 

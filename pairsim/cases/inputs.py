@@ -17,6 +17,7 @@ from pairsim.quantities.measurable import Measurable
 from pairsim.quantities.scales import Scales
 from pairsim.runtime.arrays import Array
 
+OF_EACH = ("beta", "Ca_e")  # numbers that may differ between particles
 STEP = 1e-6  # of logarithms, for derivatives of products of powers, and of percentages as parts; chosen
 
 
@@ -110,9 +111,9 @@ def _changes(experiment: Experiment, of: Measurable, values: Amounts) -> dict[st
 def drawn(case: SceneCase, count: int) -> tuple[Scales, dict[str, Array]]:
     """Scales and numbers of a case with a `physical` block for `count` draws of its uncertain inputs.
 
-    These are normal, independent, and the same at each call; what is uncertain has the shape (count,). Numbers that
-    differ between particles or distances are left out. Beside those of the case there are those that derivatives alone
-    know, such as "difference", where they have a half-width.
+    These are normal, independent, and the same at each call; what is uncertain has the shape (count,), of particles
+    that differ (particles, count). Beside those of the case there are those that derivatives alone know, such as
+    "difference", where they have a half-width.
     """
     experiment, random = case.experiment, np.random.default_rng(0)
     assert experiment is not None
@@ -128,7 +129,12 @@ def drawn(case: SceneCase, count: int) -> tuple[Scales, dict[str, Array]]:
         else:
             values[each.key] = one(values, each.key) * (1 + draws / each.value)
     scales, numbers = experiment.with_values(values)
-    return scales, {name: np.asarray(each) for name, each in numbers.items() if not isinstance(each, tuple)} | others
+    alike = {name: np.asarray(each) for name, each in numbers.items() if not isinstance(each, tuple)}
+    each_own = {name: numbers[name] for name in OF_EACH if isinstance(numbers.get(name), tuple)}
+    stacked = {
+        name: np.stack([np.broadcast_to(np.asarray(one), count) for one in each]) for name, each in each_own.items()
+    }
+    return scales, alike | stacked | others
 
 
 def units_of(case: SceneCase) -> InUnits:

@@ -15,6 +15,7 @@ from pairsim.cases.case import SceneCase
 from pairsim.cases.coverage import beyond, is_of_its_law, liquid_of_atlas
 from pairsim.cases.inputs import units_of
 from pairsim.cases.keys import keys_of
+from pairsim.cases.spread import SpreadCase
 from pairsim.computing.loading import AnyCase
 from pairsim.computing.result_content import Content
 from pairsim.computing.spread_entry import spread_entry
@@ -46,7 +47,9 @@ def ask(
     progress: bool = False,
     **given: Any,
 ) -> Any:
-    """What a pair of equal beads does, from an atlas of master curves and so at once.
+    """What a pair of beads does, from an atlas of master curves and so at once.
+
+    The beads may differ in size and modulus, by no more than the ratios of the atlas.
 
     Args:
         case: A case, as for `load`; or else the quantities of an experiment are `given`.
@@ -72,7 +75,7 @@ def ask(
     """
     question, atlases = QUESTIONS["curve"], _atlases(atlas)
     asked = _case_of(atlases[0], case, **given)
-    book, reasons = _of_its_law(asked, atlases)
+    book, reasons = _of_its_law(asked, atlases, unequal=True)
     if reasons:
         if not compute:
             cost = f"pairsim curve computes it ({question.estimate(asked)}), and --compute does that here"
@@ -80,7 +83,7 @@ def ask(
             raise InputError(SOURCE, "", None, f"the atlas has no answer: {', and '.join(reasons)}; {cost}{doubts}")
         return Computation[Any](question)(asked, folder=folder, progress=progress)
     curve = _curve_of(asked, book)
-    others = [each for each in atlases if each is not book and not beyond(asked, each)]
+    others = [each for each in atlases if each is not book and not beyond(asked, each, unequal=True)]
     record = Record.of({STATUS: "finished", WARNINGS: _disagreements(asked, curve, others)}) | units_of(asked)
     notes = [f"The liquid of the atlas is {liquid_of_atlas(book, type(asked))}."] if asked.De else []
     notes += [f"On the axis, {said}." for said in first_order_focusing(asked, asked.reynolds_number)]
@@ -97,7 +100,8 @@ def ask(
 
 def _curve_of(case: SceneCase, atlas: Atlas) -> Curve:
     """The curve of an atlas for a case of a pair in its box."""
-    return Curve.of_atlas(atlas, beta=case.betas[0], De=case.De, Ca_e=case.Ca_es[0])
+    of_moduli = isinstance(case, SpreadCase) and bool(case.spread.modulus)
+    return Curve.of_atlas(atlas, beta=case.betas, De=case.De, Ca_e=case.Ca_es, stiffness=of_moduli)
 
 
 def asked_of(
@@ -120,12 +124,13 @@ def _atlases(file: Path | str | None) -> list[Atlas]:
     return [Atlas.load(Path(each)) for each in ([file] if file else SHIPPED)]
 
 
-def _of_its_law(case: SceneCase, atlases: Sequence[Atlas]) -> tuple[Atlas, list[str]]:
+def _of_its_law(case: SceneCase, atlases: Sequence[Atlas], *, unequal: bool = False) -> tuple[Atlas, list[str]]:
     """Of several atlases the one of the law of the liquid, and why it has no answer; no reasons if it has.
 
-    At De = 0 an atlas of viscoelastic liquids has answers, too, but most of its curves are elsewhere.
+    At De = 0 an atlas of viscoelastic liquids has answers, too, but most of its curves are elsewhere. `unequal` is
+    whether beads may differ.
     """
-    answers = [(atlas, beyond(case, atlas)) for atlas in atlases]
+    answers = [(atlas, beyond(case, atlas, unequal=unequal)) for atlas in atlases]
     return min(answers, key=lambda answer: (bool(answer[1]), not is_of_its_law(case, answer[0]), len(answer[1])))
 
 

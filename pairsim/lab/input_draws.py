@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
 from pairsim.analysis.input_ranges import COVERED, MANY, DrawnRange
 from pairsim.atlas.atlas import PARAMETERS, Atlas
 from pairsim.cases.case import SceneCase
+from pairsim.cases.differences import differ
 from pairsim.cases.inputs import drawn, inputs_of
 from pairsim.quantities.kinds import LENGTH, VELOCITY
-from pairsim.runtime.arrays import Array
+from pairsim.runtime.arrays import Array, Flags
 from pairsim.solvers.curves.interpolant import hermite, slopes_of
+
+if TYPE_CHECKING:
+    from pairsim.atlas.unequal import Beads, UnequalAtlas
 
 BETWEEN = 4  # distances for each of the atlas, since dU of far pairs falls by factors from one to the next; chosen
 DRAWS = 2000  # of the inputs: the part of them in a range is known to 0.5 %
@@ -27,19 +33,15 @@ def range_of_draws(case: SceneCase, atlas: Atlas) -> DrawnRange:
     """
     scales, numbers = drawn(case, DRAWS)
     assert case.scales is not None
-    given = {"beta": case.betas[0], "De": case.De, "Ca_e": case.Ca_es[0]}
-    places = np.stack([np.broadcast_to(numbers.get(name, each), DRAWS) for name, each in given.items()], axis=1)
-    inside = np.array([not atlas.outside(**dict(zip(PARAMETERS, each, strict=True))) for each in places])
+    draws = _Draws.of(case, numbers, atlas)
+    inside = draws.inside
     shift = np.broadcast_to(np.log(LENGTH.factor(case.scales) / LENGTH.factor(scales)), DRAWS)
     velocity = np.broadcast_to(VELOCITY.factor(scales), DRAWS)
     x = np.log(atlas.d)
     d = np.geomspace(float(atlas.d[0]), float(atlas.d[-1]), BETWEEN * (len(x) - 1) + 1)
     d[[0, -1]] = atlas.d[[0, -1]]
     values = np.full((DRAWS, len(d)), np.nan)
-    dU, known = atlas.velocities(places[inside])[0], set(KNOWN)
-    if "difference" in numbers and (by_difference := atlas.changes_by_difference(places[inside])) is not None:
-        dU = dU + numbers["difference"][inside, None] * by_difference
-        known.add("difference")
+    dU, known = draws.dU, KNOWN | draws.known
     for i, curve in zip(np.flatnonzero(inside), dU, strict=True):
         at = np.log(d) + shift[i]
         here = (at >= x[0]) & (at <= x[-1])
@@ -50,7 +52,7 @@ def range_of_draws(case: SceneCase, atlas: Atlas) -> DrawnRange:
         name: None for each in uncertain for name, change in each.changes.items() if change and name not in known
     }
     outside = np.isnan(values).mean(axis=0)
-    return DrawnRange(d, least, largest, outside, " or ".join(_beyond(places, atlas)), ", ".join(missing))
+    return DrawnRange(d, least, largest, outside, " or ".join(draws.beyond), ", ".join(missing))
 
 
 def _ends(values: Array) -> tuple[float, float]:
@@ -62,6 +64,56 @@ def _ends(values: Array) -> tuple[float, float]:
     tail = (1 - COVERED - outside) / 2 / (1 - outside) if outside < 1 - COVERED else (1 - COVERED) / 2
     least, largest = np.quantile(known, [tail, 1 - tail])
     return float(least), float(largest)
+
+
+@dataclass(frozen=True)
+class _Draws:
+    """Pairs of an atlas in the draws of the inputs.
+
+    Attributes:
+        inside: Which of them are in the box and the ratios, shape (draws,).
+        dU: dU of these, shape (inside, distances) [U_av].
+        known: What dU changes with, beside `KNOWN`.
+        beyond: Beyond which ends of the box many draws of beta, De and Ca_e are, in words.
+    """
+
+    inside: Flags
+    dU: Array
+    known: set[str]
+    beyond: Sequence[str]
+
+    @classmethod
+    def of(cls, case: SceneCase, numbers: Mapping[str, Array], atlas: Atlas) -> Self:
+        """Those of the numbers that differ from draw to draw."""
+        given = {"beta": case.betas, "De": (case.De,), "Ca_e": case.Ca_es}
+        each = {name: _of_draws(numbers.get(name), own) for name, own in given.items()}
+        if differ(case) and (unequal := atlas.of_unequal) is not None:
+            from pairsim.atlas.unequal import Beads
+
+            return cls._unequal(Beads(each["beta"], each["De"][:, 0], each["Ca_e"]), numbers, unequal)
+        places = np.stack([values[:, 0] for values in each.values()], axis=1)
+        inside = np.array([not atlas.outside(**dict(zip(PARAMETERS, one, strict=True))) for one in places])
+        dU, known = atlas.velocities(places[inside])[0], set[str]()
+        if "difference" in numbers and (by_difference := atlas.changes_by_difference(places[inside])) is not None:
+            dU = dU + numbers["difference"][inside, None] * by_difference
+            known.add("difference")
+        return cls(inside, dU, known, [*_beyond(places, atlas)])
+
+    @classmethod
+    def _unequal(cls, beads: Beads, numbers: Mapping[str, Array], unequal: UnequalAtlas) -> Self:
+        if "difference" in numbers:
+            half = numbers["difference"][:, None] / 2 * np.array([-1.0, 1.0])
+            beads = beads._replace(betas=beads.betas.mean(axis=1, keepdims=True) * (1 + half))
+        inside = np.array([not unequal.outside(*pair) for pair in zip(*(each.tolist() for each in beads), strict=True)])
+        dU = unequal.velocities(beads.those(inside))[0]
+        both = np.concatenate([beads.alone(0), beads.alone(1)])
+        return cls(inside, dU, {"difference"}, list(dict.fromkeys(_beyond(both, unequal.equal))))
+
+
+def _of_draws(values: Array | None, own: Sequence[float]) -> Array:
+    """A number of each particle in the draws, shape (DRAWS, particles): those drawn, or those of the case."""
+    found = np.asarray(own, dtype=float)[:, None] if values is None else np.atleast_2d(values)
+    return np.broadcast_to(found, (max(len(own), len(found)), DRAWS)).T
 
 
 def _beyond(places: Array, atlas: Atlas) -> Iterator[str]:

@@ -50,7 +50,7 @@ def build(path: Path, folder: Path | None, options: Options, workers: Workers) -
     file = parse_file("atlas", AtlasFile, check_atlas, data, str(path))
     directory = folder or RUNS / (file.name or path.stem)
     of_file = read_base(path, data, QUESTIONS["curve"].model)
-    base: Plain = {**of_file.content, "d": {"start": file.d[0], "stop": file.d[1], "num": 2}}
+    base: dict[str, Plain] = {**of_file.content, "d": {"start": file.d[0], "stop": file.d[1], "num": 2}}
     options = replace(options, flags={"sensitivities": True})
     box = {name: list(getattr(file, name)) for name in (*PARAMETERS, "d")}
     inner = box | {name: list(each) for name, each in file.within.items()}

@@ -1,10 +1,11 @@
-"""Say at once whether a pair of equal beads separates or collides, how fast, and from which distance on.
+"""Say at once whether a pair of beads separates or collides, how fast, and from which distance on.
 
 The answer is read from an atlas of master curves; every +- is that of its
-interval, and quantities may have one: '5 +- 1 kPa'. Distances have units, or
-are in tube diameters. Where the atlas has no answer, the command says why,
-and which computation has one. Other quantities of units: write a case file
-with units -o.
+interval, and quantities may have one: '5 +- 1 kPa'. Beads may differ: of two
+diameters or moduli that of the trailing (upstream) bead comes first.
+Distances have units, or are in tube diameters. Where the atlas has no
+answer, the command says why, and which computation has one. Other quantities
+of units: write a case file with units -o.
 """
 
 from __future__ import annotations
@@ -33,7 +34,8 @@ if TYPE_CHECKING:
 
 EXAMPLES = (
     "Examples: pairsim ask --tube 50um --particle 20um --flow 1ul/min --modulus '5 +- 1 kPa' "
-    "--viscosity 1Pa.s --at 8um | pairsim ask case.yaml --from 5um --to 20um --compute"
+    "--viscosity 1Pa.s --at 8um | pairsim ask --tube 60um --particle 24um,23.5um --flow 1ul/min --modulus 5kPa,7kPa "
+    "--viscosity 1Pa.s | pairsim ask case.yaml --from 5um --to 20um --compute"
 )
 
 
@@ -47,7 +49,7 @@ def ask(
     particle: Annotated[list[str] | None, quantity(QUANTITIES["particle"], several=True)] = None,
     flow_rate: Annotated[Text, quantity(QUANTITIES["flow_rate"])] = None,
     velocity: Annotated[Text, quantity(QUANTITIES["velocity"])] = None,
-    modulus: Annotated[Text, quantity(QUANTITIES["modulus"])] = None,
+    modulus: Annotated[list[str] | None, quantity(QUANTITIES["modulus"], several=True)] = None,
     viscosity: Annotated[Text, quantity(QUANTITIES["viscosity"])] = None,
     relaxation: Annotated[Text, quantity(QUANTITIES["relaxation"])] = None,
     liquid: Annotated[Text, typer.Option(metavar="LAW", help="Law of the liquid, as for units.")] = None,
@@ -66,8 +68,10 @@ def ask(
 
     names = [name for name in options if name in QUANTITIES or name == "liquid"]
     given = {name: options[name] for name in names if options[name]}
-    if particle:
-        given["particle"] = particle[0] if len(particle) == 1 else particle
+    for name, values in (("particle", particle), ("modulus", modulus)):
+        if values:
+            several = [each.strip() for value in values for each in value.split(",")]
+            given[name] = several[0] if len(several) == 1 else several
     if case is None and tube is None:
         raise InputError("pairsim ask", "--tube", None, "must be given, or a case file")
     if case is not None and given:

@@ -12,6 +12,7 @@ system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -376,11 +377,15 @@ class CurveResult(Result):
 
     def findings(self) -> list[str]:
         """Where particles separate and come closer, and how fast; of an atlas, also in which liquid."""
+        from pairsim.cases.differences import difference_in_words
         from pairsim.questions.curve.answer import answer_of_curve
 
         if not self.curve.table.rows:
             return ["No point was solved."]
-        return [*answer_of_curve(self.curve), *lines_beside(self.tables, self.record), *self.record.notes]
+        difference = ""
+        with suppress(InputError):  # without case.yaml, or one of an older version
+            difference = difference_in_words(self.case)
+        return [*answer_of_curve(self.curve, difference), *lines_beside(self.tables, self.record), *self.record.notes]
 
     def afterwards(self) -> str:
         regions = self.curve.regions if self.curve.steady and self.curve.table.rows > 1 else []

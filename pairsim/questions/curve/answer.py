@@ -39,13 +39,13 @@ SLIGHT = 1e-3  # difference of two diameters, over their mean, that no camera se
 FAR = 1.2  # ratio of distances from which on it is told where a start is forgotten; chosen
 
 
-def answer_of_curve(curve: Curve) -> list[str]:
-    """The answer of a master curve with at least one point."""
+def answer_of_curve(curve: Curve, difference: str = "") -> list[str]:
+    """The answer of a master curve with at least one point; `difference` is by how much the beads of a pair differ."""
     if not curve.gaps:
         return _of_one_particle(curve)
     lines = []
     if curve.table.has(DU):
-        lines += _of_pair(curve)
+        lines += _of_pair(curve, difference)
     if (after := AFTER.of(curve.record)) is not None:
         lines += [_settling(curve, gap, 4 * after) for gap in curve.gaps]
     lines += [line for gap in curve.gaps for line in _largest(curve, gap)]
@@ -64,14 +64,15 @@ def _of_one_particle(curve: Curve) -> list[str]:
     return [f"{', '.join(found)}.", *shapes_in(table, 0, "")]
 
 
-def _of_pair(curve: Curve) -> list[str]:
+def _of_pair(curve: Curve, difference: str) -> list[str]:
     """Where a pair separates and comes closer, what a start changes of it, and what the inputs do."""
     regions, held = curve.regions, curve.arrested
     met = {a.stop for a, b in pairwise(regions) if a.sign * b.sign < 0}
     zeros = [zero for zero in curve.zeros if zero.d in met]
     lines = [_motion_over_d([each for each in regions if each not in held], zeros, curve.scales, held)]
     if curve.steady:
-        lines += [*_starts(curve), *_held(curve), *_with_inputs(curve, zeros), *_of_unequal(curve)]
+        lines += [*_starts(curve), *_held(curve), *_with_inputs(curve, zeros)]
+        lines += _of_differing(curve, difference) if difference else _of_unequal(curve)
         lines += _of_spread(curve)
     return lines
 
@@ -159,6 +160,16 @@ def _of_unequal(curve: Curve) -> list[str]:
         f"d = {in_unit(scales, LENGTH, d)} changes by {in_unit(scales, VELOCITY, change, sign='+', digits=3)}{key}."
         f"{_decided_by(curve, curve.by_difference)}"
     ]
+
+
+def _of_differing(curve: Curve, difference: str) -> list[str]:
+    """By how much two beads differ, and what a further difference of the diameters does to dU."""
+    if curve.by_difference is None:
+        return [f"{difference}."]
+    d, scales = curve.peak.d, curve.scales
+    change = in_unit(scales, VELOCITY, 0.01 * curve.interpolated(curve.by_difference, d), sign="+", digits=3)
+    place = in_unit(scales, LENGTH, d)
+    return [f"{difference}; for each per cent by which it is larger still, dU at d = {place} changes by {change}."]
 
 
 def _of_spread(curve: Curve) -> list[str]:

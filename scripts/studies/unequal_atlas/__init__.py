@@ -6,6 +6,7 @@ from book.computing import DOCS
 from book.study import Study
 
 from studies.unequal_atlas.cases import parts
+from studies.unequal_atlas.judgement import blocks, statements
 
 STUDY = Study(
     folder=Path(__file__).parent,
@@ -22,7 +23,7 @@ STUDY = Study(
         "pairsim.computing.steady",
     ),
     parts=parts,
-    statements=lambda t, p: {},
-    blocks=lambda t, p: {},
+    statements=statements,
+    blocks=blocks,
     page=DOCS / "validation" / "unequal-pairs.md",
 )

@@ -81,7 +81,7 @@ def _part(name: str, liquid: Liquid, pair: Case, accuracy: str, distances: Seque
     """The curve of a pair at some distances alone."""
     case = {**liquid.keys, **pair, "ends": "developed", "length": "auto", "accuracy": accuracy}
     case |= {"d": list(distances), "max_points": len(distances)}
-    about: Row = {"liquid": liquid.name, "De": pair["De"]}
+    about: dict[str, Any] = {"liquid": liquid.name, "De": pair["De"]}
     about |= {f"{key}{end}": pair[key][i] for key in ("beta", "Ca_e") for i, end in enumerate(("_T", "_L"))}
     return Part(name, json.dumps(case, sort_keys=True), partial(_rows, case, about))
 
