@@ -25,6 +25,8 @@ PREFIX = "unequal_"  # of names of arrays in a file
 DIMENSIONS = 5  # beta, De and Ca_e (means), and the two differences
 DIFFERENCES = (3, 4)  # the last ones of these, along which the rest vanishes
 OF_DIAMETERS = 0.1  # unit of the difference of the diameters; that of Ca_e has the largest one of the box
+NEIGHBOURS = 3  # on either side, of which a median is taken
+ROUNDING = 1e-3  # part of a ratio by which it may be outside, as of numbers with few digits
 POWER_OF_REST = 2.0  # of beta, by which the rest is divided: what a difference of sizes grows with
 
 
@@ -163,7 +165,7 @@ class UnequalAtlas:
         rest[1] -= POWER_OF_REST / curves.betas.mean(axis=1)[:, None] * rest[0]
         rest[1:] /= known[1].T[:, :, None]
         of_equal = np.full((1 + DIMENSIONS, *equal.dU.shape), np.nan)
-        change = equal.differences - equal.differences[:, -1:]
+        change = _without_outliers(equal.differences - equal.differences[:, -1:])
         of_equal[1 + DIFFERENCES[0]] = change * OF_DIAMETERS / equal.places[:, :1] ** POWER_OF_REST
         return np.concatenate(x), np.concatenate([of_equal, rest], axis=1)
 
@@ -216,7 +218,7 @@ class UnequalAtlas:
         said = outside_of(self.equal, betas, De, Ca_es)
         for name, (value,) in beads_of(betas, De, Ca_es).ratios.items():
             low, high = self.unequal.ratios[name]
-            if not low * (1 - SLACK) <= value <= high * (1 + SLACK):
+            if not low * (1 - ROUNDING) <= value <= high * (1 + ROUNDING):
                 said.append(
                     f"the ratio of the {name}, leading to trailing, = {value:.4g} is not in {low:g} to {high:g}"
                 )
@@ -261,6 +263,15 @@ class UnequalAtlas:
         ((_, _, Ca_e),), ((_, softness),) = beads.means, beads.differences
         _, _, by_Ca_e, _, by_softness = self.slopes(beads)[:, 0]
         return np.asarray(-(by_Ca_e * softness / 4 + by_softness * Ca_e))
+
+
+def _without_outliers(values: Array) -> Array:
+    """Medians of values over neighbouring distances, shape (curves, distances), the values where these are monotonic.
+
+    Derivatives by the difference of diameters come from few points of coarse curves, of which some are wrong.
+    """
+    padded = np.pad(values, ((0, 0), (NEIGHBOURS, NEIGHBOURS)), mode="edge")
+    return np.asarray(np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * NEIGHBOURS + 1, axis=1), axis=2))
 
 
 def outside_of(atlas: Atlas, betas: Sequence[float], De: float, Ca_es: Sequence[float]) -> list[str]:

@@ -15,6 +15,7 @@ from pairsim.atlas.unequal import POWER_OF_REST, Unequal, UnequalAtlas, UnequalC
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
+CLOSE = 0.01  # difference of logarithms that makes no difference to what is left out; chosen
 LEAST = 4  # curves from which on half-widths can follow from those left out; chosen
 FIRST = (3.0, 1.0, 3.0, 5.0, 5.0, 3e-3, 5e-2, 0.5)
 """First guess of the settings of `Unequal`."""
@@ -81,8 +82,8 @@ def _most_probable(first: Sequence[float], left_out: Callable[[Array], tuple[Arr
             return float(np.mean(np.log(widths)) + np.mean(np.log(spreads)))
 
     start = np.log(first) + np.concatenate([np.zeros((1, len(first))), np.eye(len(first))])
-    best = scipy.optimize.minimize(badness, start[0], method="Nelder-Mead", options={"initial_simplex": start})
-    return np.exp(best.x)
+    options = {"initial_simplex": start, "xatol": CLOSE, "fatol": CLOSE}
+    return np.exp(scipy.optimize.minimize(badness, start[0], method="Nelder-Mead", options=options).x)
 
 
 def left_out(atlas: UnequalAtlas) -> Array:
