@@ -24,7 +24,7 @@ DIAMETERS, MODULI = (0.9, 1.1), (0.5, 2.0)  # ratios, of the leading bead to the
 SOFTEST = 0.1  # Ca_e
 PAIRS = 40
 DISTANCES = (0.02, 0.05, 0.1, 0.2, 0.4, 0.7, 1.2, 2.0)
-ACCURACY, COARSE = "1%", "5%"
+ACCURACY = "1%"
 LIMIT = 3600.0  # wall time of a curve [s]
 
 
@@ -69,17 +69,17 @@ def pairs(count: int = PAIRS, seed: int = 85) -> list[tuple[Liquid, Case]]:
 
 
 def parts(quick: bool) -> list[Part]:
-    """A curve of each pair, or two coarse ones of fewer distances."""
-    count, accuracy, distances = (2, COARSE, DISTANCES[2::2]) if quick else (PAIRS, ACCURACY, DISTANCES)
-    return [
-        _part(f"{number:02d}-{liquid.name}", liquid, pair, accuracy, distances)
-        for number, (liquid, pair) in enumerate(pairs(count))
-    ]
+    """A curve of each pair, or two in the Newtonian liquid of few distances."""
+    drawn = list(enumerate(pairs()))
+    if quick:
+        drawn = [(number, (liquid, pair)) for number, (liquid, pair) in drawn if liquid is NEWTONIAN][:2]
+    distances = DISTANCES[2::2] if quick else DISTANCES
+    return [_part(f"{number:02d}-{liquid.name}", liquid, pair, distances) for number, (liquid, pair) in drawn]
 
 
-def _part(name: str, liquid: Liquid, pair: Case, accuracy: str, distances: Sequence[float]) -> Part:
+def _part(name: str, liquid: Liquid, pair: Case, distances: Sequence[float]) -> Part:
     """The curve of a pair at some distances alone."""
-    case = {**liquid.keys, **pair, "ends": "developed", "length": "auto", "accuracy": accuracy}
+    case = {**liquid.keys, **pair, "ends": "developed", "length": "auto", "accuracy": ACCURACY}
     case |= {"d": list(distances), "max_points": len(distances)}
     about: dict[str, Any] = {"liquid": liquid.name, "De": pair["De"]}
     about |= {f"{key}{end}": pair[key][i] for key in ("beta", "Ca_e") for i, end in enumerate(("_T", "_L"))}

@@ -15,7 +15,7 @@ from book.study import Part
 from pairsim.analysis.master_curve import Curve
 from pairsim.atlas import atlas as shipped
 from pairsim.atlas.atlas import Atlas
-from studies.unequal_atlas.cases import DIAMETERS, MODULI, PAIRS
+from studies.unequal_atlas.cases import DIAMETERS, MODULI
 
 FILES = {"giesekus": "equal-pairs", "newtonian": "newtonian"}
 INSIDE, WIDEST = 0.95, 2.0
@@ -80,7 +80,7 @@ def statements(results: pd.DataFrame, parts: Sequence[Part]) -> dict[str, Judged
         "every pair has an answer": Judged(
             ((0.5 - len(unanswered), 0.0),), f"{len(unanswered)} without; {', '.join(unanswered['part'])}"
         ),
-        f"all {PAIRS} curves are computed": Judged(
+        "all curves are computed": Judged(
             ((results["part"].nunique() - len(parts) + 0.5, 0.0),), f"{results['part'].nunique()} of {len(parts)}"
         ),
     }
