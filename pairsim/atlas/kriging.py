@@ -81,9 +81,18 @@ class Kriging:
         """
         cross = covariance(X, self.places, self.lengths, self.vanishing)
         rows = cross.reshape(cross.shape[0], len(X), -1)[:, :, self.known]
+        return rows @ self.weights, self._deviations(X, rows[0])
+
+    def values(self, X: Array) -> tuple[Array, Array]:
+        """Functions alone at places, shape (m, functions), and their standard deviations, (m,), in less time."""
+        row = _by_place(X, self.places, self.lengths, self.vanishing).reshape(len(X), -1)[:, self.known]
+        return row @ self.weights, self._deviations(X, row)
+
+    def _deviations(self, X: Array, row: Array) -> Array:
+        """Standard deviations at places, from the covariances of the functions there with the data, (m, data)."""
         here = (X[:, list(self.vanishing)] ** 2).sum(axis=1) if self.vanishing else np.ones(len(X))
-        spread = here - ((rows[0] @ self.root.T) ** 2).sum(axis=1)
-        return rows @ self.weights, np.sqrt(np.maximum(spread, 0.0))
+        spread = here - ((row @ self.root.T) ** 2).sum(axis=1)
+        return np.asarray(np.sqrt(np.maximum(spread, 0.0)))
 
     def left_out(self, which: Iterable[int] | None = None) -> tuple[Array, Array]:
         """The kriging without each place less the values there, (n, functions), and its standard deviation, (n,).

@@ -91,6 +91,7 @@ class SingleBeads:
         residuals, spreads = self.kriging.left_out()
         return float(np.quantile(np.abs(residuals[:, 0]) / spreads, COVERED))
 
-    def half_widths(self, places: Array) -> Array:
-        """Half-widths of the velocities at places, (places,)."""
-        return self.width * self.size * self.kriging(scaled(self.box, places)[0])[1]
+    def values(self, places: Array) -> tuple[Array, Array]:
+        """Velocities at places and half-widths of their intervals, (places,) each."""
+        found, spread = self.kriging.values(scaled(self.box, places)[0])
+        return found[:, 0] * self.size + self.mean, self.width * self.size * spread

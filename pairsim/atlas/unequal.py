@@ -194,16 +194,16 @@ class UnequalAtlas:
         Half-widths have the parts of the equal pair between them, of both beads on their own, of the rest, and of the
         unequal curves nearby.
         """
-        first, (x, _) = self.without_rest(beads), self.coordinates(beads)
-        values, spread = self.rest(x)
+        (between, of_equal), (x, _) = self.equal.velocities(beads.means), self.coordinates(beads)
+        (trailing, of_trailing), (leading, of_leading) = (self.unequal.beads.values(beads.alone(i)) for i in (0, 1))
+        rest, spread = self.rest.values(x)
         size = beads.means[:, :1] ** POWER_OF_REST
-        dU = first[0] + size * values[0]
+        dU = between + (leading - trailing)[:, None] + size * rest
         places, relative = self.own
         near = 1 / (((x[:, None] - places) ** 2).sum(axis=2) + SLACK) ** 2
         own = near / near.sum(axis=1, keepdims=True) @ relative * np.abs(dU).max(axis=1, keepdims=True)
-        of_rest = size * spread[:, None] * self.unequal.widths
-        alone = np.hypot(*(self.unequal.beads.half_widths(beads.alone(i)) for i in (0, 1)))[:, None]
-        return dU, np.sqrt(self.equal.velocities(beads.means)[1] ** 2 + alone**2 + of_rest**2 + own**2)
+        of_rest, alone = size * spread[:, None] * self.unequal.widths, np.hypot(of_trailing, of_leading)[:, None]
+        return dU, np.sqrt(of_equal**2 + alone**2 + of_rest**2 + own**2)
 
     def slopes(self, beads: Beads) -> Array:
         """Derivatives of dU by means and differences, shape (DIMENSIONS, pairs, distances)."""

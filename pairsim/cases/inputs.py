@@ -130,9 +130,10 @@ def drawn(case: SceneCase, count: int) -> tuple[Scales, dict[str, Array]]:
             values[each.key] = one(values, each.key) * (1 + draws / each.value)
     scales, numbers = experiment.with_values(values)
     alike = {name: np.asarray(each) for name, each in numbers.items() if not isinstance(each, tuple)}
-    each_own = {name: numbers[name] for name in OF_EACH if isinstance(numbers.get(name), tuple)}
     stacked = {
-        name: np.stack([np.broadcast_to(np.asarray(one), count) for one in each]) for name, each in each_own.items()
+        name: np.stack([np.broadcast_to(np.asarray(one), count) for one in each])
+        for name in OF_EACH
+        if isinstance(each := numbers.get(name), tuple)
     }
     return scales, alike | stacked | others
 
