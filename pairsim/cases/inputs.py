@@ -131,9 +131,9 @@ def drawn(case: SceneCase, count: int) -> tuple[Scales, dict[str, Array]]:
     scales, numbers = experiment.with_values(values)
     alike = {name: np.asarray(each) for name, each in numbers.items() if not isinstance(each, tuple)}
     stacked = {
-        name: np.stack([np.broadcast_to(np.asarray(one), count) for one in each])
+        name: np.stack([np.broadcast_to(np.asarray(amount), count) for amount in amounts])
         for name in OF_EACH
-        if isinstance(each := numbers.get(name), tuple)
+        if isinstance(amounts := numbers.get(name), tuple)
     }
     return scales, alike | stacked | others
 

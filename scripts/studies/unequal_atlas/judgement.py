@@ -37,9 +37,10 @@ def judged(results: pd.DataFrame) -> pd.DataFrame:
     in per cent of the largest |dU| of the pair in the atlas; and whether the pair is at a corner of the ratios.
     """
     found = []
-    for pair, points in results[results["ended"].isna()].groupby([*PAIR, "liquid"], sort=False):
-        beta_T, beta_L, De, Ca_e_T, Ca_e_L, liquid = pair
-        curve = Curve.of_atlas(atlas_of(liquid), beta=(beta_T, beta_L), De=De, Ca_e=(Ca_e_T, Ca_e_L))
+    for _, points in results[results["ended"].isna()].groupby("part", sort=False):
+        beta_T, beta_L, De, Ca_e_T, Ca_e_L = map(float, points.iloc[0][PAIR])
+        atlas = atlas_of(str(points["liquid"].iloc[0]))
+        curve = Curve.of_atlas(atlas, beta=(beta_T, beta_L), De=De, Ca_e=(Ca_e_T, Ca_e_L))
         value, half_width = curve.numbers(points["d"].to_numpy())
         size = 100 / np.abs(curve.peak.dU)
         at_ends = [_at_end(beta_L / beta_T, DIAMETERS), _at_end(Ca_e_T / Ca_e_L, MODULI)]
