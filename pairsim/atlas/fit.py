@@ -9,7 +9,7 @@ import numpy as np
 import scipy.optimize
 
 from pairsim.atlas.atlas import PARAMETERS, POWER, Atlas, Curves, Provenance
-from pairsim.runtime.arrays import Array, Flags
+from pairsim.runtime.arrays import Array
 
 COVERED = 0.95  # part of all places that intervals hold
 ENOUGH = 20  # curves at random places from which on half-widths follow from these alone; a quantile of `COVERED` has 19
@@ -60,12 +60,8 @@ def widths_of(curves: Curves, box: Mapping[str, Sequence[float]], settings: Arra
     The quantile is that for one more curve than these (conformal prediction). It is taken of curves at random places if
     there are `ENOUGH`: a further place is to them as each is to the others, whereas curves at edges are extrapolated.
     """
-    return widths_by(*curves.kriging(box, settings).left_out(), curves.random)
-
-
-def widths_by(residuals: Array, spreads: Array, random: Flags) -> Array:
-    """The same from residuals, (curves, distances), and standard deviations of curves, of which some are random."""
-    alike = random if random.sum() >= ENOUGH else np.ones_like(random)
+    residuals, spreads = curves.kriging(box, settings).left_out()
+    alike = curves.random if curves.random.sum() >= ENOUGH else np.ones_like(curves.random)
     ratios = (np.abs(residuals) / spreads[:, None])[alike]
     near = [slice(max(k - NEIGHBOURS, 0), k + NEIGHBOURS + 1) for k in range(ratios.shape[1])]
     scales = np.array([ratios[:, each].mean() for each in near])

@@ -9,7 +9,7 @@ import numpy as np
 import scipy.optimize
 
 from pairsim.atlas.atlas import Atlas
-from pairsim.atlas.fit import FURTHEST, widths_by
+from pairsim.atlas.fit import COVERED, FURTHEST, NEIGHBOURS
 from pairsim.atlas.single_beads import SingleBeads
 from pairsim.atlas.unequal import POWER_OF_REST, Unequal, UnequalAtlas, UnequalCurves
 from pairsim.runtime.arrays import Array
@@ -48,8 +48,24 @@ def with_unequal(
     places, data = model.data_of(curves)
     inner = data[:, :, :-1]  # at the largest distance there is no rest
     settings = _most_probable(FIRST, lambda those: _left_out(model, places, inner, those))
-    widths = widths_by(*_left_out(model, places, data, settings), curves.random)
+    widths = widths_by(*_left_out(model, places, data, settings))
     return replace(atlas, unequal=Unequal(ratios, settings, widths, curves, beads))
+
+
+def widths_by(residuals: Array, spreads: Array) -> Array:
+    """Half-widths over standard deviations, (distances,), from curves left out: as of `UnequalAtlas`.
+
+    Of so few curves the quantile for one more (conformal prediction) is the largest, and is taken at each distance, of
+    the largest ratio there and at its neighbours.
+
+    Args:
+        residuals: Errors of curves left out, shape (curves, distances).
+        spreads: Standard deviations of the kriging without them, shape (curves,).
+    """
+    ratios = np.abs(residuals) / spreads[:, None]
+    near = [slice(max(k - NEIGHBOURS, 0), k + NEIGHBOURS + 1) for k in range(ratios.shape[1])]
+    largest = np.array([ratios[:, each].max(axis=1) for each in near])
+    return np.asarray(np.quantile(largest, min(COVERED * (len(ratios) + 1) / len(ratios), 1.0), axis=1))
 
 
 def _beads(atlas: Atlas, curves: UnequalCurves, singles: tuple[Array, Array]) -> SingleBeads:
