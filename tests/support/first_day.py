@@ -29,14 +29,13 @@ LINES = (
     *("travel curve --from 0.2 --to 0.1", "plot curve -o both", "mesh beads.yaml -o pair.vtu"),
     *("init one --kind shape", f"shape one.yaml -o shape --set along=null {COARSE}"),
     *("init drop --kind pressure", f"pressure drop.yaml -o pressure --set along=null {COARSE}"),
-    *("study study.yaml -o study", "table study"),
+    "study study.yaml -o study",
     "units --tube 50um --particle 20um --flow 1ul/min --modulus 5kPa --viscosity 1Pa.s -o gel.yaml",
     "ask gel.yaml --at 8um",
     "atlas explore -o page.html",
     "fit {root}/docs/how-to/films/tracks.csv gel.yaml --fps 1000 --pixel 0.65um --particles 3,5",
     "check-law my_laws.py:FeneCR",
     *(f"{name} {{root}}/configs/{name}.yaml --dry-run" for name in ("critical", "focus", "stream", "sweep", "train")),
-    "atlas {root}/configs/atlas/newtonian.yaml --dry-run",
     "moduli no.rtdc --table no.txt",
 )
 ENDS = {"fit": (0, 2), "moduli": (2,)}
