@@ -26,12 +26,16 @@ from pairsim.runtime.child_process import clean_environment
 HIDING = """
 import sys
 
-class Hidden:
+class Declared:
+    finders = sys.meta_path[:]
+
     def find_spec(self, name, path=None, target=None):
         if name.partition(".")[0] in {hidden}:
-            raise ModuleNotFoundError(f"{{name}} is not declared", name=name)
+            return None
+        found = (each.find_spec(name, path, target) for each in self.finders)
+        return next((spec for spec in found if spec is not None), None)
 
-sys.meta_path.insert(0, Hidden())
+sys.meta_path[:] = [Declared()]
 """
 """A sitecustomize.py, which Python runs at its start."""
 SCRIPTS = sorted(path for path in (ROOT / "scripts").iterdir() if path.is_file() and not path.suffix)
