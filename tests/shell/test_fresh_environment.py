@@ -24,18 +24,14 @@ from pairsim.app.command_line import app
 from pairsim.runtime.child_process import clean_environment
 
 HIDING = """
-import sys
+from importlib.machinery import PathFinder
 
-class Declared:
-    finders = sys.meta_path[:]
+whole = PathFinder.find_spec
 
-    def find_spec(self, name, path=None, target=None):
-        if name.partition(".")[0] in {hidden}:
-            return None
-        found = (each.find_spec(name, path, target) for each in self.finders)
-        return next((spec for spec in found if spec is not None), None)
+def find_spec(name, path=None, target=None):
+    return None if name.partition(".")[0] in {hidden} else whole(name, path, target)
 
-sys.meta_path[:] = [Declared()]
+PathFinder.find_spec = find_spec
 """
 """A sitecustomize.py, which Python runs at its start."""
 SCRIPTS = sorted(path for path in (ROOT / "scripts").iterdir() if path.is_file() and not path.suffix)
