@@ -31,7 +31,7 @@ whole = PathFinder.find_spec
 def find_spec(name, path=None, target=None):
     return None if name.partition(".")[0] in {hidden} else whole(name, path, target)
 
-PathFinder.find_spec = find_spec
+PathFinder.find_spec = staticmethod(find_spec)  # petsc4py makes an object of the class
 """
 """A sitecustomize.py, which Python runs at its start."""
 SCRIPTS = sorted(path for path in (ROOT / "scripts").iterdir() if path.is_file() and not path.suffix)
