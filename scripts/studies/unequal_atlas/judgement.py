@@ -79,7 +79,7 @@ def statements(results: pd.DataFrame, parts: Sequence[Part]) -> dict[str, Judged
             ((0.5 - float((~right).sum()), 0.0),), f"{right.sum()} of {len(certain)}"
         ),
         "every pair has an answer": Judged(
-            ((0.5 - len(unanswered), 0.0),), f"{len(unanswered)} without; {', '.join(unanswered['part'])}"
+            ((0.5 - len(unanswered), 0.0),), ", ".join([f"{len(unanswered)} without", *unanswered["part"]])
         ),
         "all curves are computed": Judged(
             ((results["part"].nunique() - len(parts) + 0.5, 0.0),), f"{results['part'].nunique()} of {len(parts)}"
@@ -115,7 +115,7 @@ def blocks(results: pd.DataFrame, parts: Sequence[Part]) -> Mapping[str, str]:
     }
     made = f"{results['part'].nunique()} of {len(parts)} curves, computed until {results['computed'].max()}."
     stated = [
-        {"statement": name, "": each.verdict, "numbers": each.numbers.removesuffix("; ")}
+        {"statement": name, "": each.verdict, "numbers": each.numbers}
         for name, each in statements(results, parts).items()
     ]
     off = table[table["error"] > table["half_width"]].sort_values("error", ascending=False)
