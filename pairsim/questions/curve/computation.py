@@ -10,6 +10,7 @@ import numpy as np
 
 from pairsim.analysis.master_curve import Curve
 from pairsim.analysis.rows_of_points import point_row
+from pairsim.cases.differences import differ
 from pairsim.cases.inputs import inputs_of
 from pairsim.computing import events
 from pairsim.computing.found import Found
@@ -113,6 +114,8 @@ def _parameters(case: CurveCase, sensitivities: bool) -> list[str]:
         return of_spread + difference
     values = ("Ca_e", max(case.Ca_es)), ("De", case.De), ("xi", case.De and case.xi), ("beta", 1.0)
     known = [name for name, value in values if value] + ["difference"] * of_pair
+    if sensitivities and of_pair and all(case.Ca_es) and differ(case):
+        known.append(STIFFNESS)
     return known + [name for name in of_spread if name not in known]
 
 
