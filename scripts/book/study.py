@@ -17,6 +17,7 @@ import pandas as pd
 
 import pairsim
 from book.statements import Judged
+from pairsim.cases.case import SceneCase
 from pairsim.cases.identity import identity_of, key_of
 from pairsim.runtime.locks import command_line
 from pairsim.sweeps.task import Task, compute
@@ -103,10 +104,13 @@ def computed(question: str, case: Mapping[str, Any], folder: Path, seconds: floa
         InputError: A key or value is not allowed.
         Stopped: The study was stopped.
     """
-    checked = pairsim.load(case, kind=question)
-    key = key_of(question, identity_of(checked))
-    task = Task(folder, question, key, pickle.dumps(checked), command_line(), seconds, {}, {})
-    state = compute(task)
+    return solved(question, pairsim.load(case, kind=question), folder, seconds)
+
+
+def solved(question: str, case: SceneCase, folder: Path, seconds: float) -> Any:
+    """The result of a case that is known to be valid, likewise; a finished one is found in its folder."""
+    key = key_of(question, identity_of(case))
+    state = compute(Task(folder, question, key, pickle.dumps(case), command_line(), seconds, {}, {}))
     if state.status == "pending":
         raise Stopped
     return pairsim.open(folder)
