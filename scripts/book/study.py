@@ -56,7 +56,8 @@ class Study:
         parts: Its parts in the order in which they are computed; with True those of the quick form.
         statements: What it states, judged by the stored rows, which are those of the parts given.
         blocks: What stands between the marks of its page, likewise.
-        page: The page.
+        page: The page. Several studies may have marks on one.
+        files: The content of other files that are made of the stored rows, by path: pictures, tables that ship.
     """
 
     folder: Path
@@ -66,6 +67,7 @@ class Study:
     statements: Callable[[pd.DataFrame, Sequence[Part]], Mapping[str, Judged]]
     blocks: Callable[[pd.DataFrame, Sequence[Part]], Mapping[str, str]]
     page: Path
+    files: Callable[[pd.DataFrame, Sequence[Part]], Mapping[Path, str | bytes]] = lambda *_: {}
 
     @property
     def name(self) -> str:

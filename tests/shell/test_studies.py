@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,13 +18,15 @@ import pairsim
 sys.path.append(str(ROOT / "scripts"))
 
 import study as runner
-from book import pages
-from book.code import changed, digest_of
+from book import code, pages
+from book.code import UNKNOWN, changed, digest_of
 from book.statements import Judged
 from book.study import Part, Study, names, study_of
 from studies.quantities import cases, judgement
 
 Run = Callable[..., int]
+OF_OTHERS = {"index"}
+"""Marks that no study fills."""
 
 
 class Squares:
@@ -90,6 +93,29 @@ def test_parts_whose_code_has_changed_are_named_and_computed_again(
     assert len(squares.computed) == 6
 
 
+@pytest.mark.parametrize("before", [UNKNOWN, "commit 8e62446e"])
+def test_results_of_code_that_was_not_recorded_are_stale(
+    before: str, squares: Squares, run: Run, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    results = runner.Results(squares.study.stored)
+    for part in squares.parts(False):
+        results.add(part, before, part.compute(tmp_path))
+    run()
+    assert f"3 parts are stale, as they are of {before}" in capsys.readouterr().out
+    assert len(squares.computed) == 6
+
+
+def test_files_of_a_study_are_written_with_its_page(squares: Squares, run: Run, tmp_path: Path) -> None:
+    path = tmp_path / "squares" / "squares.txt"
+    squares.study = replace(squares.study, files=lambda table, _: {path: " ".join(f"{x:g}" for x in table["square"])})
+    run("--quick")
+    assert not path.exists()
+    assert (tmp_path / "runs" / "squares-quick" / "squares.txt").read_text() == "1"
+    run()
+    run("--page")
+    assert path.read_text() == "1 4 9"
+
+
 def test_parts_are_chosen_by_their_names(squares: Squares, run: Run) -> None:
     assert run("--only", r"^3\^") == 1
     assert squares.computed == ["3^2"]
@@ -133,13 +159,45 @@ def test_code_is_known_by_what_it_does(tmp_path: Path) -> None:
     assert changed("pairsim.fem ab, pairsim.physics cd", "pairsim.fem ab, pairsim.physics ef") == ["pairsim.physics"]
 
 
+def test_laws_that_a_study_does_not_use_are_no_part_of_its_code(tmp_path: Path) -> None:
+    for name in ("one", "other"):
+        (tmp_path / f"{name}.py").write_text(f"class Law:\n    label = '{name}'\n")
+    (tmp_path / "forms.py").write_text("FORM = 1\n")
+
+    def digest() -> str:
+        digest_of.cache_clear()
+        code._has_law.cache_clear()
+        return digest_of(tmp_path, ("one",))
+
+    first = digest()
+    (tmp_path / "other.py").write_text("class Law:\n    label = 'changed'\n")
+    assert digest() == first
+    (tmp_path / "one.py").write_text("class Law:\n    label = 'changed'\n")
+    assert digest() != first
+    with pytest.raises(FileNotFoundError, match="has no laws third"):
+        digest_of(tmp_path, ("third",))
+
+
 @pytest.mark.parametrize("name", names())
 def test_page_of_a_study_is_that_of_its_stored_results(name: str) -> None:
     study = study_of(name)
     parts = study.parts(False)
-    blocks, text = study.blocks(runner.Results(study.stored).of(parts), parts), study.page.read_text()
-    assert pages.marks(text) == set(blocks)
+    table = runner.Results(study.stored).of(parts)
+    blocks, text = study.blocks(table, parts), study.page.read_text()
+    assert set(blocks) <= pages.marks(text)
     assert pages.filled(text, blocks) == text, f"written by scripts/study {name} --page"
+    for path, content in study.files(table, parts).items():
+        assert path.exists()
+        assert isinstance(content, bytes) or path.read_text() == content, f"written by scripts/study {name} --page"
+
+
+def test_every_mark_of_a_page_belongs_to_one_study() -> None:
+    marks: dict[Path, list[str]] = {}
+    for study in map(study_of, names()):
+        parts = study.parts(False)
+        marks.setdefault(study.page, []).extend(study.blocks(runner.Results(study.stored).of(parts), parts))
+    for page, found in marks.items():
+        assert sorted(found) == sorted(pages.marks(page.read_text()) - OF_OTHERS)
 
 
 @pytest.mark.parametrize("name", names())
