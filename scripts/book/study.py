@@ -30,6 +30,10 @@ class Stopped(Exception):
     """A part was stopped before it was computed, and is computed by the next command."""
 
 
+class Unavailable(Exception):
+    """A part needs what is not installed here, such as another code; the message says what. It is left out."""
+
+
 @dataclass(frozen=True)
 class Part:
     """What is computed as one, and stored as soon as it is done.
@@ -58,6 +62,8 @@ class Study:
         blocks: What stands between the marks of its page, likewise.
         page: The page. Several studies may have marks on one.
         files: The content of other files that are made of the stored rows, by path: pictures, tables that ship.
+        pictures: The folder of the pictures that parts draw of what is not stored, such as fields: each leaves one with
+            its name in its folder.
     """
 
     folder: Path
@@ -68,6 +74,7 @@ class Study:
     blocks: Callable[[pd.DataFrame, Sequence[Part]], Mapping[str, str]]
     page: Path
     files: Callable[[pd.DataFrame, Sequence[Part]], Mapping[Path, str | bytes]] = lambda *_: {}
+    pictures: Path | None = None
 
     @property
     def name(self) -> str:
