@@ -127,12 +127,8 @@ def cell(value: float, error: float, form: str) -> str:
 
 
 def statements(tables: Mapping[str, Table]) -> dict[str, Judged]:
-    """The statements of all tables by their text; those that several tables have alike begin with the table's name."""
-    found = dict[str, Judged]()
-    for name, table in tables.items():
-        for text, judged in table.statements().items():
-            found[f"{name}: {text}" if text in found else text] = judged
-    return found
+    """The statements of all tables, each with the name of its table before it."""
+    return {f"{name}: {text}": judged for name, table in tables.items() for text, judged in table.statements().items()}
 
 
 def blocks(tables: Mapping[str, Table]) -> dict[str, str]:

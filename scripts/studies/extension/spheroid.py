@@ -73,3 +73,8 @@ def exact_stretches(solid: Solid, times: Sequence[float]) -> Array:
         return [x[0] * (K(x[0]) - zz + rr) * solid.Ca_e / (K(x[0]) - 3 + 3 * (solid.viscosity or 0.0))]
 
     return np.asarray(solve_ivp(rate, (0, max(times)), [1.0], t_eval=times, rtol=1e-9, atol=1e-10).y[0])
+
+
+def steady_Ca(stretch: float) -> float:
+    """The Ca at which a neo-Hookean sphere has a steady axial stretch."""
+    return (stretch**2 - 1 / stretch) / K(stretch)

@@ -1,0 +1,20 @@
+"""The flow without particles of every viscoelastic law, in one dimension and on the mesh."""
+
+from pathlib import Path
+
+from book.computing import DOCS
+from book.study import Study
+from book.uses import in_time
+
+from studies.tube.cases import parts
+from studies.tube.judgement import blocks, statements
+
+STUDY = Study(
+    folder=Path(__file__).parent,
+    shows="pressure gradient and start-up of every law in the tube without particles, against solutions of another kind",
+    uses=in_time("newtonian", "giesekus", "oldroyd_b", "ptt", "fene_p"),
+    parts=parts,
+    statements=statements,
+    blocks=blocks,
+    page=DOCS / "validation" / "tube.md",
+)
