@@ -1,4 +1,4 @@
-"""Results of cases that several parts of a study look at: each is computed once, and found again by the next command."""
+"""Results of cases that several parts of a study look at: each is computed once, and found by the next command."""
 
 from __future__ import annotations
 

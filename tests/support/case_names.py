@@ -30,22 +30,25 @@ def _short(text: str) -> str:
 
 def lines() -> Iterator[str]:
     """Lines of the table: a file, and what its case or cases are called; `scripts` must be on the path."""
-    for path in sorted(CONFIGS.rglob("*.yaml")):
-        name = path.relative_to(CONFIGS).as_posix()
-        yield from (f"{name}: {line}" for line in _of_file(path))
+    files = {path.relative_to(CONFIGS): path for path in CONFIGS.rglob("*.yaml")}
+    for folder in (ROOT / "scripts" / "studies").glob("*/cases"):
+        found = {path.relative_to(folder): path for path in folder.rglob("*.yaml")}
+        files |= {folder.parent.name / name: path for name, path in found.items() if "quick" not in name.parts}
+    for name in sorted(files):
+        yield from (f"{name.as_posix()}: {line}" for line in _of_file(files[name]))
     for name, content in _of_scripts():
         yield from (f"{name}: {line}" for line in _of_grid(grid_from(CONFIGS / name, dict(content))))
 
 
 def _of_scripts() -> Iterator[tuple[str, Mapping[str, Any]]]:
     """The sweeps that scripts make of their files."""
-    import error_bars
     import validation
+    from studies.error_bars.parts import KINDS, cases, read
 
-    for kind in ("scenes", "random", "curves", "runs"):
-        content, scenes, meshes = error_bars.read(kind)
-        cases = [case for name, scene in scenes.items() for case in error_bars.cases(name, scene, meshes)]
-        yield f"error_bars/{kind}.yaml", content | {"cases": cases}
+    for kind in KINDS:
+        content, scenes, meshes = read(kind)
+        found = [case for name, scene in scenes.items() for case in cases(name, scene, meshes)]
+        yield f"error_bars/{kind}.yaml", content | {"cases": found}
     for page in validation.PAGES.values():
         for sweep in page.get("sweeps", {}).values():
             yield "validation/book.yaml", {key: each for key, each in sweep.items() if key not in ("quick", "may_fail")}

@@ -74,7 +74,7 @@ def of_curves(results: pd.DataFrame) -> pd.DataFrame:
 
 
 def curves(results: pd.DataFrame, liquid: str) -> pd.DataFrame:
-    """Errors of the master curves in Newtonian or viscoelastic liquids on all meshes but those of references alone, and their times."""
+    """Errors and times of master curves in Newtonian or viscoelastic liquids, but on meshes of references alone."""
     table = of_curves(results)
     here = table[(table["De"] == 0) == (liquid == "newtonian")]
     scene = here[["beta", "De", "Ca_e"]].map("{:g}".format).agg(", ".join, axis=1)
@@ -204,9 +204,8 @@ def statements(results: pd.DataFrame, parts: Sequence[Part]) -> dict[str, Judged
     rows = table_of(results, "curve", "run")
     rows = rows[rows["cells"] == "adapted"]
     over = rows["percent"] / rows["wanted"].map(percent)
-    found["adapted meshes keep the accuracy wanted"] = Judged(
-        tuple((1 - each, 0.0) for each in over), f"errors are {1 / over.max():.1f} to {1 / over.min():.0f} times smaller"
-    )
+    text = f"errors are {1 / over.max():.1f} to {1 / over.min():.0f} times smaller"
+    found["adapted meshes keep the accuracy wanted"] = Judged(tuple((1 - each, 0.0) for each in over), text)
     ratios = [
         steps["seconds"] / best(results, f"run-{scene}", fixed["percent"])["seconds"]
         for scene, (fixed, steps) in paper(results).items()

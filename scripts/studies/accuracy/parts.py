@@ -120,7 +120,7 @@ def _rows(kind: str, study: str, table: pd.DataFrame) -> Iterator[Row]:
 
 
 def _as_good(table: pd.DataFrame, cells: str, error: float) -> dict[str, float]:
-    """Unknowns and seconds of the fewest unknowns with no larger error; `inf` without, nothing where there are no rows."""
+    """Unknowns and seconds of the fewest unknowns with no larger error; `inf` without, nothing of an empty table."""
     if table.empty:
         return {}
     good = table[table["error"] <= error].nsmallest(1, "unknowns")[["unknowns", "wall_time"]]
@@ -130,7 +130,7 @@ def _as_good(table: pd.DataFrame, cells: str, error: float) -> dict[str, float]:
 
 def plain(study: Mapping[str, Any]) -> list[float]:
     """Wall time per Newton iteration with a new matrix [s], in `PLAIN_COUNTED` steps of the paper's discretisation."""
-    import pairsim.runtime.fenicsx  # noqa: F401 - orders MPI ahead of everything compiled
+    import pairsim.runtime.fenicsx  # orders MPI ahead of everything compiled
     from pairsim.computing.problems import problem_of
     from pairsim.solvers.nonlinear.jacobian_lagging import MatrixPolicy
     from pairsim.solvers.transient.transient import Transient

@@ -33,27 +33,26 @@ def statements(results: pd.DataFrame, parts: Sequence[Part]) -> dict[str, Judged
             text = ", ".join(f"{code} {seconds[code]:.3g} s" for code in (OWN, PEER))
             margin = (float(seconds[PEER] - seconds[OWN]), 0.0)
             found[f"a {what} with an error of {wanted:g} % takes less time than with {PEER}"] = Judged((margin,), text)
-    other = results[(results["by"] == PEER) & (results["what"] == "point")]
-    if len(other):
-        finest = other.loc[other["cells"].idxmax()]
-        error = (float(finest["error"]), 0.0)
-        found[f"dU of a point with {PEER} on its finest mesh differs by less than 0.01 %"] = below([error], 0.01, "by, %:")
     points = results[results["what"] == "point"]
-    own = points[points["by"] == OWN].nsmallest(1, "cells")
-    found["dU of a point on the coarsest mesh differs by less than 2 %"] = below([(float(own["error"].iloc[0]), 0.0)], 2.0, "by, %:")
+    other, own = (points[points["by"] == code] for code in (PEER, OWN))
+    if len(other):
+        error = (float(other.loc[other["cells"].idxmax(), "error"]), 0.0)
+        found[f"dU of a point with {PEER} on its finest mesh is off by less than 0.01 %"] = below([error], 0.01, "by %")
+    coarsest = (float(own.loc[own["cells"].idxmin(), "error"]), 0.0)
+    found["dU of a point on the coarsest mesh is off by less than 2 %"] = below([coarsest], 2.0, "by %")
     return found | complete(results, parts)
 
 
 def blocks(results: pd.DataFrame, parts: Sequence[Part]) -> Mapping[str, str]:
     """What stands between the marks of the page."""
-    text = pd.DataFrame(
-        {
-            "what, tol": [what + (f", {tol:g}" if tol else "") for what, tol in zip(results["what"], results["tol"], strict=True)],
-            "cells": results["cells"].astype(int),
-            "code": results["by"],
-            "cell": results["seconds"].map("{:.3g}, ".format) + results["error"].map("{:.2g}".format),
-        }
-    )
+    tolerances = results["tol"].map(lambda tol: f", {tol:g}" if tol else "")
+    columns = {
+        "what, tol": results["what"] + tolerances,
+        "cells": results["cells"].astype(int),
+        "code": results["by"],
+        "cell": results["seconds"].map("{:.3g}, ".format) + results["error"].map("{:.2g}".format),
+    }
+    text = pd.DataFrame(columns)
     table = text.pivot(index=["what, tol", "cells"], columns="code", values="cell").fillna("").reset_index()
     return {"codes": pages.markdown(table), "codes-made": pages.prose(made(results, parts))}
 

@@ -1,6 +1,6 @@
 """Quasi-steady dU of a soft pair at several distances by pyoomph, as a table for docs/validation.
 
-usage: peer/bin/python scripts/peers/pyoomph_curve.py [-o docs/validation/pyoomph.csv]
+usage: peer/bin/python scripts/studies/codes/pyoomph_curve.py [-o docs/validation/pyoomph.csv]
 
 Runs pyoomph_pair.py for every distance and confinement below on two meshes; README.md beside it says how pyoomph is
 installed. Readers of the book do not need it: the table is tracked.

@@ -16,7 +16,7 @@ from book.study import Part
 from studies.error_bars.parts import KINDS, read
 
 KNOWN, NEGLIGIBLE = 0.2, 2e-4
-"""An error is judged if the fine solutions differ by less than this part of it, and it is no smaller part of the peak."""
+"""An error is judged if the fine solutions differ by less than a part of it, and it is no smaller part of the peak."""
 TRUTH = 1 / 3
 """Largest half-width of the truth of curves and random scenes, over that by default."""
 COVERED = 0.95
@@ -58,9 +58,11 @@ def statements(results: pd.DataFrame, parts: Sequence[Part]) -> dict[str, Judged
         if own.empty:
             continue
         inside = (own["verdict"] == "inside").mean()
-        text = f"{(own['verdict'] == 'inside').sum()} of {len(own)}, the largest error is {own['ratio'].max():.2f} of it"
+        text = (
+            f"{(own['verdict'] == 'inside').sum()} of {len(own)}, the largest error is {own['ratio'].max():.2f} of it"
+        )
         what = f"{kind}: half-widths hold {100 * COVERED:.0f} % of the errors that determined none of their factors"
-        found[what] = Judged(((float(inside) - COVERED, 0.0),), text)
+        found[what] = Judged(((float(inside.mean()) - COVERED, 0.0),), text)
     return found | complete(results, parts)
 
 

@@ -63,12 +63,12 @@ def parts(quick: bool) -> list[Part]:
     found = []
     for kind in KINDS[:2] + KINDS[3:] if quick else KINDS:
         content, scenes, meshes = read(kind, quick)
-        found += [_part(kind, name, content, scene, meshes) for name, scene in scenes.items()]
+        for name, scene in scenes.items():
+            found.append(_part(kind, name, scene, {**content, "cases": [*cases(name, scene, meshes)]}))
     return found
 
 
-def _part(kind: str, name: str, content: Mapping[str, Any], scene: Mapping[str, Any], meshes: Mapping[str, Any]) -> Part:
-    grid = {**content, "cases": list(cases(name, scene, meshes))}
+def _part(kind: str, name: str, scene: Mapping[str, Any], grid: Mapping[str, Any]) -> Part:
     identity = json.dumps(grid, sort_keys=True)
     return Part(f"{kind}-{name}", identity, partial(_rows, kind, name, grid, scene))
 

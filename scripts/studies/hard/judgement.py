@@ -52,9 +52,10 @@ def blocks(results: pd.DataFrame, parts: Sequence[Part]) -> Mapping[str, str]:
     counts.insert(0, "cases", counts.sum(axis=1))
     counts = counts.astype(str).replace("0", "").rename(index=KINDS).rename_axis("").reset_index()
     lost = table[table["outcome"] != "finished"]
-    rows = [{"ended by": end, "cases": ", ".join(f"`{name}`" for name in own["part"])} for end, own in lost.groupby("end")]
+    names = ("`" + lost["part"] + "`").groupby(lost["end"]).agg(", ".join)
+    named = names.rename_axis("without an answer").rename("cases").reset_index()
     return {
         "hard": pages.markdown(counts),
-        "hard-lost": pages.markdown(pd.DataFrame(rows)) if rows else pages.prose("All have an answer."),
+        "hard-lost": pages.markdown(named) if len(named) else pages.prose("All have an answer."),
         "hard-made": pages.prose(made(results, parts)),
     }

@@ -17,6 +17,7 @@ from studies.paper.parts import NOT_COMPUTED
 
 PICTURES = DOCS / "images" / "paper"
 VERDICTS = ("holds", "does not hold", "within error")
+PLURALS = {"holds": "hold", "does not hold": "do not hold"}
 FIGURE = ["figure", "says"]
 
 
@@ -24,7 +25,7 @@ def verdicts(results: pd.DataFrame, how: str = "") -> pd.DataFrame:
     """All statements with the verdict and the numbers that their figure has, or a check; empty without."""
     known = pd.DataFrame([{"figure": each.figure, "says": each.says, "found": each.found} for each in STATEMENTS])
     rows = results.reindex(columns=["kind", "by", *FIGURE, "verdict", "numbers"])
-    rows = rows[(rows["kind"] == "statement") & (rows["by"].fillna("") == how)]
+    rows = rows[(rows["kind"] == "statement") & (rows["by"].astype(object).fillna("") == how)]
     found = known.merge(rows[[*FIGURE, "verdict", "numbers"]], how="left", on=FIGURE)
     return found.fillna("")
 
@@ -47,8 +48,10 @@ def statements(results: pd.DataFrame, parts: Sequence[Part]) -> dict[str, Judged
         own = results[(results["part"] == figure) & (results["kind"] == "statement")]
         if own.empty:
             continue
-        counts = ", ".join(f"{count} {verdict}" for verdict, count in table["verdict"].value_counts().items())
-        text = f"{len(table)} statements: {counts}"
+        counts = [
+            f"{count} {PLURALS.get(verdict, verdict)}" for verdict, count in table["verdict"].value_counts().items()
+        ]
+        text = f"of {len(table)} {', '.join(counts)}"
         if own["coarse"].astype(bool).all():  # which decides nothing
             known = float((table["verdict"] != NOT_COMPUTED).sum())
             found[f"{number(str(figure))}: its statements can be judged"] = Judged(((known - 0.5, 0.0),), text)

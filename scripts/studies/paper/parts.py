@@ -21,16 +21,14 @@ from book.study import Part, Row
 from book.uses import in_time, solvers, steady
 
 from pairsim.plots.style import Page
-from studies.paper.figures import CASES, CHECKS, FIGURES, chosen, computations, grid, identity, is_mesh, judged_by, needed
+from studies.paper import figures
+from studies.paper.figures import CHECKS, FIGURES, computations, identity, judged_by, needed
 from studies.paper.pictures import WIDTHS, draw
 from studies.paper.words import judged, transients
 
 LAWS = ("newtonian", "giesekus", "neo_hookean")
-USES = tuple(
-    dict.fromkeys(
-        (*steady(*LAWS), *in_time(*LAWS), *solvers("errors"), "pairsim.analysis.master_curve", "scripts.studies.paper.words")
-    )
-)
+SOLVERS = (*steady(*LAWS), *in_time(*LAWS), *solvers("errors"))
+USES = (*dict.fromkeys(SOLVERS), "pairsim.analysis.master_curve", "scripts.studies.paper.words")
 QUICK = ("fig02", "fig04", "fig11")
 """Figures of the quick form."""
 KEPT = Kept(USES, 2400.0)
@@ -62,11 +60,11 @@ def _rows(name: str, quick: bool, folder: Path) -> list[Row]:
 
 def _results(computation: str, quick: bool, folder: Path) -> list[Any]:
     """The results of a computation."""
-    if is_mesh(computation):
-        apart(write_mesh, CASES / f"{computation}.yaml", folder / f"{computation}.vtu")
+    if figures.is_mesh(computation):
+        apart(write_mesh, figures.CASES / f"{computation}.yaml", folder / f"{computation}.vtu")
         return []
-    found = grid(computation, quick)
-    return [KEPT.result(found.question.name, each.case, folder) for each in chosen(found, quick)]
+    found = figures.grid(computation, quick)
+    return [KEPT.result(found.question.name, each.case, folder) for each in figures.chosen(found, quick)]
 
 
 def _draw(name: str, cases: Cases, folder: Path) -> None:

@@ -2,9 +2,10 @@
 
 A statement has the words of the paper (`says`), an expression over the results `r` (`check`) and, where it does not
 hold (`found` has the verdict that docs/paper.md discusses), one over runs in time (`in_time`) and one over the fewer
-cases on other meshes and ends (`again`), with the words of `book.statements` and of this module. Words of the paper that need a number: "almost", "nearly", "substantially
-the same" is a difference below `NEARLY`, "decreased to zero" is below `VANISHED` of the peak, and signs of a dU below
-`DRAWN` of the peak, which a drawing does not show, are not told apart.
+cases on other meshes and ends (`again`), with the words of `book.statements` and of this module. Words of the paper
+that need a number: "almost", "nearly", "substantially the same" is a difference below `NEARLY`, "decreased to zero" is
+below `VANISHED` of the peak, and signs of a dU below `DRAWN` of the peak, which a drawing does not show, are not told
+apart.
 """
 
 from __future__ import annotations
