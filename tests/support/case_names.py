@@ -30,9 +30,10 @@ def _short(text: str) -> str:
 
 def lines() -> Iterator[str]:
     """Lines of the table: a file, and what its case or cases are called; `scripts` must be on the path."""
-    for path in sorted(CONFIGS.rglob("*.yaml")):
-        name = path.relative_to(CONFIGS).as_posix()
-        yield from (f"{name}: {line}" for line in _of_file(path))
+    for folder in (CONFIGS, ROOT / "scripts" / "studies"):
+        for path in sorted(folder.rglob("*.yaml")):
+            name = path.relative_to(CONFIGS if folder == CONFIGS else folder.parent).as_posix()
+            yield from (f"{name}: {line}" for line in _of_file(path))
     for name, content in _of_scripts():
         yield from (f"{name}: {line}" for line in _of_grid(grid_from(CONFIGS / name, dict(content))))
 
@@ -40,15 +41,11 @@ def lines() -> Iterator[str]:
 def _of_scripts() -> Iterator[tuple[str, Mapping[str, Any]]]:
     """The sweeps that scripts make of their files."""
     import error_bars
-    import validation
 
     for kind in ("scenes", "random", "curves", "runs"):
         content, scenes, meshes = error_bars.read(kind)
         cases = [case for name, scene in scenes.items() for case in error_bars.cases(name, scene, meshes)]
         yield f"error_bars/{kind}.yaml", content | {"cases": cases}
-    for page in validation.PAGES.values():
-        for sweep in page.get("sweeps", {}).values():
-            yield "validation/book.yaml", {key: each for key, each in sweep.items() if key not in ("quick", "may_fail")}
 
 
 def _of_file(path: Path) -> Iterator[str]:
