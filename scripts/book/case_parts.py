@@ -35,7 +35,14 @@ def case_of(base: Mapping[str, Any], **changes: Any) -> dict[str, Any]:
 
 
 def case_part(
-    name: str, question: str, case: Mapping[str, Any], columns: Sequence[str], about: Row, limit: float = LIMIT
+    name: str,
+    question: str,
+    case: Mapping[str, Any],
+    columns: Sequence[str],
+    about: Row,
+    *,
+    entries: Sequence[str] = (),
+    limit: float = LIMIT,
 ) -> Part:
     """A case.
 
@@ -45,24 +52,56 @@ def case_part(
         case: Keys and values.
         columns: What is stored of its table; what the table lacks is left out.
         about: What stands in all of its rows, such as the values by which they are told apart.
+        entries: What is stored of its run.json, in all of its rows.
         limit: Wall time after which it is stopped [s].
 
     Returns:
         A part whose rows are those of the table, with `ended` empty; or one row that has in `ended` why there is none.
     """
     identity = json.dumps({"command": question, **case}, sort_keys=True)
-    return Part(name, identity, partial(_rows, question, dict(case), tuple(columns), dict(about), limit))
+    ask = partial(_rows, question=question, columns=columns, entries=entries, limit=limit)
+    return Part(name, identity, lambda folder: ask(folder, case=case, about=about))
+
+
+def cases_part(
+    name: str,
+    question: str,
+    cases: Sequence[tuple[Row, Mapping[str, Any]]],
+    columns: Sequence[str],
+    *,
+    entries: Sequence[str] = (),
+    limit: float = LIMIT,
+) -> Part:
+    """Several cases that are one part, such as a line over a parameter, each with what stands in its rows."""
+    identity = json.dumps([{"command": question, **case} for _, case in cases], sort_keys=True)
+    ask = partial(_rows, question=question, columns=columns, entries=entries, limit=limit)
+
+    def rows(folder: Path) -> list[Row]:
+        found = list[Row]()
+        for i, (about, case) in enumerate(cases):
+            found += ask(folder.with_name(f"{folder.name}-{i}"), case=case, about=about)
+        return found
+
+    return Part(name, identity, rows)
 
 
 def _rows(
-    question: str, case: Mapping[str, Any], columns: Sequence[str], about: Row, limit: float, folder: Path
+    folder: Path,
+    *,
+    question: str,
+    case: Mapping[str, Any],
+    columns: Sequence[str],
+    about: Row,
+    entries: Sequence[str],
+    limit: float,
 ) -> list[Row]:
-    """The rows of a part."""
+    """The rows of a case."""
     result = computed(question, case, folder, limit)
+    same = {**about, **{name: result.record.get(name) for name in entries}}
     if not len(result.table):
-        return [{**about, "ended": result.reason or result.status}]
+        return [{**same, "ended": result.reason or result.status}]
     return [
-        {**about, **{name: row[name] for name in columns if name in row}, "ended": None}
+        {**same, **{name: row[name] for name in columns if name in row}, "ended": None}
         for row in result.table.to_dict("records")
     ]
 

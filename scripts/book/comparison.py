@@ -123,7 +123,8 @@ def cell(value: float, error: float, form: str) -> str:
     """A number, with its error if it has one; empty for NaN."""
     if error > 0:
         return with_error(value, error).replace(" +- ", PLUS_MINUS)
-    return "" if pd.isna(value) else format(value, form)
+    text = "" if pd.isna(value) else format(value, form)
+    return f"{float(text):.0f}" if "e+0" in text else text  # 2.04e+04 is 20400
 
 
 def statements(tables: Mapping[str, Table]) -> dict[str, Judged]:

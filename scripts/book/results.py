@@ -28,7 +28,7 @@ class Results:
     def __init__(self, path: Path, *others: Path) -> None:
         self.path, self.table = path, pd.DataFrame(columns=OWN)
         for file in (each for each in (path, *others) if each.is_file()):
-            found = pd.read_csv(file)
+            found = _read(file)
             self.table = _joined(self.table, found[~found["part"].isin(self.table["part"])])
 
     def code(self, part: Part) -> str | None:
@@ -56,8 +56,16 @@ class Results:
         _write(path, self.of(parts))
 
 
+def _read(path: Path) -> pd.DataFrame:
+    """A file; the code of a part is that of its first row."""
+    found = pd.read_csv(path)
+    return found.assign(code=found.groupby("part")["code"].transform("first"))
+
+
 def _write(path: Path, table: pd.DataFrame) -> None:
-    write_text(path, table.to_csv(index=False, float_format="%.12g"))
+    """Write a file, in which the code of a part is in its first row alone."""
+    known = table.assign(code=table["code"].mask(table["part"].duplicated()))
+    write_text(path, known.to_csv(index=False, float_format="%.12g"))
 
 
 def _joined(table: pd.DataFrame, rows: pd.DataFrame) -> pd.DataFrame:

@@ -30,28 +30,25 @@ def _short(text: str) -> str:
 
 def lines() -> Iterator[str]:
     """Lines of the table: a file, and what its case or cases are called; `scripts` must be on the path."""
-    files = {path.relative_to(CONFIGS): path for path in CONFIGS.rglob("*.yaml")}
-    for folder in (ROOT / "scripts" / "studies").glob("*/cases"):
-        found = {path.relative_to(folder): path for path in folder.rglob("*.yaml")}
-        files |= {folder.parent.name / name: path for name, path in found.items() if "quick" not in name.parts}
-    for name in sorted(files):
-        yield from (f"{name.as_posix()}: {line}" for line in _of_file(files[name]))
+    studies = ROOT / "scripts" / "studies"
+    files = [(path, path.relative_to(CONFIGS)) for path in sorted(CONFIGS.rglob("*.yaml"))]
+    files += [(path, path.relative_to(studies)) for path in sorted(studies.rglob("*.yaml"))]
+    for path, place in files:
+        name = "/".join(part for part in place.parts if part != "cases")  # which has those of a study
+        if "quick" not in place.parts:
+            yield from (f"{name}: {line}" for line in _of_file(path))
     for name, content in _of_scripts():
         yield from (f"{name}: {line}" for line in _of_grid(grid_from(CONFIGS / name, dict(content))))
 
 
 def _of_scripts() -> Iterator[tuple[str, Mapping[str, Any]]]:
     """The sweeps that scripts make of their files."""
-    import validation
     from studies.error_bars.parts import KINDS, cases, read
 
     for kind in KINDS:
         content, scenes, meshes = read(kind)
         found = [case for name, scene in scenes.items() for case in cases(name, scene, meshes)]
         yield f"error_bars/{kind}.yaml", content | {"cases": found}
-    for page in validation.PAGES.values():
-        for sweep in page.get("sweeps", {}).values():
-            yield "validation/book.yaml", {key: each for key, each in sweep.items() if key not in ("quick", "may_fail")}
 
 
 def _of_file(path: Path) -> Iterator[str]:

@@ -11,7 +11,6 @@ from support.scenes import solve_rigid
 
 import pairsim
 
-
 SINGLE = {beta: (known.U[beta], known.DP_PLUS[beta]) for beta in known.U}
 PAIR = {d: (known.PAIR_U[d], known.PAIR_DP_PLUS[d]) for d in known.PAIR_U}
 

@@ -8,19 +8,14 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from numpy.polynomial import legendre
-from scipy.interpolate import CubicSpline
 from studies.soft.bullet import modes_of_sphere
 from studies.soft.references import F_3, F_5, S
 from support.scenes import dU, march, soft_pair
 
 import pairsim
 from pairsim.fem.meshes.geometry import MeshSettings
-from pairsim.fem.scene import Body
-from pairsim.physics.solids import soft
 from pairsim.solvers.nonlinear.newton import TRANSIENT
 from pairsim.solvers.stepping.step_size import StepControl
-from pairsim.solvers.transient.transient import Transient
 
 PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "ends": "developed", "length": 4.9, "output": {"fields": False}}
 

@@ -20,11 +20,10 @@ import pairsim
 from pairsim.fem.algebra.constraints import PositionUpdate
 from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.physics.conformation import exponential, logarithm, polymer_stress
-from pairsim.physics.liquids import NEWTONIAN, Liquid, single
+from pairsim.physics.liquids import NEWTONIAN, single
 from pairsim.physics.liquids.fene_p import FeneP
 from pairsim.physics.liquids.giesekus import Giesekus
 from pairsim.physics.liquids.oldroyd_b import OldroydB
-from pairsim.physics.liquids.ptt import ExponentialPTT, LinearPTT
 from pairsim.physics.pipe import Pipe
 from pairsim.record.fields_of_frame import frame
 from pairsim.runtime.errors import NoSteadyState

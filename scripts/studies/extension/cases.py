@@ -59,13 +59,13 @@ def fold(Np: int) -> list[Row]:
 def start_up(Np: int) -> list[Row]:
     """The stretch from rest."""
     found = stretches(NeoHookean(CA), START_UP, Np=Np)
-    return [{"kind": "start-up", "Ca": CA, "t": t, "l": l} for t, l in zip(START_UP, found, strict=True)]
+    return [{"kind": "start-up", "Ca": CA, "t": t, "stretch": x} for t, x in zip(START_UP, found, strict=True)]
 
 
 def relaxation(Np: int) -> list[Row]:
     """The stretch without flow from `L_0`."""
     found = stretches(NeoHookean(CA), list(RELAXATION), rate=0.0, l_0=L_0, Np=Np)
-    return [{"kind": "relaxation", "Ca": CA, "t": t, "l": l} for t, l in zip(RELAXATION, found, strict=True)]
+    return [{"kind": "relaxation", "Ca": CA, "t": t, "stretch": x} for t, x in zip(RELAXATION, found, strict=True)]
 
 
 def parts(quick: bool) -> list[Part]:

@@ -29,8 +29,8 @@ SOURCE = "the exact spheroid"
 def start_up(times: Sequence[float]) -> Array:
     """The exact stretch from rest; the elastic stress of a neo-Hookean sphere is l^2 - 1/l."""
 
-    def rate(_: float, l: Array) -> Array:
-        return np.asarray(l * (K(l[0]) * CA - l**2 + 1 / l) / (K(l[0]) - 3))
+    def rate(_: float, x: Array) -> Array:
+        return np.asarray(x * (K(x[0]) * CA - x**2 + 1 / x) / (K(x[0]) - 3))
 
     return np.asarray(solve_ivp(rate, (0, max(times)), [1.0], t_eval=times, rtol=1e-9, atol=1e-10).y[0])
 
@@ -39,7 +39,7 @@ def tables(results: pd.DataFrame) -> dict[str, Table]:
     """The tables of the page; that of the fold if it is computed."""
     kinds = {str(kind): rows for kind, rows in results.groupby("kind")}
     steady = kinds["steady"].set_index("Ca")
-    times = {kind: kinds[kind].set_index("t")["l"] for kind in ("start-up", "relaxation")}
+    times = {kind: kinds[kind].set_index("t")["stretch"] for kind in ("start-up", "relaxation")}
     in_time = pd.DataFrame(times).sort_index()
     in_time["exact start-up"] = pd.Series(start_up(times["start-up"].index), times["start-up"].index)
     in_time["exact relaxation"] = pd.Series(exact.RELAXATION)
@@ -75,8 +75,8 @@ def pictures(results: pd.DataFrame, parts: Sequence[Part]) -> Mapping[Path, byte
     t = np.linspace(0.01, max(found["t"]), 200)
     figure, axis = pyplot.subplots(figsize=(5, 3.4))
     axis.plot(t, start_up(list(t)), "k-", lw=1, label="exact")
-    axis.plot(found["t"], found["l"], "o", ms=5, label="pairsim")
-    end = brentq(lambda l: steady_Ca(l) - CA, 1.1, 2.0)
+    axis.plot(found["t"], found["stretch"], "o", ms=5, label="pairsim")
+    end = brentq(lambda x: steady_Ca(x) - CA, 1.1, 2.0)
     axis.axhline(end, color="grey", lw=0.8, ls="--", label="steady")
     axis.set(xlabel=r"$t\,G/\eta$", ylabel="axial stretch $l$")
     axis.legend()

@@ -29,7 +29,9 @@ def in_time(n: int) -> dict[str, float]:
 
 def parts(quick: bool) -> list[Part]:
     """All meshes and steps; the quick form has the two coarsest meshes."""
-    space = [Part(f"{n} cells", f"general flow, {n} cells", partial(_rows, "space", n)) for n in CELLS[: 2 if quick else 3]]
+    space = [
+        Part(f"{n} cells", f"general flow, {n} cells", partial(_rows, "space", n)) for n in CELLS[: 2 if quick else 3]
+    ]
     time = [Part(f"{n} steps", f"general flow, {n} steps", partial(_rows, "time", n)) for n in STEPS]
     return space if quick else [*space, *time]
 

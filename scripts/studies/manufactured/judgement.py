@@ -32,7 +32,9 @@ def tables(results: pd.DataFrame) -> dict[str, Table]:
             allowed = OF_S_IN_SPACE if (kind, field) == ("space", "s") else WITHIN
             columns += [
                 Column(f"error of {field}", field, shown=".2e"),
-                Column(f"order of {field}", to=order, allowed=allowed, source=f"order {order:g}", shown=".2f", plain=True),
+                Column(
+                    f"order of {field}", to=order, allowed=allowed, source=f"order {order:g}", shown=".2f", plain=True
+                ),
             ]
         found[kind] = Table(errors.join(observed), columns)
     return found

@@ -2,8 +2,8 @@
 
 Forms, constraints, Newton's method and time scheme are those of a run; only the sources and the values on the boundary
 are given. That of s = log c is the source of c times the derivative of the logarithm, by eigenvectors. The order in
-time is that of the equations in space, whose sources are the forms at exact nodal values and rates: no error but that of
-the time scheme is left.
+time is that of the equations in space, whose sources are the forms at exact nodal values and rates: no error but that
+of the time scheme is left.
 """
 
 from __future__ import annotations

@@ -19,7 +19,9 @@ def parts(quick: bool) -> list[Part]:
     """Spheres of three diameters, free, dragged and held, and a pair at two distances."""
     columns = ("U_1", "dp_plus", "F_1", "F_error_1")
     spheres = [
-        case_part(f"{kind}-{beta:g}", "curve", case_of(SPHERE, beta=beta, **keys), columns, {"kind": kind, "beta": beta})
+        case_part(
+            f"{kind}-{beta:g}", "curve", case_of(SPHERE, beta=beta, **keys), columns, {"kind": kind, "beta": beta}
+        )
         for kind, keys in MOVED.items()
         for beta in ((0.4,) if quick else BETAS)
     ]

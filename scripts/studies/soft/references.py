@@ -1,4 +1,4 @@
-"""Own theory of first order in Ca_e by collocation, checked by reciprocity, with the exact flow around rigid spheres."""
+"""Own theory of first order in Ca_e: collocation with the exact flow around rigid spheres, checked by reciprocity."""
 
 S = {(0.4, 0.1): 5.475377e-2, (0.4, 0.3): 1.965724e-2, (0.2, 0.1): -9.88438e-4}
 """dU/Ca_e of a pair as Ca_e vanishes, by diameter and distance [U_av]."""

@@ -11,7 +11,7 @@ from studies.tube.judgement import blocks, statements
 
 STUDY = Study(
     folder=Path(__file__).parent,
-    shows="pressure gradient and start-up of every law in the tube without particles, against solutions of another kind",
+    shows="the flow of every law in the tube without particles, steady and in time, against solutions of another kind",
     uses=in_time("newtonian", "giesekus", "oldroyd_b", "ptt", "fene_p"),
     parts=parts,
     statements=statements,

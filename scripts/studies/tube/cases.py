@@ -45,7 +45,7 @@ def on_the_mesh(name: str, times: Sequence[float], cells: float) -> list[Row]:
 
 
 def parts(quick: bool) -> list[Part]:
-    """All liquids in one dimension, and on the mesh; of that the quick form has the start-up in a Giesekus liquid alone."""
+    """All liquids in one dimension and on the mesh; on that the quick form has the start-up of a Giesekus liquid."""
     steady = [*(name for name in LIQUIDS if name != "Oldroyd-B, De 1")]
     wanted = {} if quick else {f"steady {name}": (name, [SETTLED * LIQUIDS[name].De], CELLS) for name in steady}
     starting = ("Giesekus, De 1",) if quick else ("Giesekus, De 1", "Oldroyd-B, De 1")
