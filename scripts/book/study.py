@@ -90,7 +90,9 @@ def study_of(name: str) -> Study:
     return found
 
 
-def computed(question: str, case: Mapping[str, Any], folder: Path, seconds: float) -> Any:
+def computed(
+    question: str, case: Mapping[str, Any], folder: Path, seconds: float, flags: Mapping[str, bool] | None = None
+) -> Any:
     """The result of a case, computed in a child process; where it has failed its status and reason say so.
 
     Threads have children of their own, each of which computes one case after the other.
@@ -100,6 +102,7 @@ def computed(question: str, case: Mapping[str, Any], folder: Path, seconds: floa
         case: Keys and values.
         folder: Where its files are written.
         seconds: Wall time after which it is stopped.
+        flags: Options of the question, such as "sensitivities" of a curve.
 
     Raises:
         InputError: A key or value is not allowed.
@@ -107,7 +110,7 @@ def computed(question: str, case: Mapping[str, Any], folder: Path, seconds: floa
     """
     checked = pairsim.load(case, kind=question)
     key = key_of(question, identity_of(checked))
-    task = Task(folder, question, key, pickle.dumps(checked), command_line(), seconds, {}, {})
+    task = Task(folder, question, key, pickle.dumps(checked), command_line(), seconds, {}, flags or {})
     state = compute(task)
     if state.status == "pending":
         raise Stopped
