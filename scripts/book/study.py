@@ -98,7 +98,9 @@ def study_of(name: str) -> Study:
     return found
 
 
-def computed(question: str, case: Mapping[str, Any], folder: Path, seconds: float) -> Any:
+def computed(
+    question: str, case: Mapping[str, Any], folder: Path, seconds: float, flags: Mapping[str, bool] | None = None
+) -> Any:
     """The result of a case, computed in a child process; where it has failed its status and reason say so.
 
     Threads have children of their own, each of which computes one case after the other.
@@ -108,18 +110,21 @@ def computed(question: str, case: Mapping[str, Any], folder: Path, seconds: floa
         case: Keys and values.
         folder: Where its files are written.
         seconds: Wall time after which it is stopped.
+        flags: Options of the question, such as "sensitivities" of a curve.
 
     Raises:
         InputError: A key or value is not allowed.
         Stopped: The study was stopped.
     """
-    return solved(question, pairsim.load(case, kind=question), folder, seconds)
+    return solved(question, pairsim.load(case, kind=question), folder, seconds, flags)
 
 
-def solved(question: str, case: SceneCase, folder: Path, seconds: float) -> Any:
+def solved(
+    question: str, case: SceneCase, folder: Path, seconds: float, flags: Mapping[str, bool] | None = None
+) -> Any:
     """The result of a case that is known to be valid, likewise; a finished one is found in its folder."""
     key = key_of(question, identity_of(case))
-    state = compute(Task(folder, question, key, pickle.dumps(case), command_line(), seconds, {}, {}))
+    state = compute(Task(folder, question, key, pickle.dumps(case), command_line(), seconds, {}, flags or {}))
     if state.status == "pending":
         raise Stopped
     return pairsim.open(folder)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -178,12 +179,19 @@ def test_laws_that_a_study_does_not_use_are_no_part_of_its_code(tmp_path: Path) 
         digest_of(tmp_path, ("third",))
 
 
-@pytest.mark.parametrize("name", names())
-def test_page_of_a_study_is_that_of_its_stored_results(name: str) -> None:
+@cache
+def made(name: str) -> tuple[pd.DataFrame, Mapping[str, str]]:
+    """The stored results of a study, and what stands between its marks."""
     study = study_of(name)
     parts = study.parts(False)
     table = runner.Results(study.stored).of(parts)
-    blocks, text = study.blocks(table, parts), study.page.read_text()
+    return table, study.blocks(table, parts)
+
+
+@pytest.mark.parametrize("name", names())
+def test_page_of_a_study_is_that_of_its_stored_results(name: str) -> None:
+    study, (table, blocks) = study_of(name), made(name)
+    text, parts = study.page.read_text(), study.parts(False)
     assert set(blocks) <= pages.marks(text)
     assert pages.filled(text, blocks) == text, f"written by scripts/study {name} --page"
     for path, content in study.files(table, parts).items():
@@ -193,9 +201,8 @@ def test_page_of_a_study_is_that_of_its_stored_results(name: str) -> None:
 
 def test_every_mark_of_a_page_belongs_to_one_study() -> None:
     marks: dict[Path, list[str]] = {}
-    for study in map(study_of, names()):
-        parts = study.parts(False)
-        marks.setdefault(study.page, []).extend(study.blocks(runner.Results(study.stored).of(parts), parts))
+    for name in names():
+        marks.setdefault(study_of(name).page, []).extend(made(name)[1])
     for page, found in marks.items():
         assert sorted(found) == sorted(pages.marks(page.read_text()) - OF_OTHERS)
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from book.computing import DOCS
 from book.study import Study
-from book.uses import off_axis, OF_CASES
+from book.uses import OF_CASES, off_axis
 
 from studies.focus_maps.cases import parts
 from studies.focus_maps.judgement import blocks, statements

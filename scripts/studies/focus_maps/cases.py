@@ -54,7 +54,10 @@ def _line(name: str, points: Sequence[dict[str, Any]], more: dict[str, Any] | No
     base, _ = cases_of(name)
     same = ", ".join(f"{key} {points[0][key]:g}" for key in LINES[name])
     cases: list[tuple[Row, dict[str, Any]]] = [
-        ({"map": name, **{key: float((base | point).get(key, "nan")) for key in PARAMETERS}}, case_of(base, **point, **more or {}))
+        (
+            {"map": name, **{key: float((base | point).get(key, "nan")) for key in PARAMETERS}},
+            case_of(base, **point, **more or {}),
+        )
         for point in points
     ]
     return cases_part(f"{name}, {same}", "focus", cases, SHOWN)

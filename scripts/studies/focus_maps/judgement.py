@@ -63,7 +63,8 @@ def _of_rigid_pairs(rows: pd.DataFrame) -> dict[str, Judged]:
         "rigid pairs that leave the axis grow by more than their half-widths": positive(growth(leaving), "growth"),
         "they leave it at some distance at beta 0.1 to 0.4, and at none at 0.5 and 0.6": Judged(
             tuple(
-                (0.5 if (beta in set(leaving["beta"])) == (beta < 0.45) else -0.5, 0.0) for beta in rows["beta"].unique()
+                (0.5 if (beta in set(leaving["beta"])) == (beta < 0.45) else -0.5, 0.0)
+                for beta in rows["beta"].unique()
             ),
             "leave at beta " + ", ".join(f"{each:g}" for each in sorted(leaving["beta"].unique())),
         ),

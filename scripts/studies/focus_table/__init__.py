@@ -12,7 +12,7 @@ from studies.focus_table.judgement import blocks, statements, table_that_ships
 LAWS = ("newtonian", "oldroyd_b", "giesekus", "ptt", "fene_p", "neo_hookean", "mooney_rivlin")
 STUDY = Study(
     folder=Path(__file__).parent,
-    shows="rates of a bead alone to first order in Ca_e, De and Re, and how far first order reaches: the table that ships",
+    shows="rates of a bead alone to first order, and how far first order reaches: the table that ships",
     uses=(*off_axis(*LAWS), *OF_CASES, "scripts.studies.focus_table.first_order"),
     parts=parts,
     statements=statements,

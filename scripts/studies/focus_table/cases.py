@@ -21,10 +21,15 @@ QUICK = {"Np": 10, "max_size": 0.15}
 def parts(quick: bool) -> list[Part]:
     """All of these; in the quick form the rates of one bead on coarse cells."""
     mesh, betas = (QUICK, (0.4,)) if quick else (FINE, BETAS)
-    rates = [Part(f"rates {beta:g}", f"rates of beta {beta:g} on {mesh}", partial(_rates, beta, mesh)) for beta in betas]
+    rates = [
+        Part(f"rates {beta:g}", f"rates of beta {beta:g} on {mesh}", partial(_rates, beta, mesh)) for beta in betas
+    ]
     if quick:
         return rates
-    return [*rates, *(Part(f"limits {beta:g}", f"limits of beta {beta:g}", partial(_limits, beta)) for beta in WITH_LIMITS)]
+    return [
+        *rates,
+        *(Part(f"limits {beta:g}", f"limits of beta {beta:g}", partial(_limits, beta)) for beta in WITH_LIMITS),
+    ]
 
 
 def _rates(beta: float, mesh: dict[str, Any], folder: Path) -> Sequence[Row]:
