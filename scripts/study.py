@@ -30,7 +30,7 @@ import pandas as pd
 from book import overview, pages
 from book.code import code_of, reasons
 from book.results import Results
-from book.study import Part, Row, Stopped, Study, names, study_of
+from book.study import Part, Row, Stopped, Study, Unavailable, names, study_of
 
 from pairsim.record.folder import write_bytes, write_text
 from pairsim.runtime.errors import InputError
@@ -77,7 +77,11 @@ def compute(study: Study, todo: Sequence[Part], results: Results, workers: int =
         try:
             for count, future in enumerate(as_completed(running), 1):
                 part = running[future]
-                results.add(part, code, future.result())
+                try:
+                    results.add(part, code, future.result())
+                except Unavailable as lacking:
+                    print(f"[{count}/{len(todo)}] {part.name} is left out: {lacking}", flush=True)
+                    continue
                 print(f"[{count}/{len(todo)}] {time.monotonic() - begin:.0f} s {part.name}", flush=True)
         except BaseException:
             (work / STOP).touch()  # the running cases end in order
@@ -110,6 +114,14 @@ def write_files(files: Mapping[Path, str | bytes], folder: Path | None) -> None:
             write_text(place, content)
 
 
+def drawn(study: Study, parts: Sequence[Part], work: Path) -> dict[Path, bytes]:
+    """The pictures that parts have left in their folders, by the paths that they have in the project."""
+    if study.pictures is None:
+        return {}
+    found = {study.pictures / f"{part.name}.png": work / part.name / f"{part.name}.png" for part in parts}
+    return {path: file.read_bytes() for path, file in found.items() if file.is_file()}
+
+
 def run(study: Study, output: Path, arguments: argparse.Namespace) -> bool:
     """Compute a study, or store it and write its page; returns whether all of its statements hold."""
     parts = study.parts(arguments.quick)
@@ -127,6 +139,7 @@ def run(study: Study, output: Path, arguments: argparse.Namespace) -> bool:
     if arguments.page:
         results.store(study.stored, parts)
         table = Results(study.stored).of(parts)
+        write_files(drawn(study, parts, output / "work"), None)
         pages.write(study.page, study.blocks(table, parts))
     if arguments.page or arguments.quick:
         write_files(study.files(table, parts), output if arguments.quick else None)

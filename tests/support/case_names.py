@@ -30,9 +30,12 @@ def _short(text: str) -> str:
 
 def lines() -> Iterator[str]:
     """Lines of the table: a file, and what its case or cases are called; `scripts` must be on the path."""
-    for folder in (CONFIGS, ROOT / "scripts" / "studies"):
-        for path in sorted(folder.rglob("*.yaml")):
-            name = path.relative_to(CONFIGS if folder == CONFIGS else folder.parent).as_posix()
+    studies = ROOT / "scripts" / "studies"
+    files = [(path, path.relative_to(CONFIGS)) for path in sorted(CONFIGS.rglob("*.yaml"))]
+    files += [(path, path.relative_to(studies)) for path in sorted(studies.rglob("*.yaml"))]
+    for path, place in files:
+        name = "/".join(part for part in place.parts if part != "cases")  # which has those of a study
+        if "quick" not in place.parts:
             yield from (f"{name}: {line}" for line in _of_file(path))
     for name, content in _of_scripts():
         yield from (f"{name}: {line}" for line in _of_grid(grid_from(CONFIGS / name, dict(content))))
@@ -40,12 +43,12 @@ def lines() -> Iterator[str]:
 
 def _of_scripts() -> Iterator[tuple[str, Mapping[str, Any]]]:
     """The sweeps that scripts make of their files."""
-    import error_bars
+    from studies.error_bars.parts import KINDS, cases, read
 
-    for kind in ("scenes", "random", "curves", "runs"):
-        content, scenes, meshes = error_bars.read(kind)
-        cases = [case for name, scene in scenes.items() for case in error_bars.cases(name, scene, meshes)]
-        yield f"error_bars/{kind}.yaml", content | {"cases": cases}
+    for kind in KINDS:
+        content, scenes, meshes = read(kind)
+        found = [case for name, scene in scenes.items() for case in cases(name, scene, meshes)]
+        yield f"error_bars/{kind}.yaml", content | {"cases": found}
 
 
 def _of_file(path: Path) -> Iterator[str]:
