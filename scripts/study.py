@@ -7,7 +7,8 @@ name of the code that it depends on: the same command goes on after any kind of 
 stored in the project. Parts whose code has changed are named and computed again, unless --keep is given. With --only
 parts are computed whose names match a regular expression, and all that is stored is judged. With --page nothing is
 computed: what the output folder has is stored in the project, and the page, pictures and tables that ship are written
-from it. With --quick cells are coarse and parts few, and nothing but the output folder is written to.
+from it, and the table of all studies in docs/validation/index.md. With --quick cells are coarse and parts few, and
+nothing but the output folder is written to.
 
 Exit code 0: all is computed, and every statement holds; 1: some do not; 130: it was stopped.
 """
@@ -26,7 +27,7 @@ from contextlib import nullcontext
 from pathlib import Path
 
 import pandas as pd
-from book import pages
+from book import overview, pages
 from book.code import code_of, reasons
 from book.results import Results
 from book.study import Part, Row, Stopped, Study, Unavailable, names, study_of
@@ -164,6 +165,8 @@ def main() -> int:
     try:
         form = "-quick" if arguments.quick else ""
         good = [run(study_of(name), arguments.output / f"{name}{form}", arguments) for name in chosen]
+        if arguments.page:
+            overview.write([study_of(name) for name in names()])
     except (KeyboardInterrupt, Stopped):
         print("stopped; the same command goes on")
         return STOPPED

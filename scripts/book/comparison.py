@@ -91,6 +91,7 @@ class Table:
             if not alone and not reference.equals(before):
                 parts.append(reference.map(lambda each: cell(each, 0, ".9g")).rename("reference"))
             percent = 100 * (value - reference) / reference.abs().where(reference != 0)
+            percent = percent.round(8) + 0.0  # what is below is rounding, and not the same everywhere
             head = f"difference from {known[0]:.9g}, %" if alone else "difference, %"
             parts.append(percent.map(lambda each: cell(each, 0, "+.2g")).rename(head))
             before = reference

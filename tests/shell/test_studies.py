@@ -19,14 +19,14 @@ import pairsim
 sys.path.append(str(ROOT / "scripts"))
 
 import study as runner
-from book import code, pages
+from book import code, overview, pages
 from book.code import UNKNOWN, changed, digest_of
 from book.statements import Judged
 from book.study import Part, Study, names, study_of
 from studies.quantities import cases, judgement
 
 Run = Callable[..., int]
-OF_OTHERS = {"index"}
+OF_OTHERS = {overview.MARK}
 """Marks that no study fills."""
 
 
@@ -62,6 +62,9 @@ def squares(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Squares:
     monkeypatch.setattr(runner, "names", lambda: ["squares"])
     monkeypatch.setattr(runner, "study_of", lambda _: found.study)
     monkeypatch.setattr(runner, "code_of", lambda _: "law 1234")
+    index = tmp_path / "index.md"
+    index.write_text("<!-- index -->\n<!-- end of index -->\n")
+    monkeypatch.setattr(overview, "INDEX", index)
     return found
 
 
@@ -144,6 +147,7 @@ def test_a_page_is_written_of_what_is_stored_and_goes_on_elsewhere(squares: Squa
     run()
     run("--page")
     assert "The sum is 14." in squares.study.page.read_text()
+    assert "| squares | 1 of 1 |" in overview.INDEX.read_text()
     assert run("-o", str(tmp_path / "another machine")) == 0
     assert len(squares.computed) == 3
 
@@ -197,6 +201,12 @@ def test_page_of_a_study_is_that_of_its_stored_results(name: str) -> None:
     for path, content in study.files(table, parts).items():
         assert path.exists()
         assert isinstance(content, bytes) or path.read_text() == content, f"written by scripts/study {name} --page"
+
+
+def test_table_of_all_studies_is_that_of_their_stored_results() -> None:
+    text = overview.INDEX.read_text()
+    found = pages.markdown(overview.overview([study_of(name) for name in names()]))
+    assert pages.filled(text, {overview.MARK: found}) == text, "written by scripts/study all --page"
 
 
 def test_every_mark_of_a_page_belongs_to_one_study() -> None:

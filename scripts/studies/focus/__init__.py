@@ -12,7 +12,7 @@ from studies.focus.judgement import blocks, statements
 STUDY = Study(
     folder=Path(__file__).parent,
     shows="rates of spheres off the axis against theory for small spheres, and against data of a square duct",
-    uses=off_axis("newtonian", "giesekus", "oldroyd_b", "neo_hookean"),
+    uses=(*off_axis("newtonian", "giesekus", "oldroyd_b", "neo_hookean"), "scripts.studies.focus.scenes"),
     parts=parts,
     statements=statements,
     blocks=blocks,

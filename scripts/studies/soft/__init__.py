@@ -9,10 +9,11 @@ from book.uses import in_time, steady
 from studies.soft.cases import parts
 from studies.soft.judgement import blocks, statements
 
+LAWS = ("newtonian", "neo_hookean")
 STUDY = Study(
     folder=Path(__file__).parent,
     shows="dU of weakly soft pairs and the outline of a weakly soft sphere against theory of first order in Ca_e",
-    uses=tuple(dict.fromkeys((*steady("newtonian", "neo_hookean"), *in_time("newtonian", "neo_hookean")))),
+    uses=(*dict.fromkeys((*steady(*LAWS), *in_time(*LAWS))), "scripts.studies.soft.bullet"),
     parts=parts,
     statements=statements,
     blocks=blocks,

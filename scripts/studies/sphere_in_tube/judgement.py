@@ -107,4 +107,4 @@ def pictures(results: pd.DataFrame, parts: Sequence[Part]) -> Mapping[Path, byte
         )
     axis.set(xlabel=r"$\mathrm{De}_b = \lambda U/a$", ylabel=r"$K = F/(6\pi\eta_0 a U)$", ylim=(4.8, 5.8))
     axis.legend()
-    return {DOCS / "validation" / "images" / "sphere-in-tube.png": png(figure)}
+    return {DOCS / "validation" / "images" / "sphere_in_tube.png": png(figure)}

@@ -12,7 +12,7 @@ from studies.thinning.judgement import blocks, statements
 STUDY = Study(
     folder=Path(__file__).parent,
     shows="drag and deformation of spheres in power-law liquids, against another code and dclab's table",
-    uses=steady("newtonian", "power_law", "neo_hookean"),
+    uses=(*steady("newtonian", "power_law", "neo_hookean"), "scripts.studies.thinning.unbounded"),
     parts=parts,
     statements=statements,
     blocks=blocks,

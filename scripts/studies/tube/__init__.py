@@ -12,7 +12,7 @@ from studies.tube.judgement import blocks, statements
 STUDY = Study(
     folder=Path(__file__).parent,
     shows="the flow of every law in the tube without particles, steady and in time, against solutions of another kind",
-    uses=in_time("newtonian", "giesekus", "oldroyd_b", "ptt", "fene_p"),
+    uses=(*in_time("newtonian", "giesekus", "oldroyd_b", "ptt", "fene_p"), "scripts.studies.tube.pipe"),
     parts=parts,
     statements=statements,
     blocks=blocks,
