@@ -49,7 +49,7 @@ class Results:
         identities = {part.name: _digest(part) for part in parts}
         same = self.table["identity"] == self.table["part"].map(identities)
         order = {name: place for place, name in enumerate(identities)}
-        return self.table[same].sort_values("part", key=lambda column: column.map(order), ignore_index=True)
+        return self.table[same].sort_values("part", key=lambda each: each.map(order), kind="stable", ignore_index=True)
 
     def store(self, path: Path, parts: Sequence[Part]) -> None:
         """Write the rows of parts into another file."""

@@ -304,20 +304,16 @@ def test_the_page_names_what_is_outside() -> None:
     assert "| shape | D | 1% | 1 | 1 | 0 | 1 | 0 | 1.50 |" in blocks["quantities"]
 
 
-@pytest.mark.long
-def test_the_quick_form_of_every_study(tmp_path: Path) -> None:
-    script = [
-        sys.executable,
-        str(ROOT / "scripts" / "study.py"),
-        "all",
-        "--quick",
-        "-o",
-        str(tmp_path),
-        "--workers",
-        "2",
-    ]
-    done = subprocess.run(script, capture_output=True, text=True, check=False)
+USUAL = ("codes", "hard", "soft")
+"""Studies whose quick form takes seconds: the usual tier runs it, too."""
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow if name in USUAL else pytest.mark.long) for name in names()]
+)
+def test_the_quick_form_of_a_study(name: str, tmp_path: Path) -> None:
+    script = [sys.executable, str(ROOT / "scripts" / "study.py"), name, "--quick", "-o", str(tmp_path)]
+    done = subprocess.run([*script, "--workers", "2"], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
-    for name in names():
-        table = pd.read_csv(tmp_path / f"{name}-quick" / "results.csv")
-        assert set(table["part"]) == {part.name for part in study_of(name).parts(True)}
+    table = pd.read_csv(tmp_path / f"{name}-quick" / "results.csv")
+    assert set(table["part"]) == {part.name for part in study_of(name).parts(True)}

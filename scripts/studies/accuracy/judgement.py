@@ -70,7 +70,8 @@ def of_curves(results: pd.DataFrame) -> pd.DataFrame:
     """Curves on graded cells with the keys of their scenes."""
     table = table_of(results, "curve")
     keys = pd.DataFrame([keys_of(each) for each in table["study"]], table.index, ["beta", "De", "Ca_e"])
-    return table.join(keys)[lambda table: table["cells"] == "graded"]
+    found = table.join(keys)
+    return found[found["cells"] == "graded"]
 
 
 def curves(results: pd.DataFrame, liquid: str) -> pd.DataFrame:
@@ -128,10 +129,10 @@ def adapted(results: pd.DataFrame) -> pd.DataFrame:
     """What adaptation reached, in brackets the fewest unknowns of graded cells for the same error."""
     rows = table_of(results, "curve", "run")
     rows = rows[rows["cells"] == "adapted"]
-    cells = [
-        f"{number(row.percent)}: {cost(row.unknowns, row.seconds)} ({cost(row.graded_unknowns, row.graded_seconds)})"
-        for row in rows.itertuples()
-    ]
+    cells = []
+    for row in rows.to_dict("records"):
+        own, graded = (cost(row[f"{kind}unknowns"], row[f"{kind}seconds"]) for kind in ("", "graded_"))
+        cells.append(f"{number(row['percent'])}: {own} ({graded})")
     table = rows.assign(cell=cells).pivot(index="study", columns="wanted", values="cell")
     order = sorted(table.columns, key=percent, reverse=True)
     return table[order].fillna("").reset_index()

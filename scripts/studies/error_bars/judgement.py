@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -38,7 +39,7 @@ def judged(results: pd.DataFrame) -> pd.DataFrame:
     table = table[table["ended"].isna()]
     error, by_two = table["error"].abs(), table["kind"].isin(["scenes", "runs"])
     unknown = np.where(by_two, table["known"] > KNOWN * error, table["known"] > TRUTH * table["half_width"])
-    conditions = [by_two & (error < NEGLIGIBLE * table["peak"]), unknown, error <= table["half_width"]]
+    conditions: Any = [by_two & (error < NEGLIGIBLE * table["peak"]), unknown, error <= table["half_width"]]
     verdict = np.select(conditions, ["negligible", "undecided", "inside"], "outside")
     fixes = (table["kind"] == "scenes") & table["scene"].isin(fixing())
     both = error <= table["half_width"] + table["known"]
@@ -57,12 +58,10 @@ def statements(results: pd.DataFrame, parts: Sequence[Part]) -> dict[str, Judged
         own = able(table[(table["kind"] == kind) & ~table["fixes"]])
         if own.empty:
             continue
-        inside = (own["verdict"] == "inside").mean()
-        text = (
-            f"{(own['verdict'] == 'inside').sum()} of {len(own)}, the largest error is {own['ratio'].max():.2f} of it"
-        )
+        inside = int((own["verdict"] == "inside").sum())
+        text = f"{inside} of {len(own)}, the largest error is {own['ratio'].max():.2f} half-widths"
         what = f"{kind}: half-widths hold {100 * COVERED:.0f} % of the errors that determined none of their factors"
-        found[what] = Judged(((float(inside.mean()) - COVERED, 0.0),), text)
+        found[what] = Judged(((inside / len(own) - COVERED, 0.0),), text)
     return found | complete(results, parts)
 
 

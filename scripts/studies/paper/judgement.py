@@ -48,10 +48,8 @@ def statements(results: pd.DataFrame, parts: Sequence[Part]) -> dict[str, Judged
         own = results[(results["part"] == figure) & (results["kind"] == "statement")]
         if own.empty:
             continue
-        counts = [
-            f"{count} {PLURALS.get(verdict, verdict)}" for verdict, count in table["verdict"].value_counts().items()
-        ]
-        text = f"of {len(table)} {', '.join(counts)}"
+        counts = table["verdict"].replace(PLURALS).astype(str).value_counts()
+        text = f"of {len(table)} " + ", ".join(f"{count} {verdict!s}" for verdict, count in counts.items())
         if own["coarse"].astype(bool).all():  # which decides nothing
             known = float((table["verdict"] != NOT_COMPUTED).sum())
             found[f"{number(str(figure))}: its statements can be judged"] = Judged(((known - 0.5, 0.0),), text)

@@ -48,7 +48,7 @@ def _rows(name: str, quick: bool, folder: Path) -> list[Row]:
     cases = Cases(results)
     if name in FIGURES:
         _draw(name, cases, folder)
-    rows = [_effort([each for own in computations(name) for each in results[own]])]
+    rows: list[Any] = [_effort([each for own in computations(name) for each in results[own]])]
     if name in FIGURES:
         with suppress(NotComputed):
             others = [each for each in needed(name) if each.endswith("/markers") and each not in computations(name)]

@@ -1,4 +1,4 @@
-"""dU_held and Taylor parameters beside those of pyoomph, whose table scripts/peers has made."""
+"""dU_held and Taylor parameters beside those of pyoomph, whose table scripts/studies/codes has made."""
 
 from __future__ import annotations
 
