@@ -51,7 +51,7 @@ def parts(quick: bool) -> list[Part]:
 def _sphere(beta: float, Bn: float, m: float, mesh: str) -> Part:
     """A sphere that is dragged; its yield stress is given over eta_p V/D_p, which is beta times Bn."""
     liquid = {"law": "bingham", "Bn": Bn / beta, "m": m}
-    about = {"kind": "sphere", "beta": beta, "Bn": Bn, "m": m, "mesh": mesh}
+    about: Row = {"kind": "sphere", "beta": beta, "Bn": Bn, "m": m, "mesh": mesh}
     name = f"sphere, beta {beta:g}, Bn {Bn:g}, m {m:g}, {mesh}"
     return case_part(
         name, "curve", case_of(SPHERE, beta=beta, liquid=liquid, **MESHES[mesh]), ("F_1", "F_error_1"), about

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import pairwise
 from math import hypot, pi, sqrt
+from typing import Any
 
 import pandas as pd
 from book import comparison, pages
@@ -62,7 +63,7 @@ def statements(results: pd.DataFrame, parts: Sequence[Part]) -> dict[str, Judged
 
 
 def _of_spheres(rows: pd.DataFrame) -> dict[str, Judged]:
-    wide = rows.pivot(index=["beta", "Bn", "m"], columns="mesh", values=["K", "error"])
+    wide: Any = rows.pivot(index=["beta", "Bn", "m"], columns="mesh", values=["K", "error"])
     names = [name for name in MESHES if ("K", name) in wide]
     margins = [
         (float(wide["error"][coarse][place] - abs(wide["K"][coarse][place] - wide["K"][fine][place])), 0.0)
@@ -142,7 +143,7 @@ def blocks(results: pd.DataFrame, parts: Sequence[Part]) -> dict[str, str]:
 
 
 def _spheres(rows: pd.DataFrame) -> Table:
-    wide = rows.pivot(index=["beta", "Bn", "m"], columns="mesh", values=["K", "error"])
+    wide: Any = rows.pivot(index=["beta", "Bn", "m"], columns="mesh", values=["K", "error"])
     frame = pd.DataFrame(index=wide.index.rename([r"$\beta$", r"$\mathrm{Bn}^*$", "$m$"]))
     for name in (each for each in MESHES if ("K", each) in wide):
         frame[name], frame[f"error {name}"] = wide["K"][name].to_numpy(), wide["error"][name].to_numpy()
