@@ -192,7 +192,12 @@ def made(name: str) -> tuple[pd.DataFrame, Mapping[str, str]]:
     return table, study.blocks(table, parts)
 
 
-@pytest.mark.parametrize("name", names())
+SLOW = {"atlas"}  # whose judgement takes seconds
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(each, marks=pytest.mark.slow if each in SLOW else ()) for each in names()]
+)
 def test_page_of_a_study_is_that_of_its_stored_results(name: str) -> None:
     study, (table, blocks) = study_of(name), made(name)
     text, parts = study.page.read_text(), study.parts(False)
@@ -203,12 +208,14 @@ def test_page_of_a_study_is_that_of_its_stored_results(name: str) -> None:
         assert isinstance(content, bytes) or path.read_text() == content, f"written by scripts/study {name} --page"
 
 
+@pytest.mark.slow
 def test_table_of_all_studies_is_that_of_their_stored_results() -> None:
     text = overview.INDEX.read_text()
     found = pages.markdown(overview.overview([study_of(name) for name in names()]))
     assert pages.filled(text, {overview.MARK: found}) == text, "written by scripts/study all --page"
 
 
+@pytest.mark.slow
 def test_every_mark_of_a_page_belongs_to_one_study() -> None:
     marks: dict[Path, list[str]] = {}
     for name in names():

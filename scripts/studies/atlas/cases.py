@@ -33,14 +33,14 @@ class Sample(NamedTuple):
     Attributes:
         atlas: Its name.
         region: What the sample is called.
-        count: Number of places.
+        size: Number of places.
         seed: What they are drawn with.
         narrower: Ranges of parameters in place of those of the atlas.
     """
 
     atlas: str
     region: str
-    count: int
+    size: int
     seed: int
     narrower: Mapping[str, tuple[float, float]]
 
@@ -76,7 +76,7 @@ def random_places(sample: Sample) -> Array:
     """
     box = atlas_of(sample.atlas).box
     ends = np.array([sample.narrower.get(name, box[name]) for name in (*PARAMETERS, "d")], dtype=float)
-    x = np.random.default_rng(sample.seed).random((sample.count, 4))
+    x = np.random.default_rng(sample.seed).random((sample.size, 4))
     found = ends[:, 0] + (ends[:, 1] - ends[:, 0]) * x
     found[1::2, 3] = ends[3, 0] * (ends[3, 1] / ends[3, 0]) ** x[1::2, 3]
     return np.array([[float(f"{value:.6g}") for value in row] for row in found])
@@ -92,7 +92,7 @@ def case_at(name: str, beta: float, De: float, Ca_e: float, d: Sequence[float], 
 def parts(quick: bool) -> list[Part]:
     """All curves, places and derivatives; in the quick form two places and one curve with derivatives."""
     curves = [tuple(map(float, place)) for place in pd.read_csv(HERE / "places.csv").to_numpy()]
-    samples = [sample._replace(count=2) for sample in SAMPLES[:1]] if quick else SAMPLES
+    samples = [sample._replace(size=2) for sample in SAMPLES[:1]] if quick else SAMPLES
     return [
         *(_curve(place) for place in ([] if quick else curves)),
         *(part for sample in samples for part in _places(sample)),
@@ -107,7 +107,7 @@ def _named(place: Sequence[float]) -> str:
 def _curve(place: Sequence[float]) -> Part:
     """A curve of the Giesekus atlas: dU at the distances, and its zeros, where dU is 0 and the half-width that of d."""
     case = case_at("equal-pairs", place[0], place[1], place[2], DISTANCES, accuracy=OF_CURVES)
-    about = {"kind": "curve", "atlas": "equal-pairs", **dict(zip(PARAMETERS, place, strict=True))}
+    about: Row = {"kind": "curve", "atlas": "equal-pairs", **dict(zip(PARAMETERS, place, strict=True))}
 
     def rows(folder: Path) -> list[Row]:
         result = computed("curve", case, folder, LIMIT)
@@ -149,7 +149,7 @@ def _difference(place: Sequence[float]) -> Part:
     """A curve with its derivatives by the difference of the diameters."""
     name = "equal-pairs" if place[1] else "newtonian"
     case = case_at(name, place[0], place[1], place[2], DISTANCES, **COARSE)
-    about = {"kind": "difference", "atlas": name, **dict(zip(PARAMETERS, place, strict=True))}
+    about: Row = {"kind": "difference", "atlas": name, **dict(zip(PARAMETERS, place, strict=True))}
     return Part(f"difference, {_named(place)}", json.dumps(case, sort_keys=True), partial(_derivatives, case, about))
 
 

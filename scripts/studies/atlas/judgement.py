@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from math import nan
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -33,7 +34,7 @@ def judge(atlas: Atlas, points: pd.DataFrame) -> pd.DataFrame:
     """
     rows = []
     for place, held in points.groupby(list(PARAMETERS)):
-        here = dict(zip(PARAMETERS, place, strict=True))
+        here: dict[str, Any] = dict(zip(PARAMETERS, place, strict=True))
         found = Curve.of_atlas(atlas, **here)
         curve, zeros, peak = found.of(), found.equilibria, np.abs(found.table["dU"]).max()
         for d, dU in zip(held["d"], held["dU"], strict=True):
@@ -68,6 +69,7 @@ def samples(results: pd.DataFrame) -> dict[str, pd.DataFrame]:
 def differences(results: pd.DataFrame) -> pd.DataFrame:
     """Derivatives by the difference of the diameters: the largest error of each curve, % of its largest derivative."""
     rows = []
+    place: Any
     for place, own in results[results["kind"] == "difference"].groupby(["atlas", *PARAMETERS]):
         atlas = atlas_of(str(place[0]))
         changes = atlas.changes_by_difference([place[1:]])

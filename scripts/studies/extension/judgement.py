@@ -41,7 +41,7 @@ def tables(results: pd.DataFrame) -> dict[str, Table]:
     steady = kinds["steady"].set_index("Ca")
     times = {kind: kinds[kind].set_index("t")["stretch"] for kind in ("start-up", "relaxation")}
     in_time = pd.DataFrame(times).sort_index()
-    in_time["exact start-up"] = pd.Series(start_up(times["start-up"].index), times["start-up"].index)
+    in_time["exact start-up"] = pd.Series(start_up(times["start-up"].index.tolist()), times["start-up"].index)
     in_time["exact relaxation"] = pd.Series(exact.RELAXATION)
     found = {
         "steady": Table(

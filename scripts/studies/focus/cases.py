@@ -63,7 +63,7 @@ def first_order(beta: float, Np: int) -> list[Row]:
 def limits(beta: float, Np: int) -> list[Row]:
     """Rates of a small rigid sphere with the lateral drag, and of a soft one twice as large."""
     drag = float(resistance(beta, Np)[0])
-    rigid = [rate(beta, alpha, Np, known=False) | {"drag": drag} for alpha in ALPHAS]
+    rigid = [{**rate(beta, alpha, Np, known=False), "drag": drag} for alpha in ALPHAS]
     return [{"kind": "limits", **row} for row in (*rigid, rate(2 * beta, None, Np, known=False))]
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import pandas as pd
 from book import pages
@@ -49,6 +49,7 @@ def lines(results: pd.DataFrame) -> Iterator[Line]:
     """All quantities at all De; errors by cells are odd in x, so that what is extrapolated is linear in x^2."""
     space, axis = (results[results["kind"] == kind] for kind in ("3D", "axis"))
     axis = axis.set_index("De")
+    De: Any
     for De, rows in space.groupby("De"):
         wanted = ("V", "U", "rotation", "drag", "torque") if De == 0 else ("limit",) if De == SMALL else ("V", "U")
         if De not in axis.index:
@@ -59,8 +60,9 @@ def lines(results: pd.DataFrame) -> Iterator[Line]:
             if len(at) == 2:
                 (x, far), (y, near) = at.items()
                 limit = (near * x**2 - far * y**2) / (x**2 - y**2)
-            known = axis.loc[De, "V"] / De if name == "limit" else axis.loc[De, name]
-            error = axis.loc[De, "error"] / (De if name == "limit" else 1.0) if name in ("V", "limit") else 0.0
+            here: Any = axis.loc[De]
+            known = here["V"] / De if name == "limit" else here[name]
+            error = here["error"] / (De if name == "limit" else 1.0) if name in ("V", "limit") else 0.0
             yield Line(float(De), name, at, limit, float(known), float(error))
 
 

@@ -98,7 +98,7 @@ def solved(scene: dict[str, Any], Np: int) -> dict[str, Any]:
 def rows_of(scene: dict[str, Any], coarse: int, fine: int) -> list[dict[str, Any]]:
     """A row for each quantity of a scene, or one that says why there is none."""
     found = solved(scene, coarse)
-    truth = solved(scene, fine) if "values" in found else {"reason": "not computed"}
+    truth: dict[str, Any] = solved(scene, fine) if "values" in found else {"reason": "not computed"}
     of_scene = scene | {"d": " ".join(f"{each:g}" for each in scene["d"])}
     if "values" not in found or "values" not in truth:
         return [of_scene | {"ended": found.get("reason") or f"finer mesh: {truth.get('reason')}"}]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import inf
+from typing import Any
 
 import pandas as pd
 from book import comparison, pages
@@ -83,8 +84,8 @@ def ratios(results: pd.DataFrame) -> Table:
     """The rate of a soft bead in a Giesekus liquid over the sum of those of softness and of elasticity alone."""
     keys = ["beta", "De", "Ca_e"]
     both, soft, elastic = (of(results, name) for name in ("bead", "soft-bead", "elastic-bead"))
-    alone = soft.set_index(["beta", "Ca_e"])["growth"]
-    rigid = elastic.set_index(["beta", "De"])["growth"]
+    alone: Any = soft.set_index(["beta", "Ca_e"])["growth"]
+    rigid: Any = elastic.set_index(["beta", "De"])["growth"]
     sums = [alone.get((beta, Ca_e)) + rigid.get((beta, De)) for beta, De, Ca_e in both[keys].to_numpy()]
     rows = both.assign(ratio=both["growth"] / sums)
     wide = rows.pivot(index=["beta", "De"], columns="Ca_e", values="ratio")

@@ -26,7 +26,7 @@ def tables(results: pd.DataFrame) -> dict[str, Table]:
         if not len(own := results[results["kind"] == kind]):
             continue
         errors = own.pivot(index="count", columns="field", values="error").rename_axis(HEADS[kind])
-        observed = np.log2(errors.shift() / errors).add_prefix("order of ")
+        observed = (errors.shift() / errors).apply(np.log2).add_prefix("order of ")
         columns = []
         for field, order in orders.items():
             allowed = OF_S_IN_SPACE if (kind, field) == ("space", "s") else WITHIN

@@ -92,7 +92,7 @@ class SourcedScene(Scene):
     def load(self) -> Array:
         return super().load() + self.source
 
-    def set_step(self, star: Array, g: float, U_m: float) -> None:
+    def set_step(self, star: Array, g: float, U_m: float) -> None:  # type: ignore[override]
         super().set_step(star + g * self.rate, g, U_m)
 
 

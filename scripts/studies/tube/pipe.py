@@ -36,7 +36,7 @@ def pipe_in_two_dimensions(
         gaps=(),
         length=length,
         periodic=True,
-        mesh=MeshSettings(**mesh),
+        mesh=MeshSettings(**mesh),  # type: ignore[arg-type]
         control=StepControl(3e-4, 1e-8, 1.0),
         first_step=1e-3,
         liquid=liquid,
