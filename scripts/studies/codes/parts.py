@@ -13,7 +13,7 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import product
@@ -61,7 +61,7 @@ class Code:
     name: str
     variable: tuple[str, Path]
     cells: Sequence[int]
-    tolerances: dict[int, tuple[float, ...]]
+    tolerances: Mapping[int, Sequence[float]]
     solve: Callable[[Path, int, float], tuple[float, float]]
 
     @property
@@ -130,14 +130,15 @@ def _rows(cells: int, codes: Sequence[Code], repeats: int, exact: int, folder: P
     for _, (code, tol) in product(range(repeats), asked):
         try:
             dU, seconds = code.solve(places[code.name], cells, tol)
-        except subprocess.CalledProcessError as error:
-            last = (error.stderr or "").strip().rpartition("\n")[2]
-            raise Unavailable(f"{code.name} ended with exit code {error.returncode}: {last}") from error
+        except subprocess.CalledProcessError as failed:
+            last = str(failed.stderr or "").strip().rpartition("\n")[2]
+            raise Unavailable(f"{code.name} ended with exit code {failed.returncode}: {last}") from failed
         rows.append({"what": "run" if tol else "point", "by": code.name, "tol": tol, "seconds": seconds, "dU": dU})
     medians = pd.DataFrame(rows).groupby(["what", "by", "tol"], as_index=False).median()
     truths = dict(_exact(sorted(set(medians["what"])), exact, folder))
     error = (100 * (medians["dU"] / medians["what"].map(truths) - 1)).abs()
-    return list(medians.assign(cells=cells, error=error).to_dict("records"))
+    found: Any = medians.assign(cells=cells, error=error).to_dict("records")
+    return list(found)
 
 
 def _exact(whats: Sequence[str], cells: int, folder: Path) -> Iterator[tuple[str, float]]:

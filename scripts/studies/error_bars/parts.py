@@ -123,7 +123,8 @@ def errors_of(results: Mapping[str, Any]) -> Iterator[Row]:
         table = found[mesh].reindex(columns=["at", "dU", "dU_correction", "dU_error", "cancels"])
         table = table.rename(columns={"dU": "value", "dU_correction": "correction", "dU_error": "half_width"})
         known, error = (first - second).abs(), (first + second) / 2 - table["value"]
-        yield from table.assign(mesh=mesh, peak=peak, error=error, known=known).to_dict("records")
+        rows: Any = table.assign(mesh=mesh, peak=peak, error=error, known=known).to_dict("records")
+        yield from rows
 
 
 def by_default(default: Any, fine: Any) -> Iterator[Row]:

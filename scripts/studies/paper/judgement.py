@@ -55,7 +55,7 @@ def statements(results: pd.DataFrame, parts: Sequence[Part]) -> dict[str, Judged
             found[f"{number(str(figure))}: its statements can be judged"] = Judged(((known - 0.5, 0.0),), text)
             continue
         other = table[table["verdict"] != table["found"]]
-        text += "".join(f"; {row.verdict or NOT_COMPUTED}: {row.says}" for row in other.itertuples())
+        text += "".join(("; " + other["verdict"].replace("", NOT_COMPUTED) + ": " + other["says"]).tolist())
         stated = f"{number(str(figure))}: what the paper says holds, but for what docs/paper.md discusses"
         found[stated] = Judged(((0.5 - len(other), 0.0),), text)
     return found
