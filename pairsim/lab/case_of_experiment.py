@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pairsim.cases.case import SceneCase
 from pairsim.cases.keys import keys_of
-from pairsim.cases.physical import BLOCK, Physical
+from pairsim.cases.physical import BLOCK
+from pairsim.cases.physical_keys import Physical
 from pairsim.lab.cytometer.suspending_media import methyl_cellulose
 from pairsim.lab.driving_pressure import velocity_for
 from pairsim.lab.load import load
