@@ -11,7 +11,8 @@ from scipy.stats import t as student
 from support.commands import Pairsim
 
 import pairsim
-from pairsim.lab.rheometer.law_fits import Fit, Measured, described, each_fit, fits
+from pairsim.lab.rheometer.law_fits import Fit, described, each_fit, fits
+from pairsim.lab.rheometer.measured import Measured
 from pairsim.lab.rheometer.rheology_of_case import keys_of, sentences
 from pairsim.physics.homogeneous import moduli, steady_shear
 from pairsim.physics.liquids import Liquid, Newtonian
