@@ -421,11 +421,11 @@ class Result:
         if not has_unit(text):
             return float(text)
         try:
-            return self.place_of(text)
+            return self._place_of(text)
         except ValueError as error:
             raise InputError("fields", self.question.frames, at, str(error)) from None
 
-    def place_of(self, text: str) -> float:
+    def _place_of(self, text: str) -> float:
         """A time or distance of `places` from a text with its unit.
 
         Raises:
