@@ -4,21 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import numpy as np
 
 from pairsim.analysis.input_ranges import COVERED, MANY, DrawnRange
 from pairsim.atlas.atlas import PARAMETERS, Atlas
+from pairsim.atlas.unequal import Beads, UnequalAtlas
 from pairsim.cases.case import SceneCase
 from pairsim.cases.differences import differ
 from pairsim.cases.inputs import drawn, inputs_of
 from pairsim.quantities.kinds import LENGTH, VELOCITY
 from pairsim.runtime.arrays import Array, Flags
 from pairsim.solvers.curves.interpolant import hermite, slopes_of
-
-if TYPE_CHECKING:
-    from pairsim.atlas.unequal import Beads, UnequalAtlas
 
 BETWEEN = 4  # distances for each of the atlas, since dU of far pairs falls by factors from one to the next; chosen
 DRAWS = 2000  # of the inputs: the part of them in a range is known to 0.5 %
@@ -88,8 +86,6 @@ class _Draws:
         given = {"beta": case.betas, "De": (case.De,), "Ca_e": case.Ca_es}
         each = {name: _of_draws(numbers.get(name), own) for name, own in given.items()}
         if differ(case) and (unequal := atlas.of_unequal) is not None:
-            from pairsim.atlas.unequal import Beads
-
             return cls._unequal(Beads(each["beta"], each["De"][:, 0], each["Ca_e"]), numbers, unequal)
         places = np.stack([values[:, 0] for values in each.values()], axis=1)
         inside = np.array([not atlas.outside(**dict(zip(PARAMETERS, one, strict=True))) for one in places])

@@ -28,6 +28,7 @@ from pairsim.sweeps.atlas_file import AtlasFile, check_atlas
 from pairsim.sweeps.files import parse_file
 from pairsim.sweeps.grid import Grid, grid_from, read_base
 from pairsim.sweeps.sweep import Options, Workers, run_sweep
+from pairsim.sweeps.unequal_building import UnequalBuilding
 
 TABLE = "atlas.npz"
 EVERY = 6  # curves of a round, after which the interpolant is made anew: half of them at random places
@@ -69,8 +70,6 @@ def build(path: Path, folder: Path | None, options: Options, workers: Workers) -
             allowed = "must be an atlas of the same box and base: its box is another one"
             raise InputError(str(path), "start", file.start, allowed)
         if file.of_unequal:
-            from pairsim.sweeps.unequal_building import UnequalBuilding
-
             building = UnequalBuilding(path, file, base, atlas, others, options)
             return *building.build(directory, TABLE, workers), directory
         random.fast_forward(int(atlas.curves.random.sum()))

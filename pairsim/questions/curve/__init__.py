@@ -22,6 +22,7 @@ from pydantic import Field
 
 from pairsim.cases.accuracy import DEFAULT, percent
 from pairsim.cases.case import SceneCase
+from pairsim.cases.differences import difference_in_words
 from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.keys import Key, Part
 from pairsim.cases.mistakes import Mistake, missing
@@ -377,7 +378,6 @@ class CurveResult(Result):
 
     def findings(self) -> list[str]:
         """Where particles separate and come closer, and how fast; of an atlas, also in which liquid."""
-        from pairsim.cases.differences import difference_in_words
         from pairsim.questions.curve.answer import answer_of_curve
 
         if not self.curve.table.rows:
