@@ -60,7 +60,13 @@ def statements(results: pd.DataFrame, parts: Sequence[Part]) -> Mapping[str, Jud
     rows = Rows.of(results)
     found = {text: judged for make in MAKERS for text, judged in make(rows)}
     done = results["part"].nunique() if len(results) else 0
-    return found | {"all is computed": Judged(((done - len(parts) + 0.5, 0.0),), f"{done} of {len(parts)} parts")}
+    failed = results[results["status"] != "finished"] if len(results) else results
+    names = ", ".join(f"{row['part']} ({row['reason']})" for _, row in failed.iterrows())
+    return {
+        **found,
+        "every part has an answer": Judged(((0.5 - len(failed), 0.0),), f"{len(failed)} without {names}".strip()),
+        "all is computed": Judged(((done - len(parts) + 0.5, 0.0),), f"{done} of {len(parts)} parts"),
+    }
 
 
 type Made = Iterator[tuple[str, Judged]]
@@ -218,7 +224,7 @@ def _random(rows: Rows) -> Made:
     if len(found):
         runs = found.groupby("run")["mean"].apply(lambda means: means.notna().all())
         margins = tuple((1.0 if known else -1.0, 0.0) for known in runs)
-        yield "all random waveforms end with an answer", Judged(margins, f"{runs.sum()} of {len(runs)}")
+        yield "random waveforms end with a drift", Judged(margins, f"{runs.sum()} of {len(runs)}")
 
 
 MAKERS: tuple[Callable[[Rows], Made], ...] = (
