@@ -90,6 +90,15 @@ def test_a_finer_mesh_judges_the_half_width_of_a_coarser_one_and_says_which_sign
     assert found(-1e-5, 5e-5)[signs].verdict == "within error"
 
 
+def test_the_limit_of_a_sine_is_the_mean_of_steady_flows_once_all_are_there() -> None:
+    rows = [
+        {"topic": "slow", "run": f"{q}", "shape": "sine", "period": np.inf, "factor": q, "weight": 0.5, "mean": q}
+        for q in (0.2, 0.8)
+    ]
+    assert judgement.slow_limit(judgement.Rows.of(table(*rows)), "sine") == pytest.approx((0.2**2 + 0.8**2) / 2)
+    assert np.isnan(judgement.slow_limit(judgement.Rows.of(table(rows[0])), "sine"))
+
+
 def test_what_rigid_particles_move_by_is_judged_by_the_displaced_volume() -> None:
     row = {"topic": volume.TOPIC, "run": "pair with a mean", "flow_mean": volume.MEAN, "moved": 0.1, "tol": 1e-4}
     text = "with a mean a rigid pair moves as `travel` says for the volume, to 0.001"

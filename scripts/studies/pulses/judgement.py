@@ -17,6 +17,8 @@ EXACT = {"pressure": 1e-7, "profile": 1e-6}
 """Largest error of the flow without particles, of its pressure drop over the largest one."""
 OF_RUNS = {"pressure": 1e-4, "profile": 1e-6}
 """The same of runs, of the profile on the finest cells."""
+COLUMNS = ("mean", "half_width", "factor", "weight", "travel", "travel_error", "level", "length", "change")
+"""Columns that only some topics have, and that are empty until a part of these is computed."""
 AT_REST = 1e-10  # dU of equal rigid spheres
 SAME_VOLUME = 1e-3  # of the motion by a displaced volume
 SLOW, SLOW_SINE = 3e-3, 5e-3  # of the slow limit, at the longest period
@@ -34,7 +36,10 @@ class Rows:
     @classmethod
     def of(cls, results: pd.DataFrame) -> Rows:
         """Those of stored results; without any if there are none."""
-        return cls(results[results["status"] == "finished"] if len(results) else results)
+        if not len(results):
+            return cls(results)
+        known = results.reindex(columns=list(dict.fromkeys((*results.columns, *COLUMNS))))
+        return cls(known[known["status"] == "finished"])
 
     def topic(self, name: str) -> pd.DataFrame:
         """The rows of a topic."""
@@ -133,7 +138,10 @@ def slow_limit(rows: Rows, shape: str) -> float:
     steady = rows.runs("slow", shape=shape, period=np.inf)
     if not len(steady):
         return np.nan
-    return float((steady["mean"] * steady["factor"].fillna(1.0) * steady["weight"].fillna(1.0)).sum())
+    weights = steady["weight"].fillna(1.0)
+    if not np.isclose(weights.sum(), 1.0):  # not all of them are there
+        return np.nan
+    return float((steady["mean"] * steady["factor"].fillna(1.0) * weights).sum())
 
 
 def _slow(rows: Rows) -> Made:
