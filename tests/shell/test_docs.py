@@ -84,7 +84,7 @@ def test_every_file_is_described() -> None:
     assert all(f"`{ending}`" in page for ending in others)
 
 
-@pytest.mark.parametrize("name", filter(has_example, QUESTIONS))
+@pytest.mark.parametrize("name", [*filter(has_example, QUESTIONS)])
 def test_columns_of_sweeps_are_described(name: str, tmp_path: Path) -> None:
     question = QUESTIONS[name]
     columns = question.in_sweeps.columns(read_case(question, write_example(name, name, tmp_path)))
@@ -98,6 +98,19 @@ def test_pages_that_files_name_exist() -> None:
     named = {(path, page) for path in files for page in re.findall(r"\bdocs/[\w/.-]+\.(?:md|png)\b", path.read_text())}
     assert named
     assert not [f"{path}: {page}" for path, page in named if not (ROOT / page).exists()]
+
+
+def links(page: Path) -> set[Path]:
+    """The pages of the project that a page links to."""
+    named = re.findall(r"\]\(([^)#\s]+\.md)(?:#[^)]*)?\)", page.read_text())
+    return {(page.parent / each).resolve() for each in named if "://" not in each}
+
+
+@pytest.mark.parametrize("start", ["README.md", "docs/index.md"])
+def test_every_page_is_found_in_two_clicks(start: str) -> None:
+    first = links(ROOT / start)
+    found = {ROOT / start} | first | {page for each in first for page in links(each)}
+    assert [str(page.relative_to(ROOT)) for page in sorted(ROOT.glob("docs/**/*.md")) if page not in found] == []
 
 
 @pytest.fixture(scope="module")
