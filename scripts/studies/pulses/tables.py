@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 
 import numpy as np
 import pandas as pd
@@ -22,7 +23,7 @@ def blocks(results: pd.DataFrame, parts: Sequence[Part]) -> Mapping[str, str]:
         {"statement": name, "": each.verdict, "numbers": each.numbers}
         for name, each in statements(results, parts).items()
     ]
-    makers = (_pipe, _tube, _rigid, _volume, _slow, _differing, _held, _giesekus, _longer_tube, _random, _bench)
+    makers = (_pipe, _tube, _rigid, _volume, _slow, _differing, _held, _giesekus, _signs, _longer_tube, _random, _bench)
     tables = {make.__name__[1:].replace("_", "-"): make(rows) for make in makers}
     found = {name: pages.markdown(table) if len(table) else pages.prose(NOTHING) for name, table in tables.items()}
     return {"made": pages.prose(_made(results, parts)), "statements": pages.markdown(pd.DataFrame(judged)), **found}
@@ -95,15 +96,12 @@ def _rigid(rows: Rows) -> pd.DataFrame:
 def _volume(rows: Rows) -> pd.DataFrame:
     lines = []
     for _, row in rows.topic(volume.TOPIC).iterrows():
-        line = {
-            "particles": row["run"].partition(" ")[0],
-            "gap": f"{row['gap']:.0f}",
-            "flow": row["run"].partition(" ")[2],
-        }
-        line["moved"] = f"{row['moved']:.6f}"
-        line["half-width"] = _number(row["half_width"] if "steady" not in row["run"] else np.nan, 2)
+        scene, _, flow = row["run"].partition(" ")
+        line = {"particles": scene, "gap": f"{row['gap']:.0f}", "flow": flow}
+        line["moved [1e-6]"] = _scaled(row["moved"], -6, 1)
+        line["half-width [1e-6]"] = _scaled(row["half_width"], -6, 1).lstrip("+")
         line["range of d in the cycle"] = _number(row["range"])
-        line["`travel` over it takes"] = _number(row["travel"], 5) if "travel" in row else ""
+        line["`travel` over it takes"] = _number(row["travel"], 5)
         lines.append(line)
     return pd.DataFrame(lines)
 
@@ -128,22 +126,14 @@ def _slow(rows: Rows) -> pd.DataFrame:
 
 
 def _differing(rows: Rows) -> pd.DataFrame:
-    one = rows.runs("differing", period=np.inf)
-    lines = [
-        {
-            "flow": "in one direction",
-            "mean of dU [1e-3]": _scaled(row["mean"], -3),
-            "of equal beads": _scaled(slow_limit(rows, "square"), -3),
-        }
-        for _, row in one.iterrows()
+    one, both = rows.runs("differing", period=np.inf), beside_equal(rows)
+    flows = [("in one direction", row["mean"], slow_limit(rows, "square")) for _, row in one.iterrows()]
+    flows += [
+        (f"to and fro, period {row['period']:g}", row["mean"], row["mean_of_equal"]) for _, row in both.iterrows()
     ]
-    lines += [
-        {
-            "flow": f"to and fro, period {row['period']:g}",
-            "mean of dU [1e-3]": _scaled(row["mean"], -3),
-            "of equal beads": _scaled(row["mean_of_equal"], -3),
-        }
-        for _, row in beside_equal(rows).iterrows()
+    lines = [
+        {"flow": flow, "mean of dU [1e-3]": _scaled(mean, -3), "of equal beads [1e-3]": _scaled(of_equal, -3)}
+        for flow, mean, of_equal in flows
     ]
     return pd.DataFrame(lines)
 
@@ -174,49 +164,53 @@ def _giesekus(rows: Rows) -> pd.DataFrame:
             steady = group[group["level"].isna()]
             of_levels = {level: group[group["level"] == level] for level in ("coarse", "fine")}
             for level, those in {**of_levels, "fine": steady if len(steady) else of_levels["fine"]}.items():
-                line[f"{level} [1e-4]"] = _with_half_width(those)
+                line[f"{level} [1e-4]"] = _with_half_width(those.iloc[0]) if len(those) else ""
             both = on_both(rows)
             if len(both):
                 both = both[(both["Ca_e"] == Ca_e) & (both["period"] == period)]
             ratio = [abs(r["mean"] - r["mean_fine"]) / r["half_width"] for _, r in both.iterrows()]
             line["difference over the coarse half-width"] = f"{ratio[0]:.2f}" if ratio else ""
             changes = [each["change"].iloc[0] for each in of_levels.values() if len(each)]
-            line["cycles to come differ by [1e-4]"] = _scaled(changes[-1], -4).lstrip("+") if changes else ""
+            line["the last two cycles differ by [1e-4]"] = _scaled(changes[-1], -4).lstrip("+") if changes else ""
             lines.append(line)
     return pd.DataFrame(lines)
 
 
-def _with_half_width(rows: pd.DataFrame) -> str:
-    if not len(rows):
-        return ""
-    row = rows.iloc[0]
+def _with_half_width(row: pd.Series) -> str:
     return f"{_scaled(row['mean'], -4)} ± {_scaled(row['half_width'], -4).lstrip('+')}"
+
+
+def _signs(rows: Rows) -> pd.DataFrame:
+    """Between which periods the drift changes its sign."""
+    lines = []
+    found = rows.topic("giesekus")
+    for (Ca_e, level), group in found[found["length"] == 6].groupby(["Ca_e", "level"]) if len(found) else ():
+        ordered = group.sort_values("period")
+        for (_, one), (_, other) in pairwise(ordered.iterrows()):
+            if one["mean"] * other["mean"] < 0:
+                means, inverse = [one["mean"], other["mean"]], [1 / one["period"], 1 / other["period"]]
+                zero = 1 / (inverse[0] - means[0] * (inverse[1] - inverse[0]) / (means[1] - means[0]))
+                line = {"beads": "soft" if Ca_e else "rigid", "cells": level}
+                line["between periods"] = f"{one['period']:g} and {other['period']:g}"
+                lines.append(line | {"at, linear in 1/period": f"{zero:.3g}"})
+    return pd.DataFrame(lines)
 
 
 def _longer_tube(rows: Rows) -> pd.DataFrame:
     found = rows.runs("giesekus", level="coarse", period=2.0, Ca_e=0.0)
-    return pd.DataFrame(
-        [
-            {"tube": f"{row['length']:g}", "mean of dU [1e-4]": _with_half_width(row.to_frame().T)}
-            for _, row in found.iterrows()
-        ]
-    )
+    lines = [
+        {"length": f"{row['length']:g}", "mean of dU [1e-4]": _with_half_width(row)} for _, row in found.iterrows()
+    ]
+    return pd.DataFrame(lines)
 
 
 def _random(rows: Rows) -> pd.DataFrame:
     found = rows.topic("random")
-    if not len(found):
-        return found
-    answered = (
-        found.assign(known=found["mean"].notna()).groupby("run").agg(known=("known", "all"), reason=("reason", "first"))
-    )
-    counts = answered.groupby("reason")["known"].agg(["size", "sum"])
-    return pd.DataFrame(
-        [
-            {"ended by": reason, "runs": f"{row['size']}", "with a drift": f"{row['sum']}"}
-            for reason, row in counts.iterrows()
-        ]
-    )
+    lines = [
+        {"ended by": f"{reason}", "runs": f"{those['run'].nunique()}"}
+        for reason, those in (found.groupby("reason") if len(found) else [])
+    ]
+    return pd.DataFrame(lines)
 
 
 def _bench(rows: Rows) -> pd.DataFrame:
