@@ -61,16 +61,17 @@ def _parsed(text: Any) -> tuple[float, pint.Unit]:
 
 def _unit(text: str, given: str) -> pint.Unit:
     """A unit that is used at a bench; ValueError for others, and for those that pint does not know."""
+    units = registry()
     try:
-        unit = registry().parse_units(text)
-        parts = {name: registry().parse_unit_name(name)[0] for name in dict(unit._units)}
+        unit = units.parse_units(text)
+        parts = {name: units.parse_unit_name(name)[0] for name in dict(unit._units)}
     except Exception:  # pint does not document which exceptions its parser raises
         raise ValueError(f"has the unknown unit {given}") from None
-    printed = registry().get_group("Printer").members
+    printed = units.get_group("Printer").members
     for name, (prefix, root, _) in parts.items():
         if root in printed:
             raise ValueError(f"has the unit {given}, which is one of screens and print, not of what a camera sees")
-        known = MEASURING.get(str(registry().get_dimensionality(root)))
+        known = MEASURING.get(str(units.get_dimensionality(root)))
         prefixed = prefix and not (root in METRIC and prefix not in LARGE)
         if known is not None and (root not in known or prefixed):
             raise ValueError(f"has the unit {given}, which stands for {name.replace('_', ' ')} and is not taken")
