@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import BeforeValidator
 
 from pairsim.cases.unit_registry import registry
 from pairsim.cases.values import Positive, Range, listed, several, spelled_out
@@ -274,8 +276,16 @@ def _listed(value: Any) -> Any:
     return tuple(quantity_range(value)) if isinstance(value, Range) and isinstance(value.start, str) else listed(value)
 
 
+def _refuse_group(value: Any) -> Any:
+    """Refuse keys in place of values, as if a dotted key were written as a group; ValueError."""
+    if isinstance(value, Mapping) and not value.keys() & Range.model_fields.keys():
+        dotted = "a key in a group is written with a dot, such as physical.flow_rate: [1 ul/min, 2 ul/min]"
+        raise ValueError(f"must be a list of values or a range: {dotted}")
+    return value
+
+
 if TYPE_CHECKING:  # mypy cannot know them
     ValuesOrQuantities = tuple[float | str, ...]
 else:
-    ValuesOrQuantities = several(Positive | str, Positive | str, _listed)
+    ValuesOrQuantities = Annotated[several(Positive | str, Positive | str, _listed), BeforeValidator(_refuse_group)]
     """Values of a number, or of a quantity with their units."""
