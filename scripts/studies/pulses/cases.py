@@ -114,7 +114,7 @@ def differing(quick: bool) -> Iterator[Run]:
 def moving(quick: bool) -> list[Part]:
     """Pairs that differ, whose distance moves within a cycle: free, and held at their mean distance."""
     soft: dict[str, Any] = {**PAIR, **CELLS, "De": 0, "Ca_e": 0.05, "accuracy": "5%", "time": {"tol": 3e-4}}
-    liquid: dict[str, Any] = {**soft, "De": 1.0, "Ca_e": 0, "length": 6}
+    liquid: dict[str, Any] = {**soft, "De": 1.0, "Ca_e": 0, "length": 6, "time": {"tol": 1e-3}}
     scenes = {
         "1 %": {**soft, "beta": UNEQUAL, "waveform": square(8)},
         "3 %": {**soft, "beta": [0.406, 0.394], "waveform": square(8)},
