@@ -6,8 +6,9 @@ A study is a folder of scripts/studies. It is computed in parts, each of which i
 name of the code that it depends on: the same command goes on after any kind of end, on another machine from what is
 stored in the project. Parts whose code has changed are named and computed again, unless --keep is given. With --only
 parts are computed whose names match a regular expression, and all that is stored is judged. With --page nothing is
-computed: what the output folder has is stored in the project, and the page is written from it. With --quick cells are
-coarse and parts few, and nothing but the output folder is written to.
+computed: what the output folder has is stored in the project, and the page, pictures and tables that ship are written
+from it, and the table of all studies in docs/validation/index.md. With --quick cells are coarse and parts few, and
+nothing but the output folder is written to.
 
 Exit code 0: all is computed, and every statement holds; 1: some do not; 130: it was stopped.
 """
@@ -20,17 +21,18 @@ import shutil
 import sys
 import time
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import nullcontext
 from pathlib import Path
 
 import pandas as pd
-from book import pages
-from book.code import changed, code_of
+from book import overview, pages
+from book.code import code_of, reasons
 from book.results import Results
-from book.study import Part, Row, Stopped, Study, names, study_of
+from book.study import Part, Row, Stopped, Study, Unavailable, names, study_of
 
+from pairsim.record.folder import write_bytes, write_text
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import command_line, sole_writer
 from pairsim.sweeps.folder import STOP
@@ -44,11 +46,11 @@ def left(study: Study, parts: Sequence[Part], results: Results, *, keep: bool = 
     for part in parts:
         before = results.code(part)
         if before is not None and before != code:
-            why.update(changed(before, code))
+            why.update(reasons(before, code))
         if before is None or (before != code and not keep):
             found.append(part)
-    for name, count in why.items():
-        print(f"{study.name}: {count} parts are stale, as {name} has changed", flush=True)
+    for reason, count in why.items():
+        print(f"{study.name}: {count} parts are stale, as {reason}", flush=True)
     print(f"{study.name}: {len(parts)} parts, {len(found)} to do", flush=True)
     return found
 
@@ -75,7 +77,11 @@ def compute(study: Study, todo: Sequence[Part], results: Results, workers: int =
         try:
             for count, future in enumerate(as_completed(running), 1):
                 part = running[future]
-                results.add(part, code, future.result())
+                try:
+                    results.add(part, code, future.result())
+                except Unavailable as lacking:
+                    print(f"[{count}/{len(todo)}] {part.name} is left out: {lacking}", flush=True)
+                    continue
                 print(f"[{count}/{len(todo)}] {time.monotonic() - begin:.0f} s {part.name}", flush=True)
         except BaseException:
             (work / STOP).touch()  # the running cases end in order
@@ -98,6 +104,24 @@ def verdicts(study: Study, table: pd.DataFrame, parts: Sequence[Part]) -> bool:
     return all(judged.verdict == "holds" for judged in found.values())
 
 
+def write_files(files: Mapping[Path, str | bytes], folder: Path | None) -> None:
+    """Write files that are made of results; into a folder in place of their own, unless that is None."""
+    for path, content in files.items():
+        place = folder / path.name if folder else path
+        if isinstance(content, bytes):
+            write_bytes(place, content)
+        else:
+            write_text(place, content)
+
+
+def drawn(study: Study, parts: Sequence[Part], work: Path) -> dict[Path, bytes]:
+    """The pictures that parts have left in their folders, by the paths that they have in the project."""
+    if study.pictures is None:
+        return {}
+    found = {study.pictures / f"{part.name}.png": work / part.name / f"{part.name}.png" for part in parts}
+    return {path: file.read_bytes() for path, file in found.items() if file.is_file()}
+
+
 def run(study: Study, output: Path, arguments: argparse.Namespace) -> bool:
     """Compute a study, or store it and write its page; returns whether all of its statements hold."""
     parts = study.parts(arguments.quick)
@@ -115,7 +139,10 @@ def run(study: Study, output: Path, arguments: argparse.Namespace) -> bool:
     if arguments.page:
         results.store(study.stored, parts)
         table = Results(study.stored).of(parts)
+        write_files(drawn(study, parts, output / "work"), None)
         pages.write(study.page, study.blocks(table, parts))
+    if arguments.page or arguments.quick:
+        write_files(study.files(table, parts), output if arguments.quick else None)
     return verdicts(study, table, parts)
 
 
@@ -138,6 +165,8 @@ def main() -> int:
     try:
         form = "-quick" if arguments.quick else ""
         good = [run(study_of(name), arguments.output / f"{name}{form}", arguments) for name in chosen]
+        if arguments.page:
+            overview.write([study_of(name) for name in names()])
     except (KeyboardInterrupt, Stopped):
         print("stopped; the same command goes on")
         return STOPPED

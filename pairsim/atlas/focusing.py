@@ -5,7 +5,7 @@ Its rate per displacement is, in units of U_av/D_c,
     a = by_Ca_e Ca_e + by_Psi_1 Psi_1 + by_Psi_2 Psi_2 + by_Re Re,
 
 with the normal stress coefficients of slow shear, over eta_0 D_c/U_av. The numbers over beta are in focusing.csv, which
-scripts/focusing_table.py makes with the solver of `pairsim focus`; so is how far first order reaches.
+the study focus_table (scripts/studies) makes with the solver of `pairsim focus`; so is how far first order reaches.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ def _table() -> np.ndarray:
     """The numbers of the file, shape (diameters, columns)."""
     with FILE.open(encoding="utf-8", newline="") as file:
         header, *rows = csv.reader(file)
-    assert header == Row.names(), f"{FILE.name} is made by scripts/focusing_table.py"
+    assert header == Row.names(), f"{FILE.name} is made by scripts/study focus_table --page"
     return np.array(rows, dtype=float)
 
 

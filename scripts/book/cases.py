@@ -1,4 +1,4 @@
-"""Finished cases of sweeps, found by their parameters."""
+"""Finished cases of computations, found by their parameters."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ import numpy as np
 import pandas as pd
 from scipy.interpolate import PchipInterpolator
 
-import pairsim
 from book import yaml_files
 from book.statements import Value
 from pairsim.record.xdmf import FieldFrame, read_frame
@@ -75,26 +74,24 @@ class Case:
 
 
 class Cases:
-    """The finished cases of sweeps in the folder `output`, whose names are relative to it."""
+    """Finished cases of computations.
 
-    def __init__(self, output: Path, names: Sequence[str]) -> None:
-        self.output, self.names = output, names
-        self._known: dict[str, list[Case]] = {}
+    Args:
+        results: The results of computations by their names, of which those count that have finished.
+    """
 
-    def sweep(self, name: str) -> Any:
-        """A sweep, None before it has begun."""
-        return pairsim.open(self.output / name) if (self.output / name / "sweep.json").is_file() else None
+    def __init__(self, results: Mapping[str, Sequence[Any]]) -> None:
+        self.names = list(results)
+        self._of = {
+            name: [Case(each) for each in found if each.status == "finished"] for name, found in results.items()
+        }
 
     def of(self, name: str, where: Mapping[str, Any] | None = None) -> list[Case]:
-        """Finished cases of a sweep that have some parameters, as in `matches`."""
-        if name not in self._known:
-            sweep = self.sweep(name)
-            ended = sweep.cases if sweep else []
-            self._known[name] = [Case(result) for result in ended if result.status == "finished"]
-        return [case for case in self._known[name] if matches(case.parameters, where or {})]
+        """Cases of a computation that have some parameters, as in `matches`; none of one that is not there."""
+        return [case for case in self._of.get(name, ()) if matches(case.parameters, where or {})]
 
     def all(self, kind: str, **where: Any) -> list[Case]:
-        """All cases of a command that have some parameters; `NotComputed` if there is none."""
+        """All cases of a question that have some parameters; `NotComputed` if there is none."""
         if found := [case for name in self.names for case in self.of(name, where) if case.kind == kind]:
             return found
         raise NotComputed(f"{kind} with {where}")

@@ -1,6 +1,7 @@
 """Names of code: hashes of the files of packages, by which results say what they were computed with.
 
-Comments, docstrings and the layout of lines are no part of it.
+Comments, docstrings and the layout of lines are no part of it. A package may be named with those laws of it that a
+study uses, such as pairsim.physics[newtonian,neo_hookean], the names of their files: other laws are then no part of it.
 """
 
 from __future__ import annotations
@@ -14,11 +15,22 @@ from pathlib import Path
 from book.computing import ROOT
 
 SHOWN = 10  # digits of a hash
+UNKNOWN = "unknown code"
+"""The code of results whose code was not recorded; where their commit is known, it is "commit " with its hash."""
 
 
 def code_of(uses: Sequence[str]) -> str:
     """The names of packages or modules with their hashes, such as "pairsim.fem 12ab34cd56, pairsim.physics ..."."""
-    return ", ".join(f"{name} {digest_of(ROOT.joinpath(*name.split('.')))}" for name in uses)
+    return ", ".join(f"{name} {_digest(name)}" for name in uses)
+
+
+def reasons(before: str, now: str) -> list[str]:
+    """Why results of one code are stale with another, such as "pairsim.fem has changed"."""
+    if not {each.partition(" ")[0] for each in before.split(", ")} & {
+        each.partition(" ")[0] for each in now.split(", ")
+    }:
+        return [f"they are of {before}"]
+    return [f"{name} has changed" for name in changed(before, now)]
 
 
 def changed(before: str, now: str) -> list[str]:
@@ -27,14 +39,28 @@ def changed(before: str, now: str) -> list[str]:
     return [name for name in earlier | later if earlier.get(name) != later.get(name)]
 
 
+def _digest(name: str) -> str:
+    package, _, laws = name.removesuffix("]").partition("[")
+    return digest_of(ROOT.joinpath(*package.split(".")), tuple(laws.split(",")) if laws else None)
+
+
 @cache
-def digest_of(place: Path) -> str:
+def digest_of(place: Path, laws: tuple[str, ...] | None = None) -> str:
     """The hash of a package (a folder with all below it) or of a module (without its ending).
 
+    Args:
+        place: The folder, or the path of the file without ".py".
+        laws: Names of files of laws, of which the others are left out; None for all.
+
     Raises:
-        FileNotFoundError: There is neither.
+        FileNotFoundError: There is no such package, module or law.
     """
     files = sorted(place.rglob("*.py")) if place.is_dir() else [place.with_suffix(".py")]
+    if laws is not None:
+        of_laws = {path.stem: path for path in files if _has_law(path)}
+        if unknown := set(laws) - of_laws.keys():
+            raise FileNotFoundError(f"{place} has no laws {', '.join(sorted(unknown))}")
+        files = [path for path in files if path.stem in laws or path != of_laws.get(path.stem)]
     parts = (f"{path.relative_to(place.parent).as_posix()}\n{_without_docstrings(path)}" for path in files)
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:SHOWN]
 
@@ -53,3 +79,11 @@ def _is_text(node: object) -> bool:
     if not (isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)):
         return False
     return isinstance(node.value.value, str)
+
+
+@cache
+def _has_law(path: Path) -> bool:
+    """Whether a file has a law, which is a class with a label."""
+    classes = [node for node in ast.parse(path.read_text(encoding="utf-8")).body if isinstance(node, ast.ClassDef)]
+    lines = [line for node in classes for line in node.body if isinstance(line, ast.Assign)]
+    return any(isinstance(name, ast.Name) and name.id == "label" for line in lines for name in line.targets)

@@ -28,7 +28,7 @@ class Results:
     def __init__(self, path: Path, *others: Path) -> None:
         self.path, self.table = path, pd.DataFrame(columns=OWN)
         for file in (each for each in (path, *others) if each.is_file()):
-            found = pd.read_csv(file)
+            found = _read(file)
             self.table = _joined(self.table, found[~found["part"].isin(self.table["part"])])
 
     def code(self, part: Part) -> str | None:
@@ -49,15 +49,23 @@ class Results:
         identities = {part.name: _digest(part) for part in parts}
         same = self.table["identity"] == self.table["part"].map(identities)
         order = {name: place for place, name in enumerate(identities)}
-        return self.table[same].sort_values("part", key=lambda column: column.map(order), ignore_index=True)
+        return self.table[same].sort_values("part", key=lambda each: each.map(order), kind="stable", ignore_index=True)
 
     def store(self, path: Path, parts: Sequence[Part]) -> None:
         """Write the rows of parts into another file."""
         _write(path, self.of(parts))
 
 
+def _read(path: Path) -> pd.DataFrame:
+    """A file; the code of a part is that of its first row."""
+    found = pd.read_csv(path)
+    return found.assign(code=found.groupby("part")["code"].transform("first"))
+
+
 def _write(path: Path, table: pd.DataFrame) -> None:
-    write_text(path, table.to_csv(index=False, float_format="%.12g"))
+    """Write a file, in which the code of a part is in its first row alone."""
+    known = table.assign(code=table["code"].mask(table["part"].duplicated()))
+    write_text(path, known.to_csv(index=False, float_format="%.12g"))
 
 
 def _joined(table: pd.DataFrame, rows: pd.DataFrame) -> pd.DataFrame:

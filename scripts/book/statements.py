@@ -42,6 +42,12 @@ class Judged:
             return "does not hold"
         return "within error" if any(margin <= error for margin, error in self.margins) else "holds"
 
+    @property
+    def decisive(self) -> Value:
+        """The margin by which the verdict is what it is: the statement with it alone has the same."""
+        short = [each for each in self.margins if each[0] < -each[1]]
+        return min(short, key=sum) if short else min(self.margins, key=lambda each: each[0] - each[1])
+
     def __and__(self, other: Judged) -> Judged:
         """Both statements."""
         return Judged(self.margins + other.margins, "; ".join(filter(None, (self.numbers, other.numbers))))

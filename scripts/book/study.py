@@ -17,6 +17,7 @@ import pandas as pd
 
 import pairsim
 from book.statements import Judged
+from pairsim.cases.case import SceneCase
 from pairsim.cases.identity import identity_of, key_of
 from pairsim.runtime.locks import command_line
 from pairsim.sweeps.task import Task, compute
@@ -27,6 +28,10 @@ type Row = Mapping[str, str | float | bool | None]
 
 class Stopped(Exception):
     """A part was stopped before it was computed, and is computed by the next command."""
+
+
+class Unavailable(Exception):
+    """A part needs what is not installed here, such as another code; the message says what. It is left out."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +60,10 @@ class Study:
         parts: Its parts in the order in which they are computed; with True those of the quick form.
         statements: What it states, judged by the stored rows, which are those of the parts given.
         blocks: What stands between the marks of its page, likewise.
-        page: The page.
+        page: The page. Several studies may have marks on one.
+        files: The content of other files that are made of the stored rows, by path: pictures, tables that ship.
+        pictures: The folder of the pictures that parts draw of what is not stored, such as fields: each leaves one with
+            its name in its folder.
     """
 
     folder: Path
@@ -65,6 +73,8 @@ class Study:
     statements: Callable[[pd.DataFrame, Sequence[Part]], Mapping[str, Judged]]
     blocks: Callable[[pd.DataFrame, Sequence[Part]], Mapping[str, str]]
     page: Path
+    files: Callable[[pd.DataFrame, Sequence[Part]], Mapping[Path, str | bytes]] = lambda *_: {}
+    pictures: Path | None = None
 
     @property
     def name(self) -> str:
@@ -88,7 +98,9 @@ def study_of(name: str) -> Study:
     return found
 
 
-def computed(question: str, case: Mapping[str, Any], folder: Path, seconds: float) -> Any:
+def computed(
+    question: str, case: Mapping[str, Any], folder: Path, seconds: float, flags: Mapping[str, bool] | None = None
+) -> Any:
     """The result of a case, computed in a child process; where it has failed its status and reason say so.
 
     Threads have children of their own, each of which computes one case after the other.
@@ -98,15 +110,21 @@ def computed(question: str, case: Mapping[str, Any], folder: Path, seconds: floa
         case: Keys and values.
         folder: Where its files are written.
         seconds: Wall time after which it is stopped.
+        flags: Options of the question, such as "sensitivities" of a curve.
 
     Raises:
         InputError: A key or value is not allowed.
         Stopped: The study was stopped.
     """
-    checked = pairsim.load(case, kind=question)
-    key = key_of(question, identity_of(checked))
-    task = Task(folder, question, key, pickle.dumps(checked), command_line(), seconds, {}, {})
-    state = compute(task)
+    return solved(question, pairsim.load(case, kind=question), folder, seconds, flags)
+
+
+def solved(
+    question: str, case: SceneCase, folder: Path, seconds: float, flags: Mapping[str, bool] | None = None
+) -> Any:
+    """The result of a case that is known to be valid, likewise; a finished one is found in its folder."""
+    key = key_of(question, identity_of(case))
+    state = compute(Task(folder, question, key, pickle.dumps(case), command_line(), seconds, {}, flags or {}))
     if state.status == "pending":
         raise Stopped
     return pairsim.open(folder)

@@ -15,6 +15,7 @@ import ufl
 from scipy.integrate import quad
 from scipy.linalg import expm
 from scipy.optimize import brentq
+from studies.tube.pipe import steady_shear
 
 import pairsim
 from pairsim.physics import liquids, solids
@@ -107,31 +108,11 @@ def test_a_law_may_be_solid_at_rest() -> None:
     assert [check for check in quick if not check.holds] == []
 
 
-def steady_shear(law: ConformationLaw, g: float) -> tuple[float, float, float]:
-    """Shear stress, N1 and N2 over (1 - xi)/De at the Weissenberg number g, closed or from a scalar equation."""
-    match law:
-        case Giesekus(alpha=a):  # Bird, Armstrong and Hassager (1987), table 7.3-1
-            chi = np.sqrt((np.sqrt(1 + 16 * a * (1 - a) * g**2) - 1) / (8 * a * (1 - a) * g**2))
-            f = (1 - chi) / (1 + (1 - 2 * a) * chi)
-            return g * (1 - f) ** 2 / (1 + (1 - 2 * a) * f), 2 * f * (1 - a * f) / (a * (1 - f)), -f
-        case LinearPTT(epsilon=e):
-            x = brentq(lambda x: x * (1 + 2 * e * x**2) - g, 0, g)
-        case ExponentialPTT(epsilon=e):
-            x = brentq(lambda x: np.log(x / g) + 2 * e * x**2, 1e-3 * g, g)
-        case FeneP(L2=L2):
-            x = g / brentq(lambda F: L2 * (F**3 - F**2) - 2 * g**2, 1, 10)
-        case WhiteMetzner(n=n, Cu=Cu):
-            x = g * (1 + (Cu * g / DE) ** 2) ** ((n - 1) / 2)
-        case _:
-            x = g
-    return x, 2 * x**2, 0.0
-
-
 @pytest.mark.parametrize("law", ELASTIC, ids=name_of)
 def test_steady_shear_is_that_of_closed_forms(law: ConformationLaw) -> None:
     rate = 2.5
     zz, zr, rr, tt = stress_after(single(law, DE, XI), shear(rate), 60) * DE / (1 - XI)
-    assert (zr, zz - rr, rr - tt) == pytest.approx(steady_shear(law, DE * rate), rel=1e-7, abs=1e-9)
+    assert (zr, zz - rr, rr - tt) == pytest.approx(steady_shear(law, DE * rate, DE), rel=1e-7, abs=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import pyvista as pv
+from studies.sphere_in_tube.references import K
 from support.commands import Pairsim, interrupted
 from support.inputs import ROOT
-from support.references import reference
 
 import pairsim
 from pairsim.computing.case_files import read_case
@@ -58,7 +58,7 @@ def test_force_on_a_moved_sphere_is_written_answered_and_swept(tmp_path: Path, p
     done = pairsim("curve", "case.yaml", "-o", "out")
     assert done.returncode == 0, done.stderr
     (force,) = read_table(tmp_path / "out" / "curve.csv")["F_1"]
-    assert force == pytest.approx(reference("sphere in tube, Newtonian", "K") * 3 * np.pi * 0.5, rel=5e-3)
+    assert force == pytest.approx(K * 3 * np.pi * 0.5, rel=5e-3)
     assert f"F_1 = {int(force)}." in done.stderr
     assert QUESTIONS["curve"].values(tmp_path / "out")["F_1"] == force
     assert "F_1" in QUESTIONS["curve"].in_sweeps.columns(read_case(QUESTIONS["curve"], tmp_path / "case.yaml"))

@@ -10,9 +10,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from studies.atlas import STUDY
+from studies.atlas.cases import atlas_of
+from studies.atlas.judgement import judge
 from support.atlases import BOX, CASE, D, curves_at, make_atlas, random_places, values_at
 from support.commands import Pairsim
-from support.judge_atlas import judge
 from typer.testing import CliRunner
 
 import pairsim as api
@@ -29,7 +31,6 @@ from pairsim.record.table_files import read_table
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.atlas_building import curve_folders, curves_in, joined
 
-PLACES = Path(__file__).parents[2] / "docs" / "validation" / "atlas-places.csv"
 LOADED = """import sys
 from pathlib import Path
 from pairsim.atlas.atlas import Atlas
@@ -236,25 +237,28 @@ def test_curves_are_computed_and_made_into_an_atlas(pairsim: Pairsim, tmp_path: 
         assert f"must be an atlas of the same box and base: {why}" in refused.stderr
 
 
+def stored(kind: str, region: str | None = None, atlas: str = "equal-pairs") -> pd.DataFrame:
+    """Stored results of the study of the atlases."""
+    found = pd.read_csv(STUDY.stored)
+    return found[(found["kind"] == kind) & (found["atlas"] == atlas) & (found["region"].fillna("") == (region or ""))]
+
+
 def test_intervals_of_the_atlas_that_ships_hold_curves_it_was_not_made_of() -> None:
-    points = judge()
+    points = judge(atlas_of("equal-pairs"), stored("curve"))
     points = points[~points["zero"]]
+    assert len(points) == 480
     assert (points["error"].abs() <= points["half_width"]).mean() >= 0.95
     assert points["half_width"].median() < 2
     assert points[points["certain"]]["right"].all()
 
 
 @pytest.mark.parametrize(
-    ("name", "part", "count"), [("newtonian", "box", 200), ("equal-pairs", "box", 90), ("equal-pairs", "corner", 50)]
+    ("name", "region", "count"), [("newtonian", "box", 200), ("equal-pairs", "box", 200), ("equal-pairs", "corner", 50)]
 )
-def test_intervals_of_the_atlases_that_ship_hold_points_at_random_places(
-    name: str, part: str, count: int, tmp_path: Path
-) -> None:
+def test_intervals_of_the_atlases_that_ship_hold_points_at_random_places(name: str, region: str, count: int) -> None:
     """Also in the corner of beta above 0.42, De below 0.1 and Ca_e above 0.06, where one was off by eight of them."""
-    points = pd.read_csv(PLACES).query("atlas == @name and part == @part")
-    points.to_csv(tmp_path / "points.csv")
-    found = judge(Path(shipped.__file__).with_name(f"{name}.npz"), tmp_path / "points.csv")
-    assert len(found) >= count
+    found = judge(atlas_of(name), stored("place", region, name))
+    assert len(found) == count
     assert (found["error"].abs() <= found["half_width"]).mean() >= 0.95
     assert found["half_width"].median() < 1.2
 

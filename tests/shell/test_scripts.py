@@ -16,7 +16,7 @@ from support.inputs import ROOT
 FOLDER = ROOT / "scripts"
 SCRIPTS = sorted(path for path in FOLDER.rglob("*.py") if not path.stem.startswith("pyoomph"))
 """All modules but those that are run in the environment of another code."""
-COMMANDS = {"validation_book": "validation", "studies": "study", "docs_math": "docs", "docs_reference": "docs"}
+COMMANDS = {"studies": "study", "docs_math": "docs", "docs_reference": "docs"}
 """The command that a folder or module is part of, where it is not named after it."""
 OWN = {PROJECT["name"], *(path.name.removesuffix(".py") for path in FOLDER.iterdir()), "pyoomph_pair"}
 """Modules of the project."""

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -17,13 +19,15 @@ import pairsim
 sys.path.append(str(ROOT / "scripts"))
 
 import study as runner
-from book import pages
-from book.code import changed, digest_of
+from book import code, overview, pages
+from book.code import UNKNOWN, changed, digest_of
 from book.statements import Judged
 from book.study import Part, Study, names, study_of
 from studies.quantities import cases, judgement
 
 Run = Callable[..., int]
+OF_OTHERS = {overview.MARK}
+"""Marks that no study fills."""
 
 
 class Squares:
@@ -58,6 +62,9 @@ def squares(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Squares:
     monkeypatch.setattr(runner, "names", lambda: ["squares"])
     monkeypatch.setattr(runner, "study_of", lambda _: found.study)
     monkeypatch.setattr(runner, "code_of", lambda _: "law 1234")
+    index = tmp_path / "index.md"
+    index.write_text("<!-- index -->\n<!-- end of index -->\n")
+    monkeypatch.setattr(overview, "INDEX", index)
     return found
 
 
@@ -90,6 +97,29 @@ def test_parts_whose_code_has_changed_are_named_and_computed_again(
     assert len(squares.computed) == 6
 
 
+@pytest.mark.parametrize("before", [UNKNOWN, "commit 8e62446e"])
+def test_results_of_code_that_was_not_recorded_are_stale(
+    before: str, squares: Squares, run: Run, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    results = runner.Results(squares.study.stored)
+    for part in squares.parts(False):
+        results.add(part, before, part.compute(tmp_path))
+    run()
+    assert f"3 parts are stale, as they are of {before}" in capsys.readouterr().out
+    assert len(squares.computed) == 6
+
+
+def test_files_of_a_study_are_written_with_its_page(squares: Squares, run: Run, tmp_path: Path) -> None:
+    path = tmp_path / "squares" / "squares.txt"
+    squares.study = replace(squares.study, files=lambda table, _: {path: " ".join(f"{x:g}" for x in table["square"])})
+    run("--quick")
+    assert not path.exists()
+    assert (tmp_path / "runs" / "squares-quick" / "squares.txt").read_text() == "1"
+    run()
+    run("--page")
+    assert path.read_text() == "1 4 9"
+
+
 def test_parts_are_chosen_by_their_names(squares: Squares, run: Run) -> None:
     assert run("--only", r"^3\^") == 1
     assert squares.computed == ["3^2"]
@@ -117,6 +147,7 @@ def test_a_page_is_written_of_what_is_stored_and_goes_on_elsewhere(squares: Squa
     run()
     run("--page")
     assert "The sum is 14." in squares.study.page.read_text()
+    assert "| squares | 1 of 1 |" in overview.INDEX.read_text()
     assert run("-o", str(tmp_path / "another machine")) == 0
     assert len(squares.computed) == 3
 
@@ -133,13 +164,64 @@ def test_code_is_known_by_what_it_does(tmp_path: Path) -> None:
     assert changed("pairsim.fem ab, pairsim.physics cd", "pairsim.fem ab, pairsim.physics ef") == ["pairsim.physics"]
 
 
-@pytest.mark.parametrize("name", names())
-def test_page_of_a_study_is_that_of_its_stored_results(name: str) -> None:
+def test_laws_that_a_study_does_not_use_are_no_part_of_its_code(tmp_path: Path) -> None:
+    for name in ("one", "other"):
+        (tmp_path / f"{name}.py").write_text(f"class Law:\n    label = '{name}'\n")
+    (tmp_path / "forms.py").write_text("FORM = 1\n")
+
+    def digest() -> str:
+        digest_of.cache_clear()
+        code._has_law.cache_clear()
+        return digest_of(tmp_path, ("one",))
+
+    first = digest()
+    (tmp_path / "other.py").write_text("class Law:\n    label = 'changed'\n")
+    assert digest() == first
+    (tmp_path / "one.py").write_text("class Law:\n    label = 'changed'\n")
+    assert digest() != first
+    with pytest.raises(FileNotFoundError, match="has no laws third"):
+        digest_of(tmp_path, ("third",))
+
+
+@cache
+def made(name: str) -> tuple[pd.DataFrame, Mapping[str, str]]:
+    """The stored results of a study, and what stands between its marks."""
     study = study_of(name)
     parts = study.parts(False)
-    blocks, text = study.blocks(runner.Results(study.stored).of(parts), parts), study.page.read_text()
-    assert pages.marks(text) == set(blocks)
+    table = runner.Results(study.stored).of(parts)
+    return table, study.blocks(table, parts)
+
+
+SLOW = {"atlas"}  # whose judgement takes seconds
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(each, marks=pytest.mark.slow if each in SLOW else ()) for each in names()]
+)
+def test_page_of_a_study_is_that_of_its_stored_results(name: str) -> None:
+    study, (table, blocks) = study_of(name), made(name)
+    text, parts = study.page.read_text(), study.parts(False)
+    assert set(blocks) <= pages.marks(text)
     assert pages.filled(text, blocks) == text, f"written by scripts/study {name} --page"
+    for path, content in study.files(table, parts).items():
+        assert path.exists()
+        assert isinstance(content, bytes) or path.read_text() == content, f"written by scripts/study {name} --page"
+
+
+@pytest.mark.slow
+def test_table_of_all_studies_is_that_of_their_stored_results() -> None:
+    text = overview.INDEX.read_text()
+    found = pages.markdown(overview.overview([study_of(name) for name in names()]))
+    assert pages.filled(text, {overview.MARK: found}) == text, "written by scripts/study all --page"
+
+
+@pytest.mark.slow
+def test_every_mark_of_a_page_belongs_to_one_study() -> None:
+    marks: dict[Path, list[str]] = {}
+    for name in names():
+        marks.setdefault(study_of(name).page, []).extend(made(name)[1])
+    for page, found in marks.items():
+        assert sorted(found) == sorted(pages.marks(page.read_text()) - OF_OTHERS)
 
 
 @pytest.mark.parametrize("name", names())
@@ -222,20 +304,16 @@ def test_the_page_names_what_is_outside() -> None:
     assert "| shape | D | 1% | 1 | 1 | 0 | 1 | 0 | 1.50 |" in blocks["quantities"]
 
 
-@pytest.mark.long
-def test_the_quick_form_of_every_study(tmp_path: Path) -> None:
-    script = [
-        sys.executable,
-        str(ROOT / "scripts" / "study.py"),
-        "all",
-        "--quick",
-        "-o",
-        str(tmp_path),
-        "--workers",
-        "2",
-    ]
-    done = subprocess.run(script, capture_output=True, text=True, check=False)
+USUAL = ("codes", "hard", "soft")
+"""Studies whose quick form takes seconds: the usual tier runs it, too."""
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow if name in USUAL else pytest.mark.long) for name in names()]
+)
+def test_the_quick_form_of_a_study(name: str, tmp_path: Path) -> None:
+    script = [sys.executable, str(ROOT / "scripts" / "study.py"), name, "--quick", "-o", str(tmp_path)]
+    done = subprocess.run([*script, "--workers", "2"], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
-    for name in names():
-        table = pd.read_csv(tmp_path / f"{name}-quick" / "results.csv")
-        assert set(table["part"]) == {part.name for part in study_of(name).parts(True)}
+    table = pd.read_csv(tmp_path / f"{name}-quick" / "results.csv")
+    assert set(table["part"]) == {part.name for part in study_of(name).parts(True)}

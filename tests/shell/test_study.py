@@ -14,7 +14,7 @@ from support.inputs import ROOT, STUDY, examples
 from pairsim.cases.yaml_file import read_yaml
 from pairsim.record.table_files import read_table
 from pairsim.runtime.errors import InputError
-from pairsim.sweeps.grid import Grid, grid_from, read_grid
+from pairsim.sweeps.grid import Grid
 from pairsim.sweeps.study import FAMILIES, families, read_study, study_table
 from pairsim.sweeps.study_file import StudyFile
 from pairsim.sweeps.study_plots import plot_study
@@ -112,38 +112,11 @@ def test_families_differ_in_the_mesh_or_in_the_steps_only() -> None:
     assert time.keys() == {(0,), (1, 2), (3,)}, "fixed steps are apart"
 
 
-@pytest.mark.slow
-def test_hard_cases_are_valid_and_all_different() -> None:
-    files = {path.stem: path for path in (ROOT / "configs" / "hard").glob("*.yaml")}
-    counts = {name: len(read_grid(path).cases) for name, path in files.items()}
-    assert counts == {name: len(read_yaml(path)["cases"]) for name, path in files.items()}
-    assert counts.keys() == {"run", "curve", "random", "yielding"}
-    assert sum(counts.values()) == 140
+ACCURACY = ROOT / "scripts" / "studies" / "accuracy" / "cases"
+STUDIES = [ROOT / "configs" / "study.yaml", *sorted(ACCURACY.glob("*.yaml")), *sorted(ACCURACY.glob("quick/*.yaml"))]
 
 
-@pytest.mark.parametrize(
-    ("kind", "count"),
-    [
-        pytest.param("scenes", 286, marks=pytest.mark.slow),
-        pytest.param("random", 386, marks=pytest.mark.slow),
-        ("curves", 18),
-        ("runs", 32),
-    ],
-)
-def test_scenes_of_error_bars_are_valid(kind: str, count: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.syspath_prepend(str(ROOT / "scripts"))
-    import error_bars
-
-    path = ROOT / "configs" / "error_bars" / f"{kind}.yaml"
-    content, scenes, meshes = error_bars.read(kind)
-    cases = [case for name, scene in scenes.items() for case in error_bars.cases(name, scene, meshes)]
-    assert len(grid_from(path, content | {"cases": cases}).cases) == count
-
-
-STUDIES = [ROOT / "configs" / "study.yaml", *sorted((ROOT / "configs" / "accuracy").glob("*.yaml"))]
-
-
-@pytest.mark.parametrize("path", STUDIES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", STUDIES, ids=lambda path: f"{path.parent.name}-{path.stem}")
 def test_shipped_studies_are_valid(path: Path) -> None:
     _, grid = read_study(path)
     assert len(grid.cases) == len(read_yaml(path)["discretisations"])

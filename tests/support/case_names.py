@@ -30,25 +30,25 @@ def _short(text: str) -> str:
 
 def lines() -> Iterator[str]:
     """Lines of the table: a file, and what its case or cases are called; `scripts` must be on the path."""
-    for path in sorted(CONFIGS.rglob("*.yaml")):
-        name = path.relative_to(CONFIGS).as_posix()
-        yield from (f"{name}: {line}" for line in _of_file(path))
+    studies = ROOT / "scripts" / "studies"
+    files = [(path, path.relative_to(CONFIGS)) for path in sorted(CONFIGS.rglob("*.yaml"))]
+    files += [(path, path.relative_to(studies)) for path in sorted(studies.rglob("*.yaml"))]
+    for path, place in files:
+        name = "/".join(part for part in place.parts if part != "cases")  # which has those of a study
+        if "quick" not in place.parts:
+            yield from (f"{name}: {line}" for line in _of_file(path))
     for name, content in _of_scripts():
         yield from (f"{name}: {line}" for line in _of_grid(grid_from(CONFIGS / name, dict(content))))
 
 
 def _of_scripts() -> Iterator[tuple[str, Mapping[str, Any]]]:
     """The sweeps that scripts make of their files."""
-    import error_bars
-    import validation
+    from studies.error_bars.parts import KINDS, cases, read
 
-    for kind in ("scenes", "random", "curves", "runs"):
-        content, scenes, meshes = error_bars.read(kind)
-        cases = [case for name, scene in scenes.items() for case in error_bars.cases(name, scene, meshes)]
-        yield f"error_bars/{kind}.yaml", content | {"cases": cases}
-    for page in validation.PAGES.values():
-        for sweep in page.get("sweeps", {}).values():
-            yield "validation/book.yaml", {key: each for key, each in sweep.items() if key not in ("quick", "may_fail")}
+    for kind in KINDS:
+        content, scenes, meshes = read(kind)
+        found = [case for name, scene in scenes.items() for case in cases(name, scene, meshes)]
+        yield f"error_bars/{kind}.yaml", content | {"cases": found}
 
 
 def _of_file(path: Path) -> Iterator[str]:

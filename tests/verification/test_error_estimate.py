@@ -180,7 +180,7 @@ def test_the_interval_of_a_pressure_drop_holds_that_in_a_longer_tube() -> None:
 def test_parts_of_liquid_and_particles_that_cancel_count() -> None:
     """Far apart, what is estimated in the liquid and inside the spheres is a hundred times dU, and cancels but for 1 %.
 
-    dU is 2.042e-5 by pyoomph on quadrilaterals (scripts/peers), and 2.04e-5 here on N_p 80.
+    dU is 2.042e-5 by pyoomph on quadrilaterals (scripts/studies/codes), and 2.04e-5 here on N_p 80.
     """
     found, estimate = solved(CLOSE | {"d": (0.02, 0.8), "length": "auto"}, Np=22, max_size=0.2)
     left = 2.042e-5 - estimate.corrected(found).dU[0]
@@ -244,7 +244,7 @@ def test_scatter_of_an_unresolved_stress() -> None:
 
 @pytest.mark.slow
 def test_intervals_widen_where_cells_do_not_resolve_the_stress() -> None:
-    """An exponential PTT liquid at De 2; the truth is that of cells of .03 and .025 (scripts/error_bars)."""
+    """An exponential PTT liquid at De 2; the truth is that of cells of .03 and .025 (scripts/studies/error_bars)."""
     pair = {"beta": 0.4, "De": 2, "Ca_e": 0, "liquid": {"law": "ptt-exp", "epsilon": 0.25}, "d": (0.2,)}
     found, estimate = solved(pair, Np=14, max_size=0.1, grading=1.0)
     corrected, error = float(estimate.corrected(found).dU[0]), float(estimate[dU].half_width[0])

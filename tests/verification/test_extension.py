@@ -2,43 +2,25 @@
 
 from __future__ import annotations
 
-import sys
-from dataclasses import replace
-
 import numpy as np
 import pytest
-from scipy import sparse
 from scipy.optimize import brentq, minimize_scalar
-from support.inputs import ROOT
-from support.references import reference
+from studies.extension.references import FOLD, RELAXATION, STEADY
+from studies.extension.smooth_sphere import SmoothSphere
+from studies.extension.spheroid import exact_stretches, steady_Ca, stretches
 
-from pairsim.fem.algebra.constraints import Constraints
 from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.physics.drive import Drive
 from pairsim.physics.solids import Solid, soft
 from pairsim.physics.solids.kelvin_voigt import KelvinVoigt
 from pairsim.physics.solids.mooney_rivlin import MooneyRivlin
 from pairsim.physics.solids.neo_hookean import NeoHookean
-from pairsim.runtime.arrays import Array
-from pairsim.solvers.meshed_scene import MeshedScene
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.continuation import begin, follow
-from pairsim.solvers.steady.scene import SteadySolver
-
-sys.path.append(str(ROOT / "scripts"))
-
-from validation_book.sphere_in_extension import K, exact_stretches, stretches
 
 START_UP = {0.5: 1.0727, 1: 1.1272, 2: 1.1980, 3: 1.2371, 5: 1.2707, 10: 1.2848}
-STEADY = {Ca: reference("extension", f"D Ca {Ca}") for Ca in (0.05, 0.1, 0.2)}
-FOLD = reference("extension", "fold")  # no steady shape above it
 SOLIDS = [KelvinVoigt(0.1, eta=1.5), MooneyRivlin(0.1, c=0.5)]
-RELAXATION = {0.5: 1.21294, 1: 1.15119, 2: 1.07652, 3: 1.03894, 4: 1.01990}
-
-
-def steady_Ca(stretch: float) -> float:
-    return (stretch**2 - 1 / stretch) / K(stretch)
 
 
 @pytest.mark.slow
@@ -81,60 +63,6 @@ def test_below_the_fold_it_settles_and_past_it_it_goes_on() -> None:
     end = brentq(lambda x: steady_Ca(x) - 0.3, 1.5, 4.0)
     assert below[-1] < end
     assert past[3] > end
-
-
-class SmoothSphere(SteadySolver):
-    """A steady scene whose displacement inside the sphere is a polynomial in X, its pressure one of two degrees less.
-
-    Past l = 2.25 the steady equations are not well posed (wrinkles of any length, see docs/explanation/limits.md):
-    what cells interpolate is lost there. Liquid, moving mesh, coupling, solver and continuation are those of every
-    scene.
-    """
-
-    def __init__(self, problem: SteadyProblem, parameters: Parameters, degree: int) -> None:
-        self.degree = degree
-        super().__init__(problem, parameters)
-
-    def _constraints_on(self, meshed: MeshedScene) -> Constraints:
-        constraints, (body,) = super()._constraints_on(meshed), meshed.bodies
-        assert body.phase is not None
-        mesh = body.phase.six_node_mesh
-        X = 2 * mesh.points / self.problem.betas[0]
-        # The downstream pole stays where it is.
-        axial = (monomials(X, self.degree, 0) - monomials(X[body.nodes[:1]], self.degree, 0))[:, 1:]
-        radial = monomials(X, self.degree, 1)
-        pressure = monomials(X[mesh.vertices], self.degree - 2, 0)
-        n, m = axial.shape[1] + radial.shape[1], pressure.shape[1]
-        shapes = np.zeros((len(X), 2, n))
-        shapes[:, 0, : axial.shape[1]], shapes[:, 1, axial.shape[1] :] = axial, radial
-
-        h, p, U = constraints.fields["h"], constraints.fields["p_s"], constraints.fields["U_p"][0]
-        others = np.setdiff1d(np.arange(constraints.size), np.r_[h, p])
-        number = np.full(constraints.size, -1)
-        number[others] = n + m + np.arange(len(others))
-        place = constraints.M[:, h].tocoo()
-        old = np.zeros((len(h), n))
-        old[place.col] = shapes.reshape(-1, n)[place.row]
-        trial = sparse.lil_matrix((constraints.size, n + m + len(others)))
-        trial[h, :n], trial[p, n : n + m], trial[others, number[others]] = old, pressure, 1.0
-        tested = trial.copy()
-        tested[h[place.col[place.row % 2 == 0]], number[U]] = 1.0  # the force on the whole sphere
-        trial, tested = trial.tocsr(), tested.tocsr()
-
-        fields = {name: number[i] for name, i in constraints.fields.items()} | {
-            "h": np.arange(n),
-            "p_s": n + np.arange(m),
-        }
-        integrated = np.isin(np.arange(trial.shape[1]), fields["p_s"])
-        N, M, V = (sparse.csr_matrix(A @ trial) for A in (constraints.N, constraints.M, constraints.V))
-        T = sparse.csr_matrix(tested.T @ constraints.T)
-        return replace(constraints, N=N, M=M, V=V, T=T, integrated=integrated, fields=fields)
-
-
-def monomials(X: Array, degree: int, odd: int) -> Array:
-    """z^i r^j up to a degree, j all odd or all even, as columns."""
-    powers = [(i, j) for j in range(odd, degree + 1, 2) for i in range(degree + 1 - j)]
-    return np.column_stack([X[:, 0] ** i * X[:, 1] ** j for i, j in powers])
 
 
 @pytest.mark.slow

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 import pytest
+from studies.focus.scenes import disturbed, disturbed_scene, resistance, scene
 
 from pairsim.fem.azimuthal import motion
 from pairsim.fem.azimuthal.scene import DisturbedScene
-from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.laws import Field, StructuredLaw, operations
 from pairsim.physics.conformation import exponential
 from pairsim.physics.liquids import NEWTONIAN, Liquid
@@ -25,13 +23,7 @@ from pairsim.physics.solids.solid import Solid
 from pairsim.solvers.focus.errors import half_widths
 from pairsim.solvers.focus.inertia import by_inertia, stable_up_to
 from pairsim.solvers.focus.modes import slowest_modes
-from pairsim.solvers.focus.rates import Displacement, Disturbance, disturb
-from pairsim.solvers.nonlinear.direct import DirectSolver
-from pairsim.solvers.parameters import Parameters
-from pairsim.solvers.problems import SteadyProblem
-from pairsim.solvers.steady.ends import arrived
-from pairsim.solvers.steady.first_solution import first_scene
-from pairsim.solvers.steady.scene import SteadySolver
+from pairsim.solvers.focus.rates import Displacement, disturb
 
 
 @dataclass(frozen=True)
@@ -60,54 +52,6 @@ Thixotropic.name = "thixotropic"
 RIGID = (None,)
 THIXOTROPIC = single(Thixotropic())
 GIESEKUS = single(Giesekus(alpha=0.2), De=0.3)
-
-
-@contextmanager
-def scene(
-    betas: tuple[float, ...],
-    solids: tuple[Solid | None, ...],
-    liquid: Liquid = NEWTONIAN,
-    gaps: tuple[float, ...] = (),
-    Np: int = 10,
-) -> Iterator[SteadySolver]:
-    """A scene at its quasi-steady solution, in a tube with developed flow at its ends."""
-    length = 3.0 + sum(betas) + sum(gaps)
-    problem = SteadyProblem(betas=betas, length=length, periodic=False, mesh=MeshSettings(Np=Np))
-    solver = arrived(first_scene(problem, Parameters(gaps, solids, liquid)))
-    try:
-        yield solver
-    finally:
-        solver.close()
-
-
-def disturbed(
-    betas: tuple[float, ...],
-    solids: tuple[Solid | None, ...],
-    liquid: Liquid = NEWTONIAN,
-    gaps: tuple[float, ...] = (),
-    Np: int = 10,
-) -> Disturbance:
-    with scene(betas, solids, liquid, gaps, Np) as solver:
-        return disturb(solver)
-
-
-def disturbed_scene(solver: SteadySolver) -> DisturbedScene:
-    h, x = solver.state()
-    return DisturbedScene(solver.scene, h, x, solver.y[solver.constraints.fields["U_p"]])
-
-
-def resistance(beta: float, Np: int) -> np.ndarray:
-    """Resistances of a sphere on the axis to lateral motion and rotation, over 6 pi a and 8 pi a^3."""
-    with scene((beta,), RIGID, Np=Np) as solver:
-        found = disturbed_scene(solver)
-        place = np.concatenate([found.constraints.lateral, found.constraints.rotation])
-        forces = np.zeros((found.matrix.shape[0], 2))
-        forces[place, [0, 1]] = 1.0
-        linear = DirectSolver(found.matrix)
-        matrix = np.linalg.inv(linear.solve(forces)[place])
-        linear.close()
-    assert np.abs(matrix - np.diag(np.diag(matrix))).max() < 1e-8, "motion and rotation are not coupled"
-    return np.diag(matrix) / (np.pi * np.array([3 * beta, beta**3]))
 
 
 class TestExactZeros:

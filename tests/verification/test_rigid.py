@@ -6,19 +6,13 @@ from math import pi
 
 import numpy as np
 import pytest
-from support.references import reference
+from studies.rigid import references as known
 from support.scenes import solve_rigid
 
 import pairsim
 
-
-def exact(group: str, scene: str) -> tuple[float, float]:
-    """U and dp+."""
-    return reference(group, f"U {scene}"), reference(group, f"dp_plus {scene}")
-
-
-SINGLE = {beta: exact("rigid sphere", f"beta {beta}") for beta in (0.2, 0.4, 0.6)}
-PAIR = {d: exact("rigid pair", f"d {d}") for d in (0.1, 0.3)}
+SINGLE = {beta: (known.U[beta], known.DP_PLUS[beta]) for beta in known.U}
+PAIR = {d: (known.PAIR_U[d], known.PAIR_DP_PLUS[d]) for d in known.PAIR_U}
 
 
 @pytest.mark.parametrize("beta", SINGLE)
@@ -61,7 +55,7 @@ def test_narrow_gaps_and_tight_tubes_can_be_meshed_and_solved() -> None:
 
 MOVED = {"De": 0, "Ca_e": 0, "particles": 1, "ends": "developed", "length": "auto"}
 # Force over 3 pi beta: a sphere dragged in a liquid at rest, one held where the largest velocity of the flow is 2.
-DRAG = {(0.6, 1, 0): reference("drag", "dragged beta 0.6"), (0.4, 0, 1): -2 * reference("drag", "held beta 0.4")}
+DRAG = {(0.6, 1, 0): known.DRAGGED[0.6], (0.4, 0, 1): -2 * known.HELD[0.4]}
 
 
 @pytest.mark.parametrize(("beta", "velocity", "flow"), DRAG, ids=["dragged", "held"])

@@ -8,20 +8,14 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from numpy.polynomial import legendre
-from scipy.interpolate import CubicSpline
-from support.references import reference
+from studies.soft.bullet import modes_of_sphere
+from studies.soft.references import F_3, F_5, S
 from support.scenes import dU, march, soft_pair
 
 import pairsim
 from pairsim.fem.meshes.geometry import MeshSettings
-from pairsim.fem.scene import Body
-from pairsim.physics.solids import soft
 from pairsim.solvers.nonlinear.newton import TRANSIENT
 from pairsim.solvers.stepping.step_size import StepControl
-from pairsim.solvers.transient.transient import Transient
-
-F_3, F_5 = reference("soft", "f_3"), reference("soft", "f_5")
 
 PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "ends": "developed", "length": 4.9, "output": {"fields": False}}
 
@@ -37,37 +31,12 @@ def test_a_nearly_rigid_pair_in_time_separates_as_first_order_theory() -> None:
     Ca = 1e-3
     time = {"end": 60 * Ca, "max_step": 3 * Ca, "first_step": Ca / 100}
     dU = run(Ca_e=Ca, length="auto", mesh={"Np": 20}, time=time)["dU"].iloc[-1]
-    assert dU / Ca == pytest.approx(reference("soft", "S beta 0.4 d 0.1"), rel=5e-3)
-
-
-def modes(body: Body, h: np.ndarray, Ca: float) -> np.ndarray:
-    """Legendre coefficients f_n of the outline about its centre of volume, (r/a - 1)/Ca = sum f_n P_n(cos theta)."""
-    nodes = body.outline_points(h)
-    s = np.linspace(-1, 1, 9)
-    shapes = np.stack([s * (s - 1) / 2, 1 - s**2, s * (s + 1) / 2], axis=1)
-    curve = np.vstack([shapes @ nodes[k : k + 3] for k in range(0, len(nodes) - 2, 2)])
-    assert body.phase is not None
-    points = body.phase.six_node_mesh.points + body.displacement(h)
-    curve = curve - [body.quadrature.mean(points[:, 0], points), 0.0]
-    angle, radius = np.arctan2(curve[:, 1], curve[:, 0]), np.hypot(*curve.T)
-    angle, first = np.unique(angle, return_index=True)
-    x, w = legendre.leggauss(400)
-    f = CubicSpline(angle, radius[first] / body.outline.radius - 1)(np.arccos(x)) / Ca
-    return np.array([(2 * n + 1) / 2 * np.sum(w * f * legendre.Legendre.basis(n)(x)) for n in range(8)])
-
-
-def single_sphere_modes(Ca: float, **tube: object) -> np.ndarray:
-    pair = soft_pair(0.4, 0.1, Ca, control=StepControl(3e-4, 1e-9, 3 * Ca), first_step=Ca / 100, **tube)
-    transient = Transient(replace(pair, betas=(0.4,), solids=soft(Ca), gaps=()))
-    h = [step.h for step in transient.steps(iter([30 * Ca]))][-1]
-    found = modes(transient.bodies[0], h, Ca)
-    transient.close()
-    return found
+    assert dU / Ca == pytest.approx(S[0.4, 0.1], rel=5e-3)
 
 
 @pytest.mark.slow
 def test_single_sphere_becomes_a_bullet() -> None:
-    small = single_sphere_modes(1e-3, mesh=MeshSettings(Np=24), length=6.0, periodic=False)
+    small = modes_of_sphere(1e-3, mesh=MeshSettings(Np=24), length=6.0, periodic=False)
     assert small[3] == pytest.approx(F_3, rel=3e-3)
     assert small[5] == pytest.approx(F_5, rel=3e-2)
     assert abs(small[2]) < 0.01

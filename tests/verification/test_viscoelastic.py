@@ -11,18 +11,19 @@ import pandas as pd
 import pytest
 from scipy.interpolate import CubicSpline
 from scipy.linalg import expm
-from support.references import reference
+from studies.tube.pipe import LAWS, pipe_in_two_dimensions
+from studies.tube.references import START_UP
+from studies.tube.references import STEADY as EXACT
 from support.scenes import dU, soft_pair, tube
 
 import pairsim
 from pairsim.fem.algebra.constraints import PositionUpdate
 from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.physics.conformation import exponential, logarithm, polymer_stress
-from pairsim.physics.liquids import NEWTONIAN, Liquid, single
+from pairsim.physics.liquids import NEWTONIAN, single
 from pairsim.physics.liquids.fene_p import FeneP
 from pairsim.physics.liquids.giesekus import Giesekus
 from pairsim.physics.liquids.oldroyd_b import OldroydB
-from pairsim.physics.liquids.ptt import ExponentialPTT, LinearPTT
 from pairsim.physics.pipe import Pipe
 from pairsim.record.fields_of_frame import frame
 from pairsim.runtime.errors import NoSteadyState
@@ -32,16 +33,7 @@ from pairsim.solvers.transient.transient import Transient
 GIESEKUS = {De: single(Giesekus(), De=De) for De in (0.5, 1.0)}
 AT_WALL = ("c_zz", "c_rz", "c_rr")
 STEADY = {
-    De: (
-        *(reference("tube", f"{name} De {De:g}") for name in ("dp/L", "u(0)")),
-        [reference("tube", f"{name} wall De {De:g}") for name in AT_WALL],
-    )
-    for De in (0.5, 1.0)
-}
-START_UP = {t: reference("tube start-up", f"dp/L t {t:g}") for t in (0.05, 0.1, 0.25, 0.5, 1.0, 2.0)}
-LAWS = {
-    law.name: single(law, De=0.8)
-    for law in (OldroydB(), Giesekus(), LinearPTT(epsilon=0.25), ExponentialPTT(epsilon=0.25), FeneP(L2=50.0))
+    De: (known["dp/L"], known["u(0)"], [known[f"{name} wall"] for name in AT_WALL]) for De, known in EXACT.items()
 }
 
 
@@ -79,23 +71,6 @@ def test_one_dimensional_start_up_is_exact() -> None:
     assert [giesekus(t).gradient for t in START_UP] == pytest.approx(list(START_UP.values()), rel=1e-7)
     oldroyd = Pipe(single(OldroydB(), De=1.0)).until(2.0)
     assert oldroyd(0.7).gradient == pytest.approx(32 * (0.09 + 0.91 * (1 - np.exp(-0.7))), rel=1e-7)
-
-
-def pipe_in_two_dimensions(
-    liquid: Liquid, times: list[float], length: float = 0.5, **mesh: float
-) -> dict[float, tuple[float, float]]:
-    """Pressure gradient and axial velocity on the mesh of a piece of tube without particles, repeated without end."""
-    control = StepControl(3e-4, 1e-8, 1.0)
-    problem = tube(length, MeshSettings(**mesh), control, 1e-3, periodic=True, liquid=liquid, t_end=times[-1])
-    transient = Transient(problem)
-    found = {}
-    for step in transient.steps(iter(times)):
-        for t in times:
-            if abs(step.t - t) < 1e-9:
-                axis = step.scene.liquid.index("u", step.scene.nodes.axis)
-                found[t] = step.observation.dp / length, float(step.x[axis].mean())
-    transient.close()
-    return found
 
 
 @pytest.mark.parametrize("De", [1e-6, 1.0, 1e4])

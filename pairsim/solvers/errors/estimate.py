@@ -31,7 +31,7 @@ from pairsim.solvers.steady.linearisation import Linearisation
 from pairsim.solvers.steady.scene import SteadySolver
 
 # Factors of the scatter in a half-width. Determined on twelve solutions without a memory, and on half of the other
-# scenes of scripts/error_bars with the larger one of scatter and correction in place of their sum
+# scenes of scripts/studies/error_bars with the larger one of scatter and correction in place of their sum
 # (docs/explanation/error-estimate.md).
 VISCOUS, ELASTIC = 3.0, 1.6
 # What is left of parts of the estimate that cancel between the liquid and soft particles, relative to them. Where

@@ -13,11 +13,11 @@ from pairsim.solvers.errors.time_error import LEAST, SET_IN, TimeError
 from pairsim.solvers.goals import IN_TIME, Goal, dU
 from pairsim.solvers.stepping.step_size import extrapolation_weights
 
-# Read off 73 quasi-steady solutions and six runs (scripts/error_bars), in which errors were up to 1.4 and 1.9 times the
+# Read off 73 quasi-steady solutions and six runs (study error_bars), in which errors were up to 1.4 and 1.9 times the
 # interval; two further runs, which were not used, all hold.
 RESOLVED = 1.1  # largest change of log c within a cell up to which intervals hold
 # Power of it by which intervals of quasi-steady solutions widen above. With the first power one of twelve points
-# (scripts/error_bars --random) was off by 1.51 of its half-widths, at 2.4, and one of thirteen later ones by 1.04.
+# (scripts/studies/error_bars) was off by 1.51 of its half-widths, at 2.4, and one of thirteen later ones by 1.04.
 OF_POINTS = 2
 OF_RUNS = 3  # the same of runs, whose estimate has no scatter
 KNOWN = 3  # accepted values from which a goal is extrapolated over a remeshing

@@ -16,8 +16,8 @@ from dolfinx.fem import petsc
 from scipy.integrate import cumulative_simpson
 from scipy.optimize import brentq
 
-from .mesh import RADIUS, ROUNDING, Array
-from .stokes import PETSc, Stokes
+from studies.focus_3d.mesh import RADIUS, ROUNDING, Array
+from studies.focus_3d.stokes import PETSc, Stokes
 
 COMPONENTS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 OPTIONS = {"ksp_type": "gmres", "ksp_gmres_restart": 60, "ksp_rtol": 1e-3, "ksp_max_it": 300, "pc_type": "ilu"}

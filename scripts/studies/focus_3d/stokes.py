@@ -13,7 +13,7 @@ from dolfinx import mesh as dolfinx_mesh
 from dolfinx.fem import petsc
 from petsc4py import PETSc as TypedPETSc
 
-from .mesh import RADIUS, ROUNDING, Array
+from studies.focus_3d.mesh import RADIUS, ROUNDING, Array
 
 PETSc: Any = TypedPETSc  # whose stubs are incomplete
 

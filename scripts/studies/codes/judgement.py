@@ -1,0 +1,72 @@
+"""Which code takes less time for the same error."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from io import BytesIO
+from pathlib import Path
+
+import pandas as pd
+from book import pages
+from book.case_parts import complete
+from book.computing import DOCS
+from book.made import made
+from book.statements import Judged, below
+from book.study import Part
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
+
+from studies.codes.parts import OWN, PEER
+
+WANTED = {"point": 0.02, "run": 0.1}
+"""Errors at which times are compared [%], which the table has of both codes."""
+TITLES = {"point": "Quasi-steady point", "run": "Run to t = 1"}
+
+
+def statements(results: pd.DataFrame, parts: Sequence[Part]) -> dict[str, Judged]:
+    """What the study states, judged by what is stored."""
+    found = dict[str, Judged]()
+    for what, wanted in WANTED.items():
+        good = results[(results["what"] == what) & (results["error"] <= wanted)]
+        seconds = good.groupby("by")["seconds"].min()
+        if {OWN, PEER} <= set(seconds.index):
+            text = ", ".join(f"{code} {seconds[code]:.3g} s" for code in (OWN, PEER))
+            margin = (float(seconds[PEER] - seconds[OWN]), 0.0)
+            found[f"a {what} with an error of {wanted:g} % takes less time than with {PEER}"] = Judged((margin,), text)
+    points = results[results["what"] == "point"]
+    other, own = (points[points["by"] == code] for code in (PEER, OWN))
+    if len(other):
+        error = (float(other.nlargest(1, "cells")["error"].iloc[0]), 0.0)
+        found[f"dU of a point with {PEER} on its finest mesh is off by less than 0.01 %"] = below([error], 0.01, "by %")
+    coarsest = (float(own.nsmallest(1, "cells")["error"].iloc[0]), 0.0)
+    found["dU of a point on the coarsest mesh is off by less than 2 %"] = below([coarsest], 2.0, "by %")
+    return found | complete(results, parts)
+
+
+def blocks(results: pd.DataFrame, parts: Sequence[Part]) -> Mapping[str, str]:
+    """What stands between the marks of the page."""
+    tolerances = results["tol"].map(lambda tol: f", {tol:g}" if tol else "")
+    columns = {
+        "what, tol": results["what"] + tolerances,
+        "cells": results["cells"].astype(int),
+        "code": results["by"],
+        "cell": results["seconds"].map("{:.3g}, ".format) + results["error"].map("{:.2g}".format),
+    }
+    text = pd.DataFrame(columns)
+    table = text.pivot(index=["what, tol", "cells"], columns="code", values="cell").fillna("").reset_index()
+    return {"codes": pages.markdown(table), "codes-made": pages.prose(made(results, parts))}
+
+
+def files(results: pd.DataFrame, parts: Sequence[Part]) -> Mapping[Path, bytes]:
+    """The picture of error against time of points and runs."""
+    figure = Figure(figsize=(10, 3.75))
+    for axis, (what, title) in zip(figure.subplots(1, 2), TITLES.items(), strict=True):
+        for marker, (code, rows) in zip("os^", results[results["what"] == what].groupby("by"), strict=False):
+            axis.loglog(rows["seconds"], rows["error"], marker, label=code)
+        axis.xaxis.set_minor_formatter(NullFormatter())
+        axis.set(title=title, xlabel="processor time [s]", ylabel="error of $\\Delta U$ [%]")
+    figure.axes[0].legend(frameon=False)
+    figure.tight_layout()
+    drawn = BytesIO()
+    figure.savefig(drawn, format="png", dpi=110)
+    return {DOCS / "images" / "codes.png": drawn.getvalue()}

@@ -1,1 +1,0 @@
-"""Pages of the validation book, docs/validation: what is computed in other ways than as cases, by page."""

@@ -1,0 +1,120 @@
+"""Studies of accuracy, error bars, hard cases and other codes: what is wrong in their results is found."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pandas as pd
+import pytest
+from support.inputs import ROOT
+
+from pairsim.cases.yaml_file import read_yaml
+from pairsim.sweeps.grid import grid_from
+
+sys.path.append(str(ROOT / "scripts"))
+
+from book.results import Results
+from book.study import Study, Unavailable, study_of
+from studies.codes.parts import parts as meshes_of_codes
+from studies.error_bars import judgement as error_bars
+from studies.error_bars.parts import CASES, cases, read
+from studies.hard import judgement as hard
+from studies.hard.parts import CASES as HARD
+from studies.hard.parts import FILES, grid
+from studies.hard.parts import parts as hard_cases
+
+
+def stored(study: Study) -> pd.DataFrame:
+    return Results(study.stored).of(study.parts(False))
+
+
+@pytest.mark.slow
+def test_hard_cases_are_valid_and_all_different() -> None:
+    counts = {name: len(grid(name).cases) for name in FILES}
+    assert counts == {name: len(read_yaml(HARD / f"{name}.yaml")["cases"]) for name in counts}
+    assert sum(counts.values()) == len(hard_cases(False)) == 140
+
+
+@pytest.mark.parametrize(
+    ("kind", "count"),
+    [
+        pytest.param("scenes", 286, marks=pytest.mark.slow),
+        pytest.param("random", 386, marks=pytest.mark.slow),
+        ("curves", 18),
+        ("runs", 32),
+    ],
+)
+def test_scenes_of_error_bars_are_valid(kind: str, count: int) -> None:
+    content, scenes, meshes = read(kind)
+    found = [case for name, scene in scenes.items() for case in cases(name, scene, meshes)]
+    assert len(grid_from(CASES / f"{kind}.yaml", content | {"cases": found}).cases) == count
+
+
+def hard_results(**changes: object) -> pd.DataFrame:
+    row = {"part": "run", "file": "run", "outcome": "failed", "reason": "mesh_failed", "finite": True}
+    return pd.DataFrame([row | changes])
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        ({"reason": "crashed"}, "every case is answered, or ends for a documented reason"),
+        ({"finite": False}, "all numbers are finite"),
+    ],
+)
+def test_a_hard_case_that_crashes_or_has_numbers_that_are_not_finite_is_found(
+    changes: dict[str, object], text: str
+) -> None:
+    parts = study_of("hard").parts(True)
+    assert hard.statements(hard_results(), parts)[text].verdict == "holds"
+    assert hard.statements(hard_results(**changes), parts)[text].verdict == "does not hold"
+
+
+def errors(error: float, known: float, half_width: float, kind: str = "random") -> pd.DataFrame:
+    row = {"part": "a", "kind": kind, "scene": "a", "law": "newtonian", "N": 2, "De": 0.0, "peak": 1e-2, "ended": None}
+    return pd.DataFrame([row | {"half_width": half_width, "error": error, "known": known}])
+
+
+@pytest.mark.parametrize(
+    ("table", "verdict"),
+    [
+        (errors(1e-4, 1e-5, 2e-4), "inside"),
+        (errors(3e-4, 1e-5, 2e-4), "outside"),
+        (errors(3e-4, 1e-4, 2e-4), "undecided"),
+        (errors(3e-4, 1e-4, 2e-4, "runs"), "undecided"),
+        (errors(3e-4, 1e-5, 2e-4, "runs"), "outside"),
+        (errors(1e-6, 1e-9, 5e-7, "runs"), "negligible"),
+    ],
+)
+def test_an_error_is_judged_where_it_is_known(table: pd.DataFrame, verdict: str) -> None:
+    assert error_bars.judged(table)["verdict"].tolist() == [verdict]
+
+
+def test_half_widths_that_are_too_small_are_found() -> None:
+    parts = study_of("error_bars").parts(True)
+    text = "random: half-widths hold 95 % of the errors that determined none of their factors"
+    assert error_bars.statements(errors(1e-4, 1e-5, 2e-4), parts)[text].verdict == "holds"
+    assert error_bars.statements(errors(3e-4, 1e-5, 2e-4), parts)[text].verdict == "does not hold"
+
+
+def test_larger_errors_of_a_curve_are_found() -> None:
+    study, text = study_of("accuracy"), "a curve on the cells of 1% in viscoelastic liquids is off by less"
+    table, parts = stored(study), study.parts(False)
+    assert study.statements(table, parts)[text].verdict == "holds"
+    assert study.statements(table.assign(percent=20 * table["percent"]), parts)[text].verdict == "does not hold"
+
+
+def test_a_run_that_does_not_end_on_its_curve_is_found() -> None:
+    study, text = study_of("accuracy"), "a run ends on the curve of its case, within the half-widths of both"
+    table, parts = stored(study), study.parts(False)
+    assert study.statements(table, parts)[text].verdict == "holds"
+    moved = table.assign(**{"dU of the run": 1.01 * table["dU of the run"]})
+    assert study.statements(moved, parts)[text].verdict == "does not hold"
+
+
+def test_a_code_that_is_not_installed_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("PYOOMPH", str(tmp_path / "python"))
+    part = next(each for each in meshes_of_codes(False) if each.name == "80 cells")
+    with pytest.raises(Unavailable, match="needs pyoomph"):
+        part.compute(tmp_path / "part")
