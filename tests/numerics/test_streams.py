@@ -165,8 +165,10 @@ def test_lengths_of_beads_that_differ_change_the_rates_of_their_distances() -> N
     changes = np.array([[slopes[0][0], 0.0], [slopes[0][1], slopes[1][0]]])
     rates = np.diff(_Velocities(replace(rows, deviations=found), parts, CONTACT)(np.array([0.0, 0.2, 0.5])))
     free = rows.row(gaps).dU
-    assert rates == pytest.approx(np.linalg.solve(np.eye(2) + changes, free), rel=1e-9)
-    assert np.abs(rates / free - 1).max() > 0.005
+    assert rates == pytest.approx(np.linalg.solve(np.eye(2) + changes, free), rel=5e-4)  # its squares are left out
+    assert np.abs(rates / free - 1).max() > 0.01
+    far_apart = 30 * parts, np.cumsum([0.0, 0.06, 0.06])
+    assert np.diff(_Velocities(replace(rows, deviations=found), far_apart[0], CONTACT)(far_apart[1])).min() > 0
 
 
 def test_a_thousand_beads_take_no_memory_of_their_square() -> None:

@@ -108,24 +108,25 @@ class Deviations:
                 changes[i : i + len(windows)] += added[:, i]
         return np.asarray(changes)
 
-    def stretch(self, gaps: Array, parts: Array, width: int) -> Array:
-        """Changes of the derivatives of the distances between centres by those between surfaces.
+    def stretch(self, of_equals: Array, gaps: Array, parts: Array) -> Array:
+        """Derivatives of the distances between centres by those between surfaces.
+
+        Where particles differ much and are near, sums to first order are no longer positive, as these derivatives are:
+        the logarithm of each by the own distance is taken to first order.
 
         Args:
+            of_equals: Those of equal particles, a banded matrix as of `RowModel.along`, shape (2 k + 1, N-1).
             gaps, parts: As for `velocities`.
-            width: Diagonals beside the middle one.
-
-        Returns:
-            A banded matrix as of `RowModel.along`, shape (2 width + 1, N-1).
         """
-        changes = np.zeros((2 * width + 1, len(gaps)))
-        if self.lengths is not None:
-            _, differ = _windows(gaps, parts[:, :1], 2)
-            slopes = self.lengths.slopes(np.maximum(gaps, self.least)) * (gaps >= self.least)[:, None, None]
-            first, second = np.einsum("wij,wj->iw", slopes, differ[..., 0])
-            changes[width] = first
-            changes[width + 1, :-1] = second[:-1]  # the last particle has no next one
-        return changes
+        if self.lengths is None or not len(gaps):
+            return of_equals
+        found, middle = of_equals.copy(), len(of_equals) // 2
+        _, differ = _windows(gaps, parts[:, :1], 2)
+        slopes = self.lengths.slopes(np.maximum(gaps, self.least)) * (gaps >= self.least)[:, None, None]
+        first, second = np.einsum("wij,wj->iw", slopes, differ[..., 0])
+        found[middle] *= np.exp(first / of_equals[middle])
+        found[middle + 1, :-1] += second[:-1]  # the last particle has no next one
+        return found
 
     def matrix(self, gaps: Array) -> Array:
         """The derivatives of a short row of equal particles, shape (N, N, 2)."""

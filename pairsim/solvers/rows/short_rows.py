@@ -60,8 +60,9 @@ def solved(
     problem = replace(problem.repeated(count), length=length, narrowest=narrowest)
     start = replace(alone, gaps=places[0], solids=alone.solids * count)
     if parts is not None:
-        betas, softer = problem.betas * np.exp(parts[:, 0]), np.exp(parts[:, 1]).tolist()
-        problem, start = replace(problem, betas=tuple(betas.tolist())), start.softened(softer)
+        larger, softer = np.exp(parts).T
+        betas = tuple(float(each) for each in problem.betas * larger)
+        problem, start = replace(problem, betas=betas), start.softened(softer.tolist())
     with closing(Branch(arrived(first_scene(problem, start)), by_particle=by_particle)) as branch:
         for place in places:
             yield replace(_at(branch, replace(start, gaps=place)), parts=parts)
