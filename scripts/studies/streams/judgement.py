@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from math import hypot
+from typing import Any
 
 import pandas as pd
 from book import pages
@@ -24,7 +25,7 @@ def outlet(results: pd.DataFrame, shows: str) -> pd.DataFrame:
     return results[(results["shows"] == shows) & results[SPREAD.name].notna()].drop_duplicates("case", keep="last")
 
 
-def value(row: Mapping[str, float], column: Column) -> Value:
+def value(row: Mapping[Any, Any], column: Column) -> Value:
     """A number with its half-width by the streams and by the model of rows."""
     name = column.name
     return float(row[name]), hypot(float(row[f"{name}_error"]), float(row[f"{name}_model"]))
