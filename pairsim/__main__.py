@@ -1,14 +1,23 @@
 """The entry point of the command line: `pairsim`, and `python -m pairsim`."""
 
+import gc
 import io
+import os
 import sys
 
 from pairsim.runtime.interrupts import EXIT_CODE, interrupted, remember_interrupts
+
+ALLOCATIONS = 200_000
+"""Objects between two searches for cyclic garbage: more than a short command makes, which all live to its end."""
+PLUGINS = "PYDANTIC_DISABLE_PLUGINS"
+"""Plugins of pydantic, which change no case, are looked for in the metadata of every installed package."""
 
 
 def main() -> None:
     """Run the command line; Ctrl-C ends it with the exit code 130, also while libraries are loaded for it."""
     remember_interrupts()
+    gc.set_threshold(ALLOCATIONS)
+    os.environ.setdefault(PLUGINS, "__all__")
     try:
         from pairsim.app.command_line import main as run
 

@@ -75,8 +75,6 @@ class _All(TyperGroup):
         return super().parse_args(ctx, [*own, *others])
 
 
-ALLOCATIONS = 50_000
-"""Objects between two searches for cyclic garbage: a tenth of a short command went into searching imported modules."""
 app = typer.Typer(
     cls=_All,
     no_args_is_help=True,
@@ -114,7 +112,6 @@ def _common(
 
 def main() -> NoReturn:
     """Run a command: every `PairsimError` is printed as one message, without a traceback, and sets the exit code."""
-    gc.set_threshold(ALLOCATIONS)
     atexit.register(gc.freeze)  # or else Python searches all that it holds when it ends
     try:
         app(standalone_mode=True)

@@ -6,24 +6,22 @@ from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from inspect import Parameter, Signature
 from pathlib import Path
-from typing import Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 from typer.core import TyperCommand
 
 from pairsim.app.made import made
 from pairsim.app.options import Budget, CaseFile, CaseFileOrNone, DryRun, Output, Overwrite, Quiet, Settings
-from pairsim.app.question_functions import function_of
-from pairsim.cases.identity import default_folder
-from pairsim.computing.case_files import read_case
-from pairsim.computing.question import Flag, Question
-from pairsim.computing.result import Result
 from pairsim.questions.registry import QUESTIONS
 from pairsim.record.folder import FIELDS_XDMF
 from pairsim.runtime.errors import BranchEnd, EnvironmentFailure, InputError, RunFailure
 from pairsim.runtime.launcher import check_single
 from pairsim.runtime.signals import Signals
-from pairsim.sweeps.files import FILES
+
+if TYPE_CHECKING:
+    from pairsim.computing.question import Flag, Question
+    from pairsim.computing.result import Result
 
 EXIT_CODES = {"finished": 0, "failed": RunFailure.exit_code, "interrupted": 130}
 """Exit code of a command, by status."""
@@ -79,6 +77,11 @@ def _compute(
     set_: list[str] | None,
 ) -> None:
     """Carry out the command of a question; arguments are those of its options, `flags` those that it alone has."""
+    from pairsim.app.question_functions import function_of
+    from pairsim.cases.identity import default_folder
+    from pairsim.computing.case_files import read_case
+    from pairsim.sweeps.files import FILES
+
     file, folder = _places(question, flags, case, output, overwrite)
     check_single()
     checked = read_case(question, file, tuple(set_ or ()), FILES)

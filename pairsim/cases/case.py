@@ -22,7 +22,7 @@ from pairsim.cases.laws import Declared, Laws
 from pairsim.cases.material_keys import LIQUIDS, LiquidKey, SolidKey, written
 from pairsim.cases.mesh_keys import MeshOptions
 from pairsim.cases.mistakes import Mistake
-from pairsim.cases.physical import Physical
+from pairsim.cases.physical_keys import Physical
 from pairsim.cases.yaml_file import Content
 from pairsim.physics import liquids, solids
 from pairsim.physics.drive import DEVELOPED, Drive

@@ -14,6 +14,7 @@ from pairsim.cases.values import is_finite
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.material import Parameter
 from pairsim.physics.solids import Solid
+from pairsim.quantities.measurable import Measurable
 from pairsim.quantities.scales import Scales
 
 SHARED = {**Liquid.OF_POLYMER, **Solid.OF_ALL}
@@ -50,22 +51,31 @@ class FollowedKey:
         """
         quantity = key.removeprefix(f"{BLOCK}.") if key.startswith(f"{BLOCK}.") else ""
         if not quantity:
+            cls(case, key, ())._check_number()
             if not all(map(is_finite, given)):
                 raise ValueError(f"must be numbers, as {key} is one")
             found = cls(case, key, tuple(sorted(map(float, given))))
-            found._check_number()
         else:
             if case.experiment is None or quantity not in case.experiment.given:
                 raise ValueError(f"must be a quantity that {BLOCK} of the case has, which along replaces")
             if not all(isinstance(each, str) for each in given):
                 raise ValueError(f"must be quantities with their unit, such as {QUANTITIES[quantity].example}")
-            texts, of = [str(each) for each in given], QUANTITIES[quantity]
-            of = of.with_parameters(case.laws.liquid.numbers(of.of_unit))
+            texts, of = [str(each) for each in given], _quantity(case, quantity)
             known = [si(each, of) for each in texts]
             values, unit = in_one_unit(texts)
             found = cls(case, key, tuple(sorted(values)), unit, known[0] / values[0])
         found._check_ends()
         return found
+
+    def value_of(self, text: str) -> float:
+        """A value of the quantity from a text with its unit, as one of `values`.
+
+        Raises:
+            ValueError: It has no such unit, or a number is followed.
+        """
+        if not self.unit:
+            raise ValueError(f"must be a number, as {self.key} is one")
+        return float(si(text, _quantity(self.case, self.key.removeprefix(f"{BLOCK}."))) / self.in_si)
 
     @property
     def _parameters(self) -> dict[str, Parameter]:
@@ -128,6 +138,12 @@ class FollowedKey:
         laws = case.laws.with_numbers(numbers)
         liquid = laws.liquid.model(numbers.get("De", case.De), numbers.get("xi", case.xi))
         return liquid, laws.solid_models(tuple(Ca_e and numbers.get("Ca_e", Ca_e) for Ca_e in case.Ca_es))
+
+
+def _quantity(case: SceneCase, key: str) -> Measurable:
+    """A quantity of an experiment, with a unit that may depend on the law of the liquid."""
+    of = QUANTITIES[key]
+    return of.with_parameters(case.laws.liquid.numbers(of.of_unit))
 
 
 def _allowed(value: Any, parameter: Parameter) -> bool:

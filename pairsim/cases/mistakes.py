@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
-from pairsim.cases.yaml_file import Content, place_of
+from pairsim.cases.placed_keys import place_of
+from pairsim.cases.yaml_file import Content
 from pairsim.runtime.errors import InputError
 
 

@@ -1,4 +1,4 @@
-"""The `physical` block of a case: the declarations of its keys, each a quantity of an experiment.
+"""The quantities of an experiment: the declarations of the keys of the `physical` block of a case.
 
 De = lambda U_av/D_c and Ca_e = eta_0 U_av/(D_c G_p) with U_av = 4 Q/(pi D_c^2), as in Esposito, D'Avino and Villone
 (2024).
@@ -8,9 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, Any
-
-from pydantic import BaseModel, ConfigDict, Field, WithJsonSchema, create_model
 
 from pairsim.physics.declared import DIMENSIONS
 from pairsim.physics.solids.solid import MODULUS
@@ -176,32 +173,3 @@ def _in_words(text: str) -> Plain:
     """Mean and standard deviation of a text such as "24 um each 0.5 um"; another text as it is."""
     mean, word, deviation = text.partition(f" {EACH} ")
     return {MEAN: mean.strip(), EACH: deviation.strip()} if word else text
-
-
-def _field(of: Measurable) -> Any:
-    """Type and description of the field of a quantity; `pairsim.cases.experiment` checks its values."""
-    one = {"type": "string", "examples": [of.example]}
-    several: list[Any] = [{"type": "array", "items": one}] if of.many or of.ranged else []
-    several += [{"type": "object", "examples": [RANGE_OF_LENGTHS]}] if of.ranged else []
-    several += [{"type": "object", "examples": [f"{{{MEAN}: {of.example}, {EACH}: ...}}"]}] if of.each else []
-    kind = Annotated[Any, WithJsonSchema({"anyOf": [one, *several]} if several else one)]
-    return kind, Field(... if of is TUBE else None, description=of.words)
-
-
-if TYPE_CHECKING:
-    _Keys = BaseModel
-else:
-    _Keys = create_model(
-        "_Keys",
-        __config__=ConfigDict(extra="forbid", frozen=True, defer_build=True),
-        **{key: _field(each) for key, each in KEYS.items()},
-    )
-
-
-class Physical(_Keys):
-    """Quantities of an experiment. particle, modulus, young: one value for all particles, or a list from upstream."""
-
-    @property
-    def given(self) -> dict[str, Plain]:
-        """The quantities that are given, as they are written."""
-        return {key: value for key, value in self if value is not None}

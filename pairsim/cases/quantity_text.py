@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import BeforeValidator
 
 from pairsim.cases.unit_registry import registry
 from pairsim.cases.values import Positive, Range, listed, several, spelled_out
@@ -61,16 +63,17 @@ def _parsed(text: Any) -> tuple[float, pint.Unit]:
 
 def _unit(text: str, given: str) -> pint.Unit:
     """A unit that is used at a bench; ValueError for others, and for those that pint does not know."""
+    units = registry()
     try:
-        unit = registry().parse_units(text)
-        parts = {name: registry().parse_unit_name(name)[0] for name in dict(unit._units)}
+        unit = units.parse_units(text)
+        parts = {name: units.parse_unit_name(name)[0] for name in dict(unit._units)}
     except Exception:  # pint does not document which exceptions its parser raises
         raise ValueError(f"has the unknown unit {given}") from None
-    printed = registry().get_group("Printer").members
+    printed = units.get_group("Printer").members
     for name, (prefix, root, _) in parts.items():
         if root in printed:
             raise ValueError(f"has the unit {given}, which is one of screens and print, not of what a camera sees")
-        known = MEASURING.get(str(registry().get_dimensionality(root)))
+        known = MEASURING.get(str(units.get_dimensionality(root)))
         prefixed = prefix and not (root in METRIC and prefix not in LARGE)
         if known is not None and (root not in known or prefixed):
             raise ValueError(f"has the unit {given}, which stands for {name.replace('_', ' ')} and is not taken")
@@ -273,8 +276,16 @@ def _listed(value: Any) -> Any:
     return tuple(quantity_range(value)) if isinstance(value, Range) and isinstance(value.start, str) else listed(value)
 
 
+def _refuse_group(value: Any) -> Any:
+    """Refuse keys in place of values, as if a dotted key were written as a group; ValueError."""
+    if isinstance(value, Mapping) and not value.keys() & Range.model_fields.keys():
+        dotted = "a key in a group is written with a dot, such as physical.flow_rate: [1 ul/min, 2 ul/min]"
+        raise ValueError(f"must be a list of values or a range: {dotted}")
+    return value
+
+
 if TYPE_CHECKING:  # mypy cannot know them
     ValuesOrQuantities = tuple[float | str, ...]
 else:
-    ValuesOrQuantities = several(Positive | str, Positive | str, _listed)
+    ValuesOrQuantities = Annotated[several(Positive | str, Positive | str, _listed), BeforeValidator(_refuse_group)]
     """Values of a number, or of a quantity with their units."""

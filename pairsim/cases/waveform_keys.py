@@ -13,8 +13,9 @@ from pairsim.cases import values
 from pairsim.cases.keys import Key, Keys
 from pairsim.cases.mistakes import Mistake, missing
 from pairsim.cases.physical import BLOCK
+from pairsim.cases.placed_keys import place_of
 from pairsim.cases.quantity_text import QUANTITY, rounded, si
-from pairsim.cases.yaml_file import Content, place_of
+from pairsim.cases.yaml_file import Content
 from pairsim.physics.waveform import SHAPES, Waveform, table
 from pairsim.quantities.kinds import FLOW_RATE as OF_FLOW
 from pairsim.quantities.kinds import TIME

@@ -1,6 +1,6 @@
 """Read YAML files, keeping the file and line of each key for error messages, change their keys, and write them.
 
-A file is data: the loader is ruamel.yaml's safe one (YAML 1.2), which refuses tags that name types. Dates are text.
+What reads and writes takes a while to import, and is imported where there is a file: an answer need have none.
 """
 
 from __future__ import annotations
@@ -9,82 +9,20 @@ import copy
 import io
 import re
 from collections.abc import Collection, Mapping
-from itertools import chain
 from pathlib import Path
-from typing import Any, NamedTuple, TextIO
+from typing import Any
 
-from ruamel.yaml import YAML
-from ruamel.yaml.constructor import ConstructorError, SafeConstructor
-from ruamel.yaml.error import MarkedYAMLError, YAMLError
-from ruamel.yaml.nodes import MappingNode, Node
-
+from pairsim.cases.placed_keys import Place, PlacedKey, place_in
 from pairsim.physics import liquids, solids
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.plain import Plain
-from pairsim.runtime.text import shortened
 
 OPTION = "--set"
 DEFAULT_LAWS = {"liquid": liquids.DEFAULT.name, "solid": solids.DEFAULT.name}
-MOST_VALUES = 500_000
-"""Values and keys in a file, as many as the cases of the largest grid have."""
-LONGEST_PROBLEM = 300  # characters of what the reader says
-TAG = "tag:yaml.org,2002:"
-UNFIT = re.compile("[\0\ud800-\udfff]")  # what is in no name of a file
 
 
 type Content = Mapping[str, Plain]
 """Keys with their values, such as those of a file: of none is it known yet whether it is right."""
-
-
-class Place(NamedTuple):
-    """Where a key was given: the file, or `--set`, and the line, None for `--set`."""
-
-    file: str
-    line: int | None
-
-
-class PlacedKey(str):
-    """A key that knows its place, if that is known. In a dict it is the same as its text."""
-
-    place: Place | None
-
-    def __new__(cls, text: str, place: Place | None = None) -> PlacedKey:
-        key = super().__new__(cls, text)
-        key.place = place
-        return key
-
-    def __deepcopy__(self, _: object) -> PlacedKey:
-        return self
-
-
-def _place_in(group: Content, name: str) -> Place | None:
-    return next((getattr(key, "place", None) for key in group if key == name), None)
-
-
-def place_of(data: Content, key: str) -> Place | None:
-    """Where a dotted key, such as mesh.Np or cases[1].mesh.Np, was given.
-
-    If it is missing, the place of what it would be in; None if that is unknown.
-    """
-    place = None
-    inner: Any = data
-    while key:
-        index = re.match(r"\[(\d+)\]\.?", key)
-        if index is not None:
-            key = key[index.end() :]
-            if isinstance(inner, list | tuple) and int(index[1]) < len(inner):
-                inner = inner[int(index[1])]
-                place = (isinstance(inner, Mapping) and _place_in(inner, next(iter(inner), ""))) or place
-        elif not isinstance(inner, Mapping):
-            break
-        else:
-            # A key may contain points, such as mesh.Np of a grid, and an unknown key anything.
-            names = [key[: end.start()] for end in re.finditer(r"[.\[]|$", key)]
-            name = next((name for name in reversed(names) if name in inner), names[0])
-            place = _place_in(inner, name) or place
-            inner = inner.get(name)
-            key = key[max(len(name), 1) :].removeprefix(".")
-    return place
 
 
 def within(data: dict[str, Plain], dotted: str) -> tuple[dict[str, Plain], str]:
@@ -102,7 +40,7 @@ def within(data: dict[str, Plain], dotted: str) -> tuple[dict[str, Plain], str]:
         at = int(name) if isinstance(inner, list) else name
         value = inner[at] if isinstance(inner, list) else inner.get(at, DEFAULT_LAWS.get(name, {}))
         if law and isinstance(value, str):
-            value = {PlacedKey("law", _place_in(inner, name)): value}
+            value = {PlacedKey("law", place_in(inner, name)): value}
         if not isinstance(value, Mapping | list):
             raise ValueError(f"must be a key within a group, but {name} is not a group of keys")
         # A copy, since an alias may share it.
@@ -150,12 +88,15 @@ def apply_settings(data: dict[str, Plain], overrides: tuple[str, ...], groups: C
     Raises:
         InputError: A setting is not of the form key=value, or its key goes through a value that is not a group.
     """
+    if overrides:
+        from pairsim.cases.yaml_loader import load
+
     for setting in overrides:
         key, equals, text = setting.partition("=")
         if not equals or not key.strip(".[]") or "\n" in setting:
             raise InputError(OPTION, "", setting, "must be key=value on one line, such as mesh.Np=20")
         try:
-            value = _load(text, OPTION)
+            value = load(text, OPTION)
         except InputError as error:
             raise InputError(OPTION, key, text, error.allowed) from None
         merge(data, {PlacedKey(key, Place(OPTION, None)): value}, groups, OPTION)
@@ -172,111 +113,17 @@ def flat(entry: Content, prefix: str = "") -> dict[str, Plain]:
     return spelled
 
 
-class _Constructor(SafeConstructor):
-    """Makes dicts of groups, each key of which knows its line.
-
-    What a scalar cannot be, such as `!!int x`, is a ConstructorError with its line, as all that is refused.
-    """
-
-    def construct_document(self, node: Node) -> Any:
-        if (count := _count(node, {})) > MOST_VALUES:
-            problem = f"it has {count:,} values and keys with those that aliases repeat, of at most {MOST_VALUES:,}"
-            raise ConstructorError(None, None, problem, None)
-        return super().construct_document(node)
-
-    def construct_non_recursive_object(self, node: Node, tag: str | None = None) -> Any:
-        try:
-            return super().construct_non_recursive_object(node, tag)
-        except (ValueError, LookupError, OverflowError):
-            problem = f"{shortened(repr(node.value))} cannot be read as !!{str(node.tag).rpartition(':')[2]}"
-            raise ConstructorError(None, None, problem, node.start_mark) from None
-
-    def group(self, node: MappingNode) -> dict[PlacedKey, Any]:
-        values = self.construct_mapping(node, deep=True)
-        for key, _ in node.value:
-            if key.tag != TAG + "str":
-                raise ConstructorError(None, None, f"key {key.value} must be text", key.start_mark)
-        lines = {key.value: key.start_mark for key, _ in node.value}
-        return {PlacedKey(key, Place(lines[key].name, lines[key].line + 1)): value for key, value in values.items()}
-
-    def number(self, node: Node) -> float:
-        return float(self.construct_yaml_float(node)) + 0.0  # no -0.0, which would make another case
-
-    def whole(self, node: Node) -> int:
-        value = int(self.construct_yaml_int(node))
-        float(value)  # an OverflowError, if it is larger than numbers can be
-        return value
-
-    def nothing(self, node: Node) -> None:
-        if self.construct_scalar(node).lower() not in ("", "~", "null"):
-            raise ValueError
-
-    def text(self, node: Node) -> str:
-        value = str(self.construct_scalar(node))
-        if UNFIT.search(value):
-            problem = f"a text must not have the character {UNFIT.findall(value)[0]!r}"
-            raise ConstructorError(None, None, problem, node.start_mark)
-        return value
-
-    def refuse(self, node: Node) -> None:
-        raise ConstructorError(None, None, f"tags such as {node.tag} are not allowed", node.start_mark)
-
-
-for _tag in (None, *(TAG + name for name in ("binary", "omap", "pairs", "set"))):
-    _Constructor.add_constructor(_tag, _Constructor.refuse)
-_Constructor.add_constructor(TAG + "map", _Constructor.group)
-_Constructor.add_constructor(TAG + "float", _Constructor.number)
-_Constructor.add_constructor(TAG + "int", _Constructor.whole)
-_Constructor.add_constructor(TAG + "null", _Constructor.nothing)
-for _tag in (TAG + "str", TAG + "timestamp"):
-    _Constructor.add_constructor(_tag, _Constructor.text)
-
-
-def _count(node: Node, counts: dict[Node, int]) -> int:
-    """The number of values and keys below a node and with it, those that aliases repeat included.
-
-    Raises:
-        ConstructorError: A node is below itself.
-    """
-    if (known := counts.get(node)) is not None:
-        if not known:  # not counted to the end yet
-            raise ConstructorError(None, None, "an alias must not be within what it stands for", node.start_mark)
-        return known
-    counts[node] = 0
-    children = chain.from_iterable(node.value) if isinstance(node, MappingNode) else node.value
-    total = 1 if isinstance(node.value, str) else 1 + sum(_count(child, counts) for child in children)
-    counts[node] = total
-    return total
-
-
-def _load(stream: TextIO | str, file: str) -> Any:
-    """The value of a YAML text; InputError where it is not valid YAML, or has tags."""
-    reader = YAML(typ="safe", pure=True)
-    reader.Constructor = _Constructor
-    reader.composer.warn_double_anchors = False
-    try:
-        return reader.load(stream)
-    except MarkedYAMLError as error:
-        line = error.problem_mark.line + 1 if error.problem_mark else None
-        problem = "lines are indented by spaces, not by tabs" if "\\t" in str(error.problem) else str(error.problem)
-        if len(problem) > LONGEST_PROBLEM:  # of a duplicate key, with both values
-            problem = problem.partition(" with value ")[0]
-        raise InputError(file, "", None, f"must be valid YAML: {problem}", line=line) from None
-    except RecursionError:
-        raise InputError(file, "", None, "must be valid YAML: groups and lists are nested too deeply") from None
-    except (YAMLError, ValueError) as error:
-        raise InputError(file, "", None, f"must be valid YAML in UTF-8: {str(error).splitlines()[0]}") from None
-
-
 def read_yaml(path: Path) -> dict[str, Plain]:
     """Read a YAML file whose top level is a mapping; its keys, and those of groups in it, know their places.
 
     Raises:
         InputError: The file is missing, unreadable or not valid YAML, or its top level is not a mapping.
     """
+    from pairsim.cases.yaml_loader import load
+
     try:
         with path.open(encoding="utf-8") as stream:
-            data = _load(stream, str(path))
+            data = load(stream, str(path))
     except FileNotFoundError:
         raise InputError(str(path), "", None, "no such file") from None
     except OSError as error:
@@ -291,6 +138,8 @@ def yaml_text(content: Content, blocks: bool = False) -> str:
 
     With `blocks` the innermost groups and lists have a line for each entry; else they are {...} and [...].
     """
+    from ruamel.yaml import YAML
+
     writer = YAML(typ="safe", pure=True)
     writer.version = (1, 1)  # PyYAML reads 1e-05 without a point and yes without quotes as something else
     writer.default_flow_style = False if blocks else None

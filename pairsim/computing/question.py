@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -195,10 +195,10 @@ class Question[C: SceneCase]:
         return values | record.cost(STEPS, *COST)
 
 
-def own_files(questions: Iterable[Question[Any]]) -> tuple[str, ...]:
-    """Every file in folders of results of questions, but for single frames of fields."""
+def own_files(questions: Iterable[Question[Any]]) -> Iterator[str]:
+    """Yield every file in folders of results of questions, which are then imported, but for single frames of fields."""
     known = list(questions)
     tables = (f"{name}.csv" for question in known for name in question.tables)
     drawn = [*(name for question in known for name in question.captions), *(f"field-{name}" for name in FIELDS)]
     pictures = (f"{name}.{end}" for name in drawn for end in PICTURE_ENDINGS)
-    return tuple(dict.fromkeys((*OWN_FILES, *tables, *pictures)))
+    yield from dict.fromkeys((*OWN_FILES, *tables, *pictures))

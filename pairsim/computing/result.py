@@ -384,8 +384,8 @@ class Result:
         """Velocity, pressure, displacement and stresses on the deformed mesh, as a pyvista grid.
 
         Args:
-            at: One of `places`: a time, of a curve a distance; a number, a text with a unit such as "15um", or a
-                quantity of pint.
+            at: One of `places`: a time, of a curve a distance, of focus a value of what is followed; a number, a text
+                with a unit such as "15um", or a quantity of pint.
             physical: Whether to convert to um, um/s and Pa.
 
         Returns:
@@ -420,11 +420,19 @@ class Result:
         text = as_texts(at)
         if not has_unit(text):
             return float(text)
-        of = a_time("time", "time") if self.question.frames == "t" else A_LENGTH
         try:
-            return float(of.number(si(text, of), self.scales))
+            return self._place_of(text)
         except ValueError as error:
             raise InputError("fields", self.question.frames, at, str(error)) from None
+
+    def _place_of(self, text: str) -> float:
+        """A time or distance of `places` from a text with its unit.
+
+        Raises:
+            ValueError: It has none of these units, or the case has no `physical` block.
+        """
+        of = a_time("time", "time") if self.question.frames == "t" else A_LENGTH
+        return float(of.number(si(text, of), self.scales))
 
     def __repr__(self) -> str:
         reason = f" ({self.reason})" if self.reason not in ("", "end") else ""

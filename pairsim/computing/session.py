@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
@@ -46,7 +46,7 @@ class Options:
     overwrite: bool  # whether existing results may be replaced
     reporter: Reporter
     command: str  # command line, for run.json and for the lock
-    own_files: Collection[str]  # names of files that are replaced in a folder with results
+    own_files: Iterable[str]  # names of files that are replaced in a folder, asked for where it has any
     signals: Signals | None = None  # signals that end the computation in order, caught by the caller
     budget: float | None = None  # largest wall time of the computation [s]; None for no limit
     patience: float | None = None  # largest wall time up to the first row [s], if there is no budget; None for no limit

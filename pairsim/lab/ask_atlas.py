@@ -19,7 +19,7 @@ from pairsim.computing.loading import AnyCase
 from pairsim.computing.result_content import Content
 from pairsim.computing.spread_entry import spread_entry
 from pairsim.computing.warnings import MOST_DE, beyond_checked
-from pairsim.lab.dimensionless_numbers import units
+from pairsim.lab.case_of_experiment import case_of_experiment
 from pairsim.lab.focusing_at_once import first_order_focusing
 from pairsim.lab.input_draws import range_of_draws
 from pairsim.lab.load import load
@@ -72,7 +72,7 @@ def ask(
     """
     question, atlases = QUESTIONS["curve"], _atlases(atlas)
     asked = _case_of(atlases[0], case, **given)
-    book, reasons = _of_its_law(asked, atlases)
+    book, reasons, others = _of_its_law(asked, atlases)
     if reasons:
         if not compute:
             cost = f"pairsim curve computes it ({question.estimate(asked)}), and --compute does that here"
@@ -80,7 +80,6 @@ def ask(
             raise InputError(SOURCE, "", None, f"the atlas has no answer: {', and '.join(reasons)}; {cost}{doubts}")
         return Computation[Any](question)(asked, folder=folder, progress=progress)
     curve = _curve_of(asked, book)
-    others = [each for each in atlases if each is not book and not beyond(asked, each)]
     record = Record.of({STATUS: "finished", WARNINGS: _disagreements(asked, curve, others)}) | units_of(asked)
     notes = [f"The liquid of the atlas is {liquid_of_atlas(book, type(asked))}."] if asked.De else []
     notes += [f"On the axis, {said}." for said in first_order_focusing(asked, asked.reynolds_number)]
@@ -112,7 +111,7 @@ def asked_of(
     """
     atlases = _atlases(atlas)
     found = _case_of(atlases[0], case, **given)
-    book, reasons = _of_its_law(found, atlases)
+    book, reasons, _ = _of_its_law(found, atlases)
     return book, found, reasons
 
 
@@ -120,13 +119,14 @@ def _atlases(file: Path | str | None) -> list[Atlas]:
     return [Atlas.load(Path(each)) for each in ([file] if file else SHIPPED)]
 
 
-def _of_its_law(case: SceneCase, atlases: Sequence[Atlas]) -> tuple[Atlas, list[str]]:
-    """Of several atlases the one of the law of the liquid, and why it has no answer; no reasons if it has.
+def _of_its_law(case: SceneCase, atlases: Sequence[Atlas]) -> tuple[Atlas, list[str], list[Atlas]]:
+    """Of several atlases the one of the law of the liquid, why it has no answer, and others that have one, too.
 
     At De = 0 an atlas of viscoelastic liquids has answers, too, but most of its curves are elsewhere.
     """
     answers = [(atlas, beyond(case, atlas)) for atlas in atlases]
-    return min(answers, key=lambda answer: (bool(answer[1]), not is_of_its_law(case, answer[0]), len(answer[1])))
+    book, reasons = min(answers, key=lambda each: (bool(each[1]), not is_of_its_law(case, each[0]), len(each[1])))
+    return book, reasons, [atlas for atlas, why in answers if atlas is not book and not why]
 
 
 def _doubts(case: SceneCase) -> Iterator[str]:
@@ -171,7 +171,7 @@ def _case_of(atlas: Atlas, case: AnyCase | None, **given: Any) -> SceneCase:
     ends = {"ends": "developed", "length": "auto"}
     more = {"d": dict(zip(("start", "stop"), atlas.box["d"], strict=True), num=POINTS)}
     if case is None:
-        found = units(kind="curve", **{**ends, **given, **more}).case
+        found = case_of_experiment(kind="curve", **{**ends, **given, **more}).case
     else:
         loaded = _loaded(case, **given)
         if loaded.n != 2:

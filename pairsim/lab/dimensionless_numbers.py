@@ -9,31 +9,27 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pairsim.cases.case import SceneCase
-from pairsim.cases.keys import keys_of
-from pairsim.cases.physical import BLOCK, DENSITY, QUANTITIES, Physical
+from pairsim.cases.physical import BLOCK, DENSITY, QUANTITIES
 from pairsim.cases.quantity_text import si
 from pairsim.cases.run_case import Case
 from pairsim.cases.values import is_name
 from pairsim.cases.yaml_file import Content, yaml_text
 from pairsim.computing.warnings import beyond_checked
-from pairsim.lab.cytometer.suspending_media import extrapolated, methyl_cellulose
-from pairsim.lab.driving_pressure import velocity_for
+from pairsim.lab.case_of_experiment import WATER, case_of_experiment
+from pairsim.lab.cytometer.suspending_media import extrapolated
 from pairsim.lab.focusing_at_once import first_order_focusing
-from pairsim.lab.load import load
 from pairsim.physics.homogeneous import falling_stress
-from pairsim.physics.liquids import LAWS, Liquid
+from pairsim.physics.liquids import Liquid
 from pairsim.physics.pipe import Pipe
 from pairsim.quantities.kinds import LENGTH, TIME
 from pairsim.quantities.scales import Scales
 from pairsim.quantities.text import in_unit
-from pairsim.questions.registry import QUESTIONS
 from pairsim.record.folder import plain
-from pairsim.runtime.errors import InputError, NoSteadyState
+from pairsim.runtime.errors import NoSteadyState
 
 if TYPE_CHECKING:
     from pairsim.lab.rheometer.rheology_of_case import Listener, MeasuredLiquid
 
-WATER = "1000 kg/m^3"
 SMALL_RE = 1.0
 SMALL_PART = 0.1  # inertia is negligible below this fraction of the larger of Ca_e and De
 RIGID = "rigid particles in a liquid without a memory keep their distance: only inertia, neglected here, changes it"
@@ -132,73 +128,27 @@ def units(
         >>> beads = pairsim.units(tube="50um", particle="20um", flow_rate="1ul/min", viscosity="1Pa.s", modulus="5kPa")
         >>> pairsim.run(beads.case)
     """
-    quantities = {
-        **(given.pop(BLOCK, None) or {}),
-        **{key: given.pop(key) for key in Physical.model_fields if key in given},
-    }
-    fit = None
-    if carrier is not None:
-        if "liquid" in given:
-            raise InputError("pairsim units", "--liquid", given["liquid"], "must be left out with --carrier")
-        given["liquid"], quantities["consistency"] = _liquid_of(carrier, celsius)
-    if rheology is not None or spectrum is not None:
-        from pairsim.lab.rheometer.rheology_of_case import fit_liquid
-
-        fit = fit_liquid(rheology, spectrum, given.get("liquid"), section, quantities, listener)
-        given["liquid"] = fit.block
-        quantities |= fit.quantities
-    if isinstance(sizes := quantities.get("particle"), list):
-        given.setdefault("particles", len(sizes))
-    if not quantities.keys() & {"modulus", "young"}:
-        given.setdefault("Ca_e", 0)
-    if not quantities.keys() & {"distance", "spacing"} and kind in QUESTIONS:
-        model: type[SceneCase] = QUESTIONS[kind].model
-        given = {name: key.usual for name, key in keys_of(model).items() if key.usual is not None} | given
-
-    def case_with(**more: str) -> SceneCase:
-        try:
-            return load({**given, BLOCK: {"density": WATER, **quantities, **more}}, kind=kind)
-        except InputError as error:
-            of_fit = {f"{BLOCK}.{key}" for key in fit.fitted} if fit else ()
-            for each in error.mistakes:
-                if each.key in of_fit:
-                    each.allowed += "; it is that of the fit, and no case is made of this liquid here"
-            raise
-
-    if pressure is not None or over is not None:
-        pressure, over = _checked_pressure(pressure, over, quantities)
-        quantities["velocity"] = velocity_for(pressure, over, lambda velocity: case_with(velocity=velocity))
-    case = case_with()
+    found = case_of_experiment(
+        kind=kind,
+        pressure=pressure,
+        over=over,
+        rheology=rheology,
+        spectrum=spectrum,
+        section=section,
+        listener=listener,
+        carrier=carrier,
+        celsius=celsius,
+        **given,
+    )
+    case, quantities, keys, fit = found
     scales = case.scales
     assert scales is not None
     Re = scales.reynolds(si(quantities.get(DENSITY.key, WATER), DENSITY))
-    numbers, notes = _numbers(case, Re), [*_notes(case, {**given, **quantities}, Re)]
+    numbers, notes = _numbers(case, Re), [*_notes(case, {**keys, **quantities}, Re)]
     rows, warnings = _of_flow(case.liquid_model, scales, fit, None if carrier is None else celsius)
-    written = {BLOCK: quantities, **given}
+    written = {BLOCK: quantities, **keys}
     notes += [*warnings, *(f"note: {note}" for note in case.notes)]
     return Units(case, written, [*numbers], [*_scales(scales), *rows], notes, fit)
-
-
-def _liquid_of(carrier: str, celsius: float) -> tuple[Mapping[str, str | float], str]:
-    """The law of a carrier, as the value of `liquid` in a case, and its consistency."""
-    K, n = methyl_cellulose(carrier, celsius)
-    power_law = next(name for name, law in LAWS.items() if law.parameters().keys() == {"n"})
-    return {"law": power_law, "n": round(n, 6)}, f"{K:.6g}Pa.s^{n:.6f}"
-
-
-def _checked_pressure(pressure: str | None, over: str | None, quantities: Mapping[str, object]) -> tuple[str, str]:
-    """A pressure drop and the length of tube over which it falls, which take the place of the flow.
-
-    Raises:
-        InputError: One of them is missing, or the flow is given, too.
-    """
-    if pressure is None or over is None:
-        missing, other = ("--over", "--pressure") if over is None else ("--pressure", "--over")
-        allowed = f"must be given with {other}, such as --pressure 20kPa --over 5cm"
-        raise InputError("pairsim units", missing, None, allowed)
-    for key in quantities.keys() & {"flow_rate", "velocity"}:
-        raise InputError("pairsim units", f"{BLOCK}.{key}", quantities[key], "must be left out with --pressure")
-    return pressure, over
 
 
 def _numbers(case: SceneCase, Re: float) -> Iterator[Row]:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, overload
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 from pairsim.cases.case import SceneCase
-from pairsim.cases.run_case import Case
 from pairsim.computing.case_files import Files, first_accepted, fitting
 from pairsim.computing.loading import AnyCase, case_from, case_of, content_of, source_of
 from pairsim.questions.registry import QUESTIONS
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.files import FILES
+
+if TYPE_CHECKING:
+    from pairsim.cases.run_case import Case
 
 CASE_FILES = Files(QUESTIONS)
 

@@ -16,7 +16,8 @@ from pairsim.plots.style import COLOURS, GREY, LINES, ORDERED, Look, Page, colou
 from pairsim.runtime.arrays import Array
 
 if TYPE_CHECKING:
-    from pairsim.lab.rheometer.law_fits import Fit, Measured
+    from pairsim.lab.rheometer.law_fits import Fit
+    from pairsim.lab.rheometer.measured import Measured
 
 CURVES = {
     "viscosity": ("shear rate  [1/s]", r"viscosity  [Pa s]", "o"),

@@ -23,6 +23,12 @@ MOST_PANELS = 6
 MOST_LINES = 12  # in one panel, where another key may have panels
 
 
+def check_group(group: str | None, keys: Sequence[str]) -> None:
+    """Refuse a key for the colours, if one is asked for, that is not among those that vary, by an InputError."""
+    if group is not None and group not in keys:
+        raise InputError("--group", "", group, f"must be a parameter that varies: {', '.join(keys) or 'none does'}")
+
+
 @dataclass(frozen=True)
 class Encoding:
     """How the values of parameters are distinguished; a key of "" stands for nothing."""
@@ -42,9 +48,7 @@ class Encoding:
         Raises:
             InputError: `group` does not vary.
         """
-        if group is not None and group not in keys:
-            allowed = f"must be a parameter that varies: {', '.join(keys) or 'none does'}"
-            raise InputError("--group", "", group, allowed)
+        check_group(group, keys)
         values = {key: _values(case.get(key) for case in cases) for key in keys}
         rest = [key for key in keys if len(values[key]) > 1]
         first = group or max(rest, key=lambda key: len(values[key]), default="")

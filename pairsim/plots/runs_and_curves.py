@@ -14,10 +14,10 @@ from pairsim.analysis.master_curve import Curve
 from pairsim.analysis.time_series import Series
 from pairsim.cases.physical import BLOCK
 from pairsim.plots.chart import START_UP, Line, Panel, draw_chart
-from pairsim.plots.encoding import Encoding
+from pairsim.plots.encoding import Encoding, check_group
 from pairsim.plots.labels import case_parts, common_parts, equation, read_case, varying_keys
 from pairsim.plots.lines import lines_of, panels_of, run_lines, told_apart
-from pairsim.plots.parameters import NO_PARAMETERS, Parameters
+from pairsim.plots.parameters import NO_PARAMETERS
 from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
 from pairsim.quantities.kinds import POSITION, TIME
@@ -102,10 +102,13 @@ def overlay(folders: Sequence[Path], out: Path, page: Page, group: str | None = 
         raise InputError("pairsim plot", "", str(folders[0]), "must be named once")
     whole = [read_case(folder / "case.yaml") for folder in folders]
     cases = [case.parameters for case in whole]
-    first = _first(cases, group)
+    differ = [key for key in dict.fromkeys(chain(*cases)) if len({case.get(key) for case in cases}) > 1]
+    gaps = ["gap"] if any(case.particles > 2 for case in whole) else []
+    check_group(group, [*dict.fromkeys([*varying_keys(cases), *differ, *gaps])])
+    first = _first(differ, group)
     keys = varying_keys(cases, first=first)
     told_apart = len({case.at(keys) for case in cases}) == len(cases)
-    if not told_apart or Encoding.of(cases, keys, group).untold:
+    if not told_apart or Encoding.of(cases, keys, group if group in keys else None).untold:
         cases = [case | {FOLDER: str(folder)} for case, folder in zip(cases, folders, strict=True)]
         keys = [*first[:1], FOLDER]
     units = Units.of_all(folders, page.physical)
@@ -119,14 +122,14 @@ def overlay(folders: Sequence[Path], out: Path, page: Page, group: str | None = 
     return draw_overlay(lines, keys, parts, units[0], out, page, f"{kind}s", group)
 
 
-def _first(cases: Sequence[Parameters], group: str | None) -> list[str]:
-    """The keys by which cases are told apart before all others: the one that is asked for, if they differ in it.
+def _first(differ: Sequence[str], group: str | None) -> list[str]:
+    """Of the keys in which cases differ those by which they are told apart before all others: one that is asked for.
 
     After a quantity of an experiment come other ones, before the numbers that follow from them.
     """
-    if group is None or len({case.get(group) for case in cases}) == 1:
+    if group is None or group not in differ:
         return []
-    quantities = [key for key in dict.fromkeys(chain(*cases)) if key.startswith(BLOCK)]
+    quantities = [key for key in differ if key.startswith(BLOCK)]
     return [group, *(quantities if group in quantities else ())]
 
 

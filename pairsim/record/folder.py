@@ -131,7 +131,9 @@ def prepare_folder(folder: Path, overwrite: bool = False, files: Iterable[str] =
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        if not overwrite and any(file.name not in LOCK_FILES for file in folder.iterdir()):
+        if all(file.name in LOCK_FILES for file in folder.iterdir()):
+            return
+        if not overwrite:
             allowed = "must be a new or empty folder, unless --overwrite replaces the results in it"
             if (folder / CHECKPOINT).is_file():
                 allowed += f"; pairsim run --resume {folder} continues its run"

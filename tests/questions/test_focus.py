@@ -243,13 +243,16 @@ class TestFollowed:
     @pytest.mark.slow
     def test_each_flow_rate_has_its_own_units_and_reynolds_number(self, tmp_path: Path) -> None:
         along = {"physical.flow_rate": ["1 ul/min", "2 ul/min"]}
-        case = {"particles": 1, "physical": self.BENCH, "along": along}
+        case = {"particles": 1, "physical": self.BENCH, "along": along, "fields": True}
         found = api.focus(case, folder=tmp_path / "out", mesh={"Np": 8}).check()
         slow, fast = found.table["Re"]
         assert fast == pytest.approx(2 * slow)
         in_seconds, numbers = found.physical["growth"], found.table["growth"]
         assert in_seconds[1] / in_seconds[0] == pytest.approx(2 * numbers[1] / numbers[0])
         assert f"(here {slow:.2g} to {fast:.2g})" in found.answer
+        assert found.fields("2000 nl/min").field_data["t"] == found.fields(2).field_data["t"] == [2]
+        with pytest.raises(api.InputError, match="ul/min"):
+            found.fields("2 um")
 
 
 def test_an_answer_that_ends_early_says_where_it_was_found() -> None:

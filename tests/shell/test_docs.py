@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -12,7 +13,7 @@ import pytest
 import typer
 from support.inputs import ROOT
 
-from pairsim.app.command_line import app
+from pairsim.app.command_line import app, command_of
 from pairsim.cases.example import write_example
 from pairsim.cases.kinds_of_cases import has_example
 from pairsim.computing.case_files import read_case
@@ -84,7 +85,7 @@ def test_every_file_is_described() -> None:
     assert all(f"`{ending}`" in page for ending in others)
 
 
-@pytest.mark.parametrize("name", filter(has_example, QUESTIONS))
+@pytest.mark.parametrize("name", [*filter(has_example, QUESTIONS)])
 def test_columns_of_sweeps_are_described(name: str, tmp_path: Path) -> None:
     question = QUESTIONS[name]
     columns = question.in_sweeps.columns(read_case(question, write_example(name, name, tmp_path)))
@@ -98,6 +99,48 @@ def test_pages_that_files_name_exist() -> None:
     named = {(path, page) for path in files for page in re.findall(r"\bdocs/[\w/.-]+\.(?:md|png)\b", path.read_text())}
     assert named
     assert not [f"{path}: {page}" for path, page in named if not (ROOT / page).exists()]
+
+
+def shell_lines(page: Path) -> list[list[str]]:
+    """The first command of each line of the blocks for a shell, as words."""
+    blocks = re.findall(r"^```sh\n(.*?)^```$", page.read_text(), re.DOTALL | re.MULTILINE)
+    lines = [line for block in blocks for line in block.replace("\\\n", " ").splitlines()]
+    return [shlex.split(re.split(r" (?:\||>|&&) ", line)[0], comments=True) for line in lines]
+
+
+def is_known(words: list[str]) -> bool:
+    """Whether there is such a script, or such a command of pairsim with these options."""
+    program, *rest = words
+    if program.startswith("scripts/") and not (ROOT / program).is_file():
+        return False
+    if program not in ("pairsim", "scripts/pairsim", ".venv/bin/pairsim") or rest[:1] in (
+        [],
+        ["--version"],
+        ["--help"],
+    ):
+        return True
+    if rest[0] not in typer.main.get_command(app).commands:
+        return False
+    known = {"--help", "--laws"}.union(*([*each.opts, *each.secondary_opts] for each in command_of(rest[0]).params))
+    return {word.partition("=")[0] for word in rest[1:] if re.match(r"--?[a-zA-Z]", word)} <= known
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_commands_and_options_of_the_pages_exist(page: Path) -> None:
+    assert [" ".join(words) for words in shell_lines(page) if words and not is_known(words)] == []
+
+
+def links(page: Path) -> set[Path]:
+    """The pages of the project that a page links to."""
+    named = re.findall(r"\]\(([^)#\s]+\.md)(?:#[^)]*)?\)", page.read_text())
+    return {(page.parent / each).resolve() for each in named if "://" not in each}
+
+
+@pytest.mark.parametrize("start", ["README.md", "docs/index.md"])
+def test_every_page_is_found_in_two_clicks(start: str) -> None:
+    first = links(ROOT / start)
+    found = {ROOT / start} | first | {page for each in first for page in links(each)}
+    assert [str(page.relative_to(ROOT)) for page in sorted(ROOT.glob("docs/**/*.md")) if page not in found] == []
 
 
 @pytest.fixture(scope="module")

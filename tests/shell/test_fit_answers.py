@@ -10,7 +10,8 @@ import pytest
 from support.commands import Pairsim
 
 import pairsim
-from pairsim.lab.rheometer.law_fits import Measured, fits
+from pairsim.lab.rheometer.law_fits import fits
+from pairsim.lab.rheometer.measured import Measured
 from pairsim.lab.rheometer.rheology_of_case import Listener, fit_liquid, sentences
 from pairsim.physics.homogeneous import ShearMemory, moduli, shear, steady_shear, stress_after
 from pairsim.physics.liquids import LAWS, ConformationLaw, Liquid, Newtonian, single

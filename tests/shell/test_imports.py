@@ -27,6 +27,7 @@ BY_NAME = {
 AT_ONCE = {
     "pairsim/__init__.py": "the package alone loads nothing",
     "pairsim/__main__.py": "Ctrl-C is answered first",
+    "pairsim/app/command_line.py": "a command is loaded when it is called",
     "pairsim/computing/off_axis/beside.py": "the solver of disturbances is loaded where a case asks for rates",
 }
 """Files whose functions import what loads no large library, and why."""

@@ -11,7 +11,8 @@ import pytest
 from pairsim.cases.identity import alike
 from pairsim.cases.inputs import drawn, inputs_of
 from pairsim.cases.laws import Laws
-from pairsim.cases.physical import QUANTITIES, Physical
+from pairsim.cases.physical import QUANTITIES
+from pairsim.cases.physical_keys import Physical
 from pairsim.cases.quantity_text import si
 from pairsim.cases.run_case import Case
 from pairsim.computing.case_files import parse_case

@@ -5,19 +5,14 @@ from __future__ import annotations
 import ast
 import re
 import sys
-import tomllib
 from collections.abc import Iterator
-from contextlib import suppress
-from functools import cache
-from importlib.metadata import PackageNotFoundError, packages_distributions, requires
 from pathlib import Path
 
 import pytest
-from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
+from support.declared import PROJECT, distributions, known
 from support.inputs import ROOT
 
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 FOLDER = ROOT / "scripts"
 SCRIPTS = sorted(path for path in FOLDER.rglob("*.py") if not path.stem.startswith("pyoomph"))
 """All modules but those that are run in the environment of another code."""
@@ -26,31 +21,6 @@ COMMANDS = {"validation_book": "validation", "studies": "study", "docs_math": "d
 OWN = {PROJECT["name"], *(path.name.removesuffix(".py") for path in FOLDER.iterdir()), "pyoomph_pair"}
 """Modules of the project."""
 OF_USERS = ("fenicsx", "cytometry", "netcdf")  # extras of users; the package imports the last two when they are needed
-
-
-@cache
-def distributions(extras: tuple[str, ...]) -> set[str]:
-    """The names of what pairsim depends on with some extras, and of what these need in turn."""
-    project: dict[str, list[str]] = PROJECT["optional-dependencies"]
-    wanted = [Requirement(each) for each in PROJECT["dependencies"]]
-    wanted += [Requirement(each) for extra in extras for each in project[extra]]
-    found: set[str] = set()
-    while wanted:
-        one = wanted.pop()
-        if one.name == PROJECT["name"]:
-            wanted += [Requirement(each) for extra in one.extras for each in project[extra]]
-        elif (name := canonicalize_name(one.name)) not in found:
-            found.add(name)
-            with suppress(PackageNotFoundError):  # what only scripts/mutation installs
-                needed = map(Requirement, requires(name) or ())
-                wanted += [each for each in needed if each.marker is None or each.marker.evaluate({"extra": ""})]
-    return found
-
-
-@cache
-def known() -> dict[str, set[str]]:
-    """The names of the distributions that bring each installed module."""
-    return {module: set(map(canonicalize_name, names)) for module, names in packages_distributions().items()}
 
 
 def imported(path: Path) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""Tutorials and pages about films and Python, executed: files are written, commands and programs run in a new folder.
+"""README, tutorials, and pages about films and Python, executed: files are written, commands run in a new folder.
 
 A block of `text` is what the commands before it print: each of its lines must follow, in this order, numbers to 2 %;
 `...` stands for anything. Commands of pairsim are run in this process, but for those that bring laws, which would stay.
@@ -23,7 +23,7 @@ import pytest
 from support.commands import Done, in_process
 from support.inputs import ROOT
 
-TUTORIALS = [*sorted((ROOT / "docs" / "tutorials").glob("*.md"))]
+TUTORIALS = [ROOT / "README.md", *sorted((ROOT / "docs" / "tutorials").glob("*.md"))]
 TUTORIALS += [ROOT / "docs" / "how-to" / name for name in ("films.md", "python.md")]
 BLOCK = re.compile(
     r"(?:<!-- (?P<note>[^>]*) -->\n\n)?^```(?P<language>\w+)(?: title=\"(?P<title>[^\"]+)\")?\n(?P<text>.*?)^```$",

@@ -12,8 +12,9 @@ import pytest
 import yaml
 
 from pairsim.cases.keys import groups_of
+from pairsim.cases.placed_keys import Place, place_of
 from pairsim.cases.run_case import Case
-from pairsim.cases.yaml_file import Place, apply_settings, place_of, read_yaml, yaml_text
+from pairsim.cases.yaml_file import apply_settings, read_yaml, yaml_text
 from pairsim.record.folder import plain
 from pairsim.runtime.errors import InputError
 

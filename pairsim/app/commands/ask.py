@@ -18,7 +18,6 @@ import pairsim
 from pairsim.app.commands.travel import travels
 from pairsim.app.options import Settings
 from pairsim.app.quantity_options import Text, of_option, quantity
-from pairsim.cases.keys import groups_of
 from pairsim.cases.physical import QUANTITIES
 from pairsim.cases.yaml_file import apply_settings
 from pairsim.quantities.kinds import LENGTH, VELOCITY
@@ -63,6 +62,7 @@ def ask(
     set_: Settings = None,
 ) -> None:
     options = locals()
+    from pairsim.cases.keys import groups_of
 
     names = [name for name in options if name in QUANTITIES or name == "liquid"]
     given = {name: options[name] for name in names if options[name]}

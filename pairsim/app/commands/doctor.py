@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import typer
 
-from pairsim.app.installation import findings
 from pairsim.runtime.errors import EnvironmentFailure, PairsimError
 
 EXAMPLES = "Example: pairsim doctor"
 
 
 def doctor() -> None:
+    from pairsim.app.installation import findings
+
     try:
         for name, found in findings():
             typer.echo(f"{name}: {found}")

@@ -15,12 +15,10 @@ from typing import Annotated
 import typer
 
 from pairsim.app.options import CaseFile, OfQuestion, OverwriteFile, Physical, Settings, check_free
-from pairsim.computing.case_files import Files, commands_for, first_accepted, read_case
 from pairsim.quantities.kinds import LENGTH
 from pairsim.questions.registry import QUESTIONS
 from pairsim.record.folder import write_file
 from pairsim.runtime.errors import InputError
-from pairsim.sweeps.files import FILES
 
 EXAMPLES = "Examples: pairsim mesh case.yaml -o pair.msh | pairsim mesh case.yaml -o train.vtu --kind train"
 
@@ -38,7 +36,9 @@ def mesh(
     overwrite: OverwriteFile = False,
     set_: Settings = None,
 ) -> None:
+    from pairsim.computing.case_files import Files, commands_for, first_accepted, read_case
     from pairsim.record.mesh_files import FORMATS
+    from pairsim.sweeps.files import FILES
 
     if output.suffix not in FORMATS:
         raise InputError("pairsim mesh", "-o", str(output), f"must end in {' or '.join(FORMATS)}")

@@ -5,11 +5,8 @@ from __future__ import annotations
 from typing import Annotated
 
 import typer
-from rich.table import Table
 
 from pairsim.app.options import OfFiles, print_table
-from pairsim.computing.schema import json_schema, schema_rows
-from pairsim.sweeps.files import FILES
 
 EXAMPLES = "Examples: pairsim schema curve | pairsim schema run --json > run.schema.json"
 
@@ -20,6 +17,11 @@ def schema(
         bool, typer.Option("--json", help="Print a JSON Schema, with which editors check files.")
     ] = False,
 ) -> None:
+    from rich.table import Table
+
+    from pairsim.computing.schema import json_schema, schema_rows
+    from pairsim.sweeps.files import FILES
+
     if as_json:
         typer.echo(json_schema(command, FILES[command]))
         return

@@ -13,14 +13,15 @@ import pairsim
 from pairsim.app.options import Folder, print_table
 from pairsim.record.folder import kind_of
 from pairsim.runtime.locks import is_locked
-from pairsim.sweeps.folder import read_sweep
-from pairsim.sweeps.progress import status_view
 
 EXAMPLES = "Examples: pairsim status runs/sweep | pairsim status runs/quickstart"
 
 
 def status(directory: Folder) -> None:
     if kind_of(directory) in ("sweep", "study"):
+        from pairsim.sweeps.folder import read_sweep
+        from pairsim.sweeps.progress import status_view
+
         print_table(status_view(read_sweep(directory, values=False), is_locked(directory)))
     else:
         result = pairsim.open(directory)

@@ -20,8 +20,6 @@ from pairsim.app.exit_codes import end
 from pairsim.app.options import CaseTimeout, OutputOfMany, Quiet, Settings, Workers, print_table
 from pairsim.runtime.launcher import rank
 from pairsim.runtime.signals import Signals
-from pairsim.sweeps.grid import read_grid
-from pairsim.sweeps.progress import dry_run_view
 
 if TYPE_CHECKING:
     from pairsim.app.sweep_results import SweepResult
@@ -45,6 +43,9 @@ def sweep(
 ) -> None:
     settings = set_ or ()
     if dry_run:
+        from pairsim.sweeps.grid import read_grid
+        from pairsim.sweeps.progress import dry_run_view
+
         if rank() == 0:
             print_table(dry_run_view(read_grid(grid, settings)))
         return

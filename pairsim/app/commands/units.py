@@ -18,7 +18,6 @@ import typer
 import pairsim
 from pairsim.app.options import OfQuestion, Settings, check_free
 from pairsim.app.quantity_options import Text, of_experiment, of_laws, of_option, pure_numbers
-from pairsim.cases.keys import groups_of
 from pairsim.cases.physical import QUANTITIES
 from pairsim.cases.yaml_file import apply_settings
 from pairsim.physics import liquids, solids
@@ -73,6 +72,8 @@ def units(
     set_: Settings = None,
     **declared: Any,
 ) -> None:
+    from pairsim.cases.keys import groups_of
+
     picture = output.with_name(f"{output.stem}-fit.png") if output and (rheology or spectrum) else None
     for path in (output, picture):
         check_free(path, overwrite)

@@ -19,7 +19,7 @@ import pandas as pd
 from pairsim.cases.quantity_text import unit_in
 from pairsim.lab.films.headings import CENTRES, FRAME, HEADINGS, PARTICLE, SURFACES, TIME, Heading, X, Y
 from pairsim.lab.rheometer.export_files import text_of
-from pairsim.lab.rheometer.export_tables import ONE_SPACE, SEPARATORS, cells_of
+from pairsim.lab.rheometer.export_tables import ONE_SPACE, SEPARATORS, cells_of, table_of
 from pairsim.lab.rheometer.number_formats import NUMBER, marks_of
 from pairsim.runtime.errors import InputError
 
@@ -105,7 +105,7 @@ def read_film_table(path: Path) -> FilmTable:
         raise InputError(str(path), "", None, str(error)) from None
     if not places.keys() & {X, SURFACES, CENTRES} and not particles:
         raise _unnamed(path, heading)
-    table = pd.DataFrame.from_dict({start + 1: heading} | rows, orient="index").fillna("").drop(index=start + 1)
+    table = table_of({start + 1: heading} | rows).drop(index=start + 1)
     measured = table[used].apply(lambda cells: cells.str.fullmatch(NUMBER)).any(axis=1)
     if not measured.any():
         raise InputError(str(path), heading[used[0]], None, "must have numbers below it")

@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise, product
+from itertools import pairwise, product, zip_longest
 from typing import NamedTuple
 
 import numpy as np
@@ -112,6 +112,12 @@ def cells_of(line: str, separator: str) -> list[str]:
     return [cell.replace("_", " ").replace('"', "''").strip() for cell in cells]
 
 
+def table_of(rows: Mapping[int, Sequence[str]]) -> pd.DataFrame:
+    """Rows as a table, by the numbers of their lines; cells that a shorter row lacks are empty."""
+    columns = zip_longest(*rows.values(), fillvalue="")
+    return pd.DataFrame(dict(enumerate(columns)), index=list(rows), dtype=str)
+
+
 def heading_of(option: str, line: str) -> tuple[str, list[str], Places] | None:
     """The separator of a line of headings, its cells, and the columns of an option; None if it is none."""
     separators = SEPARATORS[:-1] if re.search(r"[\t;,]", line) else SEPARATORS
@@ -174,7 +180,7 @@ def _of_table(
         rows = {line: ["", *row] if row[0][:1].isdigit() else row for line, row in rows.items()}
     rows = {line: _split_again(lines[line - 1], row, len(heading)) for line, row in rows.items()}
     rows, aside = _without_others(rows, max(len(raw), len(heading)), len(heading))
-    cells = pd.DataFrame.from_dict({start + 1: heading} | rows, orient="index").fillna("").drop(index=start + 1)
+    cells = table_of({start + 1: heading} | rows).drop(index=start + 1)
     marks, doubt = marks_of([cell for row in rows.values() for cell in row], separator)
     plain = {i: cells[i].str.fullmatch(rf"{NUMBER}|{marks.thousands}") for i, _ in read.values()}
     text = pd.Series([_is_text(row) for row in rows.values()], cells.index, dtype=bool)

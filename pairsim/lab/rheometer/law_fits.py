@@ -8,15 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from scipy.optimize import least_squares
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
-from pairsim.physics.homogeneous import ShearMemory, moduli, steady_shear
+from pairsim.lab.rheometer.measured import Measured, of_liquid, scatter
+from pairsim.physics.homogeneous import ShearMemory
 from pairsim.physics.liquids import LAWS, ConformationLaw, Liquid, Newtonian, ViscousLaw
 from pairsim.physics.liquids.viscous import ZERO_SHEAR
 from pairsim.physics.material import Material
@@ -36,46 +37,6 @@ SMALLEST = 1e-12  # bound of viscosities of solvents and modes over those of oth
 FURTHER_MODE = 0.1  # time and weight of one more mode over those of the last one, as a first guess; chosen
 AT_BOUND = 0.01  # of a logarithm; chosen
 EVIDENCE, STRONG = 2.0, 10.0  # of the Bayesian information criterion: positive and very strong (Kass and Raftery 1995)
-LEAST_SCATTER = 0.005  # of the logarithms: what no rheometer does better than; chosen
-SPARSE, OF_SPARSE = 12, 0.05  # points of a curve below which its scatter is at most this, and curvature above; chosen
-
-
-@dataclass(frozen=True)
-class Measured:
-    """What was measured.
-
-    Attributes:
-        rate: Shear rates of the flow curve [1/s], (n,).
-        viscosity: Viscosities there [Pa s], (n,).
-        N1: First normal stress differences there [Pa], (n,), NaN where not measured; empty if none was.
-        frequency: Angular frequencies of the moduli [rad/s], (m,).
-        storage: Storage moduli G' there [Pa], (m,).
-        loss: Loss moduli G'' there [Pa], (m,).
-    """
-
-    rate: Array = field(default_factory=lambda: np.empty(0))
-    viscosity: Array = field(default_factory=lambda: np.empty(0))
-    N1: Array = field(default_factory=lambda: np.empty(0))
-    frequency: Array = field(default_factory=lambda: np.empty(0))
-    storage: Array = field(default_factory=lambda: np.empty(0))
-    loss: Array = field(default_factory=lambda: np.empty(0))
-
-    @property
-    def curves(self) -> list[tuple[str, Array, Array]]:
-        """Each quantity with its shear rates or frequencies."""
-        all_ = [("viscosity", self.rate, self.viscosity), ("N1", self.rate[: len(self.N1)], self.N1)]
-        all_ += [("storage", self.frequency, self.storage), ("loss", self.frequency, self.loss)]
-        return [(name, x[y > 0], y[y > 0]) for name, x, y in all_ if (y > 0).any()]
-
-    @property
-    def count(self) -> int:
-        """The number of all values."""
-        return sum(len(x) for _, x, _ in self.curves)
-
-    @property
-    def kinds(self) -> set[str]:
-        """Which quantities were measured."""
-        return {name for name, _, _ in self.curves}
 
 
 @dataclass(frozen=True)
@@ -95,26 +56,6 @@ class Number:
     @property
     def given(self) -> bool:
         return self.least == self.most
-
-
-def _quantity(liquid: Liquid, eta_0: float, quantity: str, x: Array, memory: ShearMemory | None = None) -> Array:
-    both = moduli(liquid, x) if quantity in ("storage", "loss") else steady_shear(liquid, x, memory)
-    return eta_0 * both[quantity in ("N1", "loss")]
-
-
-def scatter(data: Measured) -> float:
-    """What neighbouring points of the curves differ by beside their curvature, root mean square of the logarithms.
-
-    The least of what differences of second, third and fourth order say: curvature between points that are far apart
-    counts less in the higher ones.
-    """
-    found = []
-    for order, squares in ((2, 6), (3, 20), (4, 70)):
-        each = [np.diff(np.log(y), order) ** 2 / squares for _, _, y in data.curves if len(y) > order + 1]
-        if each:
-            found.append(float(np.sqrt(np.median(np.concatenate(each)) / 0.455)))
-    most = np.inf if max(len(y) for _, _, y in data.curves) >= SPARSE else OF_SPARSE
-    return float(np.clip(min(found, default=0.0), LEAST_SCATTER, most))
 
 
 def fits(data: Measured, laws: Sequence[str] | None = None, given: Mapping[str, float] | None = None) -> list[Fit]:
@@ -251,7 +192,8 @@ class Fit:
         given: Mapping[str, float],
         before: Fit | None = None,
     ) -> None:
-        self.law, self._modes, self._curves = law, modes, data.curves
+        self.law, self._modes, curves = law, modes, data.curves
+        self._at, self._measured = {name: x for name, x, _ in curves}, np.concatenate([y for _, _, y in curves])
         self._given, unknowns = _given_and_unknown(law, modes, data, given)
         count = data.count
         self._names, table = [*unknowns], np.array([*unknowns.values()]).T
@@ -263,7 +205,7 @@ class Fit:
                 known = before.with_a_mode()
                 found = np.array([known[name] for name in self._names])
                 starts.append(np.where(self._logarithmic, np.log(found), found))
-        self._memory = {name: ShearMemory() for name, _, _ in self._curves}
+        self._memory = ShearMemory()
         self._best = self._solved_from(starts)
         if "xi" in self._names:
             self._widen(self._names.index("xi"), starts, count)
@@ -312,7 +254,7 @@ class Fit:
 
     def of(self, quantity: str, x: Array) -> Array:
         """A quantity of `Measured` as the liquid has it [SI], at shear rates or frequencies."""
-        return _quantity(self.liquid, self.eta_0, quantity, x)
+        return of_liquid(self.liquid, self.eta_0, {quantity: x})[quantity]
 
     def _numbers(self, x: Array) -> dict[str, float]:
         """All numbers, from those that are fitted or their logarithms."""
@@ -328,11 +270,9 @@ class Fit:
         known = self._numbers(x)
         liquid = _liquid(self.law, self._modes, known)
         with np.errstate(all="ignore"):
-            parts = [
-                np.log(_quantity(liquid, known["eta_0"], name, x, self._memory[name]) / y)
-                for name, x, y in self._curves
-            ]
-        return np.nan_to_num(np.concatenate(parts), nan=20.0, posinf=20.0, neginf=-20.0).clip(-20, 20)
+            parts = of_liquid(liquid, known["eta_0"], self._at, self._memory)
+            found = np.log(np.concatenate([*parts.values()]) / self._measured)
+        return np.nan_to_num(found, nan=20.0, posinf=20.0, neginf=-20.0).clip(-20, 20)
 
     def _solved_from(self, starts: Sequence[Array]) -> Any:
         """The least squares of those from several first guesses."""
@@ -355,7 +295,7 @@ class Fit:
         """A number with its interval: the values at which it can be held, with the others fitted anew."""
         best = self._best
         count, fitted = best.jac.shape
-        quantile = student.ppf((1 + CONFIDENCE) / 2, count - fitted)
+        quantile = stdtrit(count - fitted, (1 + CONFIDENCE) / 2)  # of Student's distribution
         most = quantile**2 * max(best.cost, count * 1e-12) / (count - fitted)  # what the cost may rise by
         covariance = np.linalg.inv(best.jac.T @ best.jac + SINGULAR * np.eye(fitted))
         half = float(np.sqrt(2 * most * covariance[i, i]))

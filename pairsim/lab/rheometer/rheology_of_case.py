@@ -14,7 +14,6 @@ from pairsim.cases.quantity_text import si, suited
 from pairsim.lab.rheometer.export_files import read_columns
 from pairsim.lab.rheometer.law_fits import (
     Fit,
-    Measured,
     Number,
     as_good,
     described,
@@ -22,9 +21,9 @@ from pairsim.lab.rheometer.law_fits import (
     each_fit,
     fits,
     ranked,
-    scatter,
     tried,
 )
+from pairsim.lab.rheometer.measured import Measured, scatter
 from pairsim.physics.liquids import LAWS
 from pairsim.physics.liquids.viscous import ViscousLaw
 from pairsim.physics.material import Material

@@ -268,6 +268,10 @@ class FocusResult(Result):
         """What rates were followed over, if its values have no column of their own as Ca_e and De have."""
         return cast("FocusCase", self.case).followed if self.columns.has(FOLLOWED) else None
 
+    def _place_of(self, text: str) -> float:
+        followed = cast("FocusCase", self.case).followed
+        return super()._place_of(text) if followed is None else followed.value_of(text)
+
     def scales_of_rows(self, table: Table, scales: Scales) -> list[Scales]:
         if not table.has(FOLLOWED) or (followed := self.followed) is None:
             return super().scales_of_rows(table, scales)

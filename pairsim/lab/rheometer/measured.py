@@ -1,0 +1,95 @@
+"""What a rheometer measured: flow curves, normal stresses and moduli of small oscillations; and the same of a liquid.
+
+Quantities are in SI units: a liquid is evaluated with U_av/D_c = 1/s, so that De is its relaxation time in s, and eta_0
+times what it says is its stress in Pa.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pairsim.physics.homogeneous import ShearMemory, moduli, steady_shear
+from pairsim.physics.liquids import Liquid
+from pairsim.runtime.arrays import Array
+
+FLOW, OSCILLATION = ("viscosity", "N1"), ("storage", "loss")
+"""The quantities of steady shear and of small oscillations, which are computed together."""
+LEAST_SCATTER = 0.005  # of the logarithms: what no rheometer does better than; chosen
+SPARSE, OF_SPARSE = 12, 0.05  # points of a curve below which its scatter is at most this, and curvature above; chosen
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What was measured.
+
+    Attributes:
+        rate: Shear rates of the flow curve [1/s], (n,).
+        viscosity: Viscosities there [Pa s], (n,).
+        N1: First normal stress differences there [Pa], (n,), NaN where not measured; empty if none was.
+        frequency: Angular frequencies of the moduli [rad/s], (m,).
+        storage: Storage moduli G' there [Pa], (m,).
+        loss: Loss moduli G'' there [Pa], (m,).
+    """
+
+    rate: Array = field(default_factory=lambda: np.empty(0))
+    viscosity: Array = field(default_factory=lambda: np.empty(0))
+    N1: Array = field(default_factory=lambda: np.empty(0))
+    frequency: Array = field(default_factory=lambda: np.empty(0))
+    storage: Array = field(default_factory=lambda: np.empty(0))
+    loss: Array = field(default_factory=lambda: np.empty(0))
+
+    @property
+    def curves(self) -> list[tuple[str, Array, Array]]:
+        """Each quantity with its shear rates or frequencies."""
+        all_ = [("viscosity", self.rate, self.viscosity), ("N1", self.rate[: len(self.N1)], self.N1)]
+        all_ += [("storage", self.frequency, self.storage), ("loss", self.frequency, self.loss)]
+        return [(name, x[y > 0], y[y > 0]) for name, x, y in all_ if (y > 0).any()]
+
+    @property
+    def count(self) -> int:
+        """The number of all values."""
+        return sum(len(x) for _, x, _ in self.curves)
+
+    @property
+    def kinds(self) -> set[str]:
+        """Which quantities were measured."""
+        return {name for name, _, _ in self.curves}
+
+
+def of_liquid(liquid: Liquid, eta_0: float, x: dict[str, Array], memory: ShearMemory | None = None) -> dict[str, Array]:
+    """Quantities of `Measured` as a liquid has them [SI], at shear rates or frequencies of each, by name.
+
+    Those that are computed together are so at the rates of all of them.
+
+    Args:
+        liquid: The liquid, see above.
+        eta_0: Its unit of viscosity [Pa s].
+        x: Shear rates [1/s] or frequencies [rad/s] by the name of the quantity.
+        memory: What remembers the steady shear of a similar liquid at the same rates.
+    """
+    found = dict[str, Array]()
+    for names in (FLOW, OSCILLATION):
+        if own := [x[name] for name in names if name in x]:
+            every = np.unique(np.concatenate(own))
+            both = moduli(liquid, every) if names is OSCILLATION else steady_shear(liquid, every, memory)
+            for name, values in zip(names, both, strict=True):
+                if name in x:
+                    found[name] = eta_0 * values[np.searchsorted(every, x[name])]
+    return {name: found[name] for name in x}
+
+
+def scatter(data: Measured) -> float:
+    """What neighbouring points of the curves differ by beside their curvature, root mean square of the logarithms.
+
+    The least of what differences of second, third and fourth order say: curvature between points that are far apart
+    counts less in the higher ones.
+    """
+    found = []
+    for order, squares in ((2, 6), (3, 20), (4, 70)):
+        each = [np.diff(np.log(y), order) ** 2 / squares for _, _, y in data.curves if len(y) > order + 1]
+        if each:
+            found.append(float(np.sqrt(np.median(np.concatenate(each)) / 0.455)))
+    most = np.inf if max(len(y) for _, _, y in data.curves) >= SPARSE else OF_SPARSE
+    return float(np.clip(min(found, default=0.0), LEAST_SCATTER, most))
