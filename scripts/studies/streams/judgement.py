@@ -52,7 +52,7 @@ def _size_against_stiffness(results: pd.DataFrame) -> Judged:
     spread = _values(outlet(results, "order"), SPREAD)
     pairs = [(f"{size} % of size", f"{stiff} % of stiffness") for size, stiff in ((2, 2), (5, 5), (2, 20))]
     found = [rising([spread[stiff], spread[size]]) for size, stiff in pairs if {size, stiff} <= spread.keys()]
-    numbers = ", ".join(f"{name} {100 * each:.3g} ± {100 * error:.1g}" for name, (each, error) in spread.items())
+    numbers = ", ".join(f"{name} {100 * each:.3g} ± {100 * error:.2g}" for name, (each, error) in spread.items())
     margins = tuple(margin for each in found for margin in each.margins)
     return Judged(margins, f"standard deviation of the distances in % of their mean: {numbers}") if found else NONE
 
@@ -90,7 +90,7 @@ def _drops(results: pd.DataFrame, factor: float) -> Judged:
 
 
 def _percent(number: Value) -> str:
-    return f"{100 * number[0]:.3g} ± {100 * number[1]:.1g}"
+    return f"{100 * number[0]:.3g} ± {100 * number[1]:.2g}"
 
 
 def shown(results: pd.DataFrame, shows: str) -> pd.DataFrame:
