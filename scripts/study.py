@@ -42,9 +42,9 @@ STOPPED = 130
 
 def left(study: Study, parts: Sequence[Part], results: Results, *, keep: bool = False) -> list[Part]:
     """The parts without results, and those with stale ones unless these are kept; prints how many, and why."""
-    code, found, why = code_of(study.uses), list[Part](), Counter[str]()
+    found, why = list[Part](), Counter[str]()
     for part in parts:
-        before = results.code(part)
+        before, code = results.code(part), code_of(part.uses or study.uses)
         if before is not None and before != code:
             why.update(reasons(before, code))
         if before is None or (before != code and not keep):
@@ -67,7 +67,6 @@ def compute(study: Study, todo: Sequence[Part], results: Results, workers: int =
     Raises:
         KeyboardInterrupt: It was stopped; what is done is stored.
     """
-    code = code_of(study.uses)
     work = results.path.parent / "work"
     work.mkdir(parents=True, exist_ok=True)
     (work / STOP).unlink(missing_ok=True)
@@ -78,7 +77,7 @@ def compute(study: Study, todo: Sequence[Part], results: Results, workers: int =
             for count, future in enumerate(as_completed(running), 1):
                 part = running[future]
                 try:
-                    results.add(part, code, future.result())
+                    results.add(part, code_of(part.uses or study.uses), future.result())
                 except Unavailable as lacking:
                     print(f"[{count}/{len(todo)}] {part.name} is left out: {lacking}", flush=True)
                     continue

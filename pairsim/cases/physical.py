@@ -156,13 +156,20 @@ QUANTITIES = KEYS | DEVIATIONS
 def with_deviations(given: Mapping[str, Plain]) -> dict[str, Plain]:
     """The quantities of a block with the standard deviations of those that differ among particles apart.
 
-    `{"particle": {"mean": "24 um", "each": "0.5 um"}}` becomes `{"particle": "24 um", "particle.each": "0.5 um"}`.
+    `{"particle": {"mean": "24 um", "each": "0.5 um"}}`, or `{"particle": "24 um each 0.5 um"}`, becomes
+    `{"particle": "24 um", "particle.each": "0.5 um"}`.
     """
     found = dict[str, Plain]()
     for key, value in given.items():
-        of = KEYS.get(key)
-        if of is not None and of.each and isinstance(value, Mapping) and value.keys() == {MEAN, EACH}:
-            found |= {key: value[MEAN], of.deviation.key: value[EACH]}
+        of, both = KEYS.get(key), _in_words(value) if isinstance(value, str) else value
+        if of is not None and of.each and isinstance(both, Mapping) and both.keys() == {MEAN, EACH}:
+            found |= {key: both[MEAN], of.deviation.key: both[EACH]}
         else:
             found[key] = value
     return found
+
+
+def _in_words(text: str) -> Plain:
+    """Mean and standard deviation of a text such as "24 um each 0.5 um"; another text as it is."""
+    mean, word, deviation = text.partition(f" {EACH} ")
+    return {MEAN: mean.strip(), EACH: deviation.strip()} if word else text

@@ -29,6 +29,7 @@ from pairsim.solvers.rows.model import Row, Waves
 
 NUMERICS = "solvers", "fem", "physics"  # packages whose sources the solutions depend on
 ROWS = "rows"  # the package of those which, but for short rows themselves, only use them
+ALWAYS = "gaps", "values", "slopes", "dU_error", "rear"  # what each row has
 POLL = 1.0  # seconds between two looks whether another process has solved the same rows
 
 
@@ -101,9 +102,9 @@ class KeptRows:
 
 
 def _row(known: Mapping[str, Array], name: str) -> Row:
-    values, error = (known[f"{name}_{each}"] for each in ("values", "dU_error"))
-    by_particle = known.get(f"{name}_by_particle")
-    return Row(known[f"{name}_gaps"], values, known[f"{name}_slopes"], float(error), by_particle)
+    gaps, values, slopes, error, rear = (known[f"{name}_{each}"] for each in ALWAYS)
+    by_particle, parts = (known.get(f"{name}_{each}") for each in ("by_particle", "parts"))
+    return Row(gaps, values, slopes, float(error), by_particle, float(rear), parts)
 
 
 def _numerics() -> str:

@@ -42,11 +42,13 @@ class Part:
         name: Its name, which no other part of the study has.
         identity: What is computed, as text: a stored result of another identity is none of this part.
         compute: Computes it in a folder of its own, which it finds empty; returns rows of the results, at least one.
+        uses: Packages and modules whose code its rows depend on; none are those of the study.
     """
 
     name: str
     identity: str
     compute: Callable[[Path], Sequence[Row]]
+    uses: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -56,7 +58,7 @@ class Study:
     Attributes:
         folder: Its folder, with the stored results.
         shows: What it shows, in a sentence.
-        uses: Packages and modules whose code its results depend on.
+        uses: Packages and modules whose code its results depend on, but for parts that say so themselves.
         parts: Its parts in the order in which they are computed; with True those of the quick form.
         statements: What it states, judged by the stored rows, which are those of the parts given.
         blocks: What stands between the marks of its page, likewise.

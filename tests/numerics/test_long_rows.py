@@ -20,16 +20,17 @@ def made_model(rate: float = float(RATES[6])) -> RowModel:
     for count in (2, 3, 4):
         powers = np.array([p for p in product((1, 2), repeat=count - 1) if sum(p) <= max(count, 3)])
         coefficients = random.normal(size=(len(powers), count, 3)) * 0.2 ** (count - 1)
-        coefficients[:, -1, 1] = 0.0  # the length of the last one alone
         rates.append(rate * powers)
         parts.append(coefficients.reshape(-1, 3))
     return RowModel(np.array([1.7, 0.4, 0.0]), rates, np.concatenate(parts), 0.01)
 
 
 def solution_of(true: RowModel, gaps: tuple[float, ...]) -> Row:
-    """A short row, of which the derivatives of what moving adds are not known."""
-    row = true.row(np.array(gaps))
-    return replace(row, slopes=row.slopes[..., :2])
+    """A short row; derivatives of what moving adds are not known, nor those of the front of the last particle."""
+    row, rear = true.row(np.array(gaps)), 0.15
+    slopes = row.slopes[..., :2].copy()
+    slopes[-1, :, 1] = np.nan
+    return replace(row.followed(-rear), slopes=slopes, rear=rear)
 
 
 @pytest.mark.slow
@@ -102,7 +103,7 @@ class Prescribed:
 
     dU: tuple[float, ...] = (-0.1, 0.05, 0.0)
 
-    alone, least = np.array([1.0, 0.4]), 0.01
+    alone, least, film = np.array([1.0, 0.4]), 0.01, 0.07
 
     def row(self, gaps: np.ndarray) -> Row:
         """The first gap closes until the last one is wider than 0.4."""

@@ -11,6 +11,7 @@ from support.result_folders import curve_of, curve_table
 
 import pairsim
 from pairsim.analysis.unequal_pairs import Spread
+from pairsim.cases.identity import alike, identity_of
 from pairsim.computing.problems import steady_problem
 from pairsim.runtime.errors import InputError
 from pairsim.solvers.curves.branch import Branch, Point
@@ -114,6 +115,11 @@ def test_spread_in_units_is_a_part_of_the_mean() -> None:
     assert case.betas == (0.4, 0.4)
     assert case.spread.diameter == pytest.approx(0.5 / 24)
     assert case.spread.modulus == pytest.approx(0.1)
+    in_words = block | {"particle": "24 +- 1 um each 0.5 um", "modulus": "40 Pa each 4 Pa"}
+    other = pairsim.load({"physical": in_words}, kind="curve")
+    assert alike(other) == alike(case)
+    with pytest.raises(InputError, match=r"physical\.particle\.each: got 'half'"):
+        pairsim.load({"physical": block | {"particle": "24 um each half"}}, kind="curve")
     with pytest.raises(InputError, match="this kind of case has no spread"):
         pairsim.load({"physical": block | {"distance": "6 um"}}, kind="run")
     with pytest.raises(InputError, match=r"particles that differ \{mean: 20 um"):
@@ -123,8 +129,6 @@ def test_spread_in_units_is_a_part_of_the_mean() -> None:
 
 
 def test_equal_particles_have_the_case_that_they_had() -> None:
-    from pairsim.cases.identity import identity_of
-
     case = pairsim.load(SOFT | {"d": [0.1]}, kind="curve")
     assert "spread" not in identity_of(case)
     assert "spread" in identity_of(pairsim.load(SOFT | {"d": [0.1], "spread": {"diameter": 0.01}}, kind="curve"))

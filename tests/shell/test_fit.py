@@ -95,6 +95,17 @@ def test_a_modulus_is_found_within_its_interval(atlas: Path, tmp_path: Path) -> 
     assert "bad fit" not in str(exactly)
 
 
+def test_a_spread_of_beads_is_what_is_known_of_the_difference_of_two(atlas: Path, tmp_path: Path) -> None:
+    path = film(tmp_path / "film.csv", 0.0, 0.06, 4e-3)
+    differences = [
+        api.fit(path, case(modulus="5 kPa", **known), atlas=atlas)
+        for known in ({"particle": "20 um each 0.1 um"}, {"particle_difference": "0 +- 1.3859 %"})
+    ]
+    of_spread, of_difference = (found.values["modulus"][:3] for found in differences)
+    assert of_spread == pytest.approx(of_difference, rel=1e-3)
+    assert width(differences[0]) < width(api.fit(path, case(modulus="5 kPa"), atlas=atlas))
+
+
 @pytest.mark.slow
 def test_a_relaxation_time_is_found_beside_it(atlas: Path, tmp_path: Path) -> None:
     path = film(tmp_path / "film.csv", 0.5, 0.06, 4e-3)

@@ -134,6 +134,19 @@ def test_a_part_that_is_another_one_now_is_computed(squares: Squares, run: Run) 
     assert squares.computed[3:] == ["4^2"]
 
 
+def test_a_part_may_depend_on_less_code_than_others(
+    squares: Squares, run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    parts = [*squares.parts(False)[:2], Part("3^2", "3", lambda _: squares.rows(3), ("other",))]
+    squares.study = Study(**vars(squares.study) | {"parts": lambda _: parts})
+    code = {("law",): "law 1234", ("other",): "other 1"}
+    monkeypatch.setattr(runner, "code_of", lambda uses: code[tuple(uses)])
+    run()
+    code["law",] = "law 5678"
+    run()
+    assert sorted(squares.computed) == ["1^2", "1^2", "2^2", "2^2", "3^2"]
+
+
 def test_the_exit_code_says_whether_statements_hold(
     squares: Squares, run: Run, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -15,12 +15,12 @@ from pairsim.analysis.time_series import Series
 from pairsim.atlas.atlas import Atlas
 from pairsim.cases.case import SceneCase
 from pairsim.cases.inputs import inputs_of
-from pairsim.cases.physical import DIFFERENCE, QUANTITIES
-from pairsim.cases.quantity_text import as_given, percentage, si, unit_in
+from pairsim.cases.physical import DIFFERENCE, QUANTITIES, with_deviations
+from pairsim.cases.quantity_text import as_given, measured, percentage, si, unit_in
 from pairsim.computing.loading import AnyCase, content_of
 from pairsim.lab.ask_atlas import asked_of
 from pairsim.lab.films.film import Film, film_of
-from pairsim.lab.films.film_model import FilmModel, Seen, Uncertain
+from pairsim.lab.films.film_model import NORMAL, FilmModel, Seen, Uncertain
 from pairsim.lab.films.fit_search import LEAST, Search
 from pairsim.lab.load import load
 from pairsim.quantities.measurable import Measurable
@@ -346,6 +346,11 @@ def _difference_of(block: Mapping[str, Plain]) -> tuple[dict[str, str | None], t
             mean = (trailing + leading) / 2
             if leading != trailing:
                 return {"particle": f"{mean:.15g} m"}, ((leading - trailing) / mean, 0.0)
+    of, apart = QUANTITIES["particle"], with_deviations(block)
+    if (each := apart.get(of.deviation.key)) is not None:  # two of many beads
+        with suppress(ValueError):
+            deviation = si(each, of) / measured(apart["particle"], of)[0]
+            return {"particle": str(apart["particle"])}, (0.0, NORMAL * 2**0.5 * deviation)
     return {}, (0.0, UNKNOWN_DIFFERENCE)
 
 

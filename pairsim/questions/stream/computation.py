@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Generator
 from dataclasses import dataclass, replace
+from itertools import chain
 from math import inf
 from typing import Self
 
@@ -45,8 +46,7 @@ from pairsim.solvers.goals import U
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.rows.model import Row, RowModel, Waves, fitted
-from pairsim.solvers.rows.short_rows import places_of as places_of_rows
-from pairsim.solvers.rows.short_rows import short_rows, trains
+from pairsim.solvers.rows.short_rows import short_rows, trains, unequal_rows
 from pairsim.solvers.rows.stream_motion import follow
 
 PLACES = 51  # lengths of tube at which streams are looked at
@@ -59,25 +59,44 @@ def computation(case: StreamCase, monitor: Monitor) -> events.Events:
     rows_done, of_motion = work.of_rows(case), work.of_motion(case)
     goal = f"{case.stream.streams} streams of {case.beads} beads"
     yield events.Begin(goal, rows_done + 3 * of_motion)
-    problem = replace(steady_problem(case, inf, monitor), volume_modulus=False)
-    alone = Parameters((), case.solid_models, case.liquid_model)
     try:
-        rows, waves = yield from _rows(case, problem, alone)
+        model, number = yield from _model(case, monitor)
     except BranchEnd as end:
         yield events.Summary({})
         return events.Outcome("finished", end.reason, end.message)
-    model = fitted(rows, waves)
-    yield events.Progress(rows_done + of_motion, "the model of rows is fitted", len(rows))
+    yield events.Progress(rows_done + of_motion, "the model of rows is fitted", number)
     follower, ways = _Follower.of(case, model, monitor), list[Way]()
     for i in range(case.stream.streams):
         ways.append(follower.way(model, i))
-        yield events.Progress(rows_done + (1 + (i + 1) / case.stream.streams) * of_motion, f"stream {i + 1}", len(rows))
+        yield events.Progress(rows_done + (1 + (i + 1) / case.stream.streams) * of_motion, f"stream {i + 1}", number)
     by_model = follower.half_widths(ways[0])
     found = Found(ways, by_model, follower.edges)
     yield from _tables(case, found)
-    entries = {POINTS: len(rows), **spread_entry(case), SENTENCES: sentences(case, found)}
+    entries = {POINTS: number, **spread_entry(case), SENTENCES: sentences(case, found)}
     yield events.Summary(entries, [*beyond_checked(case), *coarse_mesh(case, U.name)])
-    return events.Outcome("finished", "end", f"{goal}, by {len(rows)} short rows")
+    return events.Outcome("finished", "end", f"{goal}, by {number} short rows")
+
+
+def model_of(case: StreamCase, monitor: Monitor) -> RowModel:
+    """The model by which the streams of a case move.
+
+    Raises:
+        NoSteadyState: There is no quasi-steady state of a short row, or it was not found.
+        MeshFailure: A mesh could not be generated.
+    """
+    solving = _model(case, monitor)
+    while True:
+        try:
+            next(solving)
+        except StopIteration as end:
+            return end.value[0]
+
+
+def _model(case: StreamCase, monitor: Monitor) -> Generator[events.Event, None, tuple[RowModel, int]]:
+    """The model, and the number of the short rows that it is fitted to."""
+    problem = replace(steady_problem(case, inf, monitor), volume_modulus=False)
+    rows, waves = yield from _rows(case, problem, Parameters((), case.solid_models, case.liquid_model))
+    return fitted(rows, waves), len(rows)
 
 
 def _rows(
@@ -91,8 +110,9 @@ def _rows(
             yield events.Progress(work.of_rows(case), "short rows are known from an earlier case", len(found[0]))
             return found
         rows, waves, done = list[Row](), list[Waves](), 0.0
-        total = sum(len(places_of_rows(count, work.LEAST)) for count in range(1, most + 1))
-        for row in short_rows(problem, alone, work.LEAST, most, by_particle):
+        total = work.short_rows(case)
+        unequal = unequal_rows(problem, alone, work.LEAST) if by_particle else ()
+        for row in chain(short_rows(problem, alone, work.LEAST, most, by_particle), unequal):
             rows.append(row)
             problem.monitor.has_result()  # each row can be solved; how many there are is told by the progress
             done += work.of_row(case, len(row.values))
@@ -155,10 +175,9 @@ class _Follower:
     def half_widths(self, first: Way) -> Array:
         """Half-widths by the model, shape (PLACES, statistics).
 
-        They are by how much what is counted of the first stream changes if short rows are left out, as those of
-        velocities are (`RowModel.dU_errors`).
+        They are by how much what is counted of the first stream changes by other models (`RowModel.variants`).
         """
-        changes = [self.way(other, 0).counted - first.counted for other in self.model.others]
+        changes = [self.way(other, 0).counted - first.counted for other in self.model.variants]
         return np.linalg.norm(changes, axis=0)
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from pairsim.questions.stream import StreamCase
-from pairsim.solvers.rows.short_rows import MOST, MOST_BY_PARTICLE, TRAINS, places_of
+from pairsim.solvers.rows.short_rows import MOST, MOST_BY_PARTICLE, TRAINS, places_of, unequal_places
 
 TRAIN = 12.0  # one of the trains to which the model is fitted, too, where rows are as long as those of pairsim train
 BY_PARTICLE = 2.0  # factor of a row whose velocities are differentiated by each bead; measured
@@ -21,11 +23,22 @@ def with_trains(case: StreamCase) -> bool:
     return case.stream.neighbours == MOST
 
 
+def short_rows(case: StreamCase) -> int:
+    """Number of all short rows."""
+    return sum(number for _, number in _short_rows(case))
+
+
 def of_rows(case: StreamCase) -> float:
     """The work of all short rows and trains."""
-    counts = range(1, case.stream.neighbours + 1)
-    rows = sum(of_row(case, count) * len(places_of(count, LEAST)) for count in counts)
+    rows = sum(number * of_row(case, beads) for beads, number in _short_rows(case))
     return rows + (TRAIN * len(TRAINS) if with_trains(case) else 0.0)
+
+
+def _short_rows(case: StreamCase) -> Iterator[tuple[int, int]]:
+    """Numbers of beads of short rows, and how many there are."""
+    yield from ((count, len(places_of(count, LEAST))) for count in range(1, case.stream.neighbours + 1))
+    if case.spread:
+        yield from ((len(parts), len(places)) for places, parts in unequal_places(any(case.Ca_es), LEAST))
 
 
 def of_motion(case: StreamCase) -> float:

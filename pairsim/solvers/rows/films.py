@@ -16,8 +16,6 @@ import scipy
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.rows.model import RowModel
 
-FILM = 0.07  # c over the diameter; fitted to one pair, rigid at De 1.6, whose dU follows to 2 % from d = .04 to .005
-
 
 def changed_by_films(model: RowModel, gaps: Array, rates: Array, contact: float) -> Array:
     """What films change of the velocities of the particles of a row or stream [U_av], shape (N,).
@@ -38,5 +36,5 @@ def changed_by_films(model: RowModel, gaps: Array, rates: Array, contact: float)
 
 def _slowing(model: RowModel, gaps: Array, contact: float) -> Array:
     """The q of films, 0 where rows were solved, shape (N-1,)."""
-    film, near = FILM * model.alone[1], np.minimum(np.maximum(gaps, contact) / model.least, 1.0)
+    film, near = model.film * model.alone[1], np.minimum(np.maximum(gaps, contact) / model.least, 1.0)
     return (near * model.least + film) / (near * (model.least + film)) - 1

@@ -34,6 +34,7 @@ POWERS = {2: 6, 3: 4, 4: 3, 5: 1}  # how many more exponentials there are, by th
 TRUSTED = 1e-3  # least error of a solution, as a part of the largest |dU|; chosen
 SLOPES = 0.3 / RATES[-1]  # weight of slopes over that of values [D_c]; chosen
 FOLDS = 11  # chosen; without a common factor with the numbers of short rows, so that no distance is left out altogether
+FILM = 0.07  # c over the diameter; fitted to one pair, rigid at De 1.6, whose dU follows to 2 % from d = .04 to .005
 LEAST_ERROR = 1e-12  # of the dU of a short row, by whose error it is weighted [U_av]; chosen
 SMALLEST = 1e-5  # singular values that are left out, relative to the largest; chosen
 
@@ -45,12 +46,16 @@ class Row:
     Attributes:
         gaps: Distances between facing surfaces from upstream [D_c], shape (N-1,).
         values: Three numbers for each particle, shape (N, 3): its velocity at held distances [U_av]; the distance from
-            its centre to that of the next one less the distance of their surfaces, for the last particle its own length
-            [D_c]; and what the motion of the particles adds to its velocity [U_av].
-        slopes: Derivatives by every distance of the first two or, by a model, of all, shape (N, N-1, 2 or 3).
+            its centre to that of the next one less the distance of their surfaces, for the last particle from its
+            centre to its front [D_c]; and what the motion of the particles adds to its velocity [U_av].
+        slopes: Derivatives by every distance of the first two or, by a model, of all, shape (N, N-1, 2 or 3); nan where
+            they are not known.
         dU_error: Largest half-width of a relative velocity [U_av].
         by_particle: Derivatives of the velocities of particles that move (rows) by the logarithms of diameter and Ca_e
             of each particle (columns), shape (N, N, 2) [U_av]; None where they were not asked for.
+        rear: Distance from the rear of the first particle to its centre [D_c].
+        parts: Deviations of the logarithms of diameter and Ca_e of each particle from those of equal ones, shape
+            (N, 2); None where all are equal.
     """
 
     gaps: Array
@@ -58,6 +63,18 @@ class Row:
     slopes: Array
     dU_error: float = 0.0
     by_particle: Array | None = None
+    rear: float = 0.0
+    parts: Array | None = None
+
+    def followed(self, rear: float) -> Row:
+        """The same row with a particle far downstream, whose rear is so far from its centre [D_c].
+
+        Only so is what a particle changes in the second of the values of its neighbours, the last one included, nothing
+        once it is far from them.
+        """
+        ends = np.zeros_like(self.values)
+        ends[-1, 1] = rear
+        return replace(self, values=self.values + ends)
 
     @property
     def U(self) -> Array:
@@ -84,7 +101,7 @@ class RowModel:
     """Values of rows of equal particles.
 
     Attributes:
-        alone: Values of a single particle, as of a `Row`, shape (q,).
+        alone: Values of a single particle, as of a `Row` that is `followed`: the second is its length, shape (q,).
         rates: Of two, three, ... neighbours, the rates at which each term of what they add decays with every distance
             [1/D_c], shape (m, k-1) for k of them.
         coefficients: Those of the terms of two, three, ... in the values of each of them, shape (all m k, q).
@@ -92,6 +109,7 @@ class RowModel:
         short: The rows that it was fitted to.
         others: Models fitted to these rows with a part left out, whose differences from this one are half-widths.
         deviations: What particles change that differ from the others; None where it was not asked for.
+        film: Distance c of films over the length of a particle (`pairsim.solvers.rows.films`).
     """
 
     alone: Array
@@ -101,6 +119,19 @@ class RowModel:
     short: Sequence[Row] = ()
     others: Sequence[RowModel] = ()
     deviations: Deviations | None = None
+    film: float = FILM
+
+    @property
+    def variants(self) -> Sequence[RowModel]:
+        """Models by whose differences from this one it is judged what follows from velocities.
+
+        Beside `others` they are the same one without films, whose c is known of one pair, and without the terms of the
+        highest order in what particles differ.
+        """
+        found = [*self.others, replace(self, film=0.0)]
+        if self.deviations is not None and self.deviations.pairs_twice is not None:
+            found.append(replace(self, deviations=replace(self.deviations, pairs_twice=None)))
+        return found
 
     def row(self, gaps: Array) -> Row:
         """The row at given distances, shape (N-1,)."""
@@ -165,21 +196,25 @@ class RowModel:
         rows nearby: those of at most as many particles whose smallest distance is next to that of this row.
         """
         changes = [other.row(gaps).dU - self.row(gaps).dU for other in self.others]
+        return np.asarray(np.linalg.norm(changes, axis=0) + self.dU_error_nearby(gaps))
+
+    def dU_error_nearby(self, gaps: Array) -> float:
+        """The largest error of a dU of the short rows nearby [U_av]."""
         few = [row for row in self.short if len(row.gaps) <= len(gaps)]
         narrowest = np.unique([row.gaps.min() for row in few])
         near = narrowest[max(np.searchsorted(narrowest, gaps.min(), "right") - 1, 0) :][:2]
-        own = max(row.dU_error for row in few if row.gaps.min() in near)
-        return np.asarray(np.linalg.norm(changes, axis=0) + own)
+        return max(row.dU_error for row in few if row.gaps.min() in near)
 
 
 def fitted(rows: Sequence[Row], trains: Sequence[Waves] = ()) -> RowModel:
     """The model that is nearest to short rows and trains, of as many particles as the longest of the rows.
 
     Args:
-        rows: Short rows, the first one of a single particle.
+        rows: Short rows, the first one of a single particle; those whose particles differ are for `Deviations` alone.
         trains: Waves of infinite trains.
     """
-    alone, *rows = rows
+    rear, unequal = rows[0].rear, [row for row in rows if row.parts is not None]
+    alone, *rows = [row.followed(rear) for row in rows if row.parts is None]
     counts = range(2, max(len(row.values) for row in rows) + 1)
     least = max(LEAST_ERROR, TRUSTED * max(np.abs(row.dU).max() for row in rows))
     rows = [replace(row, dU_error=max(row.dU_error, least)) for row in rows]
@@ -190,9 +225,9 @@ def fitted(rows: Sequence[Row], trains: Sequence[Waves] = ()) -> RowModel:
     parts = [[row for i, row in enumerate(rows) if i % FOLDS != fold] for fold in range(FOLDS)]
     others = [replace(_fitted(best.rates, alone, part, trains)[1], least=best.least) for part in parts]
     if alone.by_particle is not None:
-        best = replace(best, deviations=deviations(alone, rows, best.rates, best.least))
-        each = zip(others, parts, strict=True)
-        others = [replace(one, deviations=deviations(alone, part, best.rates, best.least)) for one, part in each]
+        rates, nearest = best.rates, best.least
+        of = [deviations(alone, part, unequal, rates, nearest) for part in (rows, *parts)]
+        best, *others = [replace(one, deviations=each) for one, each in zip((best, *others), of, strict=True)]
     return replace(best, short=rows, others=others)
 
 
@@ -206,11 +241,15 @@ def _fitted(rates: Sequence[Array], alone: Row, rows: Sequence[Row], trains: Seq
     values = np.vstack([weight * (row.values - single) for weight, row in zip(weights, rows, strict=True)])
     steep = np.vstack([SLOPES * w * each.slopes.reshape(-1, count) for w, each in zip(weights, of, strict=True)])
     slopes = np.vstack([SLOPES * w * row.slopes.reshape(-1, 2) for w, row in zip(weights, rows, strict=True)])
-    held, missed = _solution(np.vstack([terms, steep]), np.vstack([values[:, :2], slopes]))
+    known = np.concatenate([np.ones(len(terms), bool), np.isfinite(slopes[:, 1])])
+    matrix, wanted = np.vstack([terms, steep]), np.vstack([values[:, :2], slopes])
+    velocities, missed = _solution(matrix, wanted[:, :1])
+    lengths, _ = _solution(matrix[known], wanted[known, 1:])
+    held = np.hstack([velocities, lengths])
     moving, added, weight = [terms], [values[:, 2:]], max(weights) * SLOPES
     for d, k, growth in trains:
-        dU, lengths = basis.waves(d, k)
-        rest = weight * (growth * (1 + lengths @ held[:, 1]) - dU @ held[:, 0])
+        dU, stretch = basis.waves(d, k)
+        rest = weight * (growth * (1 + stretch @ held[:, 1]) - dU @ held[:, 0])
         moving, added = [*moving, weight * dU.real, weight * dU.imag], [*added, rest.real[:, None], rest.imag[:, None]]
     moved, also_missed = _solution(np.vstack(moving), np.vstack(added))
     model = RowModel(single, rates, np.hstack([held, moved]), min(row.gaps.min() for row in rows))

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.polynomial.chebyshev import chebpts2
 
 from pairsim.fem import diagnostics
+from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.curves.branch import Branch
 from pairsim.solvers.parameters import Parameters
@@ -25,6 +26,7 @@ FARTHEST = {2: 1.6, 3: 0.9, 4: 0.45, 5: 0.3}  # largest distance of short rows o
 COUNTS = {2: 14, 3: 4, 4: 3, 5: 2}  # how many distances of each gap
 MOST = 5  # particles of short rows
 MOST_BY_PARTICLE = 3  # particles up to which velocities are differentiated by each of them
+MOST_UNEQUAL, APART = 2, 0.02  # particles up to which one of them is changed in size; by this part, more and less
 ALL = 4  # particles up to which all combinations of distances are solved
 ROOM = 4.0  # length of tube beyond a row, both ends together [D_c]
 TRAINS = (0.06, 0.12, 0.24, 0.48)  # distances of infinite trains [D_c]
@@ -33,15 +35,20 @@ CROWDING = 3.0  # rate of the exponential of a distance in which these are extre
 
 
 def solved(
-    problem: SteadyProblem, alone: Parameters, places: Sequence[tuple[float, ...]], by_particle: bool = False
+    problem: SteadyProblem,
+    alone: Parameters,
+    places: Sequence[tuple[float, ...]],
+    by_particle: bool = False,
+    parts: Array | None = None,
 ) -> Iterator[Row]:
-    """Solve rows of one number of equal particles.
+    """Solve rows of one number of particles.
 
     Args:
         problem: That of a single particle; its tube is made longer where a row needs it.
         alone: Materials of a single particle.
         places: Distances of each row, in the order in which they are solved [D_c].
         by_particle: Whether velocities are differentiated by size and softness of each particle.
+        parts: As of `Row`.
 
     Raises:
         NoSteadyState: There is no quasi-steady state at one of them, or it was not found.
@@ -52,9 +59,13 @@ def solved(
     length = max(problem.length, count * problem.betas[0] + max(map(sum, places)) + ROOM)
     problem = replace(problem.repeated(count), length=length, narrowest=narrowest)
     start = replace(alone, gaps=places[0], solids=alone.solids * count)
+    if parts is not None:
+        larger, softer = np.exp(parts).T
+        betas = tuple(float(each) for each in problem.betas * larger)
+        problem, start = replace(problem, betas=betas), start.softened(softer.tolist())
     with closing(Branch(arrived(first_scene(problem, start)), by_particle=by_particle)) as branch:
         for place in places:
-            yield _at(branch, replace(start, gaps=place))
+            yield replace(_at(branch, replace(start, gaps=place)), parts=parts)
 
 
 def _at(branch: Branch, parameters: Parameters) -> Row:
@@ -62,12 +73,14 @@ def _at(branch: Branch, parameters: Parameters) -> Row:
     if not np.isfinite(point.dU_errors).all():
         raise NoSteadyState("the errors of a short row are not known")
     bodies, (h, _), gaps = branch.solver.bodies, branch.solver.state(), np.array(point.gaps)
-    last = -np.diff(bodies[-1].outline_points(h)[[0, -1], 0])
-    lengths = np.concatenate([np.diff(diagnostics.centres(bodies, h)) - gaps, last])
-    stretch = np.pad(point.motion.centres_by_gaps - np.eye(len(gaps)), ((0, 1), (0, 0)))
+    centres = diagnostics.centres(bodies, h)
+    rear, front = (float(body.outline_points(h)[end, 0]) for body, end in ((bodies[0], -1), (bodies[-1], 0)))
+    lengths = np.append(np.diff(centres) - gaps, front - centres[-1])
+    not_known = np.full((1, len(gaps)), np.nan)  # how the front of the last one moves
+    stretch = np.vstack([point.motion.centres_by_gaps - np.eye(len(gaps)), not_known])
     values, slopes = np.stack([point.held.U, lengths, point.motion.U], -1), np.stack([point.held_slopes, stretch], -1)
     by_particle = point.by_particle.sum(axis=-1) if point.by_particle.size else None
-    return Row(gaps, values, slopes, float(point.dU_errors.max(initial=0.0)), by_particle)
+    return Row(gaps, values, slopes, float(point.dU_errors.max(initial=0.0)), by_particle, float(centres[0] - rear))
 
 
 def places_of(count: int, least: float) -> list[tuple[float, ...]]:
@@ -98,6 +111,28 @@ def short_rows(
     """
     for count in range(1, most + 1):
         yield from solved(problem, alone, places_of(count, least), by_particle and count <= MOST_BY_PARTICLE)
+
+
+def unequal_rows(problem: SteadyProblem, alone: Parameters, least: float) -> Iterator[Row]:
+    """Rows in which one particle differs, by `unequal_places`.
+
+    Args:
+        problem, alone, least: As for `short_rows`.
+    """
+    for places, parts in unequal_places(any(alone.solids), least):
+        yield from solved(problem, alone, places, True, parts)
+
+
+def unequal_places(soft: bool, least: float) -> Iterator[tuple[list[tuple[float, ...]], Array]]:
+    """Distances [D_c], and deviations as of `Row`, of rows in which one particle differs.
+
+    It is more and less: of a single particle the size and, where it is soft, the softness, and of two one of the sizes.
+    """
+    for count in range(1, MOST_UNEQUAL + 1):
+        for i, kind, sign in product(range(count), range(2 if soft and count == 1 else 1), (1, -1)):
+            parts = np.zeros((count, 2))
+            parts[i, kind] = sign * APART
+            yield places_of(count, least)[1 - count % 2 :: 2], parts
 
 
 def trains(problem: SteadyProblem, alone: Parameters) -> Iterator[Waves]:

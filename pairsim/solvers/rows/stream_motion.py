@@ -121,6 +121,7 @@ class _Velocities:
         if self.parts is not None:
             assert self.model.deviations is not None, "the model knows what particles change that differ"
             U = U + self.model.deviations.velocities(gaps, self.parts)
+            stretch = self.model.deviations.stretch(stretch, gaps, self.parts)
         width = len(stretch) // 2
         rates = scipy.linalg.solve_banded((width, width), stretch, np.diff(U))
         free = np.cumsum(np.append(U[0], rates))

@@ -1,0 +1,124 @@
+"""What the streams say of order, contact and drops."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import hypot
+from typing import Any
+
+import pandas as pd
+from book import pages
+from book.statements import Judged, Value, above, ratio, rising
+from book.study import Part
+
+from pairsim.questions.stream import IN_CONTACT, POSITION_OF_STREAM, SINGLE, SPREAD
+from pairsim.record.column import Column
+
+NONE = Judged(((0.0, 1.0),), "none is computed")
+POISSON_OF_ONE = "poisson"
+
+
+def outlet(results: pd.DataFrame, shows: str) -> pd.DataFrame:
+    """The last rows of the cases that show something."""
+    if SPREAD.name not in results:
+        return results[:0]
+    return results[(results["shows"] == shows) & results[SPREAD.name].notna()].drop_duplicates("case", keep="last")
+
+
+def value(row: Mapping[Any, Any], column: Column) -> Value:
+    """A number with its half-width by the streams and by the model of rows."""
+    name = column.name
+    return float(row[name]), hypot(float(row[f"{name}_error"]), float(row[f"{name}_model"]))
+
+
+def _values(table: pd.DataFrame, column: Column) -> dict[str, Value]:
+    return {row["case"]: value(row, column) for row in table.to_dict("records")}
+
+
+def statements(results: pd.DataFrame, parts: Sequence[Part]) -> dict[str, Judged]:
+    """What the study states, judged by what is stored."""
+    done = results["part"].nunique()
+    return {
+        "a spread of sizes harms order more than one of stiffness": _size_against_stiffness(results),
+        "the nearer the beads, the more of them touch at the outlet (De 1)": _contact(results),
+        "drops of equal rigid beads in a Newtonian liquid are those of the arrivals": _exact(results),
+        "drops get exactly one bead more often than by Poisson (De 1 and 2, equal beads)": _drops(results, 1.0),
+        "they get it twice as often": _drops(results, 2.0),
+        "all is computed": Judged(((done - len(parts) + 0.5, 0.0),), f"{done} of {len(parts)} parts"),
+    }
+
+
+def _size_against_stiffness(results: pd.DataFrame) -> Judged:
+    spread = _values(outlet(results, "order"), SPREAD)
+    pairs = [(f"{size} % of size", f"{stiff} % of stiffness") for size, stiff in ((2, 2), (5, 5), (2, 20))]
+    found = [rising([spread[stiff], spread[size]]) for size, stiff in pairs if {size, stiff} <= spread.keys()]
+    numbers = ", ".join(f"{name} {100 * each:.3g} ± {100 * error:.2g}" for name, (each, error) in spread.items())
+    margins = tuple(margin for each in found for margin in each.margins)
+    return Judged(margins, f"standard deviation of the distances in % of their mean: {numbers}") if found else NONE
+
+
+def _contact(results: pd.DataFrame) -> Judged:
+    table, found = outlet(results, "contact"), list[Judged]()
+    for name in ("equal", "2 % of size"):
+        of = table[table["case"].str.endswith(name)].sort_values("d", ascending=False)
+        if len(of) > 1:
+            found.append(rising([value(row, IN_CONTACT) for row in of.to_dict("records")], f"{name}:"))
+    margins = tuple(margin for each in found for margin in each.margins)
+    return Judged(margins, "; ".join(each.numbers for each in found)) if found else NONE
+
+
+def _exact(results: pd.DataFrame) -> Judged:
+    if not len(table := outlet(results, "exact")):
+        return NONE
+    first = results[(results["shows"] == "exact")].drop_duplicates("case").set_index("case")
+    margins, texts = [], []
+    for row in table.to_dict("records"):
+        (now, error), before = value(row, SINGLE), float(first.loc[row["case"], SINGLE.name])
+        margins.append((error - abs(now - before), 0.0))
+        texts.append(f"d {row['d']:g}: one bead in {100 * before:.3g} %, then {100 * now:.3g} ± {100 * error:.1g} %")
+    return Judged(tuple(margins), "; ".join(texts))
+
+
+def _drops(results: pd.DataFrame, factor: float) -> Judged:
+    table = outlet(results, "drops")
+    table = table[table["case"].str.endswith("equal")]
+    if not len(table):
+        return NONE
+    ratios = {row["case"]: ratio(value(row, SINGLE), (row[POISSON_OF_ONE], 0.0)) for row in table.to_dict("records")}
+    text = "; ".join(f"{name}: {each:.2f} ± {error:.2f}" for name, (each, error) in ratios.items())
+    return Judged(above(list(ratios.values()), factor).margins, text)
+
+
+def _percent(number: Value) -> str:
+    return f"{100 * number[0]:.3g} ± {100 * number[1]:.2g}"
+
+
+def shown(results: pd.DataFrame, shows: str) -> pd.DataFrame:
+    """The cases that show something, at the inlet and at the outlet."""
+    lines, last = [], outlet(results, shows)
+    first = results[results["shows"] == shows].drop_duplicates("case").set_index("case")
+    for row in last.to_dict("records"):
+        inlet = first.loc[row["case"]]
+        line = {"case": row["case"], "tube": f"{row[POSITION_OF_STREAM.name]:.0f}"}
+        line |= {"spread of distances at first, %": f"{100 * inlet[SPREAD.name]:.3g}"}
+        line |= {"at the outlet": _percent(value(row, SPREAD)), "in contact, %": _percent(value(row, IN_CONTACT))}
+        if row[SINGLE.name] == row[SINGLE.name]:
+            line |= {"one bead at first, %": f"{100 * inlet[SINGLE.name]:.3g}"}
+            line |= {"one bead at the outlet": _percent(value(row, SINGLE))}
+            line |= {"by Poisson": f"{100 * row[POISSON_OF_ONE]:.3g}"}
+        lines.append(line)
+    return pd.DataFrame(lines)
+
+
+def blocks(results: pd.DataFrame, parts: Sequence[Part]) -> Mapping[str, str]:
+    """What stands between the marks of the page."""
+    verdicts = statements(results, parts)
+    stated = [{"statement": name, "": each.verdict, "numbers": each.numbers} for name, each in verdicts.items()]
+    days = dict.fromkeys(sorted(results["computed"].unique()))
+    tables = {name: shown(results, name) for name in ("order", "contact", "drops", "exact")}
+    written = {name: pages.markdown(table) if len(table) else "None.\n" for name, table in tables.items()}
+    return {
+        "made": pages.prose(f"{results['part'].nunique()} of {len(parts)} streams, computed {' to '.join(days)}."),
+        "statements": pages.markdown(pd.DataFrame(stated)),
+        **written,
+    }
