@@ -32,6 +32,16 @@ def test_a_particle_far_downstream_changes_no_length() -> None:
     assert abs(lengths[1][1] - lengths[0][0]) > 2e-3, "the front of the second one is another one in a pair"
 
 
+def test_what_the_size_of_a_rigid_particle_changes_is_what_it_changes_of_two_that_are_far_apart() -> None:
+    problem = SteadyProblem(betas=(0.4,), length=8.0, periodic=True, mesh=MeshSettings(Np=10))
+    rigid = Parameters((), (None,))
+    (alone,), (pair,) = (list(solved(problem, rigid, [place], True)) for place in ((), (1.2,)))
+    assert alone.by_particle is not None
+    assert pair.by_particle is not None
+    assert alone.by_particle[0, 0] == pytest.approx([-0.405, 0.0], abs=0.01)
+    assert pair.by_particle[0, 0] == pytest.approx(alone.by_particle[0, 0], abs=0.004)
+
+
 def test_what_size_and_softness_change_of_one_particle_is_known_to_second_order() -> None:
     rows = [short(1, [()], sign * APART * each[None])[0] for each in np.eye(2) for sign in (1, -1)]
     (equal,) = short(1, [()], np.zeros((1, 2)))

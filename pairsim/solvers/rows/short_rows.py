@@ -27,6 +27,7 @@ COUNTS = {2: 14, 3: 4, 4: 3, 5: 2}  # how many distances of each gap
 MOST = 5  # particles of short rows
 MOST_BY_PARTICLE = 3  # particles up to which velocities are differentiated by each of them
 MOST_UNEQUAL, APART = 2, 0.02  # particles up to which one of them is changed in size; by this part, more and less
+CHANGE = 0.01  # of the diameter of a rigid particle alone, by which its velocity is differentiated
 ALL = 4  # particles up to which all combinations of distances are solved
 ROOM = 4.0  # length of tube beyond a row, both ends together [D_c]
 TRAINS = (0.06, 0.12, 0.24, 0.48)  # distances of infinite trains [D_c]
@@ -63,9 +64,24 @@ def solved(
         larger, softer = np.exp(parts).T
         betas = tuple(float(each) for each in problem.betas * larger)
         problem, start = replace(problem, betas=betas), start.softened(softer.tolist())
-    with closing(Branch(arrived(first_scene(problem, start)), by_particle=by_particle)) as branch:
+    rigid_alone = count == 1 and not any(alone.solids)
+    with closing(Branch(arrived(first_scene(problem, start)), by_particle=by_particle and not rigid_alone)) as branch:
         for place in places:
-            yield replace(_at(branch, replace(start, gaps=place)), parts=parts)
+            row = replace(_at(branch, replace(start, gaps=place)), parts=parts)
+            yield replace(row, by_particle=_by_size(problem, start)) if by_particle and rigid_alone else row
+
+
+def _by_size(problem: SteadyProblem, alone: Parameters) -> Array:
+    """The `by_particle` of a rigid particle alone, from two solutions, shape (1, 1, 2).
+
+    Its mesh does not move, so that its diameter is none of the parameters by which a solution is differentiated.
+    """
+    U = []
+    for sign in (1, -1):
+        betas = tuple(beta * float(np.exp(sign * CHANGE)) for beta in problem.betas)
+        with closing(Branch(arrived(first_scene(replace(problem, betas=betas), alone)))) as branch:
+            U.append(_at(branch, alone).values[0, 0])
+    return np.array([[[(U[0] - U[1]) / (2 * CHANGE), 0.0]]])
 
 
 def _at(branch: Branch, parameters: Parameters) -> Row:
