@@ -125,10 +125,16 @@ class RowModel:
     def variants(self) -> Sequence[RowModel]:
         """Models by whose differences from this one it is judged what follows from velocities.
 
-        Beside `others` they are the same one without films, whose c is known of one pair, and without the terms of the
-        highest order in what particles differ.
+        Beside `others` they are the same one without films, whose c is known of one pair, without what the most
+        neighbours add to what fewer of them do, as still more add something, too, and without the terms of the highest
+        order in what particles differ.
         """
         found = [*self.others, replace(self, film=0.0)]
+        if len(self.rates) > 1:
+            of_most = len(self.rates[-1]) * (len(self.rates) + 1)
+            found.append(
+                replace(self, coefficients=np.vstack([self.coefficients[:-of_most], 0 * self.coefficients[-of_most:]]))
+            )
         if self.deviations is not None and self.deviations.pairs_twice is not None:
             found.append(replace(self, deviations=replace(self.deviations, pairs_twice=None)))
         return found
