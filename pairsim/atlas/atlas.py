@@ -240,8 +240,11 @@ class Atlas:
     def changes_by_difference(self, places: ArrayLike) -> Array | None:
         """Derivatives of dU by the difference of the diameters over their mean [U_av], shape (places, distances).
 
-        None where it is not known. Places are those of `velocities`.
+        None where it is not known. Places are those of `velocities`. An atlas that has pairs whose beads differ knows
+        it from these, too.
         """
+        if self.of_unequal is not None:
+            return self.of_unequal.by_difference(np.asarray(places, dtype=float))
         if self.by_difference is None:
             return None
         (smooth, means), places = self.by_difference, np.asarray(places, dtype=float)

@@ -213,6 +213,15 @@ class UnequalAtlas:
         by[0] += POWER_OF_REST / beta * rest[0]
         return np.asarray(self.without_rest(beads)[1:] + beta**POWER_OF_REST * by)
 
+    def by_difference(self, places: Array) -> Array:
+        """Derivatives of dU of equal pairs by the difference of their diameters over their mean, (places, distances).
+
+        Args:
+            places: beta, De and Ca_e, shape (places, 3).
+        """
+        beta, De, Ca_e = places.T
+        return np.asarray(self.slopes(Beads(np.tile(beta, (2, 1)).T, De, np.tile(Ca_e, (2, 1)).T))[3])
+
     def outside(self, betas: Sequence[float], De: float, Ca_es: Sequence[float]) -> list[str]:
         """What of a pair is outside of the box or of the ratios, in words."""
         said = outside_of(self.equal, betas, De, Ca_es)
