@@ -59,10 +59,10 @@ def test_streams_are_judged_at_the_outlet() -> None:
         ]
     )
     verdicts = [each.verdict for each in of_streams.statements(table, []).values()]
-    assert verdicts[:1] + verdicts[2:5] == ["holds", "holds", "holds", "does not hold"]
+    assert verdicts[:4] == ["holds", "holds", "holds", "does not hold"]
     assert (
         "| De 1, equal | 100 | 100 | 100 ± 1.4 | 10 ± 1.4 | 30 | 45 ± 1.4 | 30 |"
         in of_streams.blocks(table, [])["drops"]
     )
     other = of_streams.statements(stream("rigid, Newtonian", "exact", (0.3, 0.35)), [])
-    assert list(other.values())[2].verdict == "does not hold"
+    assert next(iter(other.values())).verdict == "does not hold"

@@ -36,9 +36,9 @@ def _values(table: pd.DataFrame, column: Column) -> dict[str, Value]:
 
 
 def statements(results: pd.DataFrame, parts: Sequence[Part]) -> dict[str, Judged]:
-    """What the study states, judged by what is stored."""
+    """What the study states of what is stored."""
     done = results["part"].nunique()
-    return {
+    every = {
         "a spread of sizes harms order more than one of stiffness": _size_against_stiffness(results),
         "the nearer the beads, the more of them touch at the outlet (De 1)": _contact(results),
         "drops of equal rigid beads in a Newtonian liquid are those of the arrivals": _exact(results),
@@ -46,6 +46,7 @@ def statements(results: pd.DataFrame, parts: Sequence[Part]) -> dict[str, Judged
         "they get it twice as often": _drops(results, 2.0),
         "all is computed": Judged(((done - len(parts) + 0.5, 0.0),), f"{done} of {len(parts)} parts"),
     }
+    return {text: judged for text, judged in every.items() if judged is not NONE}
 
 
 def _size_against_stiffness(results: pd.DataFrame) -> Judged:
