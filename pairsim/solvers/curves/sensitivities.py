@@ -87,7 +87,9 @@ def by_each_particle(at: Linearisation, adjoints: Adjoints, dU: Array, motion: S
 
     Returns:
         Derivatives [U_av], shape (N, N, 2, 2): of the velocity of particle i; by particle j; by the logarithm of its
-        diameter, and of its Ca_e (zeros for rigid particles); at held distances, and of what moving adds.
+        diameter, and of its Ca_e (zeros for rigid particles); at held distances, and of what moving adds. That of a
+        rigid particle alone by its diameter is not known, and 0 here: its mesh does not move (`rows.short_rows` has
+        it by differences).
     """
     now, n = at.parameters, len(at.parameters.solids)
     found = np.zeros((n, n, 2, 2))

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from book.computing import DOCS
 from book.study import Study
+from book.uses import steady
 
 from studies.unequal_atlas.cases import parts
 from studies.unequal_atlas.judgement import blocks, statements
@@ -11,17 +12,7 @@ from studies.unequal_atlas.judgement import blocks, statements
 STUDY = Study(
     folder=Path(__file__).parent,
     shows="whether dU of pairs that differ in size and stiffness is inside the half-widths of the atlases that ship",
-    uses=(
-        "pairsim.physics",
-        "pairsim.fem",
-        *(f"pairsim.solvers.{package}" for package in ("curves", "errors", "nonlinear", "steady")),
-        *(f"pairsim.solvers.{module}" for module in ("goals", "mesh_transfer", "meshed_scene", "parameters")),
-        *(f"pairsim.solvers.{module}" for module in ("pressure_drop", "problems", "solution")),
-        "pairsim.cases.accuracy",
-        "pairsim.computing.problems",
-        "pairsim.computing.accuracy",
-        "pairsim.computing.steady",
-    ),
+    uses=steady(),
     parts=parts,
     statements=statements,
     blocks=blocks,
