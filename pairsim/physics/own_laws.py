@@ -58,7 +58,8 @@ def own_laws() -> Iterator[type[Material]]:
 
     for file in files():
         load_file(file)
-    for entry in (entry for group in GROUPS for entry in entry_points(group=group)):
+    named = entry_points()  # which reads the metadata of every installed package
+    for entry in (entry for group in GROUPS for entry in named.select(group=group)):
         try:
             entry.load()
         except Exception as error:
