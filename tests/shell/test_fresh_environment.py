@@ -48,11 +48,11 @@ def done(words: list[str | Path], cwd: Path, environment: dict[str, str]) -> sub
 
 @pytest.fixture(scope="module")
 def bare(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    """An environment whose Python does not find what pairsim does not declare."""
+    """An environment whose Python does not find what pairsim does not declare, and takes no deprecated call."""
     folder = tmp_path_factory.mktemp("hiding")
     (folder / "sitecustomize.py").write_text(HIDING.format(hidden=undeclared()))
     path = os.pathsep.join((str(folder), str(ROOT)))
-    return clean_environment() | {"PYTHONPATH": path}
+    return clean_environment() | {"PYTHONPATH": path, "PYTHONWARNINGS": "error::DeprecationWarning"}
 
 
 def test_tools_of_the_tests_are_hidden(bare: dict[str, str], tmp_path: Path) -> None:

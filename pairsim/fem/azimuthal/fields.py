@@ -70,7 +70,7 @@ class Numbering:
             total += f.components * len(self.carriers(f.name))
         self.size = total
         geometry = self.space.mesh.geometry
-        node = geometry.input_global_indices[geometry.dofmap]
+        node = geometry.input_global_indices[geometry.dofmaps[0]]
         self.canonical = np.full(total, -1, dtype=np.int64)
         for i, f in enumerate(fields):
             for c, dofs in enumerate(dofs_of(self.space, i, f)):

@@ -127,7 +127,7 @@ class Phase[M: (Liquid, Solid)]:
         return np.concatenate([np.repeat(self.carriers(f.name), f.components) for f in self.fields])
 
     def _number(self) -> Indices:
-        node = self.mesh.geometry.input_global_indices[self.mesh.geometry.dofmap]
+        node = self.mesh.geometry.input_global_indices[self.mesh.geometry.dofmaps[0]]
         canonical = np.full(len(self.x.x.array), -1, dtype=np.int64)
         for i, f in enumerate(self.fields):
             for c, dofs in enumerate(dofs_of(self.space, i, f)):
@@ -178,7 +178,7 @@ class Phase[M: (Liquid, Solid)]:
             np.concatenate([[0], np.cumsum(coupled.sum(axis=1))]).astype(np.int32),
             np.nonzero(coupled)[1].astype(np.int32),
             self.mesh.geometry.x,
-            self.mesh.geometry.dofmap,
+            self.mesh.geometry.dofmaps[0],
             self._packed,
         )
 
