@@ -25,6 +25,7 @@ from pairsim.runtime.plain import Plain
 from pairsim.runtime.version import __version__
 from pairsim.sweeps.atlas_curves import among, curve_folders, curves_in
 from pairsim.sweeps.atlas_file import AtlasFile, check_atlas
+from pairsim.sweeps.atlas_recomputation import Recomputation
 from pairsim.sweeps.files import parse_file
 from pairsim.sweeps.grid import Grid, grid_from, read_base
 from pairsim.sweeps.sweep import Options, Workers, run_sweep
@@ -69,6 +70,9 @@ def build(path: Path, folder: Path | None, options: Options, workers: Workers) -
         if atlas.box != box:
             allowed = "must be an atlas of the same box and base: its box is another one"
             raise InputError(str(path), "start", file.start, allowed)
+        if file.recompute:
+            again = Recomputation(path, base, atlas, options)
+            return *again.build(directory, TABLE, workers), directory
         if file.of_unequal:
             building = UnequalBuilding(path, file, base, atlas, others, options)
             return *building.build(directory, TABLE, workers), directory

@@ -26,7 +26,9 @@ class AtlasFile(Keys):
     De: Ends = Field(description="least and largest Deborah number", examples=[[0, 1]])
     Ca_e: Ends = Field(description="least and largest elastic capillary number", examples=[[0, 0.1]])
     d: Ends = Field((0.02, 2.0), description="least and largest distance [D_c]")
-    curves: Whole = Field(ge=1, le=MOST_CASES, description="number of curves, in rounds of 6 (the first one up to 11)")
+    curves: Whole = Field(
+        0, ge=0, le=MOST_CASES, description="number of curves, in rounds of 6 (the first one up to 11)"
+    )
     start: str | list[str] = Field(
         [],
         description="file of an atlas, to whose curves these are added; or several, the first one of this box and "
@@ -53,6 +55,11 @@ class AtlasFile(Keys):
         le=MOST_CASES,
         description="number of single particles that are computed, too, whose velocities are what pairs do far apart",
     )
+    recompute: bool = Field(
+        False,
+        description="whether the curves of start, and its pairs that differ and single particles, are computed again "
+        "at their places, as with another version, in place of further ones",
+    )
     seed: Whole = Field(0, description="seed of the places that are candidates")
 
     @property
@@ -78,10 +85,24 @@ def check_atlas(file: AtlasFile) -> Iterator[Mistake]:
     if file.within and not file.start:
         yield Mistake("within", None, "must be left out without start: the first curves are those at the corners")
     yield from _check_ratios(file)
+    yield from _check_curves(file)
     if file.De[1] == file.Ca_e[1] == 0:
         yield Mistake(
             "Ca_e", list(file.Ca_e), "must end above 0, or De: dU of rigid pairs vanishes in Newtonian liquids"
         )
+
+
+def _check_curves(file: AtlasFile) -> Iterator[Mistake]:
+    """Check what is computed."""
+    if not file.recompute:
+        if not file.curves:
+            yield Mistake("curves", None, "must be the number of curves, at least 1")
+        return
+    if len(file.starts) != 1:
+        yield Mistake("start", file.start or None, "must be one atlas with recompute, whose curves are computed again")
+    for key in ("curves", "within", "diameters", "beads"):
+        if value := getattr(file, key):
+            yield Mistake(key, value, "must be left out with recompute: the curves are those of start")
 
 
 def _check_ratios(file: AtlasFile) -> Iterator[Mistake]:

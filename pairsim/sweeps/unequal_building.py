@@ -90,7 +90,7 @@ class UnequalBuilding:
             )
             if code not in (0, 3):
                 return code, message
-            singles = _beads_in(curve_folders(folder))
+            singles = beads_in(curve_folders(folder))
         random = qmc.Halton(5, rng=np.random.default_rng(self.file.seed))
         random.fast_forward(0 if curves is None else int(curves.random.sum()))
         for number in range(ceil(self.file.curves / EVERY)):
@@ -130,12 +130,8 @@ class UnequalBuilding:
         x = _to_the_ends(random.random(self.file.beads))
         ends = np.array([getattr(self.file, key) for key in PARAMETERS])
         x[:, 1] **= 2  # dU bends most where De is small
-        found = np.round(ends[:, 0] + (ends[:, 1] - ends[:, 0]) * x, 6)
-        cases: list[Plain] = [dict(zip(PARAMETERS, map(float, each), strict=True)) for each in found]
-        shared = {key: value for key, value in self.base.items() if key not in ("d", "tol")}
-        coarse = {} if "mesh" in shared else {"accuracy": OF_BEADS}
-        base: Plain = {**shared, **coarse, "particles": 1}
-        return grid_from(self.path, {"name": name, "command": "curve", "base": base, "cases": cases})
+        places = np.round(ends[:, 0] + (ends[:, 1] - ends[:, 0]) * x, 6)
+        return grid_of_beads(self.path, name, self.base, places)
 
 
 def pairs_at(x: Array, file: AtlasFile, diameters: Ends, moduli: Ends) -> Iterator[dict[str, Plain]]:
@@ -165,7 +161,16 @@ def _in_logarithms(ends: Ends, part: float) -> float:
     return float(ends[0] * (ends[1] / ends[0]) ** part)
 
 
-def _beads_in(folders: Sequence[Path]) -> tuple[Array, Array]:
+def grid_of_beads(path: Path, name: str, base: Mapping[str, Plain], places: Array) -> Grid:
+    """The cases of single beads of an atlas file at places, shape (beads, 3), as a sweep of that name."""
+    cases: list[Plain] = [dict(zip(PARAMETERS, map(float, each), strict=True)) for each in places]
+    shared = {key: value for key, value in base.items() if key not in ("d", "tol")}
+    coarse = {} if "mesh" in shared else {"accuracy": OF_BEADS}
+    alone: Plain = {**shared, **coarse, "particles": 1}
+    return grid_from(path, {"name": name, "command": "curve", "base": alone, "cases": cases})
+
+
+def beads_in(folders: Sequence[Path]) -> tuple[Array, Array]:
     """beta, De and Ca_e of single beads, (beads, 3), and their velocities, (beads,), of the folders of their curves."""
     places, velocities = [], []
     for folder in folders:
