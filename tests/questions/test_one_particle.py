@@ -188,3 +188,10 @@ def test_a_large_sphere_in_a_thinning_liquid_is_found() -> None:
     """From a liquid at rest Newton's method fails."""
     case = {"liquid": {"law": "power-law", "n": 0.6}, "beta": 0.7, "Ca_e": 0.05, "particles": 1, "along": [0.02]}
     assert len(api.shape({**case, "ends": "developed", "length": "auto", "mesh": {"Np": 14}}).check().table) == 1
+
+
+def test_errors_of_force_and_pressure_of_a_moved_particle_are_said() -> None:
+    moved = {**BEAD, "velocity": 1, "flow": 0}
+    warnings = api.curve(moved, accuracy="0.01%", **COARSE).check().warnings
+    for name in ("F", "D", "dp_plus"):
+        assert sum(f": {name}_error is up to " in warning for warning in warnings) == 1, name

@@ -48,6 +48,14 @@ def test_velocities_by_each_particle_are_those_of_pairs_that_differ(more: dict[s
             assert by_particle[:, i, k] == pytest.approx(slope, abs=0.03 * abs(by_particle[:, :, k]).max())
 
 
+def test_the_mesh_of_a_rigid_particle_alone_does_not_tell_its_derivative_by_size() -> None:
+    case = pairsim.load({"beta": 0.4, "De": 0, "Ca_e": 0, "particles": 1, "mesh": {"Np": 8}}, kind="curve")
+    start = Parameters((), case.solid_models, case.liquid_model)
+    scene = arrived(first_scene(steady_problem(case, np.inf), start))
+    with closing(Branch(scene, by_particle=True)) as branch, pytest.raises(ValueError, match="does not move"):
+        branch.at(start)
+
+
 def test_dU_of_a_pair_that_differs_follows_from_the_curve_with_a_spread() -> None:
     """One per cent of size is worth as much as the interaction of very soft beads."""
     spread = pairsim.curve(SOFT | {"d": [0.1, 0.4, 1.6], "spread": {"diameter": 0.02}}).check().curve

@@ -121,11 +121,10 @@ def _parameters(case: CurveCase, sensitivities: bool) -> list[str]:
 
 def _goals(case: CurveCase) -> Sequence[Goal]:
     """What a curve is computed for."""
-    if case.velocity is not None:
-        return (F,)
-    if case.n > 1:
+    if case.velocity is None and case.n > 1:
         return (dU,)
-    return (U, DP_PLUS, D) if any(case.Ca_es) else (U, DP_PLUS)
+    first = U if case.velocity is None else F
+    return (first, DP_PLUS, D) if any(case.Ca_es) else (first, DP_PLUS)
 
 
 def _columns(case: CurveCase, parameters: Sequence[str]) -> list[str]:

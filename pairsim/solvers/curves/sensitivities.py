@@ -87,11 +87,15 @@ def by_each_particle(at: Linearisation, adjoints: Adjoints, dU: Array, motion: S
 
     Returns:
         Derivatives [U_av], shape (N, N, 2, 2): of the velocity of particle i; by particle j; by the logarithm of its
-        diameter, and of its Ca_e (zeros for rigid particles); at held distances, and of what moving adds. That of a
-        rigid particle alone by its diameter is not known, and 0 here: its mesh does not move (`rows.short_rows` has
-        it by differences).
+        diameter, and of its Ca_e (zeros for rigid particles); at held distances, and of what moving adds.
+
+    Raises:
+        ValueError: It is a rigid particle alone, whose mesh does not move with its diameter: `rows.short_rows` has its
+            derivative by differences.
     """
     now, n = at.parameters, len(at.parameters.solids)
+    if n == 1 and not any(now.Ca_es):
+        raise ValueError("the mesh of a rigid particle alone does not move with its diameter")
     found = np.zeros((n, n, 2, 2))
     for j, own in enumerate(np.eye(n)):
         lines: list[Line] = [lambda tau, own=own: now.resized(1 + tau * own)]  # type: ignore[misc]
