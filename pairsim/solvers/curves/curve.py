@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Protocol
 
 import numpy as np
 
@@ -19,6 +20,9 @@ from pairsim.solvers.steady.scene import Snapshot
 # All constants were chosen.
 HALVINGS = 5  # bisections of an interval with a change of sign in which Newton's method finds no zero
 CLOSE = 0.1  # difference of log d below which no point is added between two others: it would show meshes, not dU
+
+type Distances = tuple[float, ...]
+"""Distances of a point [D_c], N-1 values."""
 
 
 @dataclass(frozen=True)
@@ -81,13 +85,44 @@ def _unresolved(points: list[Point], tol: float) -> list[tuple[Point, Point]]:
     ]
 
 
+class Others(Protocol):
+    """Other processes that solve for points of a curve at the same time."""
+
+    def share(self, places: Sequence[Distances]) -> Sequence[Distances]:
+        """Give places to them; returns those that are left to this process."""
+
+    def come(self) -> Iterator[tuple[Distances, Point]]:
+        """Yield the places and points that they have found since this was asked last."""
+
+    def rest(self) -> Iterator[tuple[Distances, Point]]:
+        """Yield the places and points that they find until they have ended, whether or not they have found all."""
+
+
+class Nobody:
+    """No other process."""
+
+    def share(self, places: Sequence[Distances]) -> Sequence[Distances]:
+        """All places are left to this process."""
+        return places
+
+    def come(self) -> Iterator[tuple[Distances, Point]]:
+        """Yield nothing."""
+        return iter(())
+
+    rest = come
+
+
+NOBODY = Nobody()
+
+
 def trace(
-    branch: Branch, places: Sequence[tuple[float, ...]], tol: float, max_points: int
+    branch: Branch, places: Sequence[Distances], tol: float, max_points: int, others: Others = NOBODY
 ) -> Iterator[tuple[Point, bool] | Ended]:
     """Compute a curve at given distances, and add others if all gaps of each point are equal, or one alone varies.
 
     Points are added until no neighbours are more than a factor `WIDEST` apart, and the interval of dU between them is
-    narrow enough, or no more than twice as wide as that at the points.
+    narrow enough, or no more than twice as wide as that at the points. Where they are added follows from the points of
+    all processes.
 
     Args:
         branch: The branch, at any solution.
@@ -95,6 +130,7 @@ def trace(
             gaps of each point are equal, or one alone varies.
         tol: Half-width of dU between the points, relative to the largest |dU|.
         max_points: Largest number of points, unless more are requested.
+        others: Other processes, which solve for some of the points.
 
     Yields:
         Every point as it is computed, and whether it was requested; at last why a continuation has ended, if one has.
@@ -105,11 +141,11 @@ def trace(
     parameters, requested = branch.solver.parameters, set(places)
     curve = parameters.varied is not None or all(place and len(set(place)) == 1 for place in places)
     points = []
-    for place in between(places, max_points) if curve else places:
-        point = branch.at(replace(parameters, gaps=place))
-        if isinstance(point, Ended):
-            yield point
+    for solved in _solved(branch, between(places, max_points) if curve else places, others, in_order=not curve):
+        if isinstance(solved, Ended):
+            yield solved
             return
+        place, point = solved
         points.append(point)
         yield point, place in requested
     if not curve:
@@ -119,14 +155,49 @@ def trace(
         here = branch.solver.parameters.gaps[parameters.varied or 0]
         if abs(here - new[-1][1].d) < abs(here - new[0][0].d):
             new.reverse()  # start with the interval nearest to the present solution
-        for a, b in new:
-            point = branch.at(parameters.with_gap(float(np.sqrt(a.d * b.d))))
-            if isinstance(point, Ended):
-                yield point
+        added = [parameters.with_gap(float(np.sqrt(a.d * b.d))).gaps for a, b in new]
+        for solved in _solved(branch, added, others):
+            if isinstance(solved, Ended):
+                yield solved
                 return
-            points.append(point)
-            yield point, False
+            points.append(solved[1])
+            yield solved[1], False
         points.sort(key=lambda p: p.d)
+
+
+def _solved(
+    branch: Branch, places: Sequence[Distances], others: Others, *, in_order: bool = False
+) -> Iterator[tuple[Distances, Point] | Ended]:
+    """Solve at places, as far as other processes do not; yield their points in the order of the places, if asked to.
+
+    What they have not found is solved for at last, from the solutions of this process, as it would be without them.
+    """
+    parameters, later, done = branch.solver.parameters, dict[Distances, Point](), set[Distances]()
+
+    def found(others_points: Iterator[tuple[Distances, Point]]) -> Iterator[tuple[Distances, Point]]:
+        for place, point in others_points:
+            done.add(place)
+            if in_order:
+                later[place] = point
+            else:
+                yield place, point
+
+    for place in others.share(places):
+        point = branch.at(replace(parameters, gaps=place))
+        yield point if isinstance(point, Ended) else (place, point)
+        if isinstance(point, Ended):
+            return
+        done.add(place)
+        yield from found(others.come())
+    yield from found(others.rest())
+    for place in places:
+        if place in later:
+            yield place, later[place]
+        elif place not in done:
+            point = branch.at(replace(parameters, gaps=place))
+            yield point if isinstance(point, Ended) else (place, point)
+            if isinstance(point, Ended):
+                return
 
 
 def find_zeros(branch: Branch, points: list[Point]) -> Iterator[Zero | Ended]:
