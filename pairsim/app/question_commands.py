@@ -103,7 +103,7 @@ def _compute(
         notes = (f"note: {note}" for note in (*checked.remarks, *checked.notes))
         typer.echo("\n".join([f"{directory}: {question.estimate(checked)}", *notes]))
         return
-    on = {flag.name: bool(value) for flag, value in flags.items()}
+    on: dict[str, Any] = {flag.name: bool(value) for flag, value in flags.items()}
     with Signals(final=True) as signals:
         result: Result = function_of(question.name)(
             checked,

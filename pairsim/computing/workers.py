@@ -271,25 +271,34 @@ class Shared[P, T]:
         """Whether there are workers."""
         return self._workers.count > 1
 
-    def share(self, places: Sequence[P]) -> Sequence[P]:
-        """Give places to the workers; returns those that are left to this process, as many as each of them has."""
+    def share(self, places: Sequence[P], more: float = 0.0) -> Sequence[P]:
+        """Give places to the workers; returns those that are left to this process, the first ones.
+
+        Args:
+            places: The places, neighbours beside each other.
+            more: What this process has to do beside its places, in places.
+        """
         if not self.shares or len(places) < 2:
             return places
-        parts = min(self._workers.count, len(places))
-        ends = [round(i * len(places) / parts) for i in range(parts + 1)]
-        mine, *others = [places[a:b] for a, b in pairwise(ends)]
+        number, others = len(places), min(self._workers.count, len(places)) - 1
+        first = max(round((number + more) / (others + 1) - more), 1)
+        ends = [first + round(i * (number - first) / others) for i in range(others + 1)]
         self._helpers += [
-            self._workers.start(self._part(each), self._monitor, number) for number, each in enumerate(others)
+            self._workers.start(self._part(places[a:b]), self._monitor, i) for i, (a, b) in enumerate(pairwise(ends))
         ]
-        return mine
+        return places[:first]
 
     def come(self) -> Iterator[T]:
         """Yield what workers have found since this was asked last."""
         for helper in self._helpers:
             yield from helper.found()
 
-    def rest(self) -> Iterator[T]:
-        """Yield what they find until all have ended."""
+    def rest(self, meanwhile: Callable[[], bool] = lambda: False) -> Iterator[T]:
+        """Yield what they find until all have ended.
+
+        Args:
+            meanwhile: Does something while they are at work; returns whether there was anything to do.
+        """
         while self._helpers:
             self._monitor.check()
             ended = [helper for helper in self._helpers if not helper.at_work]  # before what they have found is read
@@ -298,5 +307,5 @@ class Shared[P, T]:
                 self._helpers.remove(helper)
                 if said := helper.said:
                     self._say(f"a worker has ended early, what is left of its part is computed here: {said}")
-            if self._helpers:
+            if self._helpers and not meanwhile():
                 time.sleep(POLL)

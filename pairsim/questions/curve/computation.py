@@ -43,7 +43,7 @@ from pairsim.runtime.message import Message, Text
 from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.text import counted
 from pairsim.solvers.curves.branch import Branch, Point
-from pairsim.solvers.curves.curve import Equilibrium, Zero, equilibria, find_zeros, trace
+from pairsim.solvers.curves.curve import EarlyZeros, Equilibrium, Zero, equilibria, find_zeros, trace
 from pairsim.solvers.curves.distances import between
 from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU, CurveInterpolant
 from pairsim.solvers.curves.scout import ENOUGH
@@ -68,7 +68,8 @@ def computation(case: CurveCase, monitor: Monitor, workers: Workers, sensitiviti
             sloping = case.n > 2 and case.velocity is None
             if sloping:
                 yield events.Table("slopes", SLOPES.named(case.n), ascending=case.common)
-            for traced in trace(branch, places, case.tol, case.max_points, others):
+            early = EarlyZeros() if case.of_free_pairs else None
+            for traced in trace(branch, places, case.tol, case.max_points, others, early):
                 if isinstance(traced, Ended):
                     return found.outcome_of(traced)
                 point, wanted = traced
@@ -85,8 +86,8 @@ def computation(case: CurveCase, monitor: Monitor, workers: Workers, sensitiviti
                 yield from others.notes()
                 yield events.Progress(min(count, expected), _shown(point, count), count)
             message = counted(len(points), "point")
-            if case.n == 2 and case.velocity is None:
-                zeros = yield from _zeros(branch, points)
+            if early is not None:
+                zeros = yield from _zeros(branch, points, early)
                 if isinstance(zeros, Ended):
                     return found.outcome_of(zeros)
                 found_zeros = ", ".join(_said(case, zero) for zero in zeros)
@@ -129,12 +130,14 @@ def _shown(point: Point, count: int) -> Message:
     return Message.joined("  ", [*place, motion, f"Newton {point.newton}", f"point {count}"])
 
 
-def _zeros(branch: Branch, points: list[Point]) -> Generator[events.Event, None, Sequence[Equilibrium] | Ended]:
+def _zeros(
+    branch: Branch, points: list[Point], early: EarlyZeros
+) -> Generator[events.Event, None, Sequence[Equilibrium] | Ended]:
     """Find the zeros of the curve of a pair; those found before an end or a failure are written, too."""
     zeros, ended = list[Zero](), None
     failure: RunFailure | None = None
     try:
-        for zero in find_zeros(branch, points):
+        for zero in find_zeros(branch, points, early):
             if isinstance(zero, Ended):
                 ended = zero
             else:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -28,6 +28,8 @@ from pairsim.solvers.goals import DP_PLUS, D, F, Goal, U, dU
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.ends import Ended
 from pairsim.solvers.steady.scene import SteadySolver
+
+OF_ZEROS = 2.0  # points that a zero takes as long as: it has readings on meshes of its own; measured
 
 
 def parameters_of(case: CurveCase, sensitivities: bool) -> list[str]:
@@ -126,14 +128,14 @@ class Others:
         self, case: CurveCase, workers: Workers, monitor: Monitor, found: Solutions, sensitivities: Sequence[str]
     ) -> None:
         part = partial(partial, solve_part, case, tuple(sensitivities))
-        self._notes, self._found = list[str](), found
+        self._case, self._notes, self._found = case, list[str](), found
         self._shared = Shared[Distances, Any](workers, monitor, part, self._notes.append)
         self._first: Sequence[Distances] | None = None
         self._read = dict[int, tuple[Point, ReadOff]]()
 
     def begin(self, places: Sequence[Distances]) -> None:
         """Give the first places away, while this process looks for its first solution."""
-        self._first = self._shared.share(places)
+        self._first = self._shared.share(places, OF_ZEROS if self._case.of_free_pairs else 0.0)
 
     def share(self, places: Sequence[Distances]) -> Sequence[Distances]:
         """Give places to workers; returns those that are left to this process."""
@@ -146,9 +148,9 @@ class Others:
         """Yield the places and points that they have found since this was asked last."""
         return self._points(self._shared.come())
 
-    def rest(self) -> Iterator[tuple[Distances, Point]]:
-        """Yield the places and points that they find until all have ended."""
-        return self._points(self._shared.rest())
+    def rest(self, meanwhile: Callable[[], bool]) -> Iterator[tuple[Distances, Point]]:
+        """Yield the places and points that they find until all have ended; `meanwhile` as for `Shared.rest`."""
+        return self._points(self._shared.rest(meanwhile))
 
     def _points(self, found: Iterator[Any]) -> Iterator[tuple[Distances, Point]]:
         for each in found:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -94,8 +94,12 @@ class Others(Protocol):
     def come(self) -> Iterator[tuple[Distances, Point]]:
         """Yield the places and points that they have found since this was asked last."""
 
-    def rest(self) -> Iterator[tuple[Distances, Point]]:
-        """Yield the places and points that they find until they have ended, whether or not they have found all."""
+    def rest(self, meanwhile: Callable[[], bool]) -> Iterator[tuple[Distances, Point]]:
+        """Yield the places and points that they find until they have ended, whether or not they have found all.
+
+        Args:
+            meanwhile: Does something while they are at work; returns whether there was anything to do.
+        """
 
 
 class Nobody:
@@ -109,14 +113,21 @@ class Nobody:
         """Yield nothing."""
         return iter(())
 
-    rest = come
+    def rest(self, meanwhile: Callable[[], bool]) -> Iterator[tuple[Distances, Point]]:
+        """Yield nothing."""
+        return iter(())
 
 
 NOBODY = Nobody()
 
 
 def trace(
-    branch: Branch, places: Sequence[Distances], tol: float, max_points: int, others: Others = NOBODY
+    branch: Branch,
+    places: Sequence[Distances],
+    tol: float,
+    max_points: int,
+    others: Others = NOBODY,
+    early: EarlyZeros | None = None,
 ) -> Iterator[tuple[Point, bool] | Ended]:
     """Compute a curve at given distances, and add others if all gaps of each point are equal, or one alone varies.
 
@@ -131,6 +142,7 @@ def trace(
         tol: Half-width of dU between the points, relative to the largest |dU|.
         max_points: Largest number of points, unless more are requested.
         others: Other processes, which solve for some of the points.
+        early: Takes the zeros that are found while other processes are at work; None: none are looked for.
 
     Yields:
         Every point as it is computed, and whether it was requested; at last why a continuation has ended, if one has.
@@ -140,8 +152,14 @@ def trace(
     """
     parameters, requested = branch.solver.parameters, set(places)
     curve = parameters.varied is not None or all(place and len(set(place)) == 1 for place in places)
-    points = []
-    for solved in _solved(branch, between(places, max_points) if curve else places, others, in_order=not curve):
+    points = list[Point]()
+    filled = between(places, max_points) if curve else places
+
+    def meanwhile(missing: Collection[Distances]) -> bool:
+        return early is not None and curve and early.search(branch, points, [place[at] for place in missing])
+
+    at = parameters.varied or 0
+    for solved in _solved(branch, filled, others, meanwhile, in_order=not curve):
         if isinstance(solved, Ended):
             yield solved
             return
@@ -152,11 +170,11 @@ def trace(
         return
     points.sort(key=lambda p: p.d)
     while new := _unresolved(points, tol)[: max(max_points - len(points), 0)]:
-        here = branch.solver.parameters.gaps[parameters.varied or 0]
+        here = branch.solver.parameters.gaps[at]
         if abs(here - new[-1][1].d) < abs(here - new[0][0].d):
             new.reverse()  # start with the interval nearest to the present solution
         added = [parameters.with_gap(float(np.sqrt(a.d * b.d))).gaps for a, b in new]
-        for solved in _solved(branch, added, others):
+        for solved in _solved(branch, added, others, meanwhile):
             if isinstance(solved, Ended):
                 yield solved
                 return
@@ -166,11 +184,17 @@ def trace(
 
 
 def _solved(
-    branch: Branch, places: Sequence[Distances], others: Others, *, in_order: bool = False
+    branch: Branch,
+    places: Sequence[Distances],
+    others: Others,
+    meanwhile: Callable[[Collection[Distances]], bool],
+    *,
+    in_order: bool = False,
 ) -> Iterator[tuple[Distances, Point] | Ended]:
     """Solve at places, as far as other processes do not; yield their points in the order of the places, if asked to.
 
     What they have not found is solved for at last, from the solutions of this process, as it would be without them.
+    While they are at work, `meanwhile` is called with the places that are not solved yet.
     """
     parameters, later, done = branch.solver.parameters, dict[Distances, Point](), set[Distances]()
 
@@ -189,7 +213,7 @@ def _solved(
             return
         done.add(place)
         yield from found(others.come())
-    yield from found(others.rest())
+    yield from found(others.rest(lambda: meanwhile({*places} - done)))
     for place in places:
         if place in later:
             yield place, later[place]
@@ -200,7 +224,7 @@ def _solved(
                 return
 
 
-def find_zeros(branch: Branch, points: list[Point]) -> Iterator[Zero | Ended]:
+def find_zeros(branch: Branch, points: list[Point], known: Sequence[Zero] = ()) -> Iterator[Zero | Ended]:
     """Find the zeros at all changes of sign of dU between the points of a curve, in ascending d.
 
     Between two points whose signs are both uncertain there may be none.
@@ -208,17 +232,47 @@ def find_zeros(branch: Branch, points: list[Point]) -> Iterator[Zero | Ended]:
     Args:
         branch: The branch, at any solution.
         points: Points in ascending d.
+        known: Zeros that were found before, of `EarlyZeros`.
 
     Yields:
         The zeros; at last why a continuation has ended, if one has.
     """
     for a, b in pairwise(points):
-        if a.dU * b.dU < 0 and max(abs(a.dU), abs(b.dU)) > NEGLIGIBLE_DU:
-            found = _zero_between(branch, a, b)
+        if _changes_sign(a, b):
+            found = next((zero for zero in known if a.d <= zero.point.d <= b.d), None) or _zero_between(branch, a, b)
             if found is not None:
                 yield found
             if isinstance(found, Ended):
                 return
+
+
+class EarlyZeros(list[Zero]):
+    """Zeros that are found before all points of a curve are known, each between two that are neighbours for sure."""
+
+    def __init__(self) -> None:
+        self._searched = set[tuple[float, float]]()
+
+    def search(self, branch: Branch, points: Sequence[Point], missing: Sequence[float]) -> bool:
+        """Look for a zero; returns whether there were two points between which one could be looked for.
+
+        Args:
+            branch: The branch, at any solution.
+            points: Points so far.
+            missing: Distances of those that are still to come [D_c].
+        """
+        for a, b in pairwise(sorted(points, key=lambda point: point.d)):
+            new = (a.d, b.d) not in self._searched and not any(a.d < d < b.d for d in missing)
+            if new and _changes_sign(a, b):
+                self._searched.add((a.d, b.d))
+                found = _zero_between(branch, a, b)
+                if isinstance(found, Zero):
+                    self.append(found)
+                return True
+        return False
+
+
+def _changes_sign(a: Point, b: Point) -> bool:
+    return a.dU * b.dU < 0 and max(abs(a.dU), abs(b.dU)) > NEGLIGIBLE_DU
 
 
 def _zero_between(branch: Branch, a: Point, b: Point) -> Zero | Ended | None:
