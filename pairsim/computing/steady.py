@@ -10,8 +10,9 @@ from pairsim.analysis.rows_of_points import way_row
 from pairsim.cases.case import SceneCase
 from pairsim.computing.accuracy import adaptation_report
 from pairsim.computing.branch_report import COUNTS, BranchReport
-from pairsim.computing.events import Event, Outcome, Summary, Table
+from pairsim.computing.events import Event, Note, Outcome, Summary, Table
 from pairsim.computing.warnings import common_warnings, moves_on
+from pairsim.computing.workers import Shared
 from pairsim.quantities.kinds import LENGTH
 from pairsim.record.column import names_of
 from pairsim.record.columns import POLYMER_HEALTH, STEADY_HEALTH, WAY_COLUMNS, YIELD_HEALTH
@@ -107,6 +108,10 @@ class Solutions:
         self.branch = AdaptiveBranch(scene, sensitivities, goals=self.goals, wanted=wanted, places=places, fixed=fixed)
         return self.branch
 
+    def hear(self, said: tuple[str, BranchReport]) -> None:
+        """Take what another process, by its name, says of its branch."""
+        self.others.update([said])
+
     def last_events(self, entries: Entries, warnings: Sequence[Text] = ()) -> Iterator[Event]:
         """The last events: what run.json says, and the solutions on the way to parameters that were not reached."""
         yield self.summary(entries, warnings)
@@ -137,9 +142,15 @@ class Solutions:
     @property
     def report(self) -> BranchReport | None:
         """What is said of the branch, and of those of other processes; None before `begin`."""
-        if self.branch is None:
-            return None
-        return reduce(BranchReport.joined, self.others.values(), BranchReport.of(self.branch))
+        own = [] if self.branch is None else [BranchReport.of(self.branch)]
+        each = [*own, *self.others.values()]
+        return reduce(BranchReport.joined, each) if each else None
+
+
+def told(shared: Shared[Any, Any]) -> Iterator[Note]:
+    """Yield what is to be said of workers."""
+    while shared.notes:
+        yield Note(shared.notes.pop(0))
 
 
 def together(summaries: Sequence[Summary], entries: Entries, warnings: Sequence[Text] = ()) -> Summary:

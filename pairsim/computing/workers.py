@@ -18,6 +18,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecutor
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext, suppress
 from dataclasses import dataclass
+from functools import partial
 from itertools import count, pairwise
 from pathlib import Path
 from typing import Any, Self
@@ -250,21 +251,38 @@ ALONE = Workers()
 """No other process."""
 
 
+@dataclass(frozen=True)
+class FoundAt[P, T]:
+    """What a part yields at a place: the result there."""
+
+    place: P
+    result: T
+
+
 class Shared[P, T]:
-    """Work on places, such as distances, that this process shares with its workers.
+    """Work on places, such as distances, that this process shares with its workers: `pairsim.runtime.others.Others`.
 
     Args:
         workers: The workers.
         monitor: The monitor of the case.
-        part: Makes the computation of a part at some places.
-        say: Takes what is to be said of workers that have ended.
+        part: The computation of a part but for its places, which are its last argument but the desk. It yields a
+            `FoundAt` for each place, and may yield other things.
+        aside: Takes these other things.
+
+    Attributes:
+        notes: What is to be said of workers that have ended early.
     """
 
     def __init__(
-        self, workers: Workers, monitor: Monitor, part: Callable[[Sequence[P]], PartOf[T]], say: Callable[[str], None]
+        self,
+        workers: Workers,
+        monitor: Monitor,
+        part: Callable[[Sequence[P], Desk], Iterator[Any]],
+        aside: Callable[[Any], None],
     ) -> None:
-        self._workers, self._monitor, self._part, self._say = workers, monitor, part, say
-        self._helpers: list[Helper[T]] = []
+        self._workers, self._monitor, self._part, self._aside = workers, monitor, part, aside
+        self._helpers: list[Helper[Any]] = []
+        self.notes: list[str] = []
 
     @property
     def shares(self) -> bool:
@@ -284,16 +302,21 @@ class Shared[P, T]:
         first = max(round((number + more) / (others + 1) - more), 1)
         ends = [first + round(i * (number - first) / others) for i in range(others + 1)]
         self._helpers += [
-            self._workers.start(self._part(places[a:b]), self._monitor, i) for i, (a, b) in enumerate(pairwise(ends))
+            self._workers.start(partial(self._part, places[a:b]), self._monitor, i)
+            for i, (a, b) in enumerate(pairwise(ends))
         ]
         return places[:first]
 
-    def come(self) -> Iterator[T]:
-        """Yield what workers have found since this was asked last."""
+    def come(self) -> Iterator[tuple[P, T]]:
+        """Yield what workers have found since this was asked last, with its place."""
         for helper in self._helpers:
-            yield from helper.found()
+            for each in helper.found():
+                if isinstance(each, FoundAt):
+                    yield each.place, each.result
+                else:
+                    self._aside(each)
 
-    def rest(self, meanwhile: Callable[[], bool] = lambda: False) -> Iterator[T]:
+    def rest(self, meanwhile: Callable[[], bool]) -> Iterator[tuple[P, T]]:
         """Yield what they find until all have ended.
 
         Args:
@@ -306,6 +329,6 @@ class Shared[P, T]:
             for helper in ended:
                 self._helpers.remove(helper)
                 if said := helper.said:
-                    self._say(f"a worker has ended early, what is left of its part is computed here: {said}")
+                    self.notes.append(f"a worker has ended early, what is left of its part is computed here: {said}")
             if self._helpers and not meanwhile():
                 time.sleep(POLL)

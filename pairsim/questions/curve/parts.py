@@ -14,8 +14,8 @@ from pairsim.computing import events
 from pairsim.computing.branch_report import BranchReport
 from pairsim.computing.found import Found
 from pairsim.computing.problems import steady_problem
-from pairsim.computing.steady import Solutions
-from pairsim.computing.workers import Desk, Shared, Workers
+from pairsim.computing.steady import Solutions, told
+from pairsim.computing.workers import Desk, FoundAt, Shared, Workers
 from pairsim.questions.curve import QUESTION, CurveCase
 from pairsim.record.fields_of_frame import steady_frame
 from pairsim.record.xdmf import FieldFrame
@@ -89,13 +89,9 @@ def read_off(case: CurveCase, point: Point, solver: SteadySolver) -> ReadOff:
     return ReadOff(own, steady_frame(point.d, solver) if asked else None)
 
 
-type Solved = tuple[Distances, Point, ReadOff]
-"""Places, the point there, and what else is read off."""
-
-
 def solve_part(
     case: CurveCase, sensitivities: Sequence[str], places: Sequence[Distances], desk: Desk
-) -> Iterator[Solved | tuple[str, BranchReport]]:
+) -> Iterator[FoundAt[Distances, tuple[Point, ReadOff]] | tuple[str, BranchReport]]:
     """Solve at some of the places of a curve, in another process than the one that computes it.
 
     Its first scene is found there, and its meshes are adapted there. Nothing is said where a continuation ends: the
@@ -109,7 +105,7 @@ def solve_part(
         point = branch.at(start_of(case, place))
         if isinstance(point, Ended):
             return
-        yield place, point, read_off(case, point, branch.solver)
+        yield FoundAt(place, (point, read_off(case, point, branch.solver)))
         yield desk.name, BranchReport.of(branch)
 
 
@@ -127,9 +123,9 @@ class Others:
     def __init__(
         self, case: CurveCase, workers: Workers, monitor: Monitor, found: Solutions, sensitivities: Sequence[str]
     ) -> None:
-        part = partial(partial, solve_part, case, tuple(sensitivities))
-        self._case, self._notes, self._found = case, list[str](), found
-        self._shared = Shared[Distances, Any](workers, monitor, part, self._notes.append)
+        part = partial(solve_part, case, tuple(sensitivities))
+        self._case = case
+        self._shared = Shared[Distances, tuple[Point, ReadOff]](workers, monitor, part, found.hear)
         self._first: Sequence[Distances] | None = None
         self._read = dict[int, tuple[Point, ReadOff]]()
 
@@ -152,14 +148,10 @@ class Others:
         """Yield the places and points that they find until all have ended; `meanwhile` as for `Shared.rest`."""
         return self._points(self._shared.rest(meanwhile))
 
-    def _points(self, found: Iterator[Any]) -> Iterator[tuple[Distances, Point]]:
-        for each in found:
-            match each:
-                case (place, Point() as point, read):
-                    self._read[id(point)] = point, read
-                    yield place, point
-                case (name, report):
-                    self._found.others[name] = report
+    def _points(self, found: Iterator[tuple[Distances, tuple[Point, ReadOff]]]) -> Iterator[tuple[Distances, Point]]:
+        for place, (point, read) in found:
+            self._read[id(point)] = point, read
+            yield place, point
 
     def of(self, point: Point) -> ReadOff | None:
         """What a worker has read off the solution of a point; None if this process has found it."""
@@ -168,5 +160,4 @@ class Others:
 
     def notes(self) -> Iterator[events.Note]:
         """Yield what is to be said of workers."""
-        while self._notes:
-            yield events.Note(self._notes.pop(0))
+        return told(self._shared)

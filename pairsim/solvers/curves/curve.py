@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Protocol
 
 import numpy as np
 
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
+from pairsim.runtime.others import NOBODY, Others, found_by_all
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.distances import between
 from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU, CurveInterpolant
@@ -85,48 +85,12 @@ def _unresolved(points: list[Point], tol: float) -> list[tuple[Point, Point]]:
     ]
 
 
-class Others(Protocol):
-    """Other processes that solve for points of a curve at the same time."""
-
-    def share(self, places: Sequence[Distances]) -> Sequence[Distances]:
-        """Give places to them; returns those that are left to this process."""
-
-    def come(self) -> Iterator[tuple[Distances, Point]]:
-        """Yield the places and points that they have found since this was asked last."""
-
-    def rest(self, meanwhile: Callable[[], bool]) -> Iterator[tuple[Distances, Point]]:
-        """Yield the places and points that they find until they have ended, whether or not they have found all.
-
-        Args:
-            meanwhile: Does something while they are at work; returns whether there was anything to do.
-        """
-
-
-class Nobody:
-    """No other process."""
-
-    def share(self, places: Sequence[Distances]) -> Sequence[Distances]:
-        """All places are left to this process."""
-        return places
-
-    def come(self) -> Iterator[tuple[Distances, Point]]:
-        """Yield nothing."""
-        return iter(())
-
-    def rest(self, meanwhile: Callable[[], bool]) -> Iterator[tuple[Distances, Point]]:
-        """Yield nothing."""
-        return iter(())
-
-
-NOBODY = Nobody()
-
-
 def trace(
     branch: Branch,
     places: Sequence[Distances],
     tol: float,
     max_points: int,
-    others: Others = NOBODY,
+    others: Others[Distances, Point | Ended] = NOBODY,
     early: EarlyZeros | None = None,
 ) -> Iterator[tuple[Point, bool] | Ended]:
     """Compute a curve at given distances, and add others if all gaps of each point are equal, or one alone varies.
@@ -159,11 +123,14 @@ def trace(
         return early is not None and curve and early.search(branch, points, [place[at] for place in missing])
 
     at = parameters.varied or 0
-    for solved in _solved(branch, filled, others, meanwhile, in_order=not curve):
-        if isinstance(solved, Ended):
-            yield solved
+
+    def solve(place: Distances) -> Point | Ended:
+        return branch.at(replace(parameters, gaps=place))
+
+    for place, point in found_by_all(filled, solve, others, meanwhile, in_order=not curve):
+        if isinstance(point, Ended):
+            yield point
             return
-        place, point = solved
         points.append(point)
         yield point, place in requested
     if not curve:
@@ -174,54 +141,13 @@ def trace(
         if abs(here - new[-1][1].d) < abs(here - new[0][0].d):
             new.reverse()  # start with the interval nearest to the present solution
         added = [parameters.with_gap(float(np.sqrt(a.d * b.d))).gaps for a, b in new]
-        for solved in _solved(branch, added, others, meanwhile):
-            if isinstance(solved, Ended):
-                yield solved
-                return
-            points.append(solved[1])
-            yield solved[1], False
-        points.sort(key=lambda p: p.d)
-
-
-def _solved(
-    branch: Branch,
-    places: Sequence[Distances],
-    others: Others,
-    meanwhile: Callable[[Collection[Distances]], bool],
-    *,
-    in_order: bool = False,
-) -> Iterator[tuple[Distances, Point] | Ended]:
-    """Solve at places, as far as other processes do not; yield their points in the order of the places, if asked to.
-
-    What they have not found is solved for at last, from the solutions of this process, as it would be without them.
-    While they are at work, `meanwhile` is called with the places that are not solved yet.
-    """
-    parameters, later, done = branch.solver.parameters, dict[Distances, Point](), set[Distances]()
-
-    def found(others_points: Iterator[tuple[Distances, Point]]) -> Iterator[tuple[Distances, Point]]:
-        for place, point in others_points:
-            done.add(place)
-            if in_order:
-                later[place] = point
-            else:
-                yield place, point
-
-    for place in others.share(places):
-        point = branch.at(replace(parameters, gaps=place))
-        yield point if isinstance(point, Ended) else (place, point)
-        if isinstance(point, Ended):
-            return
-        done.add(place)
-        yield from found(others.come())
-    yield from found(others.rest(lambda: meanwhile({*places} - done)))
-    for place in places:
-        if place in later:
-            yield place, later[place]
-        elif place not in done:
-            point = branch.at(replace(parameters, gaps=place))
-            yield point if isinstance(point, Ended) else (place, point)
+        for _, point in found_by_all(added, solve, others, meanwhile):
             if isinstance(point, Ended):
+                yield point
                 return
+            points.append(point)
+            yield point, False
+        points.sort(key=lambda p: p.d)
 
 
 def find_zeros(branch: Branch, points: list[Point], known: Sequence[Zero] = ()) -> Iterator[Zero | Ended]:
