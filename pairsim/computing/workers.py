@@ -42,17 +42,23 @@ class Desk:
 
     Args:
         computation: The computation.
-        budget: Wall time that is left for it [s]; None for no limit.
+        monitor: Ends the parts.
 
     Attributes:
         name: A name that no other one has.
-        monitor: Ends the parts.
     """
 
-    def __init__(self, computation: str, budget: float | None) -> None:
-        self.computation, self.name = computation, uuid4().hex
+    def __init__(self, computation: str, monitor: Monitor) -> None:
+        self.computation, self.monitor, self.name = computation, monitor, uuid4().hex
         self._open, self._kept = ExitStack(), list[Any]()
-        self.monitor = Monitor(self._open.enter_context(Signals()), budget=budget)
+
+    @classmethod
+    def in_child(cls, part: Part) -> Self:
+        """That of a child process, whose signals end the computation as well as its budget does."""
+        signals = Signals()
+        desk = cls(part.computation, Monitor(signals, budget=part.budget))
+        desk._open.enter_context(signals)
+        return desk
 
     def kept[S](self, make: Callable[[], AbstractContextManager[S]]) -> S:
         """What an earlier part has made, or else what is made now; closed after the last part."""
@@ -90,6 +96,7 @@ class Part:
                     content = pickle.dumps(each)
                     file.write(len(content).to_bytes(LENGTH) + content)
                     file.flush()
+                file.write(bytes(LENGTH))  # all is there
         except (RunFailure, KeyboardInterrupt):  # which this process finds, too, if it is one of the case
             return ""
         except Exception as error:
@@ -107,7 +114,7 @@ def _desk_of(part: Part) -> Desk:
     if not (_desks and _desks[0].computation == part.computation):
         while _desks:
             _desks.pop().close()
-        _desks.append(Desk(part.computation, part.budget))
+        _desks.append(Desk.in_child(part))
     return _desks[0]
 
 
@@ -135,10 +142,14 @@ def _sigterm_left_to_the_main_thread() -> AbstractContextManager[None]:
 
 
 class Helper[T]:
-    """A part that a worker computes, and what it has found so far."""
+    """A part that a worker computes, and what it has found so far.
+
+    Attributes:
+        complete: Whether all that it finds has been read.
+    """
 
     def __init__(self, future: Future[str], file: Path) -> None:
-        self._future, self._file, self._read = future, file, 0
+        self._future, self._file, self._read, self.complete = future, file, 0, False
 
     @property
     def at_work(self) -> bool:
@@ -152,7 +163,9 @@ class Helper[T]:
         with self._file.open("rb") as file:
             file.seek(self._read)
             while len(head := file.read(LENGTH)) == LENGTH:
-                length = int.from_bytes(head)
+                if not (length := int.from_bytes(head)):
+                    self.complete = True
+                    return
                 if len(content := file.read(length)) < length:
                     return  # it is being written
                 self._read = file.tell()
@@ -332,3 +345,46 @@ class Shared[P, T]:
                     self.notes.append(f"a worker has ended early, what is left of its part is computed here: {said}")
             if self._helpers and not meanwhile():
                 time.sleep(POLL)
+
+
+def found_in_parts[T](workers: Workers, monitor: Monitor, parts: Sequence[PartOf[T]]) -> Iterator[tuple[int, T]]:
+    """Compute parts that do not depend on each other, each by whichever process is free first.
+
+    Args:
+        workers: The workers.
+        monitor: The monitor of the case.
+        parts: The computations.
+
+    Yields:
+        What they find, with the number of the part, from 0: of this process at once, of others once a part is complete.
+    """
+    helpers = dict[int, Helper[T]]()
+    if workers.count > 1:
+        helpers = {i: workers.start(part, monitor, i) for i, part in enumerate(parts)}
+    here, left, found = Desk("", monitor), {*range(len(parts))}, {i: list[T]() for i in helpers}
+
+    def complete() -> Iterator[tuple[int, T]]:
+        for i, helper in [*helpers.items()]:
+            ended = not helper.at_work  # before what it has found is read
+            found[i] += helper.found()
+            if helper.complete:
+                left.discard(i)
+                yield from ((i, each) for each in found[i])
+            if helper.complete or ended:  # what is not complete is computed here
+                del helpers[i]
+
+    while left:
+        monitor.check()
+        yield from complete()
+        # Workers begin with the first parts, this process with the last ones.
+        free = next(
+            (i for i in sorted(left, reverse=workers.count > 1) if i not in helpers or helpers[i].cancelled()), None
+        )
+        if free is not None:
+            helpers.pop(free, None)
+            left.discard(free)
+            for each in parts[free](here):
+                yield free, each
+                yield from complete()
+        elif left:
+            time.sleep(POLL)

@@ -67,8 +67,8 @@ class Computation[R: Result]:
                 `pairsim.runtime.signals.Signals` that the caller has entered. Without it no signal handler is
                 installed; a KeyboardInterrupt ends the computation, and what was computed until then is returned.
             budget: Largest wall time, such as "10min"; what is known by then is kept.
-            workers: Number of processes that share the work on the case, of questions that can be shared: all but `run`
-                and `stream`. Results depend on it within their errors, and need not be equal to the last digit.
+            workers: Number of processes that share the work on the case, of all questions but `run`. Results depend on
+                it within their errors, and need not be equal to the last digit.
             executor: Has the processes beside this one started: an executor of `concurrent.futures` on this machine,
                 such as that of a Dask client. By default threads do.
             more: Keys to replace, as for `load`; and what the command alone has: `resume=True` of `run` continues from

@@ -288,7 +288,7 @@ def solve(case: CurveCase, *, monitor: Monitor, workers: Workers, sensitivities:
         if sensitivities:
             allowed = "must be left out with after: derivatives are those of steady states"
             raise InputError("pairsim curve", "--sensitivities", None, allowed)
-        return from_rest(case, monitor)
+        return from_rest(case, monitor, workers)
     from pairsim.questions.curve.computation import computation
 
     return computation(case, monitor, workers, sensitivities)
