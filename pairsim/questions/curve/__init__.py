@@ -427,5 +427,5 @@ QUESTION = Question(
     shared=True,
     flags=(Flag("sensitivities", "Add the derivatives of dU with respect to Ca_e, De, xi and beta."),),
     examples="Examples: pairsim curve configs/curve.yaml | pairsim curve case.yaml -o out --sensitivities "
-    "--set 'd={start: 0.02, stop: 1, num: 12}' | pairsim curve gel.yaml --set after=1",
+    "--set 'd={start: 0.02, stop: 1, num: 12}' --workers 4 | pairsim curve gel.yaml --set after=1",
 )
