@@ -24,8 +24,8 @@ from pairsim.runtime.errors import InputError
 from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.others import found_by_all
 
-PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": 3, "mesh": {"Np": 8, "max_size": 0.3}}
-CURVE = PAIR | {"d": [0.1, 0.13, 0.17, 0.22, 0.3, 0.4], "tol": 1, "fields": [0.1, 0.4]}
+PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.05, "ends": "developed", "length": 3, "mesh": {"Np": 10, "max_size": 0.2}}
+CURVE = PAIR | {"d": [0.1, 0.16, 0.25, 0.4], "tol": 1, "fields": [0.1, 0.4]}
 SHAPE = PAIR | {"particles": 1, "along": [0.02, 0.05, 0.1]}
 PATIENCE = 300.0  # seconds
 

@@ -44,7 +44,7 @@ def estimate_from_rest(case: CurveCase, points: int) -> Estimate:
 
 def from_rest(case: CurveCase, monitor: Monitor, workers: Workers) -> events.Events:
     """Compute a curve from rest; each distance is a part of its own."""
-    places, found, summaries = case.in_order, dict[int, dict[str, float]](), list[events.Summary]()
+    places, found, summaries = case.in_order, dict[int, dict[str, Any]](), list[events.Summary]()
     distances, end = counted(len(places), "distance"), TIME(4 * (case.after or 0), "g")
     yield events.Begin(Message("{}, at each from rest to t = {}", distances, end), len(places))
     yield events.Table("curve", names_of(case.n, DISTANCE, DU, DU_ERROR, *EARLIER, U, TAYLOR), ascending=True)
