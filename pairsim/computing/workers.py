@@ -25,7 +25,7 @@ from typing import Any, Self
 from uuid import uuid4
 
 from pairsim.physics.own_laws import OWN
-from pairsim.runtime.child import MOST_MEMORY, ask, child_of_thread
+from pairsim.runtime.child import MOST_MEMORY, ask, child_of_thread, close_child
 from pairsim.runtime.errors import RunFailure
 from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.signals import Signals, sigterm_waits
@@ -214,6 +214,8 @@ class Workers:
         return self
 
     def __exit__(self, *_: object) -> None:
+        for thread in self._threads:
+            thread.submit(close_child)
         for thread in self._threads:
             thread.shutdown()
 

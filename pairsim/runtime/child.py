@@ -133,6 +133,13 @@ def child_of_thread(environment: Mapping[str, str], stop: Path | None = None) ->
     return child, fresh, why
 
 
+def close_child() -> None:
+    """Let the child of this thread end, if there is one."""
+    child: Child | None = getattr(_own, "child", None)
+    if child is not None:
+        child.close()
+
+
 def ask(work: Work, environment: Mapping[str, str], stop: Path, timeout: float | None) -> tuple[Child, Any, str]:
     """Give work to the child of this thread.
 
