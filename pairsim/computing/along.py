@@ -16,18 +16,19 @@ from pairsim.cases.values import Values
 from pairsim.computing import events
 from pairsim.computing.found import Found
 from pairsim.computing.warnings import finer
+from pairsim.computing.workers import Desk, FoundAt, Shared, Workers
 from pairsim.quantities.text import softness
 from pairsim.record.column import Columns
 from pairsim.record.columns import CA_E
 from pairsim.record.run_entries import POINTS
 from pairsim.runtime.message import Message
+from pairsim.runtime.others import found_by_all
 from pairsim.runtime.text import counted
 from pairsim.solvers.parameters import Parameters
 
 if TYPE_CHECKING:
     from pairsim.computing.branch_report import BranchReport
     from pairsim.computing.steady import Solutions
-    from pairsim.computing.workers import Desk, FoundAt, Workers
     from pairsim.runtime.monitor import Monitor
     from pairsim.solvers.curves.adaptation import AdaptiveBranch
     from pairsim.solvers.curves.branch import Point
@@ -79,8 +80,6 @@ def solve_along(
         goals: What is asked for: `accuracy` is kept of these, or a warning says where it is not.
     """
     from pairsim.computing.steady import Solutions, health_columns, told
-    from pairsim.computing.workers import Shared
-    from pairsim.runtime.others import found_by_all
     from pairsim.solvers.steady.ends import Ended
 
     what = f"{counted(len(case.series), 'value')} of Ca_e"
@@ -161,7 +160,6 @@ def solve_part(
     """Solve the steady states at some Ca_e, in another process; nothing is said where a continuation ends."""
     from pairsim.computing.branch_report import BranchReport
     from pairsim.computing.steady import Solutions
-    from pairsim.computing.workers import FoundAt
     from pairsim.solvers.steady.ends import Ended
 
     branch = begun(case, desk.kept(partial(Solutions, case, goals)), values[0], desk.monitor)

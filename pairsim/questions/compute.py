@@ -10,7 +10,7 @@ from inspect import cleandoc
 from os import PathLike
 from pathlib import Path
 from threading import RLock
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pairsim.cases.estimate import LARGE
 from pairsim.cases.quantity_text import seconds_of
@@ -19,13 +19,11 @@ from pairsim.computing.loading import AnyCase, case_of
 from pairsim.computing.progress import Reporter
 from pairsim.computing.question import Question, own_files
 from pairsim.computing.result import Result
+from pairsim.computing.workers import Workers
 from pairsim.questions.registry import QUESTIONS
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import command_line
 from pairsim.runtime.signals import Signals
-
-if TYPE_CHECKING:
-    from pairsim.computing.workers import Workers
 
 Folder = str | PathLike[str]
 # Time without any result after which a command ends where no budget is given [s]; in proportion to the unknowns of a
@@ -92,8 +90,6 @@ class Computation[R: Result]:
         Raises:
             InputError: There are none, or the question is one that is not shared.
         """
-        from pairsim.computing.workers import Workers
-
         source = f"pairsim.{self.__name__}"
         if count != 1 and not self.question.shared:
             raise InputError(source, "workers", count, f"must be 1: a {self.question.name} is computed on one core")

@@ -30,6 +30,7 @@ from pairsim.computing import events
 from pairsim.computing.question import InSweeps, Question, Tables, Value
 from pairsim.computing.result import Result
 from pairsim.computing.warnings import large_errors
+from pairsim.computing.workers import Desk, FoundAt, Shared, Workers
 from pairsim.quantities.kinds import LENGTH, VELOCITY
 from pairsim.quantities.text import in_unit
 from pairsim.record.column import Column, Columns
@@ -66,7 +67,6 @@ if TYPE_CHECKING:
     from pairsim.computing.branch_report import BranchReport
     from pairsim.computing.steady import Solutions
     from pairsim.computing.warnings import ErrorAt
-    from pairsim.computing.workers import Desk, FoundAt, Workers
     from pairsim.plots.style import Page
     from pairsim.quantities.scales import Scales
     from pairsim.record.record import Record
@@ -170,7 +170,6 @@ def solve(case: CriticalCase, *, monitor: Monitor, workers: Workers) -> events.E
     """Find the critical distances, and follow them over the parameter of the case."""
     from pairsim.computing.problems import steady_problem
     from pairsim.computing.steady import Solutions, health_columns, told
-    from pairsim.computing.workers import Shared
     from pairsim.solvers.curves.branch import Point
     from pairsim.solvers.curves.critical import find_all, follow_all
     from pairsim.solvers.curves.equilibrium_lines import Critical, End, Followed, Missed, Region
@@ -252,7 +251,6 @@ def solve_part(
     from pairsim.computing.branch_report import BranchReport
     from pairsim.computing.problems import steady_problem
     from pairsim.computing.steady import Solutions
-    from pairsim.computing.workers import FoundAt
     from pairsim.solvers.goals import CRITICAL
     from pairsim.solvers.steady.ends import Ended
 
