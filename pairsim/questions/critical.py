@@ -188,7 +188,7 @@ def solve(case: CriticalCase, *, monitor: Monitor, workers: Workers) -> events.E
     found = Solutions(case, (CRITICAL,))
     search = Search(case, count, found)
 
-    shared = list[Shared[Distances, Point | Ended]]()
+    shared: list[Shared[Distances, Point | Ended]] = []
 
     def others_at(value: float | None) -> Shared[Distances, Point | Ended]:
         shared.append(Shared(workers, monitor, partial(solve_part, case, value), found.hear))

@@ -5,11 +5,13 @@ from __future__ import annotations
 import signal
 import subprocess
 import time
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
+from dataclasses import replace
 from itertools import count
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -18,12 +20,16 @@ from support.commands import descendants, words_of
 from support.frames import frames_everywhere
 
 import pairsim
+from pairsim.computing.problems import steady_problem
+from pairsim.computing.solved_rows import solved_rows
 from pairsim.computing.workers import ALONE, FOLDER, Desk, Shared, Workers, found_in_parts
 from pairsim.runtime import child
 from pairsim.runtime.child_process import module_command
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.others import found_by_all
+from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.rows.short_rows import Chain
 
 PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.05, "ends": "developed", "length": 3, "mesh": {"Np": 10, "max_size": 0.2}}
 CURVE = PAIR | {"d": [0.1, 0.16, 0.25, 0.4], "tol": 1, "fields": [0.1, 0.4]}
@@ -134,6 +140,40 @@ def test_shapes_are_those_of_one_process_in_the_same_order() -> None:
 
 
 @pytest.mark.slow
+def test_critical_distances_are_those_of_one_process() -> None:
+    case = PAIR | {"De": 0.5, "d": [0.1, 0.5], "along": {"Ca_e": [0.05, 0.1]}}
+    one, two = (pairsim.critical(case, workers=number).check().table for number in (1, 2))
+    assert list(two) == list(one)
+    one, two = (table[table["kind"] == "wanted"].reset_index() for table in (one, two))  # others follow the zeros
+    assert list(two["Ca_e"]) == list(one["Ca_e"])
+    assert len(one) >= 2
+    assert (np.abs(two["d_cr"] - one["d_cr"]) <= two["d_error"]).all()
+
+
+@pytest.mark.slow
+def test_rates_off_the_axis_are_those_of_one_process() -> None:
+    case = PAIR | {"particles": 1, "along": {"beta": [0.3, 0.4]}, "Ca_e": 0, "De": 0.3}
+    one, two = (pairsim.focus(case, workers=number).check().table for number in (1, 2))
+    assert list(two) == list(one)
+    assert (np.abs(two["growth"] - one["growth"]) <= two["growth_error"]).all()
+
+
+@pytest.mark.slow
+def test_short_rows_are_solved_by_all_processes_and_keep_their_order() -> None:
+    case = pairsim.load(PAIR | {"particles": 1, "De": 0}, kind="curve")
+    problem, alone = steady_problem(case, np.inf), Parameters((), case.solid_models)
+    chains = [Chain([()]), Chain([(0.4,), (0.3,), (0.2,), (0.15,), (0.1,), (0.08,), (0.06,), (0.05,)])]
+    found = []
+    for number in (1, 2):
+        with Workers(number) as those, TemporaryDirectory() as folder, those.at_work_in(Path(folder)):
+            solving = solved_rows(replace(problem, volume_modulus=False), alone, chains, (), those)
+            found.append(returned(solving)[0])
+    assert [row.gaps.tolist() for row in found[1]] == [row.gaps.tolist() for row in found[0]]
+    for one, two in zip(*found, strict=True):
+        assert (np.abs(two.dU - one.dU) <= one.dU_error + two.dU_error).all()
+
+
+@pytest.mark.slow
 def test_a_killed_worker_costs_time_alone(
     alone: pairsim.CurveResult, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -200,6 +240,16 @@ def test_a_budget_is_that_of_all_processes(tmp_path: Path) -> None:
     assert time.monotonic() - begin < PATIENCE
     assert len(found.table) < 200
     assert not (tmp_path / "out" / FOLDER).exists()
+
+
+def returned[T](solving: Generator[Any, None, T]) -> T:
+    """What a generator returns at its end."""
+    while True:
+        try:
+            next(solving)
+        except StopIteration as end:
+            value: T = end.value
+            return value
 
 
 def ranges_of(table: Path) -> set[bool]:
