@@ -38,6 +38,7 @@ OutputOfMany = Annotated[
     Path | None, typer.Option("-o", "--output", help="Folder for the results (default: runs/<name>).")
 ]
 Workers = Annotated[int, typer.Option(help="Number of cases at the same time, without mpirun.", min=1)]
+WorkersOfCase = Annotated[int, typer.Option(help="Number of processes that share the work, one a core.", min=1)]
 CaseTimeout = Annotated[float | None, typer.Option(help="Largest wall time of a case, in seconds.", min=0.0)]
 DryRun = Annotated[
     bool,

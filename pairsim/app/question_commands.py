@@ -12,7 +12,17 @@ import typer
 from typer.core import TyperCommand
 
 from pairsim.app.made import made
-from pairsim.app.options import Budget, CaseFile, CaseFileOrNone, DryRun, Output, Overwrite, Quiet, Settings
+from pairsim.app.options import (
+    Budget,
+    CaseFile,
+    CaseFileOrNone,
+    DryRun,
+    Output,
+    Overwrite,
+    Quiet,
+    Settings,
+    WorkersOfCase,
+)
 from pairsim.questions.registry import QUESTIONS
 from pairsim.record.folder import FIELDS_XDMF
 from pairsim.runtime.errors import BranchEnd, EnvironmentFailure, InputError, RunFailure
@@ -60,6 +70,8 @@ def _parameters(question: Question[Any]) -> Iterator[Parameter]:
                 flag.name, keyword, default=False, annotation=Annotated[bool, typer.Option(option, help=flag.help)]
             )
     yield Parameter("budget", keyword, default=None, annotation=Budget)
+    if question.shared:
+        yield Parameter("workers", keyword, default=1, annotation=WorkersOfCase)
     yield Parameter("dry_run", keyword, default=False, annotation=DryRun)
     yield Parameter("quiet", keyword, default=False, annotation=Quiet)
     yield Parameter("set_", keyword, default=None, annotation=Settings)
@@ -75,6 +87,7 @@ def _compute(
     dry_run: bool,
     quiet: bool,
     set_: list[str] | None,
+    workers: int = 1,
 ) -> None:
     """Carry out the command of a question; arguments are those of its options, `flags` those that it alone has."""
     from pairsim.app.question_functions import function_of
@@ -90,10 +103,17 @@ def _compute(
         notes = (f"note: {note}" for note in (*checked.remarks, *checked.notes))
         typer.echo("\n".join([f"{directory}: {question.estimate(checked)}", *notes]))
         return
-    on = {flag.name: bool(value) for flag, value in flags.items()}
+    on: dict[str, Any] = {flag.name: bool(value) for flag, value in flags.items()}
     with Signals(final=True) as signals:
         result: Result = function_of(question.name)(
-            checked, folder=directory, overwrite=overwrite, progress=not quiet, signals=signals, budget=budget, **on
+            checked,
+            folder=directory,
+            overwrite=overwrite,
+            progress=not quiet,
+            signals=signals,
+            budget=budget,
+            workers=workers,
+            **on,
         )
         _end(result, directory, quiet)
 

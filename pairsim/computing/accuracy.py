@@ -10,11 +10,11 @@ from typing import Self
 import numpy as np
 
 from pairsim.cases.case import SceneCase
+from pairsim.computing.branch_report import BranchReport
 from pairsim.computing.warnings import ErrorAt, above
 from pairsim.quantities.text import in_unit
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.message import Message, Said, Text
-from pairsim.solvers.curves.adaptation import AdaptiveBranch
 from pairsim.solvers.curves.branch import Point
 from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU
 from pairsim.solvers.goals import Goal, Scale
@@ -24,18 +24,23 @@ MOST_NAMED = 5  # places that a warning names
 
 
 def adaptation_report(
-    case: SceneCase, branch: AdaptiveBranch, points: Sequence[Point], largest: Mapping[Goal, float]
+    case: SceneCase,
+    goals: Sequence[Goal],
+    report: BranchReport,
+    points: Sequence[Point],
+    largest: Mapping[Goal, float],
 ) -> tuple[dict[str, Said], list[Text]]:
     """The entry of run.json, and a warning of the points whose errors are larger than wanted, for each goal.
 
     Args:
         case: The case.
-        branch: The branch, with its goals.
+        goals: What it is computed for.
+        report: What is said of its branch.
         points: Its points for which `accuracy` counts.
         largest: The largest values of goals, where they are known better than from these points.
     """
-    known = [goal for goal in branch.goals if all(point.estimate[goal].half_width.size for point in points)]
-    found = [_Accuracy.of(case, branch, goal, points, largest.get(goal)) for goal in known]
+    known = [goal for goal in goals if all(point.estimate[goal].half_width.size for point in points)]
+    found = [_Accuracy.of(case, report, goal, points, largest.get(goal)) for goal in known]
     reached = {each.goal.name: each.reached for each in found}
     worst = max(reached.values(), default=0.0)
     arrested = [Message.joined(", ", at.where) for each in found for at in each.arrested]
@@ -45,8 +50,8 @@ def adaptation_report(
         **({"reached_by": reached} if points and len(found) > 1 else {}),
         **({"held_together": arrested} if arrested else {}),
         "meshes": [
-            {**_mesh_is_for(place, case), "unknowns": n, "rounds": branch.rounds[place]}
-            for place, n in sorted(branch.unknowns.items())
+            {**_mesh_is_for(place, case), "unknowns": n, "rounds": report.rounds.get(place, 0)}
+            for place, n in sorted(report.unknowns.items())
         ],
         **{f"reference_{each.goal.name}": each.size for each in found if points and each.size is not None},
     }
@@ -79,7 +84,7 @@ class _Accuracy:
 
     @classmethod
     def of(
-        cls, case: SceneCase, branch: AdaptiveBranch, goal: Goal, points: Sequence[Point], largest: float | None
+        cls, case: SceneCase, report: BranchReport, goal: Goal, points: Sequence[Point], largest: float | None
     ) -> Self:
         """That of a goal at points."""
         size = None
@@ -90,7 +95,7 @@ class _Accuracy:
             case Scale.ITSELF:
                 sizes, what = [np.abs(point.values[goal]) for point in points], goal.name
             case Scale.LARGEST:
-                size = branch.largest[goal] if largest is None else largest
+                size = report.largest[goal] if largest is None else largest
                 sizes = [np.asarray(size)] * len(points)
                 whole = f"the largest |{goal.name}|" if goal.scouted or len(points) > 1 else f"|{goal.name}|"
                 what = f"{whole} ({in_unit(case.scales, goal.kind, size, digits=3)})"

@@ -101,6 +101,7 @@ class Question[C: SceneCase]:
         frames: What its fields are written at: "t", "d", "value" of what it follows, or "" where it writes none. Those
             at values are drawn by `draw`, others elsewhere.
         flags: The options that it has beside those of all questions.
+        shared: Whether its computation takes `workers`, too, with which it shares its work; it then has --workers.
         draws_from: Rows of its main table from which on its pictures are drawn when it ends; None where they are not.
     """
 
@@ -119,6 +120,7 @@ class Question[C: SceneCase]:
     flags: tuple[Flag, ...] = ()
     entries: tuple[Entry[Any], ...] = ()
     draws_from: int | None = 1
+    shared: bool = False
 
     def __reduce__(self) -> Any:
         """Pickled by its place."""

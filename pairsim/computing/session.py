@@ -19,6 +19,7 @@ from pairsim.computing.events import Outcome
 from pairsim.computing.progress import Reporter
 from pairsim.computing.provenance import about, peak_memory
 from pairsim.computing.question import Question
+from pairsim.computing.workers import ALONE, Workers
 from pairsim.fem.compilation import jit
 from pairsim.quantities.kinds import TIME
 from pairsim.record.checkpoint import Checkpoint, check_same, load
@@ -51,6 +52,7 @@ class Options:
     budget: float | None = None  # largest wall time of the computation [s]; None for no limit
     patience: float | None = None  # largest wall time up to the first row [s], if there is no budget; None for no limit
     title: str = ""  # what progress is headed with; the name or the parameters of the case by default
+    workers: Workers = ALONE  # what helps, of a question that shares its work; entered by the caller
 
 
 def carry_out[C: SceneCase](
@@ -79,10 +81,13 @@ def carry_out[C: SceneCase](
             notes.append("no checkpoint: starting at t = 0")
         old = earlier.checkpoint if earlier is not None else None
         session = _Session(question, case, directory, options, notes, old)
+        if question.shared:
+            more["workers"] = options.workers
         computation = question.solve(case, monitor=session.monitor, **more)  # which may refuse a keyword
         if earlier is None:
             prepare_folder(directory, options.overwrite or resume, options.own_files)
-        return session.carry_out(computation)
+        with options.workers.at_work_in(directory):
+            return session.carry_out(computation)
 
 
 def _earlier(case: SceneCase, directory: Path, table: str) -> events.Earlier | None:

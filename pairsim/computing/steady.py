@@ -3,37 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
+from functools import reduce
 from typing import Any, Self
 
 from pairsim.analysis.rows_of_points import way_row
 from pairsim.cases.case import SceneCase
 from pairsim.computing.accuracy import adaptation_report
-from pairsim.computing.events import Event, Outcome, Summary, Table
+from pairsim.computing.branch_report import COUNTS, BranchReport
+from pairsim.computing.events import Event, Note, Outcome, Summary, Table
 from pairsim.computing.warnings import common_warnings, moves_on
+from pairsim.computing.workers import Shared
 from pairsim.quantities.kinds import LENGTH
 from pairsim.record.column import names_of
 from pairsim.record.columns import POLYMER_HEALTH, STEADY_HEALTH, WAY_COLUMNS, YIELD_HEALTH
-from pairsim.record.run_entries import (
-    ADAPTATION,
-    END_OF_BRANCH,
-    FACTORISATIONS,
-    MESH_COUNT,
-    NEWTON_ITERATIONS,
-    SIZE,
-    Entries,
-    Entry,
-)
+from pairsim.record.run_entries import ADAPTATION, END_OF_BRANCH, SIZE, Entries, Entry
 from pairsim.runtime.message import Message, Text
 from pairsim.solvers.curves.adaptation import AdaptiveBranch
-from pairsim.solvers.curves.branch import Branch, Point
+from pairsim.solvers.curves.branch import Point
 from pairsim.solvers.goals import Goal
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.ends import Ended, Passed, SpentOnTheWay
 from pairsim.solvers.steady.first_solution import first_scene, scene_past_end
-
-COUNTS = NEWTON_ITERATIONS, FACTORISATIONS, MESH_COUNT
-"""Entries that are added up over several branches."""
 
 
 class Solutions:
@@ -52,6 +43,7 @@ class Solutions:
         branch: The branch; None until `begin`.
         ended: The continuation that has ended the computation; None where all was solved.
         way: The solutions on the way to parameters that were not reached.
+        others: What other processes, by name, say of the branches on which they have found points.
     """
 
     def __init__(self, case: SceneCase, goals: Sequence[Goal]) -> None:
@@ -60,6 +52,7 @@ class Solutions:
         self.ended: Ended | None = None
         self.way: Sequence[Passed] = ()
         self.branch: AdaptiveBranch | None = None
+        self.others = dict[str, BranchReport]()
 
     def __enter__(self) -> Self:
         return self
@@ -115,6 +108,10 @@ class Solutions:
         self.branch = AdaptiveBranch(scene, sensitivities, goals=self.goals, wanted=wanted, places=places, fixed=fixed)
         return self.branch
 
+    def hear(self, said: tuple[str, BranchReport]) -> None:
+        """Take what another process, by its name, says of its branch."""
+        self.others.update([said])
+
     def last_events(self, entries: Entries, warnings: Sequence[Text] = ()) -> Iterator[Event]:
         """The last events: what run.json says, and the solutions on the way to parameters that were not reached."""
         yield self.summary(entries, warnings)
@@ -129,15 +126,31 @@ class Solutions:
                 kept are added.
             warnings: Warnings of the question, to which those of accuracy and those that all questions share are added.
         """
-        case, (counts, phases) = self.case, _costs(self.branch)
+        case, report = self.case, self.report
         seen = [c.s_jump for p in self.points if (c := p.observation.conformation) is not None]
         common = common_warnings(case, self.goals[0].name, max(seen, default=0.0), case.cluster)
         end = self.ended if self.ended is not None and self.ended.proven else None
         place: Entries = {} if end is None else {END_OF_BRANCH: {"kind": end.kind, **end.at}}
         kept, missed = dict[Entry[Any], Any](), list[Text]()
-        if self.branch is not None:
-            kept[ADAPTATION], missed = adaptation_report(case, self.branch, self.judged, self.largest)
-        return Summary({**entries, **kept, **counts, **place}, [*missed, *warnings, *common], phases)
+        if report is not None:
+            kept[ADAPTATION], missed = adaptation_report(case, self.goals, report, self.judged, self.largest)
+        costs = {} if report is None else report.entries
+        return Summary(
+            {**entries, **kept, **costs, **place}, [*missed, *warnings, *common], report.phases if report else {}
+        )
+
+    @property
+    def report(self) -> BranchReport | None:
+        """What is said of the branch, and of those of other processes; None before `begin`."""
+        own = [] if self.branch is None else [BranchReport.of(self.branch)]
+        each = [*own, *self.others.values()]
+        return reduce(BranchReport.joined, each) if each else None
+
+
+def told(shared: Shared[Any, Any]) -> Iterator[Note]:
+    """Yield what is to be said of workers."""
+    while shared.notes:
+        yield Note(shared.notes.pop(0))
 
 
 def together(summaries: Sequence[Summary], entries: Entries, warnings: Sequence[Text] = ()) -> Summary:
@@ -178,16 +191,3 @@ def moving_errors(case: SceneCase, points: Sequence[Point], size: float) -> list
     }
     far = [place for place, part in parts.items() if part > case.error_wanted]
     return moves_on(case, far, max(parts.values()))
-
-
-def _costs(branch: Branch | None) -> tuple[Entries, dict[str, float]]:
-    """Cost of a branch: counts, and the wall time of each phase [s]."""
-    if branch is None:
-        return {}, {}
-    counts = {
-        NEWTON_ITERATIONS: branch.solver.iterations,
-        FACTORISATIONS: branch.solver.factorisations,
-        MESH_COUNT: branch.solver.meshes,
-        SIZE: branch.solver.constraints.size,
-    }
-    return counts, dict(branch.solver.clock.seconds)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import tempfile
+from concurrent.futures import Executor
 from contextlib import nullcontext
 from inspect import cleandoc
 from os import PathLike
@@ -18,6 +19,7 @@ from pairsim.computing.loading import AnyCase, case_of
 from pairsim.computing.progress import Reporter
 from pairsim.computing.question import Question, own_files
 from pairsim.computing.result import Result
+from pairsim.computing.workers import Workers
 from pairsim.questions.registry import QUESTIONS
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import command_line
@@ -48,6 +50,8 @@ class Computation[R: Result]:
         progress: bool = False,
         signals: bool | Signals = False,
         budget: str | None = None,
+        workers: int = 1,
+        executor: Executor | None = None,
         **more: Any,
     ) -> R:
         """Compute a case; a call from a second thread waits for the first one's end.
@@ -61,6 +65,10 @@ class Computation[R: Result]:
                 `pairsim.runtime.signals.Signals` that the caller has entered. Without it no signal handler is
                 installed; a KeyboardInterrupt ends the computation, and what was computed until then is returned.
             budget: Largest wall time, such as "10min"; what is known by then is kept.
+            workers: Number of processes that share the work on the case, of all questions but `run`. Results depend on
+                it within their errors, and need not be equal to the last digit.
+            executor: Has the processes beside this one started: an executor of `concurrent.futures` on this machine,
+                such as that of a Dask client. By default threads do.
             more: Keys to replace, as for `load`; and what the command alone has: `resume=True` of `run` continues from
                 the folder's checkpoint, or begins where there is none; `sensitivities=True` of `curve` adds the
                 derivatives of dU with respect to Ca_e, De, xi and beta.
@@ -72,6 +80,37 @@ class Computation[R: Result]:
             InputError: The case or the folder cannot be used.
             WriteFailure: The first files of the folder or the last run.json cannot be written.
         """
+        helpers = self._workers(workers, executor)
+        with helpers:  # their processes load libraries while this one does
+            return self._compute(case, folder, overwrite, progress, signals, budget, helpers, more)
+
+    def _workers(self, count: int, executor: Executor | None) -> Workers:
+        """The processes that share the work.
+
+        Raises:
+            InputError: There are none, or the question is one that is not shared.
+        """
+        source = f"pairsim.{self.__name__}"
+        if count != 1 and not self.question.shared:
+            raise InputError(source, "workers", count, f"must be 1: a {self.question.name} is computed on one core")
+        if count < 1:
+            raise InputError(source, "workers", count, "must be a whole number from 1 on")
+        if executor is not None and count == 1:
+            raise InputError(source, "workers", count, "must be 2 or more with an executor, this process included")
+        return Workers(count, executor)
+
+    def _compute(
+        self,
+        case: AnyCase,
+        folder: Folder | None,
+        overwrite: bool,
+        progress: bool,
+        signals: bool | Signals,
+        budget: str | None,
+        workers: Workers,
+        more: dict[str, Any],
+    ) -> R:
+        """Compute a case; arguments as for `__call__`, with `more` as one of them."""
         import pairsim.runtime.fenicsx  # noqa: F401  # before everything else that loads MPI or is compiled
 
         # isort: split
@@ -92,7 +131,8 @@ class Computation[R: Result]:
         try:
             with ONE_AT_A_TIME, Signals() if signals is True else nullcontext(signals or None) as caught:
                 own = own_files(QUESTIONS.values())
-                options = Options(overwrite, reporter, command_line(), own, caught, seconds_of(budget), patience, title)
+                seconds = seconds_of(budget)
+                options = Options(overwrite, reporter, command_line(), own, caught, seconds, patience, title, workers)
                 outcome = carry_out(self.question, checked, directory, options, resume=bool(resumed), **flags)
         except BaseException:
             if folder is None:

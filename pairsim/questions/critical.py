@@ -12,6 +12,8 @@ system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar, TypedDict, cast
 
@@ -28,6 +30,7 @@ from pairsim.computing import events
 from pairsim.computing.question import InSweeps, Question, Tables, Value
 from pairsim.computing.result import Result
 from pairsim.computing.warnings import large_errors
+from pairsim.computing.workers import Desk, FoundAt, Shared, Workers
 from pairsim.quantities.kinds import LENGTH, VELOCITY
 from pairsim.quantities.text import in_unit
 from pairsim.record.column import Column, Columns
@@ -61,6 +64,7 @@ from pairsim.solvers.parameters import Parameters
 
 if TYPE_CHECKING:
     from pairsim.analysis.zeros import Zero
+    from pairsim.computing.branch_report import BranchReport
     from pairsim.computing.steady import Solutions
     from pairsim.computing.warnings import ErrorAt
     from pairsim.plots.style import Page
@@ -69,6 +73,7 @@ if TYPE_CHECKING:
     from pairsim.record.table import Table
     from pairsim.runtime.monitor import Monitor
     from pairsim.solvers.curves.branch import Point
+    from pairsim.solvers.curves.curve import Distances
     from pairsim.solvers.curves.equilibrium_lines import Critical, End
 
 SHOWN = {"zeros": D_CR, "stable": STABLE}
@@ -161,10 +166,10 @@ def estimate(case: CriticalCase) -> Estimate:
     return steady_estimate(case, 15 + 4 * values)
 
 
-def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
+def solve(case: CriticalCase, *, monitor: Monitor, workers: Workers) -> events.Events:
     """Find the critical distances, and follow them over the parameter of the case."""
     from pairsim.computing.problems import steady_problem
-    from pairsim.computing.steady import Solutions, health_columns
+    from pairsim.computing.steady import Solutions, health_columns, told
     from pairsim.solvers.curves.branch import Point
     from pairsim.solvers.curves.critical import find_all, follow_all
     from pairsim.solvers.curves.equilibrium_lines import Critical, End, Followed, Missed, Region
@@ -175,15 +180,20 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
     region: Region | None = None  # of parameters and distances in which zeros are followed
     if (followed := case.followed) is not None:
         region = Region(Followed(followed.materials), followed.values, least, most)
-    start = Parameters((most,), case.solid_models, case.liquid_model)
-    if region is not None:
-        start = region.parameter.at(region.values[0], start)
+    start = start_of(case, None if region is None else region.values[0])
     count = len(region.values) if region is not None else 1
     # There may be several zeros at a value, and they are looked for at the last one in the end.
     goal = Message("zeros of dU from d = {} to d = {}", LENGTH(least, "g"), LENGTH(most, "g"))
     yield events.Begin(goal, count + 1)
     found = Solutions(case, (CRITICAL,))
     search = Search(case, count, found)
+
+    shared: list[Shared[Distances, Point | Ended]] = []
+
+    def others_at(value: float | None) -> Shared[Distances, Point | Ended]:
+        shared.append(Shared(workers, monitor, partial(solve_part, case, value), found.hear))
+        return shared[-1]
+
     try:
         with found:
             own = QUESTION.tables["critical"].own.named(2)
@@ -194,7 +204,14 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
                 return found.outcome_of(branch)
             if isinstance(first := branch.at(start), Ended):
                 return found.outcome_of(first)
-            for each in find_all(branch, least, most) if region is None else follow_all(branch, region):
+            findings = (
+                find_all(branch, least, most, others_at(None))
+                if region is None
+                else follow_all(branch, region, others_at)
+            )
+            for each in findings:
+                for others in shared:
+                    yield from told(others)
                 match each:
                     case Point():
                         yield search.passed(each)
@@ -212,6 +229,42 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
         of_fold = "the error of a parameter at which two zeros meet"
         warnings = [*search.warnings, *large_errors(case, of_fold, "itself", search.errors)]
         yield from found.last_events({ENDS: search.ends}, warnings)
+
+
+def start_of(case: CriticalCase, value: float | None) -> Parameters:
+    """The parameters at the largest distance, and at a value of what is followed, if anything is."""
+    from pairsim.solvers.curves.equilibrium_lines import Followed
+
+    start = Parameters((case.d[1],), case.solid_models, case.liquid_model)
+    if (followed := case.followed) is None or value is None:
+        return start
+    return Followed(followed.materials).at(value, start)
+
+
+def solve_part(
+    case: CriticalCase, value: float | None, places: Sequence[Distances], desk: Desk
+) -> Iterator[FoundAt[Distances, Point] | tuple[str, BranchReport]]:
+    """Solve for points of a curve that is searched for zeros, in another process.
+
+    Nothing is said where a continuation ends: the process that searches finds that, too.
+    """
+    from pairsim.computing.branch_report import BranchReport
+    from pairsim.computing.problems import steady_problem
+    from pairsim.computing.steady import Solutions
+    from pairsim.solvers.goals import CRITICAL
+    from pairsim.solvers.steady.ends import Ended
+
+    found, start = desk.kept(partial(Solutions, case, (CRITICAL,))), start_of(case, value)
+    problem = steady_problem(case, case.d[0], desk.monitor)
+    branch = found.branch or found.begin(problem, replace(start, gaps=places[0]))
+    if isinstance(branch, Ended):
+        return
+    for place in places:
+        point = branch.at(replace(start, gaps=place))
+        if isinstance(point, Ended):
+            return
+        yield FoundAt(place, point)
+        yield desk.name, BranchReport.of(branch)
 
 
 class Search:
@@ -376,6 +429,7 @@ QUESTION = Question(
     solve=solve,
     tables={"critical": Columns(CRITICAL_COLUMNS, STEADY, FOLLOWED), "way": WAY_COLUMNS},
     entries=(*OF_STEADY, ENDS),
+    shared=True,
     result=CriticalResult,
     in_sweeps=InSweeps(lambda _: ("points", "zeros", "stable"), read, drawn=True),
     draw=draw,

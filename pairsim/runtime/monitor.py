@@ -47,6 +47,12 @@ class Monitor:
         part._limits, part._patience = [*self._limits, _limit(seconds, message)], self._patience
         return part
 
+    @property
+    def left(self) -> float | None:
+        """Wall time until the first of the limits [s]; None where there is none."""
+        deadlines = [deadline for deadline, _ in self._limits]
+        return max(min(deadlines) - time.monotonic(), 0.0) if deadlines else None
+
     def check_signals(self) -> None:
         """Raise `Stopped` if the process has received a signal; to be called before long operations."""
         if self._signals is not None:

@@ -3,7 +3,8 @@
 A goal is declared once, here. Adjoints (`pairsim.solvers.errors.adjoints`), estimates of errors of quasi-steady
 solutions (`pairsim.solvers.errors.estimate`) and of runs (`pairsim.solvers.errors.run_errors`), the adaptation of
 meshes (`pairsim.solvers.curves.adaptation`), columns and warnings loop over goals. A new one is another `Goal`, which a
-question hands to its branch. It says what its functionals are, or how its values are combined of those of another goal.
+question hands to its branch. It says what its functionals are, or how its values are combined of those of another
+goal. Its functions have names, by which goals go from one process to another.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from enum import Enum
+from functools import partial
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -163,29 +165,26 @@ def _velocities(solution: Solution) -> Functional:
 
 
 def _of_shape(
-    measure: Callable[[Array], Callable[[Array], float]], *, alone: bool = True
-) -> Callable[[Solution], Functional]:
+    measure: Callable[[Array], Callable[[Array], float]], solution: Solution, *, alone: bool = True
+) -> Functional:
     """A measure of the shapes of soft particles.
 
     Args:
         measure: Makes it, a function of the outline, for shapes near a given outline.
+        solution: The solution.
         alone: Whether it is that of a particle on its own; otherwise of every particle, with no derivatives for rigid
             ones.
     """
-
-    def functional(solution: Solution) -> Functional:
-        bodies = solution.scene.bodies
-        if alone and (len(bodies) != 1 or bodies[0].phase is None):
-            return Functional(np.zeros((0, solution.constraints.size)))
-        by_position = np.zeros((len(bodies), solution.scene.h_size))
-        for row, body in zip(by_position, bodies, strict=True):
-            if body.phase is not None:
-                by_node = _by_node(measure, body.outline_points(solution.h), body.outline.radius)
-                for (node, component), value in np.ndenumerate(by_node):
-                    row[body.start + 2 * body.nodes[node] + component] = value
-        return Functional(solution.g * np.asarray((solution.constraints.M.T @ by_position.T).T))
-
-    return functional
+    bodies = solution.scene.bodies
+    if alone and (len(bodies) != 1 or bodies[0].phase is None):
+        return Functional(np.zeros((0, solution.constraints.size)))
+    by_position = np.zeros((len(bodies), solution.scene.h_size))
+    for row, body in zip(by_position, bodies, strict=True):
+        if body.phase is not None:
+            by_node = _by_node(measure, body.outline_points(solution.h), body.outline.radius)
+            for (node, component), value in np.ndenumerate(by_node):
+                row[body.start + 2 * body.nodes[node] + component] = value
+    return Functional(solution.g * np.asarray((solution.constraints.M.T @ by_position.T).T))
 
 
 def _by_node(measure: Callable[[Array], Callable[[Array], float]], outline: Array, radius: float) -> Array:
@@ -250,6 +249,16 @@ def _inner_pressure_drop(solution: Solution) -> Array:
     return np.array([InnerDrop.of(solution).value - solution.scene.pressure_drop(solution.x)])
 
 
+def _observed(name: str, _: Solution, observation: Observation) -> Array:
+    """The values of an attribute of what is observed."""
+    return np.atleast_1d(getattr(observation, name))
+
+
+def _differences(count: int) -> Array:
+    """The coefficients of the differences of neighbours, (count - 1, count)."""
+    return np.asarray(np.diff(np.eye(count), axis=0))
+
+
 # Rounding of a relative velocity [U_av]: equal rigid spheres in a Newtonian liquid, whose dU is 0, have up to 5e-15 on
 # 24 meshes.
 ROUNDING = 1e-13
@@ -260,14 +269,14 @@ OF_OTHER_GAPS = 0.1
 # faster. Measured on six shapes with six meshes each (docs/explanation/decisions.md).
 ORDER_OF_SHAPES = 2.0
 
-U = Goal("U", VELOCITY, lambda _, o: o.U, _velocities, per="particle", observed="U", second_order=True)
+U = Goal("U", VELOCITY, partial(_observed, "U"), _velocities, per="particle", observed="U", second_order=True)
 """Velocities of the particles."""
 dU = Goal(
     "dU",
     VELOCITY,
-    lambda _, o: o.dU,
+    partial(_observed, "dU"),
     parent=U,
-    combination=lambda n: np.diff(np.eye(n), axis=0),
+    combination=_differences,
     per="gap",
     of_others=OF_OTHER_GAPS,
     rounding=ROUNDING,
@@ -280,7 +289,7 @@ CRITICAL = replace(dU, scale=Scale.DISTANCE)
 F = Goal(
     "F",
     FORCE,
-    lambda _, o: o.F,
+    partial(_observed, "F"),
     _forces,
     per="particle",
     scale=Scale.ITSELF,
@@ -291,8 +300,8 @@ F = Goal(
 D = Goal(
     "D",
     PURE,
-    lambda _, o: o.D,
-    _of_shape(_taylor_parameter),
+    partial(_observed, "D"),
+    partial(_of_shape, _taylor_parameter),
     added=False,
     left_out_counts=True,
     order=ORDER_OF_SHAPES,
@@ -303,13 +312,15 @@ D = Goal(
 # than for the others. Without this 4 of 30 values of a soft pair (20 cells on a half-circle) were up to 2.4 half-widths
 # off.
 OF_OTHER_SHAPES = 1.0
-D_OF_EACH = replace(D, functional=_of_shape(_taylor_parameter, alone=False), per="particle", of_others=OF_OTHER_SHAPES)
+D_OF_EACH = replace(
+    D, functional=partial(_of_shape, _taylor_parameter, alone=False), per="particle", of_others=OF_OTHER_SHAPES
+)
 """Taylor's parameters of all particles."""
 DEFORMATION = Goal(
     "deformation_hull",
     PURE,
     _value_of_hull,
-    _of_shape(_deformation_of_hull),
+    partial(_of_shape, _deformation_of_hull),
     _polygons_of_hull,
     added=False,
     left_out_counts=True,
@@ -320,7 +331,7 @@ DEFORMATION = Goal(
 DP_PLUS = Goal(
     "dp_plus",
     STRESS,
-    lambda _, o: np.array([o.dp_plus]),
+    partial(_observed, "dp_plus"),
     _pressure_drop,
     _inner_pressure_drop,
     observed="dp",

@@ -110,7 +110,7 @@ def test_a_line_that_was_lost_is_not_followed_twice(monkeypatch: pytest.MonkeyPa
     def at(Ca_e: float) -> Any:
         return SimpleNamespace(parameters=CA_E.at(Ca_e, Parameters((0.73,), ())), d=0.73, slopes=np.ones(1))
 
-    def search(branch: Any, least: float, most: float) -> Any:
+    def search(branch: Any, least: float, most: float, others: Any) -> Any:
         yield from ()
         return [SimpleNamespace(point=at(branch.value))]
 

@@ -16,6 +16,7 @@ import pairsim
 from pairsim.computing import events
 from pairsim.computing.case_files import parse_case
 from pairsim.computing.problems import steady_problem
+from pairsim.computing.workers import ALONE
 from pairsim.questions.registry import QUESTIONS
 from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.parameters import Parameters
@@ -98,7 +99,7 @@ def test_nothing_grows_between_rigid_beads_in_a_newtonian_liquid() -> None:
 def test_a_train_is_a_result_that_ends_the_wait_for_one() -> None:
     """A long row that is followed afterwards may take its time."""
     keys = {"beta": 0.3, "De": 0, "Ca_e": 0, "train": {"spacing": 0.5, "cell": 4}, "mesh": {"Np": 8}}
-    found = QUESTIONS["train"].solve(parse_case(QUESTIONS["train"], keys, "test"), monitor=Monitor())
+    found = QUESTIONS["train"].solve(parse_case(QUESTIONS["train"], keys, "test"), monitor=Monitor(), workers=ALONE)
     assert [each.table for each in found if isinstance(each, events.Row)] == ["train"]
 
 

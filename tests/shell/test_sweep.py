@@ -25,6 +25,7 @@ from typer.testing import CliRunner
 import pairsim as package
 from pairsim.app.command_line import app
 from pairsim.record.record import Record
+from pairsim.runtime import child
 from pairsim.runtime.child_process import module_command
 from pairsim.runtime.errors import InputError
 from pairsim.solvers.nonlinear.newton import TRANSIENT
@@ -50,7 +51,7 @@ class Doom(ViscousLaw):
     fate: int = parameter("fate", "what befalls it", 0, 3)
 
     def __post_init__(self):
-        if any("pairsim.sweeps.child" in word for word in sys.orig_argv):
+        if any("pairsim.computing.child" in word for word in sys.orig_argv):
             if self.fate == 1:
                 os.kill(os.getpid(), signal.SIGKILL)
             if self.fate == 2:
@@ -193,13 +194,13 @@ with open("tasks", "rb") as file:
 def children(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """Ids of the child processes of sweeps that are started meanwhile."""
     started: list[int] = []
-    begin = task.Child.__init__
+    begin = child.Child.__init__
 
-    def counted(child: task.Child, environment: Any) -> None:
-        begin(child, environment)
-        started.append(child.process.pid)
+    def counted(new: child.Child, environment: Any) -> None:
+        begin(new, environment)
+        started.append(new.process.pid)
 
-    monkeypatch.setattr(task.Child, "__init__", counted)
+    monkeypatch.setattr(child.Child, "__init__", counted)
     return started
 
 
@@ -257,7 +258,7 @@ def test_a_sweep_killed_again_and_again_loses_nothing(kills: int, ranks: int, tm
         tree = descendants(job.pid)
         os.killpg(job.pid, signal.SIGKILL)
         job.wait()
-        while any("pairsim.sweeps.child" in words_of(pid) or "sweep" in words_of(pid) for pid in tree):
+        while any("pairsim.computing.child" in words_of(pid) or "sweep" in words_of(pid) for pid in tree):
             time.sleep(0.01)
         now = {name: text for name, text in records(out).items() if '"finished"' in text}
         assert finished.items() <= now.items(), "a finished case was computed again"

@@ -69,6 +69,7 @@ if TYPE_CHECKING:
     from pairsim.analysis.master_curve import Curve
     from pairsim.analysis.travel import Travel
     from pairsim.computing.events import Events
+    from pairsim.computing.workers import Workers
     from pairsim.plots.style import Page
     from pairsim.record.record import Record
     from pairsim.runtime.monitor import Monitor
@@ -279,7 +280,7 @@ def estimate(case: CurveCase) -> Estimate:
     return steady_estimate(case, points - 1 + points_off_axis(case))
 
 
-def solve(case: CurveCase, *, monitor: Monitor, sensitivities: bool = False) -> Events:
+def solve(case: CurveCase, *, monitor: Monitor, workers: Workers, sensitivities: bool = False) -> Events:
     """Compute a master curve and, for a pair, its zeros; on request derivatives of dU by Ca_e, De, xi and beta."""
     if case.after is not None:
         from pairsim.questions.curve.from_rest import from_rest
@@ -287,10 +288,10 @@ def solve(case: CurveCase, *, monitor: Monitor, sensitivities: bool = False) -> 
         if sensitivities:
             allowed = "must be left out with after: derivatives are those of steady states"
             raise InputError("pairsim curve", "--sensitivities", None, allowed)
-        return from_rest(case, monitor)
+        return from_rest(case, monitor, workers)
     from pairsim.questions.curve.computation import computation
 
-    return computation(case, monitor, sensitivities)
+    return computation(case, monitor, workers, sensitivities)
 
 
 def result_columns(case: CurveCase) -> tuple[str, ...]:
@@ -423,7 +424,8 @@ QUESTION = Question(
     captions={"curve": "Relative velocity and shapes over distance"},
     frames="d",
     draws_from=2,  # one point is no line, and matplotlib takes as long as a point
+    shared=True,
     flags=(Flag("sensitivities", "Add the derivatives of dU with respect to Ca_e, De, xi and beta."),),
     examples="Examples: pairsim curve configs/curve.yaml | pairsim curve case.yaml -o out --sensitivities "
-    "--set 'd={start: 0.02, stop: 1, num: 12}' | pairsim curve gel.yaml --set after=1",
+    "--set 'd={start: 0.02, stop: 1, num: 12}' --workers 4 | pairsim curve gel.yaml --set after=1",
 )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import closing
 
@@ -10,21 +9,19 @@ import numpy as np
 
 from pairsim.analysis.master_curve import Curve
 from pairsim.analysis.rows_of_points import point_row
-from pairsim.cases.differences import differ
-from pairsim.cases.inputs import inputs_of
 from pairsim.computing import events
-from pairsim.computing.found import Found
 from pairsim.computing.off_axis.beside import rates_beside
-from pairsim.computing.problems import steady_problem
 from pairsim.computing.spread_entry import spread_entry
 from pairsim.computing.steady import (
     Solutions,
     moving_errors,
 )
 from pairsim.computing.warnings import finer
+from pairsim.computing.workers import Workers
 from pairsim.quantities.kinds import FORCE, LENGTH, VELOCITY
 from pairsim.quantities.text import in_unit
 from pairsim.questions.curve import GAP_OF_SLOPE, QUESTION, SLOPES, U_SLOPE, U_SLOPE_HELD, CurveCase
+from pairsim.questions.curve.parts import Others, begun, goals_of, parameters_of, read_off
 from pairsim.record.column import Column, names_of, table_row
 from pairsim.record.columns import (
     DISTANCE,
@@ -46,36 +43,33 @@ from pairsim.runtime.message import Message, Text
 from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.text import counted
 from pairsim.solvers.curves.branch import Branch, Point
-from pairsim.solvers.curves.curve import Equilibrium, Zero, equilibria, find_zeros, trace
+from pairsim.solvers.curves.curve import EarlyZeros, Equilibrium, Zero, equilibria, find_zeros, trace
 from pairsim.solvers.curves.distances import between
 from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU, CurveInterpolant
 from pairsim.solvers.curves.scout import ENOUGH
-from pairsim.solvers.curves.sensitivities import STIFFNESS
-from pairsim.solvers.goals import DP_PLUS, D, F, Goal, U, dU
-from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.goals import dU
 from pairsim.solvers.steady.ends import Ended
 
 
-def computation(case: CurveCase, monitor: Monitor, sensitivities: bool) -> events.Events:
+def computation(case: CurveCase, monitor: Monitor, workers: Workers, sensitivities: bool) -> events.Events:
     """Compute a master curve and, for a pair, its zeros; arguments as for `solve`."""
-    places, by = case.in_order, _parameters(case, sensitivities)
+    places, by = case.in_order, parameters_of(case, sensitivities)
     expected = len(between(places, case.max_points)) if case.common else len(places)
     yield events.Begin(f"{expected} point{'s' * (expected > 1)}, more as needed", expected)
-    found, remarks = Solutions(case, _goals(case)), list[Text]()
-    points = found.points
+    found, remarks = Solutions(case, goals_of(case)), list[Text]()
+    points, others = found.points, Others(case, workers, monitor, found, by)
     try:
         with found:
-            start = Parameters(places[0], case.solid_models, case.liquid_model, varied=case.varied)
-            narrowest = min((d for place in places for d in place), default=math.inf)
-            problem = steady_problem(case, narrowest, monitor)
-            branch = found.begin(problem, start, places=places, sensitivities=by)
+            others.begin(between(places, case.max_points) if case.common else places)
+            branch = begun(case, found, places[0], monitor, by)
             if isinstance(branch, Ended):
                 return found.outcome_of(branch)
             yield events.Table("curve", _columns(case, by), ascending=case.common)
             sloping = case.n > 2 and case.velocity is None
             if sloping:
                 yield events.Table("slopes", SLOPES.named(case.n), ascending=case.common)
-            for traced in trace(branch, places, case.tol, case.max_points):
+            early = EarlyZeros() if case.of_free_pairs else None
+            for traced in trace(branch, places, case.tol, case.max_points, others, early):
                 if isinstance(traced, Ended):
                     return found.outcome_of(traced)
                 point, wanted = traced
@@ -83,16 +77,17 @@ def computation(case: CurveCase, monitor: Monitor, sensitivities: bool) -> event
                 if case.common:
                     points.sort(key=lambda p: p.d)
                 count = len(points)
-                own = QUESTION.tables["curve"].own_row(case.n, Found(point, branch.solver))
-                yield events.Row("curve", point_row(point) | {WANTED.name: float(wanted)} | own)
+                read = others.of(point) or read_off(case, point, branch.solver)
+                yield events.Row("curve", point_row(point) | {WANTED.name: float(wanted)} | read.own)
                 for row in slope_rows(point) if sloping else ():
                     yield events.Row("slopes", row)
-                if any(abs(point.d - d) < 1e-9 * d for d in case.fields):
-                    yield events.Frame(steady_frame(point.d, branch.solver))
+                if read.frame is not None:
+                    yield events.Frame(read.frame)
+                yield from others.notes()
                 yield events.Progress(min(count, expected), _shown(point, count), count)
             message = counted(len(points), "point")
-            if case.n == 2 and case.velocity is None:
-                zeros = yield from _zeros(branch, points)
+            if early is not None:
+                zeros = yield from _zeros(branch, points, early)
                 if isinstance(zeros, Ended):
                     return found.outcome_of(zeros)
                 found_zeros = ", ".join(_said(case, zero) for zero in zeros)
@@ -102,29 +97,6 @@ def computation(case: CurveCase, monitor: Monitor, sensitivities: bool) -> event
             return events.Outcome("finished", "end", message)
     finally:
         yield from _end(case, found, remarks)
-
-
-def _parameters(case: CurveCase, sensitivities: bool) -> list[str]:
-    """The parameters by which dU is differentiated: all, or in an experiment the difference of the diameters alone."""
-    of_pair, of_spread = case.n == 2 and case.velocity is None, list[str]()
-    if case.spread:
-        of_spread = ["Ca_e", STIFFNESS] * bool(case.spread.modulus) + ["beta"] * bool(case.spread.diameter)
-    if not sensitivities and not any(each.half_width for each in inputs_of(case)):
-        difference = ["difference"] if of_pair and (case.physical is not None or case.spread.diameter) else []
-        return of_spread + difference
-    values = ("Ca_e", max(case.Ca_es)), ("De", case.De), ("xi", case.De and case.xi), ("beta", 1.0)
-    known = [name for name, value in values if value] + ["difference"] * of_pair
-    if sensitivities and of_pair and all(case.Ca_es) and differ(case):
-        known.append(STIFFNESS)
-    return known + [name for name in of_spread if name not in known]
-
-
-def _goals(case: CurveCase) -> Sequence[Goal]:
-    """What a curve is computed for."""
-    if case.velocity is None and case.n > 1:
-        return (dU,)
-    first = U if case.velocity is None else F
-    return (first, DP_PLUS, D) if any(case.Ca_es) else (first, DP_PLUS)
 
 
 def _columns(case: CurveCase, parameters: Sequence[str]) -> list[str]:
@@ -158,12 +130,14 @@ def _shown(point: Point, count: int) -> Message:
     return Message.joined("  ", [*place, motion, f"Newton {point.newton}", f"point {count}"])
 
 
-def _zeros(branch: Branch, points: list[Point]) -> Generator[events.Event, None, Sequence[Equilibrium] | Ended]:
+def _zeros(
+    branch: Branch, points: list[Point], early: EarlyZeros
+) -> Generator[events.Event, None, Sequence[Equilibrium] | Ended]:
     """Find the zeros of the curve of a pair; those found before an end or a failure are written, too."""
     zeros, ended = list[Zero](), None
     failure: RunFailure | None = None
     try:
-        for zero in find_zeros(branch, points):
+        for zero in find_zeros(branch, points, early):
             if isinstance(zero, Ended):
                 ended = zero
             else:
@@ -196,12 +170,12 @@ def _off_axis(
 def _end(case: CurveCase, found: Solutions, remarks: Sequence[Text]) -> Iterator[events.Event]:
     """The last events: what run.json says and, where the branch ends early, the fields of its last solution."""
     points, warnings = found.points, list[Text]()
-    if found.branch is not None and points and dU in found.goals:
+    if found.report is not None and points and dU in found.goals:
         curve = Curve.of_points(points)
         curves = [curve.of(gap) for gap in range(1, case.n)] if case.common and len(points) > 1 else []
         if len(points) >= ENOUGH and curves:
             found.largest[dU] = max(abs(curve.peak.dU) for curve in curves)
-        size = found.largest.get(dU, found.branch.largest[dU])
+        size = found.largest.get(dU, found.report.largest[dU])
         if size > NEGLIGIBLE_DU:
             warnings = [*moving_errors(case, points, size), *_far_apart(case, curves, size)]
     yield from found.last_events({POINTS: len(points), **spread_entry(case)}, [*warnings, *remarks])

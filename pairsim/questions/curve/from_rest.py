@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,6 +12,7 @@ from pairsim.analysis.master_curve import Curve
 from pairsim.cases.estimate import Estimate
 from pairsim.cases.run_case import Case
 from pairsim.computing import events
+from pairsim.computing.workers import Desk, Workers, found_in_parts
 from pairsim.quantities.kinds import TIME
 from pairsim.questions.curve import AFTER, CurveCase
 from pairsim.questions.run import estimate
@@ -39,36 +42,50 @@ def estimate_from_rest(case: CurveCase, points: int) -> Estimate:
     return estimate(run_at(case, case.places[0]), points)
 
 
-def from_rest(case: CurveCase, monitor: Monitor) -> events.Events:
-    """Compute a curve from rest."""
-    from pairsim.questions.run.computation import Run
-
-    places, rows, summaries = case.in_order, list[dict[str, float]](), list[events.Summary]()
+def from_rest(case: CurveCase, monitor: Monitor, workers: Workers) -> events.Events:
+    """Compute a curve from rest; each distance is a part of its own."""
+    places, found, summaries = case.in_order, dict[int, dict[str, Any]](), list[events.Summary]()
     distances, end = counted(len(places), "distance"), TIME(4 * (case.after or 0), "g")
     yield events.Begin(Message("{}, at each from rest to t = {}", distances, end), len(places))
     yield events.Table("curve", names_of(case.n, DISTANCE, DU, DU_ERROR, *EARLIER, U, TAYLOR), ascending=True)
     try:
-        for count, place in enumerate(places):
-            run, series = run_at(case, place), list[Any]()
-            for event in Run(run, monitor, None).computation():
-                match event:
-                    case events.Row(_, values):
-                        monitor.has_result()
-                        series.append(values)
-                    case events.Progress(t, text, steps):
-                        yield events.Progress(count + t / run.time.end, text, steps)
-                    case events.Summary():
-                        summaries.append(event)
-            rows.append(_row(series, case.n) | dict(zip(DISTANCE.named(case.n), place, strict=True)))
-            yield events.Row("curve", rows[-1])
-        return events.Outcome("finished", "end", counted(len(rows), "point"))
+        for i, each in found_in_parts(workers, monitor, [partial(_solve_at, case, place) for place in places]):
+            match each:
+                case events.Progress(part, text, steps):
+                    yield events.Progress(len(found) + part, text, steps)
+                case events.Summary():
+                    summaries.append(each)
+                case events.Row(table, values):
+                    found[i] = {**values}
+                    yield events.Row(table, values)
+        return events.Outcome("finished", "end", counted(len(found), "point"))
     finally:
+        rows = [found[i] for i in sorted(found)]
         if case.n == 2 and len(rows) > 1:
             zeros = Curve(Table.of_rows(reversed(rows))).equilibria
             yield events.Table("equilibria", list(zeros), zeros.records())
         taken, sizes = ([each.entries.get(entry, 0) for each in summaries] for entry in (TIME_STEPS, SIZE))
         entries: Entries = {POINTS: len(rows), AFTER: case.after, TIME_STEPS: sum(taken), SIZE: max(sizes, default=0)}
         yield events.Summary(entries, [*dict.fromkeys(text for each in summaries for text in each.warnings)])
+
+
+def _solve_at(
+    case: CurveCase, place: tuple[float, ...], desk: Desk
+) -> Iterator[events.Progress | events.Summary | events.Row]:
+    """Solve at one of the distances; yields how far its run is, as a part of 1, and at last the row of the curve."""
+    from pairsim.questions.run.computation import Run
+
+    run, series = run_at(case, place), list[Any]()
+    for event in Run(run, desk.monitor, None).computation():
+        match event:
+            case events.Row(_, values):
+                desk.monitor.has_result()
+                series.append(values)
+            case events.Progress(t, text, steps):
+                yield events.Progress(t / run.time.end, text, steps)
+            case events.Summary():
+                yield event
+    yield events.Row("curve", _row(series, case.n) | dict(zip(DISTANCE.named(case.n), place, strict=True)))
 
 
 def _row(series: list[dict[str, float]], n: int) -> dict[str, float]:

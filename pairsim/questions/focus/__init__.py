@@ -41,6 +41,7 @@ from pairsim.solvers.parameters import Parameters
 
 if TYPE_CHECKING:
     from pairsim.computing.events import Events
+    from pairsim.computing.workers import Workers
     from pairsim.plots.style import Page
     from pairsim.quantities.scales import Scales
     from pairsim.record.table import Table
@@ -253,11 +254,11 @@ def estimate(case: FocusCase) -> Estimate:
     return replace(max(every, key=lambda each: each.unknowns), seconds=sum(each.seconds for each in every))
 
 
-def solve(case: FocusCase, *, monitor: Monitor) -> Events:
+def solve(case: FocusCase, *, monitor: Monitor, workers: Workers) -> Events:
     """Compute the rates at all values of what is followed."""
     from pairsim.questions.focus.computation import computation
 
-    return computation(case, monitor)
+    return computation(case, monitor, workers)
 
 
 class FocusResult(Result):
@@ -319,6 +320,7 @@ QUESTION = Question(
     solve=solve,
     tables={NAME: TABLE, "way": WAY_COLUMNS},
     entries=OF_STEADY,
+    shared=True,
     result=FocusResult,
     in_sweeps=InSweeps(columns_in_sweeps),
     draw=draw,

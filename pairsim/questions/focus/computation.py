@@ -2,74 +2,159 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from functools import partial
 from itertools import chain
+from typing import Any, Self
 
 from pairsim.computing import events
+from pairsim.computing.branch_report import BranchReport
 from pairsim.computing.off_axis.columns import NAME
 from pairsim.computing.off_axis.rows import names_of_rows, row_of, said_of, warnings_of
 from pairsim.computing.problems import steady_problem
-from pairsim.computing.steady import Solutions, together
+from pairsim.computing.steady import Solutions, together, told
+from pairsim.computing.workers import Desk, FoundAt, Shared, Workers
 from pairsim.quantities.kinds import LENGTH
 from pairsim.questions.focus import BETA, FocusCase, Place, column_of
 from pairsim.questions.focus.fields import disturbed_frame
 from pairsim.record.columns import CA_E, DE, DISTANCE, FOLLOWED
 from pairsim.record.run_entries import POINTS
+from pairsim.record.xdmf import FieldFrame
 from pairsim.runtime.message import Message, Text
 from pairsim.runtime.monitor import Monitor
+from pairsim.runtime.others import found_by_all
 from pairsim.runtime.text import counted
 from pairsim.solvers import goals
+from pairsim.solvers.curves.branch import Point
 from pairsim.solvers.focus.stability import Stability
 from pairsim.solvers.steady.ends import Ended
 
 
-def computation(case: FocusCase, monitor: Monitor) -> events.Events:
+def computation(case: FocusCase, monitor: Monitor, workers: Workers) -> events.Events:
     """Solve the steady states, and displace the particles in each; arguments as for `solve`."""
     values = len(case.series) or 1
     what = f"{counted(values, 'value')} of {case.key}" if case.key else "the case"
     yield events.Begin(what, values)
     over = column_of(case.key) if case.key else None
     names = names_of_rows(case, [FOLLOWED] if over is FOLLOWED else [])
-    yield events.Table(NAME, names, ascending=over is DISTANCE)
-    solved, remembered = list[Solutions](), list[Text]()
+    ascending = over is DISTANCE
+    yield events.Table(NAME, names, ascending=ascending)
+    scenes, remembered = _Scenes(case, monitor), list[Text]()
+    others = Shared[Unit, Rates | Ended](workers, monitor, partial(_solve_part, case), scenes.hear)
     try:
-        for scene in case.scenes:
-            solved.append(found := Solutions(scene, (goals.U,)))
-            done = sum(len(each.points) for each in solved)
-            ended = yield from _of_scene(case, scene, found, monitor, done, remembered)
-            if ended is not None:
-                return found.outcome_of(ended)
+        with scenes:
+            rates = found_by_all(scenes.units, scenes.rates, others, in_order=not ascending)
+            for count, ((scene, _), found) in enumerate(rates, 1):
+                if isinstance(found, Ended):
+                    return scenes.solutions(scene).outcome_of(found)
+                scenes.solutions(scene).points.append(found.point)
+                if not found.converged:
+                    remembered.append(found.at)
+                if found.frame is not None:
+                    yield events.Frame(found.frame)
+                yield events.Row(NAME, found.row)
+                yield events.Progress(count, found.said, count)
+                yield from told(others)
         return events.Outcome("finished", "end", what)
     finally:
-        yield from _last_events(solved, warnings_of(remembered))
+        yield from _last_events(scenes.solved, warnings_of(remembered))
 
 
-def _of_scene(
-    case: FocusCase, scene: FocusCase, found: Solutions, monitor: Monitor, done: int, remembered: list[Text]
-) -> Generator[events.Event, None, Ended | None]:
-    """Compute rates on one mesh, the rows of which follow those that are done; returns what ends it early."""
-    places = scene.places
-    with found:
-        branch = found.begin(steady_problem(scene, scene.narrowest, monitor), places[0].parameters)
+type Unit = tuple[int, int]
+"""Numbers of a scene and of a place on its mesh."""
+
+
+@dataclass(frozen=True)
+class Rates:
+    """What is found at a place.
+
+    Attributes:
+        point: The steady state.
+        row: The row of the table.
+        at: The place in words.
+        said: The rates in words.
+        converged: Whether what moving adds to them is known.
+        frame: Fields, where these are asked for.
+    """
+
+    point: Point
+    row: dict[str, Any]
+    at: Text
+    said: Text
+    converged: bool
+    frame: FieldFrame | None
+
+
+class _Scenes:
+    """The steady states of the scenes of a case, one of which is open at a time."""
+
+    def __init__(self, case: FocusCase, monitor: Monitor) -> None:
+        self._case, self._monitor, self._cases = case, monitor, case.scenes
+        self._places = [scene.places for scene in self._cases]
+        self._solutions = dict[int, Solutions]()
+        self._stack, self._open = ExitStack(), -1
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *failure: Any) -> None:
+        self._stack.__exit__(*failure)
+
+    @property
+    def units(self) -> list[Unit]:
+        """All places, in the order of solution."""
+        return [(i, j) for i, places in enumerate(self._places) for j in range(len(places))]
+
+    @property
+    def solved(self) -> Sequence[Solutions]:
+        """The solutions of scenes of which there may be any."""
+        return [self._solutions[i] for i in sorted(self._solutions)]
+
+    def solutions(self, scene: int) -> Solutions:
+        """Those of a scene."""
+        return self._solutions.setdefault(scene, Solutions(self._cases[scene], (goals.U,)))
+
+    def hear(self, said: tuple[int, str, BranchReport]) -> None:
+        """Take what another process says of its branch in a scene."""
+        scene, name, report = said
+        self.solutions(scene).hear((name, report))
+
+    def rates(self, unit: Unit) -> Rates | Ended:
+        """Compute the rates at a place; returns why there is no steady state otherwise."""
+        scene, place = self._cases[unit[0]], self._places[unit[0]][unit[1]]
+        found = self.solutions(unit[0])
+        if self._open != unit[0]:
+            self._stack.close()
+            self._open = unit[0]
+            self._stack.enter_context(found)
+        branch = found.branch or found.begin(steady_problem(scene, scene.narrowest, self._monitor), place.parameters)
         if isinstance(branch, Ended):
             return branch
-        for count, place in enumerate(places, done + 1):
-            point = branch.at(place.parameters)
-            if isinstance(point, Ended):
-                return point
-            monitor.check()
-            stability = Stability.of(branch.solver)
-            found.points.append(point)
-            at = _said(case, scene, place)
-            if not stability.disturbance.converged:
-                remembered.append(at)
-            value = scene.betas[0] if case.key == BETA else place.value
-            if case.fields:
-                yield events.Frame(disturbed_frame(value, branch.solver, stability))
-            row = row_of(scene, place.parameters, point, stability, place.scales)
-            yield events.Row(NAME, row | {FOLLOWED.name: value})
-            yield events.Progress(count, said_of(at, stability), count)
-    return None
+        point = branch.at(place.parameters)
+        if isinstance(point, Ended):
+            return point
+        self._monitor.check()
+        stability, at = Stability.of(branch.solver), _said(self._case, scene, place)
+        value = scene.betas[0] if self._case.key == BETA else place.value
+        frame = disturbed_frame(value, branch.solver, stability) if self._case.fields else None
+        row = row_of(scene, place.parameters, point, stability, place.scales) | {FOLLOWED.name: value}
+        return Rates(point, row, at, said_of(at, stability), stability.disturbance.converged, frame)
+
+
+def _solve_part(
+    case: FocusCase, units: Sequence[Unit], desk: Desk
+) -> Iterator[FoundAt[Unit, Rates] | tuple[int, str, BranchReport]]:
+    """Compute the rates at some places, in another process; nothing is said where a continuation ends."""
+    with _Scenes(case, desk.monitor) as scenes:
+        for unit in units:
+            found = scenes.rates(unit)
+            if isinstance(found, Ended):
+                return
+            yield FoundAt(unit, found)
+            if (report := scenes.solutions(unit[0]).report) is not None:
+                yield unit[0], desk.name, report
 
 
 def _last_events(solved: Sequence[Solutions], warnings: Sequence[Text]) -> Generator[events.Event, None, None]:

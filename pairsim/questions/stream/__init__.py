@@ -38,6 +38,7 @@ from pairsim.runtime.plain import Plain
 
 if TYPE_CHECKING:
     from pairsim.computing.events import Events
+    from pairsim.computing.workers import Workers
     from pairsim.plots.style import Page
     from pairsim.runtime.monitor import Monitor
 
@@ -245,11 +246,11 @@ def estimate(case: StreamCase) -> Estimate:
     return steady_estimate(case, round(of_rows(case)))
 
 
-def solve(case: StreamCase, *, monitor: Monitor) -> Events:
+def solve(case: StreamCase, *, monitor: Monitor, workers: Workers) -> Events:
     """Compute the short rows, and let streams move by the model that is made of them."""
     from pairsim.questions.stream.computation import computation
 
-    return computation(case, monitor)
+    return computation(case, monitor, workers)
 
 
 class StreamResult(Result):
@@ -282,6 +283,7 @@ QUESTION = Question(
     estimate=estimate,
     solve=solve,
     tables={"stream": STREAM, "distances": DISTANCES, "kymograph": KYMOGRAPH},
+    shared=True,
     result=StreamResult,
     entries=(POINTS, SPREAD_OF_PARTICLES, SENTENCES),
     draw=draw,

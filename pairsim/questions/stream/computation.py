@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Generator
 from dataclasses import dataclass, replace
-from itertools import chain
 from math import inf
 from typing import Self
 
@@ -15,8 +14,10 @@ from pairsim.analysis.drops import poisson
 from pairsim.computing import events
 from pairsim.computing.kept_rows import KeptRows
 from pairsim.computing.problems import steady_problem
+from pairsim.computing.solved_rows import solved_rows
 from pairsim.computing.spread_entry import spread_entry
 from pairsim.computing.warnings import beyond_checked, coarse_mesh
+from pairsim.computing.workers import ALONE, Workers
 from pairsim.questions.stream import (
     DISTANCES,
     KYMOGRAPH,
@@ -46,7 +47,7 @@ from pairsim.solvers.goals import U
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.rows.model import Row, RowModel, Waves, fitted
-from pairsim.solvers.rows.short_rows import short_rows, trains, unequal_rows
+from pairsim.solvers.rows.short_rows import TRAINS, short_rows, unequal_rows
 from pairsim.solvers.rows.stream_motion import follow
 
 PLACES = 51  # lengths of tube at which streams are looked at
@@ -54,13 +55,13 @@ BINS = 60  # of histograms; chosen
 FARTHEST = 4.0  # distance at which they end over the mean distance; chosen
 
 
-def computation(case: StreamCase, monitor: Monitor) -> events.Events:
+def computation(case: StreamCase, monitor: Monitor, workers: Workers) -> events.Events:
     """Solve short rows, draw streams, and let them move."""
     rows_done, of_motion = work.of_rows(case), work.of_motion(case)
     goal = f"{case.stream.streams} streams of {case.beads} beads"
     yield events.Begin(goal, rows_done + 3 * of_motion)
     try:
-        model, number = yield from _model(case, monitor)
+        model, number = yield from _model(case, monitor, workers)
     except BranchEnd as end:
         yield events.Summary({})
         return events.Outcome("finished", end.reason, end.message)
@@ -77,14 +78,14 @@ def computation(case: StreamCase, monitor: Monitor) -> events.Events:
     return events.Outcome("finished", "end", f"{goal}, by {number} short rows")
 
 
-def model_of(case: StreamCase, monitor: Monitor) -> RowModel:
+def model_of(case: StreamCase, monitor: Monitor, workers: Workers = ALONE) -> RowModel:
     """The model by which the streams of a case move.
 
     Raises:
         NoSteadyState: There is no quasi-steady state of a short row, or it was not found.
         MeshFailure: A mesh could not be generated.
     """
-    solving = _model(case, monitor)
+    solving = _model(case, monitor, workers)
     while True:
         try:
             next(solving)
@@ -92,15 +93,15 @@ def model_of(case: StreamCase, monitor: Monitor) -> RowModel:
             return end.value[0]
 
 
-def _model(case: StreamCase, monitor: Monitor) -> Generator[events.Event, None, tuple[RowModel, int]]:
+def _model(case: StreamCase, monitor: Monitor, workers: Workers) -> Generator[events.Event, None, tuple[RowModel, int]]:
     """The model, and the number of the short rows that it is fitted to."""
     problem = replace(steady_problem(case, inf, monitor), volume_modulus=False)
-    rows, waves = yield from _rows(case, problem, Parameters((), case.solid_models, case.liquid_model))
+    rows, waves = yield from _rows(case, problem, Parameters((), case.solid_models, case.liquid_model), workers)
     return fitted(rows, waves), len(rows)
 
 
 def _rows(
-    case: StreamCase, problem: SteadyProblem, alone: Parameters
+    case: StreamCase, problem: SteadyProblem, alone: Parameters, workers: Workers
 ) -> Generator[events.Event, None, tuple[list[Row], list[Waves]]]:
     """The short rows of the case, and the waves of trains if the model is fitted to these, too."""
     most, by_particle = case.stream.neighbours, bool(case.spread)
@@ -109,20 +110,25 @@ def _rows(
         if (found := kept.read()) is not None:
             yield events.Progress(work.of_rows(case), "short rows are known from an earlier case", len(found[0]))
             return found
-        rows, waves, done = list[Row](), list[Waves](), 0.0
-        total = work.short_rows(case)
-        unequal = unequal_rows(problem, alone, work.LEAST) if by_particle else ()
-        for row in chain(short_rows(problem, alone, work.LEAST, most, by_particle), unequal):
-            rows.append(row)
-            problem.monitor.has_result()  # each row can be solved; how many there are is told by the progress
-            done += work.of_row(case, len(row.values))
-            yield events.Progress(done, f"short row {len(rows)} of {total}", len(rows))
-        for wave in trains(problem, alone) if work.with_trains(case) else ():
-            waves.append(wave)
-            done += work.TRAIN
-            yield events.Progress(done, f"train {len(waves)}", len(rows) + len(waves))
-        kept.write(rows, waves)
-        return rows, waves
+        done, rows, trains, total = 0.0, 0, 0, work.short_rows(case)
+        unequal = unequal_rows(any(case.Ca_es), work.LEAST) if by_particle else ()
+        chains = [*short_rows(work.LEAST, most, by_particle), *unequal]
+        solving = solved_rows(problem, alone, chains, TRAINS if work.with_trains(case) else (), workers)
+        while True:
+            try:
+                each = next(solving)
+            except StopIteration as end:
+                kept.write(*end.value)
+                return end.value
+            if isinstance(each, Row):
+                rows += 1
+                problem.monitor.has_result()  # each row can be solved; how many there are is told by the progress
+                done += work.of_row(case, len(each.values))
+                yield events.Progress(done, f"short row {rows} of {total}", rows)
+            else:
+                trains += 1
+                done += work.TRAIN
+                yield events.Progress(done, f"train {trains}", rows + trains)
 
 
 @dataclass(frozen=True)

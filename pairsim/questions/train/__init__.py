@@ -39,6 +39,7 @@ from pairsim.runtime.plain import Plain
 
 if TYPE_CHECKING:
     from pairsim.computing.events import Events
+    from pairsim.computing.workers import Workers
     from pairsim.plots.style import Page
     from pairsim.runtime.monitor import Monitor
 
@@ -254,11 +255,11 @@ def estimate(case: TrainCase) -> Estimate:
     return replace(steady_estimate(case, case.train.cell + rates, factor), within=BY_MESHES)
 
 
-def solve(case: TrainCase, *, monitor: Monitor) -> Events:
+def solve(case: TrainCase, *, monitor: Monitor, workers: Workers) -> Events:
     """Compute the train and its growth rates, and follow a row of beads."""
     from pairsim.questions.train.computation import computation
 
-    return computation(case, monitor)
+    return computation(case, monitor, workers)
 
 
 class TrainResult(Result):
@@ -291,6 +292,7 @@ QUESTION = Question(
         "propagator": Columns(BY_DISTANCE),
         NAME: TABLE,
     },
+    shared=True,
     result=TrainResult,
     entries=(SIZE, SENTENCES),
     draw=draw,

@@ -15,6 +15,7 @@ from pairsim.computing import events
 from pairsim.computing.off_axis.beside import rates_beside
 from pairsim.computing.problems import steady_problem
 from pairsim.computing.warnings import beyond_checked, coarse_mesh
+from pairsim.computing.workers import Workers
 from pairsim.quantities.kinds import LENGTH, POSITION, RATE, VELOCITY
 from pairsim.quantities.text import in_unit, with_name
 from pairsim.questions.train import OF_A_ROW, SENTENCES, SPECTRUM, TRAIN, TrainCase, work
@@ -37,7 +38,7 @@ TUBES = "tube", "tube_least", "tube_most"
 CHANGES = {"orders": (1 / 10, "of 20 % becomes one of 2 %"), "clusters": (10.0, "of 2 % becomes one of 20 %")}
 
 
-def computation(case: TrainCase, monitor: Monitor) -> events.Events:
+def computation(case: TrainCase, monitor: Monitor, workers: Workers) -> events.Events:
     """Compute the train and its growth rates on two meshes, and on finer ones while errors are larger than wanted."""
     row_of = f", then a row of {case.beads}" if case.beads else ""
     yield events.Begin(f"the growth rates of a train of {case.train.cell} beads{row_of}", work.of_case(case))
@@ -70,7 +71,7 @@ def computation(case: TrainCase, monitor: Monitor) -> events.Events:
     warnings = list[Text](_warnings(case, found))
     yield events.Summary({SIZE: found.unknowns, SENTENCES: sentences}, warnings)
     if (gaps := first_gaps(case, found.d)).size:
-        sentences += yield from follow(case, problem, start, gaps, found, done, sum(work.MESHES[refined:]))
+        sentences += yield from follow(case, problem, start, gaps, found, done, sum(work.MESHES[refined:]), workers)
     if case.focus:
         warnings += yield from _off_axis(case, problem, start, sorted({found.d, *gaps.tolist()}))
     return events.Outcome("finished", "end", f"verdict: {verdict}")

@@ -10,6 +10,8 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from pairsim.computing import events
+from pairsim.computing.solved_rows import solved_rows
+from pairsim.computing.workers import Workers
 from pairsim.quantities.kinds import LENGTH, POSITION, VELOCITY
 from pairsim.quantities.text import in_unit, with_name
 from pairsim.questions.train import BY_DISTANCE, ROW, TrainCase, work
@@ -17,9 +19,9 @@ from pairsim.record.column import table_row
 from pairsim.runtime.arrays import Array, Flags
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
-from pairsim.solvers.rows.model import Row, RowModel, Waves, fitted
+from pairsim.solvers.rows.model import Row, RowModel, fitted
 from pairsim.solvers.rows.row_motion import TOLERANCE, Places, move, propagator
-from pairsim.solvers.rows.short_rows import MOST, TRAINS, places_of, short_rows, solved, trains
+from pairsim.solvers.rows.short_rows import TRAINS, Chain, short_rows
 from pairsim.solvers.trains.train import Train
 
 LONG = 50.0  # length of the tube of short rows over the diameter of a bead, as of other cases
@@ -121,17 +123,24 @@ class Motion:
 
 
 def follow(
-    case: TrainCase, problem: SteadyProblem, alone: Parameters, gaps: Array, train: Train, done: float, unneeded: float
+    case: TrainCase,
+    problem: SteadyProblem,
+    alone: Parameters,
+    gaps: Array,
+    train: Train,
+    done: float,
+    unneeded: float,
+    workers: Workers,
 ) -> Generator[events.Event, None, list[str]]:
     """Follow a row from its first distances [D_c], (N-1,), along the tube; returns what it says.
 
     Problem and parameters are those of a bead alone in the train. So much work is done, and of that of the case so much
-    was not needed.
+    was not needed. Workers share the short rows.
     """
     progress = Progress(done, work.of_case(case) / (work.of_case(case) - unneeded))
     problem, n = replace(problem, length=LONG * problem.betas[0], closed=False), len(gaps) + 1
     least = min(LEAST, gaps.min() if case.listed else gaps.mean() / 2)
-    model = yield from _model(problem, alone, least, progress)
+    model = yield from _model(problem, alone, least, progress, workers)
     steps, places = move(model, gaps, case.row.min_gap, case.row.tube, problem.monitor)
     motion = Motion(model, places, steps, case.row.min_gap)
     rows = motion.rows(problem.betas[0])
@@ -141,7 +150,9 @@ def follow(
     count = min(n, work.AUDITED)
     if len(neighbours := motion.neighbours(count, least)):
         widest, narrowest = neighbours[neighbours.mean(axis=1).argsort()[[-1, 0]]].tolist()
-        audits = [*solved(problem, alone, [tuple(widest), tuple(narrowest)])]
+        both = Chain([tuple(widest), tuple(narrowest)])
+        chains = both.cut(1) if workers.count > 1 else [both]
+        audits = [each for each in solved_rows(problem, alone, chains, (), workers) if isinstance(each, Row)]
         yield progress.after(work.of_audits(n), f"rows of {count} are solved")
         sentences.append(_audited(model, audits, train, count))
     if n <= work.MOST_PROPAGATED and not motion.touching.any():
@@ -156,18 +167,23 @@ def follow(
 
 
 def _model(
-    problem: SteadyProblem, alone: Parameters, least: float, progress: Progress
+    problem: SteadyProblem, alone: Parameters, least: float, progress: Progress, workers: Workers
 ) -> Generator[events.Event, None, RowModel]:
     """Solve short rows and trains, down to a least distance, and fit the model of long rows to them."""
-    rows, waves = list[Row](), list[Waves]()
-    total = sum(len(places_of(count, least)) for count in range(1, MOST + 1))
-    for row in short_rows(problem, alone, least):
-        rows.append(row)
-        yield progress.after(work.of_short_row(len(row.values)), f"short row {len(rows)} of {total}")
-    for wave in trains(problem, alone):
-        waves.append(wave)
-        yield progress.after(work.TRAIN, f"train {len(waves)} of {len(TRAINS)}")
-    return fitted(rows, waves)
+    chains = [*short_rows(least)]
+    total, rows, trains = sum(len(chain.places) for chain in chains), 0, 0
+    solving = solved_rows(problem, alone, chains, TRAINS, workers)
+    while True:
+        try:
+            each = next(solving)
+        except StopIteration as end:
+            return fitted(*end.value)
+        if isinstance(each, Row):
+            rows += 1
+            yield progress.after(work.of_short_row(len(each.values)), f"short row {rows} of {total}")
+        else:
+            trains += 1
+            yield progress.after(work.TRAIN, f"train {trains} of {len(TRAINS)}")
 
 
 def _said(case: TrainCase, motion: Motion) -> Iterator[str]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterator
 
 import numpy as np
 
 from pairsim.runtime.message import Message
+from pairsim.runtime.others import NOBODY, Others
 from pairsim.solvers.curves.branch import Branch, Point
-from pairsim.solvers.curves.curve import Zero, find_zeros, trace
+from pairsim.solvers.curves.curve import Distances, EarlyZeros, Zero, find_zeros, trace
 from pairsim.solvers.curves.equilibrium_lines import Critical, End, Follower, Missed, Region
 from pairsim.solvers.steady.continuation import where
 from pairsim.solvers.steady.ends import Ended
@@ -25,13 +26,20 @@ type Finding = Point | Critical | Missed | End | Ended
 the last one, and says why there are no more."""
 
 
-def search(branch: Branch, least: float, most: float) -> Generator[Point, None, list[Zero] | Ended]:
+type Helpers = Others[Distances, Point | Ended]
+"""Other processes that solve for points of a curve that is searched."""
+
+
+def search(
+    branch: Branch, least: float, most: float, others: Helpers = NOBODY
+) -> Generator[Point, None, list[Zero] | Ended]:
     """Find all zeros of dU between two distances at the present values of the other parameters.
 
     Args:
         branch: The branch, at any distance.
         least: Smallest distance [D_c].
         most: Largest distance [D_c].
+        others: Other processes, which solve for some points of the curve.
 
     Yields:
         Every point of the curve.
@@ -43,27 +51,27 @@ def search(branch: Branch, least: float, most: float) -> Generator[Point, None, 
         RunFailure: The curve could not be computed.
     """
     places = [(float(d),) for d in np.geomspace(most, least, SCAN_POINTS)]
-    points: list[Point] = []
-    for traced in trace(branch, places, SCAN_TOL, 10 * SCAN_POINTS):
+    points, early = list[Point](), EarlyZeros()
+    for traced in trace(branch, places, SCAN_TOL, 10 * SCAN_POINTS, others, early):
         if isinstance(traced, Ended):
             return traced
         points.append(traced[0])
         yield traced[0]
     zeros: list[Zero] = []
-    for zero in find_zeros(branch, sorted(points, key=lambda p: p.d)):
+    for zero in find_zeros(branch, sorted(points, key=lambda p: p.d), early):
         if isinstance(zero, Ended):
             return zero
         zeros.append(zero)
     return zeros
 
 
-def find_all(branch: Branch, least: float, most: float) -> Iterator[Finding]:
+def find_all(branch: Branch, least: float, most: float, others: Helpers = NOBODY) -> Iterator[Finding]:
     """All critical distances between two distances at the present parameters; for the arguments see `search`.
 
     Raises:
         RunFailure: The curve that is searched for zeros could not be computed.
     """
-    zeros = yield from search(branch, least, most)
+    zeros = yield from search(branch, least, most, others)
     if isinstance(zeros, Ended):
         yield zeros
         return
@@ -71,12 +79,15 @@ def find_all(branch: Branch, least: float, most: float) -> Iterator[Finding]:
         yield Critical(zero.point, number, "wanted")
 
 
-def follow_all(branch: Branch, region: Region) -> Iterator[Finding]:
+def follow_all(
+    branch: Branch, region: Region, others_at: Callable[[float], Helpers] = lambda _: NOBODY
+) -> Iterator[Finding]:
     """Follow all lines of critical distances that contain a zero at the first or the last value of the parameter.
 
     Args:
         branch: The branch, at the first value of the parameter and the largest distance.
         region: Range of parameter and distance.
+        others_at: Other processes, which solve for some points of the curve at a value of the parameter.
 
     Raises:
         RunFailure: A curve that is searched for zeros could not be computed.
@@ -89,7 +100,7 @@ def follow_all(branch: Branch, region: Region) -> Iterator[Finding]:
         if isinstance(first, Ended):
             yield first
             return
-        zeros = yield from search(branch, region.least, region.most)
+        zeros = yield from search(branch, region.least, region.most, others_at(value))
         if isinstance(zeros, Ended):
             yield zeros
             return

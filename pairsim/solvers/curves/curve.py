@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
+from pairsim.runtime.others import NOBODY, Others, found_by_all
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.distances import between
 from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU, CurveInterpolant
@@ -19,6 +20,9 @@ from pairsim.solvers.steady.scene import Snapshot
 # All constants were chosen.
 HALVINGS = 5  # bisections of an interval with a change of sign in which Newton's method finds no zero
 CLOSE = 0.1  # difference of log d below which no point is added between two others: it would show meshes, not dU
+
+type Distances = tuple[float, ...]
+"""Distances of a point [D_c], N-1 values."""
 
 
 @dataclass(frozen=True)
@@ -82,12 +86,18 @@ def _unresolved(points: list[Point], tol: float) -> list[tuple[Point, Point]]:
 
 
 def trace(
-    branch: Branch, places: Sequence[tuple[float, ...]], tol: float, max_points: int
+    branch: Branch,
+    places: Sequence[Distances],
+    tol: float,
+    max_points: int,
+    others: Others[Distances, Point | Ended] = NOBODY,
+    early: EarlyZeros | None = None,
 ) -> Iterator[tuple[Point, bool] | Ended]:
     """Compute a curve at given distances, and add others if all gaps of each point are equal, or one alone varies.
 
     Points are added until no neighbours are more than a factor `WIDEST` apart, and the interval of dU between them is
-    narrow enough, or no more than twice as wide as that at the points.
+    narrow enough, or no more than twice as wide as that at the points. Where they are added follows from the points of
+    all processes.
 
     Args:
         branch: The branch, at any solution.
@@ -95,6 +105,8 @@ def trace(
             gaps of each point are equal, or one alone varies.
         tol: Half-width of dU between the points, relative to the largest |dU|.
         max_points: Largest number of points, unless more are requested.
+        others: Other processes, which solve for some of the points.
+        early: Takes the zeros that are found while other processes are at work; None: none are looked for.
 
     Yields:
         Every point as it is computed, and whether it was requested; at last why a continuation has ended, if one has.
@@ -104,9 +116,18 @@ def trace(
     """
     parameters, requested = branch.solver.parameters, set(places)
     curve = parameters.varied is not None or all(place and len(set(place)) == 1 for place in places)
-    points = []
-    for place in between(places, max_points) if curve else places:
-        point = branch.at(replace(parameters, gaps=place))
+    points = list[Point]()
+    filled = between(places, max_points) if curve else places
+
+    def meanwhile(missing: Collection[Distances]) -> bool:
+        return early is not None and curve and early.search(branch, points, [place[at] for place in missing])
+
+    at = parameters.varied or 0
+
+    def solve(place: Distances) -> Point | Ended:
+        return branch.at(replace(parameters, gaps=place))
+
+    for place, point in found_by_all(filled, solve, others, meanwhile, in_order=not curve):
         if isinstance(point, Ended):
             yield point
             return
@@ -116,11 +137,11 @@ def trace(
         return
     points.sort(key=lambda p: p.d)
     while new := _unresolved(points, tol)[: max(max_points - len(points), 0)]:
-        here = branch.solver.parameters.gaps[parameters.varied or 0]
+        here = branch.solver.parameters.gaps[at]
         if abs(here - new[-1][1].d) < abs(here - new[0][0].d):
             new.reverse()  # start with the interval nearest to the present solution
-        for a, b in new:
-            point = branch.at(parameters.with_gap(float(np.sqrt(a.d * b.d))))
+        added = [parameters.with_gap(float(np.sqrt(a.d * b.d))).gaps for a, b in new]
+        for _, point in found_by_all(added, solve, others, meanwhile):
             if isinstance(point, Ended):
                 yield point
                 return
@@ -129,7 +150,7 @@ def trace(
         points.sort(key=lambda p: p.d)
 
 
-def find_zeros(branch: Branch, points: list[Point]) -> Iterator[Zero | Ended]:
+def find_zeros(branch: Branch, points: list[Point], known: Sequence[Zero] = ()) -> Iterator[Zero | Ended]:
     """Find the zeros at all changes of sign of dU between the points of a curve, in ascending d.
 
     Between two points whose signs are both uncertain there may be none.
@@ -137,17 +158,47 @@ def find_zeros(branch: Branch, points: list[Point]) -> Iterator[Zero | Ended]:
     Args:
         branch: The branch, at any solution.
         points: Points in ascending d.
+        known: Zeros that were found before, of `EarlyZeros`.
 
     Yields:
         The zeros; at last why a continuation has ended, if one has.
     """
     for a, b in pairwise(points):
-        if a.dU * b.dU < 0 and max(abs(a.dU), abs(b.dU)) > NEGLIGIBLE_DU:
-            found = _zero_between(branch, a, b)
+        if _changes_sign(a, b):
+            found = next((zero for zero in known if a.d <= zero.point.d <= b.d), None) or _zero_between(branch, a, b)
             if found is not None:
                 yield found
             if isinstance(found, Ended):
                 return
+
+
+class EarlyZeros(list[Zero]):
+    """Zeros that are found before all points of a curve are known, each between two that are neighbours for sure."""
+
+    def __init__(self) -> None:
+        self._searched = set[tuple[float, float]]()
+
+    def search(self, branch: Branch, points: Sequence[Point], missing: Sequence[float]) -> bool:
+        """Look for a zero; returns whether there were two points between which one could be looked for.
+
+        Args:
+            branch: The branch, at any solution.
+            points: Points so far.
+            missing: Distances of those that are still to come [D_c].
+        """
+        for a, b in pairwise(sorted(points, key=lambda point: point.d)):
+            new = (a.d, b.d) not in self._searched and not any(a.d < d < b.d for d in missing)
+            if new and _changes_sign(a, b):
+                self._searched.add((a.d, b.d))
+                found = _zero_between(branch, a, b)
+                if isinstance(found, Zero):
+                    self.append(found)
+                return True
+        return False
+
+
+def _changes_sign(a: Point, b: Point) -> bool:
+    return a.dU * b.dU < 0 and max(abs(a.dU), abs(b.dU)) > NEGLIGIBLE_DU
 
 
 def _zero_between(branch: Branch, a: Point, b: Point) -> Zero | Ended | None:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import closing, suppress
-from dataclasses import replace
-from itertools import product
+from dataclasses import dataclass, replace
+from itertools import pairwise, product
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebpts2
@@ -32,6 +32,7 @@ ALL = 4  # particles up to which all combinations of distances are solved
 ROOM = 4.0  # length of tube beyond a row, both ends together [D_c]
 TRAINS = (0.06, 0.12, 0.24, 0.48)  # distances of infinite trains [D_c]
 CELL = 8  # particles in their cells
+LONGEST = 5  # rows of a chain that is one of several, about; chosen, as its first solution takes as long as one or two
 CROWDING = 3.0  # rate of the exponential of a distance in which these are extrema of a Chebyshev polynomial [1/D_c]
 
 
@@ -41,6 +42,7 @@ def solved(
     places: Sequence[tuple[float, ...]],
     by_particle: bool = False,
     parts: Array | None = None,
+    beside: Sequence[tuple[float, ...]] = (),
 ) -> Iterator[Row]:
     """Solve rows of one number of particles.
 
@@ -50,14 +52,15 @@ def solved(
         places: Distances of each row, in the order in which they are solved [D_c].
         by_particle: Whether velocities are differentiated by size and softness of each particle.
         parts: As of `Row`.
+        beside: Distances of other rows with which these have tube and cells in common.
 
     Raises:
         NoSteadyState: There is no quasi-steady state at one of them, or it was not found.
         MeshFailure: A mesh could not be generated.
     """
-    count = len(places[0]) + 1
-    narrowest = min((d for place in places for d in place), default=np.inf)
-    length = max(problem.length, count * problem.betas[0] + max(map(sum, places)) + ROOM)
+    count, every = len(places[0]) + 1, [*places, *beside]
+    narrowest = min((d for place in every for d in place), default=np.inf)
+    length = max(problem.length, count * problem.betas[0] + max(map(sum, every)) + ROOM)
     problem = replace(problem.repeated(count), length=length, narrowest=narrowest)
     start = replace(alone, gaps=places[0], solids=alone.solids * count)
     if parts is not None:
@@ -113,30 +116,43 @@ def places_of(count: int, least: float) -> list[tuple[float, ...]]:
     return [tuple(row) for row in distances.round(4)[chosen].tolist()]
 
 
-def short_rows(
-    problem: SteadyProblem, alone: Parameters, least: float, most: int = MOST, by_particle: bool = False
-) -> Iterator[Row]:
+@dataclass(frozen=True)
+class Chain:
+    """Rows of one number of particles that are solved one after another; arguments as for `solved`."""
+
+    places: Sequence[tuple[float, ...]]
+    by_particle: bool = False
+    parts: Array | None = None
+    beside: Sequence[tuple[float, ...]] = ()
+
+    def solved(self, problem: SteadyProblem, alone: Parameters) -> Iterator[Row]:
+        """Solve its rows; arguments as for `solved`."""
+        return solved(problem, alone, self.places, self.by_particle, self.parts, self.beside)
+
+    def cut(self, longest: int = LONGEST) -> list[Chain]:
+        """The same rows as chains of about so many rows, each of which finds a first solution of its own."""
+        parts = max(round(len(self.places) / longest), 1)
+        ends = [round(i * len(self.places) / parts) for i in range(parts + 1)]
+        return [replace(self, places=self.places[a:b], beside=[*self.places, *self.beside]) for a, b in pairwise(ends)]
+
+
+def short_rows(least: float, most: int = MOST, by_particle: bool = False) -> Iterator[Chain]:
     """All rows of which the model is made, the single particle first.
 
     Args:
-        problem, alone: As for `solved`.
         least: Smallest distance [D_c].
         most: Number of particles of the longest ones, at most `MOST`.
         by_particle: Whether velocities of rows of up to `MOST_BY_PARTICLE` are differentiated by size and softness of
             each particle.
     """
     for count in range(1, most + 1):
-        yield from solved(problem, alone, places_of(count, least), by_particle and count <= MOST_BY_PARTICLE)
+        yield Chain(places_of(count, least), by_particle and count <= MOST_BY_PARTICLE)
 
 
-def unequal_rows(problem: SteadyProblem, alone: Parameters, least: float) -> Iterator[Row]:
-    """Rows in which one particle differs, by `unequal_places`.
-
-    Args:
-        problem, alone, least: As for `short_rows`.
-    """
-    for places, parts in unequal_places(any(alone.solids), least):
-        yield from solved(problem, alone, places, True, parts)
+def unequal_rows(soft: bool, least: float) -> Iterator[Chain]:
+    """Rows in which one particle differs, by `unequal_places`."""
+    for places, parts in unequal_places(soft, least):
+        yield Chain(places, True, parts)
 
 
 def unequal_places(soft: bool, least: float) -> Iterator[tuple[list[tuple[float, ...]], Array]]:
@@ -151,8 +167,12 @@ def unequal_places(soft: bool, least: float) -> Iterator[tuple[list[tuple[float,
             yield places_of(count, least)[1 - count % 2 :: 2], parts
 
 
-def trains(problem: SteadyProblem, alone: Parameters) -> Iterator[Waves]:
-    """Waves of the infinite trains to which it is fitted, too; arguments as for `solved`."""
-    for d in TRAINS:
-        with suppress(NoSteadyState):  # of very soft particles there may be none so near to each other
-            yield d, *train_of(problem, alone, CELL, d).spectrum.waves
+def train_at(problem: SteadyProblem, alone: Parameters, d: float) -> Waves | None:
+    """Waves of an infinite train to which it is fitted, too, of `TRAINS`; arguments as for `solved`.
+
+    Returns:
+        None where there is none: of very soft particles so near to each other.
+    """
+    with suppress(NoSteadyState):
+        return d, *train_of(problem, alone, CELL, d).spectrum.waves
+    return None
