@@ -124,7 +124,7 @@ def test_the_end_of_a_branch_is_the_last_of_its_points() -> None:
 
 
 def test_a_zero_within_the_mesh_error_is_called_uncertain() -> None:
-    zero: Any = SimpleNamespace(point=made_point(0.2, 0.0, 1.0, 0.002))
+    zero: Any = SimpleNamespace(point=made_point(0.2, 0.0, 1.0, 0.002), d=0.2)
     (clear,) = equilibria([zero], [made_point(0.1, -0.1, 1.0, 0.01), made_point(0.3, 0.1, 1.0, 0.01)])
     (vague,) = equilibria([zero], [made_point(0.1, -0.005, 1.0, 0.01), made_point(0.3, 0.1, 1.0, 0.01)])
     assert clear.certain
@@ -133,7 +133,7 @@ def test_a_zero_within_the_mesh_error_is_called_uncertain() -> None:
 
 
 def test_the_peak_beside_a_zero_is_part_of_the_largest_dU_between_points_too() -> None:
-    zero: Any = SimpleNamespace(point=made_point(0.2, 0.0, 1.0))
+    zero: Any = SimpleNamespace(point=made_point(0.2, 0.0, 1.0), d=0.2)
     (found,) = equilibria([zero], [made_point(0.1, -0.05, 1.0), made_point(0.3, 0.1, 2.0), made_point(0.4, 0.1, -2.0)])
     assert found.peak == 1.0, "dU rises to more than .1 between .3 and .4"
 
@@ -141,7 +141,7 @@ def test_the_peak_beside_a_zero_is_part_of_the_largest_dU_between_points_too() -
 def zeros_without_newton(at: Callable[[float], Any], *places: float) -> list[Equilibrium]:
     """The zeros of a curve on which Newton's method finds none."""
 
-    def refuse(*_: float) -> Any:
+    def refuse(*_: float, **__: bool) -> Any:
         raise NoSteadyState("no")
 
     solver = SimpleNamespace(snapshot=None)

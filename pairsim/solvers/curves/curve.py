@@ -23,10 +23,17 @@ CLOSE = 0.1  # difference of log d below which no point is added between two oth
 
 @dataclass(frozen=True)
 class Zero:
-    """A point at which dU vanishes within its interval, with a snapshot of the solution."""
+    """A distance at which dU vanishes.
+
+    Attributes:
+        point: A point at it or beside it, whose dU vanishes within its interval.
+        snapshot: The solution there.
+        d: The distance.
+    """
 
     point: Point
     snapshot: Snapshot
+    d: float
 
 
 @dataclass(frozen=True)
@@ -129,7 +136,7 @@ def trace(
         points.sort(key=lambda p: p.d)
 
 
-def find_zeros(branch: Branch, points: list[Point]) -> Iterator[Zero | Ended]:
+def find_zeros(branch: Branch, points: list[Point], *, solved: bool = False) -> Iterator[Zero | Ended]:
     """Find the zeros at all changes of sign of dU between the points of a curve, in ascending d.
 
     Between two points whose signs are both uncertain there may be none.
@@ -137,20 +144,22 @@ def find_zeros(branch: Branch, points: list[Point]) -> Iterator[Zero | Ended]:
     Args:
         branch: The branch, at any solution.
         points: Points in ascending d.
+        solved: Whether the points of the zeros are complete, with dU = 0 in their solutions; otherwise they may be so
+            near to the zeros that the slopes there tell where these are.
 
     Yields:
         The zeros; at last why a continuation has ended, if one has.
     """
     for a, b in pairwise(points):
         if a.dU * b.dU < 0 and max(abs(a.dU), abs(b.dU)) > NEGLIGIBLE_DU:
-            found = _zero_between(branch, a, b)
+            found = _zero_between(branch, a, b, solved=solved)
             if found is not None:
                 yield found
             if isinstance(found, Ended):
                 return
 
 
-def _zero_between(branch: Branch, a: Point, b: Point) -> Zero | Ended | None:
+def _zero_between(branch: Branch, a: Point, b: Point, *, solved: bool) -> Zero | Ended | None:
     """The zero between two points at which dU has different signs.
 
     Newton's method finds none where dU jumps between two meshes, or where its slope is rounding error. Then it is that
@@ -159,8 +168,9 @@ def _zero_between(branch: Branch, a: Point, b: Point) -> Zero | Ended | None:
     secant = (b.dU - a.dU) / (b.d - a.d)
     for _ in range(HALVINGS):
         with suppress(NoSteadyState, MeshFailure):
-            if (zero := branch.zero(a.d, b.d, _guess(a, b))) is not None:
-                return Zero(zero, branch.solver.snapshot)
+            if (zero := branch.zero(a.d, b.d, _guess(a, b), solved=solved)) is not None:
+                d = zero.d - float(zero.held_dUs[0]) / float(zero.slopes[0])
+                return Zero(zero, branch.solver.snapshot, d)
         certain = [abs(point.dU) >= point.dU_errors[0] for point in (a, b)]
         if not any(certain):
             return None
@@ -182,7 +192,7 @@ def _zero_between(branch: Branch, a: Point, b: Point) -> Zero | Ended | None:
         nearest = again
     if nearest.slope_at_rest * secant < 0:
         nearest = replace(nearest, slopes=np.array([secant]))
-    return Zero(nearest, branch.solver.snapshot)
+    return Zero(nearest, branch.solver.snapshot, nearest.d)
 
 
 def _guess(a: Point, b: Point) -> float:
@@ -200,12 +210,13 @@ def equilibria(zeros: list[Zero], points: list[Point]) -> list[Equilibrium]:
     if not zeros:
         return []
     d, dU, half = interpolants(points)[0].samples
-    ends = [points[0].d, *(z.point.d for z in zeros), points[-1].d]
+    ends = [points[0].d, *(zero.d for zero in zeros), points[-1].d]
     sides = [(a <= d) & (d <= b) for a, b in pairwise(ends)]
     peaks = [float(np.abs(dU[side]).max(initial=0.0)) for side in sides]
     decided = [bool((np.abs(dU) > half)[side].any()) for side in sides]
     result = []
-    for i, zero in enumerate(z.point for z in zeros):
+    for i, zero in enumerate(zeros):
+        slope, error = zero.point.slope_at_rest, zero.point.zero_error
         certain = decided[i] and decided[i + 1]
-        result.append(Equilibrium(zero.d, zero.slope_at_rest, peaks[i + 1] / max(peaks), zero.zero_error, certain))
+        result.append(Equilibrium(zero.d, slope, peaks[i + 1] / max(peaks), error, certain))
     return result
