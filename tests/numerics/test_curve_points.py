@@ -155,6 +155,16 @@ def test_a_zero_that_newton_misses_between_smooth_points_is_found() -> None:
     assert zero.d == pytest.approx(0.2, rel=1e-4)
 
 
+def test_the_slope_beside_a_zero_tells_where_it_is() -> None:
+    """dU = d - .2 is known at d = .203, within its half-width of 0: no solution is needed at .2."""
+    beside = made_point(0.203, 0.003, 1.0, 0.005)
+    stub: Any = SimpleNamespace(zero=lambda *_, **__: beside, solver=SimpleNamespace(snapshot=None))
+    points = [made_point(d, d - 0.2, 1.0, 0.005) for d in (0.1, 0.3)]
+    (zero,) = equilibria(list(find_zeros(stub, points)), points)
+    assert zero.d == pytest.approx(0.2, rel=1e-9)
+    assert zero.d_error == pytest.approx(0.005)
+
+
 @pytest.mark.parametrize("error", [0.002, 0.02, 0.04])
 @pytest.mark.parametrize("slope", [-1.0, 0.01])
 def test_a_zero_at_a_jump_between_two_meshes_is_listed_with_its_interval(error: float, slope: float) -> None:
