@@ -53,7 +53,7 @@ def test_points_that_decide_about_cells_alone_have_no_decay_time(monkeypatch: py
         assert point.complete
         assert asked == [(0.1,)]
         branch.wanted = np.inf
-        zero = branch.zero(0.045, 0.08, 0.055, solved=False)
+        zero = branch.zero(0.045, 0.08, 0.055)
         assert zero is not None
         assert np.isnan(zero.t_relax)
         assert asked == [(0.1,)]

@@ -16,6 +16,7 @@ from pairsim.computing.problems import steady_problem
 from pairsim.questions.registry import QUESTIONS
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.slow_manifold import REST, SlowMotion
+from pairsim.solvers.goals import CRITICAL
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.ends import arrived
 from pairsim.solvers.steady.first_solution import first_scene
@@ -30,7 +31,7 @@ def solved(**keys: Any) -> tuple[Branch, Point]:
     case = parse_case(QUESTIONS["curve"], {**PAIR, "d": (0.1,), **keys}, "test")
     narrowest = min((d for place in case.places for d in place), default=np.inf)
     start = Parameters(case.places[0], case.solid_models, case.liquid_model)
-    branch = Branch(arrived(first_scene(steady_problem(case, narrowest), start)))
+    branch = Branch(arrived(first_scene(steady_problem(case, narrowest), start)), goals=(CRITICAL,))
     return branch, branch.at(start)
 
 

@@ -79,7 +79,6 @@ class AdaptiveBranch(Branch):
     ) -> None:
         super().__init__(solver, sensitivities, goals)
         self.wanted, self._fixed, self._places = wanted, fixed, places
-        self._zeros_only = any(goal.scale is Scale.DISTANCE for goal in goals)
         single_cells_count = not solver.parameters.liquid.newtonian and np.isfinite(wanted)
         self._estimator = ErrorEstimator(goals if single_cells_count else ())
         self.largest = dict.fromkeys(goals, 0.0)
@@ -95,15 +94,15 @@ class AdaptiveBranch(Branch):
 
     def at(self, parameters: Parameters) -> Point | Ended:
         """As `Branch.at`, on a mesh that keeps the error small where one was found."""
-        if self._zeros_only:
+        if self._zeros_wanted:
             return super().at(parameters)
         found = self._kept(lambda _: self._begun_at(parameters))
         return self.completed(found) if isinstance(found, Point) else found
 
-    def zero(self, left: float, right: float, guess: float, *, solved: bool = True) -> Point | None:
+    def zero(self, left: float, right: float, guess: float) -> Point | None:
         """A zero of dU as by `Branch.zero`, on a mesh that keeps the error of dU small where one was found."""
         again = super().zero
-        return self._kept(lambda last: again(left, right, last.d if last else guess, solved=solved))
+        return self._kept(lambda last: again(left, right, last.d if last else guess))
 
     def improved(self, zero: Point) -> Point:
         """The present zero on a mesh that keeps the error of dU small where one was found."""

@@ -17,7 +17,7 @@ from pairsim.solvers.curves.slow_manifold import FirstOrder, SlowMotion
 from pairsim.solvers.curves.unyielded_bridge import UnyieldedBridge
 from pairsim.solvers.errors.adjoints import Adjoints
 from pairsim.solvers.errors.estimate import ErrorEstimate, ErrorEstimator, GoalEstimate
-from pairsim.solvers.goals import Goal, dU
+from pairsim.solvers.goals import Goal, Scale, dU
 from pairsim.solvers.meshed_scene import GAP_RATIO
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.bordered import solve_with
@@ -173,6 +173,7 @@ class Branch:
     ) -> None:
         self._by_particle = by_particle
         self.goals, self._sensitivities, self._estimator = goals, sensitivities, ErrorEstimator()
+        self._zeros_wanted = any(goal.scale is Scale.DISTANCE for goal in goals)
         self._at_zero = 0.0  # what is added to dU at the last zero, or expected to be at the next one
         self.solver = solver
         self._known = [self.solver.snapshot]
@@ -214,7 +215,7 @@ class Branch:
         self.solver, self._known = found, [found.snapshot]
         return None
 
-    def zero(self, left: float, right: float, guess: float, *, solved: bool = True) -> Point | None:
+    def zero(self, left: float, right: float, guess: float) -> Point | None:
         """The solution at a distance between two others at which dU vanishes, by Newton's method with the slope of dU.
 
         Every iterate is solved on the mesh for its own distance. Two such meshes may each have their zero at the
@@ -224,11 +225,10 @@ class Branch:
             left: Smaller distance.
             right: Larger distance.
             guess: First guess of the zero.
-            solved: Whether dU vanishes at the point, which is complete then. Otherwise it may be so near to the zero
-                that its slope tells where it is, and is not complete.
 
         Returns:
-            The zero; None if none was found, and the previous solution is restored.
+            The zero, a complete point if zeros are a goal; otherwise it is not complete, and may be a point so near to
+            the zero that its slope tells where this is. None if none was found, and the previous solution is restored.
 
         Raises:
             NoSteadyState, MeshFailure: As of `at`, with the previous solution restored.
@@ -244,8 +244,8 @@ class Branch:
                 left_over, half_width = float(point.held_dUs[0]), float(point.estimate[dU].half_width[0])
                 step = -left_over / float(point.slopes[0])
                 near = abs(left_over) <= NEAR_ZERO * half_width and abs(step) <= BESIDE_ZERO * d
-                if abs(left_over) <= ZERO_TOLERANCE * half_width or (near and not solved):
-                    return self._counted(point, before, complete=solved)
+                if abs(left_over) <= ZERO_TOLERANCE * half_width or (near and not self._zeros_wanted):
+                    return self._zero_of(point, before)
                 d += step
                 if not left / BESIDE < d < right * BESIDE:
                     break
@@ -253,16 +253,16 @@ class Branch:
                 self._at_zero = float(point.correction[0])
                 on_mesh = self.zero_on(parameters.with_gap, point.d, solver.y, settled=False)
                 if on_mesh is not None and left / BESIDE < on_mesh.d < right * BESIDE:
-                    return self._counted(on_mesh, before, complete=solved)
+                    return self._zero_of(on_mesh, before)
         except (NoSteadyState, MeshFailure):
             self.recall(old)
             raise
         self.recall(old)
         return None
 
-    def _counted(self, point: Point, iterations_before: int, *, complete: bool) -> Point:
-        """The present point with all Newton iterations since then."""
-        found = self.completed(point) if complete else point
+    def _zero_of(self, point: Point, iterations_before: int) -> Point:
+        """The present point as a zero, with all Newton iterations since then."""
+        found = self.completed(point) if self._zeros_wanted else point
         return replace(found, newton=self.solver.iterations - iterations_before)
 
     def improved(self, zero: Point) -> Point:

@@ -50,7 +50,7 @@ def search(branch: Branch, least: float, most: float) -> Generator[Point, None, 
         points.append(traced[0])
         yield traced[0]
     zeros: list[Zero] = []
-    for zero in find_zeros(branch, sorted(points, key=lambda p: p.d), solved=True):
+    for zero in find_zeros(branch, sorted(points, key=lambda p: p.d)):
         if isinstance(zero, Ended):
             return zero
         zeros.append(zero)

@@ -136,7 +136,7 @@ def trace(
         points.sort(key=lambda p: p.d)
 
 
-def find_zeros(branch: Branch, points: list[Point], *, solved: bool = False) -> Iterator[Zero | Ended]:
+def find_zeros(branch: Branch, points: list[Point]) -> Iterator[Zero | Ended]:
     """Find the zeros at all changes of sign of dU between the points of a curve, in ascending d.
 
     Between two points whose signs are both uncertain there may be none.
@@ -144,22 +144,20 @@ def find_zeros(branch: Branch, points: list[Point], *, solved: bool = False) -> 
     Args:
         branch: The branch, at any solution.
         points: Points in ascending d.
-        solved: Whether the points of the zeros are complete, with dU = 0 in their solutions; otherwise they may be so
-            near to the zeros that the slopes there tell where these are.
 
     Yields:
         The zeros; at last why a continuation has ended, if one has.
     """
     for a, b in pairwise(points):
         if a.dU * b.dU < 0 and max(abs(a.dU), abs(b.dU)) > NEGLIGIBLE_DU:
-            found = _zero_between(branch, a, b, solved=solved)
+            found = _zero_between(branch, a, b)
             if found is not None:
                 yield found
             if isinstance(found, Ended):
                 return
 
 
-def _zero_between(branch: Branch, a: Point, b: Point, *, solved: bool) -> Zero | Ended | None:
+def _zero_between(branch: Branch, a: Point, b: Point) -> Zero | Ended | None:
     """The zero between two points at which dU has different signs.
 
     Newton's method finds none where dU jumps between two meshes, or where its slope is rounding error. Then it is that
@@ -168,7 +166,7 @@ def _zero_between(branch: Branch, a: Point, b: Point, *, solved: bool) -> Zero |
     secant = (b.dU - a.dU) / (b.d - a.d)
     for _ in range(HALVINGS):
         with suppress(NoSteadyState, MeshFailure):
-            if (zero := branch.zero(a.d, b.d, _guess(a, b), solved=solved)) is not None:
+            if (zero := branch.zero(a.d, b.d, _guess(a, b))) is not None:
                 d = zero.d - float(zero.held_dUs[0]) / float(zero.slopes[0])
                 return Zero(zero, branch.solver.snapshot, d)
         certain = [abs(point.dU) >= point.dU_errors[0] for point in (a, b)]
