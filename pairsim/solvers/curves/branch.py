@@ -34,7 +34,7 @@ BESIDE = 1.05
 # and a known one is only needed where the present one is far away. Chosen.
 SPACING = 0.05
 ZERO_TOLERANCE = 0.1  # part of the half-width of dU up to which it is zero; chosen
-# Part of that, and of the distance to the zero, up to which the slope of dU at a point tells where it vanishes. Chosen.
+# |dU| over its half-width, and part of a distance to the zero, up to which the slope of dU tells where it is. Chosen.
 NEAR_ZERO, BESIDE_ZERO = 1.0, 0.02
 MOST_CORRECTIONS = 4  # solutions that are made to get below; chosen
 NEWTON_PART = 0.1  # part of the half-width of a goal that Newton's method may leave, or it goes on; chosen
