@@ -176,6 +176,8 @@ def test_options_have_one_value_for_each_bead(file: Path, pairsim: Pairsim) -> N
         ("diameters: [0.9, 1.1]\nmoduli: [0.5, 2]", "diameters: got [0.9, 1.1]; must go with start"),
         ("diameters: [1.1, 1.2]\nmoduli: [0.5, 2]\nstart: a.npz", "diameters: got [1.1, 1.2]; must be the least"),
         ("beads: 5", "beads: got 5; must go with diameters and moduli"),
+        ("recompute: true\nstart: a.npz", "curves: got 6; must be left out with recompute"),
+        ("recompute: true", "start: must be one atlas with recompute"),
     ],
 )
 def test_keys_of_an_atlas_of_unequal_pairs_are_checked(more: str, wrong: str, tmp_path: Path) -> None:
@@ -215,3 +217,15 @@ def test_unequal_curves_are_computed_and_added(pairsim: Pairsim, tmp_path: Path)
         found = Curve.of_atlas(atlas, beta=case["beta"], De=0.0, Ca_e=case["Ca_e"]).table
         at = [0, -1]  # the ends of d
         assert (np.abs(found["dU"][at] - table["dU"][at]) <= found["dU_error"][at] + table["dU_error"][at]).all()
+    (tmp_path / "again.yaml").write_text(f"{box}start: unequal/atlas.npz\nrecompute: true\n")
+    done = pairsim("atlas", "again.yaml", "-o", "again")
+    assert "5 of 5 curves of equal pairs are new" in done.stdout + done.stderr
+    again = Atlas.load(tmp_path / "again" / "atlas.npz")
+    assert again.unequal is not None
+    assert {*map(tuple, again.curves.places)} == {*map(tuple, atlas.curves.places)}
+    assert again.curves.random.sum() == atlas.curves.random.sum()
+    assert again.unequal.curves.random.sum() == atlas.unequal.curves.random.sum()
+    for name in ("dU", "gradients"):
+        both = [np.sort(getattr(each, name), axis=0) for each in (again.unequal.curves, atlas.unequal.curves)]
+        assert both[0] == pytest.approx(both[1], rel=1e-6, abs=1e-9, nan_ok=True)
+    assert again.velocities([[0.35, 0, 0.03]])[0] == pytest.approx(atlas.velocities([[0.35, 0, 0.03]])[0], rel=0.01)
