@@ -223,15 +223,14 @@ def _second(
     def still(s: float) -> Array:
         return steady.residual_at(places(s), y + s * tangent)
 
-    unbalanced = (still(step) + still(-step) - 2 * at.residual) / step**2
-    bend, correction = -solve(np.array([unbalanced, neglected]))
+    bend = -solve((still(step) + still(-step) - 2 * at.residual) / step**2)
 
     def apart(s: float) -> Array:
         return centres_at(steady, places(s), y + s * tangent + s**2 / 2 * bend)
 
     turn = (apart(step) + apart(-step) - 2 * apart(0.0)) / step**2  # of the centres along the motion
     change = np.linalg.solve(stretch, np.diff(tangent[fields]) - speed * turn)  # of the rates
-    corrected = y + correction
+    corrected = y - solve(neglected)
     y_t, y_t_change = rates @ tangents, speed * bend + change @ tangents
 
     def moving(s: float) -> Array:
