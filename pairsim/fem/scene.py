@@ -130,6 +130,15 @@ class Body:
             return float(displacements[self.start])
         return self.quadrature.mean(self.displacement(displacements)[:, 0], self.positions(h))
 
+    def mean_weights(self, h: Array) -> Array:
+        """The weights of the entries of a vector in the numbering of h in `mean`, shape (n_h,)."""
+        weights = np.zeros(len(h))
+        if self.phase is None:
+            weights[self.start] = 1.0
+        else:
+            weights[self.start : self.start + self.size : 2] = self.quadrature.mean_weights(self.positions(h))
+        return weights
+
     def displacement(self, h: Array) -> Array:
         """Displacement of all nodes of a soft particle from its sphere centred at the origin, shape (nodes, 2)."""
         return h[self.start : self.start + self.size].reshape(-1, 2)

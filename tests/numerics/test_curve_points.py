@@ -124,7 +124,7 @@ def test_the_end_of_a_branch_is_the_last_of_its_points() -> None:
 
 
 def test_a_zero_within_the_mesh_error_is_called_uncertain() -> None:
-    zero: Any = SimpleNamespace(point=made_point(0.2, 0.0, 1.0, 0.002))
+    zero: Any = SimpleNamespace(point=made_point(0.2, 0.0, 1.0, 0.002), d=0.2)
     (clear,) = equilibria([zero], [made_point(0.1, -0.1, 1.0, 0.01), made_point(0.3, 0.1, 1.0, 0.01)])
     (vague,) = equilibria([zero], [made_point(0.1, -0.005, 1.0, 0.01), made_point(0.3, 0.1, 1.0, 0.01)])
     assert clear.certain
@@ -133,7 +133,7 @@ def test_a_zero_within_the_mesh_error_is_called_uncertain() -> None:
 
 
 def test_the_peak_beside_a_zero_is_part_of_the_largest_dU_between_points_too() -> None:
-    zero: Any = SimpleNamespace(point=made_point(0.2, 0.0, 1.0))
+    zero: Any = SimpleNamespace(point=made_point(0.2, 0.0, 1.0), d=0.2)
     (found,) = equilibria([zero], [made_point(0.1, -0.05, 1.0), made_point(0.3, 0.1, 2.0), made_point(0.4, 0.1, -2.0)])
     assert found.peak == 1.0, "dU rises to more than .1 between .3 and .4"
 
@@ -141,7 +141,7 @@ def test_the_peak_beside_a_zero_is_part_of_the_largest_dU_between_points_too() -
 def zeros_without_newton(at: Callable[[float], Any], *places: float) -> list[Equilibrium]:
     """The zeros of a curve on which Newton's method finds none."""
 
-    def refuse(*_: float) -> Any:
+    def refuse(*_: float, **__: bool) -> Any:
         raise NoSteadyState("no")
 
     solver = SimpleNamespace(snapshot=None)
@@ -153,6 +153,16 @@ def zeros_without_newton(at: Callable[[float], Any], *places: float) -> list[Equ
 def test_a_zero_that_newton_misses_between_smooth_points_is_found() -> None:
     (zero,) = zeros_without_newton(lambda d: made_point(d, d - 0.2, 1.0), 0.1, 0.3)
     assert zero.d == pytest.approx(0.2, rel=1e-4)
+
+
+def test_the_slope_beside_a_zero_tells_where_it_is() -> None:
+    """dU = d - .2 is known at d = .203, within its half-width of 0: no solution is needed at .2."""
+    beside = made_point(0.203, 0.003, 1.0, 0.005)
+    stub: Any = SimpleNamespace(zero=lambda *_, **__: beside, solver=SimpleNamespace(snapshot=None))
+    points = [made_point(d, d - 0.2, 1.0, 0.005) for d in (0.1, 0.3)]
+    (zero,) = equilibria(list(find_zeros(stub, points)), points)
+    assert zero.d == pytest.approx(0.2, rel=1e-9)
+    assert zero.d_error == pytest.approx(0.005)
 
 
 @pytest.mark.parametrize("error", [0.002, 0.02, 0.04])

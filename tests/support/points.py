@@ -30,6 +30,10 @@ class MadePoint:
         return SimpleNamespace(dU=self.dUs)
 
     @property
+    def held_dUs(self) -> Any:
+        return self.dUs
+
+    @property
     def slope_at_rest(self) -> float:
         return float(self.slopes[0])
 

@@ -13,6 +13,7 @@ from pairsim.computing.problems import steady_problem
 from pairsim.fem.meshes.size_field import AdaptedSizes
 from pairsim.questions.registry import QUESTIONS
 from pairsim.solvers.curves import adaptation
+from pairsim.solvers.curves import branch as branch_module
 from pairsim.solvers.curves.adaptation import ROUNDS, AdaptiveBranch
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.scout import largest_value
@@ -21,6 +22,7 @@ from pairsim.solvers.goals import CRITICAL, DP_PLUS, D, Goal, U, dU
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.ends import arrived
 from pairsim.solvers.steady.first_solution import first_scene
+from pairsim.solvers.steady.linearisation import Linearisation
 
 TUBE = {"beta": 0.4, "d": [0.4], "ends": "developed", "length": "auto"}
 
@@ -32,6 +34,29 @@ def adaptive(wanted: float, goal: Goal = dU, **keys: object) -> tuple[AdaptiveBr
     problem = steady_problem(case, first.gaps[0])
     scene = arrived(first_scene(problem, first))
     return AdaptiveBranch(scene, goals=(goal,), wanted=wanted, places=case.places), first
+
+
+@pytest.mark.slow
+def test_points_that_decide_about_cells_alone_have_no_decay_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It takes as long as half a solution, and is that of the last point of a distance; zeros of curves have none."""
+    asked: list[tuple[float, ...]] = []
+
+    def counted(at: Linearisation) -> float:
+        asked.append(at.parameters.gaps)
+        return 0.2
+
+    monkeypatch.setattr(branch_module, "relaxation_time", counted)
+    branch, first = adaptive(1e-2, beta=0.2, De=0, Ca_e=0.1, d=[0.1], mesh={"Np": 8})
+    with closing(branch):
+        point = branch.at(first)
+        assert max(branch.rounds.values()) >= 1
+        assert point.complete
+        assert asked == [(0.1,)]
+        branch.wanted = np.inf
+        zero = branch.zero(0.045, 0.08, 0.055)
+        assert zero is not None
+        assert np.isnan(zero.t_relax)
+        assert asked == [(0.1,)]
 
 
 @pytest.mark.slow
@@ -99,7 +124,7 @@ def test_what_cannot_be_kept_ends_with_the_error_arrived(monkeypatch: pytest.Mon
 def test_a_finer_mesh_with_a_larger_error_is_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     """As near the softest shapes, where fine cells resolve wrinkles."""
     branch, first = adaptive(1e-7, De=0, Ca_e=0.1, d=[0.1], mesh={"Np": 6})
-    coarse, own = branch.solver.constraints.size, Branch.at
+    coarse, own = branch.solver.constraints.size, Branch._begun_at
 
     def worse_on_finer_cells(self: Branch, parameters: Parameters) -> Point:
         point = own(self, parameters)
@@ -107,7 +132,7 @@ def test_a_finer_mesh_with_a_larger_error_is_not_kept(monkeypatch: pytest.Monkey
         widened = {goal: replace(each, widening=widening) for goal, each in point.estimate.items()}
         return replace(point, estimate=replace(point.estimate, goals=widened))
 
-    monkeypatch.setattr(Branch, "at", worse_on_finer_cells)
+    monkeypatch.setattr(Branch, "_begun_at", worse_on_finer_cells)
     point = branch.at(first)
     assert branch.solver.constraints.size < 1.1 * coarse
     assert point.estimate[dU].widening == 1.0

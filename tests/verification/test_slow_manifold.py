@@ -16,10 +16,11 @@ from pairsim.computing.problems import steady_problem
 from pairsim.questions.registry import QUESTIONS
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.slow_manifold import REST, SlowMotion
+from pairsim.solvers.goals import CRITICAL
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.ends import arrived
 from pairsim.solvers.steady.first_solution import first_scene
-from pairsim.solvers.steady.motion import moving_residual
+from pairsim.solvers.steady.motion import ShapeRates, moving_residual, rate_terms
 from pairsim.solvers.steady.relaxation import _late_time, relaxation_time
 
 PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": 5.0, "mesh": {"Np": 12}}
@@ -30,7 +31,7 @@ def solved(**keys: Any) -> tuple[Branch, Point]:
     case = parse_case(QUESTIONS["curve"], {**PAIR, "d": (0.1,), **keys}, "test")
     narrowest = min((d for place in case.places for d in place), default=np.inf)
     start = Parameters(case.places[0], case.solid_models, case.liquid_model)
-    branch = Branch(arrived(first_scene(steady_problem(case, narrowest), start)))
+    branch = Branch(arrived(first_scene(steady_problem(case, narrowest), start)), goals=(CRITICAL,))
     return branch, branch.at(start)
 
 
@@ -66,6 +67,20 @@ def decays(branch: Branch, dt: float, steps: int) -> np.ndarray:
         dU.append(float(row @ (y - still)))
     left = np.array(dU)
     return np.asarray(dt / (left[:-1] / left[1:] - 1))
+
+
+@pytest.mark.parametrize("keys", [{}, {"solid": {"law": "kelvin-voigt", "eta": 0.3}}])
+def test_rates_of_shapes_count_on_surfaces_and_in_viscous_solids_alone(keys: Any) -> None:
+    """In a liquid without a memory that is all that rates do."""
+    branch, _ = solved(**keys)
+    at = branch.solver.linearise()
+    rates, still = ShapeRates(at), np.zeros(1)
+    y_t = np.where(rates.moving, np.random.default_rng(0).uniform(-1e-3, 1e-3, len(at.y)), 0.0)
+    whole = rate_terms(at, y_t, still)
+    assert rates.terms(y_t) == pytest.approx(whole, abs=1e-9 * np.abs(whole).max())
+    h, h_t = at.steady.state()[0], at.steady.constraints.M @ y_t
+    assert rates.means @ y_t == pytest.approx([body.mean(h_t, h) for body in at.steady.bodies], rel=1e-9)
+    branch.close()
 
 
 def test_equal_rigid_spheres_neither_move_nor_remember_in_a_newtonian_liquid() -> None:

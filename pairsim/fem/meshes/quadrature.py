@@ -73,6 +73,12 @@ class CellQuadrature:
         at_points = np.einsum("qa,ma->mq", self.shapes, values[self.mesh.cells], optimize=True)
         return float((w * at_points).sum() / w.sum())
 
+    def mean_weights(self, points: Array) -> Array:
+        """The weights of the nodal values in `mean`, with the nodes at `points`, shape (n, 2); returns shape (n,)."""
+        w = self.weights(points)
+        at_nodes = np.einsum("qa,mq->ma", self.shapes, w)
+        return np.bincount(self.mesh.cells.ravel(), at_nodes.ravel(), len(points)) / w.sum()
+
     def integrals(self, weights: Array) -> Array:
         """Integrals of the P1 shape functions with weights at the quadrature points, (m, q); returns shape (v,)."""
         s, t = self._rule[0].T

@@ -27,6 +27,7 @@ from pairsim.solvers.errors.estimate import ErrorEstimator
 from pairsim.solvers.goals import Goal, Scale
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
+from pairsim.solvers.steady.continuation import IN_TIME
 from pairsim.solvers.steady.ends import Ended
 from pairsim.solvers.steady.first_solution import FEWEST_CELLS
 from pairsim.solvers.steady.scene import Snapshot, SteadySolver
@@ -78,7 +79,6 @@ class AdaptiveBranch(Branch):
     ) -> None:
         super().__init__(solver, sensitivities, goals)
         self.wanted, self._fixed, self._places = wanted, fixed, places
-        self._zeros_only = any(goal.scale is Scale.DISTANCE for goal in goals)
         single_cells_count = not solver.parameters.liquid.newtonian and np.isfinite(wanted)
         self._estimator = ErrorEstimator(goals if single_cells_count else ())
         self.largest = dict.fromkeys(goals, 0.0)
@@ -94,9 +94,10 @@ class AdaptiveBranch(Branch):
 
     def at(self, parameters: Parameters) -> Point | Ended:
         """As `Branch.at`, on a mesh that keeps the error small where one was found."""
-        if self._zeros_only:
+        if self._zeros_wanted:
             return super().at(parameters)
-        return self._kept(lambda _: super(AdaptiveBranch, self).at(parameters))
+        found = self._kept(lambda _: self._begun_at(parameters))
+        return self.completed(found) if isinstance(found, Point) else found
 
     def zero(self, left: float, right: float, guess: float) -> Point | None:
         """A zero of dU as by `Branch.zero`, on a mesh that keeps the error of dU small where one was found."""
@@ -173,7 +174,7 @@ class AdaptiveBranch(Branch):
             error = _worst(point, allowed)
             if not self._refine(point, goals):
                 break
-            point = self._again(solve, point)
+            point = self._again(solve, point, coarser)
             finer_error = _worst(point, allowed)
             if _by_chance(point, goals):
                 continue
@@ -182,16 +183,29 @@ class AdaptiveBranch(Branch):
             if finer_error > error and self._go_on(coarser, point.parameters):
                 # Near the softest shapes the finer mesh may be close to wrinkles that the coarser one does not resolve.
                 self._fields = fields
-                point = self._again(solve, point)
+                point = self._again(solve, point, coarser)
         self.unknowns[self._place(point)] = self.solver.constraints.size
         return replace(point, newton=self.solver.iterations - before)
 
-    def _again(self, solve: Callable[[Point | None], Point | Ended | None], point: Point) -> Point:
-        """The point on the present cells, or as it was if it is not found on them."""
+    def _again(
+        self, solve: Callable[[Point | None], Point | Ended | None], point: Point, coarser: SteadyProblem
+    ) -> Point:
+        """The point on the present cells, or as it was on coarser ones if it is not found on them.
+
+        Raises:
+            NoSteadyState, MeshFailure: A point that is not complete is not found on the coarser cells again.
+        """
         with suppress(NoSteadyState, MeshFailure):
             found = solve(point)
-            return found if isinstance(found, Point) else point
-        return point
+            if isinstance(found, Point):
+                return found
+        if point.complete:
+            return point
+        self._go_on(coarser, point.parameters)
+        found = solve(point)
+        if not isinstance(found, Point):
+            raise NoSteadyState("the solution that finer cells were made for is not found again", advice=IN_TIME)
+        return found
 
     def _place(self, point: Point) -> Place:
         return self._nominal(point) or point.parameters.Ca_es

@@ -13,11 +13,11 @@ from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.runtime.message import Message
 from pairsim.solvers.curves.arrest import arrested
 from pairsim.solvers.curves.sensitivities import by_each_particle, sensitivities
-from pairsim.solvers.curves.slow_manifold import SlowMotion, slow_motion
+from pairsim.solvers.curves.slow_manifold import FirstOrder, SlowMotion
 from pairsim.solvers.curves.unyielded_bridge import UnyieldedBridge
 from pairsim.solvers.errors.adjoints import Adjoints
 from pairsim.solvers.errors.estimate import ErrorEstimate, ErrorEstimator, GoalEstimate
-from pairsim.solvers.goals import Goal, dU
+from pairsim.solvers.goals import Goal, Scale, dU
 from pairsim.solvers.meshed_scene import GAP_RATIO
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.bordered import solve_with
@@ -34,6 +34,8 @@ BESIDE = 1.05
 # and a known one is only needed where the present one is far away. Chosen.
 SPACING = 0.05
 ZERO_TOLERANCE = 0.1  # part of the half-width of dU up to which it is zero; chosen
+# |dU| over its half-width, and part of a distance to the zero, up to which the slope of dU tells where it is. Chosen.
+NEAR_ZERO, BESIDE_ZERO = 1.0, 0.02
 MOST_CORRECTIONS = 4  # solutions that are made to get below; chosen
 NEWTON_PART = 0.1  # part of the half-width of a goal that Newton's method may leave, or it goes on; chosen
 MOST_STEPS = 6  # that it then takes; chosen
@@ -64,6 +66,8 @@ class Point:
         distortion: Smallest ratio of a liquid cell's current to its reference Jacobian.
         by_particle: Derivatives of the velocities by size and softness of each particle, as of `by_each_particle`;
             empty unless requested.
+        complete: Whether all of this is known. Of a point that only decides what is computed next `t_relax`,
+            sensitivities and what moving adds beyond the first order are not.
     """
 
     parameters: Parameters
@@ -81,6 +85,7 @@ class Point:
     meshes: int
     distortion: float
     by_particle: Array = field(default_factory=lambda: np.zeros(0))
+    complete: bool = True
 
     @property
     def gaps(self) -> tuple[float, ...]:
@@ -168,9 +173,11 @@ class Branch:
     ) -> None:
         self._by_particle = by_particle
         self.goals, self._sensitivities, self._estimator = goals, sensitivities, ErrorEstimator()
+        self._zeros_wanted = any(goal.scale is Scale.DISTANCE for goal in goals)
         self._at_zero = 0.0  # what is added to dU at the last zero, or expected to be at the next one
         self.solver = solver
         self._known = [self.solver.snapshot]
+        self._first: FirstOrder | None = None  # that of the last point
 
     def at(self, parameters: Parameters) -> Point | Ended:
         """The solution at given parameters, or why the continuation did not reach them.
@@ -178,6 +185,11 @@ class Branch:
         Raises:
             NoSteadyState: The error there cannot be estimated, or the matrix is singular.
         """
+        found = self._begun_at(parameters)
+        return found if isinstance(found, Ended) else self.completed(found)
+
+    def _begun_at(self, parameters: Parameters) -> Point | Ended:
+        """As `at`, with a point that is not complete."""
         before = self.solver.iterations
         self._nearest(parameters)
         if (ended := self._follow(parameters)) is not None:
@@ -215,7 +227,8 @@ class Branch:
             guess: First guess of the zero.
 
         Returns:
-            The zero; None if none was found, and the previous solution is restored.
+            The zero, a complete point if zeros are a goal; otherwise it is not complete, and may be a point so near to
+            the zero that its slope tells where this is. None if none was found, and the previous solution is restored.
 
         Raises:
             NoSteadyState, MeshFailure: As of `at`, with the previous solution restored.
@@ -224,26 +237,33 @@ class Branch:
         before, parameters, d = solver.iterations, solver.parameters, guess
         try:
             for _ in range(MOST_CORRECTIONS):
-                found = Branch.at(self, parameters.with_gap(d))
+                found = self._begun_at(parameters.with_gap(d))
                 if isinstance(found, Ended):
                     break
                 point = found
-                left_over = float(point.held_dUs[0])
-                if abs(left_over) <= ZERO_TOLERANCE * point.estimate[dU].half_width[0]:
-                    return replace(point, newton=solver.iterations - before)
-                d -= left_over / float(point.slopes[0])
+                left_over, half_width = float(point.held_dUs[0]), float(point.estimate[dU].half_width[0])
+                step = -left_over / float(point.slopes[0])
+                near = abs(left_over) <= NEAR_ZERO * half_width and abs(step) <= BESIDE_ZERO * d
+                if abs(left_over) <= ZERO_TOLERANCE * half_width or (near and not self._zeros_wanted):
+                    return self._zero_of(point, before)
+                d += step
                 if not left / BESIDE < d < right * BESIDE:
                     break
             else:  # meshes made for two distances may each have their zero at the other one
                 self._at_zero = float(point.correction[0])
                 on_mesh = self.zero_on(parameters.with_gap, point.d, solver.y, settled=False)
                 if on_mesh is not None and left / BESIDE < on_mesh.d < right * BESIDE:
-                    return replace(on_mesh, newton=solver.iterations - before)
+                    return self._zero_of(on_mesh, before)
         except (NoSteadyState, MeshFailure):
             self.recall(old)
             raise
         self.recall(old)
         return None
+
+    def _zero_of(self, point: Point, iterations_before: int) -> Point:
+        """The present point as a zero, with all Newton iterations since then."""
+        found = self.completed(point) if self._zeros_wanted else point
+        return replace(found, newton=self.solver.iterations - iterations_before)
 
     def improved(self, zero: Point) -> Point:
         """The present zero on a mesh that keeps its error small; without adaptation the zero itself."""
@@ -271,7 +291,7 @@ class Branch:
             left, self._at_zero = point.held_dUs[0], float(point.correction[0])
             if abs(left) <= ZERO_TOLERANCE * point.estimate[dU].half_width[0]:
                 break
-        return point
+        return None if point is None else self.completed(point)
 
     def _settled(self, along: Callable[[float], Parameters], tau: float) -> float | None:
         """Solve for a zero again on the mesh for its distance, until the zero does not change the mesh.
@@ -310,6 +330,7 @@ class Branch:
             self.solver.recall(nearest)
 
     def _read(self, iterations_before: int) -> Point:
+        """The present solution as a point that is not complete."""
         solver = self.solver
         at, adjoints, discrete, estimate = self._estimated()
         most = {goal: _allowed_to_newton(estimate[goal]) for goal in self.goals}
@@ -321,31 +342,60 @@ class Branch:
                     break
             at, adjoints, discrete, estimate = self._estimated()
         held_slopes = at.gap_tangents[:, solver.constraints.fields["U_p"]].T
-        t_relax, varied = relaxation_time(at), solver.parameters.varied
+        varied = solver.parameters.varied
         if not all(np.isfinite(each.correction).all() for each in estimate.values()):
             said = Message("the estimate of the error is no number at {}", where(solver.parameters))
             raise NoSteadyState(said, advice=IN_TIME)
-        held, errors = estimate.corrected(discrete), estimate[dU].half_width
-        motion = slow_motion(at, held.dU, adjoints, t_relax, float(errors.min(initial=np.inf)))
-        undecided = np.abs(np.diff(held.U + motion.U)) <= errors + motion.remainder
-        moving, solution = _moving(held, motion), solver.solution
-        return Point(
+        held = estimate.corrected(discrete)
+        self._first = first = FirstOrder.of(at, held.dU, adjoints)
+        gaps = np.zeros(len(held.dU))
+        point = Point(
             solver.parameters,
             discrete,
             held,
-            motion,
-            t_relax,
+            first.motion,
+            np.nan,
             np.diff(held_slopes.sum(axis=1) if varied is None else held_slopes[:, varied]),
             held_slopes,
-            sensitivities(at, adjoints, held.dU, motion, self._sensitivities) if self._sensitivities else {},
+            {},
             estimate,
-            {goal: estimate.value(goal, solution, moving) for goal in self.goals},
-            UnyieldedBridge.of(solver, undecided),
+            self._values(estimate, held, first.motion),
+            UnyieldedBridge(gaps, np.full_like(gaps, np.nan), 0.0),
             solver.iterations - iterations_before,
             solver.meshes,
             liquid_distortion(solver.scene, solver.state()[1]),
-            by_each_particle(at, adjoints, held.dU, motion) if self._by_particle else np.zeros(0),
+            complete=False,
         )
+        # Whether unyielded liquid holds particles decides what is computed next, and asks for another solution.
+        return self.completed(point) if solver.parameters.liquid.plastic.yield_stress else point
+
+    def completed(self, point: Point) -> Point:
+        """A point with all that is known of it, the last one of this branch unless it is complete."""
+        if point.complete:
+            return point
+        first, solver, errors = self._first, self.solver, point.estimate[dU].half_width
+        assert first is not None
+        assert first.at is solver.linearised, "the solver has gone on to another point"
+        t_relax = relaxation_time(first.at)
+        motion = first.slow_motion(t_relax, float(errors.min(initial=np.inf)))
+        known = first.at, first.adjoints, first.dU, motion
+        sensitive = sensitivities(*known, self._sensitivities) if self._sensitivities else {}
+        by_particle = by_each_particle(*known) if self._by_particle else point.by_particle
+        undecided = np.abs(np.diff(point.held.U + motion.U)) <= errors + motion.remainder
+        return replace(
+            point,
+            motion=motion,
+            t_relax=t_relax,
+            sensitivities=sensitive,
+            values=self._values(point.estimate, point.held, motion),
+            by_particle=by_particle,
+            unyielded=UnyieldedBridge.of(solver, undecided),
+            complete=True,
+        )
+
+    def _values(self, estimate: ErrorEstimate, held: Observation, motion: SlowMotion) -> dict[Goal, Array]:
+        solution, moving = self.solver.solution, _moving(held, motion)
+        return {goal: estimate.value(goal, solution, moving) for goal in self.goals}
 
     def _estimated(self) -> tuple[Linearisation, Adjoints, Observation, ErrorEstimate]:
         """The present solution after a step with the matrix there: its adjoints, quantities and their errors."""

@@ -27,10 +27,17 @@ type Distances = tuple[float, ...]
 
 @dataclass(frozen=True)
 class Zero:
-    """A point at which dU vanishes within its interval, with a snapshot of the solution."""
+    """A distance at which dU vanishes.
+
+    Attributes:
+        point: A point at it or beside it, whose dU vanishes within its interval.
+        snapshot: The solution there.
+        d: The distance.
+    """
 
     point: Point
     snapshot: Snapshot
+    d: float
 
 
 @dataclass(frozen=True)
@@ -211,7 +218,8 @@ def _zero_between(branch: Branch, a: Point, b: Point) -> Zero | Ended | None:
     for _ in range(HALVINGS):
         with suppress(NoSteadyState, MeshFailure):
             if (zero := branch.zero(a.d, b.d, _guess(a, b))) is not None:
-                return Zero(zero, branch.solver.snapshot)
+                d = zero.d - float(zero.held_dUs[0]) / float(zero.slopes[0])
+                return Zero(zero, branch.solver.snapshot, d)
         certain = [abs(point.dU) >= point.dU_errors[0] for point in (a, b)]
         if not any(certain):
             return None
@@ -233,7 +241,7 @@ def _zero_between(branch: Branch, a: Point, b: Point) -> Zero | Ended | None:
         nearest = again
     if nearest.slope_at_rest * secant < 0:
         nearest = replace(nearest, slopes=np.array([secant]))
-    return Zero(nearest, branch.solver.snapshot)
+    return Zero(nearest, branch.solver.snapshot, nearest.d)
 
 
 def _guess(a: Point, b: Point) -> float:
@@ -251,12 +259,13 @@ def equilibria(zeros: list[Zero], points: list[Point]) -> list[Equilibrium]:
     if not zeros:
         return []
     d, dU, half = interpolants(points)[0].samples
-    ends = [points[0].d, *(z.point.d for z in zeros), points[-1].d]
+    ends = [points[0].d, *(zero.d for zero in zeros), points[-1].d]
     sides = [(a <= d) & (d <= b) for a, b in pairwise(ends)]
     peaks = [float(np.abs(dU[side]).max(initial=0.0)) for side in sides]
     decided = [bool((np.abs(dU) > half)[side].any()) for side in sides]
     result = []
-    for i, zero in enumerate(z.point for z in zeros):
+    for i, zero in enumerate(zeros):
+        slope, error = zero.point.slope_at_rest, zero.point.zero_error
         certain = decided[i] and decided[i + 1]
-        result.append(Equilibrium(zero.d, zero.slope_at_rest, peaks[i + 1] / max(peaks), zero.zero_error, certain))
+        result.append(Equilibrium(zero.d, slope, peaks[i + 1] / max(peaks), error, certain))
     return result

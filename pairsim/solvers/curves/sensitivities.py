@@ -5,7 +5,7 @@ See "Sensitivities" in docs/explanation/numerics.md.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
@@ -70,13 +70,12 @@ def sensitivities(
         lines["difference"] = 1.0, lambda tau: now.resized([1 - tau / 2, 1 + tau / 2])
         if all(now.Ca_es):
             lines[STIFFNESS] = 1.0, lambda tau: now.softened([1 + tau / 2, 1 - tau / 2])
-    found = {}
-    for name, (value, line) in lines.items():
-        if name not in names:
-            continue
-        change = _velocity_change(at, adjoints, line, dU, motion)
-        found[name] = (np.diff(change.held) + np.diff(change.moving)) / value
-    return found
+    asked = {name: line for name, line in lines.items() if name in names}
+    changes = _velocity_changes(at, adjoints, [line for _, line in asked.values()], dU, motion)
+    return {
+        name: (np.diff(change.held) + np.diff(change.moving)) / value
+        for (name, (value, _)), change in zip(asked.items(), changes, strict=True)
+    }
 
 
 def by_each_particle(at: Linearisation, adjoints: Adjoints, dU: Array, motion: SlowMotion) -> Array:
@@ -96,52 +95,58 @@ def by_each_particle(at: Linearisation, adjoints: Adjoints, dU: Array, motion: S
     now, n = at.parameters, len(at.parameters.solids)
     if n == 1 and not any(now.Ca_es):
         raise ValueError("the mesh of a rigid particle alone does not move with its diameter")
-    found = np.zeros((n, n, 2, 2))
+    found, lines = np.zeros((n, n, 2, 2)), dict[tuple[int, int], Line]()
     for j, own in enumerate(np.eye(n)):
-        lines: list[Line] = [lambda tau, own=own: now.resized(1 + tau * own)]  # type: ignore[misc]
+        lines[j, 0] = lambda tau, own=own: now.resized(1 + tau * own)  # type: ignore[misc]
         if now.Ca_es[j]:
-            lines.append(lambda tau, own=own: now.softened(1 + tau * own))  # type: ignore[misc]
-        for k, line in enumerate(lines):
-            found[:, j, k] = np.transpose(_velocity_change(at, adjoints, line, dU, motion))
+            lines[j, 1] = lambda tau, own=own: now.softened(1 + tau * own)  # type: ignore[misc]
+    changes = _velocity_changes(at, adjoints, list(lines.values()), dU, motion)
+    for (j, k), change in zip(lines, changes, strict=True):
+        found[:, j, k] = np.transpose(change)
     return found
 
 
-def _velocity_change(
-    at: Linearisation, adjoints: Adjoints, line: Line, dU: Array, motion: SlowMotion
-) -> VelocityChange:
-    """Derivatives along a line; the other arguments are those of `sensitivities`."""
-    change = at.residual_change(line)
-    held = -adjoints.velocities @ change
+def _velocity_changes(
+    at: Linearisation, adjoints: Adjoints, lines: Sequence[Line], dU: Array, motion: SlowMotion
+) -> list[VelocityChange]:
+    """Derivatives along each of some lines; the other arguments are those of `sensitivities`."""
+    changes = np.array([at.residual_change(line) for line in lines]).reshape(-1, len(at.y))
+    held = -changes @ adjoints.velocities.T
     moving = np.zeros_like(held)
-    if motion.U.any():
-        moving = _change_by_moving(at, adjoints, line, change, dU, np.diff(held), motion)
-    return VelocityChange(held, moving)
+    if motion.U.any() and lines:
+        moving = _changes_by_moving(at, adjoints, lines, changes, dU, np.diff(held), motion)
+    return [VelocityChange(*each) for each in zip(held, moving, strict=True)]
 
 
-def _change_by_moving(
-    at: Linearisation, adjoints: Adjoints, line: Line, change: Array, dU: Array, dU_change: Array, motion: SlowMotion
+def _changes_by_moving(
+    at: Linearisation,
+    adjoints: Adjoints,
+    lines: Sequence[Line],
+    changes: Array,
+    dU: Array,
+    dU_changes: Array,
+    motion: SlowMotion,
 ) -> Array:
-    """Derivative along a line of what moving adds to the velocities in first order, V1 - V0 = -z . R_m, shape (N,).
+    """Derivatives along lines of what moving adds to the velocities in first order, V1 - V0 = -z . R_m, (lines, N).
 
     With the correction c = -J^-1 R_m it is -z . d(J c + R_m), c held: the adjoint changes as the matrix does.
 
     Args:
         at, adjoints, dU, motion: As of `sensitivities`.
-        line: Parameters as a function of tau.
-        change: Derivative of the residual along it, shape (n_y,).
-        dU_change: That of dU, shape (N-1,).
+        lines: Parameters as functions of tau.
+        changes: Derivatives of the residual along them, shape (lines, n_y).
+        dU_changes: Those of dU, shape (lines, N-1).
     """
     steady, y, tangents, stretch = at.steady, at.y, at.gap_tangents, motion.centres_by_gaps
-    solve = partial(at.solve, tolerance=LAST)
     fastest = float(np.abs(dU).max())
     scale = max(1.0, PROBE / fastest) if fastest else 1.0  # what is linear is evaluated well above rounding
     rates = scale * np.linalg.solve(stretch, dU)
     speed = float(np.abs(rates).max())
     along = rates / speed if speed else np.ones_like(rates)
     tangent, step = along @ tangents, STEP * min(at.parameters.gaps)
-    y_change = -at.solve(change)  # what is left of it would count as moving, which is much less
+    y_t = rates @ tangents
 
-    def place(tau: float, s: float) -> Parameters:
+    def place(line: Line, tau: float, s: float) -> Parameters:
         there = line(tau)
         return replace(there, gaps=tuple(np.add(there.gaps, s * along)))
 
@@ -149,21 +154,31 @@ def _change_by_moving(
         ends = [a * b * value(a * CHANGE, b * step) for a in (1, -1) for b in (1, -1)]
         return np.asarray(np.sum(ends, axis=0) / (4 * CHANGE * step))
 
-    def still(tau: float, s: float) -> Array:
-        return steady.residual_at(place(tau, s), y + tau * y_change + s * tangent)
+    def still(line: Line, y_change: Array, tau: float, s: float) -> Array:
+        return steady.residual_at(place(line, tau, s), y + tau * y_change + s * tangent)
 
-    bend = -solve(mixed(still))
-    turn = mixed(lambda tau, s: centres_at(steady, place(tau, s), y + tau * y_change + s * tangent + tau * s * bend))
-    rates_change = np.linalg.solve(stretch, scale * dU_change - speed * turn)
-    y_t, y_t_change = rates @ tangents, speed * bend + rates_change @ tangents
-    correction = -solve(rate_terms(at, y_t, rates))
+    y_changes = -at.solve(changes)  # what is left of it would count as moving, which is much less
+    unbalanced = [mixed(partial(still, *each)) for each in zip(lines, y_changes, strict=True)]
+    *bends, correction = -at.solve(np.array([*unbalanced, rate_terms(at, y_t, rates)]), tolerance=LAST)
 
-    def corrected(tau: float) -> Array:
-        """The residual of the correction."""
-        there, here = y + tau * y_change, line(tau)
-        moving = moving_residual(steady, here, there, y_t + tau * y_t_change, rates + tau * rates_change)
-        ends = [steady.residual_at(here, there + s * correction) for s in (PART, -PART)]
-        return moving + (ends[0] - ends[1]) / (2 * PART)
+    def moves(line: Line, y_change: Array, bend: Array, dU_change: Array) -> Array:
+        """The derivative along one line, shape (N,)."""
 
-    by_tau = (corrected(CHANGE) - corrected(-CHANGE)) / (2 * CHANGE)
-    return np.asarray(-adjoints.velocities @ by_tau) / scale
+        def centres(tau: float, s: float) -> Array:
+            there = y + tau * y_change + s * tangent + tau * s * bend
+            return centres_at(steady, place(line, tau, s), there)
+
+        rates_change = np.linalg.solve(stretch, scale * dU_change - speed * mixed(centres))
+        y_t_change = speed * bend + rates_change @ tangents
+
+        def corrected(tau: float) -> Array:
+            """The residual of the correction."""
+            there, here = y + tau * y_change, line(tau)
+            moving = moving_residual(steady, here, there, y_t + tau * y_t_change, rates + tau * rates_change)
+            ends = [steady.residual_at(here, there + s * correction) for s in (PART, -PART)]
+            return moving + (ends[0] - ends[1]) / (2 * PART)
+
+        by_tau = (corrected(CHANGE) - corrected(-CHANGE)) / (2 * CHANGE)
+        return np.asarray(-adjoints.velocities @ by_tau) / scale
+
+    return np.array([moves(*each) for each in zip(lines, y_changes, bends, dU_changes, strict=True)])

@@ -17,7 +17,7 @@ near: the first term is that at rates of at most d/t_relax, and what remains is 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -81,55 +81,85 @@ class SlowMotion:
         return np.asarray(held + self.by_rates @ rates)
 
 
-def slow_motion(at: Linearisation, dU: Array, adjoints: Adjoints, t_relax: float, error: float) -> SlowMotion:
-    """Go on from velocities at held distances to those of particles that move.
+@dataclass(frozen=True)
+class FirstOrder:
+    """What moving adds to the velocities of a solution at held distances to first order, and what the next one needs.
 
-    Args:
+    Attributes:
         at: The solution at held distances.
         dU: Relative velocities at held distances, those of the solution or better ones [U_av], shape (N-1,).
         adjoints: The adjoints of the solution.
-        t_relax: How long the scene remembers [D_c/U_av].
-        error: Smallest other error of a dU [U_av]; terms far below it are not computed.
+        motion: The first order, without a remainder and without what a start from rest does.
+        rates: Rates of the distances in the solution [U_av], shape (N-1,); None where the particles are at rest, or
+            nearly so.
+        neglected: Residual at these rates, shape (n_y,).
     """
-    fields, count = at.steady.constraints.fields["U_p"], len(dU)
-    still = SlowMotion(
-        np.zeros(count + 1), np.zeros(count), np.zeros((count + 1, count)), np.eye(count), np.zeros(count)
-    )
-    if count == 0 or not at.steady.problem.drive.free:
-        return still
-    fastest = float(np.abs(dU).max())
-    scale = max(1.0, PROBE / fastest) if fastest else 0.0  # what is linear is evaluated well above rounding
-    probe = scale * dU if scale else np.full(count, PROBE)
-    tangents, stretch = at.gap_tangents, _centres_by_gaps(at)
-    rates = np.linalg.solve(stretch, probe)
 
-    def dropped(rates: Array) -> Array:
-        """What rates of the distances add to the residual, and holding them drops."""
-        return rate_terms(at, rates @ tangents, rates)
+    at: Linearisation
+    dU: Array
+    adjoints: Adjoints
+    motion: SlowMotion
+    rates: Array | None = None
+    neglected: Array = field(default_factory=lambda: np.zeros(0))
 
-    neglected = dropped(rates)
-    first = -adjoints.velocities @ neglected
-    each = float(np.abs(rates).max()) * np.eye(count)  # the rates of one distance after the other
-    changes = [neglected * each[0, 0] / rates[0]] if count == 1 else [dropped(rate) for rate in each]
-    by_rates = -adjoints.velocities @ np.transpose(changes) / each[0, 0]
-    still = replace(still, by_rates=by_rates, centres_by_gaps=stretch, from_rest=_from_rest(at, adjoints))
-    if scale != 1.0:
-        return replace(still, U=first / scale if scale else 0 * first)
-    slopes = np.diff(tangents[:, fields], axis=1)  # of every dU (columns) by every distance (rows)
-    covered = t_relax * float(np.abs(rates / at.parameters.gaps).max())
-    passed = max(covered, t_relax * float(np.abs(rates @ slopes).max()) / fastest)
-    bound = BOUND * passed * max(passed * fastest, float(np.abs(np.diff(first)).max()))
-    if bound <= NEGLIGIBLE * error:
-        return replace(still, U=first, remainder=np.full(count, bound))
-    second = _second(at, dU, adjoints, neglected, rates, np.diff(first), stretch)
-    sizes = np.abs(np.diff(first)), np.abs(np.diff(second))
-    if sizes[1].max() < sizes[0].max():
-        return replace(still, U=first + second, remainder=sizes[1])
-    # Without a slow manifold near, dU depends on the start. The rates of the held state, at which a gap would open by
-    # more than itself while the pair remembers, are those of no pair.
-    first /= max(covered, 1.0)
-    most = max(float(np.abs(np.diff(first)).max()), MOST * min(passed, 1.0) * fastest)
-    return replace(still, U=first, remainder=np.minimum(sizes[1], most))
+    @staticmethod
+    def of(at: Linearisation, dU: Array, adjoints: Adjoints) -> FirstOrder:
+        """Evaluate the first order; the arguments are the attributes."""
+        count = len(dU)
+        still = SlowMotion(
+            np.zeros(count + 1), np.zeros(count), np.zeros((count + 1, count)), np.eye(count), np.zeros(count)
+        )
+        if count == 0 or not at.steady.problem.drive.free:
+            return FirstOrder(at, dU, adjoints, still)
+        fastest = float(np.abs(dU).max())
+        scale = max(1.0, PROBE / fastest) if fastest else 0.0  # what is linear is evaluated well above rounding
+        probe = scale * dU if scale else np.full(count, PROBE)
+        tangents, stretch = at.gap_tangents, _centres_by_gaps(at)
+        rates = np.linalg.solve(stretch, probe)
+
+        def dropped(rates: Array) -> Array:
+            """What rates of the distances add to the residual, and holding them drops."""
+            return rate_terms(at, rates @ tangents, rates)
+
+        neglected = dropped(rates)
+        first = -adjoints.velocities @ neglected
+        each = float(np.abs(rates).max()) * np.eye(count)  # the rates of one distance after the other
+        changes = [neglected * each[0, 0] / rates[0]] if count == 1 else [dropped(rate) for rate in each]
+        by_rates = -adjoints.velocities @ np.transpose(changes) / each[0, 0]
+        still = replace(still, by_rates=by_rates, centres_by_gaps=stretch)
+        if scale != 1.0:
+            return FirstOrder(at, dU, adjoints, replace(still, U=first / scale if scale else 0 * first))
+        return FirstOrder(at, dU, adjoints, replace(still, U=first), rates, neglected)
+
+    def slow_motion(self, t_relax: float, error: float) -> SlowMotion:
+        """Go on to the velocities of particles that move.
+
+        Args:
+            t_relax: How long the scene remembers [D_c/U_av].
+            error: Smallest other error of a dU [U_av]; terms far below it are not computed.
+        """
+        at, dU, rates = self.at, self.dU, self.rates
+        if not len(dU) or not at.steady.problem.drive.free:
+            return self.motion
+        still, first = replace(self.motion, from_rest=_from_rest(at, self.adjoints)), self.motion.U
+        if rates is None:
+            return still
+        fastest, fields = float(np.abs(dU).max()), at.steady.constraints.fields["U_p"]
+        slopes = np.diff(at.gap_tangents[:, fields], axis=1)  # of every dU (columns) by every distance (rows)
+        covered = t_relax * float(np.abs(rates / at.parameters.gaps).max())
+        passed = max(covered, t_relax * float(np.abs(rates @ slopes).max()) / fastest)
+        bound = BOUND * passed * max(passed * fastest, float(np.abs(np.diff(first)).max()))
+        if bound <= NEGLIGIBLE * error:
+            return replace(still, remainder=np.full(len(dU), bound))
+        second = _second(at, dU, self.adjoints, self.neglected, rates, np.diff(first), still.centres_by_gaps)
+        sizes = np.abs(np.diff(first)), np.abs(np.diff(second))
+        if sizes[1].max() < sizes[0].max():
+            return replace(still, U=first + second, remainder=sizes[1])
+        # Without a slow manifold near, dU depends on the start. The rates of the held state, at which a gap would open
+        # by more than itself while the pair remembers, are those of no pair.
+        first = first / max(covered, 1.0)
+        most = max(float(np.abs(np.diff(first)).max()), MOST * min(passed, 1.0) * fastest)
+        return replace(still, U=first, remainder=np.minimum(sizes[1], most))
 
 
 def centres_at(steady: SteadySolver, parameters: Parameters, y: Array) -> Array:

@@ -8,6 +8,8 @@ an infinite row has no ends.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from pairsim.fem.meshes.interpolation import interpolate
@@ -43,26 +45,29 @@ def end_effects(steady: SteadySolver, adjoints: Array, residual: Array) -> Array
     parts = np.cumsum([field.components for field in fields])[:-1]
     # What enters a periodic tube at its inlet has left it at its outlet: there is one jump.
     ends = [(nodes.outlet, -1.0)] if scene.periodic else [(nodes.inlet, 1.0), (nodes.outlet, -1.0)]
+    places = [mesh.points[at] + [inwards * inside, 0.0] for inside in INSIDE for at, inwards in ends]
+    inner = iter(_on_planes(mesh, positions, values, places))
     changes = []
-    for inside in INSIDE:
+    for _ in INSIDE:
         moved = x.copy()
-        for at, inwards in ends:
-            places = mesh.points[at] + [inwards * inside, 0.0]
-            found = _on_plane(mesh, positions, values, places) - _developed(steady, at)
-            found[:, 0] -= (scene.flow_rate[1] @ found[:, 0]) / FLOW_RATE * poiseuille(places)[:, 0]
+        for at, _ in ends:
+            found = next(inner) - _developed(steady, at)
+            found[:, 0] -= (scene.flow_rate[1] @ found[:, 0]) / FLOW_RATE * poiseuille(mesh.points[at])[:, 0]
             for field, added in zip(fields, np.split(found, parts, axis=1), strict=True):
                 liquid.nodal(field.name, moved)[at] += added  # a view
         changes.append(-adjoints @ (steady.newton.reduce(moved) - residual))
     return np.array(changes)
 
 
-def _on_plane(mesh: SixNodeMesh, positions: Array, values: Array, places: Array) -> Array:
-    """Interpolate P2 fields at places of one cross-section; only the cells there are searched."""
+def _on_planes(mesh: SixNodeMesh, positions: Array, values: Array, places: Sequence[Array]) -> list[Array]:
+    """Interpolate P2 fields at places of each of some cross-sections; only the cells there are searched."""
     z, tolerance = positions[mesh.cells, 0], 1e-9
-    there = (z.min(axis=1) <= places[0, 0] + tolerance) & (z.max(axis=1) >= places[0, 0] - tolerance)
+    low, high = z.min(axis=1) - tolerance, z.max(axis=1) + tolerance
+    there = np.any([(low <= plane[0, 0]) & (plane[0, 0] <= high) for plane in places], axis=0)
     nodes, cells = np.unique(mesh.cells[there], return_inverse=True)
     part = SixNodeMesh(mesh.points[nodes], cells.reshape(-1, mesh.cells.shape[1]))
-    return interpolate(part, positions[nodes], values[nodes], places)
+    found = interpolate(part, positions[nodes], values[nodes], np.concatenate(places))
+    return np.split(found, np.cumsum([len(plane) for plane in places])[:-1])
 
 
 def _developed(steady: SteadySolver, nodes: Indices) -> Array:

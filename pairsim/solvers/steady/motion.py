@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from pairsim.fem.phases.phase import Phase
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.parameters import DIFFERENCE, Parameters
 from pairsim.solvers.steady.linearisation import Linearisation
@@ -23,9 +24,6 @@ def moving_residual(
     y: Array,
     y_t: Array,
     rates: Array,
-    *,
-    stress: bool = True,
-    solids: bool = True,
 ) -> Array:
     """The complete residual of a scene at given rates, shape (n_y,).
 
@@ -35,8 +33,6 @@ def moving_residual(
         y: Free unknowns, shape (n_y,).
         y_t: Their rates, seen by observers who move with the particles, shape (n_y,).
         rates: Rates of the distances [U_av], shape (N-1,).
-        stress: Whether what the liquid carries along has a rate, too; otherwise it follows the surfaces at once.
-        solids: Whether viscous solids have their stress.
     """
     scene, constraints = steady.scene, steady.constraints
     h_t = material_rates(steady, parameters, y_t, rates)
@@ -47,9 +43,8 @@ def moving_residual(
             means.append(body.mean(h_t, h))
             if body.phase is not None:
                 liquid.nodal("u", x)[at] += body.displacement(h_t)[body.nodes] - [means[-1], 0.0]
-        if solids:
-            scene.set_solid_rates(scene.with_displacements(x, h - h_t), 1.0)
-        if scene.material.has_memory and stress:
+        scene.set_solid_rates(scene.with_displacements(x, h - h_t), 1.0)
+        if scene.material.has_memory:
             x_t = constraints.N @ y_t + constraints.C @ h_t
             # The mesh goes with the particles by what is left of U without the motion of their surfaces: all of it
             # where distances are held, the common velocity where they change at the rates that belong to U.
@@ -65,10 +60,67 @@ def moving_residual(
         return steady.newton.reduce(x)
 
 
-def rate_terms(at: Linearisation, y_t: Array, rates: Array, *, stress: bool = True, solids: bool = True) -> Array:
+def rate_terms(at: Linearisation, y_t: Array, rates: Array) -> Array:
     """What rates add to the residual of a solution, shape (n_y,); arguments as of `moving_residual`."""
-    moving = moving_residual(at.steady, at.parameters, at.y, y_t, rates, stress=stress, solids=solids)
-    return moving - at.residual
+    return moving_residual(at.steady, at.parameters, at.y, y_t, rates) - at.residual
+
+
+class ShapeRates:
+    """What rates of the particles' shapes add to the residual of a solution at held distances.
+
+    What the liquid carries along follows the surfaces at once. Then rates count in the velocity of the liquid on the
+    surfaces and in the stress of viscous solids alone, and the other phases are not assembled.
+
+    Args:
+        at: The solution, at which its solver is left.
+
+    Attributes:
+        moving: Which free unknowns move soft particles; boolean, shape (n_y,). The inside of elastic particles too: it
+            has no stress of its own, but a part of the velocity of their centres.
+        means: Velocities of the centres of the particles (rows) by the rates of the free unknowns, (N, n_y).
+        viscous: Whether any solid is viscous.
+    """
+
+    def __init__(self, at: Linearisation) -> None:
+        steady = at.steady
+        self._at, scene, M = at, steady.scene, steady.constraints.M
+        self.moving: np.ndarray = np.asarray(abs(M).T @ np.ones(scene.h_size) > 0)
+        self._h, self._x = steady.state()
+        weights = np.array([body.mean_weights(self._h) for body in steady.bodies]).reshape(-1, scene.h_size)
+        self.means: Array = (M.T @ weights.T).T
+        viscous = [b.phase for b in steady.bodies if b.phase is not None and b.phase.material.viscosity is not None]
+        self.viscous = bool(viscous)
+        self._phases: list[Phase] = [scene.liquid, *viscous]
+        self._still = self._residual(self._x)
+
+    def terms(self, y_t: Array, *, solids: bool = True) -> Array:
+        """What rates of the unknowns add, shape (n_y,).
+
+        Args:
+            y_t: The rates, seen by observers who move with the particles, shape (n_y,).
+            solids: Whether viscous solids have their stress.
+        """
+        steady, x = self._at.steady, self._x.copy()
+        scene, h_t, means = steady.scene, steady.constraints.M @ y_t, self.means @ y_t
+        u = scene.liquid.nodal("u", x)
+        for body, at, mean in zip(steady.bodies, scene.nodes.interfaces, means, strict=True):
+            if body.phase is not None:
+                u[at] += body.displacement(h_t)[body.nodes] - [mean, 0.0]
+        if not (solids and self.viscous):
+            return self._residual(x) - self._still
+        with steady.changed_to(self._at.parameters):
+            scene.set_solid_rates(scene.with_displacements(x, self._h - h_t), 1.0)
+            return self._residual(x) - self._still
+
+    def _residual(self, x: Array) -> Array:
+        """The part of the residual that is due to the phases in which rates count, shape (n_y,)."""
+        scene = self._at.steady.scene
+        local = np.zeros(scene.size)
+        for phase in self._phases:
+            start = scene.offset(phase)
+            phase.set(x[start : start + phase.size])
+            local[start : start + phase.size] = phase.residual()
+        return np.asarray(self._at.steady.constraints.T @ local)
 
 
 def material_rates(steady: SteadySolver, parameters: Parameters, y_t: Array, rates: Array) -> Array:

@@ -29,17 +29,18 @@ import math
 import numpy as np
 from numpy.polynomial.polynomial import Polynomial, polyfromroots
 
-from pairsim.fem.scene import Body
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.steady.linearisation import Linearisation
-from pairsim.solvers.steady.motion import rate_terms
-from pairsim.solvers.steady.scene import SteadySolver
+from pairsim.solvers.steady.motion import ShapeRates
 
 # Dimension of the Krylov space; with twice as many tau_0 changes by less than 1 % in ten scenes, viscous solids too.
 STEPS = 6
 LATE = 2  # power of the time in the weight t^LATE |f|^2: short waves count with more, what decays at once with less
 PROBE = 1e-3  # largest velocity of the surfaces in a probe [U_av], small enough for SUPG to be linear; chosen
-SOLVED = 1e-3  # residual of the linear systems, small enough for dU, which is small against the velocities; chosen
+# Residuals of the linear systems: of the first ones, small enough for dU, which is small against the velocities, and of
+# the others, whose errors count less (measured: docs/explanation/decisions.md).
+SOLVED, ROUGHLY_SOLVED = 1e-3, 0.1
+ACCURATE_SOLVES = 3
 
 
 def relaxation_time(at: Linearisation) -> float:
@@ -58,49 +59,41 @@ def relaxation_time(at: Linearisation) -> float:
 
 
 def shape_time(at: Linearisation) -> tuple[float, float]:
-    """Decay time tau_0 of the shapes, in a liquid that follows at once, and the part of it due to viscous solids."""
-    moving = _unknowns_that_move(at.steady)
-    return _shape_time(at, moving) if moving.any() else (0.0, 0.0)
+    """Decay time tau_0 of the shapes, in a liquid that follows at once, and the part of it due to viscous solids.
 
-
-def _is_viscous(body: Body) -> bool:
-    return body.phase is not None and body.phase.material.viscosity is not None
-
-
-def _unknowns_that_move(steady: SteadySolver) -> np.ndarray:
-    """Which free unknowns move soft particles; boolean, shape (n_y,).
-
-    The inside of elastic particles too: it has no stress of its own, but a part of the velocity of their centres.
+    The time is infinite where nothing decays.
     """
-    return np.asarray(abs(steady.constraints.M).T @ np.ones(steady.scene.h_size) > 0)
+    if not any(body.phase is not None for body in at.steady.bodies):
+        return 0.0, 0.0
+    disturbance, rates = _disturbance(at), ShapeRates(at)
+    moving, basis = rates.moving, list[Array]()
 
-
-def _shape_time(at: Linearisation, moving: np.ndarray) -> tuple[float, float]:
-    """tau_0, infinite where nothing decays, and the part of it that is due to the viscosity of solids."""
-    still = np.zeros(len(at.parameters.gaps))
-
-    def times(v: Array, *, solids: bool = True) -> Array:
+    def times(v: Array, tolerance: float, *, solids: bool = True) -> Array:
         """J^-1 M v of rates v of the unknowns that move, shape (n_y,)."""
         y_t, scale = np.zeros(len(moving)), PROBE / float(np.abs(v).max())
         y_t[moving] = scale * v
-        return at.solve(rate_terms(at, y_t, still, stress=False, solids=solids), tolerance=SOLVED) / scale
+        return at.solve(rates.terms(y_t, solids=solids), tolerance=tolerance) / scale
 
-    start = times(_disturbance(at)[moving])[moving]
-    basis, H, results = [start / np.linalg.norm(start)], np.zeros((STEPS + 1, STEPS)), []
+    H, seen = np.zeros((STEPS + 1, STEPS)), list[Array]()
+    w = times(disturbance[moving], SOLVED)[moving]
     for j in range(STEPS):
-        y = times(basis[j])
-        results.append(_results(at.steady, y, basis[j], moving))
+        basis.append(w / np.linalg.norm(w))
+        y = times(basis[j], SOLVED if j + 1 < ACCURATE_SOLVES else ROUGHLY_SOLVED)
+        seen.append(y[at.steady.constraints.fields["U_p"]] + rates.means[:, moving] @ basis[j])
         w = y[moving]
         for _ in range(2):
             parts = np.array(basis) @ w
             H[: j + 1, j] += parts
             w = w - parts @ np.array(basis)
         H[j + 1, j] = np.linalg.norm(w)
-        basis.append(w / H[j + 1, j])
-    tau, of_solids = _late_time(H[:STEPS], np.array(results)), 0.0
-    if at.parameters.liquid.modes and any(map(_is_viscous, at.steady.bodies)):
-        v = np.linalg.matrix_power(H[:STEPS], LATE)[:, 0] @ np.array(basis[:-1])
-        of_solids = 1 - float(v @ times(v, solids=False)[moving]) / float(v @ times(v)[moving])
+    # Of all particles, or of gaps: without what the shapes move the centres by, which may change the sign of dU while
+    # it decays.
+    results = np.array(seen) if len(seen[0]) == 1 else np.diff(seen, axis=1)
+    tau, of_solids = _late_time(H[:STEPS], results), 0.0
+    if at.parameters.liquid.modes and rates.viscous:
+        v = np.linalg.matrix_power(H[:STEPS], LATE)[:, 0] @ np.array(basis)
+        of_liquid, of_all = (v @ times(v, SOLVED, solids=solids)[moving] for solids in (False, True))
+        of_solids = 1 - float(of_liquid) / float(of_all)
     return tau, of_solids
 
 
@@ -119,25 +112,6 @@ def _late_time(H: Array, results: Array) -> float:
     products, sums = f.conj().T @ f, rates.conj()[:, None] + rates
     early, late = (float((products / sums ** (LATE + k)).sum().real) for k in (1, 2))
     return 2 * late / early if early > 0 else math.inf
-
-
-def _results(steady: SteadySolver, y: Array, v: Array, moving: np.ndarray) -> Array:
-    """What is seen of rates v of the unknowns that move: every dU, or U of a single particle [U_av].
-
-    Without what the shapes move the centres by, which may change the sign of dU while it decays.
-
-    Args:
-        steady: The scene.
-        y: J^-1 M v, shape (n_y,).
-        v: The rates.
-        moving: Which unknowns they are of.
-    """
-    y_t = np.zeros(len(moving))
-    y_t[moving] = v
-    h, _ = steady.state()
-    h_t = steady.constraints.M @ y_t
-    U = y[steady.constraints.fields["U_p"]] + [body.mean(h_t, h) for body in steady.bodies]
-    return np.asarray(np.diff(U) if len(U) > 1 else U)
 
 
 def _disturbance(at: Linearisation) -> Array:
