@@ -172,7 +172,7 @@ def find_zeros(branch: Branch, points: list[Point], known: Sequence[Zero] = ()) 
     """
     for a, b in pairwise(points):
         if _changes_sign(a, b):
-            found = next((zero for zero in known if a.d <= zero.point.d <= b.d), None) or _zero_between(branch, a, b)
+            found = next((zero for zero in known if a.d <= zero.d <= b.d), None) or _zero_between(branch, a, b)
             if found is not None:
                 yield found
             if isinstance(found, Ended):
