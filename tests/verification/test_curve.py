@@ -79,7 +79,7 @@ def test_nearly_rigid_pairs_have_the_exact_slope(beta: float, d: float, slope: f
 
 @pytest.mark.slow
 def test_equal_rigid_spheres_in_a_newtonian_liquid_keep_their_distance() -> None:
-    """At any distance: meshes exist for some of them only, and are squeezed by up to a fifth."""
+    """At any distance: meshes exist for some of them only, and are squeezed by up to a third."""
     places = [0.4, 0.318, 0.2006, 0.1265, 0.1, 0.0798, 0.0317, 0.02]
     found = curve(Ca_e=0, d=places)
     assert found["wanted"].sum() == len(places)
