@@ -45,9 +45,9 @@ def left(study: Study, parts: Sequence[Part], results: Results, *, keep: bool = 
     found, why = list[Part](), Counter[str]()
     for part in parts:
         before, code = results.code(part), code_of(part.uses or study.uses)
-        if before is not None and before != code:
-            why.update(reasons(before, code))
-        if before is None or (before != code and not keep):
+        stale = [] if before is None else reasons(before, code)
+        why.update(stale)
+        if before is None or (stale and not keep):
             found.append(part)
     for reason, count in why.items():
         print(f"{study.name}: {count} parts are stale, as {reason}", flush=True)

@@ -8,6 +8,7 @@ from collections.abc import Collection
 from contextlib import suppress
 from typing import Any, NamedTuple, cast
 
+from pairsim.cases import kinds_of_cases as kinds
 from pairsim.cases.experiment import Experiment, follows_in, group_of, one
 from pairsim.cases.laws import Laws
 from pairsim.cases.mistakes import Mistake
@@ -63,7 +64,9 @@ def in_numbers(given: Content, fields: Collection[str], lengths: Collection[str]
             continue
         key = each.key_in(fields)
         if group_of(key) not in fields:
-            mistakes.append(Mistake(f"{BLOCK}.{quantity}", None, f"must be left out: this kind of case has no {key}"))
+            having = " and ".join(kinds.with_key(group_of(key)))
+            allowed = f"must be left out: this kind of case has no {key}; those of {having} have"
+            mistakes.append(Mistake(f"{BLOCK}.{quantity}", None, allowed))
             continue
         try:
             group, last = within(data, key)

@@ -145,7 +145,11 @@ def draw_chart(
     labelled = [axis.get_legend_handles_labels()[0] for axis in axes]
     for axis, entries in zip(axes, labelled, strict=True):
         if page.legend and count > 1 and len(entries) > 1:
-            axis.legend()
+            # Beside a title there is no room above the panel.
+            above = (
+                {} if axis.get_title() else {"loc": "lower center", "bbox_to_anchor": (0.5, 1), "ncols": len(entries)}
+            )
+            axis.legend(**above)
     encoding.bar(figure, axes)
     lines, points = any(not each.mark for each in series), any(each.mark or each.marked for each in series)
     if not page.legend:

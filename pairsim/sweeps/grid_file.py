@@ -27,7 +27,11 @@ class GridRange(Range[Number | str]):
 def _listed(value: list[Any] | GridRange) -> list[Any]:
     if isinstance(value, list):
         return value
-    return list(quantity_range(value) if isinstance(value.start, str) else spelled_out(value))
+    if isinstance(value.start, str):
+        return list(quantity_range(value))
+    numbers = spelled_out(value)
+    whole = all(each.is_integer() for each in numbers)  # as keys of whole numbers need them
+    return [int(each) for each in numbers] if whole else numbers
 
 
 def _bounds(value: Any) -> Any:

@@ -25,7 +25,7 @@ def code_of(uses: Sequence[str]) -> str:
 
 
 def reasons(before: str, now: str) -> list[str]:
-    """Why results of one code are stale with another, such as "pairsim.fem has changed"."""
+    """Why results of one code are stale with another, such as "pairsim.fem has changed"; empty where they are not."""
     if not {each.partition(" ")[0] for each in before.split(", ")} & {
         each.partition(" ")[0] for each in now.split(", ")
     }:
@@ -34,9 +34,9 @@ def reasons(before: str, now: str) -> list[str]:
 
 
 def changed(before: str, now: str) -> list[str]:
-    """The packages whose hashes differ between two results of `code_of`."""
+    """What the later one of two results of `code_of` names with another hash than the earlier one, or anew."""
     earlier, later = (dict(each.split(" ") for each in code.split(", ") if each) for code in (before, now))
-    return [name for name in earlier | later if earlier.get(name) != later.get(name)]
+    return [name for name in later if earlier.get(name) != later[name]]
 
 
 def _digest(name: str) -> str:

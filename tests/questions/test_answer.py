@@ -69,6 +69,7 @@ def logarithmic(zero: float, rate: float, error: float, count: int = 3) -> dict[
 
 
 BEYOND = ", the end of this curve; beyond it |dU| may be larger."
+ELSEWHERE = " or elsewhere, which its half-width leaves open."
 CURVES = [
     (
         (logarithmic(0.2, 1e-3, 1e-5), [Zero(0.2, False, 0.002)]),
@@ -90,12 +91,12 @@ CURVES = [
     (
         (logarithmic(0.2, 1e-12, 1e-5), []),
         "The pair keeps its distance: dU vanishes at every d.",
-        "Largest |dU|: (-0.0 +- 1.0)e-5 at d = 0.1 +- 0.2.",
+        "Largest |dU|: (-0.0 +- 1.0)e-5 at d = 0.1" + ELSEWHERE,
     ),
     (
         (logarithmic(0.2, 1e-3, 1e-2), [Zero(0.2, False, 2.0)]),
         "Not decided between d = 0.1 and 0.3: the interval of dU holds both signs.",
-        "Largest |dU|: -0.001 +- 0.010 at d = 0.1 +- 0.2.",
+        "Largest |dU|: -0.001 +- 0.010 at d = 0.1" + ELSEWHERE,
     ),
     (
         (logarithmic(0.2, 1e-3, 1e-5, 1), []),

@@ -191,6 +191,12 @@ def test_examples_of_the_docs_are_grids(tmp_path: Path) -> None:
     assert len(read_grid(tmp_path / "grid.yaml").cases) == 2 * 6 * 2 - 2 + 2
 
 
+def test_a_range_of_whole_numbers_varies_a_key_that_takes_no_others(tmp_path: Path) -> None:
+    base = "command: stream\nbase: {De: 0, Ca_e: 0, beta: 0.4, stream: {concentration: 0.01}}\n"
+    (tmp_path / "grid.yaml").write_text(base + "grid: {stream.seed: {start: 1, stop: 3, num: 3}}\n")
+    assert len(read_grid(tmp_path / "grid.yaml").cases) == 3
+
+
 EXPERIMENT = "tube: 50um, viscosity: 1Pa.s, flow_rate: 1ul/min, particle: 20um, modulus: 5kPa, distance: 5um"
 
 

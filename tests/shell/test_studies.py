@@ -175,6 +175,8 @@ def test_code_is_known_by_what_it_does(tmp_path: Path) -> None:
     assert digest("def stress(rate):\n\n    return (2 * rate)  # of a Newtonian liquid\n") == first
     assert digest("def stress(rate):\n    return 3 * rate\n") != first
     assert changed("pairsim.fem ab, pairsim.physics cd", "pairsim.fem ab, pairsim.physics ef") == ["pairsim.physics"]
+    assert changed("pairsim.fem ab", "pairsim.fem ab, pairsim.physics ef") == ["pairsim.physics"]
+    assert not changed("pairsim.fem ab, pairsim.physics cd", "pairsim.physics cd"), "no order, and less is enough"
 
 
 def test_laws_that_a_study_does_not_use_are_no_part_of_its_code(tmp_path: Path) -> None:

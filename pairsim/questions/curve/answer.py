@@ -36,6 +36,7 @@ from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.interpolant import Region
 
 SLIGHT = 1e-3  # difference of two diameters, over their mean, that no camera sees
+FLAT = 0.5  # half-width of the place of the largest |dU|, over it, from which on it is hardly a place; chosen
 FAR = 1.2  # ratio of distances from which on it is told where a start is forgotten; chosen
 
 
@@ -90,6 +91,9 @@ def _largest(curve: Curve, gap: str) -> list[str]:
         return [f"Largest |{name}| of two points: {value} at {d} = {place}; what lies between is not known."]
     at_end = ends[0] < ends[1] and peak.d in ends and abs(peak.dU) > peak.error
     beyond = f", the end of this curve; beyond it |{name}| may be larger" if at_end else ""
+    if not at_end and peak.d_error > FLAT * peak.d:
+        place = in_unit(scales, LENGTH, peak.d, digits=2)
+        beyond = " or elsewhere, which its half-width leaves open"
     return [f"Largest |{name}|: {value} at {d} = {place}{beyond}."]
 
 

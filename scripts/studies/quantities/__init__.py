@@ -13,7 +13,7 @@ STUDY = Study(
     folder=Path(__file__).parent,
     shows="whether each quantity that shape, pressure and curve print of one particle is inside its half-width, and "
     "its accuracy is kept or said to be missed",
-    uses=steady(),
+    uses=(*steady(), "pairsim.computing.along", "pairsim.questions.shape", "pairsim.questions.pressure"),
     parts=parts,
     statements=statements,
     blocks=blocks,
