@@ -43,7 +43,7 @@ def test_a_newtonian_error_is_kept_by_smaller_cells() -> None:
     assert point.estimate[dU].half_width[0] <= wanted * branch.largest[dU]
     assert abs(point.held_dUs[0] - truth) <= point.estimate[dU].half_width[0]
     assert 1 <= max(branch.rounds.values()) <= ROUNDS
-    assert branch.unknowns[(0.1,)] == branch.solver.constraints.size
+    assert branch.unknowns[branch.problem.nominal((0.1,))] == branch.solver.constraints.size
     branch.at(replace(first, gaps=(0.12,)))
     branch.recall(coarse)  # on cells that are no more
     assert branch.solver.parameters == first

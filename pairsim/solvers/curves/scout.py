@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 
@@ -26,11 +26,9 @@ SCALE_CELLS = 10  # of the scout on a half-circle
 SCALE_GROWTH = 0.3  # of its cells
 SCALE_SIZE = 0.35  # of its largest cells, relative to the smallest diameter
 STEP = 1.6  # largest ratio of distances in a step of it
-Place = tuple[float, ...]
-"""Distances between neighbours."""
 
 
-def largest_value(goal: Goal, known: SteadySolver, places: Sequence[Place], enough: float) -> float:
+def largest_value(goal: Goal, known: SteadySolver, places: Sequence[tuple[float, ...]], enough: float) -> float:
     """The largest |dU| of a curve, or of the curve that a single point lies on, from coarse solutions.
 
     Args:
@@ -66,7 +64,7 @@ def largest_value(goal: Goal, known: SteadySolver, places: Sequence[Place], enou
         narrower = sorted((gaps for gaps in wanted if gaps < here), reverse=True)
         for side in (wider, narrower):
             with suppress(NoSteadyState, MeshFailure):  # soft particles at the narrowest distances
-                for gaps in _stations(here, side):
+                for gaps in side:
                     if found >= enough or not _moved(scout, gaps):
                         break
                     found = max(found, _largest(goal, scout))
@@ -109,21 +107,17 @@ def _largest_anew(goal: Goal, problem: SteadyProblem, parameters: Parameters) ->
     return largest
 
 
-def _stations(here: Place, places: Sequence[Place]) -> Iterator[Place]:
-    """The places, and others on the way to them in steps of a given length."""
-    for gaps in places:
-        count = int(np.ceil(np.abs(np.log(np.divide(gaps, here))).max() / np.log(STEP)))
-        for part in np.arange(1, count + 1) / count:
-            yield tuple(map(float, np.array(here) ** (1 - part) * np.array(gaps) ** part))
-        here = gaps
-
-
-def _moved(scout: SteadySolver, gaps: Place) -> bool:
-    """Continue to other distances in one step; False where it fails, as shorter ones may take long."""
-    there = replace(scout.parameters, gaps=gaps)
-    step = np.subtract(gaps, scout.parameters.gaps) @ scout.linearise().gap_tangents
-    scout.forget()
-    return scout.solve(there, prepared(scout, there, scout.y + step)).converged
+def _moved(scout: SteadySolver, gaps: tuple[float, ...]) -> bool:
+    """Continue to other distances in steps of a given length; False where one fails, as shorter ones may take long."""
+    here = np.array(scout.parameters.gaps)
+    count = int(np.ceil(np.abs(np.log(np.divide(gaps, here))).max() / np.log(STEP)))
+    for part in np.arange(1, count + 1) / count:
+        there = replace(scout.parameters, gaps=tuple(map(float, here ** (1 - part) * np.array(gaps) ** part)))
+        step = np.subtract(there.gaps, scout.parameters.gaps) @ scout.linearise().gap_tangents
+        scout.forget()
+        if not scout.solve(there, prepared(scout, there, scout.y + step)).converged:
+            return False
+    return True
 
 
 def _largest(goal: Goal, scout: SteadySolver) -> float:

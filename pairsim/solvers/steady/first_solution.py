@@ -19,7 +19,6 @@ from pairsim.solvers.steady.continuation import (
     cold_start,
     ended,
     follow,
-    new_mesh,
     prepared,
     solve_on_mesh,
 )
@@ -37,9 +36,6 @@ SOFT = 0.05
 ROUND = 100.0  # regularisation at which particles nearly too soft are made soft; chosen
 FINER_SCOUT = 2**0.5  # where the first scout fails, or to see that a branch ends at the same place; chosen
 FINER = 2**0.5  # factor of the cells of a particle where a branch has ended; chosen
-# Meshes that are made one after the other around the shapes of a first solution that distorts its cells too much. On
-# such cells dU is off by a tenth (N_p 10), around their shapes by 0 to 3 %, around those by 0 to 1 %; measured.
-AROUND_SHAPES = 2
 
 
 def coarser(problem: SteadyProblem, factor: float, fewest: int = FEWEST_CELLS) -> SteadyProblem:
@@ -113,11 +109,8 @@ def try_from_rest(scene: SteadySolver) -> bool:
     if scene.parameters.liquid.easier() != scene.parameters.liquid or scene.parameters.liquid.has_memory:
         return False
     place_undeformed(scene, at_rest=True)
-    with suppress(NoSteadyState, MeshFailure):
-        if scene.solve(scene.parameters).converged:
-            for _ in range(AROUND_SHAPES if scene.distorted() else 0):
-                new_mesh(scene)
-            return True
+    if scene.solve(scene.parameters).converged and not scene.distorted():
+        return True
     scene.forget()
     return False
 
