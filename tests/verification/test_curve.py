@@ -31,7 +31,8 @@ from pairsim.solvers.steady.first_solution import by_continuation, first_scene, 
 from pairsim.solvers.steady.pseudo_time import relax
 from pairsim.solvers.steady.scene import SteadySolver
 
-APART = 0.09  # distance of the viscoelastic pair
+APART = 0.09
+"""Distance of the viscoelastic pair, at which moving adds nothing in second order, which sensitivities lack."""
 PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": 5.0, "mesh": {"Np": 12}}
 
 
