@@ -20,7 +20,7 @@ def steady(*laws: str) -> tuple[str, ...]:
     """Quasi-steady solutions of cases with their half-widths, of the laws whose files have these names."""
     packages = solvers("curves", "errors", "nonlinear", "steady")
     modules = solvers("goals", "mesh_transfer", "meshed_scene", "parameters", "pressure_drop", "problems", "solution")
-    asked = ("pairsim.computing.steady", "pairsim.questions.curve.computation")  # whose goals decide on cells
+    asked = ("pairsim.computing.steady", "pairsim.questions.curve.parts")  # whose goals decide on cells
     return (*physics(*laws), *packages, *modules, *OF_CASES, *asked)
 
 
