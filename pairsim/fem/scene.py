@@ -368,13 +368,6 @@ class Scene:
                 body.phase.nodal("eta", x[self.offset(body.phase) :])[:] = body.displacement(h)
         return x
 
-    def with_mesh_of(self, x: Array, other: Array) -> Array:
-        """A full vector with the displacement of the liquid's mesh of another one, shape (n,)."""
-        x = x.copy()
-        if self.moving:
-            self.liquid.nodal("eta", x)[:] = self.liquid.nodal("eta", other)
-        return x
-
     def positions(self, x: Array) -> Array:
         """Current positions of the nodes of the liquid, shape (nodes, 2)."""
         mesh = self.liquid.six_node_mesh

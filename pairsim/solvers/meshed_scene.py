@@ -134,7 +134,6 @@ class MeshedScene:
         self.problem, self.outlines, self.clock = problem, tuple(outlines), clock
         self._liquid, self._steady, self._constrain = liquid, steady, constrain
         self._newton: Newton | None = None
-        self._closed = True
         self._extension: MeshExtension | None = None
         self.made = 0
         with clock("jit"):
@@ -142,13 +141,8 @@ class MeshedScene:
 
     @property
     def newton(self) -> Newton:
-        """The solver on the present mesh, made where it is first needed."""
-        assert not self._closed, "the scene has been closed"
-        if self._newton is None:
-            problem = self.problem
-            self._newton = Newton(
-                self.scene, self.constraints, problem.newton, clock=self.clock, monitor=problem.monitor
-            )
+        """The solver on the present mesh."""
+        assert self._newton is not None, "the scene has been closed"
         return self._newton
 
     def put(self, reference: Reference, mesh: SixNodeMesh | None = None) -> None:
@@ -177,7 +171,9 @@ class MeshedScene:
                 steady=self._steady,
             )
         self.constraints = self._constrain(self)
-        self._closed = False
+        self._newton = Newton(
+            self.scene, self.constraints, self.problem.newton, clock=self.clock, monitor=self.problem.monitor
+        )
         fields = self.constraints.fields
         self.material = np.concatenate([fields.get(name, np.empty(0, int)) for name in ("v", "h", "U_p", "p_s")])
 
@@ -209,9 +205,7 @@ class MeshedScene:
             MeshFailure: A mesh could not be generated.
         """
         if spheres is not None:
-            present = self.scene.reference
-            if present.deformed or present.geometry != spheres:
-                self.put(Reference.spheres(spheres, self.outlines))
+            self.put(Reference.spheres(spheres, self.outlines))
             if not self.scene.moving:
                 return
             if good_enough(diagnostics.liquid_distortion(self.scene, self.displaced(h))):
@@ -255,7 +249,6 @@ class MeshedScene:
         if self._newton is not None:
             self._newton.destroy()
         self._newton = self._extension = None
-        self._closed = True
 
 
 class MeshedSolver:

@@ -20,9 +20,6 @@ from pairsim.solvers.stepping.step_size import StepControl
 # Number of distances per decade for which meshes are made. The mesh then depends on the distance alone, not on the
 # order in which distances are solved. Chosen such that neighbouring meshes differ by less than GAP_RATIO.
 PER_DECADE = 5
-# Distance up to which two of these have one mesh, which is moved to both [D_c]. Between particles farther apart the
-# largest cells take up what the distance changes by: with it errors double (docs/explanation/decisions.md, "Cells").
-NARROW = 0.1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -122,20 +119,13 @@ class SteadyProblem(Setup):
     narrowest: float = np.inf
 
     def nominal(self, gaps: tuple[float, ...]) -> tuple[float, ...]:
-        """Distances for which a mesh around spheres is made: of `PER_DECADE` in each decade, of narrow ones of half.
+        """Distances for which a mesh around spheres is made: the nearest of `PER_DECADE` values in each decade.
 
         The given distances themselves are returned if the rounded ones would take too much of the free length. Spheres
         of a closed row are equally far apart.
         """
         if self.closed:
             return ((self.length - sum(self.betas)) / len(self.betas),) * len(gaps)
-        rounded = tuple(map(_rounded, gaps))
+        rounded = tuple(float(10 ** (round(np.log10(d) * PER_DECADE) / PER_DECADE)) for d in gaps)
         free = self.length - sum(self.betas) - sum(gaps)
         return rounded if sum(rounded) - sum(gaps) < free / 4 else gaps
-
-
-def _rounded(d: float) -> float:
-    """The distance for which the mesh is made that is moved to a given one."""
-    step = round(np.log10(d) * PER_DECADE)
-    middle = step if step > round(np.log10(NARROW) * PER_DECADE) else 2 * (step // 2) + 0.5
-    return float(10 ** (middle / PER_DECADE))

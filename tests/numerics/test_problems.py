@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-import numpy as np
 import pytest
 
 from pairsim.cases.case import SceneCase
@@ -12,7 +11,6 @@ from pairsim.cases.run_case import Case
 from pairsim.computing.problems import problem_of, steady_problem
 from pairsim.physics.drive import PER_PARTICLE, Drive
 from pairsim.questions.curve import CurveCase
-from pairsim.solvers.meshed_scene import GAP_RATIO
 from pairsim.solvers.transient.start import steady_scene
 
 PAIR = {"beta": 0.4, "Ca_e": 0, "mesh": {"Np": 8}}
@@ -55,13 +53,3 @@ def test_what_each_particle_has_is_repeated_with_the_particles(pulled: Pull) -> 
     twice = steady_problem(CurveCase.model_validate(PAIR | {"d": [0.1], "beta": [0.4, 0.3]}), 0.1).repeated(2)
     assert twice.betas == (0.4, 0.3, 0.4, 0.3)
     assert twice.drive == replace(pulled, forces=(1.0, 2.0, 1.0, 2.0))
-
-
-def test_a_mesh_serves_all_distances_within_a_factor_of_2_5_where_gaps_are_narrow() -> None:
-    problem = steady_problem(CurveCase.model_validate(PAIR | {"d": [0.02]}), 0.02)
-    assert problem.nominal((0.021,)) == problem.nominal((0.049,)) != problem.nominal((0.051,))
-    assert problem.nominal((0.051,)) == problem.nominal((0.125,)) != problem.nominal((0.127,))
-    assert problem.nominal((0.3,)) != problem.nominal((0.45,))
-    for d in np.geomspace(0.003, 0.5, 60):
-        (made,) = problem.nominal((float(d),))
-        assert max(made / d, d / made) < GAP_RATIO

@@ -25,14 +25,12 @@ from pairsim.solvers.curves.sensitivities import ALL
 from pairsim.solvers.nonlinear.newton import STEADY
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.bordered import solve_with
-from pairsim.solvers.steady.continuation import follow, prepared
+from pairsim.solvers.steady.continuation import follow
 from pairsim.solvers.steady.ends import arrived
 from pairsim.solvers.steady.first_solution import by_continuation, first_scene, try_from_other_mesh
 from pairsim.solvers.steady.pseudo_time import relax
 from pairsim.solvers.steady.scene import SteadySolver
 
-APART = 0.09
-"""Distance of the viscoelastic pair, at which moving adds nothing in second order, which sensitivities lack."""
 PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": 5.0, "mesh": {"Np": 12}}
 
 
@@ -65,7 +63,7 @@ def points(**keys: object) -> list[Point]:
 def viscoelastic() -> Iterator[Branch]:
     """A soft behind a softer, smaller sphere in a Giesekus liquid."""
     mesh = {"Np": 8, "max_size": 0.12}
-    made = branch_of(case(De=0.5, Ca_e=(0.05, 0.1), beta=(0.4, 0.35), d=(APART,), mesh=mesh), sensitivities=ALL)
+    made = branch_of(case(De=0.5, Ca_e=(0.05, 0.1), beta=(0.4, 0.35), mesh=mesh), sensitivities=ALL)
     yield made
     made.close()
 
@@ -80,7 +78,7 @@ def test_nearly_rigid_pairs_have_the_exact_slope(beta: float, d: float, slope: f
 
 @pytest.mark.slow
 def test_equal_rigid_spheres_in_a_newtonian_liquid_keep_their_distance() -> None:
-    """At any distance: meshes exist for some of them only, and are squeezed by up to a third."""
+    """At any distance: meshes exist for some of them only, and are squeezed by up to a fifth."""
     places = [0.4, 0.318, 0.2006, 0.1265, 0.1, 0.0798, 0.0317, 0.02]
     found = curve(Ca_e=0, d=places)
     assert found["wanted"].sum() == len(places)
@@ -194,30 +192,9 @@ def _moving(branch: Branch, place: Parameters) -> float:
 def test_slopes_are_differences_along_the_curve(viscoelastic: Branch) -> None:
     here = viscoelastic.solver.parameters
     point = viscoelastic.at(here)
-    high, low = (_solved(viscoelastic, here.with_gap(APART * (1 + e))) for e in (1e-3, -1e-3))
-    assert point.slopes[0] == pytest.approx((high - low) / (2e-3 * APART), rel=1e-3)
+    high, low = (_solved(viscoelastic, here.with_gap(0.1 * (1 + e))) for e in (1e-3, -1e-3))
+    assert point.slopes[0] == pytest.approx((high - low) / 2e-4, rel=1e-3)
     _solved(viscoelastic, here)
-
-
-def test_a_step_that_inverts_cells_leads_to_the_mesh_for_its_distance(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The predicted solution is interpolated where the particles still are."""
-
-    def nominal(_: object, gaps: tuple[float]) -> tuple[float]:
-        return (0.9,) if gaps[0] > 0.25 else (0.2,)
-
-    monkeypatch.setattr("pairsim.solvers.problems.SteadyProblem.nominal", nominal)
-    branch = branch_of(case(d=(0.3,), Ca_e=0, De=0.2))
-    scene, there = branch.solver, branch.solver.parameters.with_gap(0.2)
-    guess = scene.y + (0.2 - 0.3) * scene.linearise().gap_tangents[0]
-    assert scene.distortion_of(*scene.state_at(there, guess)) <= 0
-    on_new_mesh = prepared(scene, there, guess)
-    assert scene.scene.reference.geometry.gaps == (0.2,)
-    assert scene.solve(there, on_new_mesh).iterations <= 3
-    dU = float(scene.velocity_row() @ scene.y)
-    branch.close()
-    anew = branch_of(case(d=(0.2,), Ca_e=0, De=0.2))
-    assert dU == pytest.approx(float(anew.solver.velocity_row() @ anew.solver.y), rel=1e-2)
-    anew.close()
 
 
 @pytest.mark.slow

@@ -205,19 +205,16 @@ class SteadySolver(MeshedSolver):
 
         Args:
             parameters: Parameters of the state, by default those of the solution.
-            y: Free unknowns of the state, by default the solution, on a mesh of which no cell is inverted.
+            y: Free unknowns of the state, by default the solution; no cell may be inverted.
             afresh: Whether a mesh around spheres is tried even if an earlier one was too distorted.
 
         Raises:
             MeshFailure: The mesh could not be generated.
         """
-        at, parameters = (self.parameters, self.y), parameters or self.parameters
+        parameters = parameters or self.parameters
         old_y = self.y if y is None else y
         old, (h, x) = self.scene, self.state_at(parameters, old_y)
         geometry, material = self.meshed.geometry_at(h), old_y[self.meshed.material]
-        # Cells that the predicted state inverts are searched at the positions of the solution.
-        h_searched, x_searched = self.state_at(*at) if self.distortion_of(h, x) <= 0 else (h, x)
-        x = old.with_mesh_of(x, x_searched)
         spheres = None
         if afresh or not self._as_refused(parameters):
             # Meshes around spheres are made for the distances of `SteadyProblem.nominal` only.
@@ -230,9 +227,7 @@ class SteadySolver(MeshedSolver):
 
         self.meshed.remesh(h, geometry, spheres, good_enough)
         self.parameters = parameters
-        self.y = self.carried_over(old, x, h_searched, material)
-        if h_searched is not h:
-            self.y[self.constraints.fields["eta"]], _ = self.meshed.extend(h)
+        self.y = self.carried_over(old, x, h, material)
 
     def _as_refused(self, there: Parameters) -> bool:
         """Whether particles are at least as soft and close as those that last required a mesh around their shapes."""
@@ -333,7 +328,7 @@ class SteadySolver(MeshedSolver):
         parameters = parameters or self.parameters
         h, x = self.state_at(parameters, self.y if y is None else y)
         reference = self.scene.reference
-        if self._made_for_others(parameters):
+        if not reference.deformed and self.problem.nominal(parameters.gaps) != reference.geometry.gaps:
             return True
         gaps = diagnostics.gaps(self.bodies, h)
         distortion = self.distortion_of(h, x)
@@ -342,15 +337,8 @@ class SteadySolver(MeshedSolver):
         return needs_mesh(distortion, gaps, reference.geometry.gaps, least)
 
     def folded(self, parameters: Parameters, y: Array) -> bool:
-        """Whether a cell is inverted in a state, and not only since the mesh was made for other distances."""
-        if self.distortion_of(*(state := self.state_at(parameters, y))) > 0:
-            return False
-        return diagnostics.solid_distortion(self.bodies, state[0]) <= 0 or not self._made_for_others(parameters)
-
-    def _made_for_others(self, parameters: Parameters) -> bool:
-        """Whether the mesh, around spheres, was made for other distances than that for some parameters would be."""
-        reference = self.scene.reference
-        return not reference.deformed and self.problem.nominal(parameters.gaps) != reference.geometry.gaps
+        """Whether a cell of the mesh is inverted in a state."""
+        return self.distortion_of(*self.state_at(parameters, y)) <= 0
 
     def linearise(self, part: float = 1.0) -> Linearisation:
         """The equations linearised at the solution, with its matrix, which is factorised unless factors in hand serve.
