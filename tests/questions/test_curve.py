@@ -153,7 +153,7 @@ def test_the_end_of_steady_states_is_an_answer(tmp_path: Path, pairsim: Pairsim)
 
 @pytest.mark.slow
 def test_zeros_before_one_that_was_lost_are_written(monkeypatch: pytest.MonkeyPatch) -> None:
-    def zeros(branch: Branch, points: list[Point]) -> Iterator[Zero]:
+    def zeros(branch: Branch, points: list[Point], _: object) -> Iterator[Zero]:
         yield Zero(points[1], branch.solver.snapshot, points[1].d)
         raise NoSteadyState("the second one was lost")
 

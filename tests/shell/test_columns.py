@@ -103,8 +103,8 @@ def test_a_column_of_the_page_is_declared_in_the_record_of_its_question_alone(
     lead: Column = names["LEAD"]
     known: Question[Any] = QUESTIONS["curve"]
     question = replace(known, tables={**known.tables, "curve": Columns(known.tables["curve"], lead)})
-    for place in ("pairsim.questions.curve.QUESTION", "pairsim.questions.curve.computation.QUESTION"):
-        monkeypatch.setattr(place, question)
+    for place in ("", ".computation", ".parts"):
+        monkeypatch.setattr(f"pairsim.questions.curve{place}.QUESTION", question)
     case = {"beta": 0.4, "De": 0, "Ca_e": 0, "particles": 1, "ends": "developed", "length": 3}
     result = Computation[Any](question)(case, mesh={"Np": 8, "max_size": 0.5}, folder=tmp_path / "out")
     frame = result.frame()

@@ -49,10 +49,11 @@ def parameters_of(case: CurveCase, sensitivities: bool) -> list[str]:
 
 def goals_of(case: CurveCase) -> Sequence[Goal]:
     """What a curve is computed for."""
-    if case.velocity is None and case.n > 1:
+    if case.velocity is not None:
+        return (F, DP_PLUS)
+    if case.n > 1:
         return (dU,)
-    first = U if case.velocity is None else F
-    return (first, DP_PLUS, D) if any(case.Ca_es) else (first, DP_PLUS)
+    return (U, DP_PLUS, D) if any(case.Ca_es) else (U, DP_PLUS)
 
 
 def begun(
