@@ -1,6 +1,7 @@
 """Solutions of short rows, of which the model of long rows is made, kept for the next case that needs the same ones.
 
-Streams that differ in their arrivals, spread or length, such as the cases of a sweep over seeds, need the same rows.
+Streams that differ in their arrivals, spread or length, such as the cases of a sweep over seeds, need the same rows. So
+do rows of any number of beads that `pairsim train` follows.
 The file is known by all that these depend on, the numerics included, and is whole or not there.
 """
 
@@ -30,6 +31,7 @@ from pairsim.solvers.rows.model import Row, Waves
 NUMERICS = "solvers", "fem", "physics"  # packages whose sources the solutions depend on
 ROWS = "rows"  # the package of those which, but for short rows themselves, only use them
 ALWAYS = "gaps", "values", "slopes", "dU_error", "rear"  # what each row has
+KNOWN = "short rows are known from an earlier case"  # what is said where they are
 POLL = 1.0  # seconds between two looks whether another process has solved the same rows
 
 

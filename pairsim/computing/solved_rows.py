@@ -6,12 +6,34 @@ from collections.abc import Generator, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 
+from pairsim.computing.kept_rows import KeptRows
 from pairsim.computing.workers import Desk, PartOf, Workers, found_in_parts
 from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.rows.model import Row, Waves
 from pairsim.solvers.rows.short_rows import Chain, train_at
+
+
+def known_rows(
+    kept: KeptRows,
+    problem: SteadyProblem,
+    alone: Parameters,
+    chains: Sequence[Chain],
+    trains: Sequence[float],
+    workers: Workers,
+) -> Generator[Row | Waves, None, tuple[list[Row], list[Waves]]]:
+    """Short rows and trains that an earlier case has kept, or else solve and keep them; the others are as there.
+
+    Yields:
+        As `solved_rows`; nothing where they are kept.
+    """
+    with kept.sole_solver(problem.monitor):
+        if (known := kept.read()) is not None:
+            return known
+        found = yield from solved_rows(problem, alone, chains, trains, workers)
+        kept.write(*found)
+        return found
 
 
 def solved_rows(

@@ -42,6 +42,12 @@ def pairs(alone: tuple[SteadyProblem, Parameters]) -> list[Row]:
         return [row for chain in short_rows(0.1, 2) for row in chain.solved(*alone)]
 
 
+@pytest.fixture(autouse=True)
+def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rows that other tests have solved are not known."""
+    monkeypatch.setattr("pairsim.computing.kept_rows.cache_folder", lambda: tmp_path / "cache")
+
+
 @pytest.fixture
 def follow(pairs: list[Row], monkeypatch: pytest.MonkeyPatch) -> Any:
     """`pairsim.train` with sums of pairs."""
@@ -93,6 +99,15 @@ def test_a_row_with_distances_at_random_is_followed_along_the_tube(
     with drawn_figures(monkeypatch) as figures:
         assert [path.name for path in train.plot(tmp_path)] == ["train.png", "row.png", "kymograph.png"]
     assert all("$d = 0.3$ $D_c$" in figure.get_supxlabel() for figure in figures)
+
+
+@pytest.mark.slow
+def test_short_rows_are_solved_once_for_all_rows_of_a_bead(follow: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever their distances are, and how many beads they have."""
+    first = follow(d=[0.15, 0.2], row={"tube": 10})
+    monkeypatch.setattr("pairsim.computing.solved_rows.solved_rows", lambda *_: pytest.fail("rows are known"))
+    assert follow(d=[0.15, 0.2], row={"tube": 10}).frame("row").equals(first.frame("row"))
+    follow(d=[0.25, 0.2, 0.3], row={"tube": 10})
 
 
 @pytest.mark.slow

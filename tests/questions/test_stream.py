@@ -73,7 +73,7 @@ def test_short_rows_are_solved_once_for_all_streams_of_a_bead(own_cache: Path, m
     def solved(*_: Any) -> Any:
         raise AssertionError("rows are known")
 
-    monkeypatch.setattr("pairsim.questions.stream.computation.short_rows", solved)
+    monkeypatch.setattr("pairsim.computing.solved_rows.solved_rows", solved)
     assert stream(RIGID).frame().equals(first.frame())
     other = stream(RIGID, seed=1).frame()
     assert other["single"][0] != first.frame()["single"][0]

@@ -12,9 +12,9 @@ import numpy as np
 from pairsim.analysis.arrivals import Arrivals
 from pairsim.analysis.drops import poisson
 from pairsim.computing import events
-from pairsim.computing.kept_rows import KeptRows
+from pairsim.computing.kept_rows import KNOWN, KeptRows
 from pairsim.computing.problems import steady_problem
-from pairsim.computing.solved_rows import solved_rows
+from pairsim.computing.solved_rows import known_rows
 from pairsim.computing.spread_entry import spread_entry
 from pairsim.computing.warnings import beyond_checked, coarse_mesh
 from pairsim.computing.workers import ALONE, Workers
@@ -47,6 +47,7 @@ from pairsim.solvers.goals import U
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.rows.model import Row, RowModel, Waves, fitted
+from pairsim.solvers.rows.short_rows import LEAST as LEAST_SOLVED
 from pairsim.solvers.rows.short_rows import TRAINS, short_rows, unequal_rows
 from pairsim.solvers.rows.stream_motion import follow
 
@@ -105,30 +106,27 @@ def _rows(
 ) -> Generator[events.Event, None, tuple[list[Row], list[Waves]]]:
     """The short rows of the case, and the waves of trains if the model is fitted to these, too."""
     most, by_particle = case.stream.neighbours, bool(case.spread)
-    kept = KeptRows.of(case, problem, alone, most=most, by_particle=by_particle, least=work.LEAST)
-    with kept.sole_solver(problem.monitor):
-        if (found := kept.read()) is not None:
-            yield events.Progress(work.of_rows(case), "short rows are known from an earlier case", len(found[0]))
-            return found
-        done, rows, trains, total = 0.0, 0, 0, work.short_rows(case)
-        unequal = unequal_rows(any(case.Ca_es), work.LEAST) if by_particle else ()
-        chains = [*short_rows(work.LEAST, most, by_particle), *unequal]
-        solving = solved_rows(problem, alone, chains, TRAINS if work.with_trains(case) else (), workers)
-        while True:
-            try:
-                each = next(solving)
-            except StopIteration as end:
-                kept.write(*end.value)
-                return end.value
-            if isinstance(each, Row):
-                rows += 1
-                problem.monitor.has_result()  # each row can be solved; how many there are is told by the progress
-                done += work.of_row(case, len(each.values))
-                yield events.Progress(done, f"short row {rows} of {total}", rows)
-            else:
-                trains += 1
-                done += work.TRAIN
-                yield events.Progress(done, f"train {trains}", rows + trains)
+    kept = KeptRows.of(case, problem, alone, most=most, by_particle=by_particle, least=LEAST_SOLVED)
+    unequal = unequal_rows(any(case.Ca_es), LEAST_SOLVED) if by_particle else ()
+    chains = [*short_rows(LEAST_SOLVED, most, by_particle), *unequal]
+    solving = known_rows(kept, problem, alone, chains, TRAINS if work.with_trains(case) else (), workers)
+    done, rows, trains, total = 0.0, 0, 0, work.short_rows(case)
+    while True:
+        try:
+            each = next(solving)
+        except StopIteration as end:
+            if not rows:
+                yield events.Progress(work.of_rows(case), KNOWN, len(end.value[0]))
+            return end.value
+        if isinstance(each, Row):
+            rows += 1
+            problem.monitor.has_result()  # each row can be solved; how many there are is told by the progress
+            done += work.of_row(case, len(each.values))
+            yield events.Progress(done, f"short row {rows} of {total}", rows)
+        else:
+            trains += 1
+            done += work.TRAIN
+            yield events.Progress(done, f"train {trains}", rows + trains)
 
 
 @dataclass(frozen=True)

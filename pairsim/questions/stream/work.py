@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from pairsim.questions.stream import StreamCase
-from pairsim.solvers.rows.short_rows import MOST, MOST_BY_PARTICLE, TRAINS, places_of, unequal_places
+from pairsim.solvers.rows.short_rows import LEAST, MOST, MOST_BY_PARTICLE, TRAINS, places_of, unequal_places
 
 TRAIN = 12.0  # one of the trains to which the model is fitted, too, where rows are as long as those of pairsim train
 BY_PARTICLE = 2.0  # factor of a row whose velocities are differentiated by each bead; measured
 MOTION = 2e-3  # a bead of a stream on its way; measured
-LEAST = 0.04  # smallest distance at which short rows are solved [D_c], as of pairsim train
 
 
 def of_row(case: StreamCase, beads: int) -> float:

@@ -19,7 +19,7 @@ from pairsim.computing.workers import Workers
 from pairsim.quantities.kinds import LENGTH, POSITION, RATE, VELOCITY
 from pairsim.quantities.text import in_unit, with_name
 from pairsim.questions.train import OF_A_ROW, SENTENCES, SPECTRUM, TRAIN, TrainCase, work
-from pairsim.questions.train.row import LEAST, first_gaps, follow
+from pairsim.questions.train.row import first_gaps, follow
 from pairsim.record.run_entries import SIZE
 from pairsim.runtime.errors import BranchEnd, MeshFailure, NoSteadyState
 from pairsim.runtime.message import Message, Text
@@ -28,6 +28,7 @@ from pairsim.solvers.curves.branch import Branch
 from pairsim.solvers.goals import U
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
+from pairsim.solvers.rows.short_rows import LEAST
 from pairsim.solvers.steady.ends import arrived
 from pairsim.solvers.steady.first_solution import first_scene
 from pairsim.solvers.trains.spectrum import Wave

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from pairsim.computing import events
-from pairsim.computing.solved_rows import solved_rows
+from pairsim.computing.kept_rows import KNOWN, KeptRows
+from pairsim.computing.solved_rows import known_rows, solved_rows
 from pairsim.computing.workers import Workers
 from pairsim.quantities.kinds import LENGTH, POSITION, VELOCITY
 from pairsim.quantities.text import in_unit, with_name
@@ -21,11 +22,10 @@ from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.rows.model import Row, RowModel, fitted
 from pairsim.solvers.rows.row_motion import TOLERANCE, Places, move, propagator
-from pairsim.solvers.rows.short_rows import TRAINS, Chain, short_rows
+from pairsim.solvers.rows.short_rows import LEAST, MOST, TRAINS, Chain, short_rows
 from pairsim.solvers.trains.train import Train
 
 LONG = 50.0  # length of the tube of short rows over the diameter of a bead, as of other cases
-LEAST = 0.04  # smallest distance at which short rows are solved [D_c]; chosen
 PLACES = 101  # rows of row.csv
 
 
@@ -140,7 +140,9 @@ def follow(
     progress = Progress(done, work.of_case(case) / (work.of_case(case) - unneeded))
     problem, n = replace(problem, length=LONG * problem.betas[0], closed=False), len(gaps) + 1
     least = min(LEAST, gaps.min() if case.listed else gaps.mean() / 2)
-    model = yield from _model(problem, alone, least, progress, workers)
+    # Beads are asked for as streams ask for them, so that both find the same rows.
+    kept = KeptRows.of(case, problem, alone, most=MOST, by_particle=False, least=least)
+    model = yield from _model(kept, problem, alone, least, progress, workers)
     steps, places = move(model, gaps, case.row.min_gap, case.row.tube, problem.monitor)
     motion = Motion(model, places, steps, case.row.min_gap)
     rows = motion.rows(problem.betas[0])
@@ -167,16 +169,18 @@ def follow(
 
 
 def _model(
-    problem: SteadyProblem, alone: Parameters, least: float, progress: Progress, workers: Workers
+    kept: KeptRows, problem: SteadyProblem, alone: Parameters, least: float, progress: Progress, workers: Workers
 ) -> Generator[events.Event, None, RowModel]:
     """Solve short rows and trains, down to a least distance, and fit the model of long rows to them."""
     chains = [*short_rows(least)]
     total, rows, trains = sum(len(chain.places) for chain in chains), 0, 0
-    solving = solved_rows(problem, alone, chains, TRAINS, workers)
+    solving = known_rows(kept, problem, alone, chains, TRAINS, workers)
     while True:
         try:
             each = next(solving)
         except StopIteration as end:
+            if not rows:
+                yield progress.after(work.of_rows(), KNOWN)
             return fitted(*end.value)
         if isinstance(each, Row):
             rows += 1

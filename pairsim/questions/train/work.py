@@ -7,7 +7,7 @@ the other parts are what they took beside these, of rows in a Newtonian and in t
 from __future__ import annotations
 
 from pairsim.questions.train import TrainCase
-from pairsim.solvers.rows.short_rows import MOST, TRAINS, places_of
+from pairsim.solvers.rows.short_rows import LEAST, MOST, TRAINS, places_of
 
 TRANSITION = 120.0  # the distance at which trains change
 MESHES = (20.0, 20.0, 45.0)  # growth rates on two meshes, and on each further one
@@ -22,6 +22,12 @@ MOST_PROPAGATED = 50  # beads of a row whose changes are followed; chosen
 def of_short_row(beads: int) -> float:
     """The work of a short row."""
     return float(beads**2)
+
+
+def of_rows() -> float:
+    """The work of all short rows and trains of the model of long rows."""
+    rows = (of_short_row(count) * len(places_of(count, LEAST)) for count in range(1, MOST + 1))
+    return sum(rows) + TRAIN * len(TRAINS)
 
 
 def of_motion(beads: int) -> float:
@@ -39,6 +45,5 @@ def of_case(case: TrainCase) -> float:
     work = sum(MESHES) + (TRANSITION if case.train.transition is not None else 0.0)
     if not (beads := case.beads):
         return work
-    rows = [of_short_row(1), *(of_short_row(count) * len(places_of(count, 1e-2)) for count in range(2, MOST + 1))]
     changes = CHANGES * beads**2 if beads <= MOST_PROPAGATED else 0.0
-    return work + sum(rows) + TRAIN * len(TRAINS) + of_motion(beads) + of_audits(beads) + changes
+    return work + of_rows() + of_motion(beads) + of_audits(beads) + changes

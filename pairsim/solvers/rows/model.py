@@ -30,7 +30,7 @@ from pairsim.runtime.arrays import Array
 from pairsim.solvers.rows.deviations import Deviations, deviations
 
 RATES = np.geomspace(1.0, 8.0, 16)  # of the slowest exponential, which are tried [1/D_c]; chosen
-POWERS = {2: 6, 3: 4, 4: 3, 5: 1}  # how many more exponentials there are, by the number of particles; chosen
+POWERS = {2: 6, 3: 4, 4: 2, 5: 1}  # how many more exponentials there are, by the number of particles; chosen
 TRUSTED = 1e-3  # least error of a solution, as a part of the largest |dU|; chosen
 SLOPES = 0.3 / RATES[-1]  # weight of slopes over that of values [D_c]; chosen
 FOLDS = 11  # chosen; without a common factor with the numbers of short rows, so that no distance is left out altogether

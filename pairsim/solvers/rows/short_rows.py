@@ -13,22 +13,28 @@ from numpy.polynomial.chebyshev import chebpts2
 from pairsim.fem import diagnostics
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import NoSteadyState
-from pairsim.solvers.curves.branch import Branch
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.rows.model import Row, Waves
+from pairsim.solvers.rows.row_branch import RowBranch
 from pairsim.solvers.steady.ends import arrived
-from pairsim.solvers.steady.first_solution import first_scene
+from pairsim.solvers.steady.first_solution import coarser, first_scene
 from pairsim.solvers.trains.train import train_of
 
 # All constants were chosen.
+LEAST = 0.04  # smallest distance of short rows, unless a row has a smaller one [D_c]
 FARTHEST = {2: 1.6, 3: 0.9, 4: 0.45, 5: 0.3}  # largest distance of short rows of so many particles [D_c]
 COUNTS = {2: 14, 3: 4, 4: 3, 5: 2}  # how many distances of each gap
 MOST = 5  # particles of short rows
 MOST_BY_PARTICLE = 3  # particles up to which velocities are differentiated by each of them
 MOST_UNEQUAL, APART = 2, 0.02  # particles up to which one of them is changed in size; by this part, more and less
 CHANGE = 0.01  # of the diameter of a rigid particle alone, by which its velocity is differentiated
-ALL = 4  # particles up to which all combinations of distances are solved
+ALL = 3  # particles up to which all combinations of distances are solved
+FINE = 3  # particles up to which rows in a liquid with a memory have the cells of the problem
+COARSER, FEWEST = (
+    2**0.5,
+    10,
+)  # factor of those of more, of which there are so many on a half-circle, or as many as given
 ROOM = 4.0  # length of tube beyond a row, both ends together [D_c]
 TRAINS = (0.06, 0.12, 0.24, 0.48)  # distances of infinite trains [D_c]
 CELL = 8  # particles in their cells
@@ -43,6 +49,7 @@ def solved(
     by_particle: bool = False,
     parts: Array | None = None,
     beside: Sequence[tuple[float, ...]] = (),
+    coarse: bool = False,
 ) -> Iterator[Row]:
     """Solve rows of one number of particles.
 
@@ -53,6 +60,7 @@ def solved(
         by_particle: Whether velocities are differentiated by size and softness of each particle.
         parts: As of `Row`.
         beside: Distances of other rows with which these have tube and cells in common.
+        coarse: Whether cells are larger by `COARSER` in a liquid with a memory.
 
     Raises:
         NoSteadyState: There is no quasi-steady state at one of them, or it was not found.
@@ -62,13 +70,16 @@ def solved(
     narrowest = min((d for place in every for d in place), default=np.inf)
     length = max(problem.length, count * problem.betas[0] + max(map(sum, every)) + ROOM)
     problem = replace(problem.repeated(count), length=length, narrowest=narrowest)
+    if coarse and alone.liquid.has_memory:
+        problem = coarser(problem, COARSER, min(problem.mesh.Np, FEWEST))
     start = replace(alone, gaps=places[0], solids=alone.solids * count)
     if parts is not None:
         larger, softer = np.exp(parts).T
         betas = tuple(float(each) for each in problem.betas * larger)
         problem, start = replace(problem, betas=betas), start.softened(softer.tolist())
     rigid_alone = count == 1 and not any(alone.solids)
-    with closing(Branch(arrived(first_scene(problem, start)), by_particle=by_particle and not rigid_alone)) as branch:
+    differentiated = by_particle and not rigid_alone
+    with closing(RowBranch(arrived(first_scene(problem, start)), by_particle=differentiated)) as branch:
         for place in places:
             row = replace(_at(branch, replace(start, gaps=place)), parts=parts)
             yield replace(row, by_particle=_by_size(problem, start)) if by_particle and rigid_alone else row
@@ -82,12 +93,12 @@ def _by_size(problem: SteadyProblem, alone: Parameters) -> Array:
     U = []
     for sign in (1, -1):
         betas = tuple(beta * float(np.exp(sign * CHANGE)) for beta in problem.betas)
-        with closing(Branch(arrived(first_scene(replace(problem, betas=betas), alone)))) as branch:
+        with closing(RowBranch(arrived(first_scene(replace(problem, betas=betas), alone)))) as branch:
             U.append(_at(branch, alone).values[0, 0])
     return np.array([[[(U[0] - U[1]) / (2 * CHANGE), 0.0]]])
 
 
-def _at(branch: Branch, parameters: Parameters) -> Row:
+def _at(branch: RowBranch, parameters: Parameters) -> Row:
     point = arrived(branch.at(parameters))
     if not np.isfinite(point.dU_errors).all():
         raise NoSteadyState("the errors of a short row are not known")
@@ -124,10 +135,11 @@ class Chain:
     by_particle: bool = False
     parts: Array | None = None
     beside: Sequence[tuple[float, ...]] = ()
+    coarse: bool = False
 
     def solved(self, problem: SteadyProblem, alone: Parameters) -> Iterator[Row]:
         """Solve its rows; arguments as for `solved`."""
-        return solved(problem, alone, self.places, self.by_particle, self.parts, self.beside)
+        return solved(problem, alone, self.places, self.by_particle, self.parts, self.beside, self.coarse)
 
     def cut(self, longest: int = LONGEST) -> list[Chain]:
         """The same rows as chains of about so many rows, each of which finds a first solution of its own."""
@@ -139,6 +151,8 @@ class Chain:
 def short_rows(least: float, most: int = MOST, by_particle: bool = False) -> Iterator[Chain]:
     """All rows of which the model is made, the single particle first.
 
+    What more than `FINE` particles add is small beside what fewer of them do, and so is what larger cells change in it.
+
     Args:
         least: Smallest distance [D_c].
         most: Number of particles of the longest ones, at most `MOST`.
@@ -146,7 +160,7 @@ def short_rows(least: float, most: int = MOST, by_particle: bool = False) -> Ite
             each particle.
     """
     for count in range(1, most + 1):
-        yield Chain(places_of(count, least), by_particle and count <= MOST_BY_PARTICLE)
+        yield Chain(places_of(count, least), by_particle and count <= MOST_BY_PARTICLE, coarse=count > FINE)
 
 
 def unequal_rows(soft: bool, least: float) -> Iterator[Chain]:

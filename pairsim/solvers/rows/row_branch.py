@@ -1,0 +1,60 @@
+"""A branch of quasi-steady solutions of short rows, of whose points no more is read than rows need."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import inf, log
+
+from pairsim.solvers.curves.branch import Branch, Point
+from pairsim.solvers.curves.sensitivities import by_each_particle
+from pairsim.solvers.goals import dU
+from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.steady.continuation import MOST_APART
+from pairsim.solvers.steady.relaxation import relaxation_time
+
+RECALLED = 1.0  # steps of a continuation that putting a known solution back takes; chosen
+
+
+class RowBranch(Branch):
+    """A branch of whose points the decay time is computed only where the velocities depend on it.
+
+    Each row is continued from the known solution from which it takes the fewest steps, which are longer where distances
+    shrink, and shortest where one grows while another shrinks.
+
+    The decay time takes as many linear systems, one after another, as all else that is read of a row. It decides
+    whether the second order of what moving adds is so small that it need not be computed, and what becomes of both
+    orders where no slow manifold is near. Here the second order, which takes a third of that, is always computed.
+    """
+
+    def completed(self, point: Point) -> Point:
+        """A point with what rows need of it; its decay time is nan where no velocity depends on it."""
+        if point.complete:
+            return point
+        first, errors = self._first, point.estimate[dU].half_width
+        assert first is not None
+        assert first.at is self.solver.linearised, "the solver has gone on to another point"
+        t_relax, least = inf, float(errors.min(initial=inf))
+        motion = first.slow_motion(t_relax, least)
+        if not motion.U.any():  # as is all that particles with an endless memory do where no slow manifold is near
+            t_relax = relaxation_time(first.at)
+            motion = first.slow_motion(t_relax, least)
+        known = first.at, first.adjoints, first.dU, motion
+        by_particle = by_each_particle(*known) if self._by_particle else point.by_particle
+        return replace(point, motion=motion, by_particle=by_particle, complete=True)
+
+    def _nearest(self, parameters: Parameters) -> None:
+        """Restore the known solution from which fewer steps lead to given parameters than from the present one."""
+        nearest = min(self._known, key=lambda snapshot: _steps(snapshot.parameters, parameters))
+        if _steps(self.solver.parameters, parameters) > RECALLED + _steps(nearest.parameters, parameters):
+            self.solver.recall(nearest)
+
+
+def _steps(start: Parameters, end: Parameters) -> float:
+    """About how many steps lead from one set of distances to another, all on a straight line.
+
+    A step changes none by more than a part of itself. On a line where some grow and others shrink it is small at both
+    ends.
+    """
+    changes = [log(after / before) for before, after in zip(start.gaps, end.gaps, strict=True)]
+    longer, shorter = max(changes, default=0.0), -min(changes, default=0.0)
+    return max(longer, 0.0) / log(1 + MOST_APART) - max(shorter, 0.0) / log(1 - MOST_APART)
