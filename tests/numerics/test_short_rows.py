@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from itertools import combinations, product
+
 import numpy as np
 import pytest
 
+import pairsim
+from pairsim.computing.problems import steady_problem
 from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.physics.solids import soft
+from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.rows.deviations import deviations
 from pairsim.solvers.rows.model import Row
-from pairsim.solvers.rows.short_rows import APART, solved
+from pairsim.solvers.rows.short_rows import APART, places_of, short_rows, solved
+from pairsim.solvers.steady.scene import Snapshot, SteadySolver
 
 
 def short(count: int, places: list[tuple[float, ...]], parts: np.ndarray | None = None) -> list[Row]:
@@ -51,3 +57,43 @@ def test_what_size_and_softness_change_of_one_particle_is_known_to_second_order(
         change, first = (other.U - equal.U)[0], float((parts @ found.alone)[0])
         twice = found.velocities(np.zeros(0), parts)[0]
         assert abs(twice - change) < 0.2 * abs(first - change)
+
+
+def test_a_row_goes_on_from_the_one_from_which_all_distances_shrink(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not from the last one, from which one distance would grow while the other shrinks."""
+    recalled, recall = list[tuple[float, ...]](), SteadySolver.recall
+
+    def recording(solver: SteadySolver, snapshot: Snapshot) -> None:
+        recalled.append(snapshot.parameters.gaps)
+        recall(solver, snapshot)
+
+    monkeypatch.setattr(SteadySolver, "recall", recording)
+    wide, *_ = short(3, [(0.3, 0.3), (0.3, 0.08), (0.08, 0.3)])
+    assert recalled == [tuple(wide.gaps)]
+
+
+def test_rows_of_four_have_each_combination_of_two_distances_once() -> None:
+    places = places_of(4, 0.04)
+    distances = {d for place in places for d in place}
+    assert len(distances) == 3
+    for i, j in combinations(range(3), 2):
+        assert sorted((place[i], place[j]) for place in places) == sorted(product(distances, repeat=2))
+
+
+@pytest.mark.parametrize(("De", "Np"), [(0.0, 20), (1.0, 14)])
+def test_more_than_three_particles_have_larger_cells_in_a_liquid_with_a_memory(
+    De: float, Np: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    case = pairsim.load({"beta": 0.4, "De": De, "Ca_e": 0.1, "d": 0.3, "mesh": {"Np": 20}}, kind="train")
+    problem, alone = steady_problem(case, np.inf), Parameters((), case.solid_models, case.liquid_model)
+    cells = list[int]()
+
+    def first(problem: SteadyProblem, _: Parameters) -> None:
+        cells.append(problem.mesh.Np)
+        raise NoSteadyState("its cells are known")
+
+    monkeypatch.setattr("pairsim.solvers.rows.short_rows.first_scene", first)
+    for chain in short_rows(0.04):
+        with pytest.raises(NoSteadyState):
+            next(chain.solved(problem, alone))
+    assert cells == [20, 20, 20, Np, Np]

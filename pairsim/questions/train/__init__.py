@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 # the processor times in tests/questions/test_train.py.
 MESHES, BY_MESHES = 2.2, 4.0
 SEARCH = 2.0
-SHORT_ROWS = 270
+SHORT_ROWS = 150
 OF_A_ROW = 3  # beads that are displaced, of a row with the distance of the train; chosen
 
 K = Column("k", "k", "phase between neighbours in a wave of 2 pi/k beads")
