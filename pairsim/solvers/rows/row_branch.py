@@ -7,6 +7,7 @@ from math import inf, log
 
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.sensitivities import by_each_particle
+from pairsim.solvers.curves.slow_manifold import NEGLIGIBLE, FirstOrder, SlowMotion
 from pairsim.solvers.goals import dU
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.continuation import MOST_APART
@@ -22,22 +23,19 @@ class RowBranch(Branch):
     shrink, and shortest where one grows while another shrinks.
 
     The decay time takes as many linear systems, one after another, as all else that is read of a row. It decides
-    whether the second order of what moving adds is so small that it need not be computed, and what becomes of both
-    orders where no slow manifold is near. Here the second order, which takes a third of that, is always computed.
+    whether the second order of what moving adds is so small that it is not computed, and what becomes of both orders
+    where no slow manifold is near. In a liquid with a memory it is at least that memory, by which mostly the second
+    order is computed anyway; where a slow manifold is near, velocities do not depend on it then.
     """
 
     def completed(self, point: Point) -> Point:
-        """A point with what rows need of it; its decay time is nan where no velocity depends on it."""
+        """A point with what rows need of it; its decay time is nan."""
         if point.complete:
             return point
         first, errors = self._first, point.estimate[dU].half_width
         assert first is not None
         assert first.at is self.solver.linearised, "the solver has gone on to another point"
-        t_relax, least = inf, float(errors.min(initial=inf))
-        motion = first.slow_motion(t_relax, least)
-        if not motion.U.any():  # as is all that particles with an endless memory do where no slow manifold is near
-            t_relax = relaxation_time(first.at)
-            motion = first.slow_motion(t_relax, least)
+        motion = _slow_motion(first, float(errors.min())) if point.gaps else first.motion
         known = first.at, first.adjoints, first.dU, motion
         by_particle = by_each_particle(*known) if self._by_particle else point.by_particle
         return replace(point, motion=motion, by_particle=by_particle, complete=True)
@@ -47,6 +45,22 @@ class RowBranch(Branch):
         nearest = min(self._known, key=lambda snapshot: _steps(snapshot.parameters, parameters))
         if _steps(self.solver.parameters, parameters) > RECALLED + _steps(nearest.parameters, parameters):
             self.solver.recall(nearest)
+
+
+def _slow_motion(first: FirstOrder, error: float) -> SlowMotion:
+    """As `FirstOrder.slow_motion` at the decay time."""
+    least = first.slow_motion(_least_decay_time(first.at.parameters), inf)  # with a bound on the second order alone
+    if least.remainder.max() > NEGLIGIBLE * error:
+        motion = first.slow_motion(inf, error)
+        if motion.U.any():  # with an endless memory nothing is left where no slow manifold is near
+            return motion
+    return first.slow_motion(relaxation_time(first.at), error)
+
+
+def _least_decay_time(parameters: Parameters) -> float:
+    """What the decay time of a row is at least: the longest memory of its liquid [D_c/U_av]."""
+    liquid = parameters.liquid
+    return max((float(liquid.relaxation_time(mode)) for mode in liquid.modes), default=float(liquid.solvent.memory))
 
 
 def _steps(start: Parameters, end: Parameters) -> float:
