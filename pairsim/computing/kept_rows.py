@@ -29,7 +29,8 @@ from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.rows.model import Row, Waves
 
 NUMERICS = "solvers", "fem", "physics"  # packages whose sources the solutions depend on
-ROWS = "rows"  # the package of those which, but for short rows themselves, only use them
+ROWS = "rows"  # the package of those which, but for these modules, only use them
+SOLVING = "short_rows", "row_branch"
 ALWAYS = "gaps", "values", "slopes", "dU_error", "rear"  # what each row has
 KNOWN = "short rows are known from an earlier case"  # what is said where they are
 POLL = 1.0  # seconds between two looks whether another process has solved the same rows
@@ -114,6 +115,6 @@ def _numerics() -> str:
     found, root = hashlib.sha256(), Path(__file__).parents[1]
     for package in NUMERICS:
         for file in sorted((root / package).rglob("*.py")):
-            if file.parent.name != ROWS or file.stem == "short_rows":
+            if file.parent.name != ROWS or file.stem in SOLVING:
                 found.update(file.read_bytes())
     return found.hexdigest()

@@ -13,7 +13,7 @@ from support.pictures import drawn_figures
 import pairsim
 from pairsim.analysis.arrivals import Arrivals
 from pairsim.analysis.drops import poisson, shares
-from pairsim.computing.kept_rows import KeptRows
+from pairsim.computing.kept_rows import SOLVING, KeptRows
 from pairsim.runtime.errors import InputError
 
 RIGID = {"beta": 0.3, "De": 0, "Ca_e": 0, "d": 1.0, "mesh": {"Np": 8}}
@@ -79,6 +79,13 @@ def test_short_rows_are_solved_once_for_all_streams_of_a_bead(own_cache: Path, m
     assert other["single"][0] != first.frame()["single"][0]
     with pytest.raises(AssertionError, match="rows are known"):
         stream(RIGID | {"beta": 0.31})
+
+
+def test_rows_of_earlier_versions_are_known_by_all_code_that_solves_them() -> None:
+    """Of the package of rows, by the modules that import solvers of the flow."""
+    package = ROOT / "pairsim" / "solvers" / "rows"
+    solving = [file.stem for file in package.glob("*.py") if "pairsim.solvers.steady" in file.read_text()]
+    assert sorted(solving) == sorted(SOLVING)
 
 
 def test_kept_rows_are_those_that_were_solved(tmp_path: Path) -> None:

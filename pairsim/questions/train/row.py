@@ -140,7 +140,7 @@ def follow(
     progress = Progress(done, work.of_case(case) / (work.of_case(case) - unneeded))
     problem, n = replace(problem, length=LONG * problem.betas[0], closed=False), len(gaps) + 1
     least = min(LEAST, gaps.min() if case.listed else gaps.mean() / 2)
-    # Beads are asked for as streams ask for them, so that both find the same rows.
+    # What the rows depend on is named as streams name it, so that both find the same ones.
     kept = KeptRows.of(case, problem, alone, most=MOST, by_particle=False, least=least)
     model = yield from _model(kept, problem, alone, least, progress, workers)
     steps, places = move(model, gaps, case.row.min_gap, case.row.tube, problem.monitor)
