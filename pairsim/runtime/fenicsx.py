@@ -29,7 +29,11 @@ with sigterm_waits():
             "libxft2 libxinerama1"
         ) from error
     import numpy  # noqa: F401
-    import scipy.linalg  # noqa: F401
+
+    from pairsim.runtime.numpy_names import without_tools
+
+    with without_tools():
+        import scipy.linalg  # noqa: F401
 
     from pairsim.runtime.mpi import INSTALL, MPI
 
