@@ -1,6 +1,6 @@
 """What scipy takes of numpy when it is first imported.
 
-It copies all that numpy names, which imports f2py and the tools of tests, and with these unittest and others: a quarter
+It copies all that numpy names, which imports f2py and the tools of tests, and what these import: a quarter
 of the time in which scipy.linalg is imported.
 """
 

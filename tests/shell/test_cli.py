@@ -24,7 +24,7 @@ COMMANDS = sorted(get_command(app).commands)  # type: ignore[attr-defined]
 HEAVY = ("dolfinx", "gmsh", "matplotlib", "meshio", "mpi4py", "pandas", "pyvista")
 FOR_FEW = (
     *("h5py", "matplotlib.animation", "matplotlib.pyplot", "meshio", "pandas", "pint", "pyvista", "seaborn"),
-    *("numpy.f2py", "numpy.testing", "unittest"),
+    *("numpy.f2py", "numpy.testing"),
 )
 """What few commands need, or none, and a curve does not."""
 
