@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cached_property
+from itertools import repeat
 
 import numpy as np
 from scipy import sparse
@@ -52,6 +54,7 @@ class DisturbedScene:
         U: Velocities of the particles in it [U_av], shape (N_p,).
         Re: Reynolds number.
         volume_modulus: Whether soft particles resist changes of volume within cells.
+        like: The same scene about another solution on the same cells, from which what does not depend on it is taken.
 
     Attributes:
         phases: The disturbed phases, in the order of the scene.
@@ -63,23 +66,38 @@ class DisturbedScene:
     """
 
     def __init__(
-        self, scene: Scene, h: Array, x: Array, U: Array, *, Re: float = 0.0, volume_modulus: bool = False
+        self,
+        scene: Scene,
+        h: Array,
+        x: Array,
+        U: Array,
+        *,
+        Re: float = 0.0,
+        volume_modulus: bool = False,
+        like: DisturbedScene | None = None,
     ) -> None:
         if scene.reference.geometry.closed:
             raise ValueError("disturbances of an infinite row do not have its period")
         self.scene, self._Re, self._remembers = scene, Re, bool(Re or scene.material.has_memory)
         base = x[: scene.liquid.size], mesh_velocity(scene, U)
-        self.phases = [DisturbedPhase.liquid(scene.liquid, scene.positions(x), *base, Re)]
+        others: Iterator[DisturbedPhase | None] = repeat(None) if like is None else iter(like.phases)
+        self.phases = [DisturbedPhase.liquid(scene.liquid, scene.positions(x), *base, Re, next(others))]
         for body in scene.bodies:
             if body.phase is not None:
-                pressure = body.phase.nodal("p", x[scene.offset(body.phase) :]).ravel()
-                solid = DisturbedPhase.solid(body.phase, body.positions(h), pressure, volume_modulus=volume_modulus)
+                known = body.positions(h), body.phase.nodal("p", x[scene.offset(body.phase) :]).ravel()
+                solid = DisturbedPhase.solid(body.phase, *known, volume_modulus=volume_modulus, like=next(others))
                 self.phases.append(solid)
         self.A = diagonal([phase.matrix() for phase in self.phases])
         self._velocity, self._pressure = (scene.liquid.nodal(name, x).copy() for name in ("u", "p"))
-        self.constraints = disturbed_constraints(scene, self.phases, h)
-        if len(self.phases) == 1:
-            self.constraints = self._extended(self.constraints)
+        self.constraints = self._constraints(h, like)
+
+    def _constraints(self, h: Array, like: DisturbedScene | None) -> DisturbedConstraints:
+        """The constraints, of rigid particles alone those of a scene with the same mesh, on which they depend only."""
+        rigid = len(self.phases) == 1
+        if rigid and like is not None and np.array_equal(like.phases[0].mesh.points, self.phases[0].mesh.points):
+            return like.constraints
+        found = disturbed_constraints(self.scene, self.phases, h)
+        return self._extended(found) if rigid else found
 
     @cached_property
     def memory(self) -> sparse.csr_matrix | None:
@@ -87,8 +105,7 @@ class DisturbedScene:
         if not self._remembers:
             return None
         liquid, *solids = self.phases
-        (of_liquid := liquid.memory()).eliminate_zeros()
-        return diagonal([of_liquid, *(sparse.csr_matrix((each.numbering.size,) * 2) for each in solids)])
+        return diagonal([liquid.memory(), *(sparse.csr_matrix((each.numbering.size,) * 2) for each in solids)])
 
     def _extended(self, constraints: DisturbedConstraints) -> DisturbedConstraints:
         """The same with the extension of the displacements of rigid particles, which nothing else affects."""
@@ -102,7 +119,7 @@ class DisturbedScene:
         """E = T A + pins, shape (n_y, n)."""
         return sparse.csr_matrix(self.constraints.T @ self.A + self.constraints.pins)
 
-    @property
+    @cached_property
     def matrix(self) -> sparse.csr_matrix:
         """The matrix of the free unknowns, E N, shape (n_y, n_y)."""
         return sparse.csr_matrix(self.equations @ self.constraints.N)

@@ -45,11 +45,14 @@ class Disturbance:
         return np.asarray(found[np.argsort(-found.real)])
 
 
-def scene_at(steady: SteadySolver, y: Array, Re: float = 0.0) -> DisturbedScene:
-    """The disturbed scene about free unknowns y of a scene, shape (n_y,), with inertia at a Reynolds number."""
+def scene_at(steady: SteadySolver, y: Array, Re: float = 0.0, like: DisturbedScene | None = None) -> DisturbedScene:
+    """The disturbed scene about free unknowns y of a scene, shape (n_y,), with inertia at a Reynolds number.
+
+    What does not depend on these is taken from `like`, the scene about other ones on the same mesh.
+    """
     h, x = steady.state_at(steady.parameters, y)
     U = y[steady.constraints.fields["U_p"]]
-    return DisturbedScene(steady.scene, h, x, U, Re=Re, volume_modulus=steady.problem.volume_modulus)
+    return DisturbedScene(steady.scene, h, x, U, Re=Re, volume_modulus=steady.problem.volume_modulus, like=like)
 
 
 class Displacement:
