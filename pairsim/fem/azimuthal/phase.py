@@ -42,7 +42,8 @@ class Assembly:
         spaces = [self.numbering.space] * 2
         self._form = compiled.form.on(spaces, {compiled.base: self._base}, by_symbol)
         self._matrix = dolfinx.fem.create_matrix(self._form)
-        self._columns = self.numbering.canonical[self._matrix.indices]
+        self._pointer, self._indices = (each.astype(np.int32) for each in (self._matrix.indptr, self._matrix.indices))
+        self._columns = self.numbering.canonical.astype(np.int32)[self._indices]
         self._rows = np.argsort(self.numbering.canonical)
 
     def entries(self, points: Array, base: Array, numbers: Mapping[str, float]) -> Array:
@@ -67,9 +68,16 @@ class Assembly:
         Many are, as equations do not depend on all fields.
         """
         size = self.numbering.size
-        columns = sparse.csr_matrix((entries, self._columns, self._matrix.indptr), shape=(size, size), copy=True)
+        columns = sparse.csr_matrix((entries, self._columns, self._pointer), shape=(size, size), copy=True)
         columns.eliminate_zeros()
         return sparse.csr_matrix(columns[self._rows])
+
+    def product(self, entries: Array, x: Array) -> Array:
+        """The product of the matrix with given entries and canonical vectors, shape (size, k)."""
+        at, size = self.numbering.canonical, self.numbering.size
+        found = np.empty_like(x)
+        found[at] = sparse.csr_matrix((entries, self._indices, self._pointer), shape=(size, size)) @ x[at]
+        return found
 
 
 class DisturbedPhase:
@@ -150,6 +158,15 @@ class DisturbedPhase:
     def memory(self) -> sparse.csr_matrix:
         """The matrix that multiplies the rate of change of the disturbance, in the canonical numbering."""
         return self._assembly.canonical(self._entries(1.0) - self._entries(0.0))
+
+    def product(self, x: Array, rates: Array | None) -> Array:
+        """What equations have of disturbances x and of their rates of change, without these if None, shape (size, k).
+
+        It costs less than making `matrix` and `memory` for a few products.
+        """
+        if rates is None:
+            return self._assembly.product(self._entries(0.0), x)
+        return self._assembly.product(self._entries(0.0), x - rates) + self._assembly.product(self._entries(1.0), rates)
 
     def _entries(self, rate: float) -> Array:
         """Entries of the matrix of a disturbance that grows as exp(rate t), in the order of DOLFINx."""

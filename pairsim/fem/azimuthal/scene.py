@@ -58,7 +58,6 @@ class DisturbedScene:
 
     Attributes:
         phases: The disturbed phases, in the order of the scene.
-        A: Matrix of a disturbance at which nothing depends on its rate of change, shape (n, n).
         constraints: The constraints. Where all particles are rigid they contain the displacement of the mesh.
 
     Raises:
@@ -87,7 +86,6 @@ class DisturbedScene:
                 known = body.positions(h), body.phase.nodal("p", x[scene.offset(body.phase) :]).ravel()
                 solid = DisturbedPhase.solid(body.phase, *known, volume_modulus=volume_modulus, like=next(others))
                 self.phases.append(solid)
-        self.A = diagonal([phase.matrix() for phase in self.phases])
         self._velocity, self._pressure = (scene.liquid.nodal(name, x).copy() for name in ("u", "p"))
         self.constraints = self._constraints(h, like)
 
@@ -98,6 +96,11 @@ class DisturbedScene:
             return like.constraints
         found = disturbed_constraints(self.scene, self.phases, h)
         return self._extended(found) if rigid else found
+
+    @cached_property
+    def A(self) -> sparse.csr_matrix:
+        """Matrix of a disturbance at which nothing depends on its rate of change, shape (n, n)."""
+        return diagonal([phase.matrix() for phase in self.phases])
 
     @cached_property
     def memory(self) -> sparse.csr_matrix | None:
@@ -152,14 +155,30 @@ class DisturbedScene:
             a: Rates of change of the displacements, dx_k/dt = sum_j a_kj x_j, shape (N_p, N_p).
         """
         load = self._following[1] @ a - self.of_change(self.expand(y) @ a)
-        if self._Re:
-            c = self.constraints
-            load -= self._Re * (c.masses @ np.vstack([a @ a, y[c.rotation] @ a]))
-        return np.asarray(load)
+        return np.asarray(load - self._of_masses(y, a))
+
+    def _of_masses(self, y: Array, a: Array) -> Array | float:
+        """What the equations have of accelerated rigid particles, arguments as above."""
+        if not self._Re:
+            return 0.0
+        c = self.constraints
+        return np.asarray(self._Re * (c.masses @ np.vstack([a @ a, y[c.rotation] @ a])))
 
     def residual(self, y: Array, a: Array) -> Array:
         """Residual of the equations at disturbances that change with the displacements, arguments as above."""
-        return self.tested(self.expand(y)) - self.constraints.pinned.toarray() - self.load_of_rates(y, a)
+        c, x = self.constraints, self.expand(y)
+        rates = x @ a
+        x = x + c.follows @ rates - c.moves @ a
+        return np.asarray(c.T @ self._product(x, rates) + c.pins @ x - c.pinned.toarray() + self._of_masses(y, a))
+
+    def _product(self, x: Array, rates: Array) -> Array:
+        """What the equations of all phases have of disturbances and their rates of change, shape (n, k)."""
+        ends = np.cumsum([phase.numbering.size for phase in self.phases])[:-1]
+        liquid, *solids = self.phases
+        (of_liquid, *xs), (moving, *_) = np.split(x, ends), np.split(rates, ends)
+        found = [liquid.product(of_liquid, moving if self._remembers else None)]
+        found += [solid.product(each, None) for solid, each in zip(solids, xs, strict=True)]
+        return np.concatenate(found)
 
     def expand(self, y: Array) -> Array:
         """Disturbances for unit displacements of the particles, shape (n_y, N_p) -> (n, N_p)."""
