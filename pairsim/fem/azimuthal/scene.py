@@ -80,7 +80,9 @@ class DisturbedScene:
         self.scene, self._Re, self._remembers = scene, Re, bool(Re or scene.material.has_memory)
         base = x[: scene.liquid.size], mesh_velocity(scene, U)
         others: Iterator[DisturbedPhase | None] = repeat(None) if like is None else iter(like.phases)
-        self.phases = [DisturbedPhase.liquid(scene.liquid, scene.positions(x), *base, Re, next(others))]
+        self.phases: list[DisturbedPhase] = [
+            DisturbedPhase.liquid(scene.liquid, scene.positions(x), *base, Re, next(others))
+        ]
         for body in scene.bodies:
             if body.phase is not None:
                 known = body.positions(h), body.phase.nodal("p", x[scene.offset(body.phase) :]).ravel()
