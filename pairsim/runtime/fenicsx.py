@@ -29,11 +29,7 @@ with sigterm_waits():
             "libxft2 libxinerama1"
         ) from error
     import numpy  # noqa: F401
-
-    from pairsim.runtime.numpy_names import without_tools
-
-    with without_tools():
-        import scipy.linalg  # noqa: F401
+    import scipy.linalg  # noqa: F401
 
     from pairsim.runtime.mpi import INSTALL, MPI
 

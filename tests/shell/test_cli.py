@@ -22,11 +22,8 @@ from pairsim.runtime.child_process import module_command
 
 COMMANDS = sorted(get_command(app).commands)  # type: ignore[attr-defined]
 HEAVY = ("dolfinx", "gmsh", "matplotlib", "meshio", "mpi4py", "pandas", "pyvista")
-FOR_FEW = (
-    *("h5py", "matplotlib.animation", "matplotlib.pyplot", "meshio", "pandas", "pint", "pyvista", "seaborn"),
-    *("numpy.f2py", "numpy.testing"),
-)
-"""What few commands need, or none, and a curve does not."""
+FOR_FEW = ("h5py", "matplotlib.animation", "matplotlib.pyplot", "meshio", "pandas", "pint", "pyvista", "seaborn")
+"""What few commands need, and a curve does not."""
 
 
 def test_help_lists_every_command() -> None:
