@@ -28,7 +28,7 @@ POWERS = {"by_Ca_e": 2, "by_Psi_1": 2, "by_Psi_2": 2, "by_Re": 3}
 """Powers of beta with which rates of small beads vanish."""
 OFF = 0.2  # part of a rate by which first order may be off; chosen
 WALL_RATE = 8.0  # shear rate of a Newtonian liquid at the wall [U_av/D_c]
-HALVINGS = 20  # of the range in which the largest De is looked for; chosen
+NEAR_ENOUGH = 1e-6  # of the range in which the largest De is looked for; chosen
 
 
 @dataclass(frozen=True)
@@ -154,8 +154,18 @@ def _largest_De(row: Row, liquid: Liquid, left: float) -> float:
     """The De up to which elasticity takes no more than a part of the range; 0 where there is none."""
     if not liquid.modes or left <= 0:
         return 0.0
+
+    def beyond(factor: float) -> float:  # nearly linear, as both parts of the share grow about as De^2
+        return math.sqrt(_share(row, slower(liquid, factor)) / left) - 1
+
     least, most = 0.0, row.De_most * math.sqrt(left) / liquid.longest
-    for _ in range(HALVINGS):
-        factor = (least + most) / 2
-        least, most = (factor, most) if _share(row, slower(liquid, factor)) <= left else (least, factor)
-    return least * float(liquid.De)
+    below, above, width = -1.0, beyond(most), NEAR_ENOUGH * most
+    factor, value = most, above
+    while abs(value) > NEAR_ENOUGH and most - least > width:  # regula falsi, as modified in Illinois
+        factor = (least * above - most * below) / (above - below)
+        value, before = beyond(factor), value
+        if value > 0:
+            most, above, below = factor, value, below / 2 if before > 0 else below
+        else:
+            least, below, above = factor, value, above / 2 if before <= 0 else above
+    return (factor if abs(value) <= NEAR_ENOUGH else least) * float(liquid.De)

@@ -157,17 +157,9 @@ def steady_at(case: AlongCase, columns: Columns, branch: AdaptiveBranch, Ca_e: f
 def solve_part(
     case: AlongCase, columns: Columns, goals: Sequence[Goal], values: Sequence[float], desk: Desk
 ) -> Iterator[FoundAt[float, Steady] | tuple[str, BranchReport]]:
-    """Solve the steady states at some Ca_e, in another process; nothing is said where a continuation ends."""
-    from pairsim.computing.branch_report import BranchReport
+    """Solve the steady states at some Ca_e, in another process."""
     from pairsim.computing.steady import Solutions
-    from pairsim.solvers.steady.ends import Ended
 
-    branch = begun(case, desk.kept(partial(Solutions, case, goals)), values[0], desk.monitor)
-    if isinstance(branch, Ended):
-        return
-    for Ca_e in values:
-        steady = steady_at(case, columns, branch, Ca_e)
-        if isinstance(steady, Ended):
-            return
-        yield FoundAt(Ca_e, steady)
-        yield desk.name, BranchReport.of(branch)
+    found = desk.kept(partial(Solutions, case, goals))
+    begin = partial(begun, case, found, values[0], desk.monitor)
+    return found.in_part(begin, values, partial(steady_at, case, columns), desk.name)

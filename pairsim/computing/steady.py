@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from functools import reduce
 from typing import Any, Self
 
@@ -12,7 +12,7 @@ from pairsim.computing.accuracy import adaptation_report
 from pairsim.computing.branch_report import COUNTS, BranchReport
 from pairsim.computing.events import Event, Note, Outcome, Summary, Table
 from pairsim.computing.warnings import common_warnings, moves_on
-from pairsim.computing.workers import Shared
+from pairsim.computing.workers import FoundAt, Shared
 from pairsim.quantities.kinds import LENGTH
 from pairsim.record.column import names_of
 from pairsim.record.columns import POLYMER_HEALTH, STEADY_HEALTH, WAY_COLUMNS, YIELD_HEALTH
@@ -107,6 +107,36 @@ class Solutions:
         wanted, fixed = self.case.error_wanted, self.case.fixed_cells
         self.branch = AdaptiveBranch(scene, sensitivities, goals=self.goals, wanted=wanted, places=places, fixed=fixed)
         return self.branch
+
+    def in_part[P, T](
+        self,
+        begin: Callable[[], AdaptiveBranch | Ended],
+        places: Sequence[P],
+        read: Callable[[AdaptiveBranch, P], T | Ended],
+        name: str,
+    ) -> Iterator[FoundAt[P, T] | tuple[str, BranchReport]]:
+        """Solve at some places of a question, in another process than the one that computes it.
+
+        Nothing is said where a continuation ends: the process that computes the question finds that, too.
+
+        Args:
+            begin: Finds the branch, where an earlier part has not found it.
+            places: The places, neighbours beside each other.
+            read: The result at a place, or why it was not reached.
+            name: The name of this process.
+
+        Yields:
+            What is found at each place, and after it what is to be said of the branch, with the name of the process.
+        """
+        branch = self.branch or begin()
+        if isinstance(branch, Ended):
+            return
+        for place in places:
+            result = read(branch, place)
+            if isinstance(result, Ended):
+                return
+            yield FoundAt(place, result)
+            yield name, BranchReport.of(branch)
 
     def hear(self, said: tuple[str, BranchReport]) -> None:
         """Take what another process, by its name, says of its branch."""

@@ -72,9 +72,11 @@ if TYPE_CHECKING:
     from pairsim.record.record import Record
     from pairsim.record.table import Table
     from pairsim.runtime.monitor import Monitor
+    from pairsim.solvers.curves.adaptation import AdaptiveBranch
     from pairsim.solvers.curves.branch import Point
     from pairsim.solvers.curves.curve import Distances
     from pairsim.solvers.curves.equilibrium_lines import Critical, End
+    from pairsim.solvers.steady.ends import Ended
 
 SHOWN = {"zeros": D_CR, "stable": STABLE}
 U = Column("U", "U", "velocity of the pair", VELOCITY)
@@ -244,27 +246,19 @@ def start_of(case: CriticalCase, value: float | None) -> Parameters:
 def solve_part(
     case: CriticalCase, value: float | None, places: Sequence[Distances], desk: Desk
 ) -> Iterator[FoundAt[Distances, Point] | tuple[str, BranchReport]]:
-    """Solve for points of a curve that is searched for zeros, in another process.
-
-    Nothing is said where a continuation ends: the process that searches finds that, too.
-    """
-    from pairsim.computing.branch_report import BranchReport
+    """Solve for points of a curve that is searched for zeros, in another process."""
     from pairsim.computing.problems import steady_problem
     from pairsim.computing.steady import Solutions
     from pairsim.solvers.goals import CRITICAL
-    from pairsim.solvers.steady.ends import Ended
 
     found, start = desk.kept(partial(Solutions, case, (CRITICAL,))), start_of(case, value)
     problem = steady_problem(case, case.d[0], desk.monitor)
-    branch = found.branch or found.begin(problem, replace(start, gaps=places[0]))
-    if isinstance(branch, Ended):
-        return
-    for place in places:
-        point = branch.at(replace(start, gaps=place))
-        if isinstance(point, Ended):
-            return
-        yield FoundAt(place, point)
-        yield desk.name, BranchReport.of(branch)
+
+    def at(branch: AdaptiveBranch, place: Distances) -> Point | Ended:
+        return branch.at(replace(start, gaps=place))
+
+    begin = partial(found.begin, problem, replace(start, gaps=places[0]))
+    return found.in_part(begin, places, at, desk.name)
 
 
 class Search:

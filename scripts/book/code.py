@@ -2,6 +2,7 @@
 
 Comments, docstrings and the layout of lines are no part of it. A package may be named with those laws of it that a
 study uses, such as pairsim.physics[newtonian,neo_hookean], the names of their files: other laws are then no part of it.
+Or it is named with packages in it that are none, such as pairsim.fem[-azimuthal].
 """
 
 from __future__ import annotations
@@ -40,22 +41,30 @@ def changed(before: str, now: str) -> list[str]:
 
 
 def _digest(name: str) -> str:
-    package, _, laws = name.removesuffix("]").partition("[")
-    return digest_of(ROOT.joinpath(*package.split(".")), tuple(laws.split(",")) if laws else None)
+    package, _, inside = name.removesuffix("]").partition("[")
+    names = inside.split(",") if inside else []
+    without = tuple(each[1:] for each in names if each.startswith("-"))
+    laws = tuple(each for each in names if not each.startswith("-"))
+    return digest_of(ROOT.joinpath(*package.split(".")), laws or None, without)
 
 
 @cache
-def digest_of(place: Path, laws: tuple[str, ...] | None = None) -> str:
+def digest_of(place: Path, laws: tuple[str, ...] | None = None, without: tuple[str, ...] = ()) -> str:
     """The hash of a package (a folder with all below it) or of a module (without its ending).
 
     Args:
         place: The folder, or the path of the file without ".py".
         laws: Names of files of laws, of which the others are left out; None for all.
+        without: Names of folders in it that are left out.
 
     Raises:
-        FileNotFoundError: There is no such package, module or law.
+        FileNotFoundError: There is no such package, module, law or folder.
     """
     files = sorted(place.rglob("*.py")) if place.is_dir() else [place.with_suffix(".py")]
+    for folder in without:
+        if not (place / folder).is_dir():
+            raise FileNotFoundError(f"{place} has no folder {folder}")
+        files = [path for path in files if place / folder not in path.parents]
     if laws is not None:
         of_laws = {path.stem: path for path in files if _has_law(path)}
         if unknown := set(laws) - of_laws.keys():

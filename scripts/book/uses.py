@@ -8,7 +8,7 @@ OF_CASES = ("pairsim.cases.accuracy", "pairsim.computing.problems", "pairsim.com
 
 def physics(*laws: str) -> tuple[str, ...]:
     """The physics, with those laws alone whose files have these names; all without any."""
-    return (f"pairsim.physics[{','.join(laws)}]" if laws else "pairsim.physics", "pairsim.fem")
+    return (f"pairsim.physics[{','.join(laws)}]" if laws else "pairsim.physics", "pairsim.fem[-azimuthal]")
 
 
 def solvers(*names: str) -> tuple[str, ...]:
@@ -27,7 +27,9 @@ def steady(*laws: str) -> tuple[str, ...]:
 def off_axis(*laws: str) -> tuple[str, ...]:
     """Rates of particles off the axis with their half-widths, of the laws whose files have these names."""
     packages = solvers("errors", "focus", "nonlinear", "steady")
-    return (*physics(*laws), *packages, *solvers("mesh_transfer", "meshed_scene", "parameters", "problems"))
+    modules = solvers("mesh_transfer", "meshed_scene", "parameters", "problems")
+    asked = ("pairsim.computing.off_axis", "pairsim.questions.focus")
+    return (*physics(*laws), "pairsim.fem.azimuthal", *packages, *modules, *asked)
 
 
 def in_time(*laws: str) -> tuple[str, ...]:

@@ -10,8 +10,9 @@ import pytest
 from support.commands import Pairsim
 
 import pairsim
-from pairsim.lab.rheometer.law_fits import fits
-from pairsim.lab.rheometer.measured import Measured
+from pairsim.lab.rheometer.derivatives import Sheared, numbers_of, slopes
+from pairsim.lab.rheometer.law_fits import Fit, fits
+from pairsim.lab.rheometer.measured import Measured, of_liquid
 from pairsim.lab.rheometer.rheology_of_case import Listener, fit_liquid, sentences
 from pairsim.physics.homogeneous import ShearMemory, moduli, shear, steady_shear, stress_after
 from pairsim.physics.liquids import LAWS, ConformationLaw, Liquid, Newtonian, single
@@ -76,6 +77,50 @@ def test_several_modes_are_sheared_as_each_alone() -> None:
     for quantity in (0, 1):
         total = sum(mode.weight * part[quantity] for mode, part in zip(modes, parts, strict=True))
         assert both[quantity] == pytest.approx(total, rel=1e-6)
+
+
+@pytest.mark.parametrize("name", ELASTIC)
+def test_derivatives_of_what_is_measured_are_those_of_differences(name: str) -> None:
+    """By log eta_0, xi, the weights of both modes, the logarithms of their times, and the numbers of the law."""
+    own = {key: {"L2": 40.0, "n": 0.5, "Cu": 2.0}.get(key, 0.3) for key in LAWS[name].parameters()}
+    x = {"viscosity": RATES, "N1": RATES[5:], "storage": FREQUENCIES, "loss": FREQUENCIES[2:]}
+
+    def liquid(numbers: Array) -> Liquid:
+        modes = tuple(
+            LAWS[name](time=np.exp(time), weight=weight, **dict(zip(own, numbers[6:], strict=True)))
+            for weight, time in zip(numbers[2:4], numbers[4:6], strict=True)
+        )
+        return Liquid(Newtonian(), numbers[1], 1.0, modes)
+
+    def logarithms(numbers: Array) -> Array:
+        return np.log(np.concatenate([*of_liquid(liquid(numbers), np.exp(numbers[0]), x).values()]))
+
+    at = np.array([0.4, 0.1, 0.7, 0.3, 0.2, -2.0, *own.values()])
+    assert numbers_of(liquid(at), np.exp(0.4)) == pytest.approx(at)
+    differences = [(logarithms(at + h) - logarithms(at - h)) / 2e-5 for h in 1e-5 * np.eye(len(at))]
+    assert slopes(liquid(at), x, Sheared()) == pytest.approx(np.array(differences).T, rel=1e-5, abs=1e-7)
+
+
+def test_a_fit_shears_the_liquid_once_for_all_derivatives(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the solvent is given xi follows from it and eta_0, and so does the derivative by eta_0."""
+    modes = tuple(Giesekus(alpha=0.3, time=t, weight=w) for t, w in ((1.0, 0.6), (0.1, 0.4)))
+    liquid = Liquid(Newtonian(), 0.1, 2.0, modes)
+    eta, (storage, loss) = steady_shear(liquid, RATES)[0], moduli(liquid, RATES)
+    data = Measured(RATES, noisy(eta, 1), frequency=RATES, storage=noisy(storage, 2), loss=noisy(loss, 3))
+    fit = Fit(Giesekus, 2, data, {"solvent": 0.1})
+    evaluated, of_fit, start = list[Array](), fit._deviations, fit._best.x + 0.01
+    differences = [(of_fit(start + h) - of_fit(start - h)) / 2e-5 for h in 1e-5 * np.eye(len(start))]
+    assert fit._slopes(start) == pytest.approx(np.array(differences).T, rel=1e-4, abs=1e-6)
+
+    def counted(x: Array) -> Array:
+        evaluated.append(x)
+        return of_fit(x)
+
+    monkeypatch.setattr(fit, "_deviations", counted)
+    found = fit._solved(start)
+    assert found.x == pytest.approx(fit._best.x, abs=1e-4)
+    assert found.njev > 1
+    assert len(evaluated) == found.nfev
 
 
 @pytest.mark.slow

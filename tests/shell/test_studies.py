@@ -23,6 +23,7 @@ from book import code, overview, pages
 from book.code import UNKNOWN, changed, digest_of
 from book.statements import Judged
 from book.study import Part, Study, names, study_of
+from book.uses import off_axis, steady
 from studies.quantities import cases, judgement
 
 Run = Callable[..., int]
@@ -196,6 +197,30 @@ def test_laws_that_a_study_does_not_use_are_no_part_of_its_code(tmp_path: Path) 
     assert digest() != first
     with pytest.raises(FileNotFoundError, match="has no laws third"):
         digest_of(tmp_path, ("third",))
+
+
+def test_packages_that_a_study_does_not_use_are_no_part_of_its_code(tmp_path: Path) -> None:
+    (tmp_path / "off_axis").mkdir()
+    (tmp_path / "forms.py").write_text("FORM = 1\n")
+    (tmp_path / "off_axis" / "forms.py").write_text("FORM = 2\n")
+
+    def digest() -> str:
+        digest_of.cache_clear()
+        return digest_of(tmp_path, None, ("off_axis",))
+
+    first = digest()
+    (tmp_path / "off_axis" / "forms.py").write_text("FORM = 3\n")
+    assert digest() == first
+    (tmp_path / "forms.py").write_text("FORM = 3\n")
+    assert digest() != first
+    with pytest.raises(FileNotFoundError, match="has no folder third"):
+        digest_of(tmp_path, None, ("third",))
+
+
+def test_a_change_off_the_axis_leaves_curves_as_they_are() -> None:
+    focus = set(off_axis("newtonian")) - set(steady("newtonian"))
+    assert "pairsim.fem.azimuthal" in focus
+    assert "pairsim.fem" not in steady("newtonian")
 
 
 @cache

@@ -66,3 +66,18 @@ def test_streams_are_judged_at_the_outlet() -> None:
     )
     other = of_streams.statements(stream("rigid, Newtonian", "exact", (0.3, 0.35)), [])
     assert next(iter(other.values())).verdict == "does not hold"
+
+
+def test_pairs_are_judged_by_the_power_of_their_size() -> None:
+    def pairs_with(power: float) -> pd.DataFrame:
+        same = {"shows": "pair", "computed": "2026-11-29", "d_spread": np.nan, "dU_error": 1e-6}
+        rows = [
+            {**same, "part": f"pair: beta {beta:g}", "case": f"beta {beta:g}", "beta": beta, "d": d, "dU": beta**power}
+            for beta in (0.2, 0.4)
+            for d in (0.4, 0.8)
+        ]
+        return pd.DataFrame(rows)
+
+    for power, verdict in ((4.2, "holds"), (5.0, "does not hold")):
+        assert next(each.verdict for each in of_streams.statements(pairs_with(power), []).values()) == verdict
+    assert "| 0.4 | 100 ± 0.06 | 100 ± 0.004 |" in of_streams.blocks(pairs_with(4.0), [])["pairs"]

@@ -10,6 +10,7 @@ import pytest
 from studies.focus.scenes import disturbed, disturbed_scene, resistance, scene
 
 from pairsim.fem.azimuthal import motion
+from pairsim.fem.azimuthal.elimination import elimination_order, node_of_unknowns
 from pairsim.fem.azimuthal.scene import DisturbedScene
 from pairsim.laws import Field, StructuredLaw, operations
 from pairsim.physics.conformation import exponential
@@ -23,7 +24,7 @@ from pairsim.physics.solids.solid import Solid
 from pairsim.solvers.focus.errors import half_widths
 from pairsim.solvers.focus.inertia import by_inertia, stable_up_to
 from pairsim.solvers.focus.modes import slowest_modes
-from pairsim.solvers.focus.rates import Displacement, disturb
+from pairsim.solvers.focus.rates import Displacement, disturb, scene_at
 
 
 @dataclass(frozen=True)
@@ -292,3 +293,24 @@ def test_inertia_of_nearly_rigid_particles_is_that_of_rigid_ones() -> None:
         with scene((0.4, 0.4), solids, gaps=(0.2,)) as solver, Displacement(solver) as displacement:
             found.append(by_inertia(displacement).rates)
     assert np.abs(found[0] - found[1]).max() < 1e-3 * np.abs(found[0]).max()
+
+
+class TestResidual:
+    @pytest.mark.parametrize("solids", [RIGID, soft(0.02)])
+    def test_solutions_leave_none_whether_or_not_matrices_are_made_for_it(
+        self, solids: tuple[Solid | None, ...]
+    ) -> None:
+        with scene((0.4,), solids, GIESEKUS) as solver, Displacement(solver) as displaced:
+            there = scene_at(solver, solver.y, like=displaced.scene)
+            load = np.abs(displaced.scene.load()).max()
+            for each in (displaced.scene, there):
+                assert np.abs(each.residual(displaced.y, displaced.found.rates)).max() < 1e-7 * load
+
+    def test_all_unknowns_of_a_node_are_eliminated_one_after_the_other(self) -> None:
+        with scene((0.4,), soft(0.02), GIESEKUS) as solver:
+            found = scene_at(solver, solver.y)
+            order, node = elimination_order(found), node_of_unknowns(found)
+        assert order is not None
+        assert np.array_equal(np.sort(order), np.arange(len(node)))
+        runs = np.flatnonzero(np.diff(node[order])) + 1
+        assert len(runs) + 1 == len(np.unique(node))

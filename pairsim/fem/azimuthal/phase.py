@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -19,38 +20,89 @@ from pairsim.runtime.arrays import Array
 from pairsim.runtime.fenicsx import MPI, dolfinx
 
 
+class Assembly:
+    """The matrix of the disturbances of a phase on cells whose nodes move: its form, its pattern and its numbering.
+
+    Args:
+        compiled: The form.
+        mesh: The cells, and the nodes at any positions.
+
+    Attributes:
+        numbering: Canonical numbering of the disturbances.
+    """
+
+    def __init__(self, compiled: CompiledDisturbance, mesh: SixNodeMesh) -> None:
+        cells = mesh.cells[:, TO_BASIX]
+        put: Any = dolfinx.mesh.create_mesh(MPI.COMM_SELF, cells, COORDINATE, mesh.points)
+        self._geometry, self.numbering = put.geometry, Numbering(put, mesh, compiled.fields)
+        base_numbering = Numbering(put, mesh, compiled.base_fields)
+        self._base, self._base_order = dolfinx.fem.Function(base_numbering.space), base_numbering.canonical
+        self._constants = {name: dolfinx.fem.Constant(put, 0.0) for name in compiled.constants}
+        by_symbol = {compiled.constants[name]: constant for name, constant in self._constants.items()}
+        spaces = [self.numbering.space] * 2
+        self._form = compiled.form.on(spaces, {compiled.base: self._base}, by_symbol)
+        self._matrix = dolfinx.fem.create_matrix(self._form)
+        self._pointer, self._indices = (each.astype(np.int32) for each in (self._matrix.indptr, self._matrix.indices))
+        self._columns = self.numbering.canonical.astype(np.int32)[self._indices]
+        self._rows = np.argsort(self.numbering.canonical)
+
+    def entries(self, points: Array, base: Array, numbers: Mapping[str, float]) -> Array:
+        """Entries of the matrix, in the order of DOLFINx.
+
+        Args:
+            points: Positions of the nodes, shape (n, 2).
+            base: Fields of the axisymmetric solution as a canonical vector.
+            numbers: Values of constants of the form, of which others are 0.
+        """
+        self._geometry.x[:, :2] = points[self._geometry.input_global_indices]
+        self._base.x.array[:] = base[self._base_order]
+        for name, constant in self._constants.items():
+            constant.value = float(numbers.get(name, 0.0))
+        self._matrix.set_value(0.0)
+        dolfinx.fem.assemble_matrix(self._matrix, self._form)
+        return np.array(self._matrix.data)
+
+    def canonical(self, entries: Array) -> sparse.csr_matrix:
+        """The matrix with given entries in the canonical numbering, without those that are zero.
+
+        Many are, as equations do not depend on all fields.
+        """
+        size = self.numbering.size
+        columns = sparse.csr_matrix((entries, self._columns, self._pointer), shape=(size, size), copy=True)
+        columns.eliminate_zeros()
+        return sparse.csr_matrix(columns[self._rows])
+
+    def product(self, entries: Array, x: Array) -> Array:
+        """The product of the matrix with given entries and canonical vectors, shape (size, k)."""
+        at, size = self.numbering.canonical, self.numbering.size
+        found = np.empty_like(x)
+        found[at] = sparse.csr_matrix((entries, self._indices, self._pointer), shape=(size, size)) @ x[at]
+        return found
+
+
 class DisturbedPhase:
     """A phase with the matrix of its disturbances.
 
     Args:
-        compiled: Its form.
+        assembly: Assembles it, for this solution and for others on the same cells.
         mesh: Mesh at the positions of the axisymmetric solution.
         base: Fields of that solution as a canonical vector.
-        material: What it is made of; its parameters are constants of the form.
+        numbers: Constants of the form by name.
 
     Attributes:
         mesh: The mesh.
         numbering: Canonical numbering of the disturbances.
     """
 
-    def __init__(self, compiled: CompiledDisturbance, mesh: SixNodeMesh, base: Array, material: Liquid | Solid) -> None:
-        self.mesh, self._compiled = mesh, compiled
-        cells = mesh.cells[:, TO_BASIX]
-        put: Any = dolfinx.mesh.create_mesh(MPI.COMM_SELF, cells, COORDINATE, mesh.points)
-        self.numbering = Numbering(put, mesh, compiled.fields)
-        base_numbering = Numbering(put, mesh, compiled.base_fields)
-        function = dolfinx.fem.Function(base_numbering.space)
-        function.x.array[:] = base[base_numbering.canonical]
-        values = material.numbers
-        self._constants = {name: dolfinx.fem.Constant(put, float(values.get(name, 0.0))) for name in compiled.constants}
-        by_symbol = {compiled.constants[name]: constant for name, constant in self._constants.items()}
-        spaces = [self.numbering.space] * 2
-        self._form = compiled.form.on(spaces, {compiled.base: function}, by_symbol)
-        self._matrix = dolfinx.fem.create_matrix(self._form)
+    def __init__(self, assembly: Assembly, mesh: SixNodeMesh, base: Array, numbers: Mapping[str, float]) -> None:
+        self.mesh, self.numbering = mesh, assembly.numbering
+        self._assembly, self._base, self._numbers = assembly, base, numbers
         self._assembled = dict[float, Array]()
 
     @staticmethod
-    def liquid(phase: Phase[Liquid], positions: Array, base: Array, w: Array, Re: float) -> DisturbedPhase:
+    def liquid(
+        phase: Phase[Liquid], positions: Array, base: Array, w: Array, Re: float, like: DisturbedPhase | None = None
+    ) -> DisturbedPhase:
         """The disturbed liquid of a scene.
 
         Args:
@@ -59,19 +111,29 @@ class DisturbedPhase:
             base: Its fields in the axisymmetric solution, a canonical vector.
             w: Velocity of the mesh in that solution at vertices, shape (v, 2).
             Re: Reynolds number.
+            like: The same liquid in another solution, whose assembly is used.
         """
         fields = phase.compiled.fields
         own = tuple(f for f in fields if f.name != MESH_VELOCITY.name)
         if own != fields:
             base = base[: phase.offsets[MESH_VELOCITY.name]]
-        compiled = liquid_disturbance(phase.material, (*own, MESH_VELOCITY))
         mesh = SixNodeMesh(positions, phase.six_node_mesh.cells)
-        made = DisturbedPhase(compiled, mesh, np.concatenate([base, w.ravel()]), phase.material)
-        made._constants["Re"].value = Re
-        return made
+        if like is None:
+            assembly = Assembly(liquid_disturbance(phase.material, (*own, MESH_VELOCITY)), mesh)
+        else:
+            assembly = like._assembly
+        numbers = {**phase.material.numbers, "Re": Re}
+        return DisturbedPhase(assembly, mesh, np.concatenate([base, w.ravel()]), numbers)
 
     @staticmethod
-    def solid(phase: Phase[Solid], positions: Array, pressure: Array, *, volume_modulus: bool) -> DisturbedPhase:
+    def solid(
+        phase: Phase[Solid],
+        positions: Array,
+        pressure: Array,
+        *,
+        volume_modulus: bool,
+        like: DisturbedPhase | None = None,
+    ) -> DisturbedPhase:
         """The disturbed solid of a soft particle.
 
         Args:
@@ -79,31 +141,36 @@ class DisturbedPhase:
             positions: Current positions of its nodes, shape (n, 2).
             pressure: Its pressure, at vertices.
             volume_modulus: Whether it resists changes of volume within cells.
+            like: The same solid in another solution, whose assembly is used.
         """
-        compiled = solid_disturbance(phase.material, volume_modulus=volume_modulus)
+        mesh = SixNodeMesh(positions, phase.six_node_mesh.cells)
+        if like is None:
+            assembly = Assembly(solid_disturbance(phase.material, volume_modulus=volume_modulus), mesh)
+        else:
+            assembly = like._assembly
         base = np.concatenate([phase.six_node_mesh.points.ravel(), pressure])
-        return DisturbedPhase(compiled, SixNodeMesh(positions, phase.six_node_mesh.cells), base, phase.material)
+        return DisturbedPhase(assembly, mesh, base, dict(phase.material.numbers))
 
     def matrix(self) -> sparse.csr_matrix:
         """The matrix of a disturbance at which nothing depends on its rate of change, in the canonical numbering."""
-        return self._canonical(self._entries(0.0))
+        return self._assembly.canonical(self._entries(0.0))
 
     def memory(self) -> sparse.csr_matrix:
         """The matrix that multiplies the rate of change of the disturbance, in the canonical numbering."""
-        return self._canonical(self._entries(1.0) - self._entries(0.0))
+        return self._assembly.canonical(self._entries(1.0) - self._entries(0.0))
+
+    def product(self, x: Array, rates: Array | None) -> Array:
+        """What equations have of disturbances x and of their rates of change, without these if None, shape (size, k).
+
+        It costs less than making `matrix` and `memory` for a few products.
+        """
+        if rates is None:
+            return self._assembly.product(self._entries(0.0), x)
+        return self._assembly.product(self._entries(0.0), x - rates) + self._assembly.product(self._entries(1.0), rates)
 
     def _entries(self, rate: float) -> Array:
         """Entries of the matrix of a disturbance that grows as exp(rate t), in the order of DOLFINx."""
         if rate not in self._assembled:
-            if "rate" in self._constants:
-                self._constants["rate"].value = rate
-            self._matrix.set_value(0.0)
-            dolfinx.fem.assemble_matrix(self._matrix, self._form)
-            self._assembled[rate] = self._matrix.data.copy()
+            numbers = {**self._numbers, "rate": rate}
+            self._assembled[rate] = self._assembly.entries(self.mesh.points, self._base, numbers)
         return self._assembled[rate]
-
-    def _canonical(self, entries: Array) -> sparse.csr_matrix:
-        """The matrix with given entries."""
-        at, size = self.numbering.canonical, self.numbering.size
-        columns = sparse.csr_matrix((entries, at[self._matrix.indices], self._matrix.indptr), shape=(size, size))
-        return sparse.csr_matrix(columns[np.argsort(at)])

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cached_property
+from itertools import repeat
 
 import numpy as np
 from scipy import sparse
@@ -52,10 +54,10 @@ class DisturbedScene:
         U: Velocities of the particles in it [U_av], shape (N_p,).
         Re: Reynolds number.
         volume_modulus: Whether soft particles resist changes of volume within cells.
+        like: The same scene about another solution on the same cells, from which what does not depend on it is taken.
 
     Attributes:
         phases: The disturbed phases, in the order of the scene.
-        A: Matrix of a disturbance at which nothing depends on its rate of change, shape (n, n).
         constraints: The constraints. Where all particles are rigid they contain the displacement of the mesh.
 
     Raises:
@@ -63,23 +65,44 @@ class DisturbedScene:
     """
 
     def __init__(
-        self, scene: Scene, h: Array, x: Array, U: Array, *, Re: float = 0.0, volume_modulus: bool = False
+        self,
+        scene: Scene,
+        h: Array,
+        x: Array,
+        U: Array,
+        *,
+        Re: float = 0.0,
+        volume_modulus: bool = False,
+        like: DisturbedScene | None = None,
     ) -> None:
         if scene.reference.geometry.closed:
             raise ValueError("disturbances of an infinite row do not have its period")
         self.scene, self._Re, self._remembers = scene, Re, bool(Re or scene.material.has_memory)
         base = x[: scene.liquid.size], mesh_velocity(scene, U)
-        self.phases = [DisturbedPhase.liquid(scene.liquid, scene.positions(x), *base, Re)]
+        others: Iterator[DisturbedPhase | None] = repeat(None) if like is None else iter(like.phases)
+        self.phases: list[DisturbedPhase] = [
+            DisturbedPhase.liquid(scene.liquid, scene.positions(x), *base, Re, next(others))
+        ]
         for body in scene.bodies:
             if body.phase is not None:
-                pressure = body.phase.nodal("p", x[scene.offset(body.phase) :]).ravel()
-                solid = DisturbedPhase.solid(body.phase, body.positions(h), pressure, volume_modulus=volume_modulus)
+                known = body.positions(h), body.phase.nodal("p", x[scene.offset(body.phase) :]).ravel()
+                solid = DisturbedPhase.solid(body.phase, *known, volume_modulus=volume_modulus, like=next(others))
                 self.phases.append(solid)
-        self.A = diagonal([phase.matrix() for phase in self.phases])
         self._velocity, self._pressure = (scene.liquid.nodal(name, x).copy() for name in ("u", "p"))
-        self.constraints = disturbed_constraints(scene, self.phases, h)
-        if len(self.phases) == 1:
-            self.constraints = self._extended(self.constraints)
+        self.constraints = self._constraints(h, like)
+
+    def _constraints(self, h: Array, like: DisturbedScene | None) -> DisturbedConstraints:
+        """The constraints, of rigid particles alone those of a scene with the same mesh, on which they depend only."""
+        rigid = len(self.phases) == 1
+        if rigid and like is not None and np.array_equal(like.phases[0].mesh.points, self.phases[0].mesh.points):
+            return like.constraints
+        found = disturbed_constraints(self.scene, self.phases, h)
+        return self._extended(found) if rigid else found
+
+    @cached_property
+    def A(self) -> sparse.csr_matrix:
+        """Matrix of a disturbance at which nothing depends on its rate of change, shape (n, n)."""
+        return diagonal([phase.matrix() for phase in self.phases])
 
     @cached_property
     def memory(self) -> sparse.csr_matrix | None:
@@ -87,8 +110,7 @@ class DisturbedScene:
         if not self._remembers:
             return None
         liquid, *solids = self.phases
-        (of_liquid := liquid.memory()).eliminate_zeros()
-        return diagonal([of_liquid, *(sparse.csr_matrix((each.numbering.size,) * 2) for each in solids)])
+        return diagonal([liquid.memory(), *(sparse.csr_matrix((each.numbering.size,) * 2) for each in solids)])
 
     def _extended(self, constraints: DisturbedConstraints) -> DisturbedConstraints:
         """The same with the extension of the displacements of rigid particles, which nothing else affects."""
@@ -102,7 +124,7 @@ class DisturbedScene:
         """E = T A + pins, shape (n_y, n)."""
         return sparse.csr_matrix(self.constraints.T @ self.A + self.constraints.pins)
 
-    @property
+    @cached_property
     def matrix(self) -> sparse.csr_matrix:
         """The matrix of the free unknowns, E N, shape (n_y, n_y)."""
         return sparse.csr_matrix(self.equations @ self.constraints.N)
@@ -135,14 +157,30 @@ class DisturbedScene:
             a: Rates of change of the displacements, dx_k/dt = sum_j a_kj x_j, shape (N_p, N_p).
         """
         load = self._following[1] @ a - self.of_change(self.expand(y) @ a)
-        if self._Re:
-            c = self.constraints
-            load -= self._Re * (c.masses @ np.vstack([a @ a, y[c.rotation] @ a]))
-        return np.asarray(load)
+        return np.asarray(load - self._of_masses(y, a))
+
+    def _of_masses(self, y: Array, a: Array) -> Array | float:
+        """What the equations have of accelerated rigid particles, arguments as above."""
+        if not self._Re:
+            return 0.0
+        c = self.constraints
+        return np.asarray(self._Re * (c.masses @ np.vstack([a @ a, y[c.rotation] @ a])))
 
     def residual(self, y: Array, a: Array) -> Array:
         """Residual of the equations at disturbances that change with the displacements, arguments as above."""
-        return self.tested(self.expand(y)) - self.constraints.pinned.toarray() - self.load_of_rates(y, a)
+        c, x = self.constraints, self.expand(y)
+        rates = x @ a
+        x = x + c.follows @ rates - c.moves @ a
+        return np.asarray(c.T @ self._product(x, rates) + c.pins @ x - c.pinned.toarray() + self._of_masses(y, a))
+
+    def _product(self, x: Array, rates: Array) -> Array:
+        """What the equations of all phases have of disturbances and their rates of change, shape (n, k)."""
+        ends = np.cumsum([phase.numbering.size for phase in self.phases])[:-1]
+        liquid, *solids = self.phases
+        (of_liquid, *xs), (moving, *_) = np.split(x, ends), np.split(rates, ends)
+        found = [liquid.product(of_liquid, moving if self._remembers else None)]
+        found += [solid.product(each, None) for solid, each in zip(solids, xs, strict=True)]
+        return np.concatenate(found)
 
     def expand(self, y: Array) -> Array:
         """Disturbances for unit displacements of the particles, shape (n_y, N_p) -> (n, N_p)."""

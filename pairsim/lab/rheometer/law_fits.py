@@ -16,8 +16,8 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.special import stdtrit
 
+from pairsim.lab.rheometer.derivatives import Sheared, numbers_of, slopes
 from pairsim.lab.rheometer.measured import Measured, of_liquid, scatter
-from pairsim.physics.homogeneous import ShearMemory
 from pairsim.physics.liquids import LAWS, ConformationLaw, Liquid, Newtonian, ViscousLaw
 from pairsim.physics.liquids.viscous import ZERO_SHEAR
 from pairsim.physics.material import Material
@@ -36,6 +36,8 @@ CLOSE = 0.02  # deviation below which a law describes any data: rheometers are n
 SMALLEST = 1e-12  # bound of viscosities of solvents and modes over those of others; chosen
 FURTHER_MODE = 0.1  # time and weight of one more mode over those of the last one, as a first guess; chosen
 AT_BOUND = 0.01  # of a logarithm; chosen
+MOST_OFF = 20.0  # bound of deviations, also of what a law does not have; chosen
+DIFFERENCE = 1e-7  # of numbers, or their logarithms, in derivatives of those of the liquid by them; chosen
 EVIDENCE, STRONG = 2.0, 10.0  # of the Bayesian information criterion: positive and very strong (Kass and Raftery 1995)
 
 
@@ -205,7 +207,7 @@ class Fit:
                 known = before.with_a_mode()
                 found = np.array([known[name] for name in self._names])
                 starts.append(np.where(self._logarithmic, np.log(found), found))
-        self._memory = ShearMemory()
+        self._memory = Sheared()
         self._best = self._solved_from(starts)
         if "xi" in self._names:
             self._widen(self._names.index("xi"), starts, count)
@@ -272,7 +274,21 @@ class Fit:
         with np.errstate(all="ignore"):
             parts = of_liquid(liquid, known["eta_0"], self._at, self._memory)
             found = np.log(np.concatenate([*parts.values()]) / self._measured)
-        return np.nan_to_num(found, nan=20.0, posinf=20.0, neginf=-20.0).clip(-20, 20)
+        return np.nan_to_num(found, nan=MOST_OFF, posinf=MOST_OFF, neginf=-MOST_OFF).clip(-MOST_OFF, MOST_OFF)
+
+    def _slopes(self, x: Array) -> Array:
+        """The derivatives of the deviations by the numbers that are fitted, or their logarithms."""
+
+        def plain(x: Array) -> tuple[Liquid, Array]:
+            known = self._numbers(x)
+            liquid = _liquid(self.law, self._modes, known)
+            return liquid, numbers_of(liquid, known["eta_0"])
+
+        liquid, at = plain(x)
+        moved = [(plain(x + d)[1] - at) / DIFFERENCE for d in DIFFERENCE * np.eye(len(x))]
+        with np.errstate(all="ignore"):
+            found = slopes(liquid, self._at, self._memory) @ np.array(moved).T
+        return np.nan_to_num(found, nan=0.0, posinf=0.0, neginf=0.0)
 
     def _solved_from(self, starts: Sequence[Array]) -> Any:
         """The least squares of those from several first guesses."""
@@ -287,9 +303,15 @@ class Fit:
             all_[free] = x
             return self._deviations(all_)
 
+        def derivatives(x: Array) -> Array:
+            all_ = start.copy()
+            all_[free] = x
+            return self._slopes(all_)[:, free]
+
         bounds = self._least[free], self._most[free]
         inside = np.clip(start[free], bounds[0] + 1e-9, bounds[1] - 1e-9)
-        return least_squares(deviations, inside, bounds=bounds, x_scale="jac", ftol=1e-6, xtol=1e-6, max_nfev=200)
+        jac = derivatives if self._modes else "2-point"
+        return least_squares(deviations, inside, jac, bounds, x_scale="jac", ftol=1e-6, xtol=1e-6, max_nfev=200)
 
     def _interval(self, i: int) -> Number:
         """A number with its interval: the values at which it can be held, with the others fitted anew."""

@@ -93,21 +93,14 @@ def read_off(case: CurveCase, point: Point, solver: SteadySolver) -> ReadOff:
 def solve_part(
     case: CurveCase, sensitivities: Sequence[str], places: Sequence[Distances], desk: Desk
 ) -> Iterator[FoundAt[Distances, tuple[Point, ReadOff]] | tuple[str, BranchReport]]:
-    """Solve at some of the places of a curve, in another process than the one that computes it.
-
-    Its first scene is found there, and its meshes are adapted there. Nothing is said where a continuation ends: the
-    process that computes the curve finds that, too.
-    """
+    """Solve at some of the places of a curve, in another process, which finds its first scene and cells itself."""
     found = desk.kept(partial(Solutions, case, goals_of(case)))
-    branch = found.branch or begun(case, found, places[0], desk.monitor, sensitivities)
-    if isinstance(branch, Ended):
-        return
-    for place in places:
+
+    def at(branch: AdaptiveBranch, place: Distances) -> tuple[Point, ReadOff] | Ended:
         point = branch.at(start_of(case, place))
-        if isinstance(point, Ended):
-            return
-        yield FoundAt(place, (point, read_off(case, point, branch.solver)))
-        yield desk.name, BranchReport.of(branch)
+        return point if isinstance(point, Ended) else (point, read_off(case, point, branch.solver))
+
+    return found.in_part(partial(begun, case, found, places[0], desk.monitor, sensitivities), places, at, desk.name)
 
 
 class Others:

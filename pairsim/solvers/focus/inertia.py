@@ -71,7 +71,7 @@ def by_inertia(displacement: Displacement) -> Inertia:
     place = steady.constraints.fields["U_p"]
     load = steady.constraints.T @ inertia(steady.scene, x, mesh_velocity(steady.scene, steady.y[place]))
     change = -linearised.solve(load)
-    there = scene_at(steady, steady.y + DIFFERENCE * change, DIFFERENCE)
+    there = scene_at(steady, steady.y + DIFFERENCE * change, DIFFERENCE, like=here)
     y, rates = displacement.y, displacement.found.rates
     slope = (there.residual(y, rates) - here.residual(y, rates)) / DIFFERENCE
     by_Re = displacement.changed_by(slope)[here.constraints.lateral]

@@ -9,12 +9,15 @@ import numpy as np
 
 from pairsim.fem.azimuthal.scene import DisturbedScene
 from pairsim.runtime.arrays import Array
-from pairsim.solvers.nonlinear.direct import DirectSolver
+from pairsim.solvers.focus.factors import CORRECTION, DisturbedFactors
+from pairsim.solvers.nonlinear.factors import EXACT
 from pairsim.solvers.steady.scene import SteadySolver
 
 # Iterations for what depends on rates of change. Each gains a factor of about the rate times the relaxation time.
 MOST_ITERATIONS = 30  # chosen
 TOLERANCE = 1e-8  # of the rates, relative to the largest; chosen
+# Rates that have become larger than the first ones by this factor grow with their square from then on; chosen.
+DIVERGED = 1e6
 
 
 @dataclass(frozen=True)
@@ -45,11 +48,14 @@ class Disturbance:
         return np.asarray(found[np.argsort(-found.real)])
 
 
-def scene_at(steady: SteadySolver, y: Array, Re: float = 0.0) -> DisturbedScene:
-    """The disturbed scene about free unknowns y of a scene, shape (n_y,), with inertia at a Reynolds number."""
+def scene_at(steady: SteadySolver, y: Array, Re: float = 0.0, like: DisturbedScene | None = None) -> DisturbedScene:
+    """The disturbed scene about free unknowns y of a scene, shape (n_y,), with inertia at a Reynolds number.
+
+    What does not depend on these is taken from `like`, the scene about other ones on the same mesh.
+    """
     h, x = steady.state_at(steady.parameters, y)
     U = y[steady.constraints.fields["U_p"]]
-    return DisturbedScene(steady.scene, h, x, U, Re=Re, volume_modulus=steady.problem.volume_modulus)
+    return DisturbedScene(steady.scene, h, x, U, Re=Re, volume_modulus=steady.problem.volume_modulus, like=like)
 
 
 class Displacement:
@@ -73,7 +79,7 @@ class Displacement:
         self.steady, self._tolerance = steady, tolerance
         steady.linearise()
         self.scene = scene_at(steady, steady.y)
-        self._solver = DirectSolver(self.scene.matrix)
+        self._factors = DisturbedFactors(self.scene)
         try:
             self.found, self.y = self._solved()
         except BaseException:
@@ -88,7 +94,7 @@ class Displacement:
 
     def close(self) -> None:
         """Free the memory of the factors."""
-        self._solver.close()
+        self._factors.close()
 
     def _solved(self) -> tuple[Disturbance, Array]:
         """Solve for disturbances that do not change at first, and then with their rates of change.
@@ -97,7 +103,7 @@ class Displacement:
         the particles.
         """
         scene, load = self.scene, self.scene.load()
-        at_rest = self._solver.solve(load)
+        at_rest = self._factors.solve(load)
         y, converged = self._iterated(at_rest, lambda y, rates: load + scene.load_of_rates(y, rates))
         if not converged:
             y = at_rest
@@ -119,26 +125,36 @@ class Displacement:
         def load(change: Array, rates: Array) -> Array:
             return scene.load_of_rates(self.y, rates) - scene.of_change(scene.constraints.N @ (change @ a)) - slope
 
-        change, converged = self._iterated(self._solver.solve(-slope), load)
+        start = self._factors.solve(-slope, CORRECTION if self._follows else EXACT)
+        change, converged = self._iterated(start, load)
         if not converged:
             raise ArithmeticError("stresses and shapes do not follow the displacements")
         return change
 
+    @property
+    def _follows(self) -> bool:
+        """Whether something depends on rates of change."""
+        return self.scene.memory is not None or len(self.scene.phases) > 1
+
     def _iterated(self, start: Array, load: Callable[[Array, Array], Array]) -> tuple[Array, bool]:
         """Iterate y = K^-1 load(y, lateral velocities in y) where something depends on rates of change.
+
+        Each iteration solves for a correction only, with factors whose error the next one corrects.
 
         Returns:
             The last y, and whether its lateral velocities have converged.
         """
         lateral, y = self.scene.constraints.lateral, start
-        if self.scene.memory is None and len(self.scene.phases) == 1:
+        if not self._follows:
             return y, True
+        most = DIVERGED * np.abs(y[lateral]).max()
         for _ in range(MOST_ITERATIONS):
             before = y[lateral]
-            y = self._solver.solve(load(y, before))
-            if not np.isfinite(y[lateral]).all():
+            y = self._factors.corrected(y, load(y, before))
+            largest = np.abs(y[lateral]).max()
+            if not largest <= most:  # nor a number
                 return y, False
-            if np.abs(y[lateral] - before).max() <= self._tolerance * np.abs(y[lateral]).max():
+            if np.abs(y[lateral] - before).max() <= self._tolerance * largest:
                 return y, True
         return y, False
 

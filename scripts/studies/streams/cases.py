@@ -13,8 +13,10 @@ from pathlib import Path
 from typing import Any
 
 from book.study import Part, Row, computed
+from book.uses import steady
 
 from pairsim.questions.stream import IN_CONTACT, POISSON, POSITION_OF_STREAM, SINGLE, SPREAD
+from pairsim.record.columns import DISTANCE, DU, DU_ERROR
 
 LIQUIDS: dict[str, dict[str, float]] = {
     "soft": {"De": 0.0, "Ca_e": 0.1},
@@ -36,6 +38,8 @@ SPREADS: dict[str, dict[str, float]] = {
     "20 % of stiffness": {"modulus": 0.2},
 }
 DISTANCES = (3.2, 1.6, 0.8, 0.4, 0.2)  # mean distances [D_c]
+BETAS = (0.15, 0.2, 0.3, 0.4)  # of pairs
+PAIR: dict[str, Any] = {"De": 0.5, "Ca_e": 0.0, "d": [0.4, 0.6, 0.8]}
 LIMIT = 7200.0  # wall time of a case [s]
 SHOWN = (0, 25, 50)  # rows of stream.csv that are kept: the inlet, half way, the outlet
 
@@ -62,6 +66,7 @@ def parts(quick: bool) -> list[Part]:
             _part("exact", f"rigid, Newtonian, d {d:g}", "rigid", {"d": d, "spread": EQUAL}, one_a_drop(d), quick)
             for d in (3.2, 0.8)
         ),
+        *(_pair(beta) for beta in BETAS),
     ]
     return [part for part in found if part.name.startswith("exact")] if quick else found
 
@@ -76,6 +81,22 @@ def _part(shows: str, name: str, liquid: str, keys: Mapping[str, Any], stream: M
     case = {"beta": BETA, **LIQUIDS[liquid], **how, **keys, "stream": {"tube": TUBE, **STREAM, **stream}}
     about: Row = {"shows": shows, "case": name, "liquid": liquid, "d": keys["d"]}
     return Part(f"{shows}: {name}", json.dumps(case, sort_keys=True), partial(_rows, case, about))
+
+
+def _pair(beta: float) -> Part:
+    case = {"beta": beta, **PAIR, "max_points": len(PAIR["d"]), "accuracy": ACCURACY}
+    about: Row = {"shows": "pair", "case": f"beta {beta:g}", "liquid": f"De {PAIR['De']:g}", "beta": beta}
+    compute = partial(_rows_of_pair, case, about)
+    return Part(f"pair: beta {beta:g}", json.dumps(case, sort_keys=True), compute, steady("newtonian", "giesekus"))
+
+
+def _rows_of_pair(case: Mapping[str, Any], about: Row, folder: Path) -> list[Row]:
+    """dU of a pair at each distance."""
+    result = computed("curve", case, folder, LIMIT)
+    about = {**about, "ended": result.reason or result.status, "seconds": result.record.wall_time or 0.0}
+    kept = [DISTANCE.name, DU.name, DU_ERROR.name]
+    rows = result.table[kept].to_dict("records") if len(result.table) else []
+    return [{**about, **row} for row in rows] or [about]
 
 
 def _rows(case: Mapping[str, Any], about: Row, folder: Path) -> list[Row]:

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import hypot
+from math import hypot, log
 from typing import Any
 
 import pandas as pd
 from book import pages
-from book.statements import Judged, Value, above, ratio, rising
+from book.statements import Judged, Value, above, below, ratio, rising
 from book.study import Part
 
 from pairsim.questions.stream import IN_CONTACT, POSITION_OF_STREAM, SINGLE, SPREAD
 from pairsim.record.column import Column
+from pairsim.record.columns import DISTANCE, DU, DU_ERROR
 
 NONE = Judged(((0.0, 1.0),), "none is computed")
 POISSON_OF_ONE = "poisson"
+FOURTH = 4  # the power of beta
 
 
 def outlet(results: pd.DataFrame, shows: str) -> pd.DataFrame:
@@ -44,6 +46,7 @@ def statements(results: pd.DataFrame, parts: Sequence[Part]) -> dict[str, Judged
         "drops of equal rigid beads in a Newtonian liquid are those of the arrivals": _exact(results),
         "drops get exactly one bead more often than by Poisson (De 1 and 2, equal beads)": _drops(results, 1.0),
         "they get it twice as often": _drops(results, 2.0),
+        "dU of rigid pairs grows with the fourth power of beta, within a tenth of that (De 0.5)": _power(results),
         "all is computed": Judged(((done - len(parts) + 0.5, 0.0),), f"{done} of {len(parts)} parts"),
     }
     return {text: judged for text, judged in every.items() if judged is not NONE}
@@ -90,6 +93,46 @@ def _drops(results: pd.DataFrame, factor: float) -> Judged:
     return Judged(above(list(ratios.values()), factor).margins, text)
 
 
+def of_pairs(results: pd.DataFrame) -> pd.DataFrame:
+    """dU of pairs with its half-width, a row for each beta and distance."""
+    if DU.name not in results:
+        return results[:0]
+    return results[(results["shows"] == "pair") & results[DU.name].notna()].sort_values(["beta", DISTANCE.name])
+
+
+def power(smaller: Mapping[Any, Any], larger: Mapping[Any, Any]) -> Value:
+    """The power of beta by which dU grows from one pair to another one."""
+    growth, error = ratio(*((row[DU.name], row[DU_ERROR.name]) for row in (larger, smaller)))
+    octaves = log(larger["beta"] / smaller["beta"])
+    return log(growth) / octaves, error / growth / octaves
+
+
+def powers(results: pd.DataFrame) -> dict[float, Value]:
+    """The power from the smallest to the largest beta at each distance."""
+    every = of_pairs(results).groupby(DISTANCE.name)
+    ends = {float(str(d)): [each.iloc[0].to_dict(), each.iloc[-1].to_dict()] for d, each in every if len(each) > 1}
+    return {d: power(*each) for d, each in ends.items()}
+
+
+def _power(results: pd.DataFrame) -> Judged:
+    if not (found := powers(results)):
+        return NONE
+    text = ", ".join(f"d {d:g}: {each:.2f} ± {error:.2f}" for d, (each, error) in found.items())
+    return Judged(below([(each - FOURTH, error) for each, error in found.values()], FOURTH / 10).margins, text)
+
+
+def pairs(results: pd.DataFrame) -> pd.DataFrame:
+    """dU over the fourth power of beta."""
+    lines = []
+    for d, each in of_pairs(results).groupby(DISTANCE.name):
+        line = {"d": f"{d:g}"}
+        for row in each.to_dict("records"):
+            scale = 100 / row["beta"] ** FOURTH
+            line[f"beta {row['beta']:g}"] = f"{scale * row[DU.name]:.3g} ± {scale * row[DU_ERROR.name]:.1g}"
+        lines.append(line)
+    return pd.DataFrame(lines)
+
+
 def _percent(number: Value) -> str:
     return f"{100 * number[0]:.3g} ± {100 * number[1]:.2g}"
 
@@ -117,6 +160,7 @@ def blocks(results: pd.DataFrame, parts: Sequence[Part]) -> Mapping[str, str]:
     stated = [{"statement": name, "": each.verdict, "numbers": each.numbers} for name, each in verdicts.items()]
     days = dict.fromkeys(sorted(results["computed"].unique()))
     tables = {name: shown(results, name) for name in ("order", "contact", "drops", "exact")}
+    tables["pairs"] = pairs(results)
     written = {name: pages.markdown(table) if len(table) else "None.\n" for name, table in tables.items()}
     return {
         "made": pages.prose(f"{results['part'].nunique()} of {len(parts)} streams, computed {' to '.join(days)}."),
