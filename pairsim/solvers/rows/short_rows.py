@@ -31,10 +31,8 @@ MOST_UNEQUAL, APART = 2, 0.02  # particles up to which one of them is changed in
 CHANGE = 0.01  # of the diameter of a rigid particle alone, by which its velocity is differentiated
 ALL = 3  # particles up to which all combinations of distances are solved
 FINE = 3  # particles up to which rows in a liquid with a memory have the cells of the problem
-COARSER, FEWEST = (
-    2**0.5,
-    10,
-)  # factor of those of more, of which there are so many on a half-circle, or as many as given
+COARSER = 2**0.5  # factor of the cells of rows of more
+FEWEST = 10  # of these on a half-circle, or as many as given
 ROOM = 4.0  # length of tube beyond a row, both ends together [D_c]
 TRAINS = (0.06, 0.12, 0.24, 0.48)  # distances of infinite trains [D_c]
 CELL = 8  # particles in their cells
