@@ -341,10 +341,10 @@ DP_PLUS = Goal(
 """The pressure drop that the particles cause."""
 
 GOALS = (U, dU, F, D, DEFORMATION, DP_PLUS)
-"""Those that every estimate has; they have no values where a scene does not have what they are."""
+"""The goals of every estimate; they have no values where a scene lacks what they measure."""
 DECIDING = (F, dU)
 """The first of these that has values decides whether estimates are trusted."""
 DP_PLUS_IN_TIME = replace(DP_PLUS, added=False)
 """The pressure drop that the particles cause in a run, which estimates are not added to."""
 IN_TIME = (dU, U, D_OF_EACH, DP_PLUS_IN_TIME)
-"""Those whose errors are known in runs."""
+"""The goals whose errors are known in runs."""

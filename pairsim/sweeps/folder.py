@@ -116,7 +116,7 @@ class SweepRecord(Mapping[str, object]):
 
     @classmethod
     def of(cls, content: SweepContent) -> SweepRecord:
-        """That of sweep.json alone: no case has begun."""
+        """The record of sweep.json alone: no case has begun."""
         listed = content["cases"]
         return cls(content, [SweptCase(each["key"], each["parameters"], CaseState(each["folder"])) for each in listed])
 
