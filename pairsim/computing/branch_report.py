@@ -16,7 +16,7 @@ COUNTS = NEWTON_ITERATIONS, FACTORISATIONS, MESH_COUNT
 
 @dataclass(frozen=True)
 class BranchReport:
-    """What is said of a branch at the end: how its meshes were adapted, and what it has cost.
+    """The report on a branch at its end: how its meshes were adapted, and what it has cost.
 
     Attributes:
         largest: Largest value known of each goal.

@@ -142,7 +142,7 @@ class Columns(Iterable[Column]):
 
 
 def suffixes(of: str, n: int) -> list[str]:
-    """What the names of the columns of every gap, particle, mode or entry of a matrix end with, from upstream.
+    """The suffixes of the columns of every gap, particle, mode or entry of a matrix, from upstream.
 
     Args:
         of: `GAP`, `PARTICLE`, `MODE`, `ENTRY`, or "" for a quantity with one column.

@@ -414,7 +414,7 @@ def _moving(held: Observation, motion: SlowMotion) -> Observation:
 
 
 def _allowed_to_newton(estimate: GoalEstimate) -> Array:
-    """What Newton's method may leave of a goal, (k,)."""
+    """The error of a goal that Newton's method may leave, (k,)."""
     return NEWTON_PART * (estimate.half_width - np.abs(estimate.newton))
 
 

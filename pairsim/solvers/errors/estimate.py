@@ -261,7 +261,7 @@ def _cancels(estimates: Mapping[Goal, GoalEstimate]) -> bool:
 def _indicators(
     enriched: EnrichedScene[EnrichedTests], tested: WeightedResidual, combined: Array
 ) -> CellIndicators | None:
-    """The contributions of the cells to the scatter of combinations (k, K) of the functionals."""
+    """The cell indicators of combinations (k, K) of the functionals."""
     if tested.stress_by_cell is None:
         return None
     reference, squares = enriched.scene.reference, (combined @ tested.stress_by_cell).T ** 2
@@ -270,7 +270,7 @@ def _indicators(
 
 
 def _cancelled(tested: WeightedResidual, combined: Array) -> Array:
-    """What cancels between liquid and particles in combinations (k, K) of the functionals, (k,)."""
+    """delta_c, what cancels between liquid and particles in combinations (k, K) of the functionals, (k,)."""
     parts = np.array([tested.in_liquid, tested.sums - tested.in_liquid]) @ combined.T
     return np.asarray(np.abs(parts).sum(axis=0) - np.abs(parts.sum(axis=0)))
 
