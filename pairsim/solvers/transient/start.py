@@ -74,7 +74,7 @@ class Flow:
 
 
 def _errors(at: Linearisation) -> dict[str, Array]:
-    """epsilon_0 of the goals of a run: errors of discrete values at a quasi-steady solution with gaps, by their names."""
+    """epsilon_0 of the goals of a run: errors of discrete values in a quasi-steady solution with gaps, by name."""
     steady = at.steady
     if len(steady.bodies) < 2:
         return {}
