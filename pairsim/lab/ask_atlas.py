@@ -22,6 +22,7 @@ from pairsim.computing.spread_entry import spread_entry
 from pairsim.computing.warnings import MOST_DE, beyond_checked
 from pairsim.lab.case_of_experiment import case_of_experiment
 from pairsim.lab.focusing_at_once import first_order_focusing
+from pairsim.lab.inertia import Inertia
 from pairsim.lab.input_draws import range_of_draws
 from pairsim.lab.load import load
 from pairsim.physics.softest import beyond_steady_shapes, beyond_tension
@@ -83,7 +84,8 @@ def ask(
             raise InputError(SOURCE, "", None, f"the atlas has no answer: {', and '.join(reasons)}; {cost}{doubts}")
         return Computation[Any](question)(asked, folder=folder, progress=progress)
     curve = _curve_of(asked, book)
-    record = Record.of({STATUS: "finished", WARNINGS: _disagreements(asked, curve, others)}) | units_of(asked)
+    warnings = [*_disagreements(asked, curve, others), *_inertia(asked)]
+    record = Record.of({STATUS: "finished", WARNINGS: warnings}) | units_of(asked)
     notes = [f"The liquid of the atlas is {liquid_of_atlas(book, type(asked))}."] if asked.De else []
     notes += [f"On the axis, {said}." for said in first_order_focusing(asked, asked.reynolds_number)]
     if notes:
@@ -142,6 +144,13 @@ def _doubts(case: SceneCase) -> Iterator[str]:
         yield f"above De = {MOST_DE:g} no dU was compared with finer meshes, and it may find no steady state"
     yield from beyond_steady_shapes(case.betas, case.Ca_es)
     yield from beyond_tension(case.liquid_model, case.betas, case.Ca_es)
+
+
+def _inertia(case: SceneCase) -> Iterator[str]:
+    """That inertia may matter, where the density of the liquid is known."""
+    if (Re := case.reynolds_number) is not None and not (inertia := Inertia.of(case, Re)).is_negligible:
+        for text in inertia.warnings:
+            yield f"{text} ({inertia.sentence.partition(': ')[2]})"
 
 
 def _disagreements(case: SceneCase, curve: Curve, others: Sequence[Atlas]) -> list[str]:

@@ -42,6 +42,26 @@ def test_an_answer_is_that_of_the_atlas_in_units(atlas: Path) -> None:
     assert answer.travel("15um", "30um").time > 0
 
 
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        pytest.param({}, None, id="a viscous liquid"),
+        pytest.param({"viscosity": "1mPa.s"}, r"as much as the softness.*Re beta\^2 = 0\.068 against", id="water"),
+        pytest.param({"viscosity": "1mPa.s", "density": "0.01 kg/m^3"}, None, id="a light liquid"),
+        pytest.param({"modulus": None}, "only inertia, neglected here, changes it", id="rigid"),
+    ],
+)
+def test_an_answer_warns_where_inertia_may_matter_as_units_does(
+    given: dict[str, str | None], said: str | None, atlas: Path
+) -> None:
+    quantities = {name: value for name, value in (BENCH | given).items() if value is not None}
+    warnings = api.ask(**quantities, atlas=atlas).warnings
+    assert ("warning: inertia" in repr(api.units(**quantities))) == any("as much as" in each for each in warnings)
+    assert bool(warnings) == (said is not None)
+    if said is not None:
+        assert re.search(said, warnings[0])
+
+
 def test_the_part_of_the_inputs_is_that_of_first_order_where_they_are_small(atlas: Path) -> None:
     answer = api.ask(**ELASTIC | {"modulus": "10 +- 0.4 kPa", "relaxation": "2 ms +- 2 %"}, atlas=atlas)
     of_modulus, of_time = (each["half_width"] / each["value"] for each in answer.record["inputs"] if each["half_width"])
