@@ -82,7 +82,7 @@ def ask(
             cost = f"pairsim curve computes it ({question.estimate(asked)}), and --compute does that here"
             doubts = "".join(f"; {each}" for each in _doubts(asked))
             raise InputError(SOURCE, "", None, f"the atlas has no answer: {', and '.join(reasons)}; {cost}{doubts}")
-        return Computation[Any](question)(asked, folder=folder, progress=progress)
+        return Computation[Any](question, answers=False)(asked, folder=folder, progress=progress)
     curve = _curve_of(asked, book)
     warnings = [*_disagreements(asked, curve, others), *_inertia(asked)]
     record = Record.of({STATUS: "finished", WARNINGS: warnings}) | units_of(asked)

@@ -34,10 +34,13 @@ ONE_AT_A_TIME = RLock()
 
 
 class Computation[R: Result]:
-    """The Python function of a question, such as `pairsim.run`. Among `files` it looks for what a case is for."""
+    """The Python function of a question, such as `pairsim.run`.
 
-    def __init__(self, question: Question[Any], files: Files | None = None) -> None:
-        self.question, self._files = question, files
+    Among `files` it looks for what a case is for. `answers` is whether it shows the answer after the progress.
+    """
+
+    def __init__(self, question: Question[Any], files: Files | None = None, *, answers: bool = True) -> None:
+        self.question, self._files, self._answers = question, files, answers
         sentence = question.help.splitlines()[0]
         self.__name__, self.__doc__ = question.name, f"{sentence}\n\n{cleandoc(str(Computation.__call__.__doc__))}"
 
@@ -139,6 +142,6 @@ class Computation[R: Result]:
                 shutil.rmtree(directory, ignore_errors=True)
             raise
         result: R = self.question.result(self.question, directory, outcome, temporary=folder is None)
-        if progress:
+        if progress and self._answers:
             reporter.say(result.answer)
         return result

@@ -347,10 +347,27 @@ def test_a_travel_that_the_pair_does_not_make_loses_no_other_answer(atlas: Path,
 
 
 @pytest.mark.slow
-def test_a_curve_is_computed_where_it_is_asked_for(atlas: Path, tmp_path: Path) -> None:
-    small = BENCH | {"particle": "8um", "mesh": {"Np": 8}, "tol": 0.2}
-    computed = api.ask(**small, atlas=atlas, compute=True, folder=tmp_path / "curve")
-    assert computed.dU("8um") == api.open(tmp_path / "curve").dU("8um")
+def test_a_curve_is_computed_where_it_is_asked_for(atlas: Path, tmp_path: Path, pairsim: Pairsim) -> None:
+    options = "--tube 50um --particle 8um --flow 1ul/min --viscosity 1Pa.s --modulus 10kPa --at 8um --compute -o curve"
+    coarse = ["--set", "mesh.Np=8", "--set", "tol=0.2"]
+    done = pairsim("ask", *options.split(), *coarse, "--atlas", str(atlas))
+    computed = api.open(tmp_path / "curve")
+    assert computed.answer in done.stdout
+    assert "At d = 8 um: dU = " in done.stdout
+    assert computed.findings()[0] not in done.stderr  # the answer is given once
+    assert (tmp_path / "curve" / "curve.png").exists()
+
+
+def test_a_computation_that_finds_nothing_ends_as_that_of_a_curve_does(
+    tmp_path: Path, pairsim: Pairsim, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    failed = api.curve({"beta": 0.2, "De": 0, "Ca_e": 0, "d": [0.1, 0.2]}, folder=tmp_path / "curve", budget="1ms")
+    assert (failed.status, failed.reason) == ("failed", "budget")
+    monkeypatch.setattr(api, "ask", lambda *_, **__: failed)
+    done = pairsim("ask", "case.yaml", "--compute", "--at", "0.1")
+    assert done.returncode == 3
+    assert failed.answer in done.stdout
+    assert done.stdout.startswith("Failed: ")
 
 
 def test_beads_that_differ_are_refused(atlas: Path, pairsim: Pairsim) -> None:
