@@ -15,6 +15,8 @@ from pairsim.cases.case import SceneCase
 from pairsim.cases.coverage import beyond, is_of_its_law, liquid_of_atlas
 from pairsim.cases.inputs import units_of
 from pairsim.cases.keys import keys_of
+from pairsim.cases.physical import BLOCK
+from pairsim.cases.physical_keys import Physical
 from pairsim.cases.spread import SpreadCase
 from pairsim.computing.loading import AnyCase
 from pairsim.computing.result_content import Content
@@ -59,7 +61,8 @@ def ask(
         compute: Compute the curve where the atlas has no answer.
         folder: Folder of this curve; None: a temporary one.
         progress: Whether its progress is shown.
-        given: As for `units`: `tube="50um"`, `particle="20um"`, `flow_rate="1ul/min"`, and others; or keys to replace.
+        given: As for `units`: `tube="50um"`, `particle="20um"`, `flow_rate="1ul/min"`, and others; or keys of a case,
+            which replace those of `case`.
 
     Returns:
         A curve, as of `pairsim.curve`, with `findings()`, `dU(d)` and `travel(start, stop)`. Half-widths of quantities
@@ -186,6 +189,8 @@ def _case_of(atlas: Atlas, case: AnyCase | None, **given: Any) -> SceneCase:
     """
     ends = {"ends": "developed", "length": "auto"}
     more = {"d": dict(zip(("start", "stop"), atlas.box["d"], strict=True), num=POINTS)}
+    if case is None and given and not given.keys() & {BLOCK, *Physical.model_fields}:
+        case = {}  # whose keys are given
     if case is None:
         found = case_of_experiment(kind="curve", **{**ends, **given, **more}).case
     else:

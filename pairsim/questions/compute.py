@@ -46,7 +46,7 @@ class Computation[R: Result]:
 
     def __call__(
         self,
-        case: AnyCase,
+        case: AnyCase | None = None,
         *,
         folder: Folder | None = None,
         overwrite: bool = False,
@@ -60,7 +60,7 @@ class Computation[R: Result]:
         """Compute a case; a call from a second thread waits for the first one's end.
 
         Args:
-            case: Path of a case file, a dict of its keys, or a case from `load`.
+            case: Path of a case file, a dict of its keys, or a case from `load`; without it `more` are its keys.
             folder: Where the files of the command go. None: a temporary folder that goes with the result.
             overwrite: Replace earlier results in the folder.
             progress: Show progress on stderr, and the answer.
@@ -85,7 +85,9 @@ class Computation[R: Result]:
         """
         helpers = self._workers(workers, executor)
         with helpers:  # their processes load libraries while this one does
-            return self._compute(case, folder, overwrite, progress, signals, budget, helpers, more)
+            return self._compute(
+                {} if case is None else case, folder, overwrite, progress, signals, budget, helpers, more
+            )
 
     def _workers(self, count: int, executor: Executor | None) -> Workers:
         """The processes that share the work.

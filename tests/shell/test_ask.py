@@ -42,6 +42,15 @@ def test_an_answer_is_that_of_the_atlas_in_units(atlas: Path) -> None:
     assert answer.travel("15um", "30um").time > 0
 
 
+def test_keys_of_a_case_may_be_given_without_a_dict(atlas: Path) -> None:
+    numbers = {"beta": 0.4, "De": 0.3, "Ca_e": 0.05}
+    assert api.ask(**numbers, atlas=atlas).answer == api.ask(numbers, atlas=atlas).answer
+    with pytest.raises(InputError, match="unknown key; did you mean beta"):
+        api.ask(**numbers, bta=0.4, atlas=atlas)
+    with pytest.raises(InputError, match=r"physical\.tube: is missing"):
+        api.ask(atlas=atlas)
+
+
 @pytest.mark.parametrize(
     ("given", "said"),
     [
