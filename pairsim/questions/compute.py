@@ -26,8 +26,9 @@ from pairsim.runtime.locks import command_line
 from pairsim.runtime.signals import Signals
 
 Folder = str | PathLike[str]
-# Time without any result after which a command ends where no budget is given [s]; in proportion to the unknowns of a
-# large case. The longest proof that there is no steady state among fifty scenes took 200 s on a busy machine; chosen.
+# Processor time without any result after which a command ends where no budget is given [s]; in proportion to the
+# unknowns of a large case. The longest proof that there is no steady state among fifty scenes took a wall time of 200 s
+# on a busy machine; chosen.
 PATIENCE = 240.0
 ONE_AT_A_TIME = RLock()
 """Held by the thread that computes: PETSc, MUMPS and gmsh know one thread of a process."""
