@@ -137,16 +137,26 @@ def _places(
     return case, output
 
 
-def _end(result: Result, directory: Path, quiet: bool) -> NoReturn:
-    """Draw, give the folder (stdout) and what to do next (stderr), and exit with the code of the outcome."""
+def code_of(result: Result) -> int:
+    """The exit code of a command whose result this is."""
+    return REASON_CODES.get(result.reason, EXIT_CODES[result.status])
 
-    least, code = result.question.draws_from, REASON_CODES.get(result.reason, EXIT_CODES[result.status])
+
+def draw(result: Result, directory: Path) -> None:
+    """Draw the pictures of a result that has enough for them into its folder."""
+    least = result.question.draws_from
     drawn = least is not None and (result.columns.rows >= least or (directory / FIELDS_XDMF).exists())
     if result.status == "finished" and drawn:
         try:
             result.plot(directory)
         except InputError as error:
             typer.echo(f"warning: no picture: {error}; pairsim plot {directory} draws it", err=True)
+
+
+def _end(result: Result, directory: Path, quiet: bool) -> NoReturn:
+    """Draw, give the folder (stdout) and what to do next (stderr), and exit with the code of the outcome."""
+    code = code_of(result)
+    draw(result, directory)
     if code == 0:
         typer.echo(str(directory))
     with suppress(OSError):  # a terminal that is gone changes no exit code

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import csv
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from math import isfinite
 from pathlib import Path
 
 import pandas as pd
@@ -18,6 +21,8 @@ FLOWS = re.compile(
     re.I,
 )
 HEADING = re.compile(r"(?P<name>[^\[\](){}]*?)\W*(?:[\[({/,]|\bin\b)\s*(?P<unit>[^\])}]+?)\s*[\])}]?\s*")
+THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}(,\d{3})+")  # or three decimals, as in 1,000
+NOT_A_NUMBER = float("nan")
 SEPARATORS = "\t;,"
 DATES = "date or time of day"
 EXAMPLE = "such as time [s], flow rate [ul/min]"
@@ -33,21 +38,26 @@ def read_pump_log(path: Path) -> tuple[list[str], list[str]]:
     """
     lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
     start, separator, columns = _heading(lines)
-    decimal = "," if separator != "," and any(re.search(r"\d,\d", line) for line in lines[start + 1 :]) else "."
-    rows = [line.split(separator) for line in lines[start + 1 :] if line.strip(separator + " ")]
+    width = len(_row(lines[start], separator))
+    rows = {
+        number: _row(line, separator)
+        for number, line in enumerate(lines[start + 1 :], start + 2)
+        if line.strip(separator + " ")
+    }
     if len(rows) > MOST_VALUES:
         raise ValueError(f"has {len(rows):,} times, of at most {MOST_VALUES:,}: leave out some")
-    cells = {name: _cells(rows, i) for name, (i, _) in columns.items()}
+    cells = {name: _cells(rows, i, width) for name, (i, _) in columns.items()}
     time_unit, flow_unit = columns["time"][1], columns["flow"][1]
     if time_unit:
         unit_in("s", time_unit)
-        times = _numbers(cells["time"], decimal, start)
+        times = _numbers(cells["time"])
     else:
         times, time_unit = _clock(cells["time"]), "s"
+    _check_order(times, cells["time"])
     if not flow_unit:
         raise ValueError(f"must have the unit of the flow rates in their heading, {EXAMPLE}")
     unit_in("m^3/s", flow_unit)
-    flows = _numbers(cells["flow"], decimal, start)
+    flows = _numbers(cells["flow"])
     return [f"{t:.12g} {time_unit}" for t in times], [f"{q:.12g} {flow_unit}" for q in flows]
 
 
@@ -56,8 +66,7 @@ def _heading(lines: Sequence[str]) -> tuple[int, str, dict[str, tuple[int, str]]
     for i, line in enumerate(lines):
         for separator in SEPARATORS:
             found: dict[str, tuple[int, str]] = {}
-            for k, cell in enumerate(line.split(separator)):
-                text = cell.strip(" \"'")
+            for k, text in enumerate(_row(line, separator)):
                 match = HEADING.fullmatch(text)
                 name, unit = (match["name"].strip(), match["unit"]) if match else (text, "")
                 for what, names in (("time", TIMES), ("flow", FLOWS)):
@@ -68,36 +77,60 @@ def _heading(lines: Sequence[str]) -> tuple[int, str, dict[str, tuple[int, str]]
     raise ValueError(f"must have a line of headings, {EXAMPLE}, with one time and one flow rate")
 
 
+def _row(line: str, separator: str) -> list[str]:
+    """The cells of a line; a separator within quotes is part of a cell."""
+    return [cell.strip(" \"'") for cell in next(csv.reader([line], delimiter=separator, skipinitialspace=True))]
+
+
 def _unit(text: str) -> str:
     for sign, other in SPELLED.items():
         text = re.sub(rf"\b{sign}\b" if sign.isascii() else sign, other, text)
     return re.sub(r"\s*/\s*", "/", text.strip()).replace("/s.", "/s")
 
 
-def _cells(rows: Sequence[Sequence[str]], column: int) -> list[str]:
-    short = next((i for i, row in enumerate(rows) if len(row) <= column), None)
-    if short is not None:
-        raise ValueError(f"has fewer columns than headings in row {short + 1} below them")
-    return [row[column].strip(" \"'") for row in rows]
+def _cells(rows: Mapping[int, Sequence[str]], column: int, width: int) -> dict[int, str]:
+    """The cells of a column, by the numbers of their lines; `width` is the number of headings."""
+    for number, row in rows.items():
+        if len(row) <= column or any(row[width:]):  # empty cells at the end are no more than separators
+            fewer = "fewer" if len(row) <= column else "more"
+            raise ValueError(f"has {fewer} cells than headings in line {number}")
+    return {number: row[column] for number, row in rows.items()}
 
 
-def _numbers(cells: Sequence[str], decimal: str, start: int) -> list[float]:
+def _numbers(cells: Mapping[int, str]) -> list[float]:
+    """The numbers of a column, all with decimal points or all with decimal commas."""
+    with_commas = {number: cell for number, cell in cells.items() if "," in cell}
+    if with_commas and all(THOUSANDS.fullmatch(cell) for cell in with_commas.values()):
+        number, cell = next(iter(with_commas.items()))
+        raise ValueError(f"has {cell!r} in line {number}: write thousands without a comma, or decimals with a point")
     found = []
-    for i, cell in enumerate(cells):
-        try:
-            found.append(float(cell.replace(",", ".") if decimal == "," else cell))
-        except ValueError:
-            raise ValueError(f"must have a number, not {cell!r}, in line {start + 2 + i}") from None
+    for number, cell in cells.items():
+        value = NOT_A_NUMBER
+        with suppress(ValueError):
+            value = float(cell.replace(",", ".") if with_commas else cell)
+        if not isfinite(value):
+            raise ValueError(f"must have a number, not {cell!r}, in line {number}")
+        found.append(value)
     return found
 
 
-def _clock(cells: Sequence[str]) -> list[float]:
+def _check_order(times: Sequence[float], cells: Mapping[int, str]) -> None:
+    """Refuse times that step back; twice the same one is a jump of the flow."""
+    written = list(cells.items())
+    for k in range(1, len(times)):
+        if times[k] < times[k - 1]:
+            (_, before), (number, here) = written[k - 1 : k + 1]
+            raise ValueError(f"must have times that ascend, and steps back from {before} to {here} in line {number}")
+
+
+def _clock(cells: Mapping[int, str]) -> list[float]:
     """Seconds since the first of some dates or times of day."""
+    texts = list(cells.values())
     try:
-        times = pd.to_datetime(pd.Series(cells), format="mixed")
+        times = pd.to_datetime(pd.Series(texts), format="mixed")
     except ValueError:
         raise ValueError(f"must have the unit of its times in their heading, {EXAMPLE}, or a {DATES}") from None
-    if all(re.fullmatch(r"[-+.,\d]+", cell) for cell in cells):
+    if all(re.fullmatch(r"[-+.,\d]+", cell) for cell in texts):
         raise ValueError(f"must have the unit of its times in their heading, {EXAMPLE}")
     seconds = (times - times.iloc[0]).dt.total_seconds()
     return [float(each) for each in seconds]

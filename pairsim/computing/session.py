@@ -35,7 +35,7 @@ from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.signals import Signals
 from pairsim.runtime.text import duration
 
-SOON = 0.1  # part of the largest wall time after which it is shown where a computation has no result yet; chosen
+SOON = 0.1  # part of the largest time after which it is shown where a computation has no result yet; chosen
 KEPT = "; the results written so far are kept"
 CHEAP = 50.0  # least time between checkpoints at convenient moments, over the wall time of writing one; chosen
 
@@ -50,7 +50,7 @@ class Options:
     own_files: Iterable[str]  # names of files that are replaced in a folder, asked for where it has any
     signals: Signals | None = None  # signals that end the computation in order, caught by the caller
     budget: float | None = None  # largest wall time of the computation [s]; None for no limit
-    patience: float | None = None  # largest wall time up to the first row [s], if there is no budget; None for no limit
+    patience: float | None = None  # largest processor time up to the first row [s] without a budget; None for no limit
     title: str = ""  # what progress is headed with; the name or the parameters of the case by default
     workers: Workers = ALONE  # what helps, of a question that shares its work; entered by the caller
 
@@ -153,8 +153,10 @@ class _Session:
     def on_the_way(self, place: Text) -> None:
         """Show where a computation is that has no new result: the place, the time so far, and when it will be ended."""
         passed = time.monotonic() - self._start
-        most = self._options.budget or (self._options.patience if self.monitor.awaits_result else None)
-        limit = f", ends after {duration(most)}" if most and passed > SOON * most else ""
+        most, clock = self._options.budget, ""
+        if not most and self.monitor.awaits_result:
+            most, clock = self._options.patience, " of processor time"
+        limit = f", ends after {duration(most)}{clock}" if most and passed > SOON * most else ""
         self.reporter.on_the_way(f"{self._in_units(place)} ({duration(passed)}{limit})")
 
     def _in_units(self, text: Text) -> str:

@@ -15,6 +15,8 @@ from pairsim.cases.case import SceneCase
 from pairsim.cases.coverage import beyond, is_of_its_law, liquid_of_atlas
 from pairsim.cases.inputs import units_of
 from pairsim.cases.keys import keys_of
+from pairsim.cases.physical import BLOCK
+from pairsim.cases.physical_keys import Physical
 from pairsim.cases.spread import SpreadCase
 from pairsim.computing.loading import AnyCase
 from pairsim.computing.result_content import Content
@@ -22,6 +24,7 @@ from pairsim.computing.spread_entry import spread_entry
 from pairsim.computing.warnings import MOST_DE, beyond_checked
 from pairsim.lab.case_of_experiment import case_of_experiment
 from pairsim.lab.focusing_at_once import first_order_focusing
+from pairsim.lab.inertia import Inertia
 from pairsim.lab.input_draws import range_of_draws
 from pairsim.lab.load import load
 from pairsim.physics.softest import beyond_steady_shapes, beyond_tension
@@ -58,7 +61,8 @@ def ask(
         compute: Compute the curve where the atlas has no answer.
         folder: Folder of this curve; None: a temporary one.
         progress: Whether its progress is shown.
-        given: As for `units`: `tube="50um"`, `particle="20um"`, `flow_rate="1ul/min"`, and others; or keys to replace.
+        given: As for `units`: `tube="50um"`, `particle="20um"`, `flow_rate="1ul/min"`, and others; or keys of a case,
+            which replace those of `case`.
 
     Returns:
         A curve, as of `pairsim.curve`, with `findings()`, `dU(d)` and `travel(start, stop)`. Half-widths of quantities
@@ -81,9 +85,10 @@ def ask(
             cost = f"pairsim curve computes it ({question.estimate(asked)}), and --compute does that here"
             doubts = "".join(f"; {each}" for each in _doubts(asked))
             raise InputError(SOURCE, "", None, f"the atlas has no answer: {', and '.join(reasons)}; {cost}{doubts}")
-        return Computation[Any](question)(asked, folder=folder, progress=progress)
+        return Computation[Any](question, answers=False)(asked, folder=folder, progress=progress)
     curve = _curve_of(asked, book)
-    record = Record.of({STATUS: "finished", WARNINGS: _disagreements(asked, curve, others)}) | units_of(asked)
+    warnings = [*_disagreements(asked, curve, others), *_inertia(asked)]
+    record = Record.of({STATUS: "finished", WARNINGS: warnings}) | units_of(asked)
     notes = [f"The liquid of the atlas is {liquid_of_atlas(book, type(asked))}."] if asked.De else []
     notes += [f"On the axis, {said}." for said in first_order_focusing(asked, asked.reynolds_number)]
     if notes:
@@ -144,6 +149,13 @@ def _doubts(case: SceneCase) -> Iterator[str]:
     yield from beyond_tension(case.liquid_model, case.betas, case.Ca_es)
 
 
+def _inertia(case: SceneCase) -> Iterator[str]:
+    """That inertia may matter, where the density of the liquid is known."""
+    if (Re := case.reynolds_number) is not None and not (inertia := Inertia.of(case, Re)).is_negligible:
+        for text in inertia.warnings:
+            yield f"{text} ({inertia.sentence.partition(': ')[2]})"
+
+
 def _disagreements(case: SceneCase, curve: Curve, others: Sequence[Atlas]) -> list[str]:
     """Where other atlases with an answer are off its curve by more than both half-widths, in words."""
     found, (d, ours, error_of_ours) = [], (curve.table[each] for each in (DISTANCE, DU, DU_ERROR))
@@ -177,6 +189,8 @@ def _case_of(atlas: Atlas, case: AnyCase | None, **given: Any) -> SceneCase:
     """
     ends = {"ends": "developed", "length": "auto"}
     more = {"d": dict(zip(("start", "stop"), atlas.box["d"], strict=True), num=POINTS)}
+    if case is None and given and not given.keys() & {BLOCK, *Physical.model_fields}:
+        case = {}  # whose keys are given
     if case is None:
         found = case_of_experiment(kind="curve", **{**ends, **given, **more}).case
     else:

@@ -18,6 +18,7 @@ from pairsim.computing.warnings import beyond_checked
 from pairsim.lab.case_of_experiment import WATER, case_of_experiment
 from pairsim.lab.cytometer.suspending_media import extrapolated
 from pairsim.lab.focusing_at_once import first_order_focusing
+from pairsim.lab.inertia import Inertia
 from pairsim.physics.homogeneous import falling_stress
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.pipe import Pipe
@@ -30,10 +31,6 @@ from pairsim.runtime.errors import NoSteadyState
 if TYPE_CHECKING:
     from pairsim.lab.rheometer.rheology_of_case import Listener, MeasuredLiquid
 
-SMALL_RE = 1.0
-SMALL_PART = 0.1  # inertia is negligible below this fraction of the larger of Ca_e and De
-RIGID = "rigid particles in a liquid without a memory keep their distance: only inertia, neglected here, changes it"
-INERTIA = "inertia may change the distance as much as the softness of the particles and the elasticity of the liquid"
 COLUMN = 24  # of the comments in a case file
 FURTHER = re.compile(r"[;:]| \(|, ")  # from here on the description of a key is for the reference
 
@@ -220,20 +217,16 @@ def _list(value: Any) -> str:
 
 def _notes(case: SceneCase, given: Container[str], Re: float) -> Iterator[str]:
     """Whether inertia is negligible, the defaults used for quantities that were not given, and warnings."""
-    of_particle, drive = Re * max(case.betas) ** 2, max(*case.Ca_es, case.De)
-    small = Re <= SMALL_RE and of_particle <= SMALL_PART * drive
-    comparison = f"Re beta^2 = {of_particle:.2g} against {drive:.2g}, the larger of Ca_e and De"
-    yield f"inertia {'is' if small else 'may not be'} negligible: Re = {Re:.2g}, {comparison}"
+    inertia = Inertia.of(case, Re)
+    yield inertia.sentence
     for said in first_order_focusing(case, Re):
         yield f"on the axis: {said}"
     for default in _defaults(case, given):
         yield f"default used: {default}"
     for text in beyond_checked(case):
         yield f"warning: {text}"
-    if not case.liquid_model.has_memory and not any(case.Ca_es):
-        yield f"warning: {RIGID}"
-    elif not small:
-        yield f"warning: {INERTIA}"
+    for text in inertia.warnings:
+        yield f"warning: {text}"
 
 
 def _defaults(case: SceneCase, given: Container[str]) -> Iterator[str]:

@@ -26,24 +26,28 @@ from pairsim.runtime.locks import command_line
 from pairsim.runtime.signals import Signals
 
 Folder = str | PathLike[str]
-# Time without any result after which a command ends where no budget is given [s]; in proportion to the unknowns of a
-# large case. The longest proof that there is no steady state among fifty scenes took 200 s on a busy machine; chosen.
+# Processor time without any result after which a command ends where no budget is given [s]; in proportion to the
+# unknowns of a large case. The longest proof that there is no steady state among fifty scenes took a wall time of 200 s
+# on a busy machine; chosen.
 PATIENCE = 240.0
 ONE_AT_A_TIME = RLock()
 """Held by the thread that computes: PETSc, MUMPS and gmsh know one thread of a process."""
 
 
 class Computation[R: Result]:
-    """The Python function of a question, such as `pairsim.run`. Among `files` it looks for what a case is for."""
+    """The Python function of a question, such as `pairsim.run`.
 
-    def __init__(self, question: Question[Any], files: Files | None = None) -> None:
-        self.question, self._files = question, files
+    Among `files` it looks for what a case is for. `answers` is whether it shows the answer after the progress.
+    """
+
+    def __init__(self, question: Question[Any], files: Files | None = None, *, answers: bool = True) -> None:
+        self.question, self._files, self._answers = question, files, answers
         sentence = question.help.splitlines()[0]
         self.__name__, self.__doc__ = question.name, f"{sentence}\n\n{cleandoc(str(Computation.__call__.__doc__))}"
 
     def __call__(
         self,
-        case: AnyCase,
+        case: AnyCase | None = None,
         *,
         folder: Folder | None = None,
         overwrite: bool = False,
@@ -57,7 +61,7 @@ class Computation[R: Result]:
         """Compute a case; a call from a second thread waits for the first one's end.
 
         Args:
-            case: Path of a case file, a dict of its keys, or a case from `load`.
+            case: Path of a case file, a dict of its keys, or a case from `load`; without it `more` are its keys.
             folder: Where the files of the command go. None: a temporary folder that goes with the result.
             overwrite: Replace earlier results in the folder.
             progress: Show progress on stderr, and the answer.
@@ -82,7 +86,9 @@ class Computation[R: Result]:
         """
         helpers = self._workers(workers, executor)
         with helpers:  # their processes load libraries while this one does
-            return self._compute(case, folder, overwrite, progress, signals, budget, helpers, more)
+            return self._compute(
+                {} if case is None else case, folder, overwrite, progress, signals, budget, helpers, more
+            )
 
     def _workers(self, count: int, executor: Executor | None) -> Workers:
         """The processes that share the work.
@@ -139,6 +145,6 @@ class Computation[R: Result]:
                 shutil.rmtree(directory, ignore_errors=True)
             raise
         result: R = self.question.result(self.question, directory, outcome, temporary=folder is None)
-        if progress:
+        if progress and self._answers:
             reporter.say(result.answer)
         return result

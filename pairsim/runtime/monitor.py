@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Self
 
 from pairsim.runtime.errors import BudgetSpent
 from pairsim.runtime.message import Message, Text
@@ -19,7 +21,8 @@ class Monitor:
     Args:
         signals: The signals that end the computation.
         budget: Largest wall time of the computation [s], None for no limit.
-        patience: Largest wall time up to the first result [s], None for no limit.
+        patience: Largest processor time of this process up to the first result [s], None for no limit; not wall time,
+            so that what is found does not depend on what else the machine does.
         listener: Function that is called with the place where the computation is, such as "De = 1, d = 0.1".
     """
 
@@ -33,8 +36,9 @@ class Monitor:
     ) -> None:
         self._signals, self._listener = signals, listener
         self._place: Text = ""
-        self._limits = [_limit(budget, "the budget of {} is spent")] if budget is not None else []
-        self._patience = [_limit(patience, "nothing was found within {}")] if patience is not None else []
+        self._limits = [_Limit.of(time.monotonic, budget, "the budget of {} is spent")] if budget is not None else []
+        found_nothing = "nothing was found within {} of processor time"
+        self._patience = [_Limit.of(time.process_time, patience, found_nothing)] if patience is not None else []
 
     def within(self, seconds: float, message: str) -> Monitor:
         """The monitor of a part of the computation, which has a limit of its own, too.
@@ -44,14 +48,14 @@ class Monitor:
             message: What is said when it is over, with {} for the time.
         """
         part = Monitor(self._signals, listener=self._listener)
-        part._limits, part._patience = [*self._limits, _limit(seconds, message)], self._patience
+        part._limits = [*self._limits, _Limit.of(time.monotonic, seconds, message)]
+        part._patience = self._patience
         return part
 
     @property
     def left(self) -> float | None:
         """Wall time until the first of the limits [s]; None where there is none."""
-        deadlines = [deadline for deadline, _ in self._limits]
-        return max(min(deadlines) - time.monotonic(), 0.0) if deadlines else None
+        return max(min(limit.left for limit in self._limits), 0.0) if self._limits else None
 
     def check_signals(self) -> None:
         """Raise `Stopped` if the process has received a signal; to be called before long operations."""
@@ -63,12 +67,12 @@ class Monitor:
 
         Raises:
             Stopped: The process has received a signal.
-            BudgetSpent: A limit of the wall time has passed.
+            BudgetSpent: A limit of the time has passed.
         """
         self.check_signals()
-        for deadline, message in (*self._limits, *self._patience):
-            if time.monotonic() > deadline:
-                said = Message("{}, while solving at {}", message, self._place) if self._place else message
+        for limit in (*self._limits, *self._patience):
+            if limit.left < 0:
+                said = Message("{}, while solving at {}", limit.message, self._place) if self._place else limit.message
                 raise BudgetSpent(said, advice="a larger --budget")
 
     def at(self, place: Text) -> None:
@@ -88,6 +92,20 @@ class Monitor:
         self._patience.clear()
 
 
-def _limit(seconds: float, message: str) -> tuple[float, str]:
-    """A limit: the time on the clock at which so many seconds have passed, and what is then said."""
-    return time.monotonic() + seconds, message.format(duration(seconds))
+@dataclass(frozen=True)
+class _Limit:
+    """A time at which a computation ends."""
+
+    clock: Callable[[], float]  # [s]
+    deadline: float  # on this clock
+    message: str  # what is then said
+
+    @classmethod
+    def of(cls, clock: Callable[[], float], seconds: float, message: str) -> Self:
+        """That of so many seconds from now on; the message has {} for them."""
+        return cls(clock, clock() + seconds, message.format(duration(seconds)))
+
+    @property
+    def left(self) -> float:
+        """The time until then [s], negative once it has passed."""
+        return self.deadline - self.clock()

@@ -17,7 +17,8 @@ from pairsim.runtime.monitor import Monitor
 @pytest.fixture(autouse=True)
 def _a_second_a_solve(monkeypatch: pytest.MonkeyPatch) -> None:
     """Budgets are counted in solves."""
-    monkeypatch.setattr("pairsim.runtime.monitor.time", SimpleNamespace(monotonic=count().__next__))
+    clocks = {name: count().__next__ for name in ("monotonic", "process_time")}
+    monkeypatch.setattr("pairsim.runtime.monitor.time", SimpleNamespace(**clocks))
 
 
 PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": 3, "mesh": {"Np": 8}, "tol": 1}
@@ -48,7 +49,9 @@ def test_a_limit_says_where_the_computation_is_until_it_has_a_result() -> None:
     monitor = Monitor(patience=3.0, listener=places.append)
     part = monitor.within(9.0, "it was not found within {}")
     part.at("De = 0.5")
-    with pytest.raises(BudgetSpent, match=r"nothing was found within 3 s, while solving at De = 0\.5"):
+    with pytest.raises(
+        BudgetSpent, match=r"nothing was found within 3 s of processor time, while solving at De = 0\.5"
+    ):
         spend(part)
     monitor.at("De = 1")
     monitor.has_result()
@@ -56,6 +59,14 @@ def test_a_limit_says_where_the_computation_is_until_it_has_a_result() -> None:
         spend(part)
     spend(monitor)
     assert places == ["De = 0.5", "De = 1"]
+
+
+def test_a_busy_machine_ends_nothing_that_has_no_budget(monkeypatch: pytest.MonkeyPatch) -> None:
+    busy = SimpleNamespace(monotonic=count(step=1000).__next__, process_time=lambda: 0.0)
+    monkeypatch.setattr("pairsim.runtime.monitor.time", busy)
+    spend(Monitor(patience=3.0))
+    with pytest.raises(BudgetSpent, match="the budget of 3 s is spent"):
+        spend(Monitor(budget=3.0))
 
 
 def spend(monitor: Monitor) -> None:
@@ -69,7 +80,7 @@ def test_a_command_that_finds_nothing_ends_by_itself(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr("pairsim.questions.compute.PATIENCE", 3.0)
     found = api.curve(PAIR | {"De": 1, "Ca_e": 0.2, "d": [0.1], "mesh": {"Np": 16, "max_size": 0.07}})
     assert (found.status, found.reason) == ("failed", "budget")
-    assert "nothing was found within 3 s, while solving at De = " in found.message
+    assert "nothing was found within 3 s of processor time, while solving at De = " in found.message
     monkeypatch.setattr("pairsim.questions.compute.PATIENCE", 20.0)
     many = api.curve(PAIR | {"Ca_e": 0.02, "d": {"start": 0.05, "stop": 0.8, "num": 20}})
     assert many.status == "finished", "it ends nothing that has begun to have results"

@@ -103,6 +103,7 @@ Zeit [s];Flussrate [µl/min];Status
 """
 OTHERS = {
     "commas": "time (s),flow rate (ul/min)\n0,1.8\n1,2.2\n2,2.0\n",
+    "quoted decimal commas": '"Zeit [s]","Flussrate [µl/min]"\n"0,0","1,8"\n"1,0","2,2"\n"2,0","2,0"\n',
     "dates": "timestamp,Q [ul/min]\n2026-01-01 12:00:05,1.8\n2026-01-01 12:00:06,2.2\n2026-01-01 12:00:07,2\n",
     "other units": "t / ms\tflow / nl/min\n0\t1800\n1000\t2200\n2000\t2000\n",
 }
@@ -161,6 +162,31 @@ def test_a_table_that_is_no_log_of_a_pump_is_refused(text: str, tmp_path: Path) 
     (tmp_path / "pump.csv").write_text(text)
     write_yaml(tmp_path / "case.yaml", {"physical": BENCH, "waveform": {"table": "pump.csv"}})
     with pytest.raises(InputError, match=r"waveform\.table"):
+        pairsim.load(tmp_path / "case.yaml")
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        pytest.param("0;1\n\n2;2\n1;3\n", r"steps back from 2 to 1 in line 5", id="a clock that was set"),
+        pytest.param("0;1,000\n1;950\n", r"'1,000' in line 2", id="thousands, or three decimals"),
+        pytest.param("0;1\n\n1;x\n", r"not 'x', in line 4", id="a word"),
+        pytest.param("0;1\n1;nan\n", r"not 'nan', in line 3", id="no value"),
+        pytest.param("0;1;2\n", r"more cells than headings in line 2", id="a cell too many"),
+        pytest.param("0\n", r"fewer cells than headings in line 2", id="a cell too few"),
+    ],
+)
+def test_a_wrong_line_of_a_pumps_log_is_named(text: str, said: str, tmp_path: Path) -> None:
+    (tmp_path / "pump.csv").write_text(f"time [s];flow [ul/min]\n{text}")
+    write_yaml(tmp_path / "case.yaml", {"physical": BENCH, "waveform": {"table": "pump.csv"}})
+    with pytest.raises(InputError, match=said):
+        pairsim.load(tmp_path / "case.yaml")
+
+
+def test_decimal_commas_between_commas_are_no_further_cells(tmp_path: Path) -> None:
+    (tmp_path / "pump.csv").write_text("time [s],flow [ul/min]\n0,0,0,5\n0,5,1,0\n")
+    write_yaml(tmp_path / "case.yaml", {"physical": BENCH, "waveform": {"table": "pump.csv"}})
+    with pytest.raises(InputError, match="more cells than headings in line 2"):
         pairsim.load(tmp_path / "case.yaml")
 
 

@@ -195,6 +195,14 @@ def test_overrides_change_keys_within_groups() -> None:
     assert RUN["mesh"] == {"Np": 8, "max_size": 0.3}, "the given dict stays as it was"
 
 
+def test_a_case_may_be_its_keys_alone() -> None:
+    keys = {"beta": 0.4, "De": 0, "Ca_e": 0, "d": [0.2], "mesh": {"Np": 8}}
+    rigid = pairsim.curve(**keys)
+    assert rigid.case.resolved() == pairsim.load(keys, kind="curve").resolved()
+    with pytest.raises(pairsim.InputError, match="beta: is missing"):
+        pairsim.curve()
+
+
 WRONG: dict[str, tuple[Any, dict[str, Any], str]] = {
     "key": (RUN, {"betta": 0.4}, "did you mean beta"),
     "type": (3, {}, "the path of a case file, a dict of its keys, or a case"),

@@ -42,6 +42,35 @@ def test_an_answer_is_that_of_the_atlas_in_units(atlas: Path) -> None:
     assert answer.travel("15um", "30um").time > 0
 
 
+def test_keys_of_a_case_may_be_given_without_a_dict(atlas: Path) -> None:
+    numbers = {"beta": 0.4, "De": 0.3, "Ca_e": 0.05}
+    assert api.ask(**numbers, atlas=atlas).answer == api.ask(numbers, atlas=atlas).answer
+    with pytest.raises(InputError, match="unknown key; did you mean beta"):
+        api.ask(**numbers, bta=0.4, atlas=atlas)
+    with pytest.raises(InputError, match=r"physical\.tube: is missing"):
+        api.ask(atlas=atlas)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        pytest.param({}, None, id="a viscous liquid"),
+        pytest.param({"viscosity": "1mPa.s"}, r"as much as the softness.*Re beta\^2 = 0\.068 against", id="water"),
+        pytest.param({"viscosity": "1mPa.s", "density": "0.01 kg/m^3"}, None, id="a light liquid"),
+        pytest.param({"modulus": None}, "only inertia, neglected here, changes it", id="rigid"),
+    ],
+)
+def test_an_answer_warns_where_inertia_may_matter_as_units_does(
+    given: dict[str, str | None], said: str | None, atlas: Path
+) -> None:
+    quantities = {name: value for name, value in (BENCH | given).items() if value is not None}
+    warnings = api.ask(**quantities, atlas=atlas).warnings
+    assert ("warning: inertia" in repr(api.units(**quantities))) == any("as much as" in each for each in warnings)
+    assert bool(warnings) == (said is not None)
+    if said is not None:
+        assert re.search(said, warnings[0])
+
+
 def test_the_part_of_the_inputs_is_that_of_first_order_where_they_are_small(atlas: Path) -> None:
     answer = api.ask(**ELASTIC | {"modulus": "10 +- 0.4 kPa", "relaxation": "2 ms +- 2 %"}, atlas=atlas)
     of_modulus, of_time = (each["half_width"] / each["value"] for each in answer.record["inputs"] if each["half_width"])
@@ -327,10 +356,27 @@ def test_a_travel_that_the_pair_does_not_make_loses_no_other_answer(atlas: Path,
 
 
 @pytest.mark.slow
-def test_a_curve_is_computed_where_it_is_asked_for(atlas: Path, tmp_path: Path) -> None:
-    small = BENCH | {"particle": "8um", "mesh": {"Np": 8}, "tol": 0.2}
-    computed = api.ask(**small, atlas=atlas, compute=True, folder=tmp_path / "curve")
-    assert computed.dU("8um") == api.open(tmp_path / "curve").dU("8um")
+def test_a_curve_is_computed_where_it_is_asked_for(atlas: Path, tmp_path: Path, pairsim: Pairsim) -> None:
+    options = "--tube 50um --particle 8um --flow 1ul/min --viscosity 1Pa.s --modulus 10kPa --at 8um --compute -o curve"
+    coarse = ["--set", "mesh.Np=8", "--set", "tol=0.2"]
+    done = pairsim("ask", *options.split(), *coarse, "--atlas", str(atlas))
+    computed = api.open(tmp_path / "curve")
+    assert computed.answer in done.stdout
+    assert "At d = 8 um: dU = " in done.stdout
+    assert computed.findings()[0] not in done.stderr  # the answer is given once
+    assert (tmp_path / "curve" / "curve.png").exists()
+
+
+def test_a_computation_that_finds_nothing_ends_as_that_of_a_curve_does(
+    tmp_path: Path, pairsim: Pairsim, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    failed = api.curve({"beta": 0.2, "De": 0, "Ca_e": 0, "d": [0.1, 0.2]}, folder=tmp_path / "curve", budget="1ms")
+    assert (failed.status, failed.reason) == ("failed", "budget")
+    monkeypatch.setattr(api, "ask", lambda *_, **__: failed)
+    done = pairsim("ask", "case.yaml", "--compute", "--at", "0.1")
+    assert done.returncode == 3
+    assert failed.answer in done.stdout
+    assert done.stdout.startswith("Failed: ")
 
 
 def test_beads_that_differ_are_refused(atlas: Path, pairsim: Pairsim) -> None:

@@ -19,6 +19,7 @@ import pairsim
 from pairsim.app.commands.travel import travels
 from pairsim.app.options import Settings
 from pairsim.app.quantity_options import Text, of_option, quantity
+from pairsim.app.question_commands import code_of, draw
 from pairsim.cases.physical import QUANTITIES
 from pairsim.cases.yaml_file import apply_settings
 from pairsim.quantities.kinds import LENGTH, VELOCITY
@@ -87,8 +88,13 @@ def ask(
     except InputError as error:
         of_options = (of_option("pairsim ask", each, names) if each.file == "case" else each for each in error.mistakes)
         raise InputError.of_all(of_options) from None
+    if answer.folder is not None:  # of a curve that was computed
+        draw(answer, answer.folder)
+    lines = [answer.answer]
+    if code := code_of(answer):
+        typer.echo(*lines)
+        raise typer.Exit(code)
     curve = answer.curve.named("pairsim ask")
-    lines = [*answer.findings(), *(f"Warning: {warning}" for warning in answer.warnings)]
     lines += [_at(curve, curve.distance(place, "--at")) for place in at or ()]
     for option, end in (("--from", start), ("--to", stop)):
         if end is not None:
