@@ -302,13 +302,18 @@ def _of_unequal(
         parts: The short rows of each model.
         unequal: Short rows in which one particle differs, and pairs that come closer of which both do.
     """
-    one_differs = [row for row in unequal if np.count_nonzero(row.parts) == 1]
+    one_differs = [row for row in unequal if _differing(row) == 1]
     rates, least = models[0].rates, models[0].least
     pairs = [row for row in parts[0] if len(row.gaps) == 1]
     stretch = Stretch.fitted(pairs, one_differs, slowest(rates[0], TERMS[2]))
-    closing = Closing.of([row for row in unequal if np.count_nonzero(row.parts) == 2], least)
+    closing = Closing.of([row for row in unequal if _differing(row) == 2], least)
     of = [replace(deviations(alone, part, one_differs, rates, least), stretch=stretch) for part in parts]
     return [replace(one, deviations=each, closing=closing) for one, each in zip(models, of, strict=True)]
+
+
+def _differing(row: Row) -> int:
+    """How many sizes and moduli differ from those of equal particles."""
+    return 0 if row.parts is None else int(np.count_nonzero(row.parts))
 
 
 def _fitted(rates: Sequence[Array], alone: Row, rows: Sequence[Row], trains: Sequence[Waves]) -> tuple[float, RowModel]:
