@@ -262,7 +262,7 @@ CREEP = Column(
 )
 U_CORRECTION = _correction(PARTICLE, "U", VELOCITY)
 U_ERROR = _error(PARTICLE, "U", VELOCITY, _MESH_ENDS_NEWTON + _IN_A_RUN)
-TAYLOR_ERROR = _error(PARTICLE, "D", PURE, "mesh, time steps and start of a run")
+TAYLOR_ERROR = _error(PARTICLE, "D", PURE, _MESH_ENDS_NEWTON + _IN_A_RUN)
 DP_PLUS_CORRECTION = _correction("", "dp_plus", STRESS)
 DP_PLUS_ERROR = _error("", "dp_plus", STRESS, _MESH_ENDS_NEWTON + _IN_A_RUN)
 F_CORRECTION = _correction(PARTICLE, "F", FORCE)
@@ -311,7 +311,7 @@ WAY_COLUMNS = Columns(DE, CA_E, DISTANCE, U, DU, TAYLOR)
 CURVE_COLUMNS = Columns(
     *MOTION,
     *(NEWTON, DU_HELD, DU_DISCRETE, DU_HALF, DU_QUARTER, STRETCH, FROM_REST, DU_CORRECTION, DU_ERROR, ENDS_ERROR),
-    *(SLOPE, SENSITIVITIES.values(), U_CORRECTION, U_ERROR, DP_PLUS_CORRECTION, DP_PLUS_ERROR, FORCES),
+    *(SLOPE, SENSITIVITIES.values(), U_CORRECTION, U_ERROR, TAYLOR_ERROR, DP_PLUS_CORRECTION, DP_PLUS_ERROR, FORCES),
     *(CORRECTED, WANTED, STEADY_HEALTH, POLYMER_HEALTH, YIELD_HEALTH),
 )
 """The columns that curve.csv may have, in their order."""
@@ -320,9 +320,9 @@ EQUILIBRIA_COLUMNS = Columns(DISTANCE, STABLE, SLOPE, PEAK, D_ERROR, CERTAIN)
 STATE_COLUMNS = (T, *MOTION, Z)
 """The columns that series.csv begins with."""
 CYCLE_COLUMNS = (DRIFT, DRIFT_ERROR)
-"""Those of the cycles of a flow that varies, which follow that of the flow, where there are distances."""
+"""Columns of the cycles of a flow that varies; they follow the column of the flow, where there are distances."""
 ESTIMATE_COLUMNS = (DU_DISCRETE, DU_CORRECTION)
-"""Those of the estimate that dU contains, which follow where a run carries its error along."""
+"""Columns of the estimate that dU contains; they follow where a run carries its error along."""
 ERROR_COLUMNS = (DU_ERROR, U_ERROR, TAYLOR_ERROR, DP_PLUS_ERROR)
 """The half-widths of a run, which follow where they are known."""
 RUN_HEALTH = (DT, NEWTON, MESH, *OBSERVED, DISTORTION)
