@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import combinations, product
 
 import numpy as np
@@ -16,7 +17,8 @@ from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.rows.deviations import deviations
 from pairsim.solvers.rows.model import Row
-from pairsim.solvers.rows.short_rows import APART, places_of, short_rows, solved
+from pairsim.solvers.rows.row_branch import RowBranch
+from pairsim.solvers.rows.short_rows import APART, places_of, short_rows, solved, unequal_rows
 from pairsim.solvers.steady.scene import Snapshot, SteadySolver
 
 
@@ -70,6 +72,30 @@ def test_a_row_goes_on_from_the_one_from_which_all_distances_shrink(monkeypatch:
     monkeypatch.setattr(SteadySolver, "recall", recording)
     wide, *_ = short(3, [(0.3, 0.3), (0.3, 0.08), (0.08, 0.3)])
     assert recalled == [tuple(wide.gaps)]
+
+
+def test_beads_come_closer_as_far_as_it_can_be_solved(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of beads that differ, by a pair of which the first one is smaller; other rows must be solved."""
+    *others, closing = unequal_rows(True, 0.04)
+    assert [chain.may_end for chain in others] == [False] * len(others)
+    assert closing.parts is not None
+    assert closing.parts[0, 0] < 0 < closing.parts[1, 0]
+    assert closing.places[0][0] > 0.04 > closing.places[-1][0]
+    problem = SteadyProblem(betas=(0.4,), length=8.0, periodic=True, mesh=MeshSettings(Np=10))
+    alone = Parameters((), soft(0.1))
+    solving = RowBranch.at
+
+    def not_so_near(branch: RowBranch, parameters: Parameters) -> object:
+        if min(parameters.gaps) < 0.03:
+            raise NoSteadyState("too near")
+        return solving(branch, parameters)
+
+    monkeypatch.setattr(RowBranch, "at", not_so_near)
+    rows = list(closing.solved(problem, alone))
+    assert [float(row.gaps[0]) for row in rows] == pytest.approx([0.08, 0.06, 0.04, 0.03])
+    assert all(row.rates[0] < 0 for row in rows)
+    with pytest.raises(NoSteadyState, match="too near"):
+        list(replace(closing, may_end=False).solved(problem, alone))
 
 
 def test_rows_of_four_have_each_combination_of_two_distances_once() -> None:

@@ -10,11 +10,13 @@ import pytest
 
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.monitor import Monitor
+from pairsim.solvers.rows.closing import Closing
 from pairsim.solvers.rows.contact import TOUCHING
 from pairsim.solvers.rows.deviations import Deviations, deviations
 from pairsim.solvers.rows.model import Row, RowModel
 from pairsim.solvers.rows.row_motion import _velocities, move
 from pairsim.solvers.rows.stream_motion import _Velocities, follow
+from pairsim.solvers.rows.stretch import Stretch
 
 CONTACT = 2e-3
 RANDOM = np.random.default_rng(3)
@@ -146,29 +148,96 @@ def from_unequal(row: Callable[[Array, Array], Row]) -> Deviations:
     return deviations(equal[0], equal[1:], unequal, RATES, 0.0)
 
 
-def test_lengths_of_beads_that_differ_change_the_rates_of_their_distances() -> None:
-    """Those of a single bead do not depend on distances, and by its front and its rear it has half of them each."""
-    pair = np.array([[0.3, -0.2], [0.05, 0.0]])
+def soft_pair(d: float, sizes: Array, coefficients: Array) -> Row:
+    """A pair with dU = .01 exp(-2 d) + .4 of what its sizes differ, and lengths that change as `Stretch` has it.
 
-    def row(gaps: Array, parts: Array) -> Row:
-        n, sizes = len(gaps) + 1, 1 + parts[:, 0]
-        front, rear = 0.22 * sizes, 0.18 * sizes
-        values = np.zeros((n, 3))
-        values[:, 1] = front + np.append(rear[1:], 0.0)
-        if n == 2:
-            values[:, 1] += np.exp(-2 * gaps[0]) * pair @ parts[:, 0]
-        return Row(gaps, values, np.zeros((n, n - 1, 2)), by_particle=np.zeros((n, n, 2)), parts=parts, rear=rear[0])
+    Coefficients are those of the ratio of the rates of distances by dU and mean size, at a distance of 1.
+    """
+    front, rear = 0.22 * np.exp(sizes), 0.18 * np.exp(sizes)
+    values, slopes = np.zeros((2, 3)), np.zeros((2, 1, 2))
+    values[:, 0] = 1.7 - 0.4 * sizes + [0.0, 0.02 * np.exp(-2 * d)]
+    values[:, 1] = front + [rear[1], 0.05 * np.exp(-2 * d) * sizes[1]]
+    ratio = 1.0 + coefficients @ [np.diff(values[:, 0])[0], sizes.mean()] / d**2
+    slopes[0, 0, 1] = 1 / ratio - 1
+    parts = np.column_stack([sizes, np.zeros(2)]) if sizes.any() else None
+    rear_of_first = rear[0] - 0.03 * np.exp(-2 * d) * sizes[0]
+    return Row(np.array([d]), values, slopes, 1e-5, np.zeros((2, 2, 2)), float(rear_of_first), parts)
 
-    found, rows = from_unequal(row), replace(pair_model(0.01), deviations=None)
-    parts, gaps = np.array([[0.03, 0.0], [-0.02, 0.0], [0.01, 0.0]]), np.array([0.2, 0.3])
-    slopes = [-2 * np.exp(-2 * d) * pair @ parts[i : i + 2, 0] for i, d in enumerate(gaps)]
-    changes = np.array([[slopes[0][0], 0.0], [slopes[0][1], slopes[1][0]]])
-    rates = np.diff(_Velocities(replace(rows, deviations=found), parts, CONTACT)(np.array([0.0, 0.2, 0.5])))
-    free = rows.row(gaps).dU
-    assert rates == pytest.approx(np.linalg.solve(np.eye(2) + changes, free), rel=5e-4)  # its squares are left out
-    assert np.abs(rates / free - 1).max() > 0.01
-    far_apart = 30 * parts, np.cumsum([0.0, 0.06, 0.06])
-    assert np.diff(_Velocities(replace(rows, deviations=found), far_apart[0], CONTACT)(far_apart[1])).min() > 0
+
+def soft_alone(size: float) -> Row:
+    return Row(
+        np.zeros(0),
+        np.array([[1.7 - 0.4 * size, 0.22 * np.exp(size), 0.0]]),
+        np.zeros((1, 0, 2)),
+        by_particle=np.array([[[-0.4, 0.0]]]),
+        rear=float(0.18 * np.exp(size)),
+        parts=np.array([[size, 0.0]]) if size else None,
+    )
+
+
+def stretch_of_pairs(places: Array, coefficients: Array) -> Stretch:
+    """Of pairs at distances of which one is 2 % larger or smaller."""
+    sizes = [sign * each for each in 0.02 * np.eye(2) for sign in (1, -1)]
+    unequal = [soft_pair(d, each, coefficients) for d in places for each in sizes]
+    unequal += [soft_alone(size) for size in (0.02, -0.02)]
+    equal = [soft_pair(d, np.zeros(2), coefficients) for d in places]
+    found = Stretch.fitted(equal, unequal, RATES[0])
+    assert found is not None
+    return found
+
+
+def test_lengths_of_soft_beads_follow_their_relative_velocities() -> None:
+    """Those of single beads do not depend on distances, and what a pair adds at its ends is in the next distance."""
+    coefficients, gaps, sizes = np.array([0.05, 0.002]), np.array([0.1, 0.15]), np.array([0.03, -0.02, 0.04])
+    found = stretch_of_pairs(np.array([0.04, 0.08, 0.1, 0.15, 0.3, 0.6]), coefficients)
+    assert found.slopes == pytest.approx(np.tile(coefficients, (6, 1)), rel=1e-6)
+    assert found.scatter == pytest.approx(0.0, abs=1e-9)
+    of_equals, faster = np.array([[0.0, 0.01], [0.9, 0.95], [0.02, 0.0]]), np.array([-0.01, 0.02])
+    changed = found.changed(of_equals, gaps, sizes, faster)
+    means = [0.005, 0.01]
+    ratios = 1 / of_equals[1] + (coefficients[0] * faster + coefficients[1] * np.array(means)) / gaps**2
+    assert changed[1] == pytest.approx(1 / ratios, rel=1e-6)
+    rear, front = (-2 * each * np.exp(-2 * gaps) for each in (-0.03, 0.05))
+    assert changed[0, 1] == pytest.approx(0.01 + rear[1] * sizes[1], rel=1e-4)
+    assert changed[2, 0] == pytest.approx(0.02 + front[0] * sizes[1], rel=1e-4)
+
+
+def test_beads_that_run_into_each_other_do_not_part_by_it() -> None:
+    found = stretch_of_pairs(np.array([0.04, 0.08, 0.16]), np.array([0.05, 0.0]))
+    gaps, of_equals = np.full(60, 0.05), np.vstack([np.zeros(60), np.full(60, 0.8), np.zeros(60)])
+    stretch = found.changed(of_equals, gaps, np.zeros(61), np.linspace(0.0, -0.3, 60))[1]
+    assert (np.diff(stretch) > 0).all()
+    assert np.abs(np.diff(stretch, 2)).max() < 0.25 * np.diff(stretch).max(), "without a jump of the slope"
+
+
+def test_rigid_beads_have_the_lengths_of_equal_ones() -> None:
+    rigid = [Row(np.array([0.1]), np.ones((2, 3)), np.zeros((2, 1, 2)), parts=np.array([[0.02, 0.0], [0.0, 0.0]]))]
+    assert Stretch.fitted([], rigid, RATES[0]) is None
+
+
+def closing_pair(d: float, rate: float) -> Row:
+    values = np.array([[1.7, 0.4, 0.0], [1.7 + rate, 0.4, 0.0]])
+    return Row(np.array([d]), values, np.zeros((2, 1, 2)), 0.1 * abs(rate), parts=np.array([[-0.05, 0.0], [0.05, 0.0]]))
+
+
+def test_soft_beads_come_closer_as_a_pair_does_that_was_solved() -> None:
+    solved = [closing_pair(d, -0.01 * (d / 0.04) ** 2) for d in (0.08, 0.04, 0.02, 0.01)]
+    closing = Closing.of(solved, 0.04)
+    assert closing is not None
+    assert closing.factor(np.array([0.2, 0.06, 0.04, 0.03, 0.01, 0.005])) == pytest.approx(
+        [1.0, 1.0, 1.0, 0.75**2, 0.25**2, 0.125**2]
+    )
+    assert closing.faster.factor(np.array([0.06, 0.02])) == pytest.approx([1.1, 1.1 * 0.25])
+    rows, gaps = replace(pair_model(-0.01), closing=closing), np.array([0.5, 0.02, 0.5])
+    slowed = _Velocities(rows, None, CONTACT)(np.cumsum(np.append(0.0, gaps)))
+    assert np.diff(slowed)[1] == pytest.approx(rows.row(gaps).rates[1] * 0.25, rel=1e-9)
+
+
+def test_a_pair_that_does_not_come_closer_says_nothing_of_films() -> None:
+    assert Closing.of([closing_pair(0.08, -0.01), closing_pair(0.04, 0.01), closing_pair(0.02, 0.01)], 0.04) is None
+    ends = Closing.of([closing_pair(d, -0.01 if d > 0.01 else 0.01) for d in (0.04, 0.02, 0.01)], 0.04)
+    assert ends is not None
+    assert ends.distances.tolist() == [0.02, 0.04]
 
 
 def test_a_thousand_beads_take_no_memory_of_their_square() -> None:
@@ -186,3 +255,20 @@ def test_half_widths_contain_what_is_known_of_two_neighbours_alone() -> None:
     summed = rows.alone[0] + rows.alone[2] + np.append(first, 0.0) + np.append(0.0, second)
     assert of_three == pytest.approx(summed, abs=1e-15)
     assert np.abs(rows.row(gaps).U - summed).max() > 1e-4
+
+
+def test_half_widths_of_beads_that_may_differ_have_no_terms_that_cancel_by_chance() -> None:
+    """Triplets add .002 exp(-2 (d_1 + d_2)) to their first bead and take it from their last one.
+
+    In a row of even distances these cancel each other in the middle, beside what four beads add.
+    """
+    coefficients = np.zeros((13, 3))
+    coefficients[:2, 0] = 0.004  # of pairs
+    coefficients[4:7, 0] = 0.002, 0.0, -0.002
+    rows = RowModel(np.array([1.7, 0.4, 0.0]), RATES, coefficients, 0.04, deviations=Deviations(np.zeros(2), [], 0.04))
+    gaps = np.full(8, 0.1)
+    changes = np.array([np.diff(other.along(gaps)[0] - rows.along(gaps)[0]) for other in rows.variants if other.film])
+    part = 0.5 * np.exp(-0.2)  # of what pairs add is what triplets add, and what is left out of a geometric series
+    term = 0.002 * np.exp(-0.4) * part / (1 - part)
+    assert np.abs(changes.sum(axis=0))[3:5] == pytest.approx(0.0, abs=1e-12)
+    assert np.linalg.norm(changes, axis=0)[3:5] == pytest.approx(2 * term, rel=1e-3)

@@ -1,9 +1,10 @@
 """Films of liquid between particles that are nearer than any rows that were solved.
 
 A film is assumed to slow particles that come closer as d/(d + c): its resistance grows as 1/d beside that of the tube,
-which it equals at c. It acts on both of its neighbours by equal and opposite forces. If these move all particles
-equally easily, and two particles alone come closer 1/(1 + q) as fast with a film, the rates r' of the distances follow
-from those r without films by
+which it equals at c. Where particles may differ it is known of a pair that was solved
+(`pairsim.solvers.rows.closing`). It acts on both of its neighbours by equal and opposite forces. If these move all
+particles equally easily, and two particles alone come closer 1/(1 + q) as fast with a film, the rates r' of the
+distances follow from those r without films by
 
     (1 + q_i) r'_i - (q_(i-1) r'_(i-1) + q_(i+1) r'_(i+1))/2 = r_i.
 """
@@ -36,5 +37,7 @@ def changed_by_films(model: RowModel, gaps: Array, rates: Array, contact: float)
 
 def _slowing(model: RowModel, gaps: Array, contact: float) -> Array:
     """The q of films, 0 where rows were solved, shape (N-1,)."""
+    if model.closing is not None:
+        return 1 / model.closing.factor(np.maximum(gaps, contact)) - 1
     film, near = model.film * model.alone[1], np.minimum(np.maximum(gaps, contact) / model.least, 1.0)
     return (near * model.least + film) / (near * (model.least + film)) - 1

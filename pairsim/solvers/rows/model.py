@@ -18,16 +18,19 @@ How much the velocities between the short rows are off is judged by what leaving
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import product
+from itertools import product, zip_longest
 
 import numpy as np
 import scipy
 from numpy.lib.stride_tricks import sliding_window_view
 
 from pairsim.runtime.arrays import Array
-from pairsim.solvers.rows.deviations import Deviations, deviations
+from pairsim.solvers.rows.closing import Closing
+from pairsim.solvers.rows.deviations import TERMS, Deviations, deviations
+from pairsim.solvers.rows.parts import SMALLEST, Remainder, slowest
+from pairsim.solvers.rows.stretch import Stretch
 
 RATES = np.geomspace(1.0, 8.0, 16)  # of the slowest exponential, which are tried [1/D_c]; chosen
 POWERS = {2: 6, 3: 4, 4: 2, 5: 1}  # how many more exponentials there are, by the number of particles; chosen
@@ -35,8 +38,8 @@ TRUSTED = 1e-3  # least error of a solution, as a part of the largest |dU|; chos
 SLOPES = 0.3 / RATES[-1]  # weight of slopes over that of values [D_c]; chosen
 FOLDS = 11  # chosen; without a common factor with the numbers of short rows, so that no distance is left out altogether
 FILM = 0.07  # c over the diameter; fitted to one pair, rigid at De 1.6, whose dU follows to 2 % from d = .04 to .005
+FARTHEST, PLACES = 1.6, 100  # largest distance, and number of those, at which it is known how terms fall off; chosen
 LEAST_ERROR = 1e-12  # of the dU of a short row, by whose error it is weighted [U_av]; chosen
-SMALLEST = 1e-5  # singular values that are left out, relative to the largest; chosen
 
 
 @dataclass(frozen=True)
@@ -110,6 +113,8 @@ class RowModel:
         others: Models fitted to these rows with a part left out, whose differences from this one are half-widths.
         deviations: What particles change that differ from the others; None where it was not asked for.
         film: Distance c of films over the length of a particle (`pairsim.solvers.rows.films`).
+        closing: How particles come closer below `least`, in place of such films; None where it is not known.
+        remainder: A change of terms by the size of what is left out; None where there is none.
     """
 
     alone: Array
@@ -120,24 +125,67 @@ class RowModel:
     others: Sequence[RowModel] = ()
     deviations: Deviations | None = None
     film: float = FILM
+    closing: Closing | None = None
+    remainder: Remainder | None = None
 
     @property
     def variants(self) -> Sequence[RowModel]:
         """Models by whose differences from this one it is judged what follows from velocities.
 
-        Beside `others` they are the same one without films, whose c is known of one pair, without what the most
-        neighbours add to what fewer of them do, as still more add something, too, and without the terms of the highest
-        order in what particles differ.
+        Beside `others` they are the same one without films, whose c is known of one pair, or with these where films
+        are known of a pair of the same particles; and without what the most neighbours add to what fewer of them do, as
+        still more add something, too.
+
+        Where particles may differ they are in place of the latter those in which what the most neighbours add is
+        changed by as much as still more of them may add (`_by_more_neighbours`); without the terms of second order of
+        some pairs, as these have terms of third order, too, and triplets of second; with pairs that come closer faster
+        by the errors of those that were solved; and with lengths that change more.
         """
-        found = [*self.others, replace(self, film=0.0)]
+        films = replace(self, film=0.0) if self.closing is None else replace(self, closing=None)
+        if self.deviations is not None:
+            return [*self.others, films, *self._others_of_unequal(self.deviations)]
+        found = [*self.others, films]
         if len(self.rates) > 1:
             of_most = len(self.rates[-1]) * (len(self.rates) + 1)
             found.append(
                 replace(self, coefficients=np.vstack([self.coefficients[:-of_most], 0 * self.coefficients[-of_most:]]))
             )
-        if self.deviations is not None and self.deviations.pairs_twice is not None:
-            found.append(replace(self, deviations=replace(self.deviations, pairs_twice=None)))
         return found
+
+    def _others_of_unequal(self, differ: Deviations) -> Iterator[RowModel]:
+        """Those of the `variants` that are of particles that may differ alone."""
+        of_equals, of_others = (self._by_more_neighbours(len(each) + 1) for each in (self.rates, differ.parts))
+        for one, other in zip_longest(of_equals, of_others):
+            yield replace(self, remainder=one, deviations=replace(differ, remainder=other))
+        if differ.pairs_twice is not None:
+            for one in Remainder.phases(2):
+                yield replace(self, deviations=replace(differ, remainder_twice=one))
+        if self.closing is not None:
+            yield replace(self, closing=self.closing.faster)
+        if differ.stretch is not None:
+            yield replace(self, deviations=replace(differ, stretch=differ.stretch.steeper))
+
+    def _by_more_neighbours(self, count: int) -> list[Remainder]:
+        """What more neighbours add than a number of them, as changes of what these do.
+
+        It is taken to fall off with each particle as it does with the last one: all that is left out of a geometric
+        series of ratio q is q/(1 - q) of its last term. The ratio depends on the distance, and is that of rows of even
+        ones. (Measured of four rigid particles at De = 1 and soft ones in a Newtonian liquid, at distances of 0.06 to
+        0.19: they add .3 to .45 and .25 of what three do, which add .36 and .23 of what two do at 0.08.)
+        """
+        if count < 3:
+            return []
+        distances = np.linspace(self.least, FARTHEST, PLACES)
+        more, fewer = (np.linalg.norm(self._added(each, distances), axis=1) for each in (count, count - 1))
+        ratios = np.minimum(more / fewer, 0.5)  # from which on all of it is left out
+        return Remainder.phases(count, distances, ratios / (1 - ratios))
+
+    def _added(self, count: int, distances: Array) -> Array:
+        """What a number of neighbours at even distances, (m,) [D_c], add to their velocities, shape (m, count)."""
+        sizes = [len(rates) * n for n, rates in enumerate(self.rates, 2)]
+        part = np.split(self.coefficients, np.cumsum(sizes)[:-1])[count - 2]
+        terms = np.exp(-np.outer(distances, self.rates[count - 2].sum(axis=1)))
+        return np.asarray(terms @ (part[:, 0] + part[:, 2]).reshape(-1, count))
 
     def row(self, gaps: Array) -> Row:
         """The row at given distances, shape (N-1,)."""
@@ -147,7 +195,7 @@ class RowModel:
             part, left = np.split(left, [len(rates) * count])
             part = part.reshape(len(rates), count, -1)
             windows = sliding_window_view(gaps, count - 1)
-            terms = np.exp(-np.maximum(windows, self.least) @ rates.T)
+            terms = self._terms(windows, rates)
             changes = -terms[:, :, None] * rates * (windows >= self.least)[:, None]
             own = np.arange(len(windows))[:, None] + np.arange(count)
             np.add.at(values, own, np.tensordot(terms, part, 1))
@@ -172,7 +220,7 @@ class RowModel:
             part, left = np.split(left, [len(rates) * count])
             part = part.reshape(len(rates), count, -1)
             windows = sliding_window_view(gaps, count - 1)
-            terms = np.exp(-np.maximum(windows, self.least) @ rates.T)
+            terms = self._terms(windows, rates)
             added, total = terms @ (part[:, :, 0] + part[:, :, 2]), len(windows)
             for i in range(count):
                 U[i : i + total] += added[:, i]
@@ -182,6 +230,13 @@ class RowModel:
                     rows = min(total, len(gaps) - i)
                     stretch[width + i - j, j : j + rows] += lengths[:rows, i]
         return U, stretch
+
+    def _terms(self, windows: Array, rates: Array) -> Array:
+        """The terms of neighbours at their distances, (w, k-1) [D_c], shape (w, m)."""
+        terms = np.exp(-np.maximum(windows, self.least) @ rates.T)
+        if self.remainder is not None and self.remainder.count == windows.shape[1] + 1:
+            terms = terms * self.remainder.factors(windows)
+        return np.asarray(terms)
 
     def growth(self, d: float, k: Array) -> Array:
         """Growth rates of waves in a long row of even distances, complex, (m,) [U_av/D_c]."""
@@ -216,7 +271,8 @@ def fitted(rows: Sequence[Row], trains: Sequence[Waves] = ()) -> RowModel:
     """The model that is nearest to short rows and trains, of as many particles as the longest of the rows.
 
     Args:
-        rows: Short rows, the first one of a single particle; those whose particles differ are for `Deviations` alone.
+        rows: Short rows, the first one of a single particle; those whose particles differ are for what these change
+            alone.
         trains: Waves of infinite trains.
     """
     rear, unequal = rows[0].rear, [row for row in rows if row.parts is not None]
@@ -231,10 +287,33 @@ def fitted(rows: Sequence[Row], trains: Sequence[Waves] = ()) -> RowModel:
     parts = [[row for i, row in enumerate(rows) if i % FOLDS != fold] for fold in range(FOLDS)]
     others = [replace(_fitted(best.rates, alone, part, trains)[1], least=best.least) for part in parts]
     if alone.by_particle is not None:
-        rates, nearest = best.rates, best.least
-        of = [deviations(alone, part, unequal, rates, nearest) for part in (rows, *parts)]
-        best, *others = [replace(one, deviations=each) for one, each in zip((best, *others), of, strict=True)]
+        best, *others = _of_unequal([best, *others], alone, [rows, *parts], unequal)
     return replace(best, short=rows, others=others)
+
+
+def _of_unequal(
+    models: Sequence[RowModel], alone: Row, parts: Sequence[Sequence[Row]], unequal: Sequence[Row]
+) -> list[RowModel]:
+    """Models of equal particles with what particles change that differ.
+
+    Args:
+        models: The models, of which the first one is made of all short rows.
+        alone: A single particle.
+        parts: The short rows of each model.
+        unequal: Short rows in which one particle differs, and pairs that come closer of which both do.
+    """
+    one_differs = [row for row in unequal if _differing(row) == 1]
+    rates, least = models[0].rates, models[0].least
+    pairs = [row for row in parts[0] if len(row.gaps) == 1]
+    stretch = Stretch.fitted(pairs, one_differs, slowest(rates[0], TERMS[2]))
+    closing = Closing.of([row for row in unequal if _differing(row) == 2], least)
+    of = [replace(deviations(alone, part, one_differs, rates, least), stretch=stretch) for part in parts]
+    return [replace(one, deviations=each, closing=closing) for one, each in zip(models, of, strict=True)]
+
+
+def _differing(row: Row) -> int:
+    """How many sizes and moduli differ from those of equal particles."""
+    return 0 if row.parts is None else int(np.count_nonzero(row.parts))
 
 
 def _fitted(rates: Sequence[Array], alone: Row, rows: Sequence[Row], trains: Sequence[Waves]) -> tuple[float, RowModel]:

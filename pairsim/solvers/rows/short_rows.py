@@ -1,4 +1,4 @@
-"""Quasi-steady solutions of rows of equal particles: of short ones, of which the model of long ones is made."""
+"""Quasi-steady solutions of short rows, of which the model of long ones is made."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.polynomial.chebyshev import chebpts2
 
 from pairsim.fem import diagnostics
 from pairsim.runtime.arrays import Array
-from pairsim.runtime.errors import NoSteadyState
+from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.rows.model import Row, Waves
@@ -28,6 +28,9 @@ COUNTS = {2: 14, 3: 4, 4: 3, 5: 2}  # how many distances of each gap
 MOST = 5  # particles of short rows
 MOST_BY_PARTICLE = 3  # particles up to which velocities are differentiated by each of them
 MOST_UNEQUAL, APART = 2, 0.02  # particles up to which one of them is changed in size; by this part, more and less
+# Pairs that come closer: the first particle is smaller and the second one larger by this part, about as neighbours that
+# meet of particles with a spread of as much; at which distances, over the smallest of short rows.
+CLOSING, CLOSING_DISTANCES = 0.05, (2.0, 1.5, 1.0, 0.75, 0.5, 0.35, 0.25)
 CHANGE = 0.01  # of the diameter of a rigid particle alone, by which its velocity is differentiated
 ALL = 3  # particles up to which all combinations of distances are solved
 FINE = 3  # particles up to which rows in a liquid with a memory have the cells of the problem
@@ -127,17 +130,25 @@ def places_of(count: int, least: float) -> list[tuple[float, ...]]:
 
 @dataclass(frozen=True)
 class Chain:
-    """Rows of one number of particles that are solved one after another; arguments as for `solved`."""
+    """Rows of one number of particles that are solved one after another.
+
+    Attributes:
+        places, by_particle, parts, beside, coarse: As for `solved`.
+        may_end: Whether those after one that cannot be solved are not needed.
+    """
 
     places: Sequence[tuple[float, ...]]
     by_particle: bool = False
     parts: Array | None = None
     beside: Sequence[tuple[float, ...]] = ()
     coarse: bool = False
+    may_end: bool = False
 
     def solved(self, problem: SteadyProblem, alone: Parameters) -> Iterator[Row]:
         """Solve its rows; arguments as for `solved`."""
-        return solved(problem, alone, self.places, self.by_particle, self.parts, self.beside, self.coarse)
+        ends = (NoSteadyState, MeshFailure) if self.may_end else ()
+        with suppress(*ends):
+            yield from solved(problem, alone, self.places, self.by_particle, self.parts, self.beside, self.coarse)
 
     def cut(self, longest: int = LONGEST) -> list[Chain]:
         """The same rows as chains of about so many rows, each of which finds a first solution of its own."""
@@ -162,21 +173,24 @@ def short_rows(least: float, most: int = MOST, by_particle: bool = False) -> Ite
 
 
 def unequal_rows(soft: bool, least: float) -> Iterator[Chain]:
-    """Rows in which one particle differs, by `unequal_places`."""
+    """Rows in which one particle differs, and pairs that come closer, by `unequal_places`."""
     for places, parts in unequal_places(soft, least):
-        yield Chain(places, True, parts)
+        closing = len(parts) > 1 and bool(parts[:, 0].all())
+        yield Chain(places, not closing, parts, may_end=closing)
 
 
 def unequal_places(soft: bool, least: float) -> Iterator[tuple[list[tuple[float, ...]], Array]]:
-    """Distances [D_c], and deviations as of `Row`, of rows in which one particle differs.
+    """Distances [D_c], and deviations as of `Row`, of rows in which one particle differs, or both of a pair.
 
-    It is more and less: of a single particle the size and, where it is soft, the softness, and of two one of the sizes.
+    One is more and less: of a single particle the size and, where it is soft, the softness, and of two one of the
+    sizes. Both differ in a pair that comes closer, also below the least distance of short rows.
     """
     for count in range(1, MOST_UNEQUAL + 1):
         for i, kind, sign in product(range(count), range(2 if soft and count == 1 else 1), (1, -1)):
             parts = np.zeros((count, 2))
             parts[i, kind] = sign * APART
             yield places_of(count, least)[1 - count % 2 :: 2], parts
+    yield [(least * each,) for each in CLOSING_DISTANCES], np.array([[-CLOSING, 0.0], [CLOSING, 0.0]])
 
 
 def train_at(problem: SteadyProblem, alone: Parameters, d: float) -> Waves | None:

@@ -117,15 +117,22 @@ class _Velocities:
 
     def __call__(self, places: Array) -> Array:
         gaps = np.diff(places)
-        U, stretch = self.model.along(gaps)
-        if self.parts is not None:
-            assert self.model.deviations is not None, "the model knows what particles change that differ"
-            U = U + self.model.deviations.velocities(gaps, self.parts)
-            stretch = self.model.deviations.stretch(stretch, gaps, self.parts)
+        U, stretch = self.model.along(gaps) if self.parts is None else self._of_unequal(gaps, self.parts)
         width = len(stretch) // 2
         rates = scipy.linalg.solve_banded((width, width), stretch, np.diff(U))
         free = np.cumsum(np.append(U[0], rates))
         return without_overlap(free + changed_by_films(self.model, gaps, rates, self.contact), gaps, self.contact)
+
+    def _of_unequal(self, gaps: Array, parts: Array) -> tuple[Array, Array]:
+        """As `RowModel.along`; where no rows were solved lengths go on as at the least distance that was."""
+        differ = self.model.deviations
+        assert differ is not None, "the model knows what particles change that differ"
+        solved = np.maximum(gaps, self.model.least)
+        U, stretch = self.model.along(solved)
+        changes = differ.velocities(solved, parts)
+        if differ.stretch is not None:
+            stretch = differ.stretch.changed(stretch, solved, parts[:, 0], np.diff(changes))
+        return U + changes, stretch
 
     def apart(self, places: Array) -> Array:
         """The nearest places at which no particles overlap."""
