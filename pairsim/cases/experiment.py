@@ -276,7 +276,7 @@ def _in_si(of: Measurable, value: Any, place: str, mistakes: list[Mistake]) -> A
     return tuple(_in_si(one, each, f"{place}[{i}]", mistakes) for i, each in enumerate(entries))
 
 
-def _length_of_tube(volume: Any, diameter: Any) -> float | None:
+def _length_of_tube(volume: Any, diameter: Any) -> Any:
     """The length [m] in which a tube of a diameter [m] holds a volume [m^3]; None if either is wrong or missing."""
     if volume is None or diameter is None:
         return None

@@ -121,7 +121,7 @@ EXPERIMENT = (
     ),
     a_length(
         "drop",
-        "volume of a drop, or the length of tube that holds it; gives stream.drop",
+        "liquid that a drop takes: its volume, or the length of tube that holds it; gives stream.drop",
         "100 um",
         gives=("stream.drop",),
         as_volume="0.28 nl",
