@@ -37,6 +37,7 @@ from pairsim.record.columns import (
     STRETCH,
     T_RELAX,
     TAYLOR,
+    TAYLOR_ERROR,
     U_CORRECTION,
     U_ERROR,
     F,
@@ -51,13 +52,16 @@ if TYPE_CHECKING:
     from pairsim.solvers.steady.ends import Passed
 
 
-ERRORS = {
-    goals.dU: (DU_CORRECTION, DU_ERROR),
-    goals.U: (U_CORRECTION, U_ERROR),
-    goals.F: (F_CORRECTION, F_ERROR),
-    goals.DP_PLUS: (DP_PLUS_CORRECTION, DP_PLUS_ERROR),
+CORRECTIONS = {goals.dU: DU_CORRECTION, goals.U: U_CORRECTION, goals.F: F_CORRECTION, goals.DP_PLUS: DP_PLUS_CORRECTION}
+"""The columns of what is added to goals; others have none, or columns of their questions."""
+HALF_WIDTHS = {
+    goals.dU: DU_ERROR,
+    goals.U: U_ERROR,
+    goals.F: F_ERROR,
+    goals.DP_PLUS: DP_PLUS_ERROR,
+    goals.D: TAYLOR_ERROR,
 }
-"""The columns of the correction and the half-width of goals; others have columns of their questions."""
+"""The columns of the half-widths of goals; others have columns of their questions."""
 
 
 def point_row(point: Point) -> dict[str, float]:
@@ -83,8 +87,8 @@ def point_row(point: Point) -> dict[str, float]:
         PLUG: point.unyielded.plug,
         SLOPE: point.slopes,
         **{SENSITIVITIES[name]: change for name, change in point.sensitivities.items()},
-        **{column: _of_column(column, estimate[goal].correction) for goal, (column, _) in ERRORS.items()},
-        **{column: _of_column(column, estimate[goal].half_width) for goal, (_, column) in ERRORS.items()},
+        **{column: _of_column(column, estimate[goal].correction) for goal, column in CORRECTIONS.items()},
+        **{column: _of_column(column, estimate[goal].half_width) for goal, column in HALF_WIDTHS.items()},
         DU_ERROR: point.dU_errors,
         CORRECTED: estimate.trusted,
         T_RELAX: point.t_relax if np.isfinite(point.t_relax) else np.nan,

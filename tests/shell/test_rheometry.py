@@ -17,6 +17,7 @@ from pairsim.lab.rheometer.rheology_of_case import keys_of, sentences
 from pairsim.physics.homogeneous import moduli, steady_shear
 from pairsim.physics.liquids import ConformationLaw, Liquid, Newtonian
 from pairsim.physics.liquids.carreau import Carreau
+from pairsim.physics.liquids.fene_p import FeneP
 from pairsim.physics.liquids.giesekus import Giesekus
 from pairsim.physics.liquids.white_metzner import WhiteMetzner
 from pairsim.runtime.arrays import Array
@@ -158,6 +159,14 @@ def test_six_points_of_a_carreau_liquid_are_described() -> None:
 
 MODULI = moduli(GIESEKUS, RATES)
 SPECTRUM = Measured(frequency=RATES, storage=noisy(0.04 * MODULI[0], 3), loss=noisy(0.04 * MODULI[1], 4))
+
+
+def test_a_number_at_a_bound_that_is_excluded_is_one_of_a_case() -> None:
+    """A chain hardly longer than at rest: L^2 must be above 3, also as it is rounded in a case."""
+    liquid = Liquid(Newtonian(), 0.05, 1.0, (FeneP(L2=3.0003),))
+    found = Fit(FeneP, 1, flow_curve(liquid, 1.0), {})
+    _, block, _ = keys_of(found)
+    assert 3.0 < block["L2"] < 3.2
 
 
 def test_what_moduli_do_not_determine_is_said() -> None:

@@ -36,6 +36,7 @@ CLOSE = 0.02  # deviation below which a law describes any data: rheometers are n
 SMALLEST = 1e-12  # bound of viscosities of solvents and modes over those of others; chosen
 FURTHER_MODE = 0.1  # time and weight of one more mode over those of the last one, as a first guess; chosen
 AT_BOUND = 0.01  # of a logarithm; chosen
+INSIDE = 1e-3  # from a bound that is itself excluded, as a part of it: numbers of cases are rounded to four digits
 MOST_OFF = 20.0  # bound of deviations, also of what a law does not have; chosen
 DIFFERENCE = 1e-7  # of numbers, or their logarithms, in derivatives of those of the liquid by them; chosen
 EVIDENCE, STRONG = 2.0, 10.0  # of the Bayesian information criterion: positive and very strong (Kass and Raftery 1995)
@@ -143,7 +144,7 @@ def _unknowns(law: type[Material], modes: int, data: Measured) -> dict[str, tupl
         elif p.default is None or modes:  # exponents and limits that have a default keep it in liquids without modes
             usual = min(10 * p.least, p.most, 0.5 * (p.least + p.most)) if p.least > 0 else min(0.1 * p.most, 0.2)
             guess = usual if p.default is None else p.default
-            found[name] = (p.least * (1 + 1e-6) if p.open else p.least, p.most, guess)
+            found[name] = (p.least + INSIDE * abs(p.least) if p.open else p.least, p.most, guess)
     return found
 
 

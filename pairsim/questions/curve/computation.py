@@ -33,6 +33,7 @@ from pairsim.record.columns import (
     SENSITIVITIES,
     SLOPE,
     STABLE,
+    TAYLOR_ERROR,
     WANTED,
     YIELD_HEALTH,
 )
@@ -105,6 +106,7 @@ def _columns(case: CurveCase, parameters: Sequence[str]) -> list[str]:
     left_out |= {column for name, column in SENSITIVITIES.items() if name not in parameters}
     left_out |= set() if case.common else {SLOPE}
     left_out |= set() if case.velocity is not None else {*FORCES}
+    left_out |= set() if case.n == 1 and any(case.Ca_es) else {TAYLOR_ERROR}  # known of a single soft particle
     left_out |= set() if case.liquid_model.modes else {*POLYMER_HEALTH}
     left_out |= set() if case.liquid_model.regularisation else {*YIELD_HEALTH}
     return names_of(case.n, *(column for column in QUESTION.tables["curve"] if column not in left_out))
