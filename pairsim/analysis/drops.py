@@ -33,6 +33,6 @@ def shares(places: Array, drop: float) -> Array:
 
 
 def poisson(mean: float) -> Array:
-    """The same shares where particles arrive independently of each other, so many a drop on average."""
+    """Shares of drops with each number of particles where these arrive independently, from their mean number a drop."""
     each = np.array([math.exp(-mean) * mean**k / math.factorial(k) for k in range(MOST)])
     return np.append(each, 1 - each.sum())

@@ -40,7 +40,7 @@ class InputParts:
 
     @classmethod
     def of(cls, table: Table, inputs: Sequence[Input]) -> Self:
-        """Those of the inputs of a curve that have half-widths; unknown ones unless it is that of a pair."""
+        """The parts of the inputs of a curve that have half-widths; unknown unless it is that of a pair."""
         uncertain = {one.key: one for one in inputs if one.half_width}
         dU, velocity = dict[str, Array](), dict[str, Array]()
         for key, one in uncertain.items():
@@ -63,7 +63,7 @@ class InputParts:
         return self._at(self.dU, d)
 
     def velocity_at(self, d: Array | float) -> dict[str, Array]:
-        """Those of the mean velocity."""
+        """The known changes of the mean velocity at distances between the points, of their shape, by input."""
         return self._at(self.velocity, d)
 
     def _at(self, changes: Mapping[str, Array], d: Array | float) -> dict[str, Array]:
@@ -103,7 +103,7 @@ def dU_by(table: Table, one: Input) -> Array | None:
 
 
 def velocity_by(table: Table, one: Input) -> Array:
-    """The same derivative of the mean velocity of a pair, (points,).
+    """Derivative of the mean velocity of a pair by an input's logarithm, or by a percentage, (points,).
 
     By the size of the particles it is that of a sphere alone in a Newtonian liquid. De and Ca_e change it by about as
     much as they change dU, which is a hundredth of it: this is left out.

@@ -88,12 +88,12 @@ class Curve:
 
     @classmethod
     def of_points(cls, points: Sequence[Point]) -> Self:
-        """That of quasi-steady solutions in ascending distance."""
+        """The curve of quasi-steady solutions in ascending distance."""
         return cls(Table.of_rows(map(point_row, points)))
 
     @classmethod
     def read(cls, folder: Path, *, missing_ok: bool = False) -> Self:
-        """That of a folder of results.
+        """The curve of a folder of results.
 
         Args:
             folder: The folder.
@@ -118,7 +118,7 @@ class Curve:
         record: Record | None = None,
         source: str = "atlas",
     ) -> Self:
-        """That of an atlas at a place in its box, with derivatives of dU.
+        """The curve of an atlas at a place in its box, with derivatives of dU.
 
         Args:
             atlas: The atlas.
@@ -231,7 +231,7 @@ class Curve:
         return self.in_units(d, gap) if has_unit(as_texts(d)) else self.numbers(d, gap)
 
     def numbers(self, d: Any, gap: int = 1) -> tuple[Any, Any]:
-        """The same, always as numbers [U_av]."""
+        """dU and its half-width at distances, always as numbers [U_av]."""
         found, places = self.of(gap), self.places(d, gap)
         values = found.values(places), found.half_widths(places)
         return (float(values[0]), float(values[1])) if places.ndim == 0 else values
@@ -363,7 +363,7 @@ class Curve:
 
     @cached_property
     def arrested(self) -> list[Region]:
-        """Those of the regions in which unyielded liquid holds the pair together at every point."""
+        """The regions in which unyielded liquid holds the pair together at every point."""
         if not self.table.has(CREEP):
             return []
         d, held = self.table[DISTANCE], arrested(*(self.table[each] for each in (DU, DU_ERROR, BRIDGE, CREEP)))
@@ -407,7 +407,7 @@ class Curve:
         return self.in_units.travel(*both) if has_unit(both) else self.travel_in_numbers(*both)
 
     def travel_in_numbers(self, start: float | str, stop: float | str) -> Travel:
-        """The same, always as numbers [D_c, D_c/U_av]."""
+        """The travel from one distance to another one, always as numbers [D_c, D_c/U_av]."""
         if self.motion is None:
             allowed = "must be the curve of a pair in steady states, with at least two points"
             raise InputError(self.source, "", None, allowed)

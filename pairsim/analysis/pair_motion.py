@@ -33,7 +33,7 @@ class Motion:
 
     @staticmethod
     def of(table: Table, curve: CurveInterpolant) -> Motion | None:
-        """That of a pair, by its table and its interpolant; None where the table does not tell how the pair moves."""
+        """The motion of a pair, by its table and interpolant; None where the table does not tell how the pair moves."""
         leading, trailing, stretch = table.known(U, "_L"), table.known(U, "_T"), table.known(STRETCH)
         if leading is None or trailing is None or stretch is None:
             return None

@@ -45,7 +45,7 @@ class Series:
 
     @classmethod
     def read(cls, folder: Path) -> Self:
-        """That of a folder of results.
+        """The series of a folder of results.
 
         Raises:
             InputError: The table cannot be read.

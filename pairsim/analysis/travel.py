@@ -67,7 +67,7 @@ class Travel:
 
     @property
     def length_inputs(self) -> float | None:
-        """The same of the length [D_c]."""
+        """Half-width of the length by those of the inputs [D_c], as `time_inputs`; no part of `length_error`."""
         return self._by_all(1)
 
     def _by_all(self, which: int) -> float | None:

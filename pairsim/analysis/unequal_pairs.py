@@ -46,7 +46,7 @@ class Spread:
 
     @classmethod
     def of(cls, record: Record) -> Self | None:
-        """That in run.json; None where all particles are equal."""
+        """The spread of the particles in run.json; None where all are equal."""
         entry = SPREAD_OF_PARTICLES.of(record)
         return None if entry is None else cls(**entry)
 
@@ -99,7 +99,7 @@ class ByDerivatives:
 
     @classmethod
     def of(cls, table: Table, curve: CurveInterpolant, spread: Spread) -> Self:
-        """Those of a curve; zeros by what does not differ."""
+        """The derivatives of a curve; zeros by what does not differ."""
         by = {name: np.zeros((2, table.rows)) for name in BY}
         for name in spread.sizes:
             by[name] = np.array([table[column] for column in BY[name]])
@@ -187,7 +187,7 @@ class PairsThatDiffer:
 
     @classmethod
     def of(cls, table: Table, curve: CurveInterpolant | None, record: Record) -> Self | None:
-        """Those of a curve; None where all particles are equal, or nothing is known of what a difference changes."""
+        """Pairs that differ along a curve; None where all are equal, or what a difference changes is not known."""
         spread = Spread.of(record)
         if spread is None or curve is None:
             return None

@@ -99,7 +99,7 @@ def _sentence(words: str) -> str:
 
 
 def of_option(command: str, error: InputError, options: Collection[str] | None = None) -> InputError:
-    """The same error, in which the keys of a case are called by the options of the command that stand for them.
+    """An error of a case in which keys are called by the options of the command that stand for them.
 
     Keys without an option among these, by default of `units`, are set by --set.
     """

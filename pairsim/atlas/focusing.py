@@ -113,7 +113,7 @@ class FirstOrderFocusing:
 
     @classmethod
     def of(cls, beta: float, solid: Solid | None, liquid: Liquid) -> Self | None:
-        """That of a bead in a liquid.
+        """First-order focusing of a bead in a liquid.
 
         Args:
             beta: Diameter [D_c].

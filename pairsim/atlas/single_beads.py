@@ -40,7 +40,7 @@ class SingleBeads:
 
     @classmethod
     def of_file(cls, box: Mapping[str, Sequence[float]], arrays: dict[str, Any]) -> Self:
-        """Those of a file, whose arrays are taken out of those of the file."""
+        """The single beads of a file of an atlas, whose arrays are removed from `arrays`."""
         return cls(box, *(arrays.pop(f"{PREFIX}{each.name}") for each in fields(cls)[1:]))
 
     @property
@@ -55,7 +55,7 @@ class SingleBeads:
 
     @property
     def mean(self) -> float:
-        """That of the velocities, from which the kriging begins."""
+        """Mean of the velocities, from which the kriging begins."""
         return float(self.velocities.mean())
 
     @property
@@ -76,7 +76,7 @@ class SingleBeads:
 
     @cached_property
     def kriging(self) -> Kriging:
-        """That of its settings."""
+        """The kriging with the stored settings."""
         return self.kriging_by(self.settings)
 
     def __call__(self, places: Array) -> tuple[Array, Array]:

@@ -63,7 +63,7 @@ class Beads(NamedTuple):
 
     @property
     def ratios(self) -> dict[str, Array]:
-        """Those of the diameters and of the moduli, leading over trailing, shape (pairs,) each; 1 of rigid beads."""
+        """Ratios of the diameters and of the moduli, leading over trailing, shape (pairs,) each; 1 of rigid beads."""
         (first, second), (soft, softer) = self.betas.T, self.Ca_es.T
         with np.errstate(divide="ignore", invalid="ignore"):
             return {"diameters": second / first, "moduli": np.where(soft == softer, 1.0, soft / softer)}
@@ -113,7 +113,7 @@ class Unequal:
     def of_file(
         cls, ratios: Mapping[str, Sequence[float]], box: Mapping[str, Sequence[float]], arrays: dict[str, Any]
     ) -> Self:
-        """That of a file, whose arrays are taken out of those of the file."""
+        """The unequal pairs of a file of an atlas, whose arrays are removed from `arrays`."""
         curves = UnequalCurves(*(arrays.pop(f"{PREFIX}{each.name}") for each in fields(UnequalCurves)))
         settings, widths = (arrays.pop(f"{PREFIX}{name}") for name in ("settings", "widths"))
         return cls(ratios, settings, widths, curves, SingleBeads.of_file(box, arrays))
@@ -143,7 +143,7 @@ class UnequalAtlas:
         return whole + np.array(changes)[:, :, None]
 
     def coordinates(self, beads: Beads) -> tuple[Array, Array]:
-        """Those of the rest, and their derivatives by means and differences, shape (pairs, DIMENSIONS)."""
+        """Coordinates of the rest, and their derivatives by means and differences, shape (pairs, DIMENSIONS)."""
         x, slopes = scaled(self.equal.box, beads.means)
         units = np.array([OF_DIAMETERS, self.equal.box["Ca_e"][1] or 1.0])
         by = np.broadcast_to(1 / units, (len(x), 2))

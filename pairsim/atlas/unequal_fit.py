@@ -20,7 +20,7 @@ LEAST = 4  # curves from which on half-widths can follow from those left out; ch
 FIRST = (3.0, 1.0, 3.0, 5.0, 5.0, 3e-3, 5e-2, 0.5)
 """First guess of the settings of `Unequal`."""
 FIRST_OF_BEADS = (4.0, 0.4, 2.0, 1e-5, 3e-2)
-"""That of `SingleBeads`."""
+"""First guess of the settings of the kriging of `SingleBeads`."""
 
 
 def with_unequal(

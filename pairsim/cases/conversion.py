@@ -35,7 +35,7 @@ class InNumbers(NamedTuple):
     mistakes: list[Mistake]
 
     def named(self, mistake: Mistake) -> Mistake:
-        """The same mistake, but of the quantity from which the wrong number follows."""
+        """A mistake of a number as one of the quantity from which the number follows."""
         origin = self.origins.get(mistake.key) or self.origins.get(mistake.key.partition("[")[0])
         if origin is None or mistake.value is None or self.experiment is None:
             return mistake

@@ -98,7 +98,7 @@ def _per_length(first: float, growth: float, last: float, reach: float) -> float
 
 
 def _per_square(first: float, growth: float, last: float, reach: float) -> float:
-    """The same of one over the square of the size, which is `last` where that is less than `first`."""
+    """The integral of one over the square of that size, which is `last` where that is less than `first`."""
     first = min(first, last)
     grows = min((last - first) / growth, reach)
     return grows / (first * (first + growth * grows)) + (reach - grows) / last**2

@@ -95,7 +95,7 @@ class Experiment:
 
     @classmethod
     def in_case(cls, case: Content) -> Self | None:
-        """That of a case as keys and values, which need not be validated yet; None without a `physical` block."""
+        """The experiment of a case as keys and values, validated or not; None without a `physical` block."""
         block = case.get(BLOCK)
         if not isinstance(block, Mapping):
             return None

@@ -44,7 +44,7 @@ class FollowedKey:
 
     @classmethod
     def of(cls, case: SceneCase, key: str, given: Sequence[float | str]) -> Self:
-        """That of a valid case with the values that are given.
+        """The followed key of a valid case with the values that are given.
 
         Raises:
             ValueError: The case has no such number, or one of another kind, or a value is not allowed; says what is.

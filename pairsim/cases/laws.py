@@ -51,7 +51,7 @@ class LawChoice:
 
     @classmethod
     def of(cls, key: str, value: Any, default: str = "") -> Self:
-        """That of a value of a case, as it is read or validated; `default` is the law where there is none."""
+        """The law of a value of a case, as it is read or validated; `default` is the law where there is none."""
         if isinstance(value, BaseModel):
             value = value.model_dump(mode="json", exclude_unset=True)
         block = value if isinstance(value, Mapping) else {"law": default if value is None else value}
@@ -75,7 +75,7 @@ class LawChoice:
         return LAWS[self.name].parameters() if self.name in LAWS else ()
 
     def numbers(self, names: Iterable[str]) -> dict[str, float]:
-        """Those of some parameters that are given as numbers."""
+        """The values of parameters that are given as numbers."""
         return {name: value for name in names if is_finite(value := self.given.get(name))}
 
     @property
@@ -171,7 +171,7 @@ class Laws:
 
     @classmethod
     def of(cls, liquid: Any, solid: Any) -> Self:
-        """Those of the values of `liquid` and `solid` of a case, as they are read or validated."""
+        """The laws of the values of `liquid` and `solid` of a case, as they are read or validated."""
         several = enumerate(solid) if isinstance(solid, list | tuple) else ()
         of_each = tuple(LawChoice.of(f"solid[{i}]", each, solids.DEFAULT.name) for i, each in several)
         one = LawChoice.of("solid", solid, solids.DEFAULT.name)
@@ -182,7 +182,7 @@ class Laws:
 
     @classmethod
     def in_case(cls, case: Content) -> Self:
-        """Those of a case as keys and values, which need not be validated yet."""
+        """The laws of a case as keys and values, validated or not."""
         return cls.of(case.get("liquid"), case.get("solid"))
 
     def with_numbers(self, numbers: Mapping[str, float]) -> Laws:

@@ -209,7 +209,7 @@ class WaveformOptions(Keys):
 
     @classmethod
     def in_case(cls, case: Content) -> WaveformOptions | None:
-        """That of a case that need not be valid; None where there is none."""
+        """The waveform of a case, valid or not; None where there is none."""
         with suppress(ValidationError):
             return cls.model_validate(case[GROUP]) if isinstance(case.get(GROUP), Mapping) else None
         return None

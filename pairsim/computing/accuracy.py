@@ -86,7 +86,7 @@ class _Accuracy:
     def of(
         cls, case: SceneCase, report: BranchReport, goal: Goal, points: Sequence[Point], largest: float | None
     ) -> Self:
-        """That of a goal at points."""
+        """The accuracy of a goal at points."""
         size = None
         match goal.scale:
             case Scale.DISTANCE:

@@ -157,7 +157,7 @@ def steady_at(case: AlongCase, columns: Columns, branch: AdaptiveBranch, Ca_e: f
 def solve_part(
     case: AlongCase, columns: Columns, goals: Sequence[Goal], values: Sequence[float], desk: Desk
 ) -> Iterator[FoundAt[float, Steady] | tuple[str, BranchReport]]:
-    """Solve the steady states at some Ca_e, in another process."""
+    """Solve the steady states at some Ca_e, in the process of a worker."""
     from pairsim.computing.steady import Solutions
 
     found = desk.kept(partial(Solutions, case, goals))

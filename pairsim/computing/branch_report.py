@@ -16,7 +16,7 @@ COUNTS = NEWTON_ITERATIONS, FACTORISATIONS, MESH_COUNT
 
 @dataclass(frozen=True)
 class BranchReport:
-    """What is said of a branch at the end: how its meshes were adapted, and what it has cost.
+    """The report on a branch at its end: how its meshes were adapted, and what it has cost.
 
     Attributes:
         largest: Largest value known of each goal.
@@ -36,14 +36,14 @@ class BranchReport:
 
     @classmethod
     def of(cls, branch: AdaptiveBranch) -> Self:
-        """That of a branch."""
+        """The report of a branch."""
         solver = branch.solver
         counts = dict(zip(COUNTS, (solver.iterations, solver.factorisations, solver.meshes), strict=True))
         size = solver.constraints.size
         return cls(branch.largest, branch.rounds, branch.unknowns, counts, size, dict(solver.clock.seconds))
 
     def joined(self, other: BranchReport) -> BranchReport:
-        """That of this branch and another one of the same case."""
+        """The report of this branch and of another one of the same case."""
         return BranchReport(
             {goal: max(size, other.largest.get(goal, 0.0)) for goal, size in self.largest.items()},
             {**other.rounds, **self.rounds},

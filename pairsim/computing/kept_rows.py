@@ -44,7 +44,7 @@ class KeptRows:
 
     @classmethod
     def of(cls, case: SceneCase, problem: SteadyProblem, alone: Parameters, **more: Any) -> Self:
-        """That of the rows of a case.
+        """The file of the rows of a case, by the hash of all that they depend on.
 
         Args:
             case: The case, for laws of a user's own.

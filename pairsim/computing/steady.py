@@ -139,7 +139,7 @@ class Solutions:
             yield name, BranchReport.of(branch)
 
     def hear(self, said: tuple[str, BranchReport]) -> None:
-        """Take what another process, by its name, says of its branch."""
+        """Take in the report of another process on its branch, with the name of the process."""
         self.others.update([said])
 
     def last_events(self, entries: Entries, warnings: Sequence[Text] = ()) -> Iterator[Event]:
@@ -171,20 +171,20 @@ class Solutions:
 
     @property
     def report(self) -> BranchReport | None:
-        """What is said of the branch, and of those of other processes; None before `begin`."""
+        """The report on the branch and on those of other processes; None before `begin`."""
         own = [] if self.branch is None else [BranchReport.of(self.branch)]
         each = [*own, *self.others.values()]
         return reduce(BranchReport.joined, each) if each else None
 
 
 def told(shared: Shared[Any, Any]) -> Iterator[Note]:
-    """Yield what is to be said of workers."""
+    """Yield the pending notes about workers."""
     while shared.notes:
         yield Note(shared.notes.pop(0))
 
 
 def together(summaries: Sequence[Summary], entries: Entries, warnings: Sequence[Text] = ()) -> Summary:
-    """What run.json says of computations on several branches: counts are added up, sizes are the largest.
+    """Entries of run.json of computations on several branches: counts are added up, sizes are the largest.
 
     Args:
         summaries: What it says of each.

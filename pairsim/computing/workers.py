@@ -1,9 +1,10 @@
-"""Several cores for one case: workers of an executor that compute parts of it beside this process.
+"""Several cores for one case: workers of an executor compute parts of it beside the main process, that of the command.
 
 A worker has its part computed in a child process of its own, as a worker of a sweep has its cases. The child appends
-what it finds to a file in the folder of the case, where it is read at once, and not only when the part ends. Workers
-only help: what a part has not found, because its process was killed or because its solutions end early, is computed by
-this process, as it would be without workers. So a computation fails, ends and warns as it does on one core.
+its results to a file in the folder of the case, from which the main process reads them at once, and not only when the
+part ends. Workers only help: what is missing from a part, because its process was killed or because its solutions end
+early, is computed by the main process, as it would be without workers. So a computation fails, ends and warns as it
+does on one core.
 """
 
 from __future__ import annotations
@@ -31,21 +32,22 @@ from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.signals import Signals, sigterm_waits
 
 FOLDER = ".parts"
-"""The folder of what parts find, in that of a case while it is computed."""
+"""The folder for the results of parts, in the folder of a case while it is computed."""
 STOP = "stop"
-POLL = 0.02  # seconds between two looks for what parts have found
-LENGTH = 8  # bytes of the length of an entry in a file
+POLL = 0.02  # interval at which files of parts are looked at for new results [s]
+LENGTH = 8  # bytes of the number before each result in a file of a part: the length of the pickled result
 
 
 class Desk:
-    """What a process has in which parts of a computation are computed, one after another.
+    """State that a process keeps from one part of a computation to the next: its monitor and, say, a solver.
 
     Args:
-        computation: The computation.
-        monitor: Ends the parts.
+        computation: Name of the computation, that of one case.
+        monitor: The monitor that every part asks whether it may go on.
 
     Attributes:
-        name: A name that no other one has.
+        computation, monitor: The arguments.
+        name: A name of its own, by which reports of several processes are told apart.
     """
 
     def __init__(self, computation: str, monitor: Monitor) -> None:
@@ -53,42 +55,42 @@ class Desk:
         self._open, self._kept = ExitStack(), list[Any]()
 
     @classmethod
-    def in_child(cls, part: Part) -> Self:
-        """That of a child process, whose signals end the computation as well as its budget does."""
+    def in_child(cls, part: PartTask) -> Self:
+        """The state of a child process, in which signals end a computation as well as its budget does."""
         signals = Signals()
         desk = cls(part.computation, Monitor(signals, budget=part.budget))
         desk._open.enter_context(signals)
         return desk
 
     def kept[S](self, make: Callable[[], AbstractContextManager[S]]) -> S:
-        """What an earlier part has made, or else what is made now; closed after the last part."""
+        """What `make` has made for an earlier part, such as a solver, or else makes now; closed after the last part."""
         if not self._kept:
             self._kept.append(self._open.enter_context(make()))
         kept: S = self._kept[0]
         return kept
 
     def close(self) -> None:
-        """End the computation."""
+        """Close what was kept, after the last part."""
         self._open.close()
 
 
 type PartOf[T] = Callable[[Desk], Iterator[T]]
-"""The computation of a part, which yields what it finds; a function of a module with arguments that can be pickled."""
+"""The computation of a part, which yields its results: a function of a module, with arguments that can be pickled."""
 
 
 @dataclass(frozen=True)
-class Part:
-    """What is given to a worker."""
+class PartTask:
+    """A part as it is given to a worker."""
 
-    file: Path  # takes what is found
+    file: Path  # its results are appended to it
     stop: Path  # file whose presence stops it
-    computation: str  # what it is a part of
-    work: bytes  # pickled `PartOf`; only the child unpickles it, which knows the same laws of one's own
+    computation: str  # name of the computation that it is a part of
+    work: bytes  # pickled `PartOf`; only the child unpickles it, which has loaded the user's laws
     budget: float | None  # wall time that is left [s]; None for no limit
     environment: Mapping[str, str]  # variables of the child
 
     def in_child(self) -> str:
-        """Compute it; returns what is to be said if it was not completed, if anything is."""
+        """Compute it; returns the message of an unexpected error, else an empty text."""
         try:
             found = pickle.loads(self.work)(_desk_of(self))
             with self.file.open("ab") as file:
@@ -96,8 +98,8 @@ class Part:
                     content = pickle.dumps(each)
                     file.write(len(content).to_bytes(LENGTH) + content)
                     file.flush()
-                file.write(bytes(LENGTH))  # all is there
-        except (RunFailure, KeyboardInterrupt):  # which this process finds, too, if it is one of the case
+                file.write(bytes(LENGTH))  # a length of 0: all results are there
+        except (RunFailure, KeyboardInterrupt):  # a failure of the case ends the main process, too
             return ""
         except Exception as error:
             traceback.print_exc()
@@ -106,11 +108,11 @@ class Part:
 
 
 _desks: list[Desk] = []
-"""That of this process, if it has one."""
+"""The state of this process, if it has one; a list of at most one."""
 
 
-def _desk_of(part: Part) -> Desk:
-    """The desk of the computation that a part belongs to, in the child."""
+def _desk_of(part: PartTask) -> Desk:
+    """The state of this child for the computation that a part belongs to; that of an earlier computation is closed."""
     if not (_desks and _desks[0].computation == part.computation):
         while _desks:
             _desks.pop().close()
@@ -118,20 +120,20 @@ def _desk_of(part: Part) -> Desk:
     return _desks[0]
 
 
-def compute(part: Part) -> str:
-    """Compute a part, for a worker of any executor; returns what is to be said if it was not completed."""
+def compute(part: PartTask) -> str:
+    """Compute a part, for a worker of any executor; returns why it was not completed, if that is unexpected."""
     if part.stop.exists():
         return ""
     with _sigterm_left_to_the_main_thread():
-        child, said, why = ask(part, part.environment, part.stop, None)
-        death = child.death[1] if said is None and not why else ""
-        if said is None or why or said.memory > MOST_MEMORY:
+        child, reply, why = ask(part, part.environment, part.stop, None)
+        death = child.death[1] if reply is None and not why else ""
+        if reply is None or why or reply.memory > MOST_MEMORY:
             child.close()
-    return str(said.result) if said is not None else death
+    return str(reply.result) if reply is not None else death
 
 
 def _begun(environment: Mapping[str, str]) -> None:
-    """Start the child of a thread, which loads libraries meanwhile."""
+    """Start the child of this thread, so that it loads its libraries in the meantime."""
     with _sigterm_left_to_the_main_thread():
         child_of_thread(environment)
 
@@ -142,10 +144,10 @@ def _sigterm_left_to_the_main_thread() -> AbstractContextManager[None]:
 
 
 class Helper[T]:
-    """A part that a worker computes, and what it has found so far.
+    """A part that a worker computes, and the reader of its results.
 
     Attributes:
-        complete: Whether all that it finds has been read.
+        complete: Whether the part was completed and all of its results have been read.
     """
 
     def __init__(self, future: Future[str], file: Path) -> None:
@@ -153,11 +155,11 @@ class Helper[T]:
 
     @property
     def at_work(self) -> bool:
-        """Whether it may find more."""
+        """Whether the worker has not ended."""
         return not self._future.done()
 
     def found(self) -> Iterator[T]:
-        """Yield what it has found since this was asked last."""
+        """Yield the results that are new since the last call."""
         if not self._file.exists():
             return
         with self._file.open("rb") as file:
@@ -172,27 +174,26 @@ class Helper[T]:
                 yield pickle.loads(content)
 
     def cancelled(self) -> bool:
-        """Give it up if it has not begun; returns whether that was so."""
+        """Cancel the part if it has not begun; returns whether it had not."""
         return self._future.cancel()
 
     @property
-    def said(self) -> str:
-        """What is to be said of it, once it has ended, if it was not completed: empty if nothing is."""
+    def failure(self) -> str:
+        """Why the part was not completed, once the worker has ended; empty if it was, or if that is expected."""
         try:
             return self._future.result()
         except CancelledError:
             return ""
-        except Exception as error:  # the executor's
+        except Exception as error:  # of the executor
             return f"the executor has not computed it ({type(error).__name__}: {error})"
 
 
 class Workers:
-    """This process and those that help it; entered while a case is computed.
+    """The main process and those that help it; entered while a case is computed.
 
     Args:
-        processes: Number of processes that compute, this one included.
-        executor: Has the others started; by default threads of this process do. Its workers must see the folder of the
-            case.
+        processes: Number of processes that compute, the main process included.
+        executor: Starts the others; None: threads of the main process do. Its workers must see the folder of the case.
 
     Attributes:
         count: The number of processes.
@@ -207,7 +208,7 @@ class Workers:
 
     def __enter__(self) -> Self:
         if self._executor is None:
-            # A thread each: the part that goes on where another one has ended finds the solutions of that one.
+            # One executor a thread, so that a part can be given to the process that has the solutions it goes on from.
             self._threads = [ThreadPoolExecutor(1) for _ in range(self.count - 1)]
             for thread in self._threads:
                 thread.submit(_begun, {})
@@ -221,12 +222,12 @@ class Workers:
 
     @contextmanager
     def at_work_in(self, folder: Path) -> Iterator[None]:
-        """Context in which parts of a case with this folder can be started; ends those that are still at work."""
+        """Context in which parts of a case with this folder can be started; stops those still at work at its end."""
         if self.count == 1:
             yield
             return
         self._folder, self._computation = folder / FOLDER, uuid4().hex
-        shutil.rmtree(self._folder, ignore_errors=True)  # of a computation that was killed
+        shutil.rmtree(self._folder, ignore_errors=True)  # left by a computation that was killed
         self._folder.mkdir()
         try:
             yield
@@ -241,12 +242,13 @@ class Workers:
             shutil.rmtree(self._folder, ignore_errors=True)
 
     def start[T](self, work: PartOf[T], monitor: Monitor, number: int = 0) -> Helper[T]:
-        """Give a part to the worker of a number, from 0; of an executor to any one.
+        """Give a part to a worker.
 
         Args:
             work: The computation of the part.
-            monitor: That of the case.
-            number: Which of the others computes it, if they are threads of this process.
+            monitor: The monitor of the case.
+            number: Number of the worker, from 0, if workers are threads of the main process; an executor given by the
+                user chooses itself.
 
         Raises:
             OSError: The folder of the case cannot be used.
@@ -255,7 +257,7 @@ class Workers:
         file = self._folder / f"part{next(self._numbers)}"
         environment = {OWN: os.environ[OWN]} if OWN in os.environ else {}
         content = pickle.dumps(work)
-        part = Part(file, self._folder / STOP, self._computation, content, monitor.left, environment)
+        part = PartTask(file, self._folder / STOP, self._computation, content, monitor.left, environment)
         executor = self._executor or self._threads[number % len(self._threads)]
         helper = Helper[T](executor.submit(compute, part), file)
         self._helpers.append(helper)
@@ -263,29 +265,31 @@ class Workers:
 
 
 ALONE = Workers()
-"""No other process."""
+"""The main process without others: the default of `Workers`."""
 
 
 @dataclass(frozen=True)
 class FoundAt[P, T]:
-    """What a part yields at a place: the result there."""
+    """A result that a part yields, with its place."""
 
     place: P
     result: T
 
 
 class Shared[P, T]:
-    """Work on places, such as distances, that this process shares with its workers: `pairsim.runtime.others.Others`.
+    """Work on places, such as distances, that the main process shares with its workers.
+
+    It is what `pairsim.runtime.others.found_by_all` calls `Others`.
 
     Args:
         workers: The workers.
         monitor: The monitor of the case.
-        part: The computation of a part but for its places, which are its last argument but the desk. It yields a
-            `FoundAt` for each place, and may yield other things.
-        aside: Takes these other things.
+        part: The computation of a part, as a function of its places and the `Desk` of the process. It yields a
+            `FoundAt` for each place, and may yield reports beside them.
+        take_report: Called with each of these reports.
 
     Attributes:
-        notes: What is to be said of workers that have ended early.
+        notes: Messages about workers that have ended early, which the caller shows and removes.
     """
 
     def __init__(
@@ -293,9 +297,9 @@ class Shared[P, T]:
         workers: Workers,
         monitor: Monitor,
         part: Callable[[Sequence[P], Desk], Iterator[Any]],
-        aside: Callable[[Any], None],
+        take_report: Callable[[Any], None],
     ) -> None:
-        self._workers, self._monitor, self._part, self._aside = workers, monitor, part, aside
+        self._workers, self._monitor, self._part, self._take_report = workers, monitor, part, take_report
         self._helpers: list[Helper[Any]] = []
         self.notes: list[str] = []
 
@@ -305,11 +309,11 @@ class Shared[P, T]:
         return self._workers.count > 1
 
     def share(self, places: Sequence[P], more: float = 0.0) -> Sequence[P]:
-        """Give places to the workers; returns those that are left to this process, the first ones.
+        """Give places to the workers; returns those that are left to the main process, the first ones.
 
         Args:
             places: The places, neighbours beside each other.
-            more: What this process has to do beside its places, in places.
+            more: Work that the main process has beside its places, in units of that of a place.
         """
         if not self.shares or len(places) < 2:
             return places
@@ -323,28 +327,29 @@ class Shared[P, T]:
         return places[:first]
 
     def come(self) -> Iterator[tuple[P, T]]:
-        """Yield what workers have found since this was asked last, with its place."""
+        """Yield the results of workers that are new since the last call, with their places."""
         for helper in self._helpers:
             for each in helper.found():
                 if isinstance(each, FoundAt):
                     yield each.place, each.result
                 else:
-                    self._aside(each)
+                    self._take_report(each)
 
     def rest(self, meanwhile: Callable[[], bool]) -> Iterator[tuple[P, T]]:
-        """Yield what they find until all have ended.
+        """Yield the results of workers until all have ended.
 
         Args:
             meanwhile: Does something while they are at work; returns whether there was anything to do.
         """
         while self._helpers:
             self._monitor.check()
-            ended = [helper for helper in self._helpers if not helper.at_work]  # before what they have found is read
+            # Asked before results are read: what a worker appends before it ends is then read in this round.
+            ended = [helper for helper in self._helpers if not helper.at_work]
             yield from self.come()
             for helper in ended:
                 self._helpers.remove(helper)
-                if said := helper.said:
-                    self.notes.append(f"a worker has ended early, what is left of its part is computed here: {said}")
+                if failure := helper.failure:
+                    self.notes.append(f"a worker has ended early, what is left of its part is computed here: {failure}")
             if self._helpers and not meanwhile():
                 time.sleep(POLL)
 
@@ -358,7 +363,8 @@ def found_in_parts[T](workers: Workers, monitor: Monitor, parts: Sequence[PartOf
         parts: The computations.
 
     Yields:
-        What they find, with the number of the part, from 0: of this process at once, of others once a part is complete.
+        Results with the number of their part, from 0: those of the main process at once, those of workers once their
+        part is complete.
     """
     helpers = dict[int, Helper[T]]()
     if workers.count > 1:
@@ -367,18 +373,18 @@ def found_in_parts[T](workers: Workers, monitor: Monitor, parts: Sequence[PartOf
 
     def complete() -> Iterator[tuple[int, T]]:
         for i, helper in [*helpers.items()]:
-            ended = not helper.at_work  # before what it has found is read
+            ended = not helper.at_work  # asked before results are read, as in `Shared.rest`
             found[i] += helper.found()
             if helper.complete:
                 left.discard(i)
                 yield from ((i, each) for each in found[i])
-            if helper.complete or ended:  # what is not complete is computed here
+            if helper.complete or ended:  # a part that has ended incomplete is computed by the main process
                 del helpers[i]
 
     while left:
         monitor.check()
         yield from complete()
-        # Workers begin with the first parts, this process with the last ones.
+        # Workers begin with the first parts, the main process with the last ones.
         free = next(
             (i for i in sorted(left, reverse=workers.count > 1) if i not in helpers or helpers[i].cancelled()), None
         )

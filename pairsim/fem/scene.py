@@ -295,7 +295,7 @@ class Scene:
         return exponential(self.log_conformations(x))
 
     def log_conformations(self, x: Array) -> Array:
-        """The same of log c."""
+        """Logarithms of the conformations of all modes at the nodes, from a full vector, shape (nodes, 4 M)."""
         return self.liquid.nodal(LOG_CONFORMATION.name, x)
 
     def prescribe(self, x: Array, nodes: Indices, flow: PipeState) -> None:
@@ -322,7 +322,7 @@ class Scene:
         return self._resting(x)
 
     def starting(self, flow: float) -> Array:
-        """The same with the velocities of a Newtonian liquid of a mean velocity [U_av]."""
+        """Full vector of Newtonian flow of a mean velocity [U_av] at the ends, decreasing to rest at the particles."""
         x = self.at_rest
         self.liquid.nodal("u", x)[:] = flow * poiseuille(self.liquid.six_node_mesh.points)
         return self._resting(x)

@@ -82,7 +82,7 @@ class _Draws:
 
     @classmethod
     def of(cls, case: SceneCase, numbers: Mapping[str, Array], atlas: Atlas) -> Self:
-        """Those of the numbers that differ from draw to draw."""
+        """The draws of the numbers that differ from draw to draw."""
         given = {"beta": case.betas, "De": (case.De,), "Ca_e": case.Ca_es}
         each = {name: _of_draws(numbers.get(name), own) for name, own in given.items()}
         if differ(case) and (unequal := atlas.of_unequal) is not None:

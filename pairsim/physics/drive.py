@@ -68,7 +68,7 @@ class Drive:
         return abs(self.flow) if self.waveform is None else self.waveform.largest
 
     def constant(self, flow: float) -> Drive:
-        """The same with a flow that does not vary [U_av]."""
+        """This drive with a flow that does not vary [U_av]."""
         return replace(self, flow=flow, waveform=None)
 
 

@@ -33,7 +33,7 @@ class SecondOrderFluid:
 
     @classmethod
     def of(cls, liquid: Liquid) -> Self:
-        """That of a liquid; both are 0 without modes."""
+        """The coefficients of a liquid; both are 0 without modes."""
         if not liquid.modes:
             return cls()
         rate = SLOW / liquid.longest

@@ -116,7 +116,7 @@ def case_parts(case: ShownCase, leave_out: Collection[str] = (), physical: bool 
 
 
 def _numbers(case: ShownCase, keys: Sequence[str], left_out: Collection[str]) -> list[str]:
-    """Those of some keys that a case has."""
+    """The equations, such as "De = 1", of those keys that a case has."""
     known = {key: _value(case, key) for key in keys if key not in left_out}
     return [equation(key, value) for key, value in known.items() if value is not None]
 

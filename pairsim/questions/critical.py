@@ -57,7 +57,6 @@ from pairsim.record.columns import (
     WAY_COLUMNS,
 )
 from pairsim.record.columns import U as U_EACH
-from pairsim.record.record import Record
 from pairsim.record.run_entries import OF_STEADY, Entry
 from pairsim.runtime.message import Message, Text
 from pairsim.solvers.parameters import Parameters
@@ -78,16 +77,17 @@ if TYPE_CHECKING:
     from pairsim.solvers.curves.equilibrium_lines import Critical, End
     from pairsim.solvers.steady.ends import Ended
 
-SHOWN = {"zeros": D_CR, "stable": STABLE}
+IN_RESULTS = {"zeros": D_CR, "stable": STABLE}
+"""What results.csv of a sweep has of a case, by name: columns of critical.csv."""
 U = Column("U", "U", "velocity of the pair", VELOCITY)
 CRITICAL_COLUMNS = Columns(
     *(CA_E, DE, D_CR, STABLE, KIND, BRANCH, SLOPE, U, TAYLOR, DP, DP_PLUS),
     *(NEWTON, DU_CORRECTION, CORRECTED, DU_ERROR, ENDS_ERROR, D_ERROR, PARAMETER_ERROR),
 )
 """The columns that critical.csv begins with."""
-MOST_TOLD = 4  # values of what is followed that an answer tells each; chosen
-TOLD = {CA_E.name, DE.name}
-"""Keys whose values have columns of their own."""
+MOST_LISTED = 4  # number of followed values up to which an answer lists the zeros at each; chosen
+WITH_COLUMN = {CA_E.name, DE.name}
+"""Followed keys whose values have a column of their own in critical.csv; those of others are in `FOLLOWED`."""
 
 
 class EndOfBranch(TypedDict):
@@ -184,7 +184,7 @@ def solve(case: CriticalCase, *, monitor: Monitor, workers: Workers) -> events.E
         region = Region(Followed(followed.materials), followed.values, least, most)
     start = start_of(case, None if region is None else region.values[0])
     count = len(region.values) if region is not None else 1
-    # There may be several zeros at a value, and they are looked for at the last one in the end.
+    # Expected results: a zero at each value, and those of other lines, for which a last search looks at the last value.
     goal = Message("zeros of dU from d = {} to d = {}", LENGTH(least, "g"), LENGTH(most, "g"))
     yield events.Begin(goal, count + 1)
     found = Solutions(case, (CRITICAL,))
@@ -216,11 +216,11 @@ def solve(case: CriticalCase, *, monitor: Monitor, workers: Workers) -> events.E
                     yield from told(others)
                 match each:
                     case Point():
-                        yield search.passed(each)
+                        yield search.progress_of(each)
                     case Critical():
-                        yield from search.met(each)
+                        yield from search.events_of_zero(each)
                     case End():
-                        yield from search.ended(each)
+                        yield from search.events_of_end(each)
                     case Missed():
                         search.warnings.append(each.message)
                     case Ended():
@@ -246,7 +246,7 @@ def start_of(case: CriticalCase, value: float | None) -> Parameters:
 def solve_part(
     case: CriticalCase, value: float | None, places: Sequence[Distances], desk: Desk
 ) -> Iterator[FoundAt[Distances, Point] | tuple[str, BranchReport]]:
-    """Solve for points of a curve that is searched for zeros, in another process."""
+    """Solve for points of a curve that is searched for zeros, in the process of a worker."""
     from pairsim.computing.problems import steady_problem
     from pairsim.computing.steady import Solutions
     from pairsim.solvers.goals import CRITICAL
@@ -262,10 +262,11 @@ def solve_part(
 
 
 class Search:
-    """What a search for critical distances has found so far, and what is said of each.
+    """The state of a search for critical distances, which makes events of what the solver finds.
 
     Attributes:
-        further: The column of what is followed, if its values have none of their own.
+        wanted: Solutions at requested values.
+        further: The column `FOLLOWED`, if the values of the followed key have no column of their own.
         branches: Numbers of the branches.
         errors: Errors of parameters where two zeros meet, relative to them.
         ends: Where branches end.
@@ -274,22 +275,22 @@ class Search:
 
     def __init__(self, case: CriticalCase, count: int, found: Solutions) -> None:
         self._followed, self._count, self._solutions, self._solved = case.followed, count, found, 0
-        self.wanted: list[Point] = []  # those at requested values
+        self.wanted: list[Point] = []
         found.judged = self.wanted
-        has_column = self._followed is None or self._followed.key in TOLD
+        has_column = self._followed is None or self._followed.key in WITH_COLUMN
         self.further = [] if has_column else [FOLLOWED.name]
         self.branches = set[int]()
         self.errors: list[ErrorAt] = []
         self.ends: list[EndOfBranch] = []
         self.warnings: list[Text] = []
 
-    def passed(self, point: Point) -> events.Event:
-        """A solution on the way to a zero."""
+    def progress_of(self, point: Point) -> events.Event:
+        """The progress at a solution on the way to a zero."""
         d, dU = LENGTH(point.d, ".5f"), VELOCITY(point.dU, "+.4e")
         return self._progress(Message("search: d = {}  dU = {}", d, dU))
 
-    def met(self, critical: Critical) -> Iterator[events.Event]:
-        """A critical distance; yields its row."""
+    def events_of_zero(self, critical: Critical) -> Iterator[events.Event]:
+        """Take in a critical distance; yields its row and the progress."""
         from pairsim.computing.accuracy import error_at
         from pairsim.solvers.goals import CRITICAL
 
@@ -307,8 +308,8 @@ class Search:
             where += f"  {self._followed.key} = {place.followed:.5g} {self._followed.unit}".rstrip()
         yield self._progress(Message("{}  d_cr = {}  {}", where, LENGTH(point.d, ".5f"), critical.kind))
 
-    def ended(self, end: End) -> Iterator[events.Event]:
-        """The end of a branch; yields what is said of it."""
+    def events_of_end(self, end: End) -> Iterator[events.Event]:
+        """Take in the end of a branch; yields a note on it, unless it is the last value."""
         self.ends.append({"branch": end.branch, "reason": end.reason, "message": end.message})
         if end.reason != "range":
             yield events.Note(Message("the critical distances of branch {} end: {}", end.branch, end.message))
@@ -357,7 +358,7 @@ def read(tables: Tables, record: Record) -> dict[str, Value]:
     """The values of a case in results.csv; zeros and what belongs to them are lists in the order of critical.csv."""
     table = tables["critical"]
     wanted = table[KIND] == "wanted"
-    return {"points": table.rows, **{name: table[of][wanted].tolist() for name, of in SHOWN.items()}}
+    return {"points": table.rows, **{name: table[of][wanted].tolist() for name, of in IN_RESULTS.items()}}
 
 
 class CriticalResult(Result):
@@ -399,13 +400,13 @@ class CriticalResult(Result):
         from pairsim.analysis.zeros import zeros_in
 
         values = [value for value in followed.values if (table[FOLLOWED] == value).any()]
-        told = values if len(values) <= MOST_TOLD else values[:: len(values) - 1]
-        said = []
-        for value in told:
+        listed = values if len(values) <= MOST_LISTED else values[:: len(values) - 1]
+        found = []
+        for value in listed:
             zeros = zeros_in(table.where(table[FOLLOWED] == value), D_CR)
             d = " and ".join(in_unit(self.record.scales, LENGTH, zero.d, zero.error) for zero in zeros)
-            said.append(f"{d} at {value:.4g} {followed.unit}".rstrip())
-        return f"Over {followed.key}: {', '.join(said)}."
+            found.append(f"{d} at {value:.4g} {followed.unit}".rstrip())
+        return f"Over {followed.key}: {', '.join(found)}."
 
 
 def draw(folder: Path, out: Path, page: Page) -> list[Path]:

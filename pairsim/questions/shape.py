@@ -90,7 +90,7 @@ COLUMNS = Columns(
 """The columns that shape.csv begins with."""
 TABLE = Columns(COLUMNS, STEADY)
 GOALS = (goals.D, goals.DEFORMATION, goals.U, goals.DP_PLUS)
-"""What shapes are computed for."""
+"""The goals to whose errors meshes are adapted, and of which half-widths are written."""
 
 
 class ShapeCase(AlongCase):

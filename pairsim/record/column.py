@@ -46,7 +46,7 @@ class Column:
     shown: Shown = Shown.USUALLY
     whole: bool = False  # whether its values are whole numbers
     unknown: bool = False  # whether a value may be unknown, nan in the file
-    value: Callable[[Any], Any] | None = None  # takes it off what the computation of its question has found
+    value: Callable[[Any], Any] | None = None  # makes it of what the computation of its question has found
     half_width: str = ""  # the name of the column of the half-widths of its intervals, if there is one
 
     def with_suffix(self, suffix: str) -> Column:
@@ -62,7 +62,7 @@ class Column:
         return replace(self, name=self.name + suffix, symbol=symbol, meaning=meaning)
 
     def suffixes(self, n: int) -> list[str]:
-        """What the names of its columns end with in tables of `n` particles, from upstream; see `suffixes`."""
+        """The suffixes of its columns in tables of `n` particles, from upstream; see the function `suffixes`."""
         return suffixes(self.of, n)
 
     def named(self, n: int) -> list[str]:
@@ -114,12 +114,14 @@ class Columns(Iterable[Column]):
         return self.half_width_of(column, suffix)
 
     def half_width_of(self, column: Column, suffix: str) -> str:
-        """The same of a quantity, for a gap or particle; one that all of them share has no suffix."""
+        """The column of the half-widths of a quantity for a gap or particle, "" if there is none.
+
+        Half-widths that all gaps or particles share have no suffix."""
         declared = self._columns.get(column.half_width)
         return column.half_width and column.half_width + (suffix if declared is None or declared.of else "")
 
     def get(self, name: str) -> Column | None:
-        """The same; None for a column that the table does not declare."""
+        """The column of a name in a header, as `column`; None if the table does not declare it."""
         try:
             return self.column(name)
         except KeyError:
@@ -131,16 +133,16 @@ class Columns(Iterable[Column]):
 
     @property
     def own(self) -> Columns:
-        """Those that take their value off what a computation has found."""
+        """The columns whose values are functions of what the computation of their question has found."""
         return Columns(each for each in self if each.value is not None)
 
     def own_row(self, n: int, found: Any) -> dict[str, float]:
-        """The values of `own` in tables of `n` particles, by name; what they are taken of is that of their question."""
+        """The values of the columns `own` in tables of `n` particles, by name, from what the computation has found."""
         return table_row(n, {each: each.value(found) for each in self.own if each.value is not None})
 
 
 def suffixes(of: str, n: int) -> list[str]:
-    """What the names of the columns of every gap, particle, mode or entry of a matrix end with, from upstream.
+    """The suffixes of the columns of every gap, particle, mode or entry of a matrix, from upstream.
 
     Args:
         of: `GAP`, `PARTICLE`, `MODE`, `ENTRY`, or "" for a quantity with one column.
@@ -160,7 +162,7 @@ def suffixes(of: str, n: int) -> list[str]:
 
 
 def suffixes_in(names: Iterable[str], column: Column) -> list[str]:
-    """The suffixes with which a column is among names, in their order; see `suffixes`."""
+    """The suffixes that the names of a column have among these names, in their order."""
     pattern = re.compile(f"{column.name}({SUFFIX})")
     return [name.removeprefix(column.name) for name in names if pattern.fullmatch(name)]
 

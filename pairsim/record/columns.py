@@ -320,9 +320,9 @@ EQUILIBRIA_COLUMNS = Columns(DISTANCE, STABLE, SLOPE, PEAK, D_ERROR, CERTAIN)
 STATE_COLUMNS = (T, *MOTION, Z)
 """The columns that series.csv begins with."""
 CYCLE_COLUMNS = (DRIFT, DRIFT_ERROR)
-"""Those of the cycles of a flow that varies, which follow that of the flow, where there are distances."""
+"""Columns of the cycles of a flow that varies; they follow the column of the flow, where there are distances."""
 ESTIMATE_COLUMNS = (DU_DISCRETE, DU_CORRECTION)
-"""Those of the estimate that dU contains, which follow where a run carries its error along."""
+"""Columns of the estimate that dU contains; they follow where a run carries its error along."""
 ERROR_COLUMNS = (DU_ERROR, U_ERROR, TAYLOR_ERROR, DP_PLUS_ERROR)
 """The half-widths of a run, which follow where they are known."""
 RUN_HEALTH = (DT, NEWTON, MESH, *OBSERVED, DISTORTION)

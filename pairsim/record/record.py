@@ -51,12 +51,12 @@ class Record(Mapping[str, Any]):
 
     @classmethod
     def of(cls, entries: Entries) -> Record:
-        """That with these entries, in this order."""
+        """The record with these entries, in this order."""
         return cls({entry.name: value for entry, value in entries.items()})
 
     @classmethod
     def read(cls, folder: Path) -> Record:
-        """That of a folder; without entries if the file is missing or invalid."""
+        """The record of a folder; without entries if the file is missing or invalid."""
         return cls(read_json(folder / FILE))
 
     def write(self, folder: Path) -> None:
@@ -171,7 +171,7 @@ class Record(Mapping[str, Any]):
         return Scales(found["length"], found["velocity"], found["stress"] * found["time"])
 
     def scales_of(self, source: str) -> Scales:
-        """The same.
+        """The units of length, velocity and viscosity, of a case that must have them.
 
         Raises:
             InputError: The case has no `physical` block; the message names `source`.

@@ -109,7 +109,7 @@ PHASES = Entry[Mapping[str, float]]("wall_time_by_phase", "wall time of each pha
 COMMON = (KIND, STATUS, REASON, MESSAGE, STARTED, COMMAND, MACHINE, VERSIONS, SECONDS, PEAK_MEMORY, KEY, LAWS)
 """The entries of every question."""
 AT_THE_END = (WARNINGS, SCALES, INPUTS, PHASES)
-"""Those that follow when a computation has ended, after those of its question."""
+"""Entries that are written when a computation has ended, after those of its question."""
 SIZE = Entry[int](UNKNOWNS.name, "unknowns of the largest linear system")
 POINTS = Entry[int]("points", "points of a curve, or steady states")
 NEWTON_ITERATIONS = Entry[int]("newton_iterations", "Newton iterations in all")

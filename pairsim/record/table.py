@@ -69,7 +69,7 @@ class Table(Mapping[str, Array]):
         return self._arrays[column.name + suffix]
 
     def known(self, column: Column, suffix: str = "") -> Array | None:
-        """The same; None where the table does not have it."""
+        """The column of a gap or particle; None where the table does not have it."""
         return self._arrays.get(column.name + suffix)
 
     def has(self, column: Column, suffix: str = "") -> bool:
@@ -81,7 +81,7 @@ class Table(Mapping[str, Array]):
         return self._arrays.get(self.declared.half_width_of(column, suffix))
 
     def suffixes(self, column: Column) -> list[str]:
-        """The suffixes with which a column is in the table, in the order of the file."""
+        """The suffixes of a quantity's columns in the table, such as "_1" and "_2", in the order of the file."""
         return suffixes_in(self, column)
 
     def each(self, column: Column) -> dict[str, Array]:

@@ -56,8 +56,8 @@ class Goal:
         kind: Its kind of quantity.
         value: Its values, from a solution and what is observed of it, corrected where corrections are added, (k,).
         functional: Its functionals at a solution; None if it is combined of another goal.
-        reading: What a better way to read the functionals off the discrete solution adds to what is reported, (k,);
-            None: nothing.
+        reading: Correction of the reported values by a better evaluation of the functionals at the discrete solution,
+            (k,); None: nothing.
         parent: The goal of whose values it is a combination.
         combination: The coefficients of the combination of n values of the parent, (k, n).
         per: What it has a value for each of.
@@ -65,7 +65,7 @@ class Goal:
         observed: The attribute of an `Observation` that its correction is added to, "" if there is none.
         added: Whether the estimate of its error is added to it where it is trusted.
         left_out_counts: Whether an estimate that is not added is counted once more in the half-width.
-        of_others: Least part of what a correction leaves in one value of what it leaves in another one.
+        of_others: Least error of the estimate in one value, as a part of the largest one in any value.
         rounding: Rounding of its values, a part of the half-width.
         second_order: Whether the half-width has a term of second order for a single soft particle in a liquid without
             modes.
@@ -130,7 +130,7 @@ class Goal:
         return np.asarray(self.combined(len(values)) @ values)
 
     def read_better(self, solution: Solution) -> Array | None:
-        """What a better way to read its values off a discrete solution adds to them, (k,); None: nothing."""
+        """Correction of its values by a better evaluation of a discrete solution, (k,); None: nothing."""
         if self.root.reading is None:
             return None
         values = self.root.reading(solution)
@@ -150,7 +150,7 @@ def _forces(solution: Solution) -> Functional:
 
 
 def _velocities(solution: Solution) -> Functional:
-    """Those of the particles: unknowns, or in runs, in which every node of a soft particle has its own, their means.
+    """Velocities of the particles: unknowns; in runs, in which each node of a soft particle has its own, their means.
 
     In a run the means are over the nodes, not over the volume; they differ by how fast a shape changes.
     """
@@ -207,7 +207,7 @@ def _taylor_parameter(_: Array) -> Callable[[Array], float]:
 
 
 def _deformation_of_hull(outline: Array) -> Callable[[Array], float]:
-    """The points of the convex hull stay the same under small changes."""
+    """Deformation of the convex hull, whose points stay the same under small changes."""
     from pairsim.fem.diagnostics import hull, measure, polygon
 
     convex = hull(polygon(outline))
@@ -215,7 +215,7 @@ def _deformation_of_hull(outline: Array) -> Callable[[Array], float]:
 
 
 def _polygons_of_hull(solution: Solution) -> Array:
-    """What a polygon makes of the deformation falls with the square of the length of its sides."""
+    """Error of the deformation by polygons, extrapolated: it falls with the square of the length of their sides."""
     from pairsim.fem.diagnostics import POINTS, hull, measure, polygon
 
     found = []
@@ -243,7 +243,7 @@ def _pressure_drop(solution: Solution) -> Functional:
 
 
 def _inner_pressure_drop(solution: Solution) -> Array:
-    """What reading it off inside the tube adds."""
+    """The pressure drop read off inside the tube, less that at its ends."""
     from pairsim.solvers.pressure_drop import InnerDrop
 
     return np.array([InnerDrop.of(solution).value - solution.scene.pressure_drop(solution.x)])
@@ -341,10 +341,10 @@ DP_PLUS = Goal(
 """The pressure drop that the particles cause."""
 
 GOALS = (U, dU, F, D, DEFORMATION, DP_PLUS)
-"""Those that every estimate has; they have no values where a scene does not have what they are."""
+"""The goals of every estimate; they have no values where a scene lacks what they measure."""
 DECIDING = (F, dU)
 """The first of these that has values decides whether estimates are trusted."""
 DP_PLUS_IN_TIME = replace(DP_PLUS, added=False)
 """The pressure drop that the particles cause in a run, which estimates are not added to."""
 IN_TIME = (dU, U, D_OF_EACH, DP_PLUS_IN_TIME)
-"""Those whose errors are known in runs."""
+"""The goals whose errors are known in runs."""

@@ -50,7 +50,7 @@ class Parameters:
         return replace(self, gaps=tuple(d if self.varied in (None, i) else gap for i, gap in enumerate(self.gaps)))
 
     def with_longer_gap(self, i: int, change: float) -> Parameters:
-        """The same with gap i, from upstream, longer by a change [D_c]."""
+        """These parameters with gap i, from upstream, longer by a change [D_c]."""
         return replace(self, gaps=(*self.gaps[:i], self.gaps[i] + change, *self.gaps[i + 1 :]))
 
     def diameters(self, betas: Sequence[float]) -> tuple[float, ...]:
@@ -60,28 +60,28 @@ class Parameters:
         return tuple(beta * size for beta, size in zip(betas, self.sizes, strict=True))
 
     def resized(self, factors: Sequence[float]) -> Parameters:
-        """The same with the particles' diameters multiplied by factors, N values."""
+        """These parameters with the particles' diameters multiplied by factors, N values."""
         return replace(self, sizes=self.diameters(factors))
 
     def with_De(self, De: float) -> Parameters:
-        """The same at another Deborah number."""
+        """These parameters at another Deborah number."""
         return replace(self, liquid=self.liquid.with_De(De))
 
     def less_regularised(self, factor: float) -> Parameters:
-        """The same with the regularisation of the liquid, if it has one, multiplied by a factor."""
+        """These parameters with the regularisation m of the liquid, if it has one, multiplied by a factor."""
         return replace(self, liquid=self.liquid.sharper(factor))
 
     def softer(self, factor: float) -> Parameters:
-        """The same with every Ca_e multiplied by a factor."""
+        """These parameters with every Ca_e multiplied by a factor."""
         return replace(self, solids=tuple(s and replace(s, Ca_e=s.Ca_e * factor) for s in self.solids))
 
     def softened(self, factors: Sequence[float]) -> Parameters:
-        """The same with the Ca_e of each particle multiplied by a factor, N values."""
+        """These parameters with the Ca_e of each particle multiplied by a factor, N values."""
         each = zip(self.solids, factors, strict=True)
         return replace(self, solids=tuple(s and replace(s, Ca_e=s.Ca_e * factor) for s, factor in each))
 
     def with_Ca_e(self, Ca_e: float) -> Parameters:
-        """The same with another Ca_e of all soft particles; rigid particles remain rigid."""
+        """These parameters with another Ca_e of all soft particles; rigid particles remain rigid."""
         return replace(self, solids=tuple(s and replace(s, Ca_e=Ca_e) for s in self.solids))
 
     def towards(self, end: Parameters, tau: float) -> Parameters:

@@ -55,7 +55,7 @@ class Setup:
         return kind(**{**shared, **own})
 
     def repeated(self, count: int) -> Self:
-        """The same with `count` times as many particles, the same ones again; the length is left to the caller."""
+        """This set-up with its particles repeated `count` times; the length is left to the caller."""
         return replace(repeated(self, count), drive=repeated(self.drive, count))
 
 

@@ -101,7 +101,7 @@ def curves_in(folders: Sequence[Path], d: Array, drawn: Array) -> Curves:
 
 
 def unequal_curves_in(folders: Sequence[Path], d: Array) -> UnequalCurves:
-    """The same of pairs whose beads differ, all of which were drawn at random."""
+    """The data of an atlas from folders of curves of pairs whose beads differ, all drawn at random."""
     names = {"beta": BY_BETA, "De": BY_DE, "Ca_e": BY_CA_E, "difference": BY_DIFFERENCE, "stiffness": BY_STIFFNESS}
     found = [Sampled.read(folder, d) for folder in folders]
     cases = [each.case for each in found]

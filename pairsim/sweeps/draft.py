@@ -37,7 +37,7 @@ class Draft:
 
     @classmethod
     def base(cls, model: type[SceneCase], content: Mapping[str, Plain]) -> Self:
-        """That of the base of a file, without the numbers that follow from its quantities."""
+        """The draft of the base of a file, without the numbers that follow from its quantities."""
         found = dict(content)
         forget_numbers(found)
         return cls(model, {}).changed(found)

@@ -32,7 +32,7 @@ ENDED = ("finished", "failed")
 
 @dataclass(frozen=True)
 class CaseState:
-    """How a case stands."""
+    """The state of a case."""
 
     folder: str  # its name
     status: str = "pending"  # "pending", "running", "finished" or "failed"
@@ -43,7 +43,7 @@ class CaseState:
 
 
 def read_state(directory: Path, key: str, values: bool = True) -> CaseState:
-    """How a case stands, by its folder, with its tables if `values` are wanted.
+    """The state of a case by its folder, with its tables if `values` are wanted.
 
     A folder with the hash of another case says nothing; one of version 0.2 has none.
     """
@@ -56,7 +56,7 @@ def read_state(directory: Path, key: str, values: bool = True) -> CaseState:
 
 @dataclass
 class SweptCase:
-    """A case of a sweep: what it is, and how it stands.
+    """A case of a sweep and its state.
 
     Attributes:
         key: Hash of the case.
@@ -116,7 +116,7 @@ class SweepRecord(Mapping[str, object]):
 
     @classmethod
     def of(cls, content: SweepContent) -> SweepRecord:
-        """That of sweep.json alone: no case has begun."""
+        """The record of sweep.json alone: no case has begun."""
         listed = content["cases"]
         return cls(content, [SweptCase(each["key"], each["parameters"], CaseState(each["folder"])) for each in listed])
 

@@ -229,7 +229,7 @@ class _Sweep:
 
 
 def _result(future: Future[CaseState], folder: str) -> CaseState:
-    """How a case stands whose task has ended."""
+    """The state of a case whose task has ended."""
     try:
         return future.result()
     except CancelledError:

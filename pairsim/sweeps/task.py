@@ -44,14 +44,14 @@ class Task:
         return read_state(self.folder, self.key, values=False).status == "finished"
 
     def in_child(self) -> tuple[str, str]:
-        """Compute it; returns reason and message of its failure, where run.json does not have them, else empty."""
+        """Compute it; returns reason and message of a failure that run.json does not have, else empty texts."""
         from pairsim.sweeps.in_child import compute as in_this_process  # loads FEniCSx
 
         return in_this_process(self)
 
 
 def compute(task: Task) -> CaseState:
-    """Compute a task, for a worker of any executor; returns how its case stands, "pending" if it was stopped."""
+    """Compute a task, for a worker of any executor; returns the state of its case, "pending" if it was stopped."""
     refusal = None if task.finished or task.stop.exists() else _compute(task)
     return refusal or read_state(task.folder, task.key)
 
@@ -60,7 +60,7 @@ def _compute(task: Task) -> CaseState | None:
     """Compute a case, and complete its run.json where the child could not.
 
     Returns:
-        How the case stands where its folder cannot tell that; else None.
+        The state of the case if it cannot be read from its folder, else None.
     """
     folder, key, begin = task.folder, task.key, time.monotonic()
     child, said, why = ask(task, task.environment, task.stop, task.timeout)

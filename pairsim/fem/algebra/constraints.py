@@ -43,13 +43,14 @@ class Constraints:
         base: Constant part of x, shape (n,).
         N: Direct dependence of x on y, shape (n, n_y).
         C: Dependence of x on the material positions h, shape (n, n_h).
-        M: Velocity of h in the laboratory frame as a function of y, shape (n_h, n_y).
+        M: Derivative of h by y over g, shape (n_h, n_y). In time steps M y is the velocity of the material positions in
+            the laboratory frame, in quasi-steady scenes, where g = 1, their displacement.
         a: Unit axial translation of h, shape (n_h,).
-        V: Velocity of the particles' material as a function of y, shape (n_h, n_y); equal to M except in quasi-steady
-            scenes.
+        V: Velocity of the particles' material as a function of y, shape (n_h, n_y). In time steps it is equal to M; in
+            quasi-steady scenes the material of a particle moves with the velocity of the particle.
         T: Restriction of the residual to the test functions that satisfy the constraints, shape (n_y, n).
-        integrated: Equations that contain h but not its rate, such as incompressibility of solids; they are divided
-            by g to be of the same order as the others. Boolean, shape (n_y,).
+        integrated: Whether an equation contains h but not its rate, as incompressibility of solids does; such equations
+            are divided by g, to be of the same order as the others. Boolean, shape (n_y,).
         fields: Indices in y of each field, for norms and reports.
     """
 

@@ -61,7 +61,7 @@ class DisturbedConstraints:
     masses: sparse.csr_matrix
 
     def with_known(self, known: Indices, values: Array) -> DisturbedConstraints:
-        """The same with known free unknowns, whose equations are solved.
+        """These constraints with some free unknowns known, whose equations are solved.
 
         Args:
             known: Their numbers, shape (k,).

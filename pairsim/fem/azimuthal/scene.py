@@ -113,7 +113,7 @@ class DisturbedScene:
         return diagonal([liquid.memory(), *(sparse.csr_matrix((each.numbering.size,) * 2) for each in solids)])
 
     def _extended(self, constraints: DisturbedConstraints) -> DisturbedConstraints:
-        """The same with the extension of the displacements of rigid particles, which nothing else affects."""
+        """These constraints with the extension of the rigid particles' displacements known: nothing else affects it."""
         known = constraints.fields["eta"]
         equations = sparse.csr_matrix(constraints.T[known] @ self.A)
         factors = splu(sparse.csc_matrix(equations @ constraints.N[:, known]))

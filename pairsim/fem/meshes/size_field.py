@@ -3,8 +3,8 @@
 In a viscoelastic liquid the contributions of the constitutive equation have random signs where stress or adjoint are
 not resolved, and the root of the sum of their squares is the error to expect (docs/explanation/error-estimate.md).
 Unlike contributions of the momentum equation, whose sum is a small remainder by the symmetry of the tube's own flow,
-they do not cancel. A cell of size h contributes eta ~ h^ORDER, and the sum of eta^2 is least for a given number of
-cells where all eta are equal.
+they do not cancel. Sizes are made for contributions eta ~ h^ORDER of cells of size h; the sum of eta^2 is least for a
+given number of cells where all eta are equal.
 """
 
 from __future__ import annotations
@@ -21,11 +21,12 @@ from pairsim.fem.meshes.geometry import Geometry, Outline
 from pairsim.quantities.scales import TUBE_RADIUS
 from pairsim.runtime.arrays import Array, Indices
 
-# Power of the cell size with which a cell's contribution falls. Measured: 3.2 when all cells of De 2 are halved
-# (docs/explanation/decisions.md); the larger one makes sizes change less from round to round.
+# Power of the cell size with which a cell's contribution is taken to fall. It is a setting, no order of convergence:
+# contributions fell with 3.2 when all cells of De 2 were halved; the larger power makes sizes change less from round to
+# round, and the scatter reached is that wanted (docs/explanation/decisions.md, "Adaptation").
 ORDER = 5.0
-# The same without modes. A cell in which the shear rate vanishes contributes as the power 3, but there is one however
-# small cells are: as if each of them contributed as the power 4.
+# The power in a liquid without modes. A cell in which the shear rate vanishes contributes as the power 3, but there is
+# one however small cells are: as if each of them contributed as the power 4.
 VISCOUS_ORDER = 4.0
 GRADATION = 0.2  # largest growth of the cell size per unit distance; chosen
 LEAST_FACTOR = 0.4  # of a size in one round; chosen
@@ -60,7 +61,7 @@ class CellIndicators:
     order: float = ORDER
 
     def joined(self, other: CellIndicators) -> CellIndicators:
-        """Those of these results and of others of the same solution."""
+        """The indicators of these results and of others of the same solution."""
         return replace(self, squares=np.hstack([self.squares, other.squares]))
 
     def sizes(self, most: Array, largest_factor: float, reach: float) -> SizeField:
@@ -128,7 +129,7 @@ class SizeField:
         return (1 - a) * ((1 - b) * low[j] + b * low[j + 1]) + a * ((1 - b) * high[j] + b * high[j + 1])
 
     def at_most(self, largest: float) -> SizeField:
-        """The same with a bound on all sizes [D_c]."""
+        """This field with a bound on all sizes [D_c]."""
         return replace(self, sizes=np.minimum(self.sizes, largest))
 
     def on(self, geometry: Geometry) -> Size:

@@ -37,7 +37,7 @@ def tabulated(degree: int, points: Array) -> tuple[Array, Array]:
 
 @cache
 def remainder(degree: int) -> Array:
-    """Maps nodal values of a polynomial of a degree to those of what interpolation one degree lower leaves, (q, q)."""
+    """Maps nodal values of a polynomial of a degree to those of its interpolation error one degree lower, (q, q)."""
     points = np.array([[0, 0], [1, 0], [0, 1], [0.5, 0], [0.5, 0.5], [0, 0.5]])[: 6 if degree == 3 else 3]
     at_nodes, own = _element(degree).tabulate(0, points)[0, :, :, 0], own_shapes(degree)
     return np.asarray(np.eye(len(own)) - own @ at_nodes)

@@ -90,7 +90,7 @@ def _names(phase: EnrichedPhase[EnrichedUnknowns]) -> list[str]:
 
 
 def _beyond(phase: EnrichedPhase[EnrichedUnknowns], added: dict[str, Array]) -> Additions:
-    """The part of additions to one solution that the fields' own space does not hold, in the cells."""
+    """The part of additions to one solution that the fields' own space does not contain, in the cells."""
     result = {}
     for name, values in added.items():
         there, part = phase.in_cells(name, values[:, 0]), remainder(phase.residual.fields[name].degree)

@@ -38,7 +38,7 @@ IMAGINARY = 1e-30j  # complex step; it causes no cancellation
 
 
 def viscosity_scatter[R: EnrichedResidual](enriched: EnrichedScene[R], x: Array, weights: Array) -> Array:
-    """What the cells of a liquid without modes contribute, in the order of its mesh, (k, m).
+    """Contributions of the cells of a liquid without modes beyond the first order, in the order of its mesh, (k, m).
 
     Args:
         enriched: The scene.
@@ -73,7 +73,7 @@ def viscosity_scatter[R: EnrichedResidual](enriched: EnrichedScene[R], x: Array,
 
 
 def _beyond_first_order(law: ViscousLaw, e: Array, more: Array) -> Array:
-    """The stress at e + more, without that at e and its change to first order in more, (..., 4).
+    """The stress at e + more, less that at e and the change to first order in `more`, (..., 4).
 
     In a liquid with a yield stress it is no larger than the change itself.
     """
@@ -118,7 +118,7 @@ class StrainRates:
         self.volumes: Array = 2 * np.pi * self._radius * np.linalg.det(dx) * weights
 
     def of(self, u: Array) -> Array:
-        """Components whose sum of products is that of two tensors, (m, q, 4).
+        """Strain rates as four components, scaled so that e : e' is the sum of products of components, (m, q, 4).
 
         Args:
             u: Values at the nodes of the cells, (m, a, 2).

@@ -1,8 +1,8 @@
 """The residual of a scene tested with weights one degree above the space of its test functions.
 
-The weight of a functional is recovered on the mesh of each phase, and what is left of it when the discrete one is taken
-away is the test function of the residual. It is zero where the exact solution meets a condition that the discrete one
-meets too: u on wall, ends and rigid surfaces, what the liquid carries along on the ends.
+The adjoint of a functional is recovered on the mesh of each phase, z+, and the difference from the discrete one, the
+weight z+ - z_h, is the test function of the residual. It is zero where exact and discrete solution meet the same
+condition: u on wall, ends and rigid surfaces, transported fields on the ends.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ from pairsim.runtime.arrays import Array
 
 @dataclass(frozen=True)
 class WeightedResidual:
-    """A residual tested with the recovered weights of k functionals.
+    """A residual tested with the weights of k functionals.
 
     Attributes:
-        sums: The residuals, (k,).
-        in_liquid: What the liquid has of them, (k,); the particles have the rest.
-        changes: By how much another recovery of the pressures' weights changes them, (k,).
-        stress_products: Sums over the cells of the products of what two functionals have of the constitutive equations
-            there, (k, k). Where the weight of the stress is not resolved its contributions have random signs, and the
-            root of a functional's sum of squares is the size of error to expect of their sum.
-        stress_by_cell: These contributions themselves in the cells of the liquid, (k, m); in a liquid without a memory
-            those of `viscosity_scatter`, and None in a Newtonian one.
-        corners: Vertices of these cells in the reference domain, (m, 3, 2).
+        sums: The tested residuals R(x_h; z+ - z_h), (k,); estimates of errors are minus these.
+        in_liquid: The part of the liquid in `sums`, (k,); the rest is that of the particles.
+        changes: Changes of `sums` by another recovery of the weights of the pressures, (k,).
+        stress_products: Gram matrix of the cell indicators, sum_K q_iK q_jK over the cells K of the liquid, (k, k).
+            Where the weight of the stress is not resolved indicators have random signs, and the root of a diagonal
+            entry is the size to expect of the sum of a functional's indicators.
+        stress_by_cell: The cell indicators q_iK, (k, m): contributions of the constitutive equations of modes and
+            scalars to `sums`; in a liquid without a memory those of `viscosity_scatter`; None in a Newtonian liquid.
+        corners: Vertices of the cells of the liquid in the reference domain, (m, 3, 2).
     """
 
     sums: Array
@@ -43,12 +43,12 @@ class WeightedResidual:
 
     @staticmethod
     def of(enriched: EnrichedScene[EnrichedTests], x: Array, weights: Array) -> WeightedResidual:
-        """The residual tested with what the recovery adds to weights.
+        """Test the residual with what the recovery adds to discrete adjoints.
 
         Args:
-            enriched: The scene, whose phases have these unknowns.
-            x: Its unknowns as a full vector, (n,).
-            weights: Test functions as full vectors, (k, n).
+            enriched: The scene; its phases have the unknowns at which the residual is taken.
+            x: These unknowns as a full vector, (n,).
+            weights: Discrete adjoints z_h as full vectors, (k, n).
         """
         own = enriched.parts(weights)
         added = [phase.added(w, phase.residual.fields) for phase, w in zip(enriched.phases, own, strict=True)]

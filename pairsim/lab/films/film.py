@@ -148,7 +148,7 @@ class Frames:
     lines: Indices
 
     def where(self, wanted: Flags | slice) -> Frames:
-        """Those that are wanted."""
+        """The frames that are wanted: a mask or a slice."""
         return Frames(self.t[wanted], self.d[wanted], self.lines[wanted])
 
 
@@ -163,7 +163,7 @@ def _collected(errors: list[InputError], only: str | None = None) -> Iterator[No
 
 
 def _distances(table: FilmTable, particles: str | Sequence[object] | None) -> Distances:
-    """Those of a column, in its unit."""
+    """The distances in a column, in its unit."""
     if particles is not None:
         raise table.error("--particles", str(particles), "must be left out: the film has distances")
     column = table.columns.get(SURFACES) or table.columns[CENTRES]

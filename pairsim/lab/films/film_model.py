@@ -233,7 +233,7 @@ class Path:
 
     @cached_property
     def by_start(self) -> Array:
-        """The same at the frames, shape (frames,)."""
+        """What a change of the first distance has become at the frames, shape (frames,)."""
         return np.interp(self.seen.times, self.times, self.grown)
 
     @property

@@ -41,7 +41,7 @@ class Search:
 
     @classmethod
     def of(cls, model: FilmModel, numbers: Sequence[str], noise: float = 0.0) -> Search:
-        """That with noise and outliers as of the best motion; a first guess of the noise [D_c] saves time."""
+        """The search with noise and outliers as of the best motion; a first guess of the noise [D_c] saves time."""
 
         def at(logs: Array) -> dict[str, float]:
             return dict(zip(numbers, np.exp(logs).tolist(), strict=True))

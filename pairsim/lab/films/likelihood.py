@@ -114,7 +114,7 @@ class Likelihood:
         return np.asarray((columns - parts @ np.linalg.solve(inner, parts.T @ columns)) / self.noise**2)
 
     def counted(self, changes: Changes) -> Changes:
-        """Those of the frames that count."""
+        """The changes at the frames that count."""
         return Changes(changes.residuals[self.used], changes.by_state[self.used], changes.parts[self.used])
 
     def _at(self, logs: Array, state: Array) -> Fitted:

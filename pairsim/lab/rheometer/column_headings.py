@@ -50,7 +50,7 @@ class Spellings:
 
 @cache
 def spellings() -> Spellings:
-    """Those of headings.yaml."""
+    """The spellings in headings.yaml."""
     entries = YAML(typ="safe").load(Path(__file__).with_name("headings.yaml"))
     columns = {name: entries.pop(name) for name in list(entries) if name.startswith("--")}
     return Spellings(columns, **{name.replace(" ", "_"): value for name, value in entries.items()})

@@ -39,7 +39,7 @@ class Parts:
     by_numbers: Array
 
     def at(self, i: Indices) -> Parts:
-        """The same at some of the rates or frequencies."""
+        """These parts at some of the rates or frequencies."""
         return Parts(*(each[..., i] for each in (self.solvent, self.modes, self.by_time, self.by_numbers)))
 
 

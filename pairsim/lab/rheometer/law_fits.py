@@ -364,5 +364,5 @@ def described(fit: Fit, data: Measured) -> bool:
 
 
 def as_good(best: Fit, others: Iterable[Fit]) -> list[Fit]:
-    """Those of other fits against which the data have no strong evidence."""
+    """The other fits against which the data have no strong evidence."""
     return [fit for fit in others if fit.criterion - best.criterion < STRONG]

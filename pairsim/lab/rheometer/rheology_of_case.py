@@ -168,7 +168,7 @@ class _Key:
         return f"{self.number:.4g} {self.unit}"
 
     def with_half_width(self, number: Number | None) -> str:
-        """The same with the half-width of its interval where a case takes one: the wider side of this interval.
+        """The number with its unit and, where a case takes one, a half-width: the wider side of its interval.
 
         None is given that is no smaller than the number, or is lost in its rounding.
         """

@@ -73,7 +73,8 @@ def upwind_time(mesh: ufl.Mesh, v: Expr, De: Expr, scale: float) -> Expr:
     It does not contain the time step, so that time-dependent and quasi-steady solutions have the same discretisation.
 
     Args:
-        mesh: Mesh; h is the square root of twice the area of a cell.
+        mesh: Reference domain; h is the square root of twice the area of a cell of it (of the determinant of the map
+            from the reference triangle), and does not follow the deformation of the mesh.
         v: Velocity relative to the mesh.
         De: Relaxation time of the mode.
         scale: Dimensionless factor.

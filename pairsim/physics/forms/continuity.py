@@ -18,8 +18,8 @@ def liquid(kin: Kinematics, u: Expr, q: Expr, dX: ufl.Measure) -> ufl.Form:
 def solid(kin: Kinematics, q: Expr, dX: ufl.Measure) -> ufl.Form:
     """Incompressibility of a solid, J R/r = 1.
 
-    Weak form: -int q (J R/r - 1) 2 pi r dX. With the constant test function q = 1 it conserves the volume of a particle
-    exactly.
+    Weak form: -int q (J R/r - 1) 2 pi r dX. With the constant test function q = 1 it conserves the total volume of a
+    particle, to the tolerance of Newton's method.
     """
     return -q * expansion(kin) * kin.reference_volume * dX
 

@@ -11,8 +11,9 @@ def elastic_extension(mesh: ufl.Mesh, eta: Expr, xi: Expr, dX: ufl.Measure) -> u
     """Linear elastic extension with Jacobian-based stiffening (Johnson and Tezduyar 1994).
 
     Weak form: int k [2 e(eta) : e(xi) + div eta div xi] dX in the half-plane, with a stiffness k proportional to the
-    inverse of the cell area: the small cells near the particles move almost rigidly, and the large ones take up the
-    deformation. The positions of the liquid's nodes affect the solution only through the discretisation error.
+    inverse of the area of the cell in the reference domain: the small cells near the particles move almost rigidly, and
+    the large ones take up the deformation. The positions of the liquid's nodes affect the solution only through the
+    discretisation error.
 
     Args:
         mesh: Mesh of the liquid.

@@ -1,4 +1,4 @@
-"""Transport of a scalar that the liquid carries along, Dl/Dt = f, stabilised by SUPG as the log-conformation is."""
+"""Transport of an advected scalar, Dl/Dt = f, stabilised by SUPG as the log-conformation is."""
 
 from __future__ import annotations
 

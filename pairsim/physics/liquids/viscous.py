@@ -78,7 +78,7 @@ class ViscousLaw(Material):
         return 0.0
 
     def viscosity_at(self, gamma2: Any, *state: Any) -> Any:
-        """The same where the liquid carries scalars along, on which it may depend, too."""
+        """The viscosity where the liquid carries scalars along, on which it may depend, too."""
         return self.viscosity(gamma2)
 
     @property

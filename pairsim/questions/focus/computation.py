@@ -113,7 +113,7 @@ class _Scenes:
         return [self._solutions[i] for i in sorted(self._solutions)]
 
     def solutions(self, scene: int) -> Solutions:
-        """Those of a scene."""
+        """The solutions of a scene."""
         return self._solutions.setdefault(scene, Solutions(self._cases[scene], (goals.U,)))
 
     def hear(self, said: tuple[int, str, BranchReport]) -> None:

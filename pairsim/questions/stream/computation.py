@@ -150,7 +150,7 @@ class _Follower:
 
     @classmethod
     def of(cls, case: StreamCase, model: RowModel, monitor: Monitor) -> Self:
-        """That of a case."""
+        """The follower of a case."""
         stream, length, velocity = case.stream, float(model.alone[1]), float(model.alone[0] + model.alone[2])
         sizes = case.spread.diameter, case.spread.modulus
         arrivals = Arrivals(stream.arrivals, stream.jitter, length, stream.min_gap, *sizes)
@@ -174,7 +174,7 @@ class _Follower:
 
     @property
     def edges(self) -> Array:
-        """Those of the bins of histograms [D_c]."""
+        """Edges of the bins of histograms [D_c]."""
         return np.linspace(0.0, FARTHEST * self.mean, BINS + 1)
 
     def half_widths(self, first: Way) -> Array:

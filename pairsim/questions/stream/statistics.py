@@ -42,7 +42,7 @@ class Way:
 
     @classmethod
     def of(cls, on_the_way: Iterable[Stream], lengths: Array, drop: float | None, edges: Array) -> Way:
-        """That of a stream.
+        """The way of a stream.
 
         Args:
             on_the_way: The stream at each length of tube.

@@ -234,13 +234,13 @@ class AdaptiveBranch(Branch):
         return not goal.everywhere or self._factor(point, {goal: self._most(goal, point)}) <= FACTORS[1] ** left
 
     def _room(self, goal: Goal, point: Point) -> Array:
-        """What other parts of the errors of a goal leave to the cells, (k,)."""
+        """The error that is allowed to the cells: that of a goal less its other parts, (k,)."""
         estimate = point.estimate[goal]
         others = estimate.ends_error, estimate.regularisation_error, np.abs(estimate.newton)
         return np.asarray(self.allowed(goal, point) - others[0] - others[1] - others[2])
 
     def _most(self, goal: Goal, point: Point) -> Array:
-        """What the cells of a finer mesh should leave of a goal, (k,)."""
+        """The error that the cells of a finer mesh should leave, (k,)."""
         least = np.maximum(LEAST_ROOM * self.allowed(goal, point), point.estimate[goal].regularisation_error / 2)
         return AIM * np.maximum(self._room(goal, point), least)
 

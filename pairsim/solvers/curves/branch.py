@@ -53,7 +53,7 @@ class Point:
         discrete: Quantities evaluated from the solution, with the distances held.
         held: The same with the estimates of their errors added, where these are trusted.
         motion: What the motion of the particles adds to the velocities at held distances.
-        t_relax: Slowest decay time of a disturbance at held distances [D_c/U_av].
+        t_relax: Relaxation time, a mean decay time of dU at held distances, as of `relaxation_time` [D_c/U_av].
         slopes: Derivative of every dU at held distances when all, or the only one that varies, change equally, (N-1,).
         held_slopes: Derivatives of the velocities (rows) at held distances by each distance (columns), (N, N-1).
         sensitivities: Derivatives of dU on the slow manifold with respect to parameters, by name; empty unless
@@ -414,7 +414,7 @@ def _moving(held: Observation, motion: SlowMotion) -> Observation:
 
 
 def _allowed_to_newton(estimate: GoalEstimate) -> Array:
-    """What Newton's method may leave of a goal, (k,)."""
+    """The error of a goal that Newton's method may leave, (k,)."""
     return NEWTON_PART * (estimate.half_width - np.abs(estimate.newton))
 
 

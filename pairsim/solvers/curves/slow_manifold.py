@@ -9,10 +9,12 @@ velocities:
     first order:     Y1 = Y0 - J^-1 R(Y0; Y0' g0, g0),  V1 = V0 - z . R(Y0; Y0' g0, g0),       g1 = V1 / C',
     second order:                                   V2 = dU(Y1) - z . R(Y1; Y1' g1, g1),
 
-where ' is the derivative along the motion. Y0'' and Y1' follow from differences of the residual along the tangent and
-the factors in hand. The terms fall off by the part of the distance that the pair moves while it remembers. The second
-is added where it is smaller than the first, and its size is the estimate of what remains. Elsewhere no slow manifold is
-near: the first term is that at rates of at most d/t_relax, and what remains is at most half of dU.
+where ' is the derivative along the motion. dU(Y1) = V1, as dU is linear in the unknowns; docs/explanation/numerics.md
+writes the rates g as time derivatives of d. Y0'' and Y1' follow from differences of the residual along the tangent and
+the factors in hand. Each term is smaller than the one before by about the part of the distance that the pair moves
+within t_relax. The second is added where it is smaller than the first, and its size is the estimate of what remains.
+Elsewhere the series says nothing: the first term is that at rates of at most d/t_relax, and what remains is at most
+half of dU.
 """
 
 from __future__ import annotations
@@ -33,8 +35,8 @@ from pairsim.solvers.steady.linearisation import Linearisation
 from pairsim.solvers.steady.motion import moving_residual, rate_terms
 from pairsim.solvers.steady.scene import SteadySolver
 
-# Bound on the term of second order, relative to t_relax rate times the larger of the first and t_relax rate dU, with
-# the largest relative rate at which distance or dU change. Measured in 25 scenes: 0.04 to 4.6.
+# Bound on the term of second order over varepsilon times the larger one of the first-order term and varepsilon dU, with
+# varepsilon = t_relax times the largest relative rate at which distance or dU change. In 25 scenes it was .04 to 4.6.
 BOUND = 4.0
 NEGLIGIBLE = 0.1  # part of the other errors of dU below which this bound is taken instead of the term; chosen
 MOST = 0.5  # part of dU that depends on the start where there is no slow manifold (measured in eight scenes: .15)
@@ -83,16 +85,16 @@ class SlowMotion:
 
 @dataclass(frozen=True)
 class FirstOrder:
-    """What moving adds to the velocities of a solution at held distances to first order, and what the next one needs.
+    """The series of what moving adds to velocities, to first order; `slow_motion` goes on to the second.
 
     Attributes:
-        at: The solution at held distances.
-        dU: Relative velocities at held distances, those of the solution or better ones [U_av], shape (N-1,).
-        adjoints: The adjoints of the solution.
-        motion: The first order, without a remainder and without what a start from rest does.
-        rates: Rates of the distances in the solution [U_av], shape (N-1,); None where the particles are at rest, or
-            nearly so.
-        neglected: Residual at these rates, shape (n_y,).
+        at: The solution Y0 at held distances.
+        dU: V0, relative velocities at held distances: those of the solution, or with the estimate of their error
+            [U_av], shape (N-1,).
+        adjoints: The adjoints z of the solution.
+        motion: The first order, with `remainder` and `from_rest` still 0.
+        rates: g0, rates of the distances [U_av], shape (N-1,); None where the particles are at rest, or nearly so.
+        neglected: R(Y0; Y0' g0, g0) - R(Y0; 0, 0), which holding the distances drops, shape (n_y,).
     """
 
     at: Linearisation
@@ -132,10 +134,10 @@ class FirstOrder:
         return FirstOrder(at, dU, adjoints, replace(still, U=first), rates, neglected)
 
     def slow_motion(self, t_relax: float, error: float) -> SlowMotion:
-        """Go on to the velocities of particles that move.
+        """The series to second order, where that is needed and helps, with a bound on what remains.
 
         Args:
-            t_relax: How long the scene remembers [D_c/U_av].
+            t_relax: Relaxation time of the scene [D_c/U_av].
             error: Smallest other error of a dU [U_av]; terms far below it are not computed.
         """
         at, dU, rates = self.at, self.dU, self.rates
@@ -146,6 +148,7 @@ class FirstOrder:
             return still
         fastest, fields = float(np.abs(dU).max()), at.steady.constraints.fields["U_p"]
         slopes = np.diff(at.gap_tangents[:, fields], axis=1)  # of every dU (columns) by every distance (rows)
+        # t_relax |d_t|/d, and the larger one of it and t_relax |d dU/d d|, varepsilon of docs/explanation/numerics.md.
         covered = t_relax * float(np.abs(rates / at.parameters.gaps).max())
         passed = max(covered, t_relax * float(np.abs(rates @ slopes).max()) / fastest)
         bound = BOUND * passed * max(passed * fastest, float(np.abs(np.diff(first)).max()))
@@ -155,8 +158,8 @@ class FirstOrder:
         sizes = np.abs(np.diff(first)), np.abs(np.diff(second))
         if sizes[1].max() < sizes[0].max():
             return replace(still, U=first + second, remainder=sizes[1])
-        # Without a slow manifold near, dU depends on the start. The rates of the held state, at which a gap would open
-        # by more than itself while the pair remembers, are those of no pair.
+        # Here dU depends on the start. At the rates of the held state a gap might open by more than itself within
+        # t_relax, as that of no pair does.
         first = first / max(covered, 1.0)
         most = max(float(np.abs(np.diff(first)).max()), MOST * min(passed, 1.0) * fastest)
         return replace(still, U=first, remainder=np.minimum(sizes[1], most))
@@ -200,16 +203,18 @@ def _centres_by_gaps(at: Linearisation) -> Array:
 def _second(
     at: Linearisation, dU: Array, adjoints: Adjoints, neglected: Array, rates: Array, first: Array, stretch: Array
 ) -> Array:
-    """The term of second order in every velocity [U_av], shape (N,).
+    """The term of second order in every velocity, -z . R(Y1; Y1' g1, g1) [U_av], shape (N,).
+
+    Derivatives ' along the motion are by its length s in the space of distances, at the speed |g0|.
 
     Args:
-        at: The solution at held distances.
-        dU: Relative velocities at held distances [U_av], shape (N-1,).
-        adjoints: The adjoints of the solution.
-        neglected: Residual at the rates of the solution, shape (n_y,).
-        rates: Rates of the distances in the solution [U_av], shape (N-1,).
-        first: The terms of first order in every dU [U_av], shape (N-1,).
-        stretch: Derivatives of the distances between centres by those between surfaces, shape (N-1, N-1).
+        at: The solution Y0 at held distances.
+        dU: V0 [U_av], shape (N-1,).
+        adjoints: The adjoints z of the solution.
+        neglected: R(Y0; Y0' g0, g0) - R(Y0; 0, 0), shape (n_y,).
+        rates: g0 [U_av], shape (N-1,).
+        first: V1 - V0 [U_av], shape (N-1,).
+        stretch: C', derivatives of the distances between centres by those between surfaces, shape (N-1, N-1).
     """
     steady, y, here, tangents = at.steady, at.y, at.parameters, at.gap_tangents
     solve, fields = partial(at.solve, tolerance=LAST), steady.constraints.fields["U_p"]
@@ -217,30 +222,32 @@ def _second(
     along = rates / speed
     tangent, step = along @ tangents, STEP * min(here.gaps)
 
-    def places(s: float) -> Parameters:
+    def places(s: float) -> Parameters:  # farther by s along the motion
         return replace(here, gaps=tuple(np.add(here.gaps, s * along)))
 
-    def still(s: float) -> Array:
+    def still(s: float) -> Array:  # the residual at held distances, along the tangent
         return steady.residual_at(places(s), y + s * tangent)
 
+    # Y0'': what is left of the residual to second order along the tangent.
     bend = -solve((still(step) + still(-step) - 2 * at.residual) / step**2)
 
-    def apart(s: float) -> Array:
+    def apart(s: float) -> Array:  # C along the motion
         return centres_at(steady, places(s), y + s * tangent + s**2 / 2 * bend)
 
-    turn = (apart(step) + apart(-step) - 2 * apart(0.0)) / step**2  # of the centres along the motion
-    change = np.linalg.solve(stretch, np.diff(tangent[fields]) - speed * turn)  # of the rates
-    corrected = y - solve(neglected)
+    turn = (apart(step) + apart(-step) - 2 * apart(0.0)) / step**2  # C''
+    change = np.linalg.solve(stretch, np.diff(tangent[fields]) - speed * turn)  # g0'
+    corrected = y - solve(neglected)  # Y1
     y_t, y_t_change = rates @ tangents, speed * bend + change @ tangents
 
-    def moving(s: float) -> Array:
+    def moving(s: float) -> Array:  # the residual with rates, Y1 and its rates moved along the tangent of Y0
         shifted = corrected + s * tangent, y_t + s * y_t_change, rates + s * change
         return moving_residual(steady, places(s), *shifted)
 
+    # Y1', from the derivative of the residual along the motion.
     along_motion = tangent - solve((moving(step) - moving(-step)) / (2 * step))
     ends = [centres_at(steady, places(s), corrected + s * along_motion) for s in (step, -step)]
-    stretched = (ends[0] - ends[1]) / (2 * step) - stretch @ along  # what the correction adds to the centres' motion
-    faster = np.linalg.solve(stretch, dU + first - speed * stretched)
+    stretched = (ends[0] - ends[1]) / (2 * step) - stretch @ along  # C' of Y1 less that of Y0
+    faster = np.linalg.solve(stretch, dU + first - speed * stretched)  # g1
     scale = float(faster @ along) / float(along @ along)
     y_t = scale * along_motion + (faster - scale * along) @ tangents
     return np.asarray(-adjoints.velocities @ moving_residual(steady, here, corrected, y_t, faster))

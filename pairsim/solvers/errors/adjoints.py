@@ -58,7 +58,7 @@ class Adjoints:
 
     @property
     def velocities(self) -> Array:
-        """Those of the velocities of the particles, (N, n_y)."""
+        """The adjoints of the velocities of the particles, (N, n_y)."""
         return self[U]
 
     @property

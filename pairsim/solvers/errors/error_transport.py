@@ -127,10 +127,10 @@ class ErrorTransport:
         return {goal: goal.combined(len(changes[goal.root])) @ changes[goal.root] for goal in IN_TIME}
 
     def _forget_imbalance(self, changes: Mapping[Goal, Array], dt: float, liquid: Liquid, *, remeshed: bool) -> None:
-        """What of the changes of goals after a remeshing is no error.
+        """Update `errors.imbalance`, the part of the changes of goals that a remeshing has caused and that is no error.
 
-        The stress of the run is balanced after a remeshing, which leaves velocities as they were, that of x_c is not.
-        The velocities that it drives, and their pressure, are forgotten as solvent and elastic stress exchange their
+        After a remeshing the stress of the run is balanced such that velocities are as they were; that of x_c is not.
+        The velocities that its imbalance drives, and their pressure, decay as solvent and elastic stress exchange their
         loads, in a time xi De. Shapes do not change at once.
         """
         errors, memory = self.errors, liquid.xi * liquid.longest
@@ -145,9 +145,9 @@ class ErrorTransport:
             }
 
     def _irregular(self, newton: Newton, solution: Solution) -> dict[Goal, Array]:
-        """The half-widths of goals that the scatter of a viscosity makes, as of quasi-steady solutions, (k,) each.
+        """f sigma_s of goals, the half-widths by the scatter of a viscosity as in quasi-steady solutions, (k,) each.
 
-        The adjoints are those of a time step: what changing shapes add is less by the order of Ca_e.
+        The adjoints are those of a time step: the effect of shapes that change is smaller by the order of Ca_e.
         """
         scene, constraints = newton.scene, newton.constraints
         if scene.material.has_memory or scene.material.newtonian or len(scene.bodies) < 2:
@@ -192,7 +192,7 @@ def _combined(scheme: Scheme, values: list[Array]) -> Array:
 
 
 def _changes(solution: Solution, corrected: Solution, observation: Observation) -> dict[Goal, Array]:
-    """What the goals of a corrected solution differ by from what is observed of the discrete one, (k,) each.
+    """Differences of the goals of a corrected solution from those observed of the discrete one, (k,) each.
 
     Those that are combined of others are not among them. What a better way to read a goal off the discrete solution
     adds is a part of its error.

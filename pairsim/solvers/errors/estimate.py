@@ -1,9 +1,10 @@
 """Discretisation error of a quasi-steady solution by the adjoint-weighted residual.
 
 For a functional J and the adjoint z of its linearisation, J(exact) - J(discrete) = -R(discrete; z - z_h) up to terms of
-second order in the error, whatever discrete z_h is taken away (Becker & Rannacher, Acta Numerica 10, 1, 2001). Here
-z is the discrete adjoint (`pairsim.solvers.errors.adjoints`), recovered one degree higher
-(`pairsim.fem.recovery.weighted_residual`).
+second order in the error, for every discrete z_h (Becker & Rannacher, Acta Numerica 10, 1, 2001). In place of the exact
+z stands the discrete adjoint (`pairsim.solvers.errors.adjoints`), recovered one degree higher
+(`pairsim.fem.recovery.weighted_residual`). The formula of the half-width and its symbols are in
+docs/explanation/error-estimate.md.
 """
 
 from __future__ import annotations
@@ -34,12 +35,12 @@ from pairsim.solvers.steady.scene import SteadySolver
 # scenes of scripts/studies/error_bars with the larger one of scatter and correction in place of their sum
 # (docs/explanation/error-estimate.md).
 VISCOUS, ELASTIC = 3.0, 1.6
-# What is left of parts of the estimate that cancel between the liquid and soft particles, relative to them. Where
-# spheres are far apart the parts are a hundred times their sum. Determined on Newtonian curves of beta .4 (all of 30
-# intervals hold), and checked on those of beta .2 and .6 (98 % of 51).
+# Error of what cancels between the parts of the estimate from the liquid and from soft particles, as a part of it.
+# Where spheres are far apart each part is a hundred times their sum. Determined on Newtonian curves of beta .4 (all of
+# 30 intervals hold), and checked on those of beta .2 and .6 (98 % of 51).
 OF_CANCELLED = 0.015
-OF_ENDS = 2.0  # what the ends may do over what they are found to do; chosen
-# Scatter over the magnitude of the estimate above which the estimate has no certain sign, and is not added.
+OF_ENDS = 2.0  # half-width of the effect of the ends over its estimate; chosen
+# Scatter over the magnitude of the estimate above which the estimate has no certain sign, and is not added; chosen.
 CANCELLING = 4.0
 
 
@@ -49,21 +50,22 @@ class GoalEstimate:
 
     Attributes:
         goal: The goal.
-        correction: The estimate: `change`, and what a better way to read the goal off the solution adds.
-        change: What the adjoint-weighted residual tells of it.
-        spread: By how much another recovery of the adjoint pressures changes it.
-        cancelled: What cancels in it between the liquid and the particles.
-        scatter: Root of the sum over the cells of the squares of what each has of it by the constitutive equation.
-            Where stress or adjoint are not resolved the signs are random, and the estimate is no more than the
-            remainder of a sum of this size. In a liquid without modes it is what errors do to the viscosity beyond the
-            first order (`pairsim.fem.recovery.viscosity_scatter`), 0 in a Newtonian one.
-        beyond: What else the cells leave: the estimate where it counts but is not added, and a term of second order.
-        ends: By how much the ends of the tube change the goal.
+        correction: The estimate delta: `change`, and what a better way to read the goal off the solution adds.
+        change: The part of delta that is the adjoint-weighted residual, -R(x_h; z+ - z_h).
+        spread: sigma_p, the change of delta by another recovery of the adjoint pressures.
+        cancelled: delta_c, what cancels in delta between the liquid and the particles.
+        scatter: sigma_s, the root-sum-square of the cell indicators, which are the cells' contributions to delta by the
+            constitutive equation. Where stress or adjoint are not resolved their signs are random, and delta is no
+            more than the remainder of a sum of this size. In a liquid without modes indicators are what errors do to
+            the viscosity beyond the first order (`pairsim.fem.recovery.viscosity_scatter`), 0 in a Newtonian one.
+        beyond: Other terms of the cells, which are not widened: |delta| where it counts but is not added, and a term of
+            second order.
+        ends: epsilon_L, the effect of the ends of the tube on the goal.
         by_regularisation: First and second derivatives by the logarithm of a regularisation, (2, k).
-        newton: What Newton's method has left, to first order.
-        widening: Factor of the cells' part of the half-width where they do not resolve the stress of a polymer.
-        of_scatter: Factor of the scatter in the half-width.
-        cells: What the cells have of `scatter`; None unless it was asked for, and in a Newtonian liquid.
+        newton: epsilon_N, what Newton's method has left, to first order, with its sign.
+        widening: omega, the factor of the cells' part of the half-width by how well they resolve the stress.
+        of_scatter: Factor f of the scatter in the half-width.
+        cells: The cell indicators; None unless they were asked for, and in a Newtonian liquid.
     """
 
     goal: Goal
@@ -82,31 +84,31 @@ class GoalEstimate:
 
     @property
     def half_width(self) -> Array:
-        """Half-width of the interval around the value, corrected if it is, that should hold the exact one."""
+        """Half-width of the interval around the value, corrected if it is, that is meant to contain the exact one."""
         return self.by_cells + self.ends_error + self.regularisation_error + np.abs(self.newton) + self.goal.rounding
 
     @property
     def regular(self) -> Array:
-        """What is left of the signed estimate, once it is added, where cells resolve stress and adjoint."""
+        """Error of the signed estimate where cells resolve stress and adjoint: |delta| + sigma_p + 0.015 delta_c."""
         left = np.abs(self.change) + np.abs(self.spread) + OF_CANCELLED * self.cancelled
         return np.maximum(left, self.goal.of_others * left.max(initial=0.0))
 
     @property
     def irregular(self) -> Array:
-        """What is left where cells do not resolve them."""
+        """Error of the estimate where they do not resolve them: f sigma_s."""
         return self.of_scatter * self.scatter
 
     @property
     def by_cells(self) -> Array:
         """The cells' part of the half-width.
 
-        The scatter adds to what is left of a correction that lacks a part of the error, as it may have the same sign.
+        Both errors of the estimate are added, as they may have the same sign.
         """
         return self.widening * (self.regular + self.irregular) + self.beyond
 
     @property
     def by_all_cells(self) -> Array:
-        """What of that no single cells are known for, before it is widened."""
+        """The part of `by_cells` that the indicators of single cells do not explain, over the widening."""
         return self.regular + self.beyond / self.widening
 
     @property
@@ -126,8 +128,9 @@ class ErrorEstimate(Mapping[Goal, GoalEstimate]):
 
     Attributes:
         goals: Those of each goal, with empty arrays for those that a scene does not have.
-        trusted: Whether the estimates of all dU, or of all forces, are more than what is left of contributions that
-            cancel. Without modes they are: the scatter is none of the estimates there.
+        trusted: Whether estimates are added, to any goal. In a liquid with a memory they are not where that of one dU
+            (or of one force, if there are forces) is no more than the remainder of contributions that cancel. In
+            others they always are, as the scatter is not that of the estimate there.
     """
 
     goals: Mapping[Goal, GoalEstimate]
@@ -161,10 +164,10 @@ class ErrorEstimate(Mapping[Goal, GoalEstimate]):
 
 
 class ErrorEstimator:
-    """Estimates the discretisation error of quasi-steady solutions, and keeps what further ones on a mesh share.
+    """Estimates discretisation errors of quasi-steady solutions; keeps what further solutions on the same mesh share.
 
     Args:
-        cells: Goals of whose estimates what single cells contribute is kept.
+        cells: Goals whose cell indicators are kept.
     """
 
     def __init__(self, cells: Collection[Goal] = ()) -> None:
@@ -249,7 +252,7 @@ class ErrorEstimator:
 
 
 def _cancels(estimates: Mapping[Goal, GoalEstimate]) -> bool:
-    """Whether an estimate of the goals that decide is what is left of contributions that cancel."""
+    """Whether the estimate of some value of the deciding goal is no more than the remainder of a sum that cancels."""
     known = (estimates[goal] for goal in DECIDING if goal in estimates)
     deciding = next((each for each in known if each.change.size), None)
     return deciding is not None and bool((deciding.scatter > CANCELLING * np.abs(deciding.change)).any())
@@ -258,7 +261,7 @@ def _cancels(estimates: Mapping[Goal, GoalEstimate]) -> bool:
 def _indicators(
     enriched: EnrichedScene[EnrichedTests], tested: WeightedResidual, combined: Array
 ) -> CellIndicators | None:
-    """The contributions of the cells to the scatter of combinations (k, K) of the functionals."""
+    """The cell indicators of combinations (k, K) of the functionals."""
     if tested.stress_by_cell is None:
         return None
     reference, squares = enriched.scene.reference, (combined @ tested.stress_by_cell).T ** 2
@@ -267,7 +270,7 @@ def _indicators(
 
 
 def _cancelled(tested: WeightedResidual, combined: Array) -> Array:
-    """What cancels between liquid and particles in combinations (k, K) of the functionals, (k,)."""
+    """delta_c, what cancels between liquid and particles in combinations (k, K) of the functionals, (k,)."""
     parts = np.array([tested.in_liquid, tested.sums - tested.in_liquid]) @ combined.T
     return np.asarray(np.abs(parts).sum(axis=0) - np.abs(parts.sum(axis=0)))
 
@@ -275,8 +278,8 @@ def _cancelled(tested: WeightedResidual, combined: Array) -> Array:
 def _flow_rate_defect(steady: SteadySolver, residual: Array) -> Array:
     """Change of the residual when the velocity at prescribed ends is scaled to the flow rate that it should have.
 
-    What interpolation does to the profile of a viscoelastic liquid changes the flow rate by 4e-5 of itself in coarse
-    cells, and every velocity with it; no residual tells.
+    The profile of a viscoelastic liquid at the ends is interpolated, which changes the flow rate by up to 4e-5 of
+    itself on coarse cells, and every velocity with it. No residual shows this.
     """
     scene = steady.scene
     if scene.periodic or scene.drive.flow == 0:

@@ -62,7 +62,7 @@ def _gradient(steady: SteadySolver, parameters: Parameters) -> float:
 
 
 def left_by_regularisation(derivatives: Array) -> Array:
-    """Half-widths of results by their first and second derivatives by ln m, (2, k): what is left as m is raised, (k,).
+    """epsilon_y, half-widths by the regularisation m, from first and second derivatives by ln m, (2, k); shape (k,).
 
     The second one counts where results do not go as 1/m yet, as where a gap is about to be held by unyielded liquid:
     there the first one may vanish while they are far from their limit.

@@ -13,13 +13,15 @@ from pairsim.solvers.errors.time_error import LEAST, SET_IN, TimeError
 from pairsim.solvers.goals import IN_TIME, Goal, dU
 from pairsim.solvers.stepping.step_size import extrapolation_weights
 
-# Read off 73 quasi-steady solutions and six runs (study error_bars), in which errors were up to 1.4 and 1.9 times the
-# interval; two further runs, which were not used, all hold.
-RESOLVED = 1.1  # largest change of log c within a cell up to which intervals hold
-# Power of it by which intervals of quasi-steady solutions widen above. With the first power one of twelve points
-# (scripts/studies/error_bars) was off by 1.51 of its half-widths, at 2.4, and one of thirteen later ones by 1.04.
+# Widening of intervals, read off 73 quasi-steady solutions and six runs (study error_bars): before it was there, errors
+# were up to 1.4 and 1.9 half-widths, outside the intervals; with it all are inside, and so are those of two further
+# runs, which were not used.
+RESOLVED = 1.1  # largest change of log c within a cell up to which half-widths are large enough without it
+# Power of that change over RESOLVED with which half-widths of quasi-steady solutions grow above it. With the power 1
+# one of twelve points (scripts/studies/error_bars) was off by 1.51 half-widths, at a change of 2.4, and one of thirteen
+# later ones by 1.04.
 OF_POINTS = 2
-OF_RUNS = 3  # the same of runs, whose estimate has no scatter
+OF_RUNS = 3  # the power for runs, whose estimate has no scatter
 KNOWN = 3  # accepted values from which a goal is extrapolated over a remeshing
 # Power of the distances with which errors of quasi-steady dU grow on given cells as particles come closer; measured.
 NARROWING = 2
@@ -28,7 +30,7 @@ NARROWING = 2
 def widening(s_jump: float, power: int) -> float:
     """Factor of the cells' part of an interval where cells do not resolve the stress of a polymer.
 
-    Estimates see this only in part.
+    Estimates see only a part of what this does.
 
     Args:
         s_jump: Largest change of log c within a cell; 0 in a Newtonian liquid.
@@ -39,22 +41,27 @@ def widening(s_jump: float, power: int) -> float:
 
 @dataclass
 class Interval:
-    """Half-width of the interval around the values of a goal that should hold the exact ones, with five terms.
+    """Half-width of the interval around the values of a goal that is meant to contain the exact ones.
 
-    1. |correction| plus the largest one so far: the estimate has an error of its own, which does not vanish where the
-       estimate changes its sign. Both count more where cells do not resolve the stress, and in each value as a part of
-       the largest one of all values. Where the estimate is not added to the values it counts once more.
-    2. The error by the time steps.
-    3. What remeshings have left, which no residual sees, as the stress is interpolated to another mesh. The exact value
-       is continuous in time, and so is the corrected one but for errors, since it depends little on the mesh: what it
-       jumps by, against a parabola through its last values, counts as an error.
-    4. The error of the quasi-steady state of the first distances, where that is more than the largest estimate:
-       estimates are carried forward from zero at t = 0, and do not see the scatter of the cells. It does not fade, as
-       the same cells leave the same error in the states nearby that the run passes, where the estimates may be too
-       small, and a larger one as a gap narrows. From rest it sets in with the stress. Estimates before SET_IN, in which
-       soft shapes take up the stress that is missing, do not count as the largest one.
-    5. In a liquid without modes what errors do to its viscosity beyond the first order, of which the error at the start
-       has its part.
+    With the symbols of "Runs" in docs/explanation/error-estimate.md it is
+
+        omega |delta| + max(omega delta_max + f sigma_s, (d_0/d_min)^2 epsilon_0) + epsilon_t + epsilon_r,
+
+    and |delta| more where the estimate delta is not added to the values.
+
+    - |delta| is at least the part `of_others` of its largest value; delta_max, the largest |delta| so far (`largest`),
+      counts too, as the estimate has an error of its own, which does not vanish where the estimate changes its sign.
+      Estimates before SET_IN, in which soft shapes take up the stress that is missing, do not count in delta_max where
+      there is an epsilon_0.
+    - f sigma_s (`irregular`) is what errors do to the viscosity of a liquid without modes beyond the first order.
+    - epsilon_0 (`start`) is the error of the quasi-steady state of the first distances, where that is larger: estimates
+      are carried forward from zero at t = 0, and do not see the scatter of the cells. It does not decay, as the same
+      cells leave the same error in the states nearby that the run passes, where the estimates may be too small, and a
+      larger one as a gap narrows. From rest it sets in with the stress. It contains f sigma_s of the start.
+    - epsilon_t is the indicator of the error by the time steps.
+    - epsilon_r (`jumps`) is what remeshings have left, which no residual sees, as the stress is interpolated to another
+      mesh. The exact value is continuous in time, and so is the corrected one but for errors, since it depends little
+      on the mesh: its jump, against a parabola through its last values, counts as an error.
 
     Attributes:
         memory: Time in which the largest estimate and the jumps are forgotten [D_c/U_av].
@@ -101,10 +108,10 @@ class Interval:
             mesh: Number of remeshings before the step.
             discrete: Values of the discrete solution, shape (k,).
             correction: Estimates of exact minus discrete values, shape (k,).
-            steps: Error by the time steps so far.
+            steps: epsilon_t, the largest indicator of the error by the time steps so far.
             s_jump: Largest change of log c within a cell; 0 in a Newtonian liquid.
-            closer: Largest factor by which a gap is narrower than at the start, at least 1.
-            irregular: The fifth term, shape (k,).
+            closer: d_0/d_min, the largest factor by which a gap is narrower than at the start, at least 1.
+            irregular: f sigma_s, shape (k,).
         """
         corrected, own = discrete + correction, np.abs(correction)
         size = np.maximum(own, self.of_others * own.max(initial=0.0))
@@ -137,7 +144,7 @@ class GoalErrors:
     """The errors of one goal. Lists and arrays are replaced, never changed in place.
 
     Attributes:
-        steps: Estimate of the error due to the time steps.
+        steps: Indicator of the error due to the time steps.
         interval: The interval to quote at each step, where the error of the cells is estimated.
         irregular: What errors do to a viscosity beyond the first order; of a goal that the run integrates the sum of
             what all steps have left of it, as far as it is remembered, shape (k,).
@@ -169,7 +176,7 @@ class RunErrors:
 
     @classmethod
     def of(cls, liquid: Liquid) -> RunErrors:
-        """Those of a run that has not begun; it forgets in a time of 1 + De (chosen), as liquid passes and relaxes."""
+        """Errors of a run that has not begun; it forgets in a time of 1 + De (chosen), as liquid passes and relaxes."""
         order, memory = 2 if liquid.has_memory else 3, 1.0 + liquid.longest
         goals = {
             goal.name: GoalErrors(TimeError(order), Interval(memory, goal.added, goal.of_others)) for goal in IN_TIME

@@ -1,4 +1,4 @@
-"""Estimate of the error of dU by the time steps, from the accepted steps of a run."""
+"""Indicator of the error of a goal of a run by the time steps, from its accepted steps."""
 
 from __future__ import annotations
 
@@ -20,16 +20,19 @@ LEAST = 1e-6  # |dU| up to which dU consists of rounding and mesh errors, as for
 
 @dataclass
 class TimeError:
-    """Largest local error of dU caused by the time steps.
+    """Largest indicator of the local error of a goal, such as dU, caused by the time steps.
 
-    The local error of BDF of order k is prod(t - t_i) dU^(k)/(k + 1)!, with the product over the k old times t_i. The
-    derivative dU^(k) is estimated by a divided difference of accepted values on the same mesh, since dU jumps by the
-    error of the mesh at a remeshing and in the step after it.
+    The indicator prod(t - t_i) dU^(k)/(k + 1)!, with the product over the k old times t_i, is the defect that BDF of
+    order k leaves in y' = dU, with which it integrates distances. It tells the size of local errors of dU, to whose
+    measured values SAFETY and FEW_FACTOR were fitted, and does not bound what they add up to; for velocities, shapes
+    and pressure drops it is used by analogy, in their units. The derivative dU^(k) is estimated by a divided
+    difference of accepted values on the same mesh, since dU jumps by the error of the mesh at a remeshing and in the
+    step after it.
 
     Attributes:
         order: Order k: 3 is the order of the scheme; 2 is used for viscoelastic liquids, in which the error of the
             stresses is not visible in dU.
-        largest: Largest error so far [U_av].
+        largest: Largest indicator so far [U_av].
         largest_dU: Largest |dU| so far [U_av].
         count: Number of steps so far.
         mesh: Number of remeshings before the last step.
@@ -88,5 +91,5 @@ class TimeError:
 
     @property
     def part(self) -> float:
-        """Largest error relative to the largest |dU|."""
+        """Largest indicator relative to the largest |dU|."""
         return self.largest / self.peak

@@ -56,7 +56,7 @@ class Stability:
 
     @classmethod
     def of(cls, steady: SteadySolver) -> Stability:
-        """That of a scene at its solution, in a tube with two ends.
+        """The stability of a scene at its solution, in a tube with two ends.
 
         Raises:
             NoSteadyState: A matrix is singular.

@@ -52,7 +52,7 @@ class Parts:
 
     @classmethod
     def fitted(cls, rates: Array, places: Array, values: Array) -> Parts:
-        """Those that are nearest to values at places, of the slowest rates."""
+        """The parts, of the slowest rates, that are nearest to values at places."""
         terms = np.exp(-places @ rates.T)
         size = np.abs(terms).max(axis=0)
         fit = scipy.linalg.lstsq(terms / size, values.reshape(len(places), -1), cond=SMALLEST)[0] / size[:, None]

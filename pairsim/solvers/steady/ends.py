@@ -1,9 +1,9 @@
 """Where and why a branch of steady states ends.
 
-Towards a fold the slowest decay of the shapes, at the rate 1/tau_0, becomes neutral: the square of the rate is linear
-in the parameter, and vanishes at the fold. On a compressed surface it is short waves that become neutral, at a stretch
-that depends on no length (`pairsim.fem.surface`). Both are seen in the last solutions before a continuation stops; no
-solution beyond the end is needed.
+Towards a fold the decay of the shapes, at the rate 1/tau_0 (`shape_time`), becomes neutral: the square of the rate is
+linear in the parameter, and vanishes at the fold. On a compressed surface it is short waves that become neutral, at a
+stretch that depends on no length (`pairsim.fem.surface`). Both are seen in the last solutions before a continuation
+stops; no solution beyond the end is needed.
 """
 
 from __future__ import annotations

@@ -1,25 +1,26 @@
-"""How long particles remember: the decay of a disturbance while the distances are held.
+"""Relaxation time of particles: a mean decay time of a disturbance while the distances are held.
 
 With the residual R(y, y_t) of `pairsim.solvers.steady.motion`, a small disturbance v of a solution obeys J v = -M v_t
 with J = dR/dy and M = dR/dy_t. Two families of its modes have no length of their own and are resolved by no mesh: short
-waves on the surfaces and the advected stress of the polymer, which decays within about De. For the second M is
-restricted to the particles, with a stress that follows them at once. What is left decays as exp(-t/T), where T is the
-restriction of J^-1 M.
+waves on the surfaces and the advected stress of the polymer, which decays within about De. The stress is taken to
+follow the particles at once, and M is restricted to these. What is left decays as exp(-t/T), where T is the restriction
+of J^-1 M.
 
-Short waves have times up to several times those of the smooth shapes, which grow with the number of cells, but are
-hardly excited, and the slowest of all modes is no number that a user sees. The time tau_0 is that of what is seen: of
-the results f(t) (every dU; U of a single particle; less what the shapes move the centres by) while the shapes with
-which particles lag behind slow changes of their distances (of Ca_e) come to rest,
+Short waves have decay times up to several times those of the smooth shapes, and growing with the number of cells, but
+they are hardly excited: the slowest of all modes depends on the mesh and does not show in the results. The time tau_0
+is therefore a mean over the results f(t) (every dU, or U of a single particle, less the part by which the shapes move
+the centres) while the shapes that lag behind a slow change of the distances (of Ca_e) come to rest,
 
     tau_0 = 2/3 int t^3 |f|^2 dt / int t^2 |f|^2 dt,
 
 which is tau where f = exp(-t/tau), and depends smoothly on all parameters. Both integrals are known in closed form on a
-Krylov space of T. In a polymer with a memory of its own tau_0 = tau_s + tau_l, the sum of a part due to the viscosity
-of the solid and one due to that of the liquid, becomes the larger root of
+Krylov space of T. With the memory of the polymer tau_0 = tau_s + tau_l, the sum of a part due to the viscosity of the
+solid and one due to that of the liquid, becomes the largest root of
 
-    tau^2 - (De + tau_0) tau + (tau_s + xi tau_l) De = 0,
+    tau = tau_s + tau_l [xi + sum_i G_i De_i tau/(tau - De_i)],
 
-the relation of a single elastic mode in a Jeffreys liquid, which is De for rigid particles.
+the relation of one elastic shape in a liquid with the relaxation times De_i and moduli G_i, which is the longest De_i
+for rigid particles. With one mode this is tau^2 - (De + tau_0) tau + (tau_s + xi tau_l) De = 0 (Jeffreys liquid).
 """
 
 from __future__ import annotations
@@ -44,12 +45,12 @@ ACCURATE_SOLVES = 3
 
 
 def relaxation_time(at: Linearisation) -> float:
-    """Slowest decay time of a disturbance of a solution at held distances [D_c/U_av]."""
+    """The relaxation time t_relax: tau_0 with the memory of the liquid [D_c/U_av]; see above."""
     liquid, (tau_0, of_solids) = at.parameters.liquid, shape_time(at)
     if not liquid.modes or math.isinf(tau_0):
         return max(tau_0, float(liquid.solvent.memory))
     tau_s, tau_l = tau_0 * of_solids, tau_0 * (1 - of_solids)
-    # t - tau_s - tau_l [xi + sum_i G_i De_i t/(t - De_i)] = 0, times all t - De_i.
+    # The relation above, tau - tau_s - tau_l [...] = 0, times all tau - De_i.
     times = [float(liquid.relaxation_time(mode)) for mode in liquid.modes]
     whole = Polynomial([-tau_s - liquid.xi * tau_l, 1.0]) * Polynomial(polyfromroots(times))
     for i, mode in enumerate(liquid.modes):
@@ -59,7 +60,7 @@ def relaxation_time(at: Linearisation) -> float:
 
 
 def shape_time(at: Linearisation) -> tuple[float, float]:
-    """Decay time tau_0 of the shapes, in a liquid that follows at once, and the part of it due to viscous solids.
+    """Decay time tau_0 of the shapes, in a liquid whose stress follows at once, and the part tau_s/tau_0 of it.
 
     The time is infinite where nothing decays.
     """

@@ -71,5 +71,5 @@ class Step:
 
     @property
     def dU_discrete(self) -> Array:
-        """The same of the discrete solution [U_av], shape (N-1,)."""
+        """Relative velocities of the discrete solution, without an estimate of its error [U_av], shape (N-1,)."""
         return self.observation.dU

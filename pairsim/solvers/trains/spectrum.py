@@ -90,7 +90,7 @@ class Spectrum:
 
     @property
     def of_cell(self) -> Waves:
-        """The same with the half-widths of their intervals."""
+        """The waves of the cell, as in `waves`, with the half-widths of their intervals."""
         return self.at(self.waves[0])
 
     def at(self, k: Array, rest: float = 0.0) -> Waves:

@@ -70,7 +70,7 @@ class Cycles:
 
     @classmethod
     def of(cls, problem: Problem) -> Cycles | None:
-        """Those of a run that has not begun; None without a flow that varies, or with fewer than two particles."""
+        """The cycles of a run that has not begun; None without a flow that varies, or with fewer than two particles."""
         waveform = problem.drive.waveform
         if waveform is None or not problem.gaps:
             return None

@@ -37,7 +37,7 @@ class Flow:
         velocity: Velocity of the particles' material [U_av], shape (n_h,).
         scalars: Free unknowns of the fields in SCALARS.
         U: Velocities of the particles [U_av], shape (N,).
-        errors: Errors of goals, to which no estimates are added, by their names; none of a particle on its own.
+        errors: Errors of the discrete values of goals, by their names; none of a particle on its own.
     """
 
     liquid: dict[str, Array]
@@ -74,7 +74,7 @@ class Flow:
 
 
 def _errors(at: Linearisation) -> dict[str, Array]:
-    """Errors of the goals of a run in a quasi-steady solution with gaps, by their names, without what is added."""
+    """epsilon_0 of the goals of a run: errors of discrete values in a quasi-steady solution with gaps, by name."""
     steady = at.steady
     if len(steady.bodies) < 2:
         return {}
@@ -162,9 +162,9 @@ def quasi_steady(problem: Problem, clock: Clock) -> Start:
 
 
 def settles(problem: Problem) -> bool:
-    """Whether the error of a run has that of a quasi-steady state as its part to which it goes from its start.
+    """Whether half-widths have the error epsilon_0 of a quasi-steady state that the run approaches after its start.
 
-    It goes there from rest, or where the flow is not the largest one at the start.
+    It does from rest, or where the flow is not the largest one at the start.
     """
     liquid, of_largest = problem.liquid, problem.drive.varies and problem.from_steady
     wanted = problem.dU_error and bool(problem.gaps) and liquid.yielding is None

@@ -1,9 +1,10 @@
 """Error against processor time of pairsim, of an earlier pairsim, and of pyoomph: a part for each mesh.
 
 The scene is that of pyoomph_pair.py: a point at d .1, and a run from rest to t = 1. Each row is the median of three
-processes, the codes taking turns; seconds are the processor's, without set-up and loading of libraries. Errors are
-relative to pairsim at N_p 80. README.md says how pyoomph and the earlier version are installed; where they are not, the
-meshes are left out that they have, too.
+processes, the codes taking turns; seconds are the processor's, without loading of libraries and compilers. Those of
+pairsim contain meshes and scenes; pyoomph makes its mesh and its equations before it solves, which is kept apart.
+Errors are relative to pairsim at N_p 80. README.md says how pyoomph and the earlier version are installed; where they
+are not, the meshes are left out that they have, too.
 """
 
 from __future__ import annotations
@@ -55,14 +56,15 @@ class Code:
         variable: The variable of the environment that says where it is, with the place where it is looked for else.
         cells: Cells on a half-circle of its meshes.
         tolerances: Of time steps by mesh, where runs are made.
-        solve: dU and processor seconds of that code at a place, for cells and a tolerance, 0 for a point.
+        solve: dU of that code at a place, for cells and a tolerance, 0 for a point; with processor seconds, and those
+            of a set-up that is no part of them.
     """
 
     name: str
     variable: tuple[str, Path]
     cells: Sequence[int]
     tolerances: Mapping[int, Sequence[float]]
-    solve: Callable[[Path, int, float], tuple[float, float]]
+    solve: Callable[[Path, int, float], tuple[float, float, float]]
 
     @property
     def place(self) -> Path:
@@ -78,19 +80,19 @@ class Code:
         return found
 
 
-def _pairsim(sources: Path, cells: int, tol: float) -> tuple[float, float]:
-    """dU and processor seconds of a version of pairsim."""
+def _pairsim(sources: Path, cells: int, tol: float) -> tuple[float, float, float]:
+    """dU and processor seconds of a version of pairsim, set-up included."""
     case = {**SCENE, "mesh": {"Np": cells}} | ({} if tol else {"d": [0.1]})
     coarse = SCENE | {"d": [0.3], "mesh": {"Np": 8}}
     environment = os.environ | {"OMP_NUM_THREADS": "1", "PYTHONPATH": str(sources)}
     command = [sys.executable, "-P", "-W", "ignore", "-c", CALL, json.dumps([case, tol, coarse])]
     done = subprocess.run(command, env=environment, check=True, capture_output=True, text=True)
     dU, seconds = json.loads(done.stdout.splitlines()[-1])
-    return dU, seconds
+    return dU, seconds, 0.0
 
 
-def _pyoomph(python: Path, cells: int, tol: float) -> tuple[float, float]:
-    """The same of pyoomph."""
+def _pyoomph(python: Path, cells: int, tol: float) -> tuple[float, float, float]:
+    """dU, processor seconds of the solution and of the set-up of pyoomph."""
     with tempfile.TemporaryDirectory() as folder:
         table = Path(folder) / "pair.csv"
         what = ["--tol", str(tol)] if tol else ["--no-transient"]
@@ -98,7 +100,7 @@ def _pyoomph(python: Path, cells: int, tol: float) -> tuple[float, float]:
         command = [python, pair, "--cells", cells, *what, "--output", table]
         subprocess.run([*map(str, command)], check=True, capture_output=True, cwd=folder)
         row = pd.read_csv(table).iloc[-1]
-    return float(row["dU"]), float(row["total"])
+    return float(row["dU"]), float(row["total"]), float(row["set_up"])
 
 
 CODES = (
@@ -118,7 +120,8 @@ def parts(quick: bool) -> list[Part]:
 
 def _part(cells: int, codes: Sequence[Code], repeats: int, exact: int) -> Part:
     asked = [(code.name, code.tolerances.get(cells, ())) for code in codes]
-    identity = json.dumps({**SCENE, "cells": cells, "codes": asked, "repeats": repeats, "exact": exact})
+    what = {"codes": asked, "repeats": repeats, "exact": exact, "seconds": ["solution", "set-up"]}
+    identity = json.dumps({**SCENE, "cells": cells, **what})
     return Part(f"{cells} cells", identity, partial(_rows, cells, codes, repeats, exact))
 
 
@@ -129,11 +132,12 @@ def _rows(cells: int, codes: Sequence[Code], repeats: int, exact: int, folder: P
     rows = []
     for _, (code, tol) in product(range(repeats), asked):
         try:
-            dU, seconds = code.solve(places[code.name], cells, tol)
+            dU, seconds, set_up = code.solve(places[code.name], cells, tol)
         except subprocess.CalledProcessError as failed:
             last = str(failed.stderr or "").strip().rpartition("\n")[2]
             raise Unavailable(f"{code.name} ended with exit code {failed.returncode}: {last}") from failed
-        rows.append({"what": "run" if tol else "point", "by": code.name, "tol": tol, "seconds": seconds, "dU": dU})
+        what = "run" if tol else "point"
+        rows.append({"what": what, "by": code.name, "tol": tol, "seconds": seconds, "set_up": set_up, "dU": dU})
     medians = pd.DataFrame(rows).groupby(["what", "by", "tol"], as_index=False).median()
     truths = dict(_exact(sorted(set(medians["what"])), exact, folder))
     error = (100 * (medians["dU"] / medians["what"].map(truths) - 1)).abs()
