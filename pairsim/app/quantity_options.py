@@ -90,6 +90,7 @@ def _help(of: Measurable, laws: Collection[str], several: bool) -> str:
     said += [SEVERAL if of.ranged else "repeat it for one value each, from upstream"] if several else []
     said += [", ".join(laws)] if laws else []
     example = f"'{example}'" if "+-" in example else example.replace(" ", "")
+    example += f" or {of.as_volume.replace(' ', '')}" if of.as_volume else ""
     return "; ".join([f"{_sentence(words)}, such as {example}", *gives]) + (f" ({'; '.join(said)})." if said else ".")
 
 

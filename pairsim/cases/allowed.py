@@ -39,7 +39,7 @@ def _words(schema: JsonSchemaValue) -> str:
         return ", ".join(map(str, schema.get("enum", [schema.get("const")])))
     if "$ref" in schema or "discriminator" in schema:
         return "{start, stop, num, spacing}" if "Range" in str(schema) else "a group with law and its parameters"
-    example = f"such as {schema['examples'][0]}" if "examples" in schema else ""
+    example = f"such as {' or '.join(map(str, schema['examples']))}" if "examples" in schema else ""
     if alternatives := schema.get("anyOf", schema.get("oneOf")):
         each = dict.fromkeys(_words(one) for one in alternatives if one.get("type") != "null")
         texts = ", or ".join(text.replace(f"list of {next(iter(each))}", "list of these") for text in each)

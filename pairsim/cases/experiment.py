@@ -21,9 +21,10 @@ from pairsim.cases.physical import (
     EXPERIMENT,
     QUANTITIES,
     RANGE_OF_LENGTHS,
+    TUBE,
     with_deviations,
 )
-from pairsim.cases.quantity_text import measured, quantity_range, rounded
+from pairsim.cases.quantity_text import is_in, measured, quantity_range, rounded
 from pairsim.cases.usual import unusual
 from pairsim.cases.values import Range
 from pairsim.cases.waveform_keys import WaveformOptions
@@ -32,7 +33,7 @@ from pairsim.physics.declared import DIMENSIONS
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.liquids.viscous import ZERO_SHEAR
 from pairsim.quantities.measurable import EACH, MEAN, Measurable
-from pairsim.quantities.scales import Scales, mean_velocity
+from pairsim.quantities.scales import Scales, cross_section, mean_velocity
 
 if TYPE_CHECKING:
     from pairsim.runtime.arrays import Array
@@ -112,8 +113,15 @@ class Experiment:
                     values[key] = self._part_of_mean(key, values.get(key.partition(".")[0]), mistakes)
                     continue
                 of = of.with_parameters(self.laws.liquid.numbers(law.of_unit) if key == law.key else {})
-                values[key] = _in_si(of, text, f"{BLOCK}.{key}", mistakes)
+                values[key] = _in_si(of.volume if self._is_volume(key) else of, text, f"{BLOCK}.{key}", mistakes)
+        for key in filter(self._is_volume, values):
+            values[key] = _length_of_tube(values[key], values.get(TUBE.key))
         return values, mistakes
+
+    def _is_volume(self, key: str) -> bool:
+        """Whether a length of tube is given as the volume that the tube holds in it."""
+        of = QUANTITIES[key]
+        return bool(of.as_volume) and is_in(self.given[key], of.volume.unit)
 
     def _part_of_mean(self, key: str, mean: Any, mistakes: list[Mistake]) -> Any:
         """A standard deviation among the particles over a mean in SI units, None of wrong ones; adds the mistakes."""
@@ -266,6 +274,13 @@ def _in_si(of: Measurable, value: Any, place: str, mistakes: list[Mistake]) -> A
         return None
     one = replace(of, uncertain=False)
     return tuple(_in_si(one, each, f"{place}[{i}]", mistakes) for i, each in enumerate(entries))
+
+
+def _length_of_tube(volume: Any, diameter: Any) -> Any:
+    """The length [m] in which a tube of a diameter [m] holds a volume [m^3]; None if either is wrong or missing."""
+    if volume is None or diameter is None:
+        return None
+    return rounded(volume / cross_section(diameter))
 
 
 def _each(value: Any, function: Callable[..., Any], *more: Any) -> Any:

@@ -121,15 +121,15 @@ EXPERIMENT = (
     ),
     a_length(
         "drop",
-        "length of tube whose liquid one drop takes; gives stream.drop",
+        "liquid that a drop takes: its volume, or the length of tube that holds it; gives stream.drop",
         "100 um",
-        r"L_d",
         gives=("stream.drop",),
+        as_volume="0.28 nl",
     ),
     Measurable(
         "concentration",
         PERCENTAGE,
-        "part of the volume that flows which is beads; gives stream.concentration",
+        "volume fraction of the beads in what flows; gives stream.concentration",
         "1 %",
         r"\phi",
         gives=("stream.concentration",),

@@ -13,7 +13,7 @@ from pairsim.runtime.plain import Plain
 
 def _field(of: Measurable) -> Any:
     """Type and description of the field of a quantity; `pairsim.cases.experiment` checks its values."""
-    one = {"type": "string", "examples": [of.example]}
+    one = {"type": "string", "examples": [of.example, of.as_volume] if of.as_volume else [of.example]}
     several: list[Any] = [{"type": "array", "items": one}] if of.many or of.ranged else []
     several += [{"type": "object", "examples": [RANGE_OF_LENGTHS]}] if of.ranged else []
     several += [{"type": "object", "examples": [f"{{{MEAN}: {of.example}, {EACH}: ...}}"]}] if of.each else []

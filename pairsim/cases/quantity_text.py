@@ -30,6 +30,7 @@ COMMON = {
     "Pa*s": {"mPa.s": 1e-3, "Pa.s": 1.0},
     "m/s": {"um/s": 1e-6, "mm/s": 1e-3, "cm/s": 1e-2, "m/s": 1.0},
     "m^3/s": {"nl/min": 1.6666666666666673e-14, "ul/min": 1.666666666666667e-11, "ml/h": 2.777777777777778e-10},
+    "m^3": {"pl": 1.0000000000000003e-15, "nl": 1.0000000000000004e-12, "ul": 1.0000000000000003e-09},
     "kg/m^3": {"kg/m^3": 1.0},
 }
 """Units in SI units, as pint has them, for which it is not loaded: this takes longer than an atlas to answer."""
@@ -107,6 +108,7 @@ def si(text: Any, of: Measurable) -> float:
         ValueError: It is none of this kind; says what is wrong and what is allowed.
     """
     allowed = f"must be {of.kind.words} above 0 with its unit, such as {of.example}"
+    allowed += f", or {of.volume.kind.words}, such as {of.as_volume}" if of.as_volume else ""
     if isinstance(text, list | tuple):
         raise ValueError(f"is a list; {allowed}{of.if_several}")
     if (value := _in_common(text, of.unit)) is None:
@@ -196,6 +198,19 @@ def _halves(text: Any) -> tuple[Any, str | None]:
     elif re.fullmatch(NUMBER, half) and (match := QUANTITY.fullmatch(value)):
         half = f"{half} {match[2]}"
     return value, half
+
+
+def is_in(text: Any, unit: str) -> bool:
+    """Whether a text is a quantity of the kind of this SI unit, with a half-width or without."""
+    value = _halves(text)[0]
+    match = QUANTITY.fullmatch(value.strip()) if isinstance(value, str) else None
+    common = [each for each, units in COMMON.items() if match is not None and match[2] in units]
+    if match is None or common:
+        return unit in common
+    try:
+        return bool(_parsed(value)[1].is_compatible_with(unit))
+    except ValueError:
+        return False
 
 
 def has_half_width(text: object) -> bool:

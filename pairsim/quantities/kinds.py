@@ -102,6 +102,7 @@ RATE = Kind("a rate", "1/s", "U_av/D_c", "1/s", time=-1)
 PRESSURE_RATE = Kind("a pressure per displacement", "Pa/m", "eta_0 U_av/D_c^2", "Pa/um", 1e-6, stress=1, length=-1)
 AREA = Kind("an area", "m^2", "D_c^2", "um^2", 1e12, length=2)
 VOLUME = Kind("a volume", "m^3", "D_c^3", "um^3", 1e18, length=3)
+LIQUID_VOLUME = replace(VOLUME, physical="nl", per_si=1e12)
 FORCE = Kind("a force", "N", "eta_0 U_av D_c", "nN", 1e9, stress=1, length=2)
 SECONDS = Kind("a time", "s", "s", "s")
 """A time of the computer, which no experiment scales."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from string import Formatter
 from typing import Any, NamedTuple
 
-from pairsim.quantities.kinds import LENGTH, PURE, TIME, VISCOSITY, Kind
+from pairsim.quantities.kinds import LENGTH, PURE, TIME, VISCOSITY, VOLUME, Kind
 from pairsim.quantities.scales import Scales
 
 
@@ -45,6 +45,8 @@ class Measurable:
         each: The dotted key of a case that its standard deviation among the particles gives, over its mean; "" where it
             is the same for all.
         usual: What is usual; None if all is.
+        as_volume: An example of the volume as which a length of tube may be given, too: it is then the length in which
+            the tube holds this volume. "" where it may not.
         if_several: What is added to the message of who gives a list, such as what to write instead.
         in_captions: Whether captions have it.
         short: The name of its option, "" if that is its key.
@@ -65,6 +67,7 @@ class Measurable:
     by: str = ""
     each: str = ""
     usual: Usual | None = None
+    as_volume: str = ""
     if_several: str = ""
     in_captions: bool = True
     short: str = ""
@@ -75,6 +78,11 @@ class Measurable:
         """Its standard deviation among the particles, in a case over its mean."""
         words = f"standard deviation of the {self.key} of each particle, which differ"
         return Measurable(f"{self.key}.{EACH}", PURE, words, self.example, gives=(self.each,))
+
+    @property
+    def volume(self) -> Measurable:
+        """The volume that may be given in its place."""
+        return Measurable(self.key, VOLUME, self.words, self.as_volume)
 
     @property
     def option(self) -> str:

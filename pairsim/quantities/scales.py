@@ -38,6 +38,11 @@ class Scales:
         return density * self.velocity * self.length / self.viscosity
 
 
+def cross_section(diameter: float) -> float:
+    """Area pi D_c^2/4 of the cross-section of a tube of diameter D_c, in the square of its unit."""
+    return FLOW_RATE * diameter**2
+
+
 def mean_velocity(flow_rate: float, diameter: float) -> float:
     """Mean velocity U_av = 4 Q/(pi D_c^2) [m/s] for a flow rate Q [m^3/s] in a tube of diameter D_c [m]."""
-    return flow_rate / (FLOW_RATE * diameter**2)
+    return flow_rate / cross_section(diameter)

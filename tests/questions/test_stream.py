@@ -14,6 +14,7 @@ import pairsim
 from pairsim.analysis.arrivals import Arrivals
 from pairsim.analysis.drops import poisson, shares
 from pairsim.computing.kept_rows import SOLVING, KeptRows
+from pairsim.questions.stream import computation
 from pairsim.runtime.errors import InputError
 
 RIGID = {"beta": 0.3, "De": 0, "Ca_e": 0, "d": 1.0, "mesh": {"Np": 8}}
@@ -81,6 +82,22 @@ def test_short_rows_are_solved_once_for_all_streams_of_a_bead(own_cache: Path, m
         stream(RIGID | {"beta": 0.31})
 
 
+def test_streams_of_known_rows_may_take_long(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A command without a budget gives up where nothing is found for long, but known rows are something."""
+    stream(RIGID)
+    waiting = list[bool]()
+
+    def follow(*given: Any) -> Any:
+        waiting.append(given[-1].awaits_result)
+        return real(*given)
+
+    real = computation.follow
+    monkeypatch.setattr(computation, "follow", follow)
+    stream(RIGID)
+    assert waiting
+    assert not any(waiting)
+
+
 def test_rows_of_earlier_versions_are_known_by_all_code_that_solves_them() -> None:
     """Of the package of rows, by the modules that import solvers of the flow."""
     package = ROOT / "pairsim" / "solvers" / "rows"
@@ -121,6 +138,19 @@ def test_positions_come_from_a_file_with_their_unit(tmp_path: Path) -> None:
         pairsim.load(RIGID | {"d": None, "stream": {"positions": "missing.csv"}}, kind="stream")
 
 
+@pytest.mark.parametrize("volume", ["282743.33882308 um^3", "0.28274333882308 nl", "282.74333882308 pl"])
+def test_a_drop_is_a_volume_or_the_length_of_tube_that_holds_it(volume: str) -> None:
+    """A tube of 60 um holds pi/4 60^2 100 um^3 in 100 um."""
+
+    def drop(given: str, tube: str = "60 um") -> float | None:
+        block = {"drop": given, "tube": tube, "velocity": "5 mm/s", "viscosity": "1 Pa.s", "particle": "24 um"}
+        return pairsim.load({"physical": block, "Ca_e": 0, "d": 1.0}, kind="stream").stream.drop
+
+    assert drop(volume) == pytest.approx(drop("100 um"), rel=1e-12)
+    assert drop("100 um") == pytest.approx(100 / 60, rel=1e-12)
+    assert drop("1 nl", "120 um") == pytest.approx((drop("1 nl") or 0) / 8, rel=1e-12)  # in tube diameters
+
+
 def test_beads_of_a_concentration_flow_out_in_it() -> None:
     """As many as the liquid that a drop takes has in the reservoir, however fast they are in the tube."""
     found = stream({**RIGID, "d": None}, concentration=0.02, drop=1.0)
@@ -136,7 +166,7 @@ def test_the_shipped_case_says_what_a_chip_gets(tmp_path: Path) -> None:
     ).check()
     assert found.record.scales is not None
     assert "After 50 mm of tube" in found.answer
-    assert "A drop takes the liquid of 100 um of tube" in found.answer
+    assert "A drop takes the liquid of 100 um of tube (0.2827 nl)" in found.answer
 
 
 def test_the_answer_says_what_drops_get_and_pictures_show_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -152,7 +152,7 @@ class StreamOptions(Keys):
     streams: values.Whole = Field(8, ge=2, le=1000, description="number of streams that are drawn")
     seed: values.Whole = Field(0, ge=0, description="seed of the random numbers")
     concentration: Annotated[Annotated[values.Number, Field(gt=0, le=0.3)] | None, Key(check=_check_concentration)] = (
-        Field(None, description="part of the volume that flows which is beads, in place of d")
+        Field(None, description="volume fraction of the beads in what flows, in place of d")
     )
     arrivals: Literal["random", "regular"] = Field(
         "random",
@@ -168,7 +168,7 @@ class StreamOptions(Keys):
     )
     tube: values.Distance = Field(300.0, description="length of tube along which beads are followed [D_c]")
     drop: values.Distance | None = Field(
-        None, description="length of tube whose liquid one drop takes [D_c]; without it no drops are counted"
+        None, description="volume of a drop, as the length of tube that holds it [D_c]; without it no drops are counted"
     )
     min_gap: values.Distance = Field(0.002, description="distance at which beads touch [D_c]")
     neighbours: values.Whole = Field(

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from pairsim.analysis.drops import KINDS, poisson
-from pairsim.quantities.kinds import LENGTH, POSITION, VELOCITY
+from pairsim.quantities.kinds import LENGTH, LIQUID_VOLUME, POSITION, VELOCITY
+from pairsim.quantities.scales import cross_section
 from pairsim.quantities.text import in_unit, with_error, with_name
 from pairsim.questions.stream import StreamCase
 from pairsim.questions.stream.found import Found
@@ -34,12 +35,12 @@ def sentences(case: StreamCase, found: Found) -> list[str]:
         lines.append(
             f"After {tube} of tube {of[1]} of the drops have one bead, {of[2]} two, {of[3]} more and {of[0]} none. On "
             f"arrival they would have one in {on_arrival}, by Poisson in {independent}. A drop takes the liquid of "
-            f"{in_unit(scales, LENGTH, case.stream.drop)} of tube, with {per_drop:.3g} beads on average."
+            f"{in_unit(scales, LENGTH, case.stream.drop)} of tube{_volume(case)}, with {per_drop:.3g} beads on average."
         )
     lines.append(
         f"After {tube} of tube {_percent(outlet[1], half[1])} of the beads touch another one (on arrival "
-        f"{100 * inlet[1]:.2g} %), and the spread of the distances is {_percent(outlet[0], half[0])} of their mean (on "
-        f"arrival {100 * inlet[0]:.3g} %)."
+        f"{100 * inlet[1]:.2g} %), and the standard deviation of the distances is {_percent(outlet[0], half[0])} of "
+        f"their mean (on arrival {100 * inlet[0]:.3g} %)."
     )
     model = 100 * float(np.nanmax(by_model))
     lines.append(
@@ -47,6 +48,13 @@ def sentences(case: StreamCase, found: Found) -> list[str]:
         f"{case.stream.neighbours} beads leaves open, which alone would be {model:.1g} % at most."
     )
     return lines
+
+
+def _volume(case: StreamCase) -> str:
+    """The volume of a drop in brackets, in an experiment."""
+    if case.scales is None or case.stream.drop is None:
+        return ""
+    return f" ({in_unit(case.scales, LIQUID_VOLUME, cross_section(1.0) * case.stream.drop)})"
 
 
 def _percent(part: float, half_width: float) -> str:

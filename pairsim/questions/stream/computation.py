@@ -66,6 +66,7 @@ def computation(case: StreamCase, monitor: Monitor, workers: Workers) -> events.
     except BranchEnd as end:
         yield events.Summary({})
         return events.Outcome("finished", end.reason, end.message)
+    monitor.has_result()  # also where all rows were known: how long streams take is told by the progress
     yield events.Progress(rows_done + of_motion, "the model of rows is fitted", number)
     follower, ways = _Follower.of(case, model, monitor), list[Way]()
     for i in range(case.stream.streams):

@@ -54,7 +54,7 @@ def draw_stream(directory: Path, out: Path, page: Page) -> list[Path]:
             lines.append(Line("drops", z, stream[column], _half_widths(stream, column.name), look=look, label=name))
             independent: Look = {"color": COLOURS[i], "linestyle": ":"}
             lines.append(Line("drops", z, stream[POISSON[column]], look=independent))
-    for column, words in ((IN_CONTACT, "share of beads in contact"), (SPREAD, "spread of distances over their mean")):
+    for column, words in ((IN_CONTACT, "share of beads in contact"), (SPREAD, "distances: standard deviation / mean")):
         panels[column] = Panel(label, words)
         look = {"color": COLOURS[0], "linestyle": "-"}
         lines.append(Line(column, z, stream[column], _half_widths(stream, column.name), look=look))
