@@ -21,11 +21,16 @@ def with_error(value: float, error: float | None, sign: str = "", digits: int = 
         return f"{value:{sign if value else ''}.{digits}g}"
     exponent = math.floor(math.log10(max(abs(value), error)))
     scale = 1.0 if -2 <= exponent < 6 else 10.0**exponent
-    digits = -math.floor(math.log10(error / scale))
-    digits += round(error / scale * 10.0**digits) == 1  # two digits of an error that begins with 1
+    digits = _decimals(error / scale)
     value, error = round(value / scale, digits), round(error / scale, digits)
     text = f"{value:{sign}.{max(digits, 0)}f} +- {error:.{max(digits, 0)}f}"
     return text if scale == 1.0 else f"({text})e{exponent}"
+
+
+def _decimals(error: float) -> int:
+    """The decimals of a number with an error: one digit of the error, two where it begins with 1."""
+    digits = -math.floor(math.log10(error))
+    return digits + (round(error * 10.0**digits) == 1)
 
 
 def softness(Ca_e: float, scales: Scales | None) -> str:
@@ -41,6 +46,20 @@ def in_unit(
     size = unit.factor(scales)
     text = with_error(size * value, None if error is None else size * error, sign, digits)
     return text if scales is None else f"{text} {unit.physical}".rstrip()  # pure numbers have no unit
+
+
+def as_known(scales: Scales | None, unit: Kind, value: float, error: float | None, digits: int = 4) -> str:
+    """A number as `in_unit` without its error, with no more decimals than beside it, such as 66 um of 66 +- 6 um.
+
+    Args:
+        scales, unit, value: As for `in_unit`.
+        error: Half-width of its interval. None, or one that is larger than the number: it is not rounded for it.
+        digits: Most digits.
+    """
+    size = unit.factor(scales)
+    if error is not None and 0 < error < abs(value):
+        value = round(size * value, _decimals(size * error)) / size
+    return in_unit(scales, unit, value, digits=digits)
 
 
 def with_name(scales: Scales | None, unit: Kind, value: float, error: float | None = None, digits: int = 4) -> str:

@@ -78,6 +78,12 @@ CURVES = [
         "Largest |dU|: (-6.93 +- 0.10)e-4 at d = 0.100 +- 0.002" + BEYOND,
     ),
     (
+        (logarithmic(0.2173, 1e-3, 1e-5), [Zero(0.2173, False, 0.04)]),  # no more digits than are known
+        "The pair comes closer between d = 0.1 and 0.22, separates between d = 0.22 and 0.3. "
+        "It keeps its distance at d = 0.22 +- 0.04 (unstable).",
+        "Largest |dU|: (-7.76 +- 0.10)e-4 at d = 0.100 +- 0.002" + BEYOND,
+    ),
+    (
         (logarithmic(0.2, -1e-3, 1e-5), [Zero(0.2, True)]),
         "The pair separates between d = 0.1 and 0.2, comes closer between d = 0.2 and 0.3. "
         "It keeps its distance at d = 0.2 (stable).",

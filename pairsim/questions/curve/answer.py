@@ -17,7 +17,7 @@ from pairsim.analysis.zeros import Zero
 from pairsim.cases.physical import DIFFERENCE
 from pairsim.quantities.kinds import LENGTH, TIME, VELOCITY, Kind
 from pairsim.quantities.scales import Scales
-from pairsim.quantities.text import in_unit
+from pairsim.quantities.text import as_known, in_unit
 from pairsim.questions.curve import AFTER
 from pairsim.record.columns import (
     BY_BETA,
@@ -115,8 +115,10 @@ def _motion_over_d(
 ) -> str:
     """Where a pair separates, comes closer, keeps its distance, or is held together, and where none is certain."""
 
+    errors = {zero.d: zero.error for zero in zeros}
+
     def where(region: Region) -> str:
-        start, stop = (in_unit(scales, LENGTH, d) for d in (region.start, region.stop))
+        start, stop = (as_known(scales, LENGTH, d, errors.get(d)) for d in (region.start, region.stop))
         return f"between d = {start} and {stop}" if region.stop > region.start else f"at d = {start}"
 
     if not regions and not held:
