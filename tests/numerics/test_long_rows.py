@@ -103,7 +103,7 @@ class Prescribed:
 
     dU: tuple[float, ...] = (-0.1, 0.05, 0.0)
 
-    alone, least, film = np.array([1.0, 0.4]), 0.01, 0.07
+    alone, least, film, closing = np.array([1.0, 0.4]), 0.01, 0.07, None
 
     def row(self, gaps: np.ndarray) -> Row:
         """The first gap closes until the last one is wider than 0.4."""

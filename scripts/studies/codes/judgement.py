@@ -55,7 +55,7 @@ def blocks(results: pd.DataFrame, parts: Sequence[Part]) -> Mapping[str, str]:
         "what, tol": results["what"] + tolerances,
         "cells": results["cells"].astype(int),
         "code": results["by"],
-        "cell": results.apply(_cell, axis=1),
+        "cell": [_cell(row) for _, row in results.iterrows()],
     }
     text = pd.DataFrame(columns)
     table = text.pivot(index=["what, tol", "cells"], columns="code", values="cell").fillna("").reset_index()
