@@ -106,8 +106,8 @@ class KeptRows:
 
 def _row(known: Mapping[str, Array], name: str) -> Row:
     gaps, values, slopes, error, rear = (known[f"{name}_{each}"] for each in ALWAYS)
-    by_particle, parts = (known.get(f"{name}_{each}") for each in ("by_particle", "parts"))
-    return Row(gaps, values, slopes, float(error), by_particle, float(rear), parts)
+    more = {each: known.get(f"{name}_{each}") for each in ("by_particle", "parts", "lag")}
+    return Row(gaps, values, slopes, float(error), rear=float(rear), **more)
 
 
 def _numerics() -> str:

@@ -61,6 +61,21 @@ def test_what_size_and_softness_change_of_one_particle_is_known_to_second_order(
         assert abs(twice - change) < 0.2 * abs(first - change)
 
 
+def test_the_lag_of_shapes_is_that_of_a_run() -> None:
+    """Centres of a pair in motion are farther apart than of one held at the same distance, by a little less than l."""
+    sizes, keys = np.log([[0.38 / 0.4], [0.42 / 0.4]]), {"ends": "periodic", "length": 8.0, "mesh": {"Np": 10}}
+    pair = {"particles": 2, "beta": [0.38, 0.42], "d0": 0.1, "De": 0.0, "Ca_e": 0.1, "accuracy": "5%"}
+    run = pairsim.run({**pair, **keys, "start": "steady", "time": {"end": 2.0}, "output": {"fields": False}})
+    last = run.table.iloc[-1]
+    (held,) = short(2, [(last["d"],)], np.hstack([sizes, np.zeros((2, 1))]))
+    assert held.lag is not None
+    lag = abs(last["z_T"] - last["z_L"]) - last["d"] - held.values[0, 1]
+    assert lag > 0.002
+    assert 0.6 * held.lag[0] < lag < held.lag[0]  # it is known to first order
+    (alone,) = short(1, [()])
+    assert alone.lag is None
+
+
 def test_a_row_goes_on_from_the_one_from_which_all_distances_shrink(monkeypatch: pytest.MonkeyPatch) -> None:
     """Not from the last one, from which one distance would grow while the other shrinks."""
     recalled, recall = list[tuple[float, ...]](), SteadySolver.recall

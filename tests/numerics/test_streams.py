@@ -13,6 +13,7 @@ from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.rows.closing import Closing
 from pairsim.solvers.rows.contact import TOUCHING
 from pairsim.solvers.rows.deviations import Deviations, deviations
+from pairsim.solvers.rows.lag import Lag
 from pairsim.solvers.rows.model import Row, RowModel
 from pairsim.solvers.rows.row_motion import _velocities, move
 from pairsim.solvers.rows.stream_motion import _Velocities, follow
@@ -231,6 +232,70 @@ def test_soft_beads_come_closer_as_a_pair_does_that_was_solved() -> None:
     rows, gaps = replace(pair_model(-0.01), closing=closing), np.array([0.5, 0.02, 0.5])
     slowed = _Velocities(rows, None, CONTACT)(np.cumsum(np.append(0.0, gaps)))
     assert np.diff(slowed)[1] == pytest.approx(rows.row(gaps).rates[1] * 0.25, rel=1e-9)
+
+
+def lagging_pair(d: float, dU: float, rate: float, lag: float) -> Row:
+    values, slopes = np.array([[1.7, 0.4, 0.0], [1.7 + dU, 0.4, 0.0]]), np.zeros((2, 1, 2))
+    slopes[0, 0, 1] = dU / rate - 1
+    return Row(np.array([d]), values, slopes, lag=np.array([lag]))
+
+
+def test_the_relaxation_time_of_lengths_is_that_of_pairs() -> None:
+    def time(d: float, dU: float) -> float:
+        return 0.2 / d**0.5 * float(np.exp(-20 * dU))
+
+    places = [(d, dU) for d in (0.04, 0.06, 0.1, 0.2) for dU in (-0.02, 0.005, 0.01)]
+    pairs = [lagging_pair(d, dU, 0.8 * dU, -0.2 * dU * time(d, dU)) for d, dU in places]
+    pairs.append(lagging_pair(0.02, -0.01, -0.001, 1.0))  # nearer than it is looked at
+    found = Lag.fitted(pairs, 0.04)
+    assert found is not None
+    d, dU = np.array([0.05, 0.15, 0.02, 0.9]), np.array([0.007, -0.01, 0.005, 0.5])
+    within = [(0.05, 0.007), (0.15, -0.01), (0.04, 0.005), (0.2, 0.01)]
+    assert found.time(d, dU) == pytest.approx([time(*each) for each in within])
+    assert found.at(d, dU, dU + 0.01) == pytest.approx(0.01 * found.time(d, dU))
+
+
+def test_rigid_beads_do_not_lag_behind() -> None:
+    assert Lag.fitted([closing_pair(d, -0.01) for d in (0.04, 0.06, 0.1, 0.2)], 0.04) is None
+
+
+def lagging(time: float, size: float) -> RowModel:
+    """Two beads whose lengths change by the exponential of 2 d, with a lag of one time."""
+    of = pair_model(size)
+    of.coefficients[0, 1] = -0.1
+    lag = Lag(np.array([np.log(time), 0.0, 0.0, 0.0]), (0.01, 1.0), (-1.0, 1.0))
+    return replace(of, deviations=Deviations(np.zeros(2), [], 0.04), lag=lag)
+
+
+@pytest.mark.parametrize("size", [0.01, -0.01])
+def test_beads_that_were_held_move_as_their_centres_do_and_then_as_without_a_memory(size: float) -> None:
+    of, start, alike = lagging(0.5, size), np.array([0.0, 0.4]), np.zeros((2, 2))
+    moving = _Velocities(of, alike, CONTACT)
+    dU, without = of.row(start[1:]).dU[0], of.row(start[1:]).rates[0]
+    assert abs(without - dU) > 0.05 * abs(dU)
+    state = moving.held(start)
+    assert np.diff(moving(state)[:2])[0] == pytest.approx(dU)
+    assert moving(np.append(start, 0.5 * (without - dU)))[2] == pytest.approx(0.0, abs=1e-15)
+    assert np.diff(moving(np.append(start, 0.5 * (without - dU)))[:2])[0] == pytest.approx(without)
+
+
+@pytest.mark.parametrize("size", [0.01, -0.01])
+def test_distances_between_centres_change_by_what_dU_adds_up_to(size: float) -> None:
+    """Also where shapes lag behind: their lengths and lags are in it."""
+    of, alike, state, step = lagging(0.5, size), np.zeros((2, 2)), np.array([0.0, 0.3, 0.0]), 2e-3
+    moving, moved = _Velocities(of, alike, CONTACT), 0.0
+
+    def centres(state: Array) -> float:
+        d = state[1] - state[0]
+        return float(d + of.row(np.array([d])).values[0, 1] + state[2])
+
+    before = centres(state)
+    for _ in range(500):
+        half = state + step / 2 * moving(state)
+        moved += step * of.row(np.diff(half[:2])).dU[0]
+        state = state + step * moving(half)
+    assert abs(state[2]) > 1e-4
+    assert centres(state) - before == pytest.approx(moved, rel=1e-5)
 
 
 def test_a_pair_that_does_not_come_closer_says_nothing_of_films() -> None:

@@ -27,12 +27,17 @@ def changed_by_films(model: RowModel, gaps: Array, rates: Array, contact: float)
         rates: Their rates without films [U_av], shape (N-1,).
         contact: Distance at which particles touch [D_c]; nearer ones have the film there.
     """
-    q = np.where(rates < 0, _slowing(model, gaps, contact), 0.0)
+    q = slowed_by_films(model, gaps, rates, contact) - 1
     if not q.any():
         return np.zeros(len(gaps) + 1)
     matrix = np.array([np.append(0.0, -q[1:] / 2), 1 + q, np.append(-q[:-1] / 2, 0.0)])
     forces = -q * scipy.linalg.solve_banded((1, 1), matrix, rates) / 2
     return np.append(0.0, forces) - np.append(forces, 0.0)
+
+
+def slowed_by_films(model: RowModel, gaps: Array, rates: Array, contact: float) -> Array:
+    """How much slower two particles alone come closer by films, 1 + q, shape (N-1,); arguments as above."""
+    return np.where(rates < 0, 1 + _slowing(model, gaps, contact), 1.0)
 
 
 def _slowing(model: RowModel, gaps: Array, contact: float) -> Array:

@@ -29,6 +29,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.rows.closing import Closing
 from pairsim.solvers.rows.deviations import TERMS, Deviations, deviations
+from pairsim.solvers.rows.lag import Lag
 from pairsim.solvers.rows.parts import SMALLEST, Remainder, slowest
 from pairsim.solvers.rows.stretch import Stretch
 
@@ -59,6 +60,8 @@ class Row:
         rear: Distance from the rear of the first particle to its centre [D_c].
         parts: Deviations of the logarithms of diameter and Ca_e of each particle from those of equal ones, shape
             (N, 2); None where all are equal.
+        lag: How much longer the distances between centres are than where particles are held at the same distances, as
+            shapes lag behind distances that change [D_c], shape (N-1,); None where they do not.
     """
 
     gaps: Array
@@ -68,6 +71,7 @@ class Row:
     by_particle: Array | None = None
     rear: float = 0.0
     parts: Array | None = None
+    lag: Array | None = None
 
     def followed(self, rear: float) -> Row:
         """The same row with a particle far downstream, whose rear is so far from its centre [D_c].
@@ -114,6 +118,7 @@ class RowModel:
         deviations: What particles change that differ from the others; None where it was not asked for.
         film: Distance c of films over the length of a particle (`pairsim.solvers.rows.films`).
         closing: How particles come closer below `least`, in place of such films; None where it is not known.
+        lag: How far shapes lag behind distances that change; None where it is not known.
         remainder: A change of terms by the size of what is left out; None where there is none.
     """
 
@@ -126,6 +131,7 @@ class RowModel:
     deviations: Deviations | None = None
     film: float = FILM
     closing: Closing | None = None
+    lag: Lag | None = None
     remainder: Remainder | None = None
 
     @property
@@ -139,7 +145,8 @@ class RowModel:
         Where particles may differ they are in place of the latter those in which what the most neighbours add is
         changed by as much as still more of them may add (`_by_more_neighbours`); without the terms of second order of
         some pairs, as these have terms of third order, too, and triplets of second; with pairs that come closer faster
-        by the errors of those that were solved; and with lengths that change more.
+        by the errors of those that were solved; without the lag of shapes, which is known to first order; and with
+        lengths that change more.
         """
         films = replace(self, film=0.0) if self.closing is None else replace(self, closing=None)
         if self.deviations is not None:
@@ -162,6 +169,8 @@ class RowModel:
                 yield replace(self, deviations=replace(differ, remainder_twice=one))
         if self.closing is not None:
             yield replace(self, closing=self.closing.faster)
+        if self.lag is not None:
+            yield replace(self, lag=None)
         if differ.stretch is not None:
             yield replace(self, deviations=replace(differ, stretch=differ.stretch.steeper))
 
@@ -304,11 +313,12 @@ def _of_unequal(
     """
     one_differs = [row for row in unequal if _differing(row) == 1]
     rates, least = models[0].rates, models[0].least
+    lag = Lag.fitted([row for row in [*parts[0], *unequal] if len(row.gaps) == 1], least)
     pairs = [row for row in parts[0] if len(row.gaps) == 1]
     stretch = Stretch.fitted(pairs, one_differs, slowest(rates[0], TERMS[2]))
     closing = Closing.of([row for row in unequal if _differing(row) == 2], least)
     of = [replace(deviations(alone, part, one_differs, rates, least), stretch=stretch) for part in parts]
-    return [replace(one, deviations=each, closing=closing) for one, each in zip(models, of, strict=True)]
+    return [replace(one, deviations=each, closing=closing, lag=lag) for one, each in zip(models, of, strict=True)]
 
 
 def _differing(row: Row) -> int:

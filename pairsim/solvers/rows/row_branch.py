@@ -5,10 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from math import inf, log
 
+import numpy as np
+
+from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.sensitivities import by_each_particle
-from pairsim.solvers.curves.slow_manifold import NEGLIGIBLE, FirstOrder, SlowMotion
+from pairsim.solvers.curves.slow_manifold import NEGLIGIBLE, FirstOrder, SlowMotion, centres_at
 from pairsim.solvers.goals import dU
+from pairsim.solvers.nonlinear.factors import LAST
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.continuation import MOST_APART
 from pairsim.solvers.steady.relaxation import relaxation_time
@@ -39,6 +43,24 @@ class RowBranch(Branch):
         known = first.at, first.adjoints, first.dU, motion
         by_particle = by_each_particle(*known) if self._by_particle else point.by_particle
         return replace(point, motion=motion, by_particle=by_particle, complete=True)
+
+    def lag(self) -> Array | None:
+        """How much longer the distances between centres are of the last point than where particles are held.
+
+        Shapes lag behind distances that change: to first order the unknowns are Y0 - J^-1 R(Y0; Y0' g0, g0), as in
+        `pairsim.solvers.curves.slow_manifold`.
+
+        Returns:
+            Shape (N-1,) [D_c]; None where particles are rigid, alone, or do not move beside each other.
+        """
+        first = self._first
+        assert first is not None
+        if first.rates is None or not any(self.solver.parameters.solids):
+            return None
+        at = first.at
+        moving = at.y - at.solve(first.neglected, tolerance=LAST)
+        ends = [centres_at(at.steady, at.parameters, y) for y in (moving, at.y)]
+        return np.asarray(ends[0] - ends[1])
 
     def _nearest(self, parameters: Parameters) -> None:
         """Restore the known solution from which fewer steps lead to given parameters than from the present one."""

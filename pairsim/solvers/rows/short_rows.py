@@ -111,7 +111,8 @@ def _at(branch: RowBranch, parameters: Parameters) -> Row:
     stretch = np.vstack([point.motion.centres_by_gaps - np.eye(len(gaps)), not_known])
     values, slopes = np.stack([point.held.U, lengths, point.motion.U], -1), np.stack([point.held_slopes, stretch], -1)
     by_particle = point.by_particle.sum(axis=-1) if point.by_particle.size else None
-    return Row(gaps, values, slopes, float(point.dU_errors.max(initial=0.0)), by_particle, float(centres[0] - rear))
+    error, lag = float(point.dU_errors.max(initial=0.0)), branch.lag()
+    return Row(gaps, values, slopes, error, by_particle, float(centres[0] - rear), lag=lag)
 
 
 def places_of(count: int, least: float) -> list[tuple[float, ...]]:

@@ -2,6 +2,7 @@
 
 Velocities at held distances are those of `pairsim.solvers.rows.model`; films of liquid between particles that come
 closer are those of `pairsim.solvers.rows.films`, and particles that touch those of `pairsim.solvers.rows.contact`.
+Where particles may differ the shapes of soft ones lag behind distances that change (`pairsim.solvers.rows.lag`).
 Work and memory grow in proportion to the number of particles.
 
 Time steps are those of the method of Bogacki and Shampine (1989), with places that overlap after a step put back to
@@ -19,13 +20,15 @@ import scipy
 from pairsim.runtime.arrays import Array, Flags
 from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.rows.contact import TOUCHING, without_overlap
-from pairsim.solvers.rows.films import changed_by_films
+from pairsim.solvers.rows.films import changed_by_films, slowed_by_films
+from pairsim.solvers.rows.lag import Lag
 from pairsim.solvers.rows.model import RowModel
 
 # Error of a step in a distance, and overlap of particles that meet in one, from which on it is repeated [D_c]; chosen:
 # contact is at 2e-3 by default.
 TOLERANCE, OVERLAP = 1e-5, 5e-4
 FIRST, SHORTEST = 0.1, 1e-4  # steps [D_c/U_av]; one as short as the latter is not repeated
+SOONEST = 0.3  # least relaxation time that is followed, as shorter ones are of small lags [D_c/U_av]; chosen
 SAFETY, MOST_GROWTH, LEAST_GROWTH = 0.85, 3.0, 0.2  # of steps; chosen
 
 
@@ -67,40 +70,42 @@ def follow(
         lengths: The lengths, ascending, the first one may be 0 [D_c].
         monitor: Ends the computation.
     """
-    start = np.cumsum(np.append(0.0, gaps))
+    count, start = len(gaps) + 1, np.cumsum(np.append(0.0, gaps))
     flow = _Velocities(model, parts, contact)
-    places, time, step = start, 0.0, FIRST
-    slope = flow(places)
+    state, time, step = flow.held(start), 0.0, FIRST
+    slope = flow(state)
     for length in lengths:
-        while (left := length - float(np.mean(places - start))) > TOLERANCE:
+        while (left := length - float(np.mean(state[:count] - start))) > TOLERANCE:
             monitor.check()
-            last = left / float(slope.mean())
-            places, slope, taken, following = _step(flow, places, slope, min(step, last))
+            last = left / float(slope[:count].mean())
+            state, slope, taken, following = _step(flow, state, slope, min(step, last))
             step = max(step, following) if step > last else following
             time += taken
-        yield Stream(time, np.diff(places), places - start, slope, contact)
+        places = state[:count]
+        yield Stream(time, np.diff(places), places - start, slope[:count], contact)
 
 
-def _step(flow: _Velocities, places: Array, slope: Array, step: float) -> tuple[Array, Array, float, float]:
-    """One step from places at which the velocities are `slope`.
+def _step(flow: _Velocities, state: Array, slope: Array, step: float) -> tuple[Array, Array, float, float]:
+    """One step from a state at which the time derivatives are `slope`.
 
     Returns:
-        Places and velocities after it, its size, and that of the next one.
+        State and derivatives after it, its size, and that of the next one.
     """
     while True:
-        second = flow(places + step / 2 * slope)
-        third = flow(places + 3 / 4 * step * second)
-        free = places + step * (2 * slope + 3 * second + 4 * third) / 9
+        second = flow(state + step / 2 * slope)
+        third = flow(state + 3 / 4 * step * second)
+        free = state + step * (2 * slope + 3 * second + 4 * third) / 9
         new = flow.apart(free)
         fourth = flow(new)
-        error = step * np.diff(-5 * slope + 6 * second + 8 * third - 9 * fourth) / 72
+        error = flow.distances(step * (-5 * slope + 6 * second + 8 * third - 9 * fourth) / 72)
         overlap = float(np.abs(new - free).max(initial=0.0))
         # Where particles touch before or after it the velocities jump; the overlap is the error.
-        open_ones = (np.diff(places) > flow.contact + TOUCHING) & (np.diff(new) > flow.contact + TOUCHING)
+        before, after = flow.distances(state)[0], flow.distances(new)[0]
+        open_ones = (before > flow.contact + TOUCHING) & (after > flow.contact + TOUCHING)
         beside = open_ones.copy()
         beside[1:] &= open_ones[:-1]
         beside[:-1] &= open_ones[1:]
-        worst = max(float(np.abs(error[beside]).max(initial=0.0)) / TOLERANCE, overlap / OVERLAP)
+        worst = max(float(np.abs(error[:, beside]).max(initial=0.0)) / TOLERANCE, overlap / OVERLAP)
         growth = min(MOST_GROWTH, max(LEAST_GROWTH, SAFETY * max(worst, 1e-9) ** (-1 / 3)))
         if worst <= 1 or step <= SHORTEST:
             return new, fourth, step, max(step * growth, SHORTEST)
@@ -109,19 +114,49 @@ def _step(flow: _Velocities, places: Array, slope: Array, step: float) -> tuple[
 
 @dataclass(frozen=True)
 class _Velocities:
-    """Velocities of particles at places, with the forces between those that touch."""
+    """Time derivatives of a stream, with the forces between particles that touch.
+
+    A state has the places of all particles and, where the shapes of soft ones lag behind, the lags l of all distances:
+    by how much those between centres are longer than of particles that are held. With the rates g of the distances of
+    shapes that do not lag, and the lag lambda to which l tends, of time tau (`pairsim.solvers.rows.lag`),
+
+        d_t = g + (l - lambda)/tau,    l_t = -C' (l - lambda)/tau,
+
+    so that C' d_t + l_t = dU. Of C' each distance has its own part alone in this.
+    """
 
     model: RowModel
     parts: Array | None
     contact: float
 
-    def __call__(self, places: Array) -> Array:
-        gaps = np.diff(places)
+    @property
+    def lag(self) -> Lag | None:
+        """How far shapes lag behind, where that is looked at."""
+        return None if self.parts is None else self.model.lag
+
+    def held(self, places: Array) -> Array:
+        """The state of particles that have been held at places, (N,)."""
+        return places if self.lag is None else np.append(places, np.zeros(len(places) - 1))
+
+    def distances(self, state: Array) -> Array:
+        """Distances between surfaces and, where shapes lag behind, the lags, shape (1 or 2, N-1)."""
+        if self.lag is None:
+            return np.diff(state)[None]
+        count = (len(state) + 1) // 2
+        return np.array([np.diff(state[:count]), state[count:]])
+
+    def __call__(self, state: Array) -> Array:
+        gaps, *lags = self.distances(state)
         U, stretch = self.model.along(gaps) if self.parts is None else self._of_unequal(gaps, self.parts)
         width = len(stretch) // 2
         rates = scipy.linalg.solve_banded((width, width), stretch, np.diff(U))
-        free = np.cumsum(np.append(U[0], rates))
-        return without_overlap(free + changed_by_films(self.model, gaps, rates, self.contact), gaps, self.contact)
+        free = np.cumsum(np.append(U[0], rates)) + changed_by_films(self.model, gaps, rates, self.contact)
+        if self.lag is None:
+            return without_overlap(free, gaps, self.contact)
+        solved, dU = np.maximum(gaps, self.model.least), np.diff(U)
+        left = (lags[0] - self.lag.at(solved, dU, rates)) / np.maximum(self.lag.time(solved, dU), SOONEST)
+        free += np.cumsum(np.append(0.0, left / slowed_by_films(self.model, gaps, rates + left, self.contact)))
+        return np.append(without_overlap(free, gaps, self.contact), -stretch[width] * left)
 
     def _of_unequal(self, gaps: Array, parts: Array) -> tuple[Array, Array]:
         """As `RowModel.along`; where no rows were solved lengths go on as at the least distance that was."""
@@ -134,9 +169,12 @@ class _Velocities:
             stretch = differ.stretch.changed(stretch, solved, parts[:, 0], np.diff(changes))
         return U + changes, stretch
 
-    def apart(self, places: Array) -> Array:
-        """The nearest places at which no particles overlap."""
-        if (np.diff(places) >= self.contact).all():
-            return places
+    def apart(self, state: Array) -> Array:
+        """The nearest state in which no particles overlap."""
+        gaps, *lags = self.distances(state)
+        if (gaps >= self.contact).all():
+            return state
+        places = state[: len(gaps) + 1]
         touching = self.contact * np.arange(len(places))
-        return np.asarray(scipy.optimize.isotonic_regression(places - touching).x + touching)
+        apart = np.asarray(scipy.optimize.isotonic_regression(places - touching).x + touching)
+        return np.concatenate([apart, *lags])

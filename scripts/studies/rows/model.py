@@ -16,7 +16,7 @@ from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.rows.model import RowModel
 from pairsim.solvers.rows.stream_motion import follow
 
-PLACES = 400  # lengths of tube at which rows are looked at, from which what is between is interpolated
+PLACES = 600  # lengths of tube at which rows are looked at, from which what is between is interpolated
 
 
 @dataclass(frozen=True)
