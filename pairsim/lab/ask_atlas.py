@@ -22,6 +22,7 @@ from pairsim.computing.loading import AnyCase
 from pairsim.computing.result_content import Content
 from pairsim.computing.spread_entry import spread_entry
 from pairsim.computing.warnings import MOST_DE, beyond_checked
+from pairsim.lab.atlas_curve import curve_of_atlas
 from pairsim.lab.case_of_experiment import case_of_experiment
 from pairsim.lab.focusing_at_once import first_order_focusing
 from pairsim.lab.inertia import Inertia
@@ -105,7 +106,7 @@ def ask(
 def _curve_of(case: SceneCase, atlas: Atlas) -> Curve:
     """The curve of an atlas for a case of a pair in its box."""
     of_moduli = isinstance(case, SpreadCase) and bool(case.spread.modulus)
-    return Curve.of_atlas(atlas, beta=case.betas, De=case.De, Ca_e=case.Ca_es, stiffness=of_moduli)
+    return curve_of_atlas(atlas, beta=case.betas, De=case.De, Ca_e=case.Ca_es, stiffness=of_moduli)
 
 
 def asked_of(

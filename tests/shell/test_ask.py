@@ -17,9 +17,9 @@ from support.commands import Pairsim
 
 import pairsim as api
 from pairsim.analysis.input_ranges import DrawnRange
-from pairsim.analysis.master_curve import Curve
 from pairsim.atlas.atlas import Atlas
 from pairsim.cases.coverage import beyond
+from pairsim.lab.atlas_curve import curve_of_atlas
 from pairsim.questions.curve import CurveCase
 from pairsim.runtime.errors import InputError
 
@@ -29,7 +29,7 @@ ELASTIC = {**BENCH, "relaxation": "2ms", "liquid": "giesekus"}
 
 def test_an_answer_is_that_of_the_atlas_in_units(atlas: Path) -> None:
     answer, case = api.ask(**ELASTIC, atlas=atlas), api.units(kind="curve", **ELASTIC).case
-    table = Curve.of_atlas(Atlas.load(atlas), beta=case.betas[0], De=case.De, Ca_e=case.Ca_es[0]).table
+    table = curve_of_atlas(Atlas.load(atlas), beta=case.betas[0], De=case.De, Ca_e=case.Ca_es[0]).table
     at = 20  # an inner point
     assert answer.curve(table["d"][at]) == pytest.approx((table["dU"][at], table["dU_error"][at]), rel=0.01)
     there = answer.dU(f"{50 * table['d'][at]:.12g}um").to("m/s").magnitude

@@ -17,6 +17,7 @@ from pairsim.analysis.curve_in_units import TravelInUnits
 from pairsim.analysis.master_curve import Curve
 from pairsim.analysis.travel import Travel
 from pairsim.atlas.atlas import SHIPPED, Atlas
+from pairsim.lab.atlas_curve import curve_of_atlas
 from pairsim.record.folder import plain
 
 QUANTITIES = {"tube": "50um", "particle": "20um", "flow_rate": "1ul/min", "viscosity": "1Pa.s", "modulus": "5kPa"}
@@ -152,7 +153,7 @@ def test_a_result_keeps_its_data_where_its_folder_is_gone(tmp_path: Path) -> Non
 
 
 def of_atlas(book: Atlas) -> Curve:
-    return Curve.of_atlas(book, beta=0.4, De=0.0, Ca_e=0.05)
+    return curve_of_atlas(book, beta=0.4, De=0.0, Ca_e=0.05)
 
 
 def read(book: Atlas) -> Curve:
