@@ -45,7 +45,7 @@ from pairsim.record.record import Record
 from pairsim.record.table import Table
 from pairsim.record.table_files import read_table
 from pairsim.runtime.arrays import Array
-from pairsim.runtime.errors import InputError
+from pairsim.runtime.errors import Argument, InputError
 from pairsim.solvers.curves.arrest import arrested
 from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU, CurveInterpolant, Peak, Region
 
@@ -234,14 +234,14 @@ class Curve:
         found = self.by_inputs.half_widths(self.places(d))
         return float(found) if found.ndim == 0 else found
 
-    def distance(self, given: Any, option: str = "d") -> float:
+    def distance(self, given: Any, argument: str = "d") -> float:
         """A distance on the curve [D_c]: a number [D_c], a text with a unit such as "5um", or a quantity of pint.
 
         Raises:
             InputError: It is neither a number nor a length, the case has no units, or it is outside the curve; the
-                message names the option.
+                message names the argument.
         """
-        return distance_on(self.of(), given, option, self.scales, self.source)
+        return distance_on(self.of(), given, argument, self.scales, self.source)
 
     def at(self, places: Sequence[Any]) -> Table:
         """The columns d, dU and dU_error at any distances, each given as for `distance`.
@@ -256,12 +256,12 @@ class Curve:
         for gap in self.gaps:
             if (curve := self.interpolant(gap)) is None:
                 break
-            d = np.array([distance_on(curve, each, "--at", self.scales, self.source) for each in places])
+            d = np.array([distance_on(curve, each, "at", self.scales, self.source) for each in places])
             error = DU_ERROR.with_suffix(gap).name
             found |= {self.table.varied(gap).name: d, DU.name + gap: curve.values(d), error: curve.half_widths(d)}
         if not found:
             allowed = "goes with a curve of at least two points over a single distance"
-            raise InputError(self.source, "--at", None, allowed)
+            raise InputError(self.source, Argument("at"), None, allowed)
         if self.by_inputs.known:
             found[DU_INPUTS.name] = self.by_inputs.half_widths(found[DISTANCE.name])
         if self.unequal is not None:
@@ -375,7 +375,7 @@ class Curve:
         """
         if self.unequal is None or self.motion is None:
             return None
-        begin, end = self.distance(start, "--from"), self.distance(stop, "--to")
+        begin, end = self.distance(start, "start"), self.distance(stop, "stop")
         return self.unequal.travel(begin, end, way_between(self.motion, begin, end), self.scales)
 
     def interpolated(self, values: Array, d: float) -> float:

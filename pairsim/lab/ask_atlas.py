@@ -83,7 +83,7 @@ def ask(
     book, reasons, others = _of_its_law(asked, atlases, unequal=True)
     if reasons:
         if not compute:
-            cost = f"pairsim curve computes it ({question.estimate(asked)}), and --compute does that here"
+            cost = f"pairsim curve computes it ({question.estimate(asked)}), and `compute` does that here"
             doubts = "".join(f"; {each}" for each in _doubts(asked))
             raise InputError(SOURCE, "", None, f"the atlas has no answer: {', and '.join(reasons)}; {cost}{doubts}")
         return Computation[Any](question, answers=False)(asked, folder=folder, progress=progress)

@@ -263,7 +263,7 @@ def test_an_answer_has_all_that_a_curve_has(answer: Any, tmp_path: Path) -> None
     assert answer.advice == "Next: travel(start, stop) gives the time and tube that a pair needs."
     assert answer.places.size == 0
     assert (answer.status, answer.kind, answer.folder) == ("finished", "curve", None)
-    with pytest.raises(InputError, match="pairsim ask: --to"):
+    with pytest.raises(InputError, match="pairsim ask: stop"):
         answer.travel("5um", "30um")
 
 

@@ -147,7 +147,7 @@ def _write(found: Units, output: Path | None, picture: Path | None) -> InputErro
     if output is None:
         return None
     try:
-        write_file(output, found.case_file(output.stem))
+        write_file(output, found.case_file(output.stem), "-o")
         if found.fit and picture:
             from pairsim.lab.pictures import draw_fit
 

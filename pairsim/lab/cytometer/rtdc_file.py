@@ -16,7 +16,7 @@ import numpy as np
 from pairsim.cases.attributes import Attribute
 from pairsim.lab.cytometer.suspending_media import LIQUID
 from pairsim.runtime.arrays import Array
-from pairsim.runtime.errors import InputError
+from pairsim.runtime.errors import Argument, InputError
 
 if TYPE_CHECKING:
     import h5py
@@ -99,12 +99,12 @@ class CytometerFile:
         if (physical := TEMPERATURE.holds(measured)).any():
             return float(np.median(measured[physical]))
         if (own := self.attributes.get(TEMPERATURE.key)) is None and not np.isfinite(measured).any():
-            raise InputError("pairsim moduli", "--celsius", None, "must be given: the file does not have it")
+            raise InputError("pairsim moduli", Argument("celsius"), None, "must be given: the file does not have it")
         try:
             return TEMPERATURE.number(float(np.nanmedian(measured)) if own is None else own)
         except ValueError as error:
             key, value = (OF_EVENT, float(np.nanmedian(measured))) if own is None else (TEMPERATURE.key, _plain(own))
-            raise InputError(str(self.path), key, value, f"{error}; give --celsius") from None
+            raise InputError(str(self.path), key, value, f"{error}; give `celsius`") from None
 
     @property
     def _temperatures(self) -> Array:

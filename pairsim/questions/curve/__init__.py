@@ -57,7 +57,7 @@ from pairsim.record.columns import (
     WAY_COLUMNS,
 )
 from pairsim.record.run_entries import OF_STEADY, SPREAD_OF_PARTICLES, TIME_STEPS, Entry
-from pairsim.runtime.errors import InputError
+from pairsim.runtime.errors import Argument, InputError
 from pairsim.runtime.plain import Plain
 from pairsim.solvers.curves.distances import between
 from pairsim.solvers.parameters import Parameters
@@ -287,7 +287,7 @@ def solve(case: CurveCase, *, monitor: Monitor, workers: Workers, sensitivities:
 
         if sensitivities:
             allowed = "must be left out with after: derivatives are those of steady states"
-            raise InputError("pairsim curve", "--sensitivities", None, allowed)
+            raise InputError("pairsim curve", Argument("sensitivities"), None, allowed)
         return from_rest(case, monitor, workers)
     from pairsim.questions.curve.computation import computation
 
