@@ -90,7 +90,7 @@ def test_a_range_holds_dU_of_most_draws_of_uncertain_inputs(
     particle: str, modulus: str, few: bool, atlas: Path
 ) -> None:
     """Also where dU is not linear in them, and where some draws are outside of the box, of which dU is invented."""
-    answer, book = api.ask(**ELASTIC | {"particle": particle, "modulus": modulus}, atlas=atlas), Atlas.load(atlas)
+    answer, loaded = api.ask(**ELASTIC | {"particle": particle, "modulus": modulus}, atlas=atlas), Atlas.load(atlas)
     drawn, draws, d = DrawnRange.of(answer.record), 4000, 8 / 50
     assert drawn is not None
     normal = iter(np.random.default_rng(5).standard_normal((2, draws)))
@@ -103,7 +103,7 @@ def test_a_range_holds_dU_of_most_draws_of_uncertain_inputs(
         [np.broadcast_to(x, draws) for x in (case.beta * sizes["particle"], case.De, case.Ca_e / sizes["modulus"])],
         axis=1,
     )
-    low, high = np.array([book.box[name] for name in ("beta", "De", "Ca_e")]).T
+    low, high = np.array([loaded.box[name] for name in ("beta", "De", "Ca_e")]).T
     outside = ((places < low) | (places > high)).any(axis=1)
     dU = 1e6 * answer.scales.velocity * exact(*places.T, d)
     least, largest = map(float, re.findall(r"[+-][\d.]+", drawn.words(d)))
@@ -186,9 +186,9 @@ class Heavy(CurveCase):
 )
 def test_a_key_is_compared_unless_it_is_known_not_to_matter(key: str, value: Any, why: str, atlas: Path) -> None:
     case = {**CASE, "beta": 0.4, "De": 0.3, "Ca_e": 0.05, "d": [0.1, 0.2]}
-    book = Atlas.load(atlas)
-    assert beyond(Heavy.model_validate(case), book) == []
-    assert beyond(Heavy.model_validate(case | {key: value}), book) == ([why] if why else [])
+    loaded = Atlas.load(atlas)
+    assert beyond(Heavy.model_validate(case), loaded) == []
+    assert beyond(Heavy.model_validate(case | {key: value}), loaded) == ([why] if why else [])
 
 
 @pytest.mark.parametrize(

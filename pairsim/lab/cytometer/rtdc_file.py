@@ -171,7 +171,7 @@ def read_cytometer_file(path: Path) -> CytometerFile:
             wanted = (AREA, AREA_PX, DEFORMATION, CIRCULARITY, OF_EVENT)
             events = {name: _values(path, name, group[name]) for name in wanted if name in group}
         except OSError as error:
-            raise InputError(str(path), "events", None, f"cannot be read ({_said(error)}){filters}") from None
+            raise InputError(str(path), "events", None, f"cannot be read ({_words_of_hdf5(error)}){filters}") from None
         elsewhere = list(_basins(file))
     found = CytometerFile(path, attributes, events, tuple(elsewhere))
     lengths = {len(found.area), len(found.deformation)}
@@ -195,7 +195,7 @@ def _values(path: Path, name: str, stored: Any) -> Array:
 
 def _why_closed(error: OSError) -> str:
     """Why a file cannot be opened."""
-    said = _said(error)
+    said = _words_of_hdf5(error)
     if isinstance(error, BlockingIOError) or "unable to lock" in said:
         return "another program has the file open for writing: close it there, or read a copy"
     if "already open for write" in said:
@@ -206,7 +206,7 @@ def _why_closed(error: OSError) -> str:
     return f"must be a file of a cytometer, .rtdc, which is HDF5 ({said})"
 
 
-def _said(error: OSError) -> str:
+def _words_of_hdf5(error: OSError) -> str:
     """What HDF5 says: the words in parentheses."""
     words = str(error.args[-1]).replace("\n", " ")
     return words.partition("(")[2].removesuffix(")") or words
