@@ -91,6 +91,10 @@ def ask(
     warnings = [*_disagreements(asked, curve, others), *_inertia(asked)]
     record = Record.of({STATUS: "finished", WARNINGS: warnings}) | units_of(asked)
     notes = [f"The liquid of the atlas is {liquid_of_atlas(chosen, type(asked))}."] if asked.De else []
+    if asked.De and asked.liquid is None:
+        taken = asked.liquid_model.modes[0].label
+        fit = "pairsim units --rheology FILE fits one to a flow curve"
+        notes.append(f"No law of the liquid is named, and {taken} is taken: {fit}.")
     notes += [f"On the axis, {said}." for said in first_order_focusing(asked, asked.reynolds_number)]
     if notes:
         record = record.with_entries({NOTES: notes})

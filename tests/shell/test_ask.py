@@ -314,8 +314,16 @@ def test_the_command_answers_in_words(atlas: Path, pairsim: Pairsim) -> None:
     assert "--tube: must be given, or a case file" in refused.stderr
     refused = pairsim("ask", "--tube", "50um", "--from", "20um", "--atlas", str(atlas))
     assert "--to: must be given, too, for a travel" in refused.stderr
-    refused = pairsim("ask", *options.split(), "--relaxation", "2ms", "--atlas", str(atlas))
-    assert "--liquid: must be given with --relaxation" in refused.stderr
+
+
+def test_commands_take_the_law_of_a_case_that_names_none_and_say_so(atlas: Path, pairsim: Pairsim) -> None:
+    bench = "--tube 50um --particle 20um --flow 1ul/min --viscosity 1Pa.s --modulus 5kPa --relaxation 2ms"
+    asked = pairsim("ask", *bench.split(), "--atlas", str(atlas))
+    assert "No law of the liquid is named, and Giesekus is taken" in asked.stdout
+    named = pairsim("ask", *bench.split(), "--liquid", "giesekus", "--atlas", str(atlas))
+    assert asked.stdout.splitlines()[0] == named.stdout.splitlines()[0]
+    assert "is named" not in named.stdout
+    assert "default used: liquid: giesekus with alpha = 0.2" in pairsim("units", *bench.split()).stdout
 
 
 def test_what_is_not_known_or_does_not_move_is_not_in_the_answer(atlas: Path) -> None:

@@ -77,8 +77,6 @@ def ask(
         raise InputError("pairsim ask", "--tube", None, "must be given, or a case file")
     if case is not None and given:
         raise _beside_a_file(*next(iter(given.items())))
-    if relaxation and not (liquid or case):
-        raise InputError("pairsim ask", "--liquid", None, "must be given with --relaxation, as for pairsim units")
     if (start is None) != (stop is None):
         raise InputError("pairsim ask", "--from" if start is None else "--to", None, "must be given, too, for a travel")
     model: type[BaseModel] = QUESTIONS["curve"].model
