@@ -154,7 +154,7 @@ class WallTime(RunFailure):
 
 
 class BudgetSpent(RunFailure):
-    """The time that the user has given to a command is over."""
+    """The time given as a budget is over, or a command without one has found nothing for minutes."""
 
     reason = "budget"
 

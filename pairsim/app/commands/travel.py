@@ -28,7 +28,7 @@ EXAMPLES = "Examples: pairsim travel runs/curve --from 0.1 --to 0.5 | pairsim tr
 
 
 def travel(
-    directory: Annotated[Path, typer.Argument(help="Folder of curve.")],
+    directory: Annotated[Path, typer.Argument(help="Folder of pairsim curve.")],
     start: Annotated[
         str, typer.Option(START, metavar="D", help="First distance, in tube diameters D_c or with a unit.")
     ],

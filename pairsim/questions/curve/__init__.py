@@ -63,7 +63,11 @@ U_SLOPE = Column(
     PARTICLE,
 )
 U_SLOPE_HELD = Column(
-    "U_slope_held", r"\partial U_{h{,}}/\partial d", "the same of velocities at held distances", RATE, PARTICLE
+    "U_slope_held",
+    r"\partial U_{h{,}}/\partial d",
+    "derivative by a distance of U{_} at held distances",
+    RATE,
+    PARTICLE,
 )
 SLOPES = Columns(DISTANCE, GAP_OF_SLOPE, U_SLOPE, U_SLOPE_HELD)
 """The columns of slopes.csv."""
