@@ -13,7 +13,6 @@ import json
 import os
 import subprocess
 import sys
-import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -24,6 +23,7 @@ from typing import Any
 import pandas as pd
 from book.computing import ROOT
 from book.kept import Kept
+from book.other_codes import PYOOMPH, by_pyoomph, installed
 from book.study import Part, Row, Unavailable
 from book.uses import in_time, steady
 
@@ -73,11 +73,7 @@ class Code:
         Raises:
             Unavailable: It is not there.
         """
-        name, usual = self.variable
-        found = Path(os.environ.get(name, usual))
-        if not found.exists():
-            raise Unavailable(f"needs {self.name}, {name}={found}; see scripts/studies/codes/README.md")
-        return found
+        return installed(self.name, self.variable)
 
 
 def _pairsim(sources: Path, cells: int, tol: float) -> tuple[float, float, float]:
@@ -93,20 +89,15 @@ def _pairsim(sources: Path, cells: int, tol: float) -> tuple[float, float, float
 
 def _pyoomph(python: Path, cells: int, tol: float) -> tuple[float, float, float]:
     """dU, processor seconds of the solution and of the set-up of pyoomph."""
-    with tempfile.TemporaryDirectory() as folder:
-        table = Path(folder) / "pair.csv"
-        what = ["--tol", str(tol)] if tol else ["--no-transient"]
-        pair = Path(__file__).with_name("pyoomph_pair.py")
-        command = [python, pair, "--cells", cells, *what, "--output", table]
-        subprocess.run([*map(str, command)], check=True, capture_output=True, cwd=folder)
-        row = pd.read_csv(table).iloc[-1]
+    what = ["--tol", tol] if tol else ["--no-transient"]
+    row = by_pyoomph("pyoomph_pair.py", ["--cells", cells, *what], python).iloc[-1]
     return float(row["dU"]), float(row["total"]), float(row["set_up"])
 
 
 CODES = (
     Code(OWN, ("PAIRSIM_SOURCES", ROOT), (10, 14, 20, 28, 40), RUNS, _pairsim),
     Code(EARLIER, ("PAIRSIM_EARLIER", ROOT / "peer" / "pairsim-0.1"), (20, 28, 40, 56), RUNS, _pairsim),
-    Code(PEER, ("PYOOMPH", ROOT / "peer" / "bin" / "python"), (20, 40, 80), {20: (1e-3, 3e-4, 1e-4)}, _pyoomph),
+    Code(PEER, PYOOMPH, (20, 40, 80), {20: (1e-3, 3e-4, 1e-4)}, _pyoomph),
 )
 
 

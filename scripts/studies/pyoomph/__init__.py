@@ -1,4 +1,4 @@
-"""Quasi-steady soft pairs in a Newtonian liquid against pyoomph."""
+"""Pairs in a Newtonian and in a Giesekus liquid against pyoomph."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from studies.pyoomph.judgement import blocks, pictures, statements
 
 STUDY = Study(
     folder=Path(__file__).parent,
-    shows="dU and Taylor parameters of soft pairs at held distances against pyoomph",
+    shows="dU and Taylor parameters of pairs in a Newtonian and in a Giesekus liquid, one from rest, against pyoomph",
     uses=steady("newtonian", "neo_hookean"),
     parts=parts,
     statements=statements,

@@ -1,4 +1,8 @@
-"""dU_held and Taylor parameters beside those of pyoomph, whose table scripts/studies/codes has made."""
+"""dU_held and Taylor parameters beside those of pyoomph.
+
+Its table of soft pairs in a Newtonian liquid was made by scripts/studies/codes; what it has found in a Giesekus liquid
+is stored with the results.
+"""
 
 from __future__ import annotations
 
@@ -7,15 +11,19 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from book import comparison
+from book import comparison, pages
 from book.case_parts import complete
 from book.comparison import Column, Table
 from book.computing import DOCS
 from book.drawing import png
+from book.made import made
 from book.statements import Judged
 from book.study import Part
 from matplotlib import pyplot
 from scipy.interpolate import CubicHermiteSpline
+
+from studies.pyoomph import viscoelastic_judgement
+from studies.pyoomph.viscoelastic_judgement import of_kind
 
 THEIRS = DOCS / "validation" / "pyoomph.csv"
 OF_PEAK = 5e-4
@@ -30,10 +38,10 @@ def theirs(cells: int) -> pd.DataFrame:
 
 
 def tables(results: pd.DataFrame) -> dict[str, Table]:
-    """The tables of the page."""
+    """The tables of pairs in a Newtonian liquid."""
     coarse, fine = theirs(40), theirs(80)
     change, peak = fine["dU"] - coarse["dU"], fine["dU"].abs().groupby("beta").max()
-    rows = results.set_index(["beta", "d"]).join(fine[["dU", "D_T", "D_L"]].add_prefix("theirs "))
+    rows = of_kind(results).set_index(["beta", "d"]).join(fine[["dU", "D_T", "D_L"]].add_prefix("theirs "))
     rows["change"], rows["apart"] = 100 * change / peak, 100 * (rows["dU_held"] - fine["dU"]) / peak
     rows["what their refinement changes and 0.05 % of the peak"] = (change.abs() + OF_PEAK * peak) / fine["dU"].abs()
     allowed = "what their refinement changes and 0.05 % of the peak"
@@ -54,17 +62,22 @@ def tables(results: pd.DataFrame) -> dict[str, Table]:
 
 def statements(results: pd.DataFrame, parts: Sequence[Part]) -> dict[str, Judged]:
     """That all are as close as is allowed."""
-    return comparison.statements(tables(results)) | complete(results, parts)
+    newtonian = comparison.statements(tables(results))
+    return newtonian | viscoelastic_judgement.statements(results) | complete(results, parts)
 
 
 def blocks(results: pd.DataFrame, parts: Sequence[Part]) -> dict[str, str]:
     """The tables of the page."""
-    return comparison.blocks(tables(results))
+    verdicts = {
+        "made": pages.prose(made(results, parts)),
+        "statements": comparison.stated(statements(results, parts)),
+    }
+    return comparison.blocks(tables(results)) | viscoelastic_judgement.blocks(results) | verdicts
 
 
 def pictures(results: pd.DataFrame, parts: Sequence[Part]) -> Mapping[Path, bytes]:
     """Both curves of every confinement; distances are held in both."""
-    found, fine = results.groupby("beta", sort=False), theirs(80)
+    found, fine = of_kind(results).groupby("beta", sort=False), theirs(80)
     figure, axes = pyplot.subplots(1, len(found), figsize=(4 * len(found), 3.2), squeeze=False)
     for axis, (beta, rows) in zip(axes[0], found, strict=True):
         d, held, slope = rows[["d", "dU_held", "slope"]].to_numpy().T
