@@ -234,6 +234,30 @@ def test_soft_beads_come_closer_as_a_pair_does_that_was_solved() -> None:
     assert np.diff(slowed)[1] == pytest.approx(rows.row(gaps).rates[1] * 0.25, rel=1e-9)
 
 
+def test_a_film_slows_down_the_bead_that_it_did_in_the_pair_that_was_solved() -> None:
+    def pair(d: float) -> Row:  # the downstream bead takes no part of it
+        row = closing_pair(d, -0.01 * min(d / 0.04, 1.0))
+        return replace(row, values=row.values + (1.7 - row.values[1, 0]) * np.array([1.0, 0.0, 0.0]))
+
+    closing = Closing.of([pair(d) for d in (0.08, 0.04, 0.02, 0.01)], 0.04)
+    assert closing is not None
+    assert closing.shares == pytest.approx(1.0)
+    U, gaps = np.array([1.7, 1.71, 1.69, 1.72]), np.array([0.3, 0.02, 0.3])
+    assert closing.changed(U, gaps) == pytest.approx([0.0, -0.01, 0.0, 0.0])
+    equally = replace(closing, shares=0 * closing.shares + 0.5)
+    assert equally.changed(U, gaps) == pytest.approx([0.0, -0.005, 0.005, 0.0])
+
+
+def test_neighbouring_films_are_solved_together() -> None:
+    closing = Closing.of([closing_pair(d, -0.01 * min(d / 0.04, 1.0)) for d in (0.08, 0.04, 0.02, 0.01)], 0.04)
+    assert closing is not None
+    closing = replace(closing, shares=0 * closing.shares + 0.5)
+    U, gaps = np.array([1.72, 1.71, 1.69]), np.array([0.02, 0.01])
+    slowed, q = U + closing.changed(U, gaps), np.array([1.0, 3.0])
+    forces = -q * np.diff(slowed) / 2  # which are equal and opposite
+    assert slowed - U == pytest.approx([-forces[0], forces[0] - forces[1], forces[1]])
+
+
 def lagging_pair(d: float, dU: float, rate: float, lag: float) -> Row:
     values, slopes = np.array([[1.7, 0.4, 0.0], [1.7 + dU, 0.4, 0.0]]), np.zeros((2, 1, 2))
     slopes[0, 0, 1] = dU / rate - 1

@@ -1,10 +1,10 @@
 """Films of liquid between particles that are nearer than any rows that were solved.
 
-A film is assumed to slow particles that come closer as d/(d + c): its resistance grows as 1/d beside that of the tube,
-which it equals at c. Where particles may differ it is known of a pair that was solved
-(`pairsim.solvers.rows.closing`). It acts on both of its neighbours by equal and opposite forces. If these move all
-particles equally easily, and two particles alone come closer 1/(1 + q) as fast with a film, the rates r' of the
-distances follow from those r without films by
+Where particles may differ films are known of a pair that was solved (`pairsim.solvers.rows.closing`). Elsewhere one is
+assumed to slow particles that come closer as d/(d + c): its resistance grows as 1/d beside that of the tube, which it
+equals at c. It acts on both of its neighbours by equal and opposite forces. If these move all particles equally easily,
+and two particles alone come closer 1/(1 + q) as fast with a film, the rates r' of the distances follow from those r
+without films by
 
     (1 + q_i) r'_i - (q_(i-1) r'_(i-1) + q_(i+1) r'_(i+1))/2 = r_i.
 """
@@ -27,7 +27,7 @@ def changed_by_films(model: RowModel, gaps: Array, rates: Array, contact: float)
         rates: Their rates without films [U_av], shape (N-1,).
         contact: Distance at which particles touch [D_c]; nearer ones have the film there.
     """
-    q = slowed_by_films(model, gaps, rates, contact) - 1
+    q = np.where(rates < 0, _slowing(model, gaps, contact), 0.0)
     if not q.any():
         return np.zeros(len(gaps) + 1)
     matrix = np.array([np.append(0.0, -q[1:] / 2), 1 + q, np.append(-q[:-1] / 2, 0.0)])
@@ -35,14 +35,7 @@ def changed_by_films(model: RowModel, gaps: Array, rates: Array, contact: float)
     return np.append(0.0, forces) - np.append(forces, 0.0)
 
 
-def slowed_by_films(model: RowModel, gaps: Array, rates: Array, contact: float) -> Array:
-    """How much slower two particles alone come closer by films, 1 + q, shape (N-1,); arguments as above."""
-    return np.where(rates < 0, 1 + _slowing(model, gaps, contact), 1.0)
-
-
 def _slowing(model: RowModel, gaps: Array, contact: float) -> Array:
     """The q of films, 0 where rows were solved, shape (N-1,)."""
-    if model.closing is not None:
-        return 1 / model.closing.factor(np.maximum(gaps, contact)) - 1
     film, near = model.film * model.alone[1], np.minimum(np.maximum(gaps, contact) / model.least, 1.0)
     return (near * model.least + film) / (near * (model.least + film)) - 1

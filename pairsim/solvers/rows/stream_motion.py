@@ -20,7 +20,7 @@ import scipy
 from pairsim.runtime.arrays import Array, Flags
 from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.rows.contact import TOUCHING, without_overlap
-from pairsim.solvers.rows.films import changed_by_films, slowed_by_films
+from pairsim.solvers.rows.films import changed_by_films
 from pairsim.solvers.rows.lag import Lag
 from pairsim.solvers.rows.model import RowModel
 
@@ -148,15 +148,21 @@ class _Velocities:
     def __call__(self, state: Array) -> Array:
         gaps, *lags = self.distances(state)
         U, stretch = self.model.along(gaps) if self.parts is None else self._of_unequal(gaps, self.parts)
-        width = len(stretch) // 2
-        rates = scipy.linalg.solve_banded((width, width), stretch, np.diff(U))
-        free = np.cumsum(np.append(U[0], rates)) + changed_by_films(self.model, gaps, rates, self.contact)
+        dU, closing, at = np.diff(U), self.model.closing, np.maximum(gaps, self.contact)
+        rates = _rates(dU, stretch)
+        if closing is None:
+            free = np.cumsum(np.append(U[0], rates)) + changed_by_films(self.model, gaps, rates, self.contact)
+        else:
+            slowed = U + closing.changed(U, at)
+            with_films = closing.rates(np.diff(slowed), _rates(np.diff(slowed), stretch), at)
+            free = np.cumsum(np.append(slowed[0], with_films))
         if self.lag is None:
             return without_overlap(free, gaps, self.contact)
-        solved, dU = np.maximum(gaps, self.model.least), np.diff(U)
+        solved = np.maximum(gaps, self.model.least)
         left = (lags[0] - self.lag.at(solved, dU, rates)) / np.maximum(self.lag.time(solved, dU), SOONEST)
-        free += np.cumsum(np.append(0.0, left / slowed_by_films(self.model, gaps, rates + left, self.contact)))
-        return np.append(without_overlap(free, gaps, self.contact), -stretch[width] * left)
+        moved = left if closing is None else np.where(rates + left < 0, left * closing.factor(at)[:, 0], left)
+        free += np.cumsum(np.append(0.0, moved))
+        return np.append(without_overlap(free, gaps, self.contact), -stretch[len(stretch) // 2] * left)
 
     def _of_unequal(self, gaps: Array, parts: Array) -> tuple[Array, Array]:
         """As `RowModel.along`; where no rows were solved lengths go on as at the least distance that was."""
@@ -178,3 +184,9 @@ class _Velocities:
         touching = self.contact * np.arange(len(places))
         apart = np.asarray(scipy.optimize.isotonic_regression(places - touching).x + touching)
         return np.concatenate([apart, *lags])
+
+
+def _rates(dU: Array, stretch: Array) -> Array:
+    """Rates of the distances at relative velocities, (N-1,) [U_av]; `stretch` is as `RowModel.along` returns it."""
+    width = len(stretch) // 2
+    return np.asarray(scipy.linalg.solve_banded((width, width), stretch, dU))
