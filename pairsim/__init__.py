@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from pairsim.physics.own_laws import use_laws as use_laws
     from pairsim.questions.compute import Computation as _Computation
     from pairsim.questions.critical import CriticalResult as CriticalResult
-    from pairsim.questions.curve import CurveResult as CurveResult
+    from pairsim.questions.curve.result import CurveResult as CurveResult
     from pairsim.questions.focus import FocusResult as FocusResult
     from pairsim.questions.pressure import PressureResult as PressureResult
     from pairsim.questions.run import RunResult as RunResult

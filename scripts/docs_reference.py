@@ -85,8 +85,7 @@ def other_files() -> list[str]:
     """Rows with the tables and pictures of questions that the page on files does not describe in words of its own."""
     page, rows = (TEMPLATES / "files.md").read_text(), list[str]()
     for name, question in QUESTIONS.items():
-        main = f"[its main table](columns.md#{question.table}csv)"
-        tables_ = {f"{each}.csv": main if each == question.table else "a table" for each in question.tables}
+        tables_ = {f"{each}.csv": f"[its columns](columns.md#{each}csv)" for each in question.tables}
         found = tables_ | {f"{each}.png": caption for each, caption in question.captions.items()}
         rows += [f"| `{file}` | {name} | {what} |" for file, what in found.items() if f"`{file}`" not in page]
     return rows

@@ -10,12 +10,14 @@ computed: what the output folder has is stored in the project, and the page, pic
 from it, and the table of all studies in docs/validation/index.md. With --quick cells are coarse and parts few, and
 nothing but the output folder is written to.
 
-Exit code 0: all is computed, and every statement holds; 1: some do not; 130: it was stopped.
+Exit code 0: all is computed, and every statement holds; 1: some do not; 130: it was stopped, or its output is no
+longer read.
 """
 
 from __future__ import annotations
 
 import argparse
+import os
 import re
 import shutil
 import sys
@@ -165,8 +167,12 @@ def main() -> int:
         good = [run(study_of(name), arguments.output / f"{name}{form}", arguments) for name in chosen]
         if arguments.page:
             overview.write([study_of(name) for name in names()])
+        sys.stdout.flush()
     except (KeyboardInterrupt, Stopped):
         print("stopped; the same command goes on")
+        return STOPPED
+    except BrokenPipeError:  # whoever read the output has enough of it, as `| head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is left to be printed
         return STOPPED
     except InputError as error:
         print(error, file=sys.stderr)

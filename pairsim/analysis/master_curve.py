@@ -25,7 +25,6 @@ from pairsim.record.column import Columns
 from pairsim.record.columns import (
     BRIDGE,
     BY_DIFFERENCE,
-    BY_STIFFNESS,
     CREEP,
     CURVE_COLUMNS,
     D_ERROR,
@@ -38,24 +37,19 @@ from pairsim.record.columns import (
     DU_INPUTS,
     DU_SPREAD,
     EQUILIBRIA_COLUMNS,
-    SENSITIVITIES,
     SEPARATE,
     SLOPE,
     STABLE,
-    STRETCH,
-    T_RELAX,
-    U,
 )
 from pairsim.record.record import Record
 from pairsim.record.table import Table
 from pairsim.record.table_files import read_table
 from pairsim.runtime.arrays import Array
-from pairsim.runtime.errors import InputError
+from pairsim.runtime.errors import Argument, InputError
 from pairsim.solvers.curves.arrest import arrested
 from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU, CurveInterpolant, Peak, Region
 
 if TYPE_CHECKING:
-    from pairsim.atlas.atlas import Atlas
     from pairsim.solvers.curves.branch import Point
 
 CLOSE = 1e-9  # relative difference of distances that is rounding; chosen
@@ -105,48 +99,6 @@ class Curve:
         table = read_table(folder / "curve.csv", missing_ok=missing_ok)
         zeros = read_table(folder / "equilibria.csv", missing_ok=True)
         return cls(table, zeros, Record.read(folder), str(folder))
-
-    @classmethod
-    def of_atlas(
-        cls,
-        atlas: Atlas,
-        *,
-        beta: float | Sequence[float],
-        De: float,
-        Ca_e: float | Sequence[float],
-        stiffness: bool = False,
-        record: Record | None = None,
-        source: str = "atlas",
-    ) -> Self:
-        """The curve of an atlas at a place in its box, with derivatives of dU.
-
-        Args:
-            atlas: The atlas.
-            beta, De, Ca_e: The pair: one value of both beads, or those of the trailing and the leading one.
-            stiffness: Whether the derivative by the difference of the moduli is among them, if the atlas knows it.
-            record: The record of the curve.
-            source: What messages name.
-
-        Raises:
-            InputError: The pair is outside of the box, or its beads differ by more than the atlas knows.
-        """
-        betas, Ca_es = (np.broadcast_to(np.asarray(each, dtype=float), 2).tolist() for each in (beta, Ca_e))
-        if betas[0] == betas[1] and Ca_es[0] == Ca_es[1]:
-            found = atlas.at(betas[0], De, Ca_es[0])
-        elif atlas.of_unequal is None:
-            raise InputError(source, "", None, "must be an atlas of pairs whose beads differ")
-        else:
-            found = atlas.of_unequal.at(betas, De, Ca_es)
-        columns = {DISTANCE: found.d, DU: found.dU, DU_HELD: found.dU, DU_DISCRETE: found.dU}
-        columns |= {DU_ERROR: found.half_widths, SLOPE: found.slope}
-        columns |= {U.with_suffix("_L"): found.U + found.dU / 2, U.with_suffix("_T"): found.U - found.dU / 2}
-        columns |= {STRETCH: found.stretch, T_RELAX: found.t_relax}
-        if found.by_difference is not None:
-            columns[BY_DIFFERENCE] = found.by_difference
-        if stiffness and atlas.of_unequal is not None and all(Ca_es):
-            columns[BY_STIFFNESS] = atlas.of_unequal.by_stiffness(betas, De, Ca_es)
-        columns |= {SENSITIVITIES[name]: change for name, change in found.sensitivities.items()}
-        return cls({column.name: values for column, values in columns.items()}, None, record, source)
 
     def __reduce__(self) -> Any:
         """Pickled by its points and zeros."""
@@ -282,14 +234,14 @@ class Curve:
         found = self.by_inputs.half_widths(self.places(d))
         return float(found) if found.ndim == 0 else found
 
-    def distance(self, given: Any, option: str = "d") -> float:
+    def distance(self, given: Any, argument: str = "d") -> float:
         """A distance on the curve [D_c]: a number [D_c], a text with a unit such as "5um", or a quantity of pint.
 
         Raises:
             InputError: It is neither a number nor a length, the case has no units, or it is outside the curve; the
-                message names the option.
+                message names the argument.
         """
-        return distance_on(self.of(), given, option, self.scales, self.source)
+        return distance_on(self.of(), given, argument, self.scales, self.source)
 
     def at(self, places: Sequence[Any]) -> Table:
         """The columns d, dU and dU_error at any distances, each given as for `distance`.
@@ -304,12 +256,12 @@ class Curve:
         for gap in self.gaps:
             if (curve := self.interpolant(gap)) is None:
                 break
-            d = np.array([distance_on(curve, each, "--at", self.scales, self.source) for each in places])
+            d = np.array([distance_on(curve, each, "at", self.scales, self.source) for each in places])
             error = DU_ERROR.with_suffix(gap).name
             found |= {self.table.varied(gap).name: d, DU.name + gap: curve.values(d), error: curve.half_widths(d)}
         if not found:
             allowed = "goes with a curve of at least two points over a single distance"
-            raise InputError(self.source, "--at", None, allowed)
+            raise InputError(self.source, Argument("at"), None, allowed)
         if self.by_inputs.known:
             found[DU_INPUTS.name] = self.by_inputs.half_widths(found[DISTANCE.name])
         if self.unequal is not None:
@@ -423,7 +375,7 @@ class Curve:
         """
         if self.unequal is None or self.motion is None:
             return None
-        begin, end = self.distance(start, "--from"), self.distance(stop, "--to")
+        begin, end = self.distance(start, "start"), self.distance(stop, "stop")
         return self.unequal.travel(begin, end, way_between(self.motion, begin, end), self.scales)
 
     def interpolated(self, values: Array, d: float) -> float:

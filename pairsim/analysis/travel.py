@@ -18,7 +18,7 @@ from pairsim.quantities.scales import Scales
 from pairsim.quantities.text import in_unit, with_name
 from pairsim.record.record import no_units
 from pairsim.runtime.arrays import Array
-from pairsim.runtime.errors import InputError
+from pairsim.runtime.errors import Argument, InputError
 from pairsim.runtime.message import Message, Text, in_units
 from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU, CurveInterpolant
 
@@ -115,9 +115,9 @@ def travel(
             the pair moves in the other direction. Messages name `source`.
     """
     curve = motion.curve
-    begin, end = (distance_on(curve, d, option, scales, source) for option, d in (("--from", start), ("--to", stop)))
+    begin, end = (distance_on(curve, d, name, scales, source) for name, d in (("start", start), ("stop", stop)))
     if why := _obstacle(curve, begin, end):
-        raise _refusal(source, "--to", stop, why, scales)
+        raise _refusal(source, "stop", stop, why, scales)
     d, way, velocities = way_between(motion, begin, end)
     speed, error = np.abs(curve.values(d)), curve.half_widths(d)
 
@@ -160,11 +160,11 @@ def _by_inputs(motion: Motion, inputs: InputParts, d: Array, way: Array) -> dict
     return found
 
 
-def distance_on(curve: CurveInterpolant, given: Any, option: str, scales: Scales | None, source: str) -> float:
+def distance_on(curve: CurveInterpolant, given: Any, argument: str, scales: Scales | None, source: str) -> float:
     """A distance on a curve [D_c]; one that differs from an end of the curve by rounding alone is set to that end.
 
     It is given as a number [D_c], as a length with its unit, or as a quantity of pint. Messages name `source` and the
-    option.
+    argument.
 
     Raises:
         InputError: It is neither a number nor a length, the case has no units, or it is outside the curve.
@@ -176,7 +176,7 @@ def distance_on(curve: CurveInterpolant, given: Any, option: str, scales: Scales
         try:
             length = si(str(given), A_LENGTH)
         except ValueError as error:
-            raise InputError(source, option, given, f"{error}, or a number of tube diameters") from None
+            raise InputError(source, Argument(argument), given, f"{error}, or a number of tube diameters") from None
         if scales is None:
             raise no_units(source) from None
         d = length / scales.length
@@ -185,23 +185,23 @@ def distance_on(curve: CurveInterpolant, given: Any, option: str, scales: Scales
     if not least <= d <= largest:
         ends = LENGTH(least, "g"), LENGTH(largest, "g")
         allowed = Message("must be between d = {} and d = {}, the ends of the curve", *ends)
-        raise _refusal(source, option, given, allowed, scales)
+        raise _refusal(source, argument, given, allowed, scales)
     return d
 
 
-def _refusal(source: str, option: str, given: float | str, allowed: Text, scales: Scales | None) -> InputError:
+def _refusal(source: str, argument: str, given: float | str, allowed: Text, scales: Scales | None) -> InputError:
     """The error that names distances in the units in which the wrong one was given."""
     try:
-        return InputError(source, option, float(given), str(allowed))
+        return InputError(source, Argument(argument), float(given), str(allowed))
     except ValueError:
-        return InputError(source, option, given, in_units(allowed, scales))
+        return InputError(source, Argument(argument), given, in_units(allowed, scales))
 
 
 def _obstacle(curve: CurveInterpolant, start: float, stop: float) -> Text:
     """Why a pair does not move from one distance to another; empty where it does."""
     low, high = sorted((start, stop))
     if start == stop:
-        return "must differ from --from"
+        return "must differ from `start`"
     if abs(curve.peak.dU) < NEGLIGIBLE_DU:
         return "must be left out: dU = 0 at every distance, so that the pair keeps its own"
     if zeros := [zero for zero in curve.zeros if low <= zero <= high]:

@@ -78,7 +78,7 @@ def report(folder: str | PathLike[str]) -> Path:
         written=time.strftime("%Y-%m-%d %H:%M:%S %z"),
     )
     path = directory / REPORT
-    write_file(path, page, option="")
+    write_file(path, page)
     return path
 
 

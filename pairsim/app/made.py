@@ -8,11 +8,25 @@ from typing import Any
 import typer
 from typer.core import TyperCommand
 
+from pairsim.runtime.errors import InputError
+
+
+class Command(TyperCommand):
+    """A command in whose errors the arguments of functions are called by its options."""
+
+    def invoke(self, ctx: Any) -> Any:
+        try:
+            return super().invoke(ctx)
+        except InputError as error:
+            named = ((str(each.name), name) for each in self.params for name in each.opts[:1])
+            error.call_arguments({argument: name for argument, name in named if name.startswith("-")})
+            raise
+
 
 def made(name: str, function: Callable[..., Any], words: str, examples: str) -> TyperCommand:
     """A command with its help and the examples at the end of it."""
     app = typer.Typer(rich_markup_mode="rich", pretty_exceptions_enable=False, add_completion=False)
-    app.command(name, help=words, epilog=examples)(function)
+    app.command(name, cls=Command, help=words, epilog=examples)(function)
     command = typer.main.get_command(app)
     assert isinstance(command, TyperCommand)
     return command

@@ -14,7 +14,7 @@ from pairsim.app.sweep_results import SweepResult
 from pairsim.computing.pictures import draw, no_fields, page_of
 from pairsim.questions.registry import QUESTIONS
 from pairsim.record.folder import kind_of
-from pairsim.runtime.errors import InputError
+from pairsim.runtime.errors import Argument, InputError
 
 if TYPE_CHECKING:
     from pairsim.plots.style import Page
@@ -83,16 +83,17 @@ def plot(
         raise InputError("pairsim plot", "", None, "must name a folder of results")
     places = [Path(folder) for folder in folders]
     films = [each for each in places if each.is_file() or each.suffix == ".csv"]
-    for option, value in {"--fps": fps, "--pixel": pixel, "--particles": particles}.items():
+    for name, value in {"fps": fps, "pixel": pixel, "particles": particles}.items():
         if value is not None and not films:
-            raise InputError("pairsim plot", option, value, "must be left out: it goes with a film")
+            raise InputError("pairsim plot", Argument(name), value, "must be left out: it goes with a film")
     page = page_of(formats, width, physical, legend, animate)
     if len(places) == 1:
         return _plot_one(places[0], Path(out) if out is not None else places[0], page, group, field, animate)
     if out is None:
-        raise InputError("pairsim plot", "-o", None, "must name a folder for the picture of several folders")
+        raise InputError("pairsim plot", Argument("out"), None, "must name a folder for the picture of several folders")
     if field is not None or animate:
-        raise InputError("pairsim plot", "--field, --animate", None, "must be left out with several folders")
+        name = Argument("field" if field is not None else "animate")
+        raise InputError("pairsim plot", name, field, "must be left out with several folders")
     if films:
         from pairsim.lab.films.film import film_of
         from pairsim.lab.films.fit_film import overlay_film
@@ -113,7 +114,7 @@ def _plot_one(
     kind = kind_of(directory)
     if group is not None and kind != "sweep":
         allowed = f"must be left out: it goes with a sweep or several folders, {directory} holds a {kind}"
-        raise InputError("--group", "", group, allowed)
+        raise InputError(Argument("group"), "", group, allowed)
     if kind in QUESTIONS:
         return draw(QUESTIONS[kind], directory, target, page, field, animate)
     if animate or field is not None:

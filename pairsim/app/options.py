@@ -48,7 +48,7 @@ Budget = Annotated[
     str | None,
     typer.Option(
         help="Largest time, such as 10min; what is known by then is kept. Without it a command that has found nothing "
-        "ends after 4 min, or later above 3e5 unknowns.",
+        "ends after 4 min of processor time of its own process, or later above 3e5 unknowns.",
         metavar="TIME",
     ),
 ]

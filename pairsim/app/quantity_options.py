@@ -13,7 +13,7 @@ from pairsim.cases.physical import EXPERIMENT, QUANTITIES
 from pairsim.physics.declared import DIMENSIONS, PARAMETERS
 from pairsim.physics.material import Material
 from pairsim.quantities.measurable import Measurable
-from pairsim.runtime.errors import InputError
+from pairsim.runtime.errors import Argument, InputError
 
 Text = str | None
 REQUIRED = "tube", "particle"
@@ -113,5 +113,5 @@ def of_option(command: str, error: InputError, options: Collection[str] | None =
         return QUANTITIES[name].option if name in QUANTITIES else f"--{name.replace('_', '-')}"
 
     key, allowed = (re.sub(r"\b(?:physical|liquid|solid)\.(\w+)", option, text) for text in (error.key, error.allowed))
-    key = f"--{key}" if key in ("liquid", "solid", "carrier", "celsius") else key
+    key = Argument(key) if isinstance(error.key, Argument) or key in ("liquid", "solid") else key
     return InputError(command, key, error.value, allowed.removesuffix(" in physical"))

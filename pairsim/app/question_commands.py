@@ -58,7 +58,7 @@ def _parameters(question: Question[Any]) -> Iterator[Parameter]:
         yield Parameter("case", keyword, default=None, annotation=CaseFileOrNone)
     else:
         yield Parameter("case", keyword, annotation=CaseFile)
-    yield Parameter("output", keyword, default=None, annotation=Output)
+    yield Parameter("folder", keyword, default=None, annotation=Output)
     yield Parameter("overwrite", keyword, default=False, annotation=Overwrite)
     for flag in question.flags:
         option = f"--{flag.name.replace('_', '-')}"
@@ -81,7 +81,7 @@ def _compute(
     question: Question[Any],
     flags: Mapping[Flag, Any],
     case: Path | None,
-    output: Path | None,
+    folder: Path | None,
     overwrite: bool,
     budget: str | None,
     dry_run: bool,
@@ -95,10 +95,10 @@ def _compute(
     from pairsim.computing.case_files import read_case
     from pairsim.sweeps.files import FILES
 
-    file, folder = _places(question, flags, case, output, overwrite)
+    file, place = _places(question, flags, case, folder, overwrite)
     check_single()
     checked = read_case(question, file, tuple(set_ or ()), FILES)
-    directory = folder or default_folder(question.name, checked, file.stem)
+    directory = place or default_folder(question.name, checked, file.stem)
     if dry_run:
         notes = (f"note: {note}" for note in (*checked.remarks, *checked.notes))
         typer.echo("\n".join([f"{directory}: {question.estimate(checked)}", *notes]))

@@ -13,7 +13,7 @@ from pairsim.cases.unit_registry import registry
 from pairsim.cases.values import Positive, Range, listed, several, spelled_out
 from pairsim.quantities.kinds import PERCENTAGE, TIME
 from pairsim.quantities.measurable import Measurable, a_length
-from pairsim.runtime.errors import InputError
+from pairsim.runtime.errors import Argument, InputError
 
 if TYPE_CHECKING:
     import pint
@@ -247,7 +247,7 @@ def seconds_of(budget: str | None) -> float | None:
     try:
         return si(budget, Measurable("budget", TIME, "budget", "10 min"))
     except ValueError as error:
-        raise InputError("pairsim", "--budget", budget, str(error)) from None
+        raise InputError(Argument("budget"), "", budget, str(error)) from None
 
 
 def in_one_unit(texts: Sequence[str]) -> tuple[list[float], str]:

@@ -224,4 +224,4 @@ def _in_si(value: str, of: Measurable) -> float:
 
 
 def _no_units(value: str, of: Measurable) -> float:
-    raise ValueError("needs the units of a `physical` block")
+    raise ValueError("needs the units of a physical block")

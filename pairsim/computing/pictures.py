@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from pairsim.computing.question import Question
 from pairsim.record.folder import FIELDS_XDMF
-from pairsim.runtime.errors import InputError
+from pairsim.runtime.errors import Argument, InputError
 
 if TYPE_CHECKING:
     from pairsim.plots.style import Page
@@ -25,7 +25,7 @@ def page_of(
     from pairsim.plots.style import Page
 
     if animate and formats not in (None, "gif"):
-        raise InputError("--format", "", formats, "must be left out with --animate, which makes a GIF")
+        raise InputError(Argument("formats"), "", formats, "must be left out with `animate`, which makes a GIF")
     return Page.parse("png" if animate or formats is None else formats, width, physical, legend)
 
 
@@ -51,4 +51,4 @@ def draw(
 def no_fields(kind: str, field: str | None, animate: bool) -> InputError:
     """The error of options that ask for fields of a folder that can have none."""
     allowed = f"must be left out: it goes with a run or a curve, not with a {kind}"
-    return InputError("--animate" if animate else "--field", "", field, allowed)
+    return InputError(Argument("animate" if animate else "field"), "", field, allowed)

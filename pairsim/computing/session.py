@@ -28,7 +28,7 @@ from pairsim.record.record import Record
 from pairsim.record.run_entries import KEY, KIND, MESSAGE, PEAK_MEMORY, PHASES, REASON, SECONDS, STATUS, WARNINGS, Entry
 from pairsim.record.table_files import TableWriter, read_table
 from pairsim.record.xdmf import FieldsWriter
-from pairsim.runtime.errors import BranchEnd, EnvironmentFailure, InputError, RunFailure, WriteFailure
+from pairsim.runtime.errors import Argument, BranchEnd, EnvironmentFailure, InputError, RunFailure, WriteFailure
 from pairsim.runtime.locks import sole_writer
 from pairsim.runtime.message import Message, Text, entries_in_units, in_units
 from pairsim.runtime.monitor import Monitor
@@ -108,10 +108,10 @@ def _earlier(case: SceneCase, directory: Path, table: str) -> events.Earlier | N
     files = [file.name for file in directory.iterdir() if not file.name.startswith(".") and file.name != "case.yaml"]
     if files and kind_of(directory) != case.kind:
         allowed = f"must be the folder of a {case.kind}, but holds results of another command"
-        raise InputError(str(directory), "--resume", None, allowed)
+        raise InputError(str(directory), Argument("resume"), None, allowed)
     if rows > 1:
-        allowed = f"must have a {CHECKPOINT}, since {table} has rows; run the case again with --overwrite"
-        raise InputError(str(directory), "--resume", None, allowed)
+        allowed = f"must have a {CHECKPOINT}, since {table} has rows; run the case again with `overwrite`"
+        raise InputError(str(directory), Argument("resume"), None, allowed)
     return None
 
 

@@ -22,6 +22,7 @@ from pairsim.computing.loading import AnyCase
 from pairsim.computing.result_content import Content
 from pairsim.computing.spread_entry import spread_entry
 from pairsim.computing.warnings import MOST_DE, beyond_checked
+from pairsim.lab.atlas_curve import curve_of_atlas
 from pairsim.lab.case_of_experiment import case_of_experiment
 from pairsim.lab.focusing_at_once import first_order_focusing
 from pairsim.lab.inertia import Inertia
@@ -79,23 +80,27 @@ def ask(
     """
     question, atlases = QUESTIONS["curve"], _atlases(atlas)
     asked = _case_of(atlases[0], case, **given)
-    book, reasons, others = _of_its_law(asked, atlases, unequal=True)
+    chosen, reasons, others = _of_its_law(asked, atlases, unequal=True)
     if reasons:
         if not compute:
-            cost = f"pairsim curve computes it ({question.estimate(asked)}), and --compute does that here"
+            cost = f"pairsim curve computes it ({question.estimate(asked)}), and `compute` does that here"
             doubts = "".join(f"; {each}" for each in _doubts(asked))
             raise InputError(SOURCE, "", None, f"the atlas has no answer: {', and '.join(reasons)}; {cost}{doubts}")
         return Computation[Any](question, answers=False)(asked, folder=folder, progress=progress)
-    curve = _curve_of(asked, book)
+    curve = _curve_of(asked, chosen)
     warnings = [*_disagreements(asked, curve, others), *_inertia(asked)]
     record = Record.of({STATUS: "finished", WARNINGS: warnings}) | units_of(asked)
-    notes = [f"The liquid of the atlas is {liquid_of_atlas(book, type(asked))}."] if asked.De else []
+    notes = [f"The liquid of the atlas is {liquid_of_atlas(chosen, type(asked))}."] if asked.De else []
+    if asked.De and asked.liquid is None:
+        taken = asked.liquid_model.modes[0].label
+        fit = "pairsim units --rheology FILE fits one to a flow curve"
+        notes.append(f"No law of the liquid is named, and {taken} is taken: {fit}.")
     notes += [f"On the axis, {said}." for said in first_order_focusing(asked, asked.reynolds_number)]
     if notes:
         record = record.with_entries({NOTES: notes})
     record = record.with_entries(spread_entry(asked))
     if any(each.half_width for each in record.inputs):
-        record = record.with_entries({DRAWN: vars(range_of_draws(asked, book))})
+        record = record.with_entries({DRAWN: vars(range_of_draws(asked, chosen))})
     content = Content({"curve": curve.table, "equilibria": curve.equilibria}, record, asked)
     result = question.result(question, content=content, source=SOURCE)
     result.curve = curve.named(SOURCE, record)  # whose interpolant is there already
@@ -105,7 +110,7 @@ def ask(
 def _curve_of(case: SceneCase, atlas: Atlas) -> Curve:
     """The curve of an atlas for a case of a pair in its box."""
     of_moduli = isinstance(case, SpreadCase) and bool(case.spread.modulus)
-    return Curve.of_atlas(atlas, beta=case.betas, De=case.De, Ca_e=case.Ca_es, stiffness=of_moduli)
+    return curve_of_atlas(atlas, beta=case.betas, De=case.De, Ca_e=case.Ca_es, stiffness=of_moduli)
 
 
 def asked_of(
@@ -120,8 +125,8 @@ def asked_of(
     """
     atlases = _atlases(atlas)
     found = _case_of(atlases[0], case, **given)
-    book, reasons, _ = _of_its_law(found, atlases)
-    return book, found, reasons
+    chosen, reasons, _ = _of_its_law(found, atlases)
+    return chosen, found, reasons
 
 
 def _atlases(file: Path | str | None) -> list[Atlas]:
@@ -137,8 +142,8 @@ def _of_its_law(
     whether beads may differ.
     """
     answers = [(atlas, beyond(case, atlas, unequal=unequal)) for atlas in atlases]
-    book, reasons = min(answers, key=lambda each: (bool(each[1]), not is_of_its_law(case, each[0]), len(each[1])))
-    return book, reasons, [atlas for atlas, why in answers if atlas is not book and not why]
+    chosen, reasons = min(answers, key=lambda each: (bool(each[1]), not is_of_its_law(case, each[0]), len(each[1])))
+    return chosen, reasons, [atlas for atlas, why in answers if atlas is not chosen and not why]
 
 
 def _doubts(case: SceneCase) -> Iterator[str]:

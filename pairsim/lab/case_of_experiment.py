@@ -15,7 +15,7 @@ from pairsim.lab.driving_pressure import velocity_for
 from pairsim.lab.load import load
 from pairsim.physics.liquids import LAWS
 from pairsim.questions.registry import QUESTIONS
-from pairsim.runtime.errors import InputError
+from pairsim.runtime.errors import Argument, InputError
 
 if TYPE_CHECKING:
     from pairsim.lab.rheometer.rheology_of_case import Listener, MeasuredLiquid
@@ -57,7 +57,7 @@ def case_of_experiment(
     fit = None
     if carrier is not None:
         if "liquid" in given:
-            raise InputError("pairsim units", "--liquid", given["liquid"], "must be left out with --carrier")
+            raise InputError("pairsim units", Argument("liquid"), given["liquid"], "must be left out with `carrier`")
         given["liquid"], quantities["consistency"] = _liquid_of(carrier, celsius)
     if rheology is not None or spectrum is not None:
         from pairsim.lab.rheometer.rheology_of_case import fit_liquid
@@ -103,9 +103,9 @@ def _checked_pressure(pressure: str | None, over: str | None, quantities: Mappin
         InputError: One of them is missing, or the flow is given, too.
     """
     if pressure is None or over is None:
-        missing, other = ("--over", "--pressure") if over is None else ("--pressure", "--over")
-        allowed = f"must be given with {other}, such as --pressure 20kPa --over 5cm"
-        raise InputError("pairsim units", missing, None, allowed)
+        missing, other = ("over", "pressure") if over is None else ("pressure", "over")
+        allowed = f"must be given with `{other}`, such as `pressure` 20kPa `over` 5cm"
+        raise InputError("pairsim units", Argument(missing), None, allowed)
     for key in quantities.keys() & {"flow_rate", "velocity"}:
-        raise InputError("pairsim units", f"{BLOCK}.{key}", quantities[key], "must be left out with --pressure")
+        raise InputError("pairsim units", f"{BLOCK}.{key}", quantities[key], "must be left out with `pressure`")
     return pressure, over

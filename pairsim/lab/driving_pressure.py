@@ -11,7 +11,7 @@ from pairsim.cases.case import SceneCase
 from pairsim.cases.quantity_text import A_LENGTH, si
 from pairsim.quantities import kinds
 from pairsim.quantities.measurable import Measurable
-from pairsim.runtime.errors import InputError, NoSteadyState
+from pairsim.runtime.errors import Argument, InputError, NoSteadyState
 
 PRESSURE = Measurable("pressure", kinds.PRESSURE, "pressure drop", "20 kPa")
 SLOWEST, FASTEST, COUNT = 1e-7, 10.0, 33  # mean velocities among which those that fit are looked for [m/s]; chosen
@@ -46,8 +46,8 @@ def velocity_for(pressure: str, over: str, case_at: Callable[[str], SceneCase]) 
     found = [i for i in range(COUNT - 1) if off[i] * off[i + 1] <= 0]
     if len(found) != 1:
         fitting = ", ".join(f"{math.exp(places[i]):.2g} m/s" for i in found)
-        several = f"has several mean velocities, near {fitting}: give --flow or --velocity"
+        several = f"has several mean velocities, near {fitting}: give `flow_rate` or `velocity`"
         allowed = several if found else f"has no mean velocity from {SLOWEST:g} to {FASTEST:g} m/s"
-        raise InputError("pairsim units", "--pressure", pressure, allowed)
+        raise InputError("pairsim units", Argument("pressure"), pressure, allowed)
     (i,) = found
     return f"{math.exp(brentq(excess, places[i], places[i + 1], xtol=1e-12)):.10g} m/s"

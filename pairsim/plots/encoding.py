@@ -17,7 +17,7 @@ from matplotlib.typing import ColorType
 from pairsim.plots.labels import equation, parameter_label, symbol
 from pairsim.plots.parameters import Parameters, measured
 from pairsim.plots.style import COLOURS, LINES, MARKERS, ORDERED, WIDE, Look, colour_bar
-from pairsim.runtime.errors import InputError
+from pairsim.runtime.errors import Argument, InputError
 
 MOST_PANELS = 6
 MOST_LINES = 12  # in one panel, where another key may have panels
@@ -26,7 +26,9 @@ MOST_LINES = 12  # in one panel, where another key may have panels
 def check_group(group: str | None, keys: Sequence[str]) -> None:
     """Refuse a key for the colours, if one is asked for, that is not among those that vary, by an InputError."""
     if group is not None and group not in keys:
-        raise InputError("--group", "", group, f"must be a parameter that varies: {', '.join(keys) or 'none does'}")
+        raise InputError(
+            Argument("group"), "", group, f"must be a parameter that varies: {', '.join(keys) or 'none does'}"
+        )
 
 
 @dataclass(frozen=True)

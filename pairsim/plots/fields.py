@@ -22,7 +22,7 @@ from pairsim.record.columns import CA_E, DE, DISTANCE, WAY_COLUMNS
 from pairsim.record.folder import FIELDS_XDMF, WAY, write_file
 from pairsim.record.table_files import read_table
 from pairsim.record.xdmf import read_frame, read_times
-from pairsim.runtime.errors import InputError
+from pairsim.runtime.errors import Argument, InputError
 
 MOST_VIEWS = 4
 DPI, SECONDS = 150, 6.0  # of an animation
@@ -46,7 +46,7 @@ def draw_fields(
         key = "fields, a list of distances," if curve else "output: {fields: true}"
         frames = f"{count} frame{'s' * (count != 1)} of fields"
         allowed = f"must be left out: {directory} has {frames}, which {key} in its case writes"
-        raise InputError("--animate" if animated else "--field", "", field, allowed)
+        raise InputError(Argument("animate" if animated else "field"), "", field, allowed)
     if not count:
         return []
     most = count if animated else MOST_VIEWS if curve else 2

@@ -15,7 +15,7 @@ from pairsim.physics.material import LawField
 from pairsim.quantities.kinds import PURE, STRESS, VELOCITY, Kind
 from pairsim.record.xdmf import TENSOR, FieldFrame
 from pairsim.runtime.arrays import Array, Indices
-from pairsim.runtime.errors import InputError
+from pairsim.runtime.errors import Argument, InputError
 
 SAME_END = 1e-9  # z of nodes at an end of the tube [D_c]
 EDGES = [(0, 1, 3), (1, 2, 4), (2, 0, 5)]  # corners and mid-node of the edges of a cell (VTK's order)
@@ -133,7 +133,7 @@ def chosen_fields(words: str, frame: FieldFrame, where: str) -> list[str]:
     names = there if words == "all" else list(dict.fromkeys(name.strip() for name in words.split(",")))
     for name in names:
         if name not in FIELDS:
-            raise InputError("--field", "", name, f"must be one or more of {', '.join(FIELDS)}, or all")
+            raise InputError(Argument("field"), "", name, f"must be one or more of {', '.join(FIELDS)}, or all")
         if name not in there:
-            raise InputError("--field", "", name, f"must be one of {', '.join(there)}, which {where} has")
+            raise InputError(Argument("field"), "", name, f"must be one of {', '.join(there)}, which {where} has")
     return names

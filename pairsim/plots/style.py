@@ -21,7 +21,7 @@ from matplotlib.ticker import LogLocator, StrMethodFormatter
 from matplotlib.typing import ColorType, LineStyleType
 
 from pairsim.record.folder import write_file
-from pairsim.runtime.errors import InputError
+from pairsim.runtime.errors import Argument, InputError
 
 FORMATS = ("png", "pdf", "svg")
 MM = 1 / 25.4  # inches
@@ -99,12 +99,12 @@ class Page:
         chosen = {name.strip().lower(): None for name in names}
         for name in chosen:
             if name not in FORMATS:
-                raise InputError("--format", "", name, f"must be one or more of {', '.join(FORMATS)}")
+                raise InputError(Argument("formats"), "", name, f"must be one or more of {', '.join(FORMATS)}")
         match = re.fullmatch(r"\s*(\d+(?:\.\d*)?)\s*(mm|cm|in)?\s*", str(width))
         size = float(match[1]) * {"mm": 1.0, "cm": 10.0, "in": 25.4}[match[2] or "mm"] if match else 0.0
         if not LEAST_WIDTH <= size <= MOST_WIDTH:
             allowed = f"must be {LEAST_WIDTH:g}mm to {MOST_WIDTH:g}mm, such as 85mm (a column) or 170mm (a page)"
-            raise InputError("--width", "", width, allowed)
+            raise InputError(Argument("width"), "", width, allowed)
         return Page(tuple(name for name in FORMATS if name in chosen), size, physical=physical, legend=legend)
 
     @property

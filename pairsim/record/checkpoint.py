@@ -102,7 +102,7 @@ def load(folder: Path) -> Checkpoint | None:
                 raise ValueError(f"its format is {entries['format']}, not {FORMAT}")
             return _unpacked(Checkpoint, entries["checkpoint"], dict(stored))
     except Exception as error:  # a damaged or foreign file can raise almost anything
-        allowed = f"must be a complete checkpoint of this version ({error}); run the case again with --overwrite"
+        allowed = f"must be a complete checkpoint of this version ({error}); run the case again with `overwrite`"
         raise InputError(str(path), "", None, allowed) from error
 
 

@@ -356,7 +356,7 @@ WALL_TIME = of_cases("wall_time", "wall time, without the start of Python; the m
 COST = (UNKNOWNS, WALL_TIME)
 """The last columns of results.csv. Like `STEPS` they are entries of run.json."""
 HOW_IT_STANDS = of_cases("status", "pending, finished or failed; the worst of all repetitions")
-WHY = of_cases("reason", "why the case ended")
+WHY = of_cases("reason", "why the case ended, such as end, contact or newton_diverged")
 POINT_COUNT = of_cases("points", "points of the curve or of the lines of critical distances", whole=True)
 OF_CASES = (HOW_IT_STANDS, WHY, POINT_COUNT, STEPS, *COST)
 """The columns that all tables of many cases may have."""
@@ -382,7 +382,7 @@ SWEEP_COLUMNS = Columns(
         half_width="d_peak_error",
     ),
     of_cases("d_peak_error", "error of d_peak, half-width", LENGTH, GAP),
-    of_cases("dU_peak", "dU there", VELOCITY, GAP, half_width="dU_error"),
+    of_cases("dU_peak", "largest |dU| of the curve, with its sign", VELOCITY, GAP, half_width="dU_error"),
     of_cases("dU_error", "error of dU_peak, of a run that of dU, half-width", VELOCITY, GAP),
     DU_INPUTS,
     DU_SPREAD,

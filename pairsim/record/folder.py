@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from pairsim.cases.yaml_file import yaml_text
-from pairsim.runtime.errors import InputError
+from pairsim.runtime.errors import Argument, InputError
 from pairsim.runtime.locks import LOCK_FILES
 from pairsim.runtime.plain import Plain
 from pairsim.runtime.text import printable
@@ -52,8 +52,8 @@ def write_text(path: Path, text: str) -> None:
     write_bytes(path, printable(text).encode())
 
 
-def write_file(path: Path, content: str | bytes, option: str = "-o") -> None:
-    """Write a file whose place a user has named by an option; its folder is made if needed.
+def write_file(path: Path, content: str | bytes, key: str = "") -> None:
+    """Write a file; its folder is made if needed. The `key` is that of an error, such as the option with the path.
 
     Raises:
         InputError: It cannot be written.
@@ -62,7 +62,7 @@ def write_file(path: Path, content: str | bytes, option: str = "-o") -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_bytes(path, printable(content).encode() if isinstance(content, str) else content)
     except OSError as error:
-        raise InputError(str(path), option, None, f"must be a writable file ({error.strerror or error})") from None
+        raise InputError(str(path), key, None, f"must be a writable file ({error.strerror or error})") from None
 
 
 def write_bytes(path: Path, content: bytes) -> None:
@@ -134,10 +134,10 @@ def prepare_folder(folder: Path, overwrite: bool = False, files: Iterable[str] =
         if all(file.name in LOCK_FILES for file in folder.iterdir()):
             return
         if not overwrite:
-            allowed = "must be a new or empty folder, unless --overwrite replaces the results in it"
+            allowed = "must be a new or empty folder, unless `overwrite` replaces the results in it"
             if (folder / CHECKPOINT).is_file():
                 allowed += f"; pairsim run --resume {folder} continues its run"
-            raise InputError(str(folder), "-o", None, allowed)
+            raise InputError(str(folder), Argument("folder"), None, allowed)
         old = [file for name in files for file in (folder / name, part_of(folder / name))]
         for file in (*old, *(file for _, file in frame_files(folder))):
             file.unlink(missing_ok=True)
@@ -145,7 +145,7 @@ def prepare_folder(folder: Path, overwrite: bool = False, files: Iterable[str] =
             (folder / FRAMES).rmdir()
     except OSError as error:
         why = "is a file" if folder.is_file() else str(error)
-        raise InputError(str(folder), "-o", None, f"must be a folder that can be used ({why})") from error
+        raise InputError(str(folder), Argument("folder"), None, f"must be a folder that can be used ({why})") from error
 
 
 def write_yaml(path: Path, content: Mapping[str, object]) -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import re
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from pairsim.runtime.message import Message, Text
@@ -20,6 +21,13 @@ class PairsimError(Exception):
     exit_code = 1  # of a command which it ends
 
 
+class Argument(str):
+    """The name of an argument of a function, in the place of the file or the key of an `InputError`.
+
+    Elsewhere in its message such names are in backquotes. A command calls all of them by its options.
+    """
+
+
 class InputError(PairsimError, ValueError):
     """Invalid input.
 
@@ -27,8 +35,8 @@ class InputError(PairsimError, ValueError):
     Values are shortened.
 
     Args:
-        file: Path of the file, or name of the command-line option.
-        key: Dotted key in the file, empty if the error concerns the file as a whole.
+        file: Path of the file, or name of the function or of its argument.
+        key: Dotted key in the file, or name of an argument; empty if the error concerns the file as a whole.
         value: The invalid value, as given.
         allowed: Description of the values allowed, such as "must be above 0".
         line: Line number of the key in the file, None if unknown.
@@ -72,6 +80,17 @@ class InputError(PairsimError, ValueError):
         sentences = [error.sentence for error in self.mistakes]
         more = [f"and {len(sentences) - MOST_MISTAKES} more mistakes"] if len(sentences) > MOST_MISTAKES else []
         return "\n".join(sentences[:MOST_MISTAKES] + more)
+
+    def call_arguments(self, names: Mapping[str, str]) -> None:
+        """Call arguments of functions in all mistakes by other names, such as those of a command's options."""
+
+        def called(text: str) -> str:
+            if isinstance(text, Argument):
+                return names.get(text, text)
+            return re.sub(r"`(\w+)`", lambda name: names.get(name[1], name[0]), text)
+
+        for each in self.mistakes:
+            each.file, each.key, each.allowed = called(each.file), called(each.key), called(each.allowed)
 
     @property
     def mistakes(self) -> tuple[InputError, ...]:
@@ -135,7 +154,7 @@ class WallTime(RunFailure):
 
 
 class BudgetSpent(RunFailure):
-    """The time that the user has given to a command is over."""
+    """The time given as a budget is over, or a command without one has found nothing for minutes."""
 
     reason = "budget"
 

@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from pairsim.runtime.errors import InputError
+from pairsim.runtime.errors import Argument, InputError
 from pairsim.runtime.text import printable
 
 LOCK = ".pairsim.lock"
@@ -55,7 +55,9 @@ def sole_writer(directory: Path, command: str) -> Iterator[None]:
     except OSError as error:
         file = directory.exists() and not directory.is_dir()
         why = "is a file; give the name of a folder" if file else f"cannot be used as a folder ({error.strerror})"
-        raise InputError(str(directory), "-o", None, why if file else f"{why}; give another one") from error
+        raise InputError(
+            str(directory), Argument("folder"), None, why if file else f"{why}; give another one"
+        ) from error
     try:
         yield
     finally:

@@ -37,7 +37,7 @@ class AtlasFile(Keys):
     within: dict[Literal["beta", "De", "Ca_e"], Ends] = Field(
         {},
         description="part of the box in which the curves that are added to those of start are computed; default: all",
-        examples=[{"De": [0, 0.3]}],
+        examples=["{De: [0, 0.3]}"],
     )
     diameters: Ratios | None = Field(
         None,

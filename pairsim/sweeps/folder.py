@@ -19,7 +19,7 @@ from pairsim.computing.question import Question, Value
 from pairsim.questions.registry import QUESTIONS
 from pairsim.record.folder import plain, write_json, write_text
 from pairsim.record.record import Record
-from pairsim.runtime.errors import BranchEnd, InputError
+from pairsim.runtime.errors import Argument, BranchEnd, InputError
 from pairsim.runtime.locks import command_line, is_locked
 from pairsim.runtime.plain import Plain
 from pairsim.runtime.version import __version__
@@ -210,10 +210,12 @@ def begin(directory: Path, grid: Grid) -> SweepRecord:
             version = earlier.versions.get("pairsim", __version__)
             other = f"by pairsim {version}, whose keys or defaults differ: CHANGELOG.md has what to write"
             whose = "of another grid" if version == __version__ else other
-            raise InputError(str(directory), "-o", None, f"must be a folder for this grid, but has a sweep {whose}")
+            raise InputError(
+                str(directory), Argument("folder"), None, f"must be a folder for this grid, but has a sweep {whose}"
+            )
         return earlier
     if any(not path.name.startswith(".") for path in directory.iterdir()):
-        raise InputError(str(directory), "-o", None, "must be a new or empty folder, or one of a sweep")
+        raise InputError(str(directory), Argument("folder"), None, "must be a new or empty folder, or one of a sweep")
     content: SweepContent = {
         "name": grid.name,
         "command": grid.question.name,

@@ -19,7 +19,7 @@ from pairsim.computing.progress import Reporter
 from pairsim.physics.own_laws import OWN
 from pairsim.record.folder import write_text
 from pairsim.record.table_files import table_text
-from pairsim.runtime.errors import EnvironmentFailure, InputError
+from pairsim.runtime.errors import Argument, EnvironmentFailure, InputError
 from pairsim.runtime.launcher import communicator
 from pairsim.runtime.locks import command_line, sole_writer
 from pairsim.runtime.signals import ENDING, Signals, name_of
@@ -79,7 +79,7 @@ def with_workers[T](work: Callable[[Workers], T], executor: Executor | None = No
             try:
                 if count > 1:
                     allowed = "must be 1 under mpirun, whose processes are the workers"
-                    raise InputError("--workers", "", count, allowed)
+                    raise InputError(Argument("workers"), "", count, allowed)
                 with ThreadPoolExecutor(1) as here:
                     result = work([(cast(Executor, others), comm.size - 1), (here, 1)])
             except BaseException as caught:

@@ -258,6 +258,14 @@ def test_neighbouring_films_are_solved_together() -> None:
     assert slowed - U == pytest.approx([-forces[0], forces[0] - forces[1], forces[1]])
 
 
+def test_a_film_resists_beads_that_another_film_pushes_together() -> None:
+    closing = Closing.of([closing_pair(d, -0.01 * min(d / 0.04, 1.0)) for d in (0.08, 0.04, 0.02, 0.01)], 0.04)
+    assert closing is not None
+    closing = replace(closing, shares=0 * closing.shares + 1.0)
+    U, gaps = np.array([1.70, 1.701, 1.69]), np.array([0.01, 0.02])  # the first two would part
+    assert U + closing.changed(U, gaps) == pytest.approx([1.70 - 0.0045 * 0.75, 1.6955, 1.69], abs=1e-12)
+
+
 def lagging_pair(d: float, dU: float, rate: float, lag: float) -> Row:
     values, slopes = np.array([[1.7, 0.4, 0.0], [1.7 + dU, 0.4, 0.0]]), np.zeros((2, 1, 2))
     slopes[0, 0, 1] = dU / rate - 1

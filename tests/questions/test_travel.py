@@ -108,14 +108,14 @@ ZERO = table(0.01 * (D - 0.3), np.full_like(D, 0.01))
 @pytest.mark.parametrize(
     ("start", "stop", "key", "message"),
     [
-        (0.1, 0.5, "--to", r"same side of the zeros of dU as d = 0.1: dU = 0 at d = 0.3"),
-        (0.5, 0.1, "--to", r"same side of the zeros"),
-        (0.01, 0.1, "--from", "between d = 0.05 and d = 1"),
-        (0.4, 2.0, "--to", "between d = 0.05 and d = 1"),
-        (0.4, 0.35, "--to", "the pair separates there"),
-        (0.1, 0.2, "--to", "the pair approaches there"),
-        (0.4, 0.4, "--to", "must differ"),
-        (float("nan"), 0.4, "--from", "between"),
+        (0.1, 0.5, "stop", r"same side of the zeros of dU as d = 0.1: dU = 0 at d = 0.3"),
+        (0.5, 0.1, "stop", r"same side of the zeros"),
+        (0.01, 0.1, "start", "between d = 0.05 and d = 1"),
+        (0.4, 2.0, "stop", "between d = 0.05 and d = 1"),
+        (0.4, 0.35, "stop", "the pair separates there"),
+        (0.1, 0.2, "stop", "the pair approaches there"),
+        (0.4, 0.4, "stop", "must differ"),
+        (float("nan"), 0.4, "start", "between"),
     ],
 )
 def test_what_cannot_be_reached_is_refused(start: float, stop: float, key: str, message: str) -> None:
@@ -127,9 +127,9 @@ def test_what_cannot_be_reached_is_refused(start: float, stop: float, key: str, 
 @pytest.mark.parametrize(
     ("start", "stop", "message"),
     [
-        ("5um", "17um", "--to: got '17um'; must be between d = 5 um and d = 15 um, the ends of the curve"),
-        ("4um", "10um", "--from: got '4um'; must be between d = 5 um"),
-        ("0.1", "0.34", "--to: got 0.34; must be between"),
+        ("5um", "17um", "stop: got '17um'; must be between d = 5 um and d = 15 um, the ends of the curve"),
+        ("4um", "10um", "start: got '4um'; must be between d = 5 um"),
+        ("0.1", "0.34", "stop: got 0.34; must be between"),
     ],
 )
 def test_messages_show_the_distance_as_it_was_typed(start: str, stop: str, message: str) -> None:

@@ -17,9 +17,9 @@ from support.commands import Pairsim
 
 import pairsim as api
 from pairsim.analysis.input_ranges import DrawnRange
-from pairsim.analysis.master_curve import Curve
 from pairsim.atlas.atlas import Atlas
 from pairsim.cases.coverage import beyond
+from pairsim.lab.atlas_curve import curve_of_atlas
 from pairsim.questions.curve import CurveCase
 from pairsim.runtime.errors import InputError
 
@@ -29,7 +29,7 @@ ELASTIC = {**BENCH, "relaxation": "2ms", "liquid": "giesekus"}
 
 def test_an_answer_is_that_of_the_atlas_in_units(atlas: Path) -> None:
     answer, case = api.ask(**ELASTIC, atlas=atlas), api.units(kind="curve", **ELASTIC).case
-    table = Curve.of_atlas(Atlas.load(atlas), beta=case.betas[0], De=case.De, Ca_e=case.Ca_es[0]).table
+    table = curve_of_atlas(Atlas.load(atlas), beta=case.betas[0], De=case.De, Ca_e=case.Ca_es[0]).table
     at = 20  # an inner point
     assert answer.curve(table["d"][at]) == pytest.approx((table["dU"][at], table["dU_error"][at]), rel=0.01)
     there = answer.dU(f"{50 * table['d'][at]:.12g}um").to("m/s").magnitude
@@ -90,7 +90,7 @@ def test_a_range_holds_dU_of_most_draws_of_uncertain_inputs(
     particle: str, modulus: str, few: bool, atlas: Path
 ) -> None:
     """Also where dU is not linear in them, and where some draws are outside of the box, of which dU is invented."""
-    answer, book = api.ask(**ELASTIC | {"particle": particle, "modulus": modulus}, atlas=atlas), Atlas.load(atlas)
+    answer, loaded = api.ask(**ELASTIC | {"particle": particle, "modulus": modulus}, atlas=atlas), Atlas.load(atlas)
     drawn, draws, d = DrawnRange.of(answer.record), 4000, 8 / 50
     assert drawn is not None
     normal = iter(np.random.default_rng(5).standard_normal((2, draws)))
@@ -103,7 +103,7 @@ def test_a_range_holds_dU_of_most_draws_of_uncertain_inputs(
         [np.broadcast_to(x, draws) for x in (case.beta * sizes["particle"], case.De, case.Ca_e / sizes["modulus"])],
         axis=1,
     )
-    low, high = np.array([book.box[name] for name in ("beta", "De", "Ca_e")]).T
+    low, high = np.array([loaded.box[name] for name in ("beta", "De", "Ca_e")]).T
     outside = ((places < low) | (places > high)).any(axis=1)
     dU = 1e6 * answer.scales.velocity * exact(*places.T, d)
     least, largest = map(float, re.findall(r"[+-][\d.]+", drawn.words(d)))
@@ -186,9 +186,9 @@ class Heavy(CurveCase):
 )
 def test_a_key_is_compared_unless_it_is_known_not_to_matter(key: str, value: Any, why: str, atlas: Path) -> None:
     case = {**CASE, "beta": 0.4, "De": 0.3, "Ca_e": 0.05, "d": [0.1, 0.2]}
-    book = Atlas.load(atlas)
-    assert beyond(Heavy.model_validate(case), book) == []
-    assert beyond(Heavy.model_validate(case | {key: value}), book) == ([why] if why else [])
+    loaded = Atlas.load(atlas)
+    assert beyond(Heavy.model_validate(case), loaded) == []
+    assert beyond(Heavy.model_validate(case | {key: value}), loaded) == ([why] if why else [])
 
 
 @pytest.mark.parametrize(
@@ -263,7 +263,7 @@ def test_an_answer_has_all_that_a_curve_has(answer: Any, tmp_path: Path) -> None
     assert answer.advice == "Next: travel(start, stop) gives the time and tube that a pair needs."
     assert answer.places.size == 0
     assert (answer.status, answer.kind, answer.folder) == ("finished", "curve", None)
-    with pytest.raises(InputError, match="pairsim ask: --to"):
+    with pytest.raises(InputError, match="pairsim ask: stop"):
         answer.travel("5um", "30um")
 
 
@@ -314,8 +314,16 @@ def test_the_command_answers_in_words(atlas: Path, pairsim: Pairsim) -> None:
     assert "--tube: must be given, or a case file" in refused.stderr
     refused = pairsim("ask", "--tube", "50um", "--from", "20um", "--atlas", str(atlas))
     assert "--to: must be given, too, for a travel" in refused.stderr
-    refused = pairsim("ask", *options.split(), "--relaxation", "2ms", "--atlas", str(atlas))
-    assert "--liquid: must be given with --relaxation" in refused.stderr
+
+
+def test_commands_take_the_law_of_a_case_that_names_none_and_say_so(atlas: Path, pairsim: Pairsim) -> None:
+    bench = "--tube 50um --particle 20um --flow 1ul/min --viscosity 1Pa.s --modulus 5kPa --relaxation 2ms"
+    asked = pairsim("ask", *bench.split(), "--atlas", str(atlas))
+    assert "No law of the liquid is named, and Giesekus is taken" in asked.stdout
+    named = pairsim("ask", *bench.split(), "--liquid", "giesekus", "--atlas", str(atlas))
+    assert asked.stdout.splitlines()[0] == named.stdout.splitlines()[0]
+    assert "is named" not in named.stdout
+    assert "default used: liquid: giesekus with alpha = 0.2" in pairsim("units", *bench.split()).stdout
 
 
 def test_what_is_not_known_or_does_not_move_is_not_in_the_answer(atlas: Path) -> None:

@@ -18,13 +18,13 @@ from support.commands import Pairsim
 from typer.testing import CliRunner
 
 import pairsim as api
-from pairsim.analysis.master_curve import Curve
 from pairsim.app.command_line import app
 from pairsim.atlas import atlas as shipped
 from pairsim.atlas import fit
 from pairsim.atlas.atlas import PARAMETERS, SHIPPED, Atlas, Curves
 from pairsim.atlas.kriging import Kriging, covariance
 from pairsim.cases.yaml_file import read_yaml
+from pairsim.lab.atlas_curve import curve_of_atlas
 from pairsim.questions.curve import CurveCase
 from pairsim.record.table import Table
 from pairsim.record.table_files import read_table
@@ -41,7 +41,7 @@ print(*sys.modules)"""
 
 def table_of(atlas: Atlas, beta: float, De: float, Ca_e: float) -> Table:
     """The columns of a curve of an atlas."""
-    return Curve.of_atlas(atlas, beta=beta, De=De, Ca_e=Ca_e).table
+    return curve_of_atlas(atlas, beta=beta, De=De, Ca_e=Ca_e).table
 
 
 @pytest.fixture(scope="module")
@@ -288,7 +288,7 @@ def test_the_atlases_that_ship_hold_fresh_points(
     atlas, d = Atlas.load(Path(shipped.__file__).with_name(f"{name}.npz")), [0.1, 0.2, 0.4]
     case = {"beta": beta, "De": De, "Ca_e": Ca_e, "d": d, "ends": "developed", "length": "auto", "liquid": liquid}
     point = api.curve(case, tol=1)
-    curve = Curve.of_atlas(atlas, beta=beta, De=De, Ca_e=Ca_e).interpolant()
+    curve = curve_of_atlas(atlas, beta=beta, De=De, Ca_e=Ca_e).interpolant()
     assert curve is not None
     here = [np.isclose(point.columns["d"], each).argmax() for each in d]
     dU, error = (point.columns[name][here] for name in ("dU", "dU_error"))

@@ -17,6 +17,7 @@ from pairsim.analysis.curve_in_units import TravelInUnits
 from pairsim.analysis.master_curve import Curve
 from pairsim.analysis.travel import Travel
 from pairsim.atlas.atlas import SHIPPED, Atlas
+from pairsim.lab.atlas_curve import curve_of_atlas
 from pairsim.record.folder import plain
 
 QUANTITIES = {"tube": "50um", "particle": "20um", "flow_rate": "1ul/min", "viscosity": "1Pa.s", "modulus": "5kPa"}
@@ -151,24 +152,24 @@ def test_a_result_keeps_its_data_where_its_folder_is_gone(tmp_path: Path) -> Non
     assert again.case.n == 1
 
 
-def of_atlas(book: Atlas) -> Curve:
-    return Curve.of_atlas(book, beta=0.4, De=0.0, Ca_e=0.05)
+def of_atlas(shipped: Atlas) -> Curve:
+    return curve_of_atlas(shipped, beta=0.4, De=0.0, Ca_e=0.05)
 
 
-def read(book: Atlas) -> Curve:
+def read(shipped: Atlas) -> Curve:
     """The same by way of its columns, as of a folder."""
-    found = of_atlas(book)
+    found = of_atlas(shipped)
     return Curve(dict(found.table), dict(found.equilibria))
 
 
-def unpickled(book: Atlas) -> Curve:
-    return pickle.loads(pickle.dumps(of_atlas(book)))  # type: ignore[no-any-return]
+def unpickled(shipped: Atlas) -> Curve:
+    return pickle.loads(pickle.dumps(of_atlas(shipped)))  # type: ignore[no-any-return]
 
 
 @pytest.mark.parametrize("made", [of_atlas, read, unpickled])
 def test_a_curve_alone_is_the_same_object_too(made: Callable[[Atlas], Curve]) -> None:
-    book = Atlas.load(next(path for path in SHIPPED if path.stem == "newtonian"))
-    first, curve = of_atlas(book), made(book)
+    shipped = Atlas.load(next(path for path in SHIPPED if path.stem == "newtonian"))
+    first, curve = of_atlas(shipped), made(shipped)
     d = np.geomspace(0.03, 1.5, 30)
     assert np.array_equal(curve(d), first(d))
     assert (curve.peak, curve.zeros, curve.regions) == (first.peak, first.zeros, first.regions)

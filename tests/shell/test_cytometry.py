@@ -150,7 +150,7 @@ def test_a_square_channel_raises_moduli_as_tables_in_three_dimensions_do(table: 
         ({"setup:flow rate": None}, {}, "setup:flow rate"),
         ({"setup:chip region": "reservoir"}, {}, "must be channel"),
         ({"setup:medium": "honey"}, {}, "0.83% MC-PBS"),
-        ({"setup:temperature": None}, {}, "--celsius: must be given"),
+        ({"setup:temperature": None}, {}, "celsius: must be given"),
         ({}, {"deform": None}, "deform"),
         ({}, {"deform": np.full(4, 0.9)}, "must have events in the table"),
         ({"setup:medium": "0.52% MC-PBS"}, {}, "0.83% MC-PBS"),
@@ -181,7 +181,7 @@ FLOW, WIDTH, PIXEL, CELSIUS = "setup:flow rate", "setup:channel width", "imaging
         *((WIDTH, value, "from 1 to 1000 um") for value in (0.0, np.inf, 2e-5, "20 Pa", "", h5py.Empty("f"))),
         (WIDTH, np.array([20.0, 20.0]), "must be one number from 1 to 1000 um"),
         *((PIXEL, value, "from 0.01 to 5 um") for value in (0.0, -0.34, 3.4e-7, 340.0)),
-        *((CELSIUS, value, "above 0 and below 100 degC; give --celsius") for value in (0.0, 296.15, np.nan, -5.0)),
+        *((CELSIUS, value, "above 0 and below 100 degC; give `celsius`") for value in (0.0, 296.15, np.nan, -5.0)),
     ],
 )
 def test_attributes_that_are_not_physical_are_refused(
@@ -284,10 +284,10 @@ def test_carriers_are_those_whose_viscosity_is_known(table: Path, tmp_path: Path
     """A concentration beside those of the law has another viscosity; no name of the nearest one is taken for it."""
     file = cytometer_file(tmp_path / "a.rtdc", seen(AREA, DEFORMATION))
     for name in ("0.52% MC-PBS", "0.61%", "water", "", "mc"):
-        with pytest.raises(InputError, match=r"--carrier: got .*; must be 0\.49% MC-PBS"):
+        with pytest.raises(InputError, match=r"carrier: got .*; must be 0\.49% MC-PBS"):
             api.moduli(file, table, carrier=name)
     assert "carrier: 0.5% (0.49% MC-PBS) at 23 degC" in api.moduli(file, table, carrier="0.5%").sentences[1]
-    with pytest.raises(InputError, match="--celsius: got 30; must be left out"):
+    with pytest.raises(InputError, match="celsius: got 30; must be left out"):
         api.moduli(file, table, carrier="table", celsius=30)
 
 

@@ -13,9 +13,9 @@ import pytest
 from support.commands import Pairsim
 
 import pairsim as api
-from pairsim.analysis.master_curve import Curve
 from pairsim.atlas.atlas import Atlas
 from pairsim.atlas.explorer import page_of
+from pairsim.lab.atlas_curve import curve_of_atlas
 
 BROWSER = shutil.which("chromium") or shutil.which("google-chrome") or ""
 PLACE = 20  # a distance of the atlas, at which intervals are those of its table
@@ -80,7 +80,7 @@ def test_the_page_takes_the_atlas_of_the_law_and_says_where_another_one_disagree
         assert "The liquid of the atlas is" not in still
         assert "The liquid of the atlas is Giesekus with alpha = 0.2." in moving
         assert "disagree" not in moving
-        table = Curve.of_atlas(atlases[1][1], beta=0.4, De=0.0, Ca_e=numbers_of(10.0)).table
+        table = curve_of_atlas(atlases[1][1], beta=0.4, De=0.0, Ca_e=numbers_of(10.0)).table
         expected = np.interp(np.log(8 / 50), np.log(table["d"]), table["dU_error"])
         assert numbers(still)["half"] == pytest.approx(1e6 * 4 / np.pi * 1e-9 / 60 / (50e-6) ** 2 * expected, rel=0.02)
 

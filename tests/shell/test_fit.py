@@ -16,8 +16,8 @@ from support.commands import Pairsim
 from support.pictures import drawn_figures
 
 import pairsim as api
-from pairsim.analysis.master_curve import Curve
 from pairsim.atlas.atlas import SHIPPED, Atlas
+from pairsim.lab.atlas_curve import curve_of_atlas
 from pairsim.lab.films.fit_film import FilmFit
 from pairsim.record.table_files import table_text
 from pairsim.runtime.errors import InputError
@@ -121,8 +121,8 @@ def test_a_relaxation_time_is_found_beside_it(atlas: Path, tmp_path: Path) -> No
 def test_an_interval_holds_both_values_that_give_the_same_motion(tmp_path: Path) -> None:
     """The pair approaches fastest at De = 0.44: one of De 0.37 moves as one of De 0.51, as by a relaxation of 3 ms."""
     times, De = np.linspace(0, 42, 100), 3e-3 / TIME
-    book = Atlas.load(next(path for path in SHIPPED if path.stem == "equal-pairs"))
-    motion = Curve.of_atlas(book, beta=0.4, De=De, Ca_e=0.0566).motion
+    shipped = Atlas.load(next(path for path in SHIPPED if path.stem == "equal-pairs"))
+    motion = curve_of_atlas(shipped, beta=0.4, De=De, Ca_e=0.0566).motion
     assert motion is not None
     inside = 0
     for seed in range(4):
@@ -182,7 +182,7 @@ def test_a_film_a_run_and_a_curve_are_in_one_picture(
     atlas: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     seen = film(tmp_path / "film.csv", 0.0, 0.06, 0.0)
-    table = Curve.of_atlas(Atlas.load(atlas), beta=0.4, De=0.0, Ca_e=0.06).table
+    table = curve_of_atlas(Atlas.load(atlas), beta=0.4, De=0.0, Ca_e=0.06).table
     (frames := pd.read_csv(seen)).columns = ["t", "d"]
     run = {"t": frames["t"].to_numpy() / 1e3 / TIME, "d": frames["d"].to_numpy() / 50}
     for name, file, columns in (("run", "series", run), ("curve", "curve", table)):
@@ -217,8 +217,8 @@ def test_the_answer_does_not_depend_on_a_first_guess(atlas: Path, tmp_path: Path
 @pytest.mark.slow
 def test_what_is_left_of_the_start_is_no_softness(tmp_path: Path) -> None:
     """A short film of beads of 2 kPa, from rest: taken for motion along the curve it would give 2.3 kPa."""
-    book = Atlas.load(next(path for path in SHIPPED if path.stem == "newtonian"))
-    curve, times = Curve.of_atlas(book, beta=0.4, De=0.0, Ca_e=0.0849), np.linspace(0, 3.4, 80)
+    shipped = Atlas.load(next(path for path in SHIPPED if path.stem == "newtonian"))
+    curve, times = curve_of_atlas(shipped, beta=0.4, De=0.0, Ca_e=0.0849), np.linspace(0, 3.4, 80)
     motion = curve.motion
     assert motion is not None
     decay = float(np.interp(0.08, curve.table["d"], curve.table["t_relax"]))

@@ -224,7 +224,7 @@ def test_a_case_is_not_lost_with_its_picture(pairsim: Pairsim, flow: Path, monke
     full_for(monkeypatch, ".png")
     done = pairsim("units", "--rheology", "flow.csv", *EXPERIMENT, "-o", "case.yaml")
     assert done.returncode == 2
-    assert "case-fit.png: -o: must be a writable file (No space left on device)" in done.stderr
+    assert "case-fit.png: must be a writable file (No space left on device)" in done.stderr
     assert done.stdout.endswith("case.yaml\n")
     assert sorted(file.name for file in flow.iterdir()) == ["case.yaml", "flow.csv"]
 

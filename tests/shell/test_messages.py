@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+import re
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from ruamel.yaml import YAML
 from ruamel.yaml.scalarstring import LiteralScalarString
 from support.commands import Pairsim
 
+import pairsim as library
 from pairsim.computing.case_files import read_case
 from pairsim.computing.schema import json_schema
 from pairsim.questions.registry import NAMES, QUESTIONS
@@ -66,6 +68,66 @@ def test_message_names_line_key_value_and_what_is_allowed(
     if rewrite:
         mistake["says"] = LiteralScalarString(said)
     assert said == mistake["says"]
+
+
+@pytest.mark.parametrize(
+    ("command", "function", "says"),
+    [
+        (
+            "run case.yaml -o full",
+            lambda: library.run("case.yaml", folder="full"),
+            "full: {folder|-o}: must be a new or empty folder, unless {`overwrite`|--overwrite} replaces the results "
+            "in it",
+        ),
+        (
+            "plot ran --format bmp",
+            lambda: library.plot("ran", formats="bmp"),
+            "{formats|--format}: got 'bmp'; must be one or more of png, pdf, svg",
+        ),
+        (
+            "plot ran --format pdf --animate",
+            lambda: library.plot("ran", formats="pdf", animate=True),
+            "{formats|--format}: got 'pdf'; must be left out with {`animate`|--animate}, which makes a GIF",
+        ),
+        (
+            "plot ran curved --field N1 -o out",
+            lambda: library.plot("ran", "curved", field="N1", out="out"),
+            "pairsim plot: {field|--field}: got 'N1'; must be left out with several folders",
+        ),
+        (
+            "run case.yaml --budget 5um",
+            lambda: library.run("case.yaml", budget="5um"),
+            "{budget|--budget}: got '5um'; has the unit μm; must be a time above 0 with its unit, such as 10 min",
+        ),
+        (
+            "units --tube 50um --particle 20um --viscosity 1Pa.s --pressure 2kPa",
+            lambda: library.units(tube="50um", particle="20um", viscosity="1Pa.s", pressure="2kPa"),
+            "pairsim units: {over|--over}: must be given with {`pressure`|--pressure}, such as "
+            "{`pressure`|--pressure} 20kPa {`over`|--over} 5cm",
+        ),
+        (
+            "units --tube 50um --particle 20um --flow 1ul/min --carrier water --celsius 23",
+            lambda: library.units(tube="50um", particle="20um", flow_rate="1ul/min", carrier="water"),
+            "{carrier|--carrier}: got 'water'; must be 0.49% MC-PBS",
+        ),
+    ],
+)
+def test_functions_name_their_arguments_and_commands_their_options(
+    command: str,
+    function: Callable[[], Any],
+    says: str,
+    folder: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    pairsim: Pairsim,
+) -> None:
+    monkeypatch.chdir(folder)
+    Path("case.yaml").write_text(RUN)
+    with pytest.raises(InputError) as caught:
+        function()
+    assert re.sub(r"\{(.+?)\|.+?\}", r"\1", says) in str(caught.value)
+    done = pairsim(*command.split())
+    assert done.returncode == 2
+    assert re.sub(r"\{.+?\|(.+?)\}", r"\1", says) in done.stderr
 
 
 @pytest.mark.parametrize("words", [["run"], ["run", "a", "b"], ["fly"], ["run", "a", "--fast"]])

@@ -82,7 +82,7 @@ def test_folder_without_anything_to_draw_is_an_input_error(tmp_path: Path) -> No
     with pytest.raises(InputError, match="no rows"):
         plot(tmp_path)
     folder = make_run(tmp_path / "run", 2, [])
-    with pytest.raises(InputError, match="-o"):
+    with pytest.raises(InputError, match=r"case.yaml.*: must be a writable file"):
         plot(folder, out=folder / "case.yaml")
 
 
@@ -244,7 +244,7 @@ def test_fields_by_name_and_as_an_animation(tmp_path: Path) -> None:
         assert picture.n_frames == 2
     with pytest.raises(InputError, match="has 1 frame of fields"):
         plot(make_run(tmp_path / "still", 2, [scene(0.1, PAIR)]), animate=True)
-    with pytest.raises(InputError, match="got 'mp4'; must be left out with --animate"):
+    with pytest.raises(InputError, match="got 'mp4'; must be left out with `animate`"):
         plot(folder, animate=True, formats="mp4")
 
 

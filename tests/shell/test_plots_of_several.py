@@ -186,7 +186,7 @@ def test_folders_that_cannot_be_laid_over_each_other_are_refused(tmp_path: Path)
     )
     with pytest.raises(InputError, match="runs alone, or curves alone"):
         plot(run, curve, out=tmp_path / "out")
-    with pytest.raises(InputError, match="-o: must name a folder"):
+    with pytest.raises(InputError, match="out: must name a folder"):
         plot(run, run)
     with pytest.raises(InputError, match="must be named once"):
         plot(run, run, out=tmp_path / "out")

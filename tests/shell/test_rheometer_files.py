@@ -171,7 +171,7 @@ def written(folder: Path, text: str | bytes) -> Path:
 
 @pytest.mark.parametrize("kind", FLOW_CURVES)
 def test_a_flow_curve_is_read(kind: str, tmp_path: Path) -> None:
-    values, said = read_columns("--rheology", written(tmp_path, FLOW_CURVES[kind]))
+    values, said = read_columns("rheology", written(tmp_path, FLOW_CURVES[kind]))
     assert values["rate"] == pytest.approx(RATES)
     assert values["viscosity"] == pytest.approx(VISCOSITIES)
     assert said[0].startswith("read: export.csv: 6 points, 0.1 to 312.5 1/s")
@@ -182,19 +182,19 @@ def test_a_flow_curve_is_read(kind: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("kind", ["plain", "RheoCompass, German", "TRIOS"])
 def test_every_encoding_is_read(kind: str, encoding: str, tmp_path: Path) -> None:
     content = FLOW_CURVES[kind].replace("\n", "\r\n").encode(encoding)
-    values, _ = read_columns("--rheology", written(tmp_path, content))
+    values, _ = read_columns("rheology", written(tmp_path, content))
     assert values["viscosity"] == pytest.approx(VISCOSITIES)
 
 
 @pytest.mark.parametrize(("encoding", "kind"), [("gb18030", "Chinese"), ("shift_jis", "Japanese")])
 def test_encodings_of_east_asia_are_known_by_their_words(encoding: str, kind: str, tmp_path: Path) -> None:
-    values, _ = read_columns("--rheology", written(tmp_path, FLOW_CURVES[kind].encode(encoding)))
+    values, _ = read_columns("rheology", written(tmp_path, FLOW_CURVES[kind].encode(encoding)))
     assert values["viscosity"] == pytest.approx(VISCOSITIES)
 
 
 @pytest.mark.parametrize("kind", SPECTRA)
 def test_moduli_are_read(kind: str, tmp_path: Path) -> None:
-    values, said = read_columns("--spectrum", written(tmp_path, SPECTRA[kind]))
+    values, said = read_columns("spectrum", written(tmp_path, SPECTRA[kind]))
     assert values["frequency"] == pytest.approx(RATES)
     assert values["storage"] == pytest.approx(STORAGE)
     assert values["loss"] == pytest.approx(LOSS)
@@ -221,7 +221,7 @@ def test_moduli_are_read(kind: str, tmp_path: Path) -> None:
     ],
 )  # fmt: skip
 def test_what_is_left_out_or_assumed_is_said(text: str, says: str, tmp_path: Path) -> None:
-    _, said = read_columns("--rheology", written(tmp_path, text))
+    _, said = read_columns("rheology", written(tmp_path, text))
     assert says in " ".join(said)
 
 
@@ -233,7 +233,7 @@ def test_what_is_left_out_or_assumed_is_said(text: str, says: str, tmp_path: Pat
         ("0.1,2\n0.2,3\n", "must have a line of headings of shear rate and"),
         ("rate [1/s],strain [%]\n1,2\n", "must have a line of headings of shear rate and viscosity or shear stress"),
         ("lg rate,log10 viscosity\n" + table(POINTS, POINTS), "viscosity [mPa.s], and has lg rate, log10 visc"),
-        (SPECTRA["Hz"], "and has those of --spectrum"),
+        (SPECTRA["Hz"], "and has those of `spectrum`"),
         ("rate [1/s],viscosity [Pa.s]\n1,1\n2,0\n", "must have at least 5 rows of positive numbers"),
         ("rate [1/s],viscosity [Pa.s]\n" + "10,1\n" * 9, "rates that differ by a factor of 2 or more, and has 9"),
         ("rate,,eta,\n1,1/s,2,Pa.s\n2,1/s,2,Pa.s\n3,1/s,2,P\n4,1/s,2,P\n5,1/s,2,P\n", "not Pa.s P"),
@@ -252,13 +252,13 @@ def test_what_is_left_out_or_assumed_is_said(text: str, says: str, tmp_path: Pat
     ],
 )  # fmt: skip
 def test_what_cannot_be_read_is_refused(text: str | bytes, says: str, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="--rheology") as refused:
-        read_columns("--rheology", written(tmp_path, text))
+    with pytest.raises(InputError, match="rheology: got") as refused:
+        read_columns("rheology", written(tmp_path, text))
     assert says in str(refused.value)
 
 
 def test_a_section_is_chosen_by_a_part_of_its_name(tmp_path: Path) -> None:
     file = written(tmp_path, TRIOS)
-    assert "section 'Flow sweep - 4'" in read_columns("--rheology", file, "sweep - 4")[1][0]
+    assert "section 'Flow sweep - 4'" in read_columns("rheology", file, "sweep - 4")[1][0]
     with pytest.raises(InputError, match="must have a section named ramp, and has section 'Flow sweep - 2'"):
-        read_columns("--rheology", file, "ramp")
+        read_columns("rheology", file, "ramp")

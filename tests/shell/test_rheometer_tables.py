@@ -27,15 +27,15 @@ def text(heading: str, of_rows: Rows, by: str = ",") -> str:
     return "\n".join([heading.replace(",", by), *(by.join(row) for row in of_rows)]) + "\n"
 
 
-def read(folder: Path, content: str, wanted: str = "", option: str = "--rheology") -> tuple[dict[str, np.ndarray], str]:
+def read(folder: Path, content: str, wanted: str = "", kind: str = "rheology") -> tuple[dict[str, np.ndarray], str]:
     (folder / "export.csv").write_text(content)
-    values, said = read_columns(option, folder / "export.csv", [wanted] if wanted else [])
+    values, said = read_columns(kind, folder / "export.csv", [wanted] if wanted else [])
     return values, "\n".join(said)
 
 
-def refused(folder: Path, content: str, wanted: str = "", option: str = "--rheology") -> str:
+def refused(folder: Path, content: str, wanted: str = "", kind: str = "rheology") -> str:
     with pytest.raises(InputError) as error:
-        read(folder, content, wanted, option)
+        read(folder, content, wanted, kind)
     return str(error.value)
 
 
@@ -143,7 +143,7 @@ def test_a_calibration_is_not_fitted_unless_it_is_asked_for(name: str, first: bo
 def test_which_of_several_liquids_is_fitted_is_asked_for(tmp_path: Path) -> None:
     both = f"Test:\tgel 20 C\nResult:\tcurve 1\n{RAW}\nTest:\tgel 30 C\nResult:\tcurve 1\n{OTHER}"
     assert (
-        "has 2 sections that are not alike, and --section NAME chooses one: section 'gel 20 C, curve 1'; "
+        "has 2 sections that are not alike, and `section` NAME chooses one: section 'gel 20 C, curve 1'; "
         "section 'gel 30 C, curve 1' (differs by 67 %)" in refused(tmp_path, both)
     )
     values, _ = read(tmp_path, both, "GEL 30")
@@ -181,7 +181,7 @@ def test_a_table_without_headings_for_its_cells_does_not_refuse_the_file(tmp_pat
 def test_a_damaged_table_is_not_passed_over_for_another_one(tmp_path: Path) -> None:
     damaged = text(UNITS, without(THREE, 5, 1))
     said = refused(tmp_path, f"Result:\tone\n{damaged}\nResult:\tother\n{OTHER}")
-    assert "line 8 has 2 cells, the headings (line 2) 3, in section 'one'; --section NAME reads another one" in said
+    assert "line 8 has 2 cells, the headings (line 2) 3, in section 'one'; `section` NAME reads another one" in said
     assert len(read(tmp_path, f"Result:\tone\n{damaged}\nResult:\tother\n{OTHER}", "other")[0]["rate"]) == 17
 
 
@@ -218,7 +218,7 @@ def test_what_is_no_flow_curve_of_one_liquid_is_not_fitted(content: str, says: s
     ],
 )  # fmt: skip
 def test_what_is_no_spectrum_of_one_liquid_is_not_fitted(content: str, says: str, tmp_path: Path) -> None:
-    assert says in refused(tmp_path, content, option="--spectrum")
+    assert says in refused(tmp_path, content, kind="spectrum")
 
 
 def test_curves_of_liquids_that_yield_and_with_repeated_rates_are_fitted(tmp_path: Path) -> None:
@@ -230,8 +230,8 @@ def test_curves_of_liquids_that_yield_and_with_repeated_rates_are_fitted(tmp_pat
 
 def test_a_start_up_of_reptate_is_no_spectrum(tmp_path: Path) -> None:
     points = "\n".join("  ".join(row) for row in rows(TIME, TIME**0.5, TIME**0.3))
-    assert len(read(tmp_path, f"Mw=94;T=-35;\n{points}", option="--spectrum")[0]["frequency"]) == 60
-    assert "must have a line of headings" in refused(tmp_path, f"Mw=94;gdot=0.3;\n{points}", option="--spectrum")
+    assert len(read(tmp_path, f"Mw=94;T=-35;\n{points}", kind="spectrum")[0]["frequency"]) == 60
+    assert "must have a line of headings" in refused(tmp_path, f"Mw=94;gdot=0.3;\n{points}", kind="spectrum")
 
 
 @pytest.mark.parametrize("factor", [1e-3, 1e3, 10.0, 60.0, 1.3])
@@ -276,18 +276,18 @@ SPECTRUM = "G' [Pa],G'' [Pa],complex viscosity [Pa.s]"
 
 def test_a_complex_viscosity_tells_hertz_from_radians(tmp_path: Path) -> None:
     columns = rows(RATES / (2 * np.pi), STORAGE, LOSS, COMPLEX_VISCOSITY)
-    values, said = read(tmp_path, text(f"frequency,{SPECTRUM}", columns), option="--spectrum")
+    values, said = read(tmp_path, text(f"frequency,{SPECTRUM}", columns), kind="spectrum")
     assert values["frequency"] == pytest.approx(RATES, rel=1e-5)
     assert "the modulus of G' and G'' with Hz" in said
-    said = refused(tmp_path, text(f"frequency [rad/s],{SPECTRUM}", columns), option="--spectrum")
+    said = refused(tmp_path, text(f"frequency [rad/s],{SPECTRUM}", columns), kind="spectrum")
     assert "frequency times complex viscosity is 0.159 times the modulus of G' and G''" in said
 
 
 def test_a_loss_factor_tells_that_moduli_have_two_units(tmp_path: Path) -> None:
     columns = rows(RATES, STORAGE / 1e3, LOSS, LOSS / STORAGE)
-    said = refused(tmp_path, text("omega [rad/s],G' [Pa],G'' [Pa],tan delta", columns), option="--spectrum")
+    said = refused(tmp_path, text("omega [rad/s],G' [Pa],G'' [Pa],tan delta", columns), kind="spectrum")
     assert "storage modulus times loss factor is 0.001 times the loss modulus" in said
-    values, _ = read(tmp_path, text("omega [rad/s],G' [kPa],G'' [Pa],tan delta", columns), option="--spectrum")
+    values, _ = read(tmp_path, text("omega [rad/s],G' [kPa],G'' [Pa],tan delta", columns), kind="spectrum")
     assert values["storage"] == pytest.approx(STORAGE, rel=1e-5)
 
 

@@ -361,6 +361,16 @@ def test_the_page_names_what_is_outside() -> None:
     assert "| shape | D | 1% | 1 | 1 | 0 | 1 | 0 | 1.50 |" in blocks["quantities"]
 
 
+def test_a_study_whose_output_is_no_longer_read_ends_without_a_complaint(tmp_path: Path) -> None:
+    words = [str(ROOT / "scripts" / "study.py"), "rigid", "--only", "none", "-o", str(tmp_path)]
+    with subprocess.Popen([sys.executable, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as study:
+        assert study.stdout is not None
+        study.stdout.close()
+        assert study.stderr is not None
+        assert study.stderr.read() == b""
+    assert study.returncode == runner.STOPPED
+
+
 USUAL = ("codes", "hard", "soft")
 """Studies whose quick form takes seconds: the usual tier runs it, too."""
 

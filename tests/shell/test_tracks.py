@@ -94,16 +94,16 @@ def test_missing_options_are_asked_for_by_name_all_at_once(tmp_path: Path, pairs
 @pytest.mark.parametrize(
     ("options", "wrong"),
     [
-        ({"pixel": "1um"}, "--fps: must be given: the film has numbers of frames"),
-        ({"fps": 500}, "--pixel: must be given, such as '.65 +- .01 um' if it is in px, or 1um if it is in um"),
-        (OPTIONS | {"fps": 0}, "--fps: got 0; must be frames per second above 0"),
-        (OPTIONS | {"fps": "fast"}, "--fps: got 'fast'; must be frames per second above 0"),
-        (OPTIONS | {"fps": float("nan")}, "--fps: got nan; must be frames per second above 0"),
-        (OPTIONS | {"pixel": ".65"}, "--pixel: got '.65'; is not a number with a unit"),
-        (OPTIONS | {"pixel": ".65 px"}, "--pixel: got '.65 px'; has the unit px, which is one of screens and print"),
+        ({"pixel": "1um"}, "fps: must be given: the film has numbers of frames"),
+        ({"fps": 500}, "pixel: must be given, such as '.65 +- .01 um' if it is in px, or 1um if it is in um"),
+        (OPTIONS | {"fps": 0}, "fps: got 0; must be frames per second above 0"),
+        (OPTIONS | {"fps": "fast"}, "fps: got 'fast'; must be frames per second above 0"),
+        (OPTIONS | {"fps": float("nan")}, "fps: got nan; must be frames per second above 0"),
+        (OPTIONS | {"pixel": ".65"}, "pixel: got '.65'; is not a number with a unit"),
+        (OPTIONS | {"pixel": ".65 px"}, "pixel: got '.65 px'; has the unit px, which is one of screens and print"),
         (OPTIONS | {"pixel": ".65 +- .7 um"}, "must have a half-width below its value"),
-        (OPTIONS | {"particles": "0"}, "--particles: got '0'; must be two"),
-        (OPTIONS | {"particles": (1, 1)}, "--particles: got '1,1'; must be two"),
+        (OPTIONS | {"particles": "0"}, "particles: got '0'; must be two"),
+        (OPTIONS | {"particles": (1, 1)}, "particles: got '1,1'; must be two"),
         (OPTIONS | {"particles": "0,7"}, "which has no 7, and 0 (40 frames, 0 to 39), 1 (40 frames, 0 to 39)"),
     ],
 )
@@ -113,14 +113,14 @@ def test_options_that_are_wrong(options: dict[str, Any], wrong: str, tmp_path: P
 
 def test_options_that_contradict_the_table(tmp_path: Path) -> None:
     um = trackmate(positions(), "micron", "sec", 0.04)  # of a film that plays at 25 frames per second
-    assert '--pixel: must be left out: "POSITION X" is in micron' in refused(tmp_path, um, pixel=".65um")
+    assert 'pixel: must be left out: "POSITION X" is in micron' in refused(tmp_path, um, pixel=".65um")
     fast = read(tmp_path, um, fps=500)
     assert fast.seconds[1] == pytest.approx(0.002)
     assert '500 frames per second; column "POSITION T", which says 25, is not read' in fast.notes[0]
-    assert "--fps: got '500'; must be left out: the film has times, column \"t [s]\"" in refused(
+    assert "fps: got '500'; must be left out: the film has times, column \"t [s]\"" in refused(
         tmp_path, D + "0,4\n1,5\n", fps=500
     )
-    assert "--particles: got '1,2'; must be left out: the film has distances" in refused(
+    assert "particles: got '1,2'; must be left out: the film has distances" in refused(
         tmp_path, D + "0,4\n1,5\n", particles="1,2"
     )
 
@@ -128,7 +128,7 @@ def test_options_that_contradict_the_table(tmp_path: Path) -> None:
 def test_a_frame_interval_that_nobody_has_set_is_none(tmp_path: Path) -> None:
     """TrackMate writes one second a frame where the film does not say how long it is."""
     text = trackmate(positions(), "micron", "sec", 1.0)
-    assert "--fps: must be given: POSITION T counts frames, one a second" in refused(tmp_path, text)
+    assert "fps: must be given: POSITION T counts frames, one a second" in refused(tmp_path, text)
     assert read(tmp_path, text, fps=1).seconds[1] == 1.0
 
 
@@ -139,7 +139,7 @@ def test_frames_that_have_one_time_or_one_number(tmp_path: Path) -> None:
         tmp_path, text, fps=500
     )
     text = trackmate(positions(), "micron", "sec", 0.0)
-    assert "--fps: must be given: POSITION T is the same in all rows" in refused(tmp_path, text)
+    assert "fps: must be given: POSITION T is the same in all rows" in refused(tmp_path, text)
 
 
 def test_positions_that_stand_for_lost_particles_are_none(tmp_path: Path) -> None:
@@ -276,9 +276,9 @@ def test_a_film_of_centres_is_drawn_beside_a_run(tmp_path: Path, monkeypatch: py
         api.plot(run, tmp_path / "film.csv", out=tmp_path, **OPTIONS)
     seen = np.concatenate([line.get_ydata() for line in figures[0].axes[0].lines if len(line.get_ydata()) == N])
     np.testing.assert_allclose(seen, PIXEL * CENTRES - 21, atol=1e-6)  # 21 um between 20 and 22
-    with pytest.raises(InputError, match="--fps: must be given"):
+    with pytest.raises(InputError, match="fps: must be given"):
         api.plot(run, tmp_path / "film.csv", out=tmp_path, pixel="1um")
-    with pytest.raises(InputError, match="--fps: got 500; must be left out: it goes with a film"):
+    with pytest.raises(InputError, match="fps: got 500; must be left out: it goes with a film"):
         api.plot(run, out=tmp_path, fps=500)
     with pytest.raises(InputError, match="must be one film, with runs or curves"):
         api.plot(run, tmp_path / "film.csv", tmp_path / "film.csv", out=tmp_path, **OPTIONS)

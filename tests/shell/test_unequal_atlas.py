@@ -13,11 +13,11 @@ from support.commands import Pairsim
 from typer.testing import CliRunner
 
 import pairsim as api
-from pairsim.analysis.master_curve import Curve
 from pairsim.app.command_line import app
 from pairsim.atlas.atlas import Atlas
 from pairsim.atlas.unequal import UnequalAtlas, beads_of, gradients_of
 from pairsim.cases.yaml_file import read_yaml
+from pairsim.lab.atlas_curve import curve_of_atlas
 from pairsim.record.table_files import read_table
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.atlas_curves import curve_folders
@@ -53,8 +53,8 @@ def test_intervals_hold_a_known_function(pairs: UnequalAtlas) -> None:
 
 
 def test_equal_beads_are_what_they_are_without_unequal_curves(made: Atlas, pairs: UnequalAtlas) -> None:
-    table = Curve.of_atlas(made, beta=0.4, De=0.4, Ca_e=0.05).table
-    alone = Curve.of_atlas(replace(made, unequal=None), beta=0.4, De=0.4, Ca_e=0.05).table
+    table = curve_of_atlas(made, beta=0.4, De=0.4, Ca_e=0.05).table
+    alone = curve_of_atlas(replace(made, unequal=None), beta=0.4, De=0.4, Ca_e=0.05).table
     same, too = ({k: v.tolist() for k, v in each.items() if k != "by_difference"} for each in (table, alone))
     assert same == too
     high, low = (pairs.at([0.4 * (1 - s / 2), 0.4 * (1 + s / 2)], 0.4, [0.05, 0.05]).dU for s in (1e-5, -1e-5))
@@ -74,7 +74,7 @@ def test_derivatives_are_differences(made: Atlas, pairs: UnequalAtlas) -> None:
         "by_difference": (lambda s: ([first * (1 - s / 2), second * (1 + s / 2)], De, [soft, softer]), 1.0),
         "by_stiffness": (lambda s: ([first, second], De, [soft * (1 + s / 2), softer * (1 - s / 2)]), 1.0),
     }
-    table = Curve.of_atlas(made, beta=PAIR["betas"], De=De, Ca_e=PAIR["Ca_es"], stiffness=True).table
+    table = curve_of_atlas(made, beta=PAIR["betas"], De=De, Ca_e=PAIR["Ca_es"], stiffness=True).table
     for name, (line, size) in by.items():
         high, low = (pairs.at(*line(s)).dU for s in (e, -e))
         assert table[name] == pytest.approx((high - low) / (2 * e * size), rel=1e-3, abs=1e-7), name
@@ -82,7 +82,7 @@ def test_derivatives_are_differences(made: Atlas, pairs: UnequalAtlas) -> None:
 
 def test_columns_of_curves_become_derivatives_by_means_and_differences(made: Atlas, pairs: UnequalAtlas) -> None:
     beads = beads_of(PAIR["betas"], PAIR["De"], PAIR["Ca_es"])
-    table = Curve.of_atlas(made, beta=PAIR["betas"], De=PAIR["De"], Ca_e=PAIR["Ca_es"], stiffness=True).table
+    table = curve_of_atlas(made, beta=PAIR["betas"], De=PAIR["De"], Ca_e=PAIR["Ca_es"], stiffness=True).table
     by = {name: table[f"by_{name}"][None] for name in ("beta", "De", "Ca_e", "difference", "stiffness")}
     assert gradients_of(beads, by) == pytest.approx(pairs.slopes(beads), rel=1e-9)
 
@@ -214,7 +214,7 @@ def test_unequal_curves_are_computed_and_added(pairsim: Pairsim, tmp_path: Path)
     assert atlas.unequal.beads.alone.sum() == 4
     for folder in curve_folders(tmp_path / "unequal" / "round-00"):
         table, case = read_table(folder / "curve.csv"), read_yaml(folder / "case.yaml")
-        found = Curve.of_atlas(atlas, beta=case["beta"], De=0.0, Ca_e=case["Ca_e"]).table
+        found = curve_of_atlas(atlas, beta=case["beta"], De=0.0, Ca_e=case["Ca_e"]).table
         at = [0, -1]  # the ends of d
         assert (np.abs(found["dU"][at] - table["dU"][at]) <= found["dU_error"][at] + table["dU_error"][at]).all()
     (tmp_path / "again.yaml").write_text(f"{box}start: unequal/atlas.npz\nrecompute: true\n")

@@ -10,7 +10,7 @@ import pytest
 from support.inputs import ROOT
 
 import pairsim
-from pairsim.analysis.master_curve import Curve
+from pairsim.lab.atlas_curve import curve_of_atlas
 
 sys.path.append(str(ROOT / "scripts"))
 
@@ -36,7 +36,7 @@ def of_atlas() -> pd.DataFrame:
     rows = []
     for number, (liquid, pair) in enumerate(cases.pairs(4)):
         (beta_T, beta_L), (Ca_e_T, Ca_e_L) = pair["beta"], pair["Ca_e"]
-        curve = Curve.of_atlas(judgement.atlas_of(liquid.name), beta=pair["beta"], De=pair["De"], Ca_e=pair["Ca_e"])
+        curve = curve_of_atlas(judgement.atlas_of(liquid.name), beta=pair["beta"], De=pair["De"], Ca_e=pair["Ca_e"])
         about = {"part": f"{number:02d}-{liquid.name}", "liquid": liquid.name, "De": pair["De"], "ended": None}
         about |= {"beta_T": beta_T, "beta_L": beta_L, "Ca_e_T": Ca_e_T, "Ca_e_L": Ca_e_L, "computed": "2026-11-29"}
         for d in cases.DISTANCES:

@@ -24,7 +24,7 @@ from pairsim.physics.solids.solid import Solid
 from pairsim.solvers.focus.errors import half_widths
 from pairsim.solvers.focus.inertia import by_inertia, stable_up_to
 from pairsim.solvers.focus.modes import slowest_modes
-from pairsim.solvers.focus.rates import Displacement, disturb, scene_at
+from pairsim.solvers.focus.rates import DIVERGED, MOST_ITERATIONS, Displacement, disturb, scene_at
 
 
 @dataclass(frozen=True)
@@ -261,6 +261,25 @@ def test_the_rates_are_those_of_the_slowest_modes_of_all_that_changes(
         found, modes = disturb(solver), slowest_modes(disturbed_scene(solver), len(betas))
     assert found.converged
     assert np.abs(np.sort_complex(modes.rates) - np.sort_complex(found.growth)).max() < 1e-6
+
+
+def test_a_liquid_that_forgets_more_slowly_than_displacements_change_has_no_rates_of_its_own(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """With a memory that acts a hundredfold the rates grow in each iteration, at last with their square."""
+    memory, iterations = DisturbedScene.load_of_rates, list[float]()
+
+    def hundredfold(self: DisturbedScene, y: Any, rates: Any) -> Any:
+        iterations.append(float(np.abs(rates).max()))
+        return 100 * memory(self, y, rates)
+
+    monkeypatch.setattr(DisturbedScene, "load_of_rates", hundredfold)
+    with np.errstate(over="raise"):
+        found = disturbed((0.4,), RIGID, GIESEKUS)
+    assert not found.converged
+    assert found.rates == found.at_rest
+    assert len(iterations) < MOST_ITERATIONS
+    assert max(iterations) <= DIVERGED * abs(found.at_rest[0, 0])
 
 
 @pytest.mark.parametrize(

@@ -61,7 +61,7 @@ def ask(
     compute: Annotated[
         bool, typer.Option("--compute", help="Where the atlas has no answer, compute it: pairsim curve.")
     ] = False,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="Folder of the curve of --compute.")] = None,
+    folder: Annotated[Path | None, typer.Option("-o", "--output", help="Folder of the curve of --compute.")] = None,
     set_: Settings = None,
 ) -> None:
     options = locals()
@@ -77,14 +77,12 @@ def ask(
         raise InputError("pairsim ask", "--tube", None, "must be given, or a case file")
     if case is not None and given:
         raise _beside_a_file(*next(iter(given.items())))
-    if relaxation and not (liquid or case):
-        raise InputError("pairsim ask", "--liquid", None, "must be given with --relaxation, as for pairsim units")
     if (start is None) != (stop is None):
         raise InputError("pairsim ask", "--from" if start is None else "--to", None, "must be given, too, for a travel")
     model: type[BaseModel] = QUESTIONS["curve"].model
     apply_settings(given, tuple(set_ or ()), groups_of(model))
     try:
-        answer = pairsim.ask(case, atlas=atlas, compute=compute, folder=output, progress=compute, **given)
+        answer = pairsim.ask(case, atlas=atlas, compute=compute, folder=folder, progress=compute, **given)
     except InputError as error:
         of_options = (of_option("pairsim ask", each, names) if each.file == "case" else each for each in error.mistakes)
         raise InputError.of_all(of_options) from None

@@ -33,7 +33,7 @@ def atlas(
     file: Annotated[
         Path, typer.Argument(help=f"Atlas file (YAML): beta, De, Ca_e, d, curves, base; or {EXPLORE}: an HTML page.")
     ],
-    output: OutputOfMany = None,
+    folder: OutputOfMany = None,
     of: Annotated[
         Path | None, typer.Option("--atlas", help=f"With {EXPLORE}: file of an atlas (default: those that ship).")
     ] = None,
@@ -47,10 +47,10 @@ def atlas(
         from pairsim.atlas.explorer import page_of
         from pairsim.cases.coverage import liquid_of_atlas
 
-        path = output or Path("explore.html")
+        path = folder or Path("explore.html")
         check_free(path, overwrite)
         model, atlases = QUESTIONS["curve"].model, [*map(Atlas.load, [of] if of else SHIPPED)]
-        write_file(path, page_of((liquid_of_atlas(each, model), each) for each in atlases))
+        write_file(path, page_of((liquid_of_atlas(each, model), each) for each in atlases), "-o")
         typer.echo(str(path))
         return
     from pairsim.sweeps.atlas_building import build
@@ -58,5 +58,5 @@ def atlas(
 
     with Signals(final=True) as signals:
         options = Options(case_timeout, not quiet, signals)
-        result = with_workers(lambda those: build(file, output, options, those), count=workers)
+        result = with_workers(lambda those: build(file, folder, options, those), count=workers)
     end(*result)

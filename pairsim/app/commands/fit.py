@@ -26,7 +26,9 @@ EXAMPLES = (
 def fit(
     film: Annotated[Path, typer.Argument(help=r"Table with columns such as t \[s] and d \[um], or of a tracker.")],
     case: Annotated[Path, typer.Argument(help="Case file with a physical block; what is unknown may be left out.")],
-    unknown: Annotated[list[str] | None, typer.Option(help="modulus (default), relaxation or both.")] = None,
+    unknown: Annotated[
+        list[str] | None, typer.Option(help="What is fitted: modulus (default), relaxation or both.")
+    ] = None,
     fps: Fps = None,
     pixel: Pixel = None,
     particles: Particles = None,

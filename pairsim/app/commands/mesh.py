@@ -53,7 +53,7 @@ def mesh(
 
     scales = of_case.scales if physical is not False else None
     made = first_mesh(of_case).scaled(LENGTH.factor(scales))
-    write_file(output, made.content(output.suffix))
+    write_file(output, made.content(output.suffix), "-o")
     typer.echo(str(output))
     cells = ", ".join(f"{name} {len(part):,}" for name, part in made.regions.items())
     unit = LENGTH.name if scales is None else LENGTH.physical

@@ -48,7 +48,7 @@ def moduli(
     for path in (output, picture):
         check_free(path, overwrite)
     found = pairsim.moduli(file, table, carrier=carrier, celsius=celsius)
-    write_file(output, found.table.to_csv(index=False, float_format="%.6g"))
+    write_file(output, found.table.to_csv(index=False, float_format="%.6g"), "-o")
     draw_moduli(found.table.to_numpy(), found.look_up, picture)
     for sentence in found.sentences:
         typer.echo(sentence)

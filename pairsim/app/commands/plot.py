@@ -28,7 +28,7 @@ EXAMPLES = (
 
 def plot(
     folders: Annotated[list[Path], typer.Argument(help="Folders of results.", metavar="DIR...")],
-    output: Annotated[
+    out: Annotated[
         Path | None, typer.Option("-o", "--output", help="Where the pictures go (default: the folder itself).")
     ] = None,
     formats: Annotated[
@@ -62,7 +62,7 @@ def plot(
 ) -> None:
     paths = pairsim.plot(
         *folders,
-        out=output,
+        out=out,
         formats=formats,
         width=width,
         group=group,

@@ -23,7 +23,7 @@ EXAMPLES = "Examples: pairsim study configs/study.yaml | mpirun -n 2 pairsim stu
 
 def study(
     file: Annotated[Path, typer.Argument(help="Study file (YAML): base, at, discretisations, reference.")],
-    output: OutputOfMany = None,
+    folder: OutputOfMany = None,
     case_timeout: CaseTimeout = None,
     quiet: Quiet = False,
     set_: Settings = None,
@@ -33,6 +33,6 @@ def study(
 
     with Signals(final=True) as signals:
         options = Options(case_timeout, not quiet, signals)
-        code, message, folder = compute_study(file, output, options, set_ or ())
-    after = f"{folder}/study.csv has errors and times, {folder}/study.png draws them"
-    end(code, message, folder, "" if quiet else after)
+        code, message, made = compute_study(file, folder, options, set_ or ())
+    after = f"{made}/study.csv has errors and times, {made}/study.png draws them"
+    end(code, message, made, "" if quiet else after)

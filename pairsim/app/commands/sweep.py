@@ -32,7 +32,7 @@ EXAMPLES = (
 
 def sweep(
     grid: Annotated[Path, typer.Argument(help="Grid file (YAML): base, grid, zip, cases, exclude.")],
-    output: OutputOfMany = None,
+    folder: OutputOfMany = None,
     workers: Workers = 1,
     case_timeout: CaseTimeout = None,
     dry_run: Annotated[
@@ -52,7 +52,7 @@ def sweep(
     with Signals(final=True) as signals:
         result = pairsim.sweep(
             grid,
-            folder=output,
+            folder=folder,
             workers=workers,
             case_timeout=case_timeout,
             progress=not quiet,

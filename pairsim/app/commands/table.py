@@ -98,5 +98,5 @@ def _print(text: str, output: Path | None) -> None:
     if output is None:
         typer.echo(text, nl=False)
     else:
-        write_file(output, text)
+        write_file(output, text, "-o")
         typer.echo(str(output))

@@ -23,17 +23,16 @@ from pairsim.runtime.errors import InputError
 if TYPE_CHECKING:
     from pairsim.analysis.master_curve import Curve
 
+START, STOP = "--from", "--to"
 EXAMPLES = "Examples: pairsim travel runs/curve --from 0.1 --to 0.5 | pairsim travel runs/curve --from 5um --to 25um"
 
 
 def travel(
-    directory: Annotated[Path, typer.Argument(help="Folder of curve.")],
+    directory: Annotated[Path, typer.Argument(help="Folder of pairsim curve.")],
     start: Annotated[
-        str, typer.Option("--from", metavar="D", help="First distance, in tube diameters D_c or with a unit.")
+        str, typer.Option(START, metavar="D", help="First distance, in tube diameters D_c or with a unit.")
     ],
-    stop: Annotated[
-        str, typer.Option("--to", metavar="D", help="Last distance, in tube diameters D_c or with a unit.")
-    ],
+    stop: Annotated[str, typer.Option(STOP, metavar="D", help="Last distance, in tube diameters D_c or with a unit.")],
 ) -> None:
     if (kind := kind_of(directory)) != "curve":
         raise InputError(str(directory), "", None, f"must be a folder of `pairsim curve`, not of `pairsim {kind}`")
@@ -52,5 +51,6 @@ def travels(curve: Curve, start: str, stop: str) -> str:
     except InputError as error:
         if of_pairs is None:
             raise
+        error.call_arguments({"start": START, "stop": STOP})
         lines = [f"two equal beads do not make this travel: {error.key} {error.allowed}"]
     return "\n".join([*lines, *([str(of_pairs)] if of_pairs is not None else [])])

@@ -7,7 +7,7 @@ default used.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from functools import partial
 from inspect import Parameter, Signature, signature
 from pathlib import Path
@@ -49,7 +49,13 @@ def units(
     *,
     pressure: Annotated[Text, _quantity(help="Pressure drop in place of --flow, such as 20kPa; with --over.")] = None,
     over: Annotated[Text, _quantity(help="Length of tube over which it falls, such as 5cm.")] = None,
-    liquid: Annotated[Text, _law(help=f"Law of the liquid: {', '.join(liquids.LAWS)}, or one of your own.")] = None,
+    liquid: Annotated[
+        Text,
+        _law(
+            help=f"Law of the liquid: {', '.join(liquids.LAWS)}, or one of your own "
+            f"(default: {liquids.DEFAULT.name} with --relaxation)."
+        ),
+    ] = None,
     carrier: Annotated[
         Text, typer.Option(help="Carrier of cytometry in place of --liquid, such as '0.59% MC-PBS'.")
     ] = None,
@@ -79,8 +85,6 @@ def units(
         check_free(path, overwrite)
     given = {key: value for key, value in declared.items() if key in QUANTITIES and value}
     quantities = {key: value[0] if len(value) == 1 else value for key, value in given.items()}
-    if not (liquid or rheology or spectrum):
-        _refuse_memory(quantities)
     model: type[BaseModel] = QUESTIONS[kind].model
     case: dict[str, Plain] = {"physical": quantities, **_laws(liquid, solid, declared), **_ends(model)}
     apply_settings(case, tuple(set_ or ()), groups_of(model))
@@ -109,19 +113,6 @@ def units(
         typer.echo(f"next: pairsim {kind} {output} --dry-run", err=True)
 
 
-def _refuse_memory(quantities: Collection[str]) -> None:
-    """Refuse a relaxation time of a liquid without a law, which would have none.
-
-    Raises:
-        InputError: One is given.
-    """
-    memory = liquids.Liquid.OF_POLYMER["De"].dimension
-    if memory is not None and memory.key in quantities:
-        elastic = ", ".join(name for name, law in liquids.LAWS.items() if issubclass(law, liquids.ConformationLaw))
-        allowed = f"must be given with {memory.option}: {elastic}; --rheology FILE finds the one that fits a flow curve"
-        raise InputError("pairsim units", "--liquid", None, allowed)
-
-
 def _laws(liquid: str | None, solid: str | None, numbers: Mapping[str, Plain]) -> Mapping[str, Plain]:
     """The values of `liquid` and `solid` of the case: the name of a law, or a block with its numbers that are given."""
     found: dict[str, Plain] = {}
@@ -147,7 +138,7 @@ def _write(found: Units, output: Path | None, picture: Path | None) -> InputErro
     if output is None:
         return None
     try:
-        write_file(output, found.case_file(output.stem))
+        write_file(output, found.case_file(output.stem), "-o")
         if found.fit and picture:
             from pairsim.lab.pictures import draw_fit
 

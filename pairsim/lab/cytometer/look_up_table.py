@@ -21,7 +21,7 @@ from pairsim.quantities.scales import FLOW_RATE, Scales
 from pairsim.record.record import Record, scales_for
 from pairsim.record.table_files import read_table
 from pairsim.runtime.arrays import Array
-from pairsim.runtime.errors import InputError
+from pairsim.runtime.errors import Argument, InputError
 from pairsim.runtime.version import __version__
 
 Channel = Literal["equivalent", "square", "round"]
@@ -107,7 +107,7 @@ def look_up_table(directory: Path, channel: Channel = "equivalent") -> tuple[str
     folders = [file.parent for file in files if file.is_file() and Record.read(file.parent).status in ENDED]
     if not folders:
         allowed = "must have shapes: a folder of pairsim shape, or a sweep of it"
-        raise InputError(str(directory), "--cytometry", None, allowed)
+        raise InputError(str(directory), Argument("cytometry"), None, allowed)
     scales, *others = scales_for(folders, True)
     liquid, *liquids = (liquid_in(read_yaml(folder / "case.yaml")) for folder in folders)
     if not all(np.allclose(astuple(each), astuple(scales)) for each in others) or set(liquids) - {liquid}:
@@ -178,7 +178,9 @@ def modulus_at(look_up: Array, area: Array, deformation: Array) -> tuple[Array, 
     try:
         cells = Delaunay(np.log(look_up[:, :2]))
     except QhullError:
-        raise InputError("pairsim moduli", "--table", None, "must have several areas and deformations") from None
+        raise InputError(
+            "pairsim moduli", Argument("table"), None, "must have several areas and deformations"
+        ) from None
     with np.errstate(divide="ignore", invalid="ignore"):
         wanted = np.log(np.column_stack([area, deformation]))
     linear, error = LinearNDInterpolator(cells, np.column_stack([logs, look_up[:, 3]]))(wanted).T
@@ -209,11 +211,11 @@ def read_look_up_table(path: Path) -> tuple[Head, Array]:
                 meta[number.key] = _in_unit(number, meta[number.key], meta.get(f"{number.key}_unit"))
     except (OSError, ValueError, TypeError, AttributeError, IndexError, KeyError) as error:
         allowed = f"must be a table of pairsim table --cytometry, or one over area_um in dclab's format ({error})"
-        raise InputError(str(path), "--table", None, allowed) from None
+        raise InputError(str(path), Argument("table"), None, allowed) from None
     table = np.column_stack([values, errors])
     if not np.isfinite(table).all() or (table[:, :3] <= 0).any() or (errors < 0).any():
         allowed = "must have areas, deformations and moduli above 0 in all rows, and errors that are not negative"
-        raise InputError(str(path), "--table", None, allowed)
+        raise InputError(str(path), Argument("table"), None, allowed)
     return meta, table
 
 

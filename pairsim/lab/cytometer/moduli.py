@@ -27,7 +27,7 @@ from pairsim.lab.cytometer.rtdc_file import (
 )
 from pairsim.lab.cytometer.suspending_media import NAMES, concentration, extrapolated, methyl_cellulose, wall_rate
 from pairsim.runtime.arrays import Array
-from pairsim.runtime.errors import InputError
+from pairsim.runtime.errors import Argument, InputError
 
 # What pixels add to the deformation of a sphere, by its area in pixels of 0.34 um (Herold, arXiv:1704.00572, 2017).
 PIXEL, OFFSET = 0.34, 0.0012
@@ -110,13 +110,15 @@ def _flow(meta: Head, file: CytometerFile, carrier: str | None, celsius: float |
     own_liquid = LAW in meta and INDEX not in meta
     if celsius is not None and (own_liquid or carrier == OF_TABLE):
         allowed = "must be left out: the liquid is that of the table, whatever the temperature"
-        raise InputError("pairsim moduli", "--celsius", celsius, allowed)
+        raise InputError("pairsim moduli", Argument("celsius"), celsius, allowed)
     if own_liquid:
         flow = f"in {meta['channel_width']:g} um at {meta['flow_rate']:g} ul/s"
         allowed = f"holds for its own liquid ({meta[LAW]}) {flow}"
         same = np.allclose((width, flow_rate), (own_width, own_flow_rate), rtol=1e-3, atol=0)
         if not same or carrier not in (None, OF_TABLE):
-            raise InputError("pairsim moduli", "--table", None, f"{allowed} alone; another flow needs another table")
+            raise InputError(
+                "pairsim moduli", Argument("table"), None, f"{allowed} alone; another flow needs another table"
+            )
         return _Flow(1.0, 0.0, f"carrier: that of the table ({meta[LAW]})", [])
     own_n = n = meta.get(INDEX, 1.0)
     own_K = K = meta.get(CONSISTENCY, 1e-3 * meta["fluid_viscosity"])
@@ -139,5 +141,5 @@ def _concentration(name: str, file: CytometerFile, carrier: str | None) -> float
         return concentration(name)
     except InputError as error:
         if carrier is not None:
-            raise InputError("pairsim moduli", "--carrier", name, f"{error.allowed}, or table") from None
-        raise InputError(str(file.path), MEDIUM, name or None, f"{error.allowed}; or give --carrier") from None
+            raise InputError("pairsim moduli", Argument("carrier"), name, f"{error.allowed}, or table") from None
+        raise InputError(str(file.path), MEDIUM, name or None, f"{error.allowed}; or give `carrier`") from None

@@ -16,7 +16,7 @@ import numpy as np
 from pairsim.cases.attributes import Attribute
 from pairsim.lab.cytometer.suspending_media import LIQUID
 from pairsim.runtime.arrays import Array
-from pairsim.runtime.errors import InputError
+from pairsim.runtime.errors import Argument, InputError
 
 if TYPE_CHECKING:
     import h5py
@@ -99,12 +99,12 @@ class CytometerFile:
         if (physical := TEMPERATURE.holds(measured)).any():
             return float(np.median(measured[physical]))
         if (own := self.attributes.get(TEMPERATURE.key)) is None and not np.isfinite(measured).any():
-            raise InputError("pairsim moduli", "--celsius", None, "must be given: the file does not have it")
+            raise InputError("pairsim moduli", Argument("celsius"), None, "must be given: the file does not have it")
         try:
             return TEMPERATURE.number(float(np.nanmedian(measured)) if own is None else own)
         except ValueError as error:
             key, value = (OF_EVENT, float(np.nanmedian(measured))) if own is None else (TEMPERATURE.key, _plain(own))
-            raise InputError(str(self.path), key, value, f"{error}; give --celsius") from None
+            raise InputError(str(self.path), key, value, f"{error}; give `celsius`") from None
 
     @property
     def _temperatures(self) -> Array:
@@ -171,7 +171,7 @@ def read_cytometer_file(path: Path) -> CytometerFile:
             wanted = (AREA, AREA_PX, DEFORMATION, CIRCULARITY, OF_EVENT)
             events = {name: _values(path, name, group[name]) for name in wanted if name in group}
         except OSError as error:
-            raise InputError(str(path), "events", None, f"cannot be read ({_said(error)}){filters}") from None
+            raise InputError(str(path), "events", None, f"cannot be read ({_words_of_hdf5(error)}){filters}") from None
         elsewhere = list(_basins(file))
     found = CytometerFile(path, attributes, events, tuple(elsewhere))
     lengths = {len(found.area), len(found.deformation)}
@@ -195,7 +195,7 @@ def _values(path: Path, name: str, stored: Any) -> Array:
 
 def _why_closed(error: OSError) -> str:
     """Why a file cannot be opened."""
-    said = _said(error)
+    said = _words_of_hdf5(error)
     if isinstance(error, BlockingIOError) or "unable to lock" in said:
         return "another program has the file open for writing: close it there, or read a copy"
     if "already open for write" in said:
@@ -206,7 +206,7 @@ def _why_closed(error: OSError) -> str:
     return f"must be a file of a cytometer, .rtdc, which is HDF5 ({said})"
 
 
-def _said(error: OSError) -> str:
+def _words_of_hdf5(error: OSError) -> str:
     """What HDF5 says: the words in parentheses."""
     words = str(error.args[-1]).replace("\n", " ")
     return words.partition("(")[2].removesuffix(")") or words

@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 
-from pairsim.runtime.errors import InputError
+from pairsim.runtime.errors import Argument, InputError
 
 # Methyl cellulose in phosphate-buffered saline, by per cent of the mass, above 5e3 1/s: eta = K gamma^(n - 1) with
 # K = A exp(lambda/T), n = alpha T + beta (Buyukurganci et al., Soft Matter 19, 1739, 2023; Reichel et al. 2023, whose A
@@ -36,7 +36,7 @@ def concentration(name: str) -> float:
     plain = re.sub(r"%?(mc(pbs)?)?$", "", re.sub(r"[\s_-]", "", name.lower()))
     if plain not in SAME:
         allowed = "must be 0.49% MC-PBS (CellCarrier), 0.59% MC-PBS (CellCarrier B) or 0.83% MC-PBS"
-        raise InputError("pairsim", "carrier", name, allowed)
+        raise InputError("pairsim", Argument("carrier"), name, allowed)
     return SAME[plain]
 
 
@@ -49,7 +49,7 @@ def methyl_cellulose(name: str, celsius: float) -> tuple[float, float]:
     A, beta = METHYL_CELLULOSE[concentration(name)]
     if not LIQUID[0] < celsius < LIQUID[1]:
         allowed = "must be above {:g} and below {:g}, in degrees Celsius".format(*LIQUID)
-        raise InputError("pairsim", "celsius", celsius, allowed)
+        raise InputError("pairsim", Argument("celsius"), celsius, allowed)
     T = celsius + 273.15
     return A * float(np.exp(ACTIVATION / T)), SLOPE * T + beta
 

@@ -18,7 +18,7 @@ from pairsim.lab.films.headings import CENTRES, FRAME, LENGTHS, SURFACES, TIME
 from pairsim.lab.films.tracker_tables import Distances, deviations, distances_of, named, usual_limits
 from pairsim.quantities.measurable import a_length
 from pairsim.runtime.arrays import Array, Flags, Indices
-from pairsim.runtime.errors import InputError
+from pairsim.runtime.errors import Argument, InputError
 from pairsim.runtime.text import counted
 
 PIXEL = a_length("pixel", "size of a pixel", ".65 um")
@@ -66,7 +66,7 @@ class Film:
             i = int(gaps.argmin())
             near = f"has centres {1e6 * self.metres[i]:.4g} um apart"
             wrong = f"{near}, less than the diameter of the case, {1e6 * diameter:.4g} um"
-            hint = "; --pixel or particle is wrong, or they are centres of something else"
+            hint = "; `pixel` or particle is wrong, or they are centres of something else"
             raise InputError(str(self.path), "", None, wrong + hint, line=int(self.lines[i]))
         if len(gaps) > 2:
             off, between = deviations(gaps[:, None], np.diff(self.seconds)), np.diff(self.seconds)
@@ -94,19 +94,19 @@ def film_of(
         particles: Names of the two particles in a table with more, such as "3,5"; "3+7,5" joins two parts of a track.
 
     Raises:
-        InputError: It is no such table, or an option is missing.
+        InputError: It is no such table, or an argument is missing.
     """
     rate, size = _rate(fps), _pixel(pixel)
     if particles is not None and not isinstance(particles, Iterable):
-        raise InputError("--particles", "", particles, "must be two names, such as 3,5")
+        raise InputError(Argument("particles"), "", particles, "must be two names, such as 3,5")
     table = read_film_table(Path(path))
     lengths = [each[what] for each in table.placed for what in LENGTHS if what in each]
-    missing: list[InputError] = []  # options, all of which are asked for at once
+    missing: list[InputError] = []  # arguments, all of which are asked for at once
     with _collected(missing):
         seconds, said = _seconds(table, rate)
     with _collected(missing):
         metre = _metre(table, lengths, size)
-    with _collected(missing, only="--particles" if missing else None):
+    with _collected(missing, only=Argument("particles") if missing else None):
         found, (what, *notes) = (distances_of if table.tracked else _distances)(table, particles)
     if missing:
         raise InputError.of_all(missing)
@@ -154,7 +154,7 @@ class Frames:
 
 @contextmanager
 def _collected(errors: list[InputError], only: str | None = None) -> Iterator[None]:
-    """Add an error of input to a list, or drop it if it is not that of the option wanted."""
+    """Add an error of input to a list, or drop it if it is not that of the argument wanted."""
     try:
         yield
     except InputError as error:
@@ -165,7 +165,7 @@ def _collected(errors: list[InputError], only: str | None = None) -> Iterator[No
 def _distances(table: FilmTable, particles: str | Sequence[object] | None) -> Distances:
     """The distances in a column, in its unit."""
     if particles is not None:
-        raise table.error("--particles", str(particles), "must be left out: the film has distances")
+        raise table.error(Argument("particles"), str(particles), "must be left out: the film has distances")
     column = table.columns.get(SURFACES) or table.columns[CENTRES]
     known = table.clock.numbers.notna() & column.numbers.notna()
     gaps = column.numbers[~known].index
@@ -182,7 +182,7 @@ def _rate(fps: float | str | None) -> float | None:
     except (TypeError, ValueError, ZeroDivisionError):
         rate = np.nan
     if not 0 < rate < np.inf:
-        raise InputError("--fps", "", fps, "must be frames per second above 0, such as 500")
+        raise InputError(Argument("fps"), "", fps, "must be frames per second above 0, such as 500")
     return rate
 
 
@@ -199,7 +199,7 @@ def _pixel(pixel: str | None) -> tuple[float, float] | None:
             return length, length * half_width / number
         return measured(re.sub(r"\s*(?:/|per)\s*(?:px|pix|pixels?)\b", "", pixel), PIXEL)
     except ValueError as error:
-        raise InputError("--pixel", "", pixel, str(error)) from None
+        raise InputError(Argument("pixel"), "", pixel, str(error)) from None
 
 
 def _seconds(table: FilmTable, rate: float | None) -> tuple[pd.Series[float], str]:
@@ -209,25 +209,29 @@ def _seconds(table: FilmTable, rate: float | None) -> tuple[pd.Series[float], st
         frame, t = frame or t, None
     if t is not None and np.isnan(t.size):
         raise table.error(
-            t.heading, None, "must be a column with its unit, such as t [s], or have frame numbers: --fps"
+            t.heading, None, "must be a column with its unit, such as t [s], or have frame numbers: `fps`"
         )
     if t is not None and rate is None:
         if frame is not None and frame.numbers.nunique() > 1:
             same = t.numbers.nunique() == 1
             if same or (t.size == 1 and t.numbers.equals(frame.numbers)):
                 unset = "is the same in all rows" if same else "counts frames, one a second"
-                raise table.error("--fps", None, f"must be given: {t.heading} {unset}, as where no interval is set")
+                raise table.error(
+                    Argument("fps"), None, f"must be given: {t.heading} {unset}, as where no interval is set"
+                )
         said = "" if frame is None else f' (column "{t.heading}": {_rate_of(t, frame):.4g} frames per second)'
         return t.numbers * t.size, said
     if frame is None:
         of = "" if t is None else f', column "{t.heading}"'
-        raise table.error("--fps", f"{rate:g}", f"must be left out: the film has times{of}")
+        raise table.error(Argument("fps"), f"{rate:g}", f"must be left out: the film has times{of}")
     if rate is None:
-        raise table.error("--fps", None, f'must be given: the film has numbers of frames, column "{frame.heading}"')
+        raise table.error(
+            Argument("fps"), None, f'must be given: the film has numbers of frames, column "{frame.heading}"'
+        )
     wrong = frame.numbers[frame.numbers % 1 > 0]
     if len(wrong):
         line = int(wrong.index[0])
-        raise table.error(frame.heading, wrong.iloc[0], "must be whole, as numbers of frames are, with --fps", line)
+        raise table.error(frame.heading, wrong.iloc[0], "must be whole, as numbers of frames are, with `fps`", line)
     said = f" ({rate:g} frames per second)"
     if t is not None:
         own = _rate_of(t, frame)
@@ -254,15 +258,15 @@ def _metre(table: FilmTable, lengths: Sequence[Column], size: tuple[float, float
         raise table.error(first.heading, None, f"must have one unit with others, and they have {', '.join(units)}")
     if unit not in ("", "px"):
         if size is not None:
-            raise table.error("--pixel", None, f'must be left out: "{column.heading}" is in {unit}')
+            raise table.error(Argument("pixel"), None, f'must be left out: "{column.heading}" is in {unit}')
         return column.size
     if size is None and not unit and not table.tracked:
-        allowed = "must be a column with its unit, such as d [um], or have pixels: --pixel"
+        allowed = "must be a column with its unit, such as d [um], or have pixels: `pixel`"
         raise table.error(column.heading, None, allowed)
     if size is None:
         given = "is in px" if unit else "has no unit"
         hint = "such as '.65 +- .01 um'" if unit else "such as '.65 +- .01 um' if it is in px, or 1um if it is in um"
-        raise table.error("--pixel", None, f'must be given, {hint}: "{column.heading}" {given}')
+        raise table.error(Argument("pixel"), None, f'must be given, {hint}: "{column.heading}" {given}')
     return size[0]
 
 

@@ -13,6 +13,7 @@ import scipy
 from pairsim.analysis.master_curve import Curve
 from pairsim.analysis.pair_motion import path_by
 from pairsim.atlas.atlas import PARAMETERS, Atlas
+from pairsim.lab.atlas_curve import curve_of_atlas
 from pairsim.record.columns import BY_DIFFERENCE, DISTANCE, DU, DU_ERROR, SENSITIVITIES, SLOPE, STRETCH, T_RELAX
 from pairsim.record.table import Table
 from pairsim.runtime.arrays import Array
@@ -147,7 +148,7 @@ class FilmModel:
         key = tuple(numbers.items())
         if key not in self._places:
             here = {**self.numbers, **numbers}
-            curve = Curve.of_atlas(self.atlas, beta=here["beta"], De=here["De"], Ca_e=here["Ca_e"])
+            curve = curve_of_atlas(self.atlas, beta=here["beta"], De=here["De"], Ca_e=here["Ca_e"])
             assert curve.motion is not None, "an atlas has many distances"
             x, rates = curve.motion.rates
             by_difference = np.zeros_like(rates)

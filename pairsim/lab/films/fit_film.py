@@ -176,15 +176,15 @@ def fit(
         InputError: A file or key is wrong, or the atlas has no answer for the case.
     """
     unknown = _unknown(unknown)
-    book, asked, units, difference = _case_of(case, unknown, atlas)
+    chosen, asked, units, difference = _case_of(case, unknown, atlas)
     paths = [Path(each) for each in (film, exchanged) if each is not None]
     films = [film_of(path, fps=fps, pixel=pixel, particles=particles) for path in paths]
-    model, notes = _model_of(films, paths, book, asked, unknown, difference)
+    model, notes = _model_of(films, paths, chosen, asked, unknown, difference)
     numbers = [GIVES[name][0] for name in unknown]
     search = Search.of(model, numbers)
     seen = np.concatenate([each.distances for each in model.films])
     fitted = search.found.residuals + seen
-    if not (book.d[0] < fitted.min() and fitted.max() < book.d[-1]):
+    if not (chosen.d[0] < fitted.min() and fitted.max() < chosen.d[-1]):
         raise InputError(str(film), "", None, "the motion that fits best leaves the distances of the atlas")
     equal = {}
     if model.difference == (0.0, UNKNOWN_DIFFERENCE):
@@ -248,7 +248,7 @@ def _values(search: Search, unknown: Sequence[str], units: Sequence[str], case: 
 def _model_of(
     films: Sequence[Film],
     paths: Sequence[Path],
-    book: Atlas,
+    atlas: Atlas,
     case: SceneCase,
     unknown: Sequence[str],
     difference: tuple[float, float],
@@ -282,10 +282,10 @@ def _model_of(
             name: change / numbers.get(name, 1.0) for name, change in each.changes.items() if numbers.get(name, 1.0)
         }
         uncertain.append(Uncertain(each.key, each.half_width / each.value, powers))
-    if book.at(**numbers).by_difference is None:
+    if atlas.at(**numbers).by_difference is None:
         difference = (0.0, 0.0)
         notes.append("This atlas does not know what a difference of the diameters does: they are taken to be equal.")
-    return FilmModel(book, numbers, seen, uncertain, difference), notes
+    return FilmModel(atlas, numbers, seen, uncertain, difference), notes
 
 
 def _case_of(
@@ -318,14 +318,14 @@ def _case_of(
         replaced = others | {name: f"{value:.15g} {QUANTITIES[name].unit}" for name, value in values.items()}
         if "modulus" in replaced and "young" in block:
             replaced["young"] = None
-        book, asked, reasons = asked_of(case, atlas=file, physical=replaced)
+        atlas, asked, reasons = asked_of(case, atlas=file, physical=replaced)
         for name in unknown:
             number, power = GIVES[name]
             now = QUANTITIES[name].number(values[name], _scales(asked))
-            values[name] *= (MIDDLE * book.box[number][1] / now) ** power if book.box[number][1] else 1.0
+            values[name] *= (MIDDLE * atlas.box[number][1] / now) ** power if atlas.box[number][1] else 1.0
     if reasons:
         raise InputError("pairsim fit", "", None, f"the atlas has no answer: {' and '.join(reasons)}")
-    return book, asked, units, difference
+    return atlas, asked, units, difference
 
 
 def _difference_of(block: Mapping[str, Plain]) -> tuple[dict[str, str | None], tuple[float, float]]:

@@ -12,6 +12,7 @@ import pandas as pd
 from pairsim.lab.films.film_table import GAPS, Column, FilmTable
 from pairsim.lab.films.headings import FRAME, PARTICLE, Heading, X, Y
 from pairsim.runtime.arrays import Array
+from pairsim.runtime.errors import Argument
 from pairsim.runtime.text import counted
 
 NAMED = 12  # particles, or frames, that a sentence names
@@ -55,14 +56,16 @@ def distances_of(table: FilmTable, wanted: str | Sequence[object] | None) -> Dis
         raise table.error("frame", f"{positions['key'].iloc[0]:g}", allowed, int(positions["line"].iloc[0]))
     if (positions["name"] == "").all():
         if wanted is not None:
-            raise table.error("--particles", _text(wanted), "must be left out: no column says which particle is which")
+            raise table.error(
+                Argument("particles"), _text(wanted), "must be left out: no column says which particle is which"
+            )
         return Distances(_without_names(table, positions, notes), notes)
     tracks = _tracks(table, positions, notes)
     pair = _pair(table, tracks, wanted)
     one, two = _untangled(table, tracks, pair, notes)
     if one.empty:
         never = f"must be two that are seen in one frame: {pair[0]} and {pair[1]} are not"
-        raise table.error("--particles", None if wanted is None else _text(wanted), never)
+        raise table.error(Argument("particles"), None if wanted is None else _text(wanted), never)
     alone = len(tracks[pair[0]].index.union(tracks[pair[1]].index)) - len(one)
     if alone:
         notes.append(f"left out: {counted(alone, 'frame')} in which only one of the two is seen")
@@ -152,21 +155,21 @@ def _pair(table: FilmTable, tracks: dict[str, pd.DataFrame], wanted: str | Seque
     if wanted is None:
         if len(tracks) != 2:
             must = "must be given, such as 3,5" if len(order) > 2 else "must be two"
-            raise table.error("--particles", None, f"{must}: the film has {has}")
+            raise table.error(Argument("particles"), None, f"{must}: the film has {has}")
         return one, others[0]
     given = re.split(r"[\s,;]+", wanted.strip()) if isinstance(wanted, str) else wanted
     names = ["+".join(map(_plain, str(each).split("+"))) for each in given]
     if len(names) != 2 or len({*names}) != 2:
-        raise table.error("--particles", _text(wanted), f"must be two, such as 3,5: the film has {has}")
+        raise table.error(Argument("particles"), _text(wanted), f"must be two, such as 3,5: the film has {has}")
     for name in names:
         parts = name.split("+")
         if unknown := [part for part in parts if part not in tracks]:
             wrong = f"must be of the film, which has no {unknown[0]}, and {has}"
-            raise table.error("--particles", _text(wanted), wrong)
+            raise table.error(Argument("particles"), _text(wanted), wrong)
         whole = pd.concat([tracks[part] for part in parts]).sort_index()
         if (twice := whole.index[whole.index.duplicated()]).size:
             wrong = f"{name} must be parts of one track: all are in {twice[0]:.10g}"
-            raise table.error("--particles", _text(wanted), wrong)
+            raise table.error(Argument("particles"), _text(wanted), wrong)
         for part in parts:
             del tracks[part]
         tracks[name] = whole
@@ -202,7 +205,7 @@ def _untangled(
                 if other not in pair and _takes_over(track, key, expected, partner, limit)
             ]
         if len(found) != 1 or key <= last:
-            line, hint = int(one["line"].iloc[i]), "take other --particles, or the rows before"
+            line, hint = int(one["line"].iloc[i]), "take other `particles`, or the rows before"
             raise table.error("", None, f"must not jump: {pair[0]} or {pair[1]} is another particle here; {hint}", line)
         name, other = found[0]
         before, after = tracks[name], tracks[other]

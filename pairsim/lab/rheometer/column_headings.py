@@ -24,7 +24,7 @@ class Spellings:
     """How rheometers write what a table has: regular expressions, see headings.yaml.
 
     Attributes:
-        columns: Names of columns by their quantities, the preferred ones first, for each option that names a file.
+        columns: Names of columns by their quantities, the preferred ones first, for each kind of file.
         unlike: Headings that are of something else, by quantity.
         no_values: Headings of columns without measured values.
         tests: A line above a table with the name of a test.
@@ -52,14 +52,13 @@ class Spellings:
 def spellings() -> Spellings:
     """The spellings in headings.yaml."""
     entries = YAML(typ="safe").load(Path(__file__).with_name("headings.yaml"))
-    columns = {name: entries.pop(name) for name in list(entries) if name.startswith("--")}
-    return Spellings(columns, **{name.replace(" ", "_"): value for name, value in entries.items()})
+    return Spellings(**{name.replace(" ", "_"): value for name, value in entries.items()})
 
 
-def places(option: str, row: Sequence[str]) -> dict[str, dict[int, str]]:
+def places(kind: str, row: Sequence[str]) -> dict[str, dict[int, str]]:
     """Places of the cells that name a quantity, the preferred first, and what each says after the name."""
     found: dict[str, dict[int, str]] = {}
-    for quantity, names in spellings().columns[option].items():
+    for quantity, names in spellings().columns[kind].items():
         unlike = f"{spellings().no_values}|{spellings().unlike.get(quantity, '$^')}"
         for name in names:
             for i, cell in enumerate(row):
@@ -102,7 +101,7 @@ def column(quantity: str, place: int, heading: str, rest: str, around: Sequence[
         if text and (factor := factor_of(text, of)) is not None:
             return Column(place, heading, text.replace("*", "."), factor, si)
     of_words = [each for each in in_brackets if re.search(r"[^\W\d_].*[^\W\d_]", each)]
-    named = [each for each in of_words if not any(places(option, [each]) for option in ("--rheology", "--spectrum"))]
+    named = [each for each in of_words if not any(places(kind, [each]) for kind in ("rheology", "spectrum"))]
     named += re.findall(r"\bin (.+)", rest)
     for text in [after, *named, *around]:
         unit = text.strip("[]() ")

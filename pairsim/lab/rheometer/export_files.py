@@ -22,7 +22,7 @@ from pairsim.lab.rheometer.export_tables import FEWEST, SEPARATORS, Section, cel
 from pairsim.lab.rheometer.fit_checks import CHANGES, agreed, difference, measured_in, no_curve
 from pairsim.lab.rheometer.number_formats import NUMBER
 from pairsim.runtime.arrays import Array
-from pairsim.runtime.errors import InputError
+from pairsim.runtime.errors import Argument, InputError
 
 ENCODINGS = ["utf_8", "utf_16", "utf_16_le", "utf_16_be", "cp1252"]
 EASTERN = "gb18030", "cp932"  # known by their words: to statistics short tables in them look like others
@@ -32,10 +32,10 @@ REPTATE = "omega[rad/s]\tG'[Pa]\tG''[Pa]"
 START_UP = r"(?i)\b(gdot|edot|stress|strain|gamma\w*)\s*="
 """What the first line of such a file says that is not of small oscillations."""
 NEEDED = {
-    "--rheology": ("shear rate and viscosity or shear stress", "shear rate [1/s], viscosity [mPa.s]"),
-    "--spectrum": ("frequency, storage modulus and loss modulus", "frequency [Hz], G' [Pa], G'' [Pa]"),
+    "rheology": ("shear rate and viscosity or shear stress", "shear rate [1/s], viscosity [mPa.s]"),
+    "spectrum": ("frequency, storage modulus and loss modulus", "frequency [Hz], G' [Pa], G'' [Pa]"),
 }
-"""What the file of an option needs, and an example of its headings."""
+"""What each kind of file needs, and an example of its headings."""
 LEAST_SPAN = 2.0  # largest over least rate: what is measured at about one rate is no curve; chosen
 ALIKE = 0.1  # median of the logarithms by which sections of one liquid may differ at the same rates; chosen
 LEAST_APART = 0.005  # differences that are said; chosen
@@ -49,10 +49,10 @@ class Choice(NamedTuple):
     others: list[str]
 
 
-def read_columns(option: str, file: Path, wanted: str | Sequence[str] = ()) -> tuple[dict[str, Array], list[str]]:
+def read_columns(kind: str, file: Path, wanted: str | Sequence[str] = ()) -> tuple[dict[str, Array], list[str]]:
     """The quantities that a file holds in SI units, and what was read and left out in sentences.
 
-    Those of --rheology are rate, viscosity and N1, those of --spectrum frequency, storage and loss. The section that is
+    Those of `rheology` are rate, viscosity and N1, those of `spectrum` frequency, storage and loss. The section that is
     read has a name with one of `wanted` in it; where several are curves of the same liquid, it is the first one of
     those with the widest range.
 
@@ -61,12 +61,12 @@ def read_columns(option: str, file: Path, wanted: str | Sequence[str] = ()) -> t
             does not fit under its headings; columns contradict each other.
     """
     try:
-        section, others = _choice(option, text_of(file), [wanted] if isinstance(wanted, str) else wanted)
-        columns, agreed_on = agreed(option, section)
+        section, others = _choice(kind, text_of(file), [wanted] if isinstance(wanted, str) else wanted)
+        columns, agreed_on = agreed(kind, section)
     except ValueError as error:
-        raise InputError(str(file), option, file.name, str(error)) from None
+        raise InputError(str(file), Argument(kind), file.name, str(error)) from None
     values = section.si(columns)
-    said = [_read(section, columns, next(iter(values.values()))), *agreed_on, *_left_out(option, section, columns)]
+    said = [_read(section, columns, next(iter(values.values()))), *agreed_on, *_left_out(kind, section, columns)]
     values = measured_in(values)
     if "N1" in values:
         said += _without_noise(values)
@@ -100,25 +100,25 @@ def text_of(file: Path) -> str:
     return re.sub(r'(?<![^,;\t\n])"[^"]*"(?![^,;\t\n])', lambda quoted: quoted[0].replace("\n", " "), text)
 
 
-def _choice(option: str, text: str, wanted: Sequence[str]) -> Choice:
+def _choice(kind: str, text: str, wanted: Sequence[str]) -> Choice:
     """The section to be read; ValueError where there is none, or which one it is has to be asked."""
     lines = text.split("\n")
-    reptate = option == "--spectrum" and re.match(r"\w+=[^;\n]*;", text) and not re.search(START_UP, lines[0])
-    if reptate and not any(heading_of(option, line) for line in lines):  # as most of its files
+    reptate = kind == "spectrum" and re.match(r"\w+=[^;\n]*;", text) and not re.search(START_UP, lines[0])
+    if reptate and not any(heading_of(kind, line) for line in lines):  # as most of its files
         count = next((len(line.split()) for line in lines if re.match(r"\s*[.\d]", line)), 0)
         lines[0] = REPTATE + "\tfurther" * (count - 3)
-    sections = sections_of(option, lines, leading=bool(reptate))
+    sections = sections_of(kind, lines, leading=bool(reptate))
     if not sections:
-        raise ValueError(_no_table(option, lines))
+        raise ValueError(_no_table(kind, lines))
     wide = [each for each in sections if (each.misfit and len(each.cells) >= FEWEST) or _is_wide(each)]
     if not (wide := wide or [each for each in sections if each.misfit]):
-        raise ValueError(_too_few(option, lines, sections))
+        raise ValueError(_too_few(kind, lines, sections))
     named = [each for each in wide if not wanted or any(name.lower() in each.name.lower() for name in wanted)]
     if not named:
         has = _list(each.name for each in wide)
         raise ValueError(f"must have a section named {' or '.join(wanted)}, and has {has}")
     if broken := next((each for each in named if each.misfit and not each.foreign), None):
-        of = f", in {broken.name}; --section NAME reads another one" if len(wide) > 1 else ""
+        of = f", in {broken.name}; `section` NAME reads another one" if len(wide) > 1 else ""
         raise ValueError(broken.misfit + of)
     unfit = {each.name: why for each in named if (why := _unfit(each, chosen=bool(wanted)))}
     curves = [each for each in named if each.name not in unfit]
@@ -127,10 +127,10 @@ def _choice(option: str, text: str, wanted: Sequence[str]) -> Choice:
             raise ValueError(next(iter(unfit.values())))
         raise ValueError(f"has no curve of one liquid: {_list(f'{name} {why}' for name, why in unfit.items())}")
     taken = max(curves, key=lambda each: each.span)
-    apart = {each.name: _apart(option, taken, each) for each in curves if each is not taken}
+    apart = {each.name: _apart(kind, taken, each) for each in curves if each is not taken}
     if any(not each < ALIKE for each in apart.values()):
         names = _list(f"{each.name}{_by(apart[each.name]) if each is not taken else ''}" for each in curves)
-        raise ValueError(f"has {len(curves)} sections that are not alike, and --section NAME chooses one: {names}")
+        raise ValueError(f"has {len(curves)} sections that are not alike, and `section` NAME chooses one: {names}")
     others = [f"{_list(f'{name}{_by(each)}' for name, each in apart.items())}; --section NAME reads another one"]
     left = [f"{name}, which {why}" for name, why in unfit.items()]
     return Choice(taken, [*(others if apart else []), *left[:MOST_NAMED], *([taken.aside] if taken.aside else [])])
@@ -151,10 +151,10 @@ def _is_wide(section: Section) -> bool:
         return True
 
 
-def _too_few(option: str, lines: Sequence[str], sections: Sequence[Section]) -> str:
+def _too_few(kind: str, lines: Sequence[str], sections: Sequence[Section]) -> str:
     """Why sections without enough rows are not read."""
     if not (most := max(each.usable.sum() for each in sections)):
-        return _no_table(option, lines)
+        return _no_table(kind, lines)
     rows = f"at least {FEWEST} rows of positive numbers, with rates that differ by a factor of {LEAST_SPAN:g}"
     return f"must have {rows} or more, and has {most}"
 
@@ -171,10 +171,10 @@ def _unfit(section: Section, chosen: bool) -> str:
         return str(error)
 
 
-def _apart(option: str, one: Section, other: Section) -> float:
+def _apart(kind: str, one: Section, other: Section) -> float:
     """By how much two sections differ, infinite where one cannot be read."""
     try:
-        return difference(option, one, other)
+        return difference(kind, one, other)
     except ValueError:
         return float("inf")
 
@@ -200,7 +200,7 @@ def _read(section: Section, columns: Mapping[str, Column], rates: Array) -> str:
     return f"{len(rates)} points, {of_rate}, {each} of {section.name}"
 
 
-def _left_out(option: str, section: Section, columns: Mapping[str, Column]) -> Iterator[str]:
+def _left_out(kind: str, section: Section, columns: Mapping[str, Column]) -> Iterator[str]:
     """The rows that cannot be used, and the columns that look as if they could be."""
     out = section.numbers[~section.usable].drop(columns="N1", errors="ignore")
     if len(out):
@@ -210,7 +210,7 @@ def _left_out(option: str, section: Section, columns: Mapping[str, Column]) -> I
         number = re.fullmatch(NUMBER, value) and not re.match(r"-|[0.,]*$", value)
         why = f"'{value}' is {'an overload' if number else 'no positive number'}" if value else "is empty"
         yield f"{len(out)} of {len(section.cells)} rows left out; in the first one, line {line}, {place} {why}"
-    named = places(option, section.heading)
+    named = places(kind, section.heading)
     for name in [each for each in columns if each != "frequency"]:  # which many files have in Hz and in rad/s
         for i in sorted(named[name].keys() - {columns[name].place} - section.beside):
             yield f'column {i + 1} "{section.heading[i]}" is not read, which may be {name}, too'
@@ -238,15 +238,15 @@ def _assumed(file: Path, columns: Mapping[str, Column]) -> Iterator[str]:
         yield f"warning: {rate} is taken as an angular frequency, in rad/s; if it counts cycles, its unit is Hz"
 
 
-def _no_table(option: str, lines: Sequence[str]) -> str:
-    """Why a file has no table of an option."""
-    wanted, example = NEEDED[option]
+def _no_table(kind: str, lines: Sequence[str]) -> str:
+    """Why a file has no table of its kind."""
+    wanted, example = NEEDED[kind]
     headed = [each for each in NEEDED if any(heading_of(each, line) for line in lines)]
-    if other := [each for each in headed if each != option]:
-        return f"must have columns of {wanted}, and has those of {other[0]}"
+    if other := [each for each in headed if each != kind]:
+        return f"must have columns of {wanted}, and has those of `{other[0]}`"
     if headed:
         return f"must have rows of positive numbers, without units, below the headings of {wanted}"
     rows = [cells_of(line, separator) for separator in SEPARATORS[:-1] for line in lines]
-    named = max(rows, key=lambda row: (len(places(option, row)), sum(cell[:1].isalpha() for cell in row)))
+    named = max(rows, key=lambda row: (len(places(kind, row)), sum(cell[:1].isalpha() for cell in row)))
     has = ", ".join(filter(None, named[:8]))
     return f"must have a line of headings of {wanted}, such as {example}, and has {has or 'nothing'}"

@@ -26,13 +26,13 @@ STEP_COLUMNS = r"(?i)action name|step name|interval|segment"
 TITLES = r"(?im)^(?:\[step\]\n(?!step name)|(?:step name|result|résultat|ergebnis)\b:?[\t;,])(.+)"
 INTERVALS = r"(?im)^interval\w*\b[^\t;,]*[\t;,](\d+)"
 COLUMNS: Mapping[str, Sequence[tuple[str, ...]]] = {
-    "--rheology": [("rate", "viscosity"), ("rate", "stress")],
-    "--spectrum": [
+    "rheology": [("rate", "viscosity"), ("rate", "stress")],
+    "spectrum": [
         ("frequency", "storage", "loss"),
         *product(["frequency"], ["complex modulus", "storage", "loss", "complex viscosity"], ["factor", "phase"]),
     ],
 }
-"""The columns that say what an option needs, the preferred ones first."""
+"""The columns that say what a kind of file needs, the preferred ones first."""
 FEWEST = 5
 Places = dict[str, tuple[int, str]]  # of the column of each quantity, and what its heading says after the name
 
@@ -118,34 +118,34 @@ def table_of(rows: Mapping[int, Sequence[str]]) -> pd.DataFrame:
     return pd.DataFrame(dict(enumerate(columns)), index=list(rows), dtype=str)
 
 
-def heading_of(option: str, line: str) -> tuple[str, list[str], Places] | None:
-    """The separator of a line of headings, its cells, and the columns of an option; None if it is none."""
+def heading_of(kind: str, line: str) -> tuple[str, list[str], Places] | None:
+    """The separator of a line of headings, its cells, and the columns of a kind of file; None if it is none."""
     separators = SEPARATORS[:-1] if re.search(r"[\t;,]", line) else SEPARATORS
     for separator in separators if re.search(r"[^\W\d_]", line) else ():
         cells = cells_of(line, separator)
-        if len(cells) > 1 and (found := _places(option, cells)):
+        if len(cells) > 1 and (found := _places(kind, cells)):
             return separator, cells, found
     return None
 
 
-def _places(option: str, row: Sequence[str]) -> Places:
+def _places(kind: str, row: Sequence[str]) -> Places:
     """The columns that are read below a row; empty if it is no line of headings."""
     if sum(cell[:1].isdigit() for cell in row) > 1:
         return {}
-    named = {name: next(iter(each.items())) for name, each in places(option, row).items()}
-    for names in COLUMNS[option]:
+    named = {name: next(iter(each.items())) for name, each in places(kind, row).items()}
+    for names in COLUMNS[kind]:
         found = {name: named[name] for name in names if name in named}
         if len({i for i, _ in found.values()}) == len(names):
             return found | {name: named[name] for name in ("N1",) if name in named}
     return {}
 
 
-def sections_of(option: str, lines: Sequence[str], leading: bool = False) -> list[Section]:
-    """All tables with the columns of an option, split by the steps that their rows name.
+def sections_of(kind: str, lines: Sequence[str], leading: bool = False) -> list[Section]:
+    """All tables with the columns of a kind of file, split by the steps that their rows name.
 
     With `leading`, rows have the first columns of the headings, perhaps not all of them.
     """
-    heads = {i: found for i, line in enumerate(lines) if (found := heading_of(option, line))}
+    heads = {i: found for i, line in enumerate(lines) if (found := heading_of(kind, line))}
     repeated = [i for k, i in pairwise(heads) if lines[i] == lines[k] and re.match(r'[\s"]*[-+.\d]', lines[i - 1])]
     heads = {i: found for i, found in heads.items() if i not in repeated}  # as at the top of each printed page
     names = _Names(lines)
@@ -153,7 +153,7 @@ def sections_of(option: str, lines: Sequence[str], leading: bool = False) -> lis
     sections = [
         each
         for before, start, end in zip([0, *bounds], bounds, bounds[1:], strict=False)
-        for each in _of_table(option, lines, start, end, heads[start], names.of(before, start), leading)
+        for each in _of_table(kind, lines, start, end, heads[start], names.of(before, start), leading)
     ]
     for more in (lambda each: f" below line {each.line}", lambda each: f", {each.of_columns}"):
         counts = Counter(each.name for each in sections)
@@ -162,7 +162,7 @@ def sections_of(option: str, lines: Sequence[str], leading: bool = False) -> lis
 
 
 def _of_table(
-    option: str,
+    kind: str,
     lines: Sequence[str],
     start: int,
     end: int,
@@ -194,7 +194,7 @@ def _of_table(
     step = _step(heading, cells).where(~names, [" ".join(row).strip() for row in rows.values()]).ffill().fillna("")
     above = [cells_of(lines[start - 1], separator)] if start else []
     near = pd.concat([cells[below], pd.DataFrame(above)]).fillna("")
-    parts = _side_by_side(option, heading, read)
+    parts = _side_by_side(kind, heading, read)
     for of_step, mine in cells[~text & ~ends.cummax() & (cells.index > last)].groupby(step, sort=False):
         own = {line: rows[line] for line in mine.index}
         misfit, foreign = _misfit(own, start + 1, len(heading), len(raw), named_block or leading)
@@ -216,9 +216,9 @@ class _Part(NamedTuple):
     beside: frozenset[int]
 
 
-def _side_by_side(option: str, heading: Sequence[str], read: Places) -> list[_Part]:
+def _side_by_side(kind: str, heading: Sequence[str], read: Places) -> list[_Part]:
     """The tables that stand side by side, with the same headings, and perhaps one column of rates for all."""
-    named = places(option, heading)
+    named = places(kind, heading)
     alike = {
         name: [(i, rest) for i, rest in sorted(each.items()) if heading[i] == heading[next(iter(each))]]
         for name, each in named.items()

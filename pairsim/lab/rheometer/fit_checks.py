@@ -38,8 +38,8 @@ class Relation(NamedTuple):
 
 
 RELATIONS = {
-    "--rheology": [Relation({"rate": 1, "viscosity": 1, "stress": -1}, "shear rate times viscosity", "the stress")],
-    "--spectrum": [
+    "rheology": [Relation({"rate": 1, "viscosity": 1, "stress": -1}, "shear rate times viscosity", "the stress")],
+    "spectrum": [
         Relation(
             {"frequency": 1, "complex viscosity": 1, MODULUS: -1},
             "frequency times complex viscosity",
@@ -58,14 +58,14 @@ CHANGES = 2.0  # largest over least value at one setting from which on it change
 MOST_KELVIN = 5.0  # range of temperatures in which a liquid is one; chosen
 
 
-def agreed(option: str, section: Section) -> tuple[dict[str, Column], list[str]]:
+def agreed(kind: str, section: Section) -> tuple[dict[str, Column], list[str]]:
     """The columns that are read, with a unit that follows from the others where one has none, and what followed.
 
     Raises:
         ValueError: Columns contradict each other, or a unit is not understood.
     """
     columns, said = section.columns, list[str]()
-    for relation in RELATIONS[option]:
+    for relation in RELATIONS[kind]:
         all_ = {**columns}
         for name in relation.powers.keys() & section.further.keys():
             with suppress(ValueError):
@@ -193,14 +193,14 @@ def measured_in(values: dict[str, Array]) -> dict[str, Array]:
     return values
 
 
-def difference(option: str, one: Section, other: Section) -> float:
+def difference(kind: str, one: Section, other: Section) -> float:
     """By how much two sections differ at the same rates, the median of the logarithms; NaN where none are the same.
 
     Raises:
         ValueError: One of them has columns that contradict each other, a unit that is not understood, or marks that may
             be of thousands.
     """
-    both = [measured_in(each.si(agreed(option, each)[0])) for each in (one, other)]
+    both = [measured_in(each.si(agreed(kind, each)[0])) for each in (one, other)]
     (x, *ys), (x_other, *ys_other) = ([y for name, y in each.items() if name != "N1"] for each in both)
     order = np.argsort(x_other)
     inside = (x >= x_other.min()) & (x <= x_other.max())

@@ -29,7 +29,7 @@ from pairsim.physics.liquids.viscous import ViscousLaw
 from pairsim.physics.material import Material
 from pairsim.quantities.kinds import STRESS
 from pairsim.runtime.arrays import Array
-from pairsim.runtime.errors import InputError
+from pairsim.runtime.errors import Argument, InputError
 
 ROUNDED = 1e-4  # part of a number of four digits that is lost
 PLUS_MINUS = " +- "
@@ -82,7 +82,7 @@ def fit_liquid(
     law, numbers = block.pop("law", None), block
     if law is not None and law not in LAWS:
         allowed = f"must be the name of a law, whose parameters are fitted: {', '.join(LAWS)}"
-        raise InputError("pairsim units", "--liquid", liquid, allowed)
+        raise InputError("pairsim units", Argument("liquid"), liquid, allowed)
     held = {key: text for key, text in (quantities or {}).items() if key in ALL}
     given = {name: float(value) for name, value in numbers.items()}
     for key, text in held.items():
@@ -92,9 +92,9 @@ def fit_liquid(
             raise InputError("pairsim units", f"{BLOCK}.{key}", text, str(error)) from None
     columns: dict[str, Array] = {}
     said: list[str] = []
-    for option, file in (("--rheology", rheology), ("--spectrum", spectrum)):
+    for kind, file in (("rheology", rheology), ("spectrum", spectrum)):
         if file is not None:
-            of_file, read = read_columns(option, Path(file), section)
+            of_file, read = read_columns(kind, Path(file), section)
             columns, said = columns | of_file, said + read
     data, found = Measured(**columns), list[Fit]()
     if names := tried(data, [law] if law else None, given):
@@ -104,7 +104,7 @@ def fit_liquid(
     if not found:
         known = f" besides {', '.join(given)}" if given else ""
         allowed = f"must be a law with unknown numbers{known}, fewer of them than there are points"
-        raise InputError("pairsim units", "--liquid", law, allowed)
+        raise InputError("pairsim units", Argument("liquid"), law, allowed)
     fitted, value, intervals = keys_of(found[0])
     of_fit = sentences(found, data, chosen=law is not None)
     for sentence in of_fit:

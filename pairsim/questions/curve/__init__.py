@@ -12,9 +12,7 @@ system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import replace
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
@@ -22,7 +20,6 @@ from pydantic import Field
 
 from pairsim.cases.accuracy import DEFAULT, percent
 from pairsim.cases.case import SceneCase
-from pairsim.cases.differences import difference_in_words
 from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.keys import Key, Part
 from pairsim.cases.mistakes import Mistake, missing
@@ -39,42 +36,24 @@ from pairsim.cases.values import (
     spelled_out,
 )
 from pairsim.computing.off_axis.columns import NAME, TABLE
-from pairsim.computing.off_axis.lines import lines_beside
-from pairsim.computing.question import Flag, InSweeps, Question, Tables, Value
-from pairsim.computing.result import Result
+from pairsim.computing.question import Flag, InSweeps, Question
 from pairsim.physics.drive import Drive
 from pairsim.quantities.kinds import RATE
-from pairsim.record.column import PARTICLE, Column, Columns, names_of
-from pairsim.record.columns import (
-    CURVE_COLUMNS,
-    DISTANCE,
-    DU,
-    DU_INPUTS,
-    DU_SPREAD,
-    EQUILIBRIA_COLUMNS,
-    FORCES,
-    SEPARATE,
-    WAY_COLUMNS,
-)
+from pairsim.questions.curve.result import CurveResult, result_columns, row_in_sweeps
+from pairsim.record.column import PARTICLE, Column, Columns
+from pairsim.record.columns import CURVE_COLUMNS, DISTANCE, EQUILIBRIA_COLUMNS, WAY_COLUMNS
 from pairsim.record.run_entries import OF_STEADY, SPREAD_OF_PARTICLES, TIME_STEPS, Entry
-from pairsim.runtime.errors import InputError
+from pairsim.runtime.errors import Argument, InputError
 from pairsim.runtime.plain import Plain
 from pairsim.solvers.curves.distances import between
 from pairsim.solvers.parameters import Parameters
 
 if TYPE_CHECKING:
-    import pandas as pd
-
-    from pairsim.analysis.curve_in_units import TravelInUnits
-    from pairsim.analysis.master_curve import Curve
-    from pairsim.analysis.travel import Travel
     from pairsim.computing.events import Events
     from pairsim.computing.workers import Workers
     from pairsim.plots.style import Page
-    from pairsim.record.record import Record
     from pairsim.runtime.monitor import Monitor
 
-FORCE = names_of(1, *FORCES)  # columns of the only point of a single particle that is moved
 GAP_OF_SLOPE = Column("gap", "", "the distance by which is derived, counted from upstream", whole=True)
 U_SLOPE = Column(
     "U_slope",
@@ -84,7 +63,11 @@ U_SLOPE = Column(
     PARTICLE,
 )
 U_SLOPE_HELD = Column(
-    "U_slope_held", r"\partial U_{h{,}}/\partial d", "the same of velocities at held distances", RATE, PARTICLE
+    "U_slope_held",
+    r"\partial U_{h{,}}/\partial d",
+    "derivative by a distance of U{_} at held distances",
+    RATE,
+    PARTICLE,
 )
 SLOPES = Columns(DISTANCE, GAP_OF_SLOPE, U_SLOPE, U_SLOPE_HELD)
 """The columns of slopes.csv."""
@@ -287,114 +270,11 @@ def solve(case: CurveCase, *, monitor: Monitor, workers: Workers, sensitivities:
 
         if sensitivities:
             allowed = "must be left out with after: derivatives are those of steady states"
-            raise InputError("pairsim curve", "--sensitivities", None, allowed)
+            raise InputError("pairsim curve", Argument("sensitivities"), None, allowed)
         return from_rest(case, monitor, workers)
     from pairsim.questions.curve.computation import computation
 
     return computation(case, monitor, workers, sensitivities)
-
-
-def result_columns(case: CurveCase) -> tuple[str, ...]:
-    """Points, zeros, and by gap the largest |dU| with its distance and errors; the force on a single moved particle.
-
-    Of a pair whose inputs have half-widths, what these add to the half-width of the largest |dU| follows; of particles
-    that differ, the standard deviation of dU there and the part of pairs that separates.
-    """
-    from pairsim.cases.inputs import inputs_of  # loads numpy
-
-    names = ["d_peak{}", "d_peak_error{}", "dU_peak{}", "dU_error{}"]
-    others = FORCE if case.n == 1 and case.velocity is not None else []
-    others = ["zeros", "zeros_error", "stable"] if case.n == 2 else others
-    uncertain = case.n == 2 and any(each.half_width for each in inputs_of(case))
-    of_gaps = (name.format(gap) for gap in DU.suffixes(case.n) for name in names)
-    spread = [DU_SPREAD.name, SEPARATE.name] if case.spread else []
-    return ("points", *others, *of_gaps, *([DU_INPUTS.name] if uncertain else []), *spread)
-
-
-def read(tables: Tables, record: Record) -> dict[str, Value]:
-    """The result columns; `zeros` and what belongs to them are lists in ascending d."""
-    import numpy as np
-
-    from pairsim.analysis.master_curve import Curve  # loads numpy
-
-    curve = Curve(tables["curve"], zeros := tables["equilibria"], record)
-    values: dict[str, Value] = {"points": curve.table.rows}
-    if not values["points"]:
-        return values
-    values |= {name: float(curve.table[name][0]) for name in FORCE if name in curve.table}
-    for gap in curve.gaps:
-        peak = curve.peak_of(gap)
-        found = {"d_peak": peak.d, "d_peak_error": peak.d_error, "dU_peak": peak.dU, "dU_error": peak.error}
-        values |= {column + gap: value for column, value in found.items()}
-    if curve.by_inputs.known:
-        values[DU_INPUTS.name] = float(curve.by_inputs.half_widths(curve.peak.d))
-    if curve.unequal is not None:
-        at = np.array([curve.peak.d])
-        values[DU_SPREAD.name] = float(curve.unequal.deviations(at)[0])
-        values[SEPARATE.name] = float(curve.unequal.separate(at)[0])
-    shown = {"zeros": "d", "zeros_error": "d_error", "stable": "stable"}
-    return values | {name: zeros[column].tolist() for name, column in shown.items() if column in zeros}
-
-
-class CurveResult(Result):
-    """A master curve. `table` is curve.csv, with a row for each point."""
-
-    @cached_property
-    def zeros(self) -> pd.DataFrame:
-        """The zeros of dU (equilibria.csv): d, stable, slope, peak, d_error and certain."""
-        from pairsim.record.tables import frame_of
-
-        found = frame_of(self.tables["equilibria"])
-        return found if len(found.columns) else found.reindex(columns=EQUILIBRIA_COLUMNS.named(2))
-
-    @cached_property
-    def curve(self) -> Curve:
-        """dU as a function of the distance: `dU, half_width = result.curve(d)`."""
-        from pairsim.analysis.master_curve import Curve
-
-        return Curve(self.tables["curve"], self.tables["equilibria"], self.record, self.source)
-
-    def dU(self, d: Any, gap: int = 1) -> Any:
-        """dU at any distance of the curve [U_av], or as a quantity where that has a unit.
-
-        `curve` returns the half-width of its interval, too.
-        """
-        return self.curve(d, gap)[0]
-
-    def travel(self, start: Any, stop: Any) -> Travel | TravelInUnits:
-        """Time and length of tube in which the pair moves from one distance to another, as `pairsim travel`.
-
-        Args:
-            start: First distance: a number [D_c], a text with a unit such as "5um", or a quantity of pint.
-            stop: Last distance.
-
-        Returns:
-            Time, length and their half-widths, as quantities of pint where both distances have a unit; as text what the
-            command prints.
-
-        Raises:
-            InputError: A distance is outside the curve, or the pair does not move from the one to the other.
-        """
-        return self.curve.travel(start, stop)
-
-    def findings(self) -> list[str]:
-        """Where particles separate and come closer, and how fast; of an atlas, also in which liquid."""
-        from pairsim.questions.curve.answer import answer_of_curve
-
-        if not self.curve.table.rows:
-            return ["No point was solved."]
-        difference = ""
-        with suppress(InputError):  # without case.yaml, or one of an older version
-            difference = difference_in_words(self.case)
-        return [*answer_of_curve(self.curve, difference), *lines_beside(self.tables, self.record), *self.record.notes]
-
-    def afterwards(self) -> str:
-        regions = self.curve.regions if self.curve.steady and self.curve.table.rows > 1 else []
-        moves = any(each.sign and each.start < each.stop for each in regions)
-        command = f"pairsim travel {self.source} --from D --to D" if moves else f"pairsim plot {self.source}"
-        if self.folder is None:
-            command = "travel(start, stop)" if moves else "plot(folder)"
-        return f"{command} {'gives the time and tube that a pair needs' if moves else 'draws it'}"
 
 
 def draw(folder: Path, out: Path, page: Page) -> list[Path]:
@@ -419,7 +299,7 @@ QUESTION = Question(
     },
     entries=(*OF_STEADY, TIME_STEPS, AFTER, SPREAD_OF_PARTICLES),
     result=CurveResult,
-    in_sweeps=InSweeps(result_columns, read, drawn=True),
+    in_sweeps=InSweeps(result_columns, row_in_sweeps, drawn=True),
     draw=draw,
     captions={"curve": "Relative velocity and shapes over distance"},
     frames="d",

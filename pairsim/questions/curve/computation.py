@@ -91,7 +91,7 @@ def computation(case: CurveCase, monitor: Monitor, workers: Workers, sensitiviti
                 zeros = yield from _zeros(branch, points, early)
                 if isinstance(zeros, Ended):
                     return found.outcome_of(zeros)
-                found_zeros = ", ".join(_said(case, zero) for zero in zeros)
+                found_zeros = ", ".join(_zero_in_words(case, zero) for zero in zeros)
                 message += f"; dU = 0: {found_zeros or 'at no d'}"
             if case.focus:
                 remarks += yield from _off_axis(case, branch, points, expected)
@@ -154,7 +154,7 @@ def _zeros(
     return ended or result
 
 
-def _said(case: CurveCase, zero: Equilibrium) -> str:
+def _zero_in_words(case: CurveCase, zero: Equilibrium) -> str:
     """A zero in words."""
     kind = "stable" if zero.stable else "unstable"
     return f"{kind} at d = {in_unit(case.scales, LENGTH, zero.d, zero.d_error)}{'' if zero.certain else ' (uncertain)'}"

@@ -68,7 +68,7 @@ def computation(case: TrainCase, monitor: Monitor, workers: Workers) -> events.E
     yield events.Row("train", dict.fromkeys(names) | answer.row())  # the result that is waited for
     waves = [wave._asdict() for wave in found.spectrum.of_cell]
     yield events.Table("spectrum", SPECTRUM.named(1), waves)
-    sentences = list(_said(case, answer))  # to which those of a row are added
+    sentences = list(_train_in_words(case, answer))  # to which those of a row are added
     warnings = list[Text](_warnings(case, found))
     yield events.Summary({SIZE: found.unknowns, SENTENCES: sentences}, warnings)
     if (gaps := first_gaps(case, found.d)).size:
@@ -163,7 +163,7 @@ class Answer:
         }
 
 
-def _said(case: TrainCase, answer: Answer) -> Iterator[str]:
+def _train_in_words(case: TrainCase, answer: Answer) -> Iterator[str]:
     """What a train says, in words."""
     scales, verdict, train, fastest = case.scales, answer.verdict, answer.found, answer.wave
     U = in_unit(scales, VELOCITY, train.U, train.U_error)

@@ -148,7 +148,7 @@ def follow(
     rows = motion.rows(problem.betas[0])
     yield progress.after(work.of_motion(n), f"the row of {n} has moved")
     yield events.Table("row", ROW.named(n), rows)
-    sentences = list(_said(case, motion))
+    sentences = list(_row_in_words(case, motion))
     count = min(n, work.AUDITED)
     if len(neighbours := motion.neighbours(count, least)):
         widest, narrowest = neighbours[neighbours.mean(axis=1).argsort()[[-1, 0]]].tolist()
@@ -190,7 +190,7 @@ def _model(
             yield progress.after(work.TRAIN, f"train {trains} of {len(TRAINS)}")
 
 
-def _said(case: TrainCase, motion: Motion) -> Iterator[str]:
+def _row_in_words(case: TrainCase, motion: Motion) -> Iterator[str]:
     """What becomes of the distances of the row, and which close."""
     ends, count = motion.distances[[0, -1]], motion.distances.shape[1]
     spreads = " to ".join(f"{100 * d.std() / d.mean():.3g} %" for d in ends)

@@ -88,16 +88,18 @@ class Closing:
             U: Velocities at the least distance of the model where particles are nearer [U_av], shape (N,).
             gaps: Distances between facing surfaces from upstream [D_c], shape (N-1,).
         """
-        dU = np.diff(U)
-        q = np.where(dU < 0, 1 / self.factor(gaps)[:, 1] - 1, 0.0)
-        if not q.any():
-            return np.zeros(len(U))
+        full, left = 1 / self.factor(gaps)[:, 1] - 1, np.diff(U)
         shares = np.interp(np.log(gaps), np.log(self.distances), self.shares)
-        # (1 + q_i) dU'_i - s_(i+1) q_(i+1) dU'_(i+1) - (1 - s_(i-1)) q_(i-1) dU'_(i-1) = dU_i
-        upstream, downstream = shares * q, (1 - shares) * q
-        matrix = np.array([np.append(0.0, -upstream[1:]), 1 + q, np.append(-downstream[:-1], 0.0)])
-        left = scipy.linalg.solve_banded((1, 1), matrix, dU)
-        return np.append(upstream * left, 0.0) - np.append(0.0, downstream * left)
+        # (1 + q_i) dU'_i - s_(i+1) q_(i+1) dU'_(i+1) - (1 - s_(i-1)) q_(i-1) dU'_(i-1) = dU_i, with q = 0 where dU' > 0
+        q = np.zeros(len(gaps))
+        for _ in range(len(gaps)):
+            if np.array_equal(q > 0, (left < 0) & (full > 0)):
+                break
+            q = np.where(left < 0, full, 0.0)
+            upstream, downstream = shares * q, (1 - shares) * q
+            matrix = np.array([np.append(0.0, -upstream[1:]), 1 + q, np.append(-downstream[:-1], 0.0)])
+            left = scipy.linalg.solve_banded((1, 1), matrix, np.diff(U))
+        return np.append(shares * q * left, 0.0) - np.append(0.0, (1 - shares) * q * left)
 
     def rates(self, dU: Array, rates: Array, gaps: Array) -> Array:
         """Rates of the distances with films, where lengths change along with them, too [U_av], shape (N-1,).

@@ -28,7 +28,7 @@ from pairsim.solvers.rows.model import RowModel
 # contact is at 2e-3 by default.
 TOLERANCE, OVERLAP = 1e-5, 5e-4
 FIRST, SHORTEST = 0.1, 1e-4  # steps [D_c/U_av]; one as short as the latter is not repeated
-SOONEST = 0.3  # least relaxation time that is followed, as shorter ones are of small lags [D_c/U_av]; chosen
+SOONEST = 0.3  # within which a lag is reached at the soonest [D_c/U_av]; chosen, as shorter times make short steps
 SAFETY, MOST_GROWTH, LEAST_GROWTH = 0.85, 3.0, 0.2  # of steps; chosen
 
 
@@ -105,7 +105,9 @@ def _step(flow: _Velocities, state: Array, slope: Array, step: float) -> tuple[A
         beside = open_ones.copy()
         beside[1:] &= open_ones[:-1]
         beside[:-1] &= open_ones[1:]
-        worst = max(float(np.abs(error[:, beside]).max(initial=0.0)) / TOLERANCE, overlap / OVERLAP)
+        lags = error[1:]  # which change smoothly where particles touch, too
+        worst = max(float(np.abs(each).max(initial=0.0)) / TOLERANCE for each in (error[0, beside], lags))
+        worst = max(worst, overlap / OVERLAP)
         growth = min(MOST_GROWTH, max(LEAST_GROWTH, SAFETY * max(worst, 1e-9) ** (-1 / 3)))
         if worst <= 1 or step <= SHORTEST:
             return new, fourth, step, max(step * growth, SHORTEST)
@@ -122,7 +124,7 @@ class _Velocities:
 
         d_t = g + (l - lambda)/tau,    l_t = -C' (l - lambda)/tau,
 
-    so that C' d_t + l_t = dU. Of C' each distance has its own part alone in this.
+    so that C' d_t + l_t = dU. Of C' each distance has its own part alone in this, and tau/C' is at least `SOONEST`.
     """
 
     model: RowModel
@@ -159,10 +161,13 @@ class _Velocities:
         if self.lag is None:
             return without_overlap(free, gaps, self.contact)
         solved = np.maximum(gaps, self.model.least)
-        left = (lags[0] - self.lag.at(solved, dU, rates)) / np.maximum(self.lag.time(solved, dU), SOONEST)
-        moved = left if closing is None else np.where(rates + left < 0, left * closing.factor(at)[:, 0], left)
+        own = stretch[len(stretch) // 2]
+        left = (self.lag.at(solved, dU, rates) - lags[0]) / np.maximum(self.lag.time(solved, dU) / own, SOONEST)
+        moved = -left / own
+        if closing is not None:
+            moved *= np.where(rates + moved < 0, closing.factor(at)[:, 0], 1.0)
         free += np.cumsum(np.append(0.0, moved))
-        return np.append(without_overlap(free, gaps, self.contact), -stretch[len(stretch) // 2] * left)
+        return np.append(without_overlap(free, gaps, self.contact), left)
 
     def _of_unequal(self, gaps: Array, parts: Array) -> tuple[Array, Array]:
         """As `RowModel.along`; where no rows were solved lengths go on as at the least distance that was."""

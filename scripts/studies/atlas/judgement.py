@@ -14,8 +14,8 @@ from book.statements import Judged
 from book.study import Part
 from scipy.interpolate import CubicSpline
 
-from pairsim.analysis.master_curve import Curve
 from pairsim.atlas.atlas import PARAMETERS, Atlas
+from pairsim.lab.atlas_curve import curve_of_atlas
 from studies.atlas.cases import atlas_of
 
 INSIDE = 0.95
@@ -35,7 +35,7 @@ def judge(atlas: Atlas, points: pd.DataFrame) -> pd.DataFrame:
     rows = []
     for place, held in points.groupby(list(PARAMETERS)):
         here: dict[str, Any] = dict(zip(PARAMETERS, place, strict=True))
-        found = Curve.of_atlas(atlas, **here)
+        found = curve_of_atlas(atlas, **here)
         curve, zeros, peak = found.of(), found.equilibria, np.abs(found.table["dU"]).max()
         for d, dU in zip(held["d"], held["dU"], strict=True):
             value, half_width = float(curve.values(d)), float(curve.half_widths(d))

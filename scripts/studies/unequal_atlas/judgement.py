@@ -12,9 +12,9 @@ from book import pages
 from book.statements import Judged
 from book.study import Part
 
-from pairsim.analysis.master_curve import Curve
 from pairsim.atlas import atlas as shipped
 from pairsim.atlas.atlas import Atlas
+from pairsim.lab.atlas_curve import curve_of_atlas
 from studies.unequal_atlas.cases import DIAMETERS, MODULI
 
 FILES = {"giesekus": "equal-pairs", "newtonian": "newtonian"}
@@ -40,7 +40,7 @@ def judged(results: pd.DataFrame) -> pd.DataFrame:
     for _, points in results[results["ended"].isna()].groupby("part", sort=False):
         beta_T, beta_L, De, Ca_e_T, Ca_e_L = map(float, points.iloc[0][PAIR])
         atlas = atlas_of(str(points["liquid"].iloc[0]))
-        curve = Curve.of_atlas(atlas, beta=(beta_T, beta_L), De=De, Ca_e=(Ca_e_T, Ca_e_L))
+        curve = curve_of_atlas(atlas, beta=(beta_T, beta_L), De=De, Ca_e=(Ca_e_T, Ca_e_L))
         value, half_width = curve.numbers(points["d"].to_numpy())
         size = 100 / np.abs(curve.peak.dU)
         at_ends = [_at_end(beta_L / beta_T, DIAMETERS), _at_end(Ca_e_T / Ca_e_L, MODULI)]
