@@ -57,12 +57,20 @@ def judged() -> pd.DataFrame:
     return found.assign(verdict=np.select(conditions, ["stale", "old"], "made at this commit"))
 
 
-def make(command: str) -> None:
-    """Run a command of pictures.yaml in a shell, in which `python` and `pairsim` are those of this Python."""
+def make(command: str, names: Sequence[str]) -> None:
+    """Run the command of some pictures in a shell, in which `python` and `pairsim` are those of this Python.
+
+    Raises:
+        SystemExit: The command has failed, or has left one of them as it was.
+    """
+    before = {name: (ROOT / name).stat().st_mtime_ns for name in names}
     with tempfile.TemporaryDirectory() as folder:
         path = f"{Path(sys.executable).parent}:{os.environ['PATH']}"
         environment = os.environ | {"FOLDER": folder, "PATH": path, "OMP_NUM_THREADS": "1"}
-        subprocess.run(command, shell=True, cwd=ROOT, env=environment, check=True)
+        code = subprocess.run(command, shell=True, cwd=ROOT, env=environment, check=False).returncode
+    left = [name for name, time in before.items() if (ROOT / name).stat().st_mtime_ns == time]
+    if code or left:
+        raise SystemExit(f"exit code {code}, {', '.join(left) or 'no picture'} not made: {command}")
 
 
 def main() -> int:
@@ -75,8 +83,8 @@ def main() -> int:
     found = judged()
     chosen = found[found.index.str.contains(arguments.word, regex=False) & (found["verdict"] == "stale")]
     if arguments.make:
-        for command in chosen["make"].unique():
-            make(command)
+        for command, own in chosen.groupby("make", sort=False):
+            make(str(command), list(own.index))
         fresh = found["make"].isin(chosen["make"])
         found.loc[fresh, "verdict"] = "made at this commit"
         found.loc[fresh, ["shows_then", "numerics_then"]] = found.loc[fresh, ["shows", "numerics"]].to_numpy()

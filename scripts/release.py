@@ -5,9 +5,10 @@ usage: scripts/release [--without-tests]
 1. no file has been changed or added since the last commit
 2. the version is new: no tag v<version>; CHANGELOG.md has a section of it with a date, below an empty [Unreleased];
    CITATION.cff has version and date
-3. scripts/test passes (--without-tests leaves it out)
-4. sdist and wheel are built from the commit, by way of git archive, and have what they must have
-5. the wheel is installed with [fenicsx] in a clean environment in a temporary folder, and in another folder
+3. stored results of studies are those of this code, and so are the pictures of the documents
+4. scripts/test passes (--without-tests leaves it out)
+5. sdist and wheel are built from the commit, by way of git archive, and have what they must have
+6. the wheel is installed with [fenicsx] in a clean environment in a temporary folder, and in another folder
    pairsim --version, init, run, plot and report work
 
 Prints every point with ok or FAILED, and what is left to do by hand. Exit codes: 0 all is well, 1 a point has failed.
@@ -29,6 +30,10 @@ from itertools import chain
 from pathlib import Path
 
 from book import yaml_files
+from book.code import code_of
+from book.results import Results
+from book.study import names, study_of
+from pictures import judged
 
 from pairsim.runtime.child_process import clean_environment
 from pairsim.runtime.version import __version__
@@ -77,6 +82,19 @@ def tree() -> Points:
     cited = f"{citation['version']} of {citation['date-released']}"
     expected = f"{__version__} of {described[1]}" if described else __version__
     yield "CITATION.cff has version and date", "" if cited == expected else f"has {cited}, not {expected}"
+
+
+def results() -> Points:
+    """What the documents show was computed with this code; what could not be is for a person to name."""
+    for name in names():
+        study = study_of(name)
+        parts, stored = study.parts(False), Results(study.stored)
+        stale = [part for part in parts if stored.stale(part, code_of(part.uses or study.uses)) != []]
+        fault = f"{len(stale)} of {len(parts)} parts are to be computed, see scripts/study {name}" if stale else ""
+        yield f"the results of the study {name} are those of this code", fault
+    found = judged()
+    count = int((found["verdict"] == "stale").sum())
+    yield "no picture is stale", f"{count} are, see scripts/pictures" if count else ""
 
 
 def tests() -> Points:
@@ -132,7 +150,7 @@ def main() -> int:
     failed = 0
     with tempfile.TemporaryDirectory(prefix="pairsim-release-") as folder:
         work = Path(folder)
-        for point, fault in chain(tree(), () if without_tests else tests(), archives(work), installed(work)):
+        for point, fault in chain(tree(), results(), () if without_tests else tests(), archives(work), installed(work)):
             print(f"FAILED  {point}: {fault}" if fault else f"ok      {point}", flush=True)
             failed += bool(fault)
     if failed:

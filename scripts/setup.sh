@@ -4,6 +4,7 @@
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 venv="$root/.venv"
 uv_python=3.13 # where no interpreter is new enough
+other_ways="docs/how-to/install.md has others: conda, pixi, a container, the FEniCSx of a cluster"
 
 # Help needs no installation: that of a module is its docstring, that of a script alone the comment at its head.
 show_help() {
@@ -31,9 +32,8 @@ is_new_enough() { "$1" -c 'import sys, venv, ensurepip; sys.exit(sys.version_inf
 
 find_python() {
     local candidate
-    for candidate in "${PAIRSIM_PYTHON:-}" python3.13 python3.12 python3.14 python3 python \
+    for candidate in python3.13 python3.12 python3.14 python3 python \
         "$HOME"/.pyenv/versions/*/bin/python3 /usr/local/bin/python3.* /opt/*/bin/python3; do
-        [ -n "$candidate" ] || continue
         candidate=$(command -v "$candidate") || continue
         if is_new_enough "$candidate"; then echo "$candidate"; return 0; fi
     done
@@ -58,11 +58,28 @@ find_uv() {
 # The path of a Python that uv downloads, into the user's folder of such interpreters.
 python_of_uv() {
     local uv found
+    say "no Python 3.12 or newer with the module venv was found; uv can download $uv_python"
     uv=$(find_uv) || return 1
-    say "no Python 3.12 or newer was found; uv installs $uv_python"
     export UV_PYTHON_PREFERENCE=only-managed UV_PYTHON_INSTALL_BIN=0
-    "$uv" python install --quiet "$uv_python" >&2 || return 1
+    "$uv" python install --no-progress "$uv_python" >&2 || return 1 # with --quiet it would not say why it fails
     found=$(cd / && "$uv" python find "$uv_python") && is_new_enough "$found" && echo "$found"
+}
+
+# The path of the Python that makes .venv: the user's choice, one of the machine, or one that uv downloads.
+choose_python() {
+    if [ -n "${PAIRSIM_PYTHON:-}" ]; then
+        if is_new_enough "$PAIRSIM_PYTHON"; then command -v "$PAIRSIM_PYTHON"; return; fi
+        say "PAIRSIM_PYTHON is $PAIRSIM_PYTHON, which is no Python 3.12 or newer with the module venv"
+        return 1
+    fi
+    find_python || python_of_uv && return
+    say "uv could not bring a Python; install 3.12 or newer (on Debian and Ubuntu python3-venv, too), or set" \
+        "PAIRSIM_PYTHON to an interpreter"
+    return 1
+}
+
+has_fenicsx() {
+    "$1" -c 'import dolfinx, sys; sys.exit(tuple(map(int, dolfinx.__version__.split(".")[:2])) != (0, 11))' >/dev/null 2>&1
 }
 
 includes() { # whether the list $1 has all entries of the list $2
@@ -74,6 +91,10 @@ includes() { # whether the list $1 has all entries of the list $2
 
 setup_venv() {
     local extras=$1 python options=() wanted state installed size
+    if [ "$(uname -s)" != Linux ]; then
+        say "the commands in scripts/ are for Linux, this is $(uname -s); $other_ways"
+        exit 1
+    fi
     exec 9>"$root/.venv.lock"
     if ! flock -n 9; then
         say "another set-up is running; waiting for it"
@@ -94,16 +115,14 @@ setup_venv() {
     fi
     # Without pip it is what an interrupted set-up left.
     if ! is_new_enough "$venv/bin/python" || ! "$venv/bin/python" -m pip --version >/dev/null 2>&1; then
-        python=$(find_python || python_of_uv) || {
-            say "no Python 3.12 or newer with venv was found, and uv could not bring one; install either, or set" \
-                "PAIRSIM_PYTHON to an interpreter"
-            exit 1
-        }
+        python=$(choose_python) || exit 1
         # A site's own FEniCSx (Debian, conda, Spack) is used where that Python has it.
-        if "$python" -c 'import dolfinx, sys; sys.exit(tuple(map(int, dolfinx.__version__.split(".")[:2])) != (0, 11))' \
-            >/dev/null 2>&1; then
+        if has_fenicsx "$python"; then
             say "using the FEniCSx of $python"
             options=(--system-site-packages)
+        elif [ "$(uname -m)" != x86_64 ]; then
+            say "the wheel of FEniCSx is for x86_64, this is $(uname -m); $other_ways"
+            exit 1
         fi
         say "making .venv with $python"
         rm -rf "$venv"
@@ -116,7 +135,8 @@ setup_venv() {
     if includes "$extras" dev; then size="2 GB"; else size="1.4 GB"; fi
     say "installing (once; some minutes, $size)"
     "$venv/bin/python" -m pip install --quiet --disable-pip-version-check -e "$root${extras:+[$extras]}" || {
-        say "the installation failed; run the command again"
+        say "the installation failed; the same command tries again. Where pip finds no dolfinx-solver-real, the system" \
+            "is older than its wheel (glibc 2.34); $other_ways"
         exit 1
     }
     echo "$wanted" >"$venv/.pairsim-ready"

@@ -30,7 +30,7 @@ from pathlib import Path
 
 import pandas as pd
 from book import overview, pages
-from book.code import code_of, reasons
+from book.code import code_of
 from book.results import Results
 from book.study import Part, Row, Stopped, Study, Unavailable, names, study_of
 
@@ -46,10 +46,9 @@ def left(study: Study, parts: Sequence[Part], results: Results, *, keep: bool = 
     """The parts without results, and those with stale ones unless these are kept; prints how many, and why."""
     found, why = list[Part](), Counter[str]()
     for part in parts:
-        before, code = results.code(part), code_of(part.uses or study.uses)
-        stale = [] if before is None else reasons(before, code)
-        why.update(stale)
-        if before is None or (stale and not keep):
+        stale = results.stale(part, code_of(part.uses or study.uses))
+        why.update(stale or ())
+        if stale is None or (stale and not keep):
             found.append(part)
     for reason, count in why.items():
         print(f"{study.name}: {count} parts are stale, as {reason}", flush=True)

@@ -208,7 +208,8 @@ def begin(directory: Path, grid: Grid) -> SweepRecord:
         earlier = _read(directory)
         if earlier.grid != grid.key:
             version = earlier.versions.get("pairsim", __version__)
-            whose = "of another grid" if version == __version__ else f"by pairsim {version}, whose keys differ"
+            other = f"by pairsim {version}, whose keys or defaults differ: CHANGELOG.md has what to write"
+            whose = "of another grid" if version == __version__ else other
             raise InputError(
                 str(directory), Argument("folder"), None, f"must be a folder for this grid, but has a sweep {whose}"
             )

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from book.code import SHOWN
+from book.code import SHOWN, reasons
 from book.study import Part, Row
 from pairsim.record.folder import write_text
 
@@ -35,6 +35,11 @@ class Results:
         """The code that a part was computed with; None where it has no rows."""
         own = self.of([part])
         return str(own["code"].iloc[0]) if len(own) else None
+
+    def stale(self, part: Part, code: str) -> list[str] | None:
+        """Why the rows of a part are not those of some code, empty where they are; None where there are none."""
+        before = self.code(part)
+        return None if before is None else reasons(before, code)
 
     def add(self, part: Part, code: str, rows: Sequence[Row]) -> None:
         """Store the rows of a part in the place of earlier ones."""

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from packaging.specifiers import SpecifierSet
 from support.inputs import ROOT
 from typer.testing import CliRunner
 
@@ -74,6 +75,7 @@ def program(folder: Path, name: str, text: str) -> None:
     (folder / name).chmod(0o755)
 
 
+SET_UP = (ROOT / "scripts" / "setup.sh").read_text()
 ONLY_OLD = 'find_python() { return 1; }\nis_new_enough() { [ "$1" = /new/python ]; }\n'
 """Shell: no interpreter of the machine is new enough."""
 
@@ -83,18 +85,54 @@ def test_uv_brings_a_python_where_none_is_new_enough(tmp_path: Path, set_up: Cal
     program(tmp_path / "bin", "uv", uv)
     done = set_up(ONLY_OLD + "python_of_uv")
     assert (done.returncode, done.stdout.strip()) == (0, "/new/python")
-    assert "uv installs 3.13" in done.stderr
+    assert "uv can download 3.13" in done.stderr
 
 
-def test_without_python_and_uv_one_sentence_says_what_to_do(tmp_path: Path, set_up: Callable) -> None:
+def test_without_python_and_uv_two_sentences_say_what_to_do(tmp_path: Path, set_up: Callable) -> None:
     for name in ("python3", "python", "uv"):
         program(tmp_path / "bin", name, "exit 1")
     program(tmp_path / "bin", "cc", "exit 0")
     (tmp_path / "pyproject.toml").touch()
     done = set_up(ONLY_OLD + "find_uv() { return 1; }\nsetup_venv fenicsx")
     assert done.returncode == 1
-    assert "no Python 3.12 or newer with venv was found, and uv could not bring one" in done.stderr
+    lacking, advice = done.stderr.splitlines()
+    assert "no Python 3.12 or newer with the module venv was found" in lacking
+    assert "install 3.12 or newer (on Debian and Ubuntu python3-venv, too), or set PAIRSIM_PYTHON" in advice
+
+
+UV_WITHOUT_NETWORK = """case "$*" in
+    --version) ;;
+    *--quiet*) exit 1 ;;
+    *) echo no network >&2; exit 1 ;;
+esac"""
+
+
+def test_why_uv_fails_is_told(tmp_path: Path, set_up: Callable) -> None:
+    program(tmp_path / "bin", "uv", UV_WITHOUT_NETWORK)
+    done = set_up(ONLY_OLD + "python_of_uv")
+    assert done.returncode == 1
+    assert "no network" in done.stderr
+
+
+def test_a_chosen_python_that_is_too_old_is_not_replaced_by_another(tmp_path: Path, set_up: Callable) -> None:
+    program(tmp_path / "bin", "old", "exit 1")
+    done = set_up("find_python() { echo /other/python; }\nPAIRSIM_PYTHON=old choose_python")
+    assert (done.returncode, done.stdout) == (1, "")
+    assert "PAIRSIM_PYTHON is old, which is no Python 3.12 or newer" in done.stderr
+
+
+@pytest.mark.parametrize(("system", "machine"), [("Darwin", "arm64"), ("Linux", "aarch64")])
+def test_where_there_is_no_wheel_other_ways_are_named(
+    system: str, machine: str, tmp_path: Path, set_up: Callable
+) -> None:
+    program(tmp_path / "bin", "uname", f'case "$1" in -s) echo {system} ;; -m) echo {machine} ;; esac')
+    program(tmp_path / "bin", "cc", "exit 0")
+    (tmp_path / "pyproject.toml").touch()
+    done = set_up("choose_python() { echo python; }\nhas_fenicsx() { return 1; }\nsetup_venv fenicsx")
+    assert done.returncode == 1
+    assert "docs/how-to/install.md has others: conda, pixi, a container" in done.stderr
     assert len(done.stderr.splitlines()) == 1
+    assert not (tmp_path / ".venv").exists()
 
 
 COMMANDS = sorted(path.name for path in (ROOT / "scripts").iterdir() if path.is_file() and not path.suffix)
@@ -114,20 +152,65 @@ def test_help_of_a_script_installs_nothing(name: str, tmp_path: Path) -> None:
     assert not (tmp_path / ".venv.lock").exists()
 
 
-def test_conda_pixi_and_pip_install_the_same_packages() -> None:
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+
+
+@pytest.fixture
+def conda() -> dict[str, str]:
+    """The packages of environment.yml with what is said of their versions."""
+    entries = yaml.safe_load((ROOT / "environment.yml").read_text())["dependencies"]
+    return dict((*entry.split(" ", 1), "")[:2] for entry in entries)
+
+
+@pytest.fixture
+def pixi() -> dict[str, str]:
+    """Those of pixi.toml, in the words of environment.yml."""
+    entries = tomllib.loads((ROOT / "pixi.toml").read_text())["dependencies"]
+    words = {name: f"* {each['build']}" if isinstance(each, dict) else each for name, each in entries.items()}
+    return {name: "" if each == "*" else each for name, each in words.items()}
+
+
+def test_conda_pixi_and_pip_install_the_same_packages(conda: dict[str, str], pixi: dict[str, str]) -> None:
     renamed = {"gmsh": "python-gmsh", "matplotlib": "matplotlib-base"}
     wanted = {}
-    for entry in project["dependencies"]:
+    for entry in PROJECT["dependencies"]:
         name, bound = re.fullmatch(r"([\w.-]+)(.*)", entry).groups()
         wanted[renamed.get(name.lower(), name.lower())] = bound
-    environment = yaml.safe_load((ROOT / "environment.yml").read_text())["dependencies"]
-    conda = dict((*entry.split(" ", 1), "")[:2] for entry in environment)
-    pixi = tomllib.loads((ROOT / "pixi.toml").read_text())["dependencies"]
     assert {name: conda.get(name) for name in wanted} == wanted
-    assert {name: str(pixi.get(name)).replace("*", "") for name in wanted} == wanted
-    assert conda["fenics-dolfinx"] == pixi["fenics-dolfinx"] == "0.11.*"
-    assert "dolfinx-solver-real==0.11.*" in project["optional-dependencies"]["fenicsx"]
+    assert pixi == {name: bound for name, bound in conda.items() if name != "pip"}
+    assert conda["fenics-dolfinx"] == "0.11.*"
+    assert "dolfinx-solver-real==0.11.*" in PROJECT["optional-dependencies"]["fenicsx"]
+
+
+def test_every_way_of_installation_has_a_python_that_is_new_enough(conda: dict[str, str]) -> None:
+    oldest = PROJECT["requires-python"]
+    assert conda["python"].startswith(f"{oldest},")
+    images = re.findall(r"^FROM python:([\d.]+)", (ROOT / "Dockerfile").read_text(), re.MULTILINE)
+    assert images
+    assert all(SpecifierSet(oldest).contains(version) for version in images)
+    assert SpecifierSet(oldest).contains(re.search(r"^uv_python=(\S+)", SET_UP, re.MULTILINE)[1])
+
+
+def packages(path: Path) -> set[str]:
+    """What the first command of apt in a file installs."""
+    command = re.search(r"apt(?:-get)? install (?:--\S+ )*((?:.*\\\n)*.*)", path.read_text())[1]
+    return set(command.partition("&&")[0].replace("\\\n", " ").split())
+
+
+def test_the_system_needs_the_same_packages_everywhere() -> None:
+    needed = packages(ROOT / "README.md")
+    assert packages(ROOT / "docs" / "how-to" / "install.md") == needed
+    of_image = packages(ROOT / "Dockerfile")  # which has Python; without recommended packages gcc lacks libgomp1
+    assert of_image - {"libgomp1"} == needed - {"python3-pip", "python3-venv"}
+    message = (ROOT / "pairsim" / "runtime" / "fenicsx.py").read_text()
+    assert set(re.findall(r"\blib[a-z]\S*\d(?:-mesa)?\b", message)) == of_image - {"gcc", "libc6-dev", "libgomp1"}
+
+
+def test_the_container_is_built_of_what_is_copied_into_it() -> None:
+    copied = re.findall(r"^COPY (?!--from)(.*) \S+$", (ROOT / "Dockerfile").read_text(), re.MULTILINE)
+    ignored, *kept = (ROOT / ".dockerignore").read_text().split()
+    assert ignored == "*"
+    assert {name.removeprefix("!") for name in kept} == {name for line in copied for name in line.split()}
 
 
 def test_version_names_the_commit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -86,3 +86,18 @@ def test_a_case_that_leaves_out_the_ends_now_is_not_taken_for_an_old_one(old: Pa
     assert "ends: got 'developed'; must be 'periodic'" in done.stderr
     again = pairsim("run", "pair.yaml", "--resume", "run", "--set", mesh, "--set", "ends=periodic")
     assert again.returncode == 0, again.stderr
+
+
+def test_an_old_sweep_goes_on_where_its_ends_are_named(
+    old: Path, pairsim: Pairsim, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pairsim.sweeps.folder.__version__", "0.4.0")
+    grid = (old / "sweep" / "grid.yaml").read_text()
+    (old / "grid.yaml").write_text(grid)
+    done = pairsim("sweep", "grid.yaml", "-o", "sweep")
+    assert done.returncode == 2
+    assert "by pairsim 0.3.0, whose keys or defaults differ: CHANGELOG.md has what to write" in done.stderr
+    (old / "grid.yaml").write_text(grid.replace("base:", "base:\n  ends: periodic"))
+    again = pairsim("sweep", "grid.yaml", "-o", "sweep")
+    assert again.returncode == 0, again.stderr
+    assert "2 cases, 0 to do" in again.stderr

@@ -18,6 +18,7 @@ import pairsim
 
 sys.path.append(str(ROOT / "scripts"))
 
+import release
 import study as runner
 from book import code, overview, pages
 from book.code import UNKNOWN, changed, digest_of
@@ -96,6 +97,22 @@ def test_parts_whose_code_has_changed_are_named_and_computed_again(
     assert "3 parts are stale, as law has changed" in capsys.readouterr().out
     run()
     assert len(squares.computed) == 6
+
+
+def test_a_release_says_which_studies_are_to_be_computed(
+    squares: Squares, run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    verdicts = pd.DataFrame({"verdict": ["stale", "old"]}, index=["a.png", "b.png"])
+    for name, value in {"names": runner.names, "study_of": runner.study_of, "judged": lambda: verdicts}.items():
+        monkeypatch.setattr(release, name, value)
+    monkeypatch.setattr(release, "code_of", lambda _: "law 1234")
+    run()
+    run("--page")
+    assert [fault for _, fault in release.results()] == ["", "1 are, see scripts/pictures"]
+    monkeypatch.setattr(release, "code_of", lambda _: "law 5678")
+    point, fault = next(release.results())
+    assert point == "the results of the study squares are those of this code"
+    assert fault == "3 of 3 parts are to be computed, see scripts/study squares"
 
 
 @pytest.mark.parametrize("before", [UNKNOWN, "commit 8e62446e"])
