@@ -6,13 +6,11 @@ from collections.abc import Mapping, Sequence
 
 import pandas as pd
 from book import comparison, pages
-from book.case_parts import complete
+from book.case_parts import complete, half_widths_hold
 from book.made import made
 from book.statements import Judged
 from book.study import Part
 
-INSIDE, BEYOND = 0.95, 2.0
-"""Least part of the points that is to be inside, and the largest error over the half-width of any."""
 KNOWN = 1 / 3  # half-width of a reference over that of the point, up to which it decides alone
 YES = {True: "yes", False: ""}
 
@@ -54,20 +52,14 @@ def statements(results: pd.DataFrame, parts: Sequence[Part]) -> dict[str, Judged
     table = judged(results)
     if table.empty:
         return complete(results, parts)
-    inside, wanted = table["ratio"] <= 1, percent(table["accuracy"].iloc[0])
+    wanted = percent(table["accuracy"].iloc[0])
     curves, laws = worst(table, "curve"), worst(table, "law")
     silent = curves[~curves["said"]]
     margins = zip(wanted - silent["error_percent"], silent["known_percent"], strict=True)
     largest = f"largest {silent['error_percent'].max():.2g} %; " if len(silent) else ""
     by_law = zip(wanted - laws["error_percent"], laws["known_percent"], strict=True)
     return {
-        f"at least {100 * INSIDE:.0f} % of dU are inside their half-widths": Judged(
-            ((float(inside.mean()) - INSIDE, 0.0),), f"{inside.sum()} of {len(table)}: {100 * inside.mean():.1f} %"
-        ),
-        f"none is beyond {BEYOND:g} half-widths": Judged(
-            tuple(zip(BEYOND - table["ratio"], table["known"], strict=True)),
-            f"largest error over half-width {table['ratio'].max():.2f}",
-        ),
+        **half_widths_hold(table["ratio"], table["known"], "dU"),
         f"no error of a curve is above {wanted:g} % of its peak without a warning": Judged(
             tuple(margins) or ((1.0, 0.0),), f"{largest}{len(curves) - len(silent)} of {len(curves)} curves warn"
         ),

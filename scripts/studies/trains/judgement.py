@@ -7,14 +7,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 from book import comparison, pages
-from book.case_parts import complete
+from book.case_parts import complete, half_widths_hold
 from book.comparison import cell
 from book.made import made
 from book.statements import Judged
 from book.study import Part
 
-INSIDE, BEYOND = 0.95, 2.0
-"""Least part of the rates that is to be inside, and the largest error over the half-width of any."""
 OF_RUNS = 1.0  # what a rate of a run may be off besides the half-width of the train, in per cent of its largest rate
 QUANTITIES = ("growth", "frequency")
 SHORTEST = 2  # beads of the shortest wave, which does not travel: its frequency is 0
@@ -66,7 +64,7 @@ def statements(results: pd.DataFrame, parts: Sequence[Part]) -> dict[str, Judged
     table = judged(results)
     if table.empty:
         return complete(results, parts)
-    inside, wanted = table["ratio"] <= 1, float(str(table["accuracy"].iloc[0]).removesuffix("%"))
+    wanted = float(str(table["accuracy"].iloc[0]).removesuffix("%"))
     silent = table[~table["said"]]
     warn = table.drop_duplicates("train")["said"]
     margins = zip(wanted - silent["error_percent"], silent["known_percent"], strict=True)
@@ -74,13 +72,7 @@ def statements(results: pd.DataFrame, parts: Sequence[Part]) -> dict[str, Judged
     verdicts = table.drop_duplicates("train")
     same = verdicts["verdict"] == verdicts["verdict_of_reference"]
     found = {
-        f"at least {100 * INSIDE:.0f} % of the rates are inside their half-widths": Judged(
-            ((float(inside.mean()) - INSIDE, 0.0),), f"{inside.sum()} of {len(table)}: {100 * inside.mean():.1f} %"
-        ),
-        f"none is beyond {BEYOND:g} half-widths": Judged(
-            tuple(zip(BEYOND - table["ratio"], table["known"], strict=True)),
-            f"largest error over half-width {table['ratio'].max():.2f}",
-        ),
+        **half_widths_hold(table["ratio"], table["known"], "the rates"),
         f"no error of a train is above {wanted:g} % of its largest rate without a warning": Judged(
             tuple(margins) or ((1.0, 0.0),), f"{largest}{warn.sum()} of {len(warn)} trains warn"
         ),
