@@ -234,6 +234,15 @@ def test_soft_beads_come_closer_as_a_pair_does_that_was_solved() -> None:
     assert np.diff(slowed)[1] == pytest.approx(rows.row(gaps).rates[1] * 0.25, rel=1e-9)
 
 
+def test_errors_of_films_make_beads_faster_at_the_distances_of_the_model_too() -> None:
+    closing = Closing.of([closing_pair(d, -0.01 * (d / 0.04) ** 2) for d in (0.08, 0.04, 0.02, 0.01)], 0.04)
+    assert closing is not None
+    U, gaps = np.array([1.7, 1.69, 1.7]), np.array([0.06, 0.06])  # the first two come closer, the others part
+    assert closing.changed(U, gaps) == pytest.approx(0.0)
+    changed = np.diff(closing.faster.changed(U, gaps))
+    assert changed[0] == pytest.approx(0.1 * (U[1] - U[0]))
+
+
 def test_a_film_slows_down_the_bead_that_it_did_in_the_pair_that_was_solved() -> None:
     def pair(d: float) -> Row:  # the downstream bead takes no part of it
         row = closing_pair(d, -0.01 * min(d / 0.04, 1.0))

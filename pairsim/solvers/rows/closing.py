@@ -91,11 +91,11 @@ class Closing:
         full, left = 1 / self.factor(gaps)[:, 1] - 1, np.diff(U)
         shares = np.interp(np.log(gaps), np.log(self.distances), self.shares)
         # (1 + q_i) dU'_i - s_(i+1) q_(i+1) dU'_(i+1) - (1 - s_(i-1)) q_(i-1) dU'_(i-1) = dU_i, with q = 0 where dU' > 0
-        q = np.zeros(len(gaps))
+        q, closing = np.zeros(len(gaps)), np.zeros(len(gaps), bool)
         for _ in range(len(gaps)):
-            if np.array_equal(q > 0, (left < 0) & (full > 0)):
+            if np.array_equal(closing, closing := (left < 0) & (full != 0)):
                 break
-            q = np.where(left < 0, full, 0.0)
+            q = np.where(closing, full, 0.0)
             upstream, downstream = shares * q, (1 - shares) * q
             matrix = np.array([np.append(0.0, -upstream[1:]), 1 + q, np.append(-downstream[:-1], 0.0)])
             left = scipy.linalg.solve_banded((1, 1), matrix, np.diff(U))
