@@ -131,8 +131,8 @@ class SceneCase(Keys):
     )
     length: Annotated[Annotated[values.Number, LENGTHS] | Literal["auto"] | None, Key(check=_check_length)] = Field(
         None,
-        description="tube length [D_c]; default: auto, just long enough that developed ends hardly affect dU; with "
-        "periodic ends 50 times the largest beta, 10 without particles",
+        description="tube length [D_c]; default: auto, just long enough that developed ends hardly affect dU, and "
+        "dp_plus of moved particles; with periodic ends 50 times the largest beta, 10 without particles",
     )
     ends: Ends = Field("developed", description=ENDS)
     accuracy: Annotated[Accuracy, Key(part=Part.NUMERICS)] = Field(
@@ -330,7 +330,13 @@ class SceneCase(Keys):
         if not self.liquid_model.modes:
             return NEWTONIAN_MARGIN
         least, most = ELASTIC_MARGINS
-        return min(max(7.0 - 10.0 * min(self.betas, default=1.0), least), most)
+        usual = min(max(7.0 - 10.0 * min(self.betas, default=1.0), least), most)
+        velocity = self.drive.velocity
+        return usual if velocity is None else max(usual, self._wake(velocity - self.drive.flow))
+
+    def _wake(self, relative_velocity: float) -> float:
+        """Length of tube in which the liquid that particles have left behind forgets them [D_c]."""
+        return min(MEMORIES * self.liquid_model.longest * abs(relative_velocity), LONGEST_WAKE)
 
     @property
     def cluster(self) -> float:
@@ -391,6 +397,11 @@ class SceneCase(Keys):
 # most of all for small particles, and depends little on De (measured in docs/explanation/decisions.md).
 NEWTONIAN_MARGIN = 2.0
 ELASTIC_MARGINS = 3.0, 6.0
+# Particles that are moved against the liquid strain it near the wall, which carries that along at its velocity. What
+# the tube from z on would add to dp_plus is 0.3 exp(-z/(De |velocity - flow|)) of it: 0.03 % after seven times the
+# length in the exponent (measured in docs/explanation/decisions.md).
+MEMORIES = 7.0
+LONGEST_WAKE = 60.0  # [D_c]; chosen
 FREE_ENDS = 0.5  # least length of tube between the particles and each end [D_c]
 
 

@@ -97,7 +97,8 @@ class _Accuracy:
             case Scale.LARGEST:
                 size = report.largest[goal] if largest is None else largest
                 sizes = [np.asarray(size)] * len(points)
-                whole = f"the largest |{goal.name}|" if goal.scouted or len(points) > 1 else f"|{goal.name}|"
+                looked_for = goal.scouted and "Np" not in case.fixed_cells
+                whole = f"the largest |{goal.name}|" if looked_for or len(points) > 1 else f"|{goal.name}|"
                 what = f"{whole} ({in_unit(case.scales, goal.kind, size, digits=3)})"
         known = [(point, error_at(point, goal, each)) for point, each in zip(points, sizes, strict=True)]
         errors, arrested = (

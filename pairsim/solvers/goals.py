@@ -58,6 +58,7 @@ class Goal:
         functional: Its functionals at a solution; None if it is combined of another goal.
         reading: Correction of the reported values by a better evaluation of the functionals at the discrete solution,
             (k,); None: nothing.
+        beyond_ends: Magnitude of what the tube beyond the ends of a scene would add to its value; None: nothing.
         parent: The goal of whose values it is a combination.
         combination: The coefficients of the combination of n values of the parent, (k, n).
         per: What it has a value for each of.
@@ -85,6 +86,7 @@ class Goal:
     value: Callable[[Solution, Observation], Array] = field(compare=False)
     functional: Callable[[Solution], Functional] | None = field(default=None, compare=False)
     reading: Callable[[Solution], Array] | None = field(default=None, compare=False)
+    beyond_ends: Callable[[Solution], float] | None = field(default=None, compare=False)
     parent: Goal | None = None
     combination: Callable[[int], Array] | None = field(default=None, compare=False)
     per: Literal["", "particle", "gap"] = ""
@@ -249,6 +251,13 @@ def _inner_pressure_drop(solution: Solution) -> Array:
     return np.array([InnerDrop.of(solution).value - solution.scene.pressure_drop(solution.x)])
 
 
+def _outside_pressure_drop(solution: Solution) -> float:
+    """What the tube beyond the ends would add to the pressure drop."""
+    from pairsim.solvers.pressure_drop import beyond_the_ends
+
+    return beyond_the_ends(solution)
+
+
 def _observed(name: str, _: Solution, observation: Observation) -> Array:
     """The values of an attribute of what is observed."""
     return np.atleast_1d(getattr(observation, name))
@@ -334,6 +343,7 @@ DP_PLUS = Goal(
     partial(_observed, "dp_plus"),
     _pressure_drop,
     _inner_pressure_drop,
+    _outside_pressure_drop,
     observed="dp",
     left_out_counts=True,
     everywhere=True,

@@ -1,13 +1,15 @@
-"""The pressure drop read off inside the tube, as a functional whose adjoint is smooth."""
+"""The pressure drop read off inside the tube, as a functional whose adjoint is smooth, and what is outside."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from pairsim.fem.meshes.quadrature import CellQuadrature
-from pairsim.runtime.arrays import Array
+from pairsim.runtime.arrays import Array, Indices
 from pairsim.solvers.solution import Solution
 
 # Length of tube over which the pressure is averaged at each end [D_c]: averages over less vary more with the cells.
@@ -15,6 +17,10 @@ AVERAGED = 1.0
 # The same as a part of the free length there, at most. With half of it the particles are too near in tubes of the usual
 # length, by 1.8e-4 in a power law (docs/explanation/error-estimate.md).
 MOST_AVERAGED = 0.25
+# Distances of three readings from each other, over the length of their averages; chosen.
+APART = 0.5
+# Largest part of a perturbation that is left from one reading to the next, as far as it is told from no decay; chosen.
+MOST_LEFT = 0.9
 
 
 @dataclass(frozen=True)
@@ -38,20 +44,74 @@ class InnerDrop:
     @staticmethod
     def of(solution: Solution) -> InnerDrop:
         """Read off a solution; in an infinite tube it is that between the same two cross-sections."""
-        scene, x = solution.scene, solution.x
-        mesh, positions = scene.liquid.six_node_mesh, scene.positions(x)
-        quadrature, length = CellQuadrature(mesh), scene.reference.geometry.length
-        over = min(AVERAGED, MOST_AVERAGED * solution.free)
-        z = np.einsum("qa,ma->mq", quadrature.shapes, positions[mesh.cells, 0], optimize=True)
-        weights, total, apart = quadrature.weights(positions), np.zeros(len(mesh.vertices)), 0.0
-        for downstream in (-1.0, 1.0):
-            t = np.clip((length / 2 - downstream * z) / over, 0.0, 1.0)
-            averaged = weights * t**2 * (1 - t) ** 2
-            averaged /= averaged.sum() or np.nan  # of a diverged estimate, which may have no cells there
-            total -= downstream * quadrature.integrals(averaged)
-            apart += downstream * float((averaged * z).sum())
-        index = scene.liquid.index("p", mesh.vertices)
-        rest = solution.gradient * (length - apart)
+        scene, total, apart = solution.scene, 0.0, 0.0
         row = np.zeros(scene.size)
-        row[index] = total
-        return InnerDrop(float(total @ x[index]) + rest, apart, row)
+        for downstream in (-1.0, 1.0):
+            (average,) = _averages(solution, downstream, (0.0,))
+            row[average.index] -= downstream * average.weights
+            total -= downstream * average.value
+            apart += downstream * average.z
+        rest = solution.gradient * (scene.reference.geometry.length - apart)
+        return InnerDrop(total + rest, apart, row)
+
+
+def beyond_the_ends(solution: Solution) -> float:
+    """Magnitude of what an infinite tube would add to the pressure drop outside the ends [eta_0 U_av/D_c].
+
+    Polymer that has been strained at a particle relaxes along the tube, and changes the pressure as long as it does. At
+    each end three readings tell by which part that falls over a length, and so the sum of what follows. Where it does
+    not fall there is no perturbation to be seen. A periodic tube has no outside.
+    """
+    if solution.scene.periodic:
+        return 0.0
+    return sum(_beyond(solution, downstream) for downstream in (-1.0, 1.0))
+
+
+def _beyond(solution: Solution, downstream: float) -> float:
+    """That beyond one of the ends."""
+    found = _averages(solution, downstream, (0.0, APART, 2 * APART))
+    readings = [average.value + solution.gradient * average.z for average in found]
+    last, before = (nearer - farther for nearer, farther in pairwise(readings))
+    left = last / before if before else 0.0
+    return abs(last) * min(left, MOST_LEFT) / (1 - min(left, MOST_LEFT)) if 0 < left < 1 else 0.0
+
+
+@dataclass(frozen=True)
+class _Average:
+    """A weighted average of the pressure over a length of tube.
+
+    Attributes:
+        value: The average [eta_0 U_av/D_c].
+        z: Where it is, the same average of the position [D_c].
+        index: The unknowns that it is an average of, (k,).
+        weights: Their weights, (k,).
+    """
+
+    value: float
+    z: float
+    index: Indices
+    weights: Array
+
+
+def _averages(solution: Solution, downstream: float, inwards: Sequence[float]) -> list[_Average]:
+    """Averages at one end.
+
+    Args:
+        solution: The solution.
+        downstream: 1 for the downstream end, -1 for the upstream one.
+        inwards: How far they are moved inwards, over their length.
+    """
+    scene, x = solution.scene, solution.x
+    mesh, positions = scene.liquid.six_node_mesh, scene.positions(x)
+    quadrature, length = CellQuadrature(mesh), scene.reference.geometry.length
+    over = min(AVERAGED, MOST_AVERAGED * solution.free)
+    z = np.einsum("qa,ma->mq", quadrature.shapes, positions[mesh.cells, 0], optimize=True)
+    weights, index = quadrature.weights(positions), scene.liquid.index("p", mesh.vertices)
+    found = []
+    for moved in inwards:
+        t = np.clip((length / 2 - downstream * z) / over - moved, 0.0, 1.0)
+        averaged = weights * t**2 * (1 - t) ** 2
+        averaged /= averaged.sum() or np.nan  # of a diverged estimate, which may have no cells there
+        of_vertices = quadrature.integrals(averaged)
+        found.append(_Average(float(of_vertices @ x[index]), float((averaged * z).sum()), index, of_vertices))
+    return found

@@ -68,6 +68,17 @@ def test_auto_leaves_small_particles_in_elastic_liquids_more_tube(De: float, bet
     assert found.tube_length == pytest.approx(2 * beta + 0.1 + 2 * margin)
 
 
+@pytest.mark.parametrize(
+    ("De", "velocity", "flow", "margin"),
+    [(1, 1, 0, 7), (0.2, 1, 0, 3), (0, 1, 0, 2), (1, 1, 1, 3), (2, 0, 1, 14), (50, 1, 0, 60)],
+)
+def test_auto_leaves_the_wake_of_a_moved_particle_in_the_tube(
+    De: float, velocity: float, flow: float, margin: float
+) -> None:
+    moved = {"particles": 1, "beta": 0.4, "De": De, "Ca_e": 0, "velocity": velocity, "flow": flow}
+    assert parse_case(QUESTIONS["curve"], moved, "test").tube_length == pytest.approx(0.4 + 2 * margin)
+
+
 def test_what_is_usual_may_be_said_and_is_the_same_case() -> None:
     plain = identity_of(case())
     for same in ({"ends": "developed"}, {"length": "auto"}, {"ends": "developed", "length": "auto"}, {"length": None}):

@@ -52,7 +52,7 @@ class AdaptiveBranch(Branch):
     """A branch whose points are solved on finer meshes until the estimated errors of its goals are small enough.
 
     Errors are compared with the scale of a goal, such as the largest |dU| of the points so far. Where these do not do,
-    coarse solutions at other distances tell how large dU is.
+    and cells can be adapted, coarse solutions at other distances tell how large dU is.
 
     Args:
         solver, sensitivities, goals: As for `Branch`. If a goal is asked for the distance at which it vanishes, zeros
@@ -82,6 +82,7 @@ class AdaptiveBranch(Branch):
         single_cells_count = not solver.parameters.liquid.newtonian and np.isfinite(wanted)
         self._estimator = ErrorEstimator(goals if single_cells_count else ())
         self.largest = dict.fromkeys(goals, 0.0)
+        self._lasting = dict.fromkeys(goals, 0.0)  # those of points on their last meshes, and of coarse solutions
         self._looked = dict.fromkeys(goals, 0.0)  # errors for which larger values were looked for
         self._fields: dict[tuple[float, ...], SizeField] = {}
         self.rounds: Counter[Place] = Counter()
@@ -142,19 +143,24 @@ class AdaptiveBranch(Branch):
 
     def _too_large(self, goal: Goal, point: Point) -> bool:
         """Whether the error of a goal is too large at a point, of which its largest value may become known."""
-        self.largest[goal] = max(self.largest[goal], float(np.abs(point.values[goal]).max(initial=0.0)))
+        self.largest[goal] = max(self._lasting[goal], _size(goal, point))
         if goal.creeps and point.arrested:  # where dU is creep no cells make it more exact
             return False
         errors = point.estimate[goal].half_width
         if goal.scale is Scale.LARGEST:
             error = float(errors.max(initial=0.0))
-            if goal.scouted and error > self.allowed(goal, point) and error > self._looked[goal]:
+            if self._is_looked_for(goal) and error > self.allowed(goal, point) and error > self._looked[goal]:
                 self._looked[goal] = error
                 found = largest_value(goal, self.solver, self._places, error / self.wanted)
+                self._lasting[goal] = max(self._lasting[goal], found)
                 self.largest[goal] = max(self.largest[goal], found)
             if self.largest[goal] <= NEGLIGIBLE_DU:
                 return False  # nothing to compare errors with: dU of equal rigid spheres in Newtonian liquids is 0
         return bool((errors > self.allowed(goal, point)).any())
+
+    def _is_looked_for(self, goal: Goal) -> bool:
+        """Whether coarse solutions tell its largest value: it decides nothing where the cells are given."""
+        return goal.scouted and "Np" not in self._fixed
 
     def _kept[R: (Ended, None)](self, solve: Callable[[Point | None], Point | R]) -> Point | R:
         """Solve for a point, and again on finer meshes while its errors are too large and become smaller.
@@ -184,6 +190,8 @@ class AdaptiveBranch(Branch):
                 # Near the softest shapes the finer mesh may be close to wrinkles that the coarser one does not resolve.
                 self._fields = fields
                 point = self._again(solve, point, coarser)
+        for goal in self.goals if np.isfinite(self.wanted) else ():
+            self.largest[goal] = self._lasting[goal] = max(self._lasting[goal], _size(goal, point))
         self.unknowns[self._place(point)] = self.solver.constraints.size
         return replace(point, newton=self.solver.iterations - before)
 
@@ -310,6 +318,11 @@ class AdaptiveBranch(Branch):
 def _distortion(solver: SteadySolver) -> float:
     """The distortion of the cells of the liquid, 1 where they are as they were made."""
     return liquid_distortion(solver.scene, solver.state()[1])
+
+
+def _size(goal: Goal, point: Point) -> float:
+    """The largest value of a goal at a point."""
+    return float(np.abs(point.values[goal]).max(initial=0.0))
 
 
 def _worst(point: Point, allowed: Mapping[Goal, Array]) -> float:

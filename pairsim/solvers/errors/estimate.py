@@ -61,6 +61,7 @@ class GoalEstimate:
         beyond: Other terms of the cells, which are not widened: |delta| where it counts but is not added, and a term of
             second order.
         ends: epsilon_L, the effect of the ends of the tube on the goal.
+        outside: epsilon_o, what the tube beyond the ends would add to the goal.
         by_regularisation: First and second derivatives by the logarithm of a regularisation, (2, k).
         newton: epsilon_N, what Newton's method has left, to first order, with its sign.
         widening: omega, the factor of the cells' part of the half-width by how well they resolve the stress.
@@ -76,6 +77,7 @@ class GoalEstimate:
     scatter: Array
     beyond: Array
     ends: Array
+    outside: float
     by_regularisation: Array
     newton: Array
     widening: float
@@ -114,7 +116,7 @@ class GoalEstimate:
     @property
     def ends_error(self) -> Array:
         """The part of the half-width that is due to the ends of the tube."""
-        return OF_ENDS * self.ends
+        return OF_ENDS * self.ends + self.outside
 
     @property
     def regularisation_error(self) -> Array:
@@ -212,6 +214,7 @@ class ErrorEstimator:
                 scatter=np.sqrt(np.maximum(products, 0.0)),
                 beyond=self._second_order(steady, adjoints, goal, x, change),
                 ends=np.abs(ends @ combined.T).max(axis=0),
+                outside=goal.beyond_ends(solution) if goal.beyond_ends else 0.0,
                 by_regularisation=sharper @ combined.T,
                 newton=combined @ left,
                 widening=widening(discrete.s_jump, OF_POINTS),

@@ -36,9 +36,6 @@ SOFT = 0.05
 ROUND = 100.0  # regularisation at which particles nearly too soft are made soft; chosen
 FINER_SCOUT = 2**0.5  # where the first scout fails, or to see that a branch ends at the same place; chosen
 FINER = 2**0.5  # factor of the cells of a particle where a branch has ended; chosen
-# Distortion above which a solution from undeformed spheres is taken as it is, more than LEAST_STEADY, below which
-# a mesh is made around deformed shapes; chosen. Such a mesh should not depend on how the shapes were found.
-SLIGHT = 0.75
 
 
 def coarser(problem: SteadyProblem, factor: float, fewest: int = FEWEST_CELLS) -> SteadyProblem:
@@ -107,12 +104,12 @@ def try_from_rest(scene: SteadySolver) -> bool:
     Measured for beta 0.2, 0.4 and 0.6 and distances of 0.02 to 0.5: it converges up to Ca_e 0.2, 0.1 and 0.05.
 
     Returns:
-        Whether there is a solution, on a mesh that it distorts slightly.
+        Whether there is a solution, on a mesh that need not be replaced.
     """
     if scene.parameters.liquid.easier() != scene.parameters.liquid or scene.parameters.liquid.has_memory:
         return False
     place_undeformed(scene, at_rest=True)
-    if scene.solve(scene.parameters).converged and not scene.distorted(least=SLIGHT):
+    if scene.solve(scene.parameters).converged and not scene.distorted():
         return True
     scene.forget()
     return False
