@@ -12,10 +12,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 import scipy
+from numpy.polynomial import legendre
 
 from pairsim.physics.conformation import IDENTITY, logarithm, mode_stress, polymer_stress, relaxation
 from pairsim.physics.fields import VELOCITY
@@ -350,6 +352,11 @@ class Pipe:
 
     def _primitive(self, values: Array) -> Array:
         """A primitive, at the radii, shape (n,), of the polynomial through values at the Gauss points."""
-        degree = len(self._inner) - 1
-        series = np.polynomial.legendre.Legendre.fit(self._inner, values, degree, domain=[0, TUBE_RADIUS])
-        return np.asarray(series.integ()(self.r))
+        return np.asarray(self._primitives @ values)
+
+    @cached_property
+    def _primitives(self) -> Array:
+        """The primitives of the polynomials that are 1 at one of the Gauss points and 0 at the others, (n, n - 2)."""
+        x, at = (2 * r / TUBE_RADIUS - 1 for r in (self._inner, self.r))
+        series = legendre.legfit(x, np.eye(len(x)), len(x) - 1)
+        return np.asarray(legendre.legval(at, legendre.legint(series, scl=TUBE_RADIUS / 2)).T)
