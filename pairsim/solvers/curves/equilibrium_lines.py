@@ -243,9 +243,9 @@ class Follower:
                 return EndOfLine(number, "lost", message)
 
     def _landed(self, here: Array, change: Array, before: Snapshot) -> Point | None:
-        """The critical distance at the first requested value that the step from `here` has passed, None without one.
+        """The critical distance at the first requested value that a step from `here` has passed; None without one.
 
-        Steps along which the distance changes much faster than the parameter cannot end at requested values.
+        Where the distance changes much faster than the parameter, steps are not made to end at requested values.
         """
         there, onwards = self._here(), self.branch.solver.snapshot
         passed = self.values[(self.values - here[1]) * (there[1] - self.values) > 0]
@@ -306,12 +306,22 @@ class Follower:
         return float(change @ scene.velocity_row() / np.exp(here[1]))
 
     def _beside(self, start: _Pose, at: Array, kind: Kind, most: float) -> Point | None:
-        """The zero near `at` as by `_from`, from the zero `start`; None if it is farther away than `most`."""
+        """The zero near `at`, found from the zero `start`; None if none is found within the distance `most` of `at`."""
         point = self._from(start.snapshot, (at - start.here) @ start.rows, at, kind)
         return point if point is not None and np.linalg.norm(self._here() - at) < max(most, 0.02) else None
 
     def _from(self, snapshot: Snapshot, change: Array, at: Array, kind: Kind) -> Point | None:
-        """The zero from a change of a stored solution, at the parameter of `at` or, for a fold, at its distance."""
+        """The zero at the parameter of `at` or, for a fold, at its distance, found from a stored solution.
+
+        Args:
+            snapshot: The stored solution.
+            change: What is added to it for a first guess, shape (n_y,).
+            at: Logarithms of distance and parameter near the zero, shape (2,).
+            kind: The kind of critical distance.
+
+        Returns:
+            The zero; None if it is not found.
+        """
         self.branch.recall(snapshot)
         line = np.array([1.0, 0.0] if kind == "wanted" else [0.0, 1.0])
         with suppress(MeshFailure, NoSteadyState):
