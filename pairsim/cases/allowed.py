@@ -49,5 +49,7 @@ def _words(schema: JsonSchemaValue) -> str:
         count = f"{least}{'' if most == least else f' to {most}' if most < MOST_VALUES else ' or more'}, each "
         inner = _words(schema.get("items", schema.get("prefixItems", [{}])[0]))
         return f"list of {count if least > 1 else ''}{inner}{example and ', '}{example}"
+    if "minimum" in schema and schema["minimum"] == schema.get("maximum"):
+        return f"{schema['minimum']:g}"
     limits = " and ".join(f"{word} {schema[limit]:g}" for limit, word in LIMITS.items() if limit in schema)
     return " ".join(filter(None, (KINDS.get(str(schema.get("type")), "value"), limits, example)))

@@ -15,7 +15,7 @@ from pydantic import AfterValidator, Field, model_validator
 from pairsim.cases import kinds_of_cases as kinds
 from pairsim.cases import values
 from pairsim.cases.accuracy import DEFAULT, Accuracy, percent, settings_of
-from pairsim.cases.experiment import Experiment
+from pairsim.cases.experiment import USUAL_COUNT, Experiment
 from pairsim.cases.keys import Key, Keys, Part, PerParticle, keys_of
 from pairsim.cases.law_checks import check_De, check_liquid, check_xi
 from pairsim.cases.laws import Declared, Laws
@@ -116,7 +116,7 @@ class SceneCase(Keys):
         None, description="name of the folder for the results"
     )
     particles: Annotated[values.Whole, Key(caption=5)] = Field(
-        2, ge=0, le=50, description="number of particles on the axis"
+        USUAL_COUNT, ge=0, le=50, description="number of particles on the axis"
     )
     xi: Annotated[values.Number, *_limits("xi"), XI] = Field(0.09, description="solvent viscosity over eta_0 (De > 0)")
     liquid: Annotated[LiquidKey, LIQUID] = Field(

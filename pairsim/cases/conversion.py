@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, cast
 
 from pairsim.cases import kinds_of_cases as kinds
 from pairsim.cases.experiment import Experiment, follows_in, group_of, one
+from pairsim.cases.keys import Keys, keys_of
 from pairsim.cases.laws import Laws
 from pairsim.cases.mistakes import Mistake
 from pairsim.cases.physical import BLOCK, QUANTITIES
@@ -46,16 +47,16 @@ class InNumbers(NamedTuple):
         return Mistake(f"{BLOCK}.{origin}", given[origin], f"{number}; {mistake.allowed}{''.join(remarks)}")
 
 
-def in_numbers(given: Content, fields: Collection[str], lengths: Collection[str] = ()) -> InNumbers:
-    """A copy of a case in which dimensionless numbers follow from its `physical` block.
+def in_numbers(given: Content, model: type[Keys]) -> InNumbers:
+    """A copy of a case in which dimensionless numbers follow from its `physical` block, and from lengths in lists.
 
     Args:
         given: The case as written, which need not be valid.
-        fields: Keys that this kind of case has; a quantity that gives another one is a mistake.
-        lengths: Those of its keys whose lists may have lengths, which become numbers, too.
+        model: The keys that this kind of case has; a quantity that gives another one is a mistake.
     """
     data, origins = copy.deepcopy(dict(given)), dict[str, str]()
-    experiment = Experiment.in_case(given)
+    fields, keys = model.model_fields, keys_of(model)
+    experiment = Experiment.in_case(given, keys["particles"].default)
     if experiment is None:
         return InNumbers(data, None, origins, [])
     mistakes, numbers = list(experiment.mistakes), experiment.numbers
@@ -78,7 +79,7 @@ def in_numbers(given: Content, fields: Collection[str], lengths: Collection[str]
         elif each.key in numbers and not _same(own, numbers[each.key]):
             allowed = f"must be left out, or be {_shown(numbers[each.key])} as given by {BLOCK}.{quantity}"
             mistakes.append(Mistake(key, own, allowed))
-    for key in lengths:
+    for key in (key.name for key in keys.values() if key.lengths):
         if isinstance(listed := data.get(key), list) and "tube" in experiment.values:
             data[key] = [_number(each, f"{key}[{i}]", experiment, mistakes) for i, each in enumerate(listed)]
     return InNumbers(data, experiment, origins, mistakes)

@@ -38,7 +38,7 @@ from pairsim.quantities.scales import Scales, cross_section, mean_velocity
 if TYPE_CHECKING:
     from pairsim.runtime.arrays import Array
 
-USUAL_COUNT = 2  # of particles, where a case does not say it
+USUAL_COUNT = 2  # of particles, where a case does not say it, and its question has no other
 
 type Amount = float | Array | tuple[Amount, ...]
 """A quantity in SI units, or a number that follows: one value, one of each draw, or those of particles or distances."""
@@ -94,13 +94,18 @@ class Experiment:
         object.__setattr__(self, "given", with_deviations(self.given))
 
     @classmethod
-    def in_case(cls, case: Content) -> Self | None:
-        """The experiment of a case as keys and values, validated or not; None without a `physical` block."""
+    def in_case(cls, case: Content, particles: int = USUAL_COUNT) -> Self | None:
+        """The experiment of a case as keys and values, validated or not; None without a `physical` block.
+
+        Args:
+            case: The case.
+            particles: Their number in a case that does not say it.
+        """
         block = case.get(BLOCK)
         if not isinstance(block, Mapping):
             return None
         given = {key: value for key, value in block.items() if value is not None}
-        return cls(given, Laws.in_case(case), case.get("particles", USUAL_COUNT), WaveformOptions.in_case(case))
+        return cls(given, Laws.in_case(case), case.get("particles", particles), WaveformOptions.in_case(case))
 
     @cached_property
     def _in_si(self) -> tuple[dict[str, Amount], list[Mistake]]:

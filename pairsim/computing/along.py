@@ -12,7 +12,7 @@ from pydantic import Field
 from pairsim.cases.case import SceneCase
 from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.mistakes import Mistake
-from pairsim.cases.values import Values
+from pairsim.cases.values import Values, Whole
 from pairsim.computing import events
 from pairsim.computing.found import Found
 from pairsim.computing.warnings import finer
@@ -41,6 +41,7 @@ WRINKLED = 2.0  # roughness of a surface from which it has waves as long as cell
 class AlongCase(SceneCase):
     """The case of one particle, which is solved at its Ca_e or at several."""
 
+    particles: Whole = Field(1, ge=1, le=1, description="1: the particle is on its own")
     along: Values | None = Field(
         None, description="elastic capillary numbers in place of Ca_e: a list or a range; default: Ca_e alone"
     )
@@ -52,10 +53,8 @@ class AlongCase(SceneCase):
 
 
 def check_along(case: AlongCase) -> Iterator[Mistake]:
-    """Yield the mistakes in keys that all cases have: it is about one soft particle."""
-    if case.n != 1:
-        yield Mistake("particles", case.n, f"must be 1: the {case.kind} is that of a particle on its own")
-    elif case.Ca_e == 0:
+    """Yield the mistake of a rigid particle."""
+    if case.Ca_e == 0:
         why = "a rigid particle keeps its shape; pairsim curve has its velocity and pressure drop"
         yield Mistake("Ca_e", case.Ca_e, f"must be above 0{', as along replaces it' if case.along else f': {why}'}")
 

@@ -92,8 +92,7 @@ def parse_case[C: SceneCase](
     data, unread = question.model.with_files(data)
     if unread is not None:
         raise input_error([unread], data, source, entry)
-    lengths = [key.name for key in keys_of(question.model).values() if key.lengths]
-    numbers = in_numbers(data, question.model.model_fields, lengths)
+    numbers = in_numbers(data, question.model)
     mistakes = [*numbers.mistakes, *missing_numbers(question.model, numbers.data, numbers.origins)]
     try:
         case = question.model.model_validate(numbers.data)

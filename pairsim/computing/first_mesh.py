@@ -9,8 +9,9 @@ import numpy as np
 from pairsim.cases.case import SceneCase
 from pairsim.cases.run_case import Case
 from pairsim.computing.problems import mesh_settings, problem_of, steady_problem
+from pairsim.fem.meshes.liquid_nodes import LiquidNodes
 from pairsim.fem.meshes.meshing import liquid_mesh
-from pairsim.fem.scene import LiquidNodes, match
+from pairsim.fem.meshes.six_node_mesh import match
 from pairsim.record.mesh_files import NamedMesh
 from pairsim.runtime.clock import Clock
 from pairsim.solvers.meshed_scene import Cells

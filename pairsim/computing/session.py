@@ -130,12 +130,12 @@ class _Session:
         self.case, self.folder, self.reporter = case, folder, options.reporter
         self.old, self.resumable, self._declared = old, question.resumable, question.tables
         self._options, self._notes, self._about = options, notes, about(options.command)
-        self._start = time.monotonic()
         self.monitor = Monitor(
             options.signals,
             budget=options.budget,
             patience=options.patience if options.budget is None else None,
             listener=self.on_the_way,
+            before=old.wall if old is not None else 0.0,
         )
         self._begun = self._compiled = False
         self._t = old.state.history.t[0] if old else 0.0
@@ -145,14 +145,9 @@ class _Session:
         self._latest: Checkpoint | None = None  # not written yet
         self._saved, self._cost = -float("inf"), 0.0
 
-    @property
-    def passed(self) -> float:
-        """Wall time of the computation, including that before it was resumed [s]."""
-        return time.monotonic() - self._start + (self.old.wall if self.old else 0.0)
-
     def on_the_way(self, place: Text) -> None:
         """Show where a computation is that has no new result: the place, the time so far, and when it will be ended."""
-        passed = time.monotonic() - self._start
+        passed = self.monitor.passed
         most, clock = self._options.budget, ""
         if not most and self.monitor.awaits_result:
             most, clock = self._options.patience, " of processor time"
@@ -266,7 +261,7 @@ class _Session:
     def _keep(self, state: events.Resumable) -> None:
         """Keep a state in memory, and write it if a checkpoint is due."""
         rows = self._resumed.count if self._resumed is not None else 0
-        self._latest = state.checkpoint(rows, self._fields.frames, self.passed)
+        self._latest = state.checkpoint(rows, self._fields.frames, self.monitor.wall_time)
         passed = time.monotonic() - self._saved
         if passed >= state.every or (state.convenient and passed > CHEAP * self._cost):
             self._save()
@@ -291,7 +286,7 @@ class _Session:
 
     def _write_record(self, outcome: Outcome | None) -> None:
         """Write run.json; of a computation that goes on, `outcome` is None."""
-        case, summary, wall = self.case, self._summary, self.passed
+        case, summary, wall = self.case, self._summary, self.monitor.wall_time
         ended = outcome or Outcome("running", "", "")
         entries: dict[Entry[Any], Any] = {KIND: case.kind, STATUS: ended.status, REASON: ended.reason}
         entries |= {MESSAGE: ended.message, **self._about, SECONDS: wall, PEAK_MEMORY: peak_memory()}

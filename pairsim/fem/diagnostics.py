@@ -12,8 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from pairsim.fem.algebra.constraints import Constraints
+from pairsim.fem.body import Body
 from pairsim.fem.meshes.six_node_mesh import SixNodeMesh, jacobians
-from pairsim.fem.scene import Body, Scene
+from pairsim.fem.scene import Scene
 from pairsim.physics.conformation import exponential
 from pairsim.runtime.arrays import Array, Indices
 
@@ -211,7 +212,7 @@ def observe(
         d=gaps(scene.bodies, h),
         U=velocities(scene.bodies, constraints.V @ y, h),
         D=np.array(D),
-        dp=scene.pressure_drop(x),
+        dp=scene.scalar_terms.pressure_drop(x),
         dp_without_particles=dp_without_particles,
         F=x[scene.F],
         m=float(x[scene.m]),

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pairsim.fem.scene import Body
+from pairsim.fem.body import Body
 from pairsim.runtime.arrays import Array
 
 UNSTABLE = 0.2956

@@ -6,7 +6,7 @@ from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from pairsim.cases.experiment import Experiment
+from pairsim.cases.experiment import USUAL_COUNT, Experiment
 from pairsim.cases.laws import Laws
 from pairsim.cases.quantity_text import numbers_in_one_unit
 from pairsim.cases.yaml_file import flat
@@ -141,7 +141,7 @@ class ShownCase:
     @property
     def particles(self) -> int:
         """The number of particles."""
-        return int(self._number("particles", 2))
+        return int(self._number("particles", USUAL_COUNT))
 
     @property
     def followed(self) -> str:

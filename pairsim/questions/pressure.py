@@ -1,9 +1,9 @@
 """Compute the extra pressure drop of one particle over Ca_e.
 
-The case file has particles: 1, and Ca_e or along: several values of it (a list,
-or {start, stop, num, spacing}). Writes pressure.csv (the pressure drop in
-excess of that of the tube without the particle, with its error), pressure.png,
-case.yaml and run.json.
+The case file has Ca_e or along: several values of it (a list, or {start, stop,
+num, spacing}). Writes pressure.csv (the pressure drop in excess of that of the
+tube without the particle, with its error), pressure.png, case.yaml and
+run.json.
 
 Exit codes: 0 finished, 2 wrong input, 3 computation failed, 4 installation or
 system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.

@@ -1,8 +1,8 @@
 """Compute the steady shape of one particle over Ca_e.
 
-The case file has particles: 1, and Ca_e or along: several values of it (a list,
-or {start, stop, num, spacing}). Writes shape.csv (Taylor's D with its error, U
-in U_av), shape.png, case.yaml and run.json.
+The case file has Ca_e or along: several values of it (a list, or {start, stop,
+num, spacing}). Writes shape.csv (Taylor's D with its error, U in U_av),
+shape.png, case.yaml and run.json.
 
 Exit codes: 0 finished, 2 wrong input, 3 computation failed, 4 installation or
 system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.

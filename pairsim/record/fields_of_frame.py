@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.sparse.linalg import splu
 
+from pairsim.fem.body import Body
 from pairsim.fem.meshes.quadrature import assembled
 from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
-from pairsim.fem.scene import Body, Scene
+from pairsim.fem.scene import Scene
 from pairsim.fem.unyielded import law_fields
 from pairsim.physics.conformation import polymer_stress, trace
 from pairsim.physics.pipe import PipeState, across

@@ -1,4 +1,4 @@
-"""The monitor of a computation: ends it between two solves, and hears where it is."""
+"""The monitor of a computation: ends it between two solves, hears where it is, and knows how long it has taken."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ class Monitor:
         patience: Largest processor time of this process up to the first result [s], None for no limit; not wall time,
             so that what is found does not depend on what else the machine does.
         listener: Function that is called with the place where the computation is, such as "De = 1, d = 0.1".
+        before: Wall time of the computation before it was resumed [s].
     """
 
     def __init__(
@@ -33,8 +34,10 @@ class Monitor:
         budget: float | None = None,
         patience: float | None = None,
         listener: Callable[[Text], None] | None = None,
+        before: float = 0.0,
     ) -> None:
         self._signals, self._listener = signals, listener
+        self._begun, self._before = time.monotonic(), before
         self._place: Text = ""
         self._limits = [_Limit.of(time.monotonic, budget, "the budget of {} is spent")] if budget is not None else []
         found_nothing = "nothing was found within {} of processor time"
@@ -47,10 +50,21 @@ class Monitor:
             seconds: Largest wall time of the part [s].
             message: What is said when it is over, with {} for the time.
         """
-        part = Monitor(self._signals, listener=self._listener)
+        part = Monitor(self._signals, listener=self._listener, before=self._before)
+        part._begun = self._begun
         part._limits = [*self._limits, _Limit.of(time.monotonic, seconds, message)]
         part._patience = self._patience
         return part
+
+    @property
+    def passed(self) -> float:
+        """Wall time of the computation so far, without that before it was resumed [s]."""
+        return time.monotonic() - self._begun
+
+    @property
+    def wall_time(self) -> float:
+        """Wall time of the computation so far, with that before it was resumed [s]."""
+        return self._before + self.passed
 
     @property
     def left(self) -> float | None:

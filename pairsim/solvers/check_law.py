@@ -95,7 +95,7 @@ def _checked(says: str, allowed: float, off: Callable[[], float]) -> Check:
         return Check(says, np.inf, allowed, f"{type(no).__name__}: {no}")
 
 
-def _said(law: Material, number: Callable[[float], Any]) -> tuple[Any, ...]:
+def _scalars(law: Material, number: Callable[[float], Any]) -> tuple[Any, ...]:
     """All scalars of a law at some place."""
     if isinstance(law, StructuredLaw):
         state = [number(0.4) for _ in law.transported]
@@ -115,11 +115,11 @@ def _alike(law: Material) -> float:
     """The largest relative difference of what a law says to different kinds of numbers."""
     import ufl
 
-    plain = np.array([complex(each) for each in _said(law, lambda x: x)])
+    plain = np.array([complex(each) for each in _scalars(law, lambda x: x)])
     others = [
-        [complex(np.ravel(each)[0]) for each in _said(law, lambda x: np.array([x]))],
-        [complex(np.ravel(each)[0]).real for each in _said(law, lambda x: np.array([x + 1e-30j * x]))],
-        [complex(ufl.as_ufl(each)(())) for each in _said(law, lambda x: ufl.as_ufl(x))],
+        [complex(np.ravel(each)[0]) for each in _scalars(law, lambda x: np.array([x]))],
+        [complex(np.ravel(each)[0]).real for each in _scalars(law, lambda x: np.array([x + 1e-30j * x]))],
+        [complex(ufl.as_ufl(each)(())) for each in _scalars(law, lambda x: ufl.as_ufl(x))],
     ]
     return float(np.max(np.abs(np.array(others) - plain) / np.maximum(np.abs(plain), 1e-300)))
 

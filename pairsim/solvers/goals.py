@@ -248,7 +248,7 @@ def _inner_pressure_drop(solution: Solution) -> Array:
     """The pressure drop read off inside the tube, less that at its ends."""
     from pairsim.solvers.pressure_drop import InnerDrop
 
-    return np.array([InnerDrop.of(solution).value - solution.scene.pressure_drop(solution.x)])
+    return np.array([InnerDrop.of(solution).value - solution.scene.scalar_terms.pressure_drop(solution.x)])
 
 
 def _outside_pressure_drop(solution: Solution) -> float:

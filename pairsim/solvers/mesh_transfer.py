@@ -7,8 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from pairsim.fem.algebra.constraints import Constraints
+from pairsim.fem.body import Body
 from pairsim.fem.meshes.interpolation import interpolate
-from pairsim.fem.scene import Body, Scene
+from pairsim.fem.scene import Scene
 from pairsim.physics.fields import PRESSURE_OF_SOLID
 from pairsim.runtime.arrays import Array
 

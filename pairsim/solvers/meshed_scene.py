@@ -15,11 +15,12 @@ import numpy as np
 from pairsim.fem import diagnostics
 from pairsim.fem.algebra.constraints import Constraints
 from pairsim.fem.algebra.mesh_extension import MeshExtension
+from pairsim.fem.body import Body, make_bodies
 from pairsim.fem.meshes.cell_sizes import make_outlines
 from pairsim.fem.meshes.geometry import Geometry, MeshSettings, Outline, Reference
 from pairsim.fem.meshes.meshing import liquid_mesh, particle_meshes
 from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
-from pairsim.fem.scene import Body, Scene, make_bodies
+from pairsim.fem.scene import Scene
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.solids import Solid
 from pairsim.quantities.kinds import LENGTH

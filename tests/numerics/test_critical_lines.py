@@ -15,7 +15,7 @@ from pairsim.physics.solids import soft
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.curves import critical
-from pairsim.solvers.curves.equilibrium_lines import Critical, End, Followed, Follower, Region
+from pairsim.solvers.curves.equilibrium_lines import Critical, EndOfLine, Followed, Follower, Region
 from pairsim.solvers.parameters import Parameters
 
 CA_E = Followed(lambda Ca_e: (NEWTONIAN, soft(Ca_e, Ca_e)))
@@ -88,11 +88,11 @@ class Folding(Formula):
         return float(q + (x / self.width) ** 2)
 
 
-def followed(branch: Any, values: list[float]) -> tuple[list[Critical], End]:
+def followed(branch: Any, values: list[float]) -> tuple[list[Critical], EndOfLine]:
     point = SimpleNamespace(parameters=branch.solver.parameters, d=branch.solver.parameters.gaps[0])
     start: Any = SimpleNamespace(point=point, snapshot=branch.solver.snapshot)
     *found, end = Follower(branch, Region(CA_E, tuple(values), 0.02, 0.8)).follow(1, start, 1.0)
-    assert isinstance(end, End)
+    assert isinstance(end, EndOfLine)
     assert all(isinstance(each, Critical) for each in found), "none is missed"
     return found, end
 
@@ -117,10 +117,10 @@ def test_a_line_that_was_lost_is_not_followed_twice(monkeypatch: pytest.MonkeyPa
     def follow(_: Any, number: int, start: Any, forward: float) -> Any:
         yield Critical(start.point, number, "wanted")
         if forward > 0:
-            yield End(number, "lost", "")
+            yield EndOfLine(number, "lost", "")
             return
         yield from (Critical(at(Ca_e), number, "wanted") for Ca_e in (0.05, 0.02))
-        yield End(number, "range", "")
+        yield EndOfLine(number, "range", "")
 
     branch: Any = SimpleNamespace(solver=SimpleNamespace(parameters=CA_E.at(0.02, Parameters((0.8,), ()))))
     branch.at = lambda parameters: setattr(branch, "value", parameters.Ca_es[0])
@@ -132,7 +132,7 @@ def test_a_line_that_was_lost_is_not_followed_twice(monkeypatch: pytest.MonkeyPa
         (2, 0.1),
         (2, 0.05),
     ]
-    assert [(end.branch, end.reason) for end in found if isinstance(end, End)] == [(1, "lost"), (2, "met")]
+    assert [(end.branch, end.reason) for end in found if isinstance(end, EndOfLine)] == [(1, "lost"), (2, "met")]
 
 
 @pytest.mark.parametrize("values", [[0.005, 0.02, 0.04, 0.045, 0.05], [0.04, 0.0425, 0.045, 0.0475, 0.05]])

@@ -84,3 +84,12 @@ def test_a_command_that_finds_nothing_ends_by_itself(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr("pairsim.questions.compute.PATIENCE", 20.0)
     many = api.curve(PAIR | {"Ca_e": 0.02, "d": {"start": 0.05, "stop": 0.8, "num": 20}})
     assert many.status == "finished", "it ends nothing that has begun to have results"
+
+
+def test_the_time_of_a_computation_has_that_before_it_was_resumed_and_is_that_of_its_parts_too() -> None:
+    """A clock that is a second later each time that it is read."""
+    monitor = Monitor(before=100.0)
+    assert (monitor.passed, monitor.wall_time) == (1, 102)
+    part = monitor.within(9.0, "it was not found within {}")
+    assert part.wall_time > 102
+    assert part.wall_time < monitor.wall_time

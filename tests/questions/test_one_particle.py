@@ -14,6 +14,7 @@ from support.commands import Pairsim
 
 import pairsim as api
 from pairsim.computing.case_files import read_case
+from pairsim.computing.schema import schema_rows
 from pairsim.fem.diagnostics import contour
 from pairsim.lab.cytometer.look_up_table import read_look_up_table
 from pairsim.quantities.text import with_error
@@ -100,6 +101,15 @@ def test_one_softness_is_a_whole_question() -> None:
         assert alone.table.to_dict() == listed.table.to_dict()
         with pytest.raises(api.InputError, match="Ca_e: got 0; must be above 0: a rigid particle keeps its shape"):
             question(BEAD, Ca_e=0)
+
+
+@pytest.mark.parametrize("question", ["shape", "pressure"])
+def test_a_case_need_not_say_that_there_is_one_particle(question: str) -> None:
+    found = getattr(api, question)({"beta": 0.4, "De": 0, "Ca_e": 0.1, "length": 4, "mesh": {"Np": 10}}).check()
+    assert found.case.n == 1
+    assert len(found.table) == 1
+    (row,) = (row for row in schema_rows(QUESTIONS[question].model) if row[0] == "particles")
+    assert row[1:3] == ("1", "1"), "what is allowed, and the default"
 
 
 @pytest.mark.slow

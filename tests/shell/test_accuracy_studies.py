@@ -16,6 +16,8 @@ sys.path.append(str(ROOT / "scripts"))
 
 from book.results import Results
 from book.study import Study, Unavailable, study_of
+from studies.codes import judgement as codes
+from studies.codes.parts import OWN, PEER, with_spread
 from studies.codes.parts import parts as meshes_of_codes
 from studies.error_bars import judgement as error_bars
 from studies.error_bars.parts import CASES, cases, read
@@ -118,3 +120,20 @@ def test_a_code_that_is_not_installed_is_named(monkeypatch: pytest.MonkeyPatch, 
     part = next(each for each in meshes_of_codes(False) if each.name == "80 cells")
     with pytest.raises(Unavailable, match="needs pyoomph"):
         part.compute(tmp_path / "part")
+
+
+@pytest.mark.parametrize(("spread", "verdict"), [(None, "holds"), (0.05, "holds"), (0.4, "within error")])
+def test_times_of_codes_differ_if_their_repetitions_do(spread: float | None, verdict: str) -> None:
+    row = {"what": "point", "tol": 0.0, "cells": 20, "error": 0.01, "set_up": 0.0, "part": "20 cells"}
+    times = pd.DataFrame([row | {"by": OWN, "seconds": 1.0}, row | {"by": PEER, "seconds": 2.0}])
+    results = times if spread is None else times.assign(spread=spread)
+    statement = "a point with an error of 0.02 % takes less time than with pyoomph"
+    assert codes.statements(results, [])[statement].verdict == verdict
+
+
+def test_the_spread_of_repetitions_is_stored_with_their_median() -> None:
+    row = {"what": "point", "by": OWN, "tol": 0.0, "dU": 0.007, "set_up": 1.0}
+    (found,) = with_spread(pd.DataFrame([row | {"seconds": each} for each in (4.0, 3.0, 5.5)])).to_dict("records")
+    assert (found["seconds"], found["set_up"], found["spread"]) == (4.0, 1.0, 0.25)
+    (once,) = with_spread(pd.DataFrame([row | {"seconds": 4.0}])).to_dict("records")
+    assert pd.isna(once["spread"])

@@ -9,10 +9,11 @@ import numpy as np
 
 from pairsim.fem.algebra.constraints import PositionUpdate
 from pairsim.fem.algebra.scene_constraints import transient_constraints
+from pairsim.fem.body import make_bodies
 from pairsim.fem.meshes.cell_sizes import make_outlines
 from pairsim.fem.meshes.geometry import Geometry, MeshSettings, Reference
 from pairsim.fem.meshes.meshing import liquid_mesh
-from pairsim.fem.scene import Scene, make_bodies
+from pairsim.fem.scene import Scene
 from pairsim.physics.solids import soft
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.curve import trace
@@ -49,7 +50,8 @@ def solve_rigid(betas: tuple[float, ...], gaps: tuple[float, ...] = (), **mesh: 
     assert report.converged, report
     _, x = constraints.state(y, update)
     newton.destroy()
-    return Rigid(y[constraints.fields["U_p"]], scene.pressure_drop(x) - 32 * geometry.length, float(x[scene.m]))
+    excess = scene.scalar_terms.pressure_drop(x) - 32 * geometry.length
+    return Rigid(y[constraints.fields["U_p"]], excess, float(x[scene.m]))
 
 
 def soft_pair(beta: float, d: float, Ca_e: float, **changes: object) -> Problem:

@@ -32,7 +32,7 @@ def rates_beside(
     Returns:
         Warnings.
     """
-    from pairsim.computing.off_axis.rows import names_of_rows, row_of, said_of, warnings_of
+    from pairsim.computing.off_axis.rows import names_of_rows, progress_line, row_of, warnings_of
     from pairsim.solvers.focus.stability import Stability
 
     yield events.Table(NAME, names_of_rows(case, n=len(branch.solver.bodies)))
@@ -49,5 +49,5 @@ def rates_beside(
         if not stability.disturbance.converged:
             remembered.append(at)
         yield events.Row(NAME, row_of(case, place, point, stability, case.scales))
-        yield events.Progress(done, Message("off the axis: {}", said_of(at, stability)), count)
+        yield events.Progress(done, Message("off the axis: {}", progress_line(at, stability)), count)
     return [*warnings, *warnings_of(remembered)]

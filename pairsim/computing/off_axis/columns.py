@@ -22,16 +22,35 @@ GROWTH = Column(
     RATE,
     half_width="growth_error",
 )
-GROWTH_ERROR = Column("growth_error", r"\epsilon", "half-width of its interval: error by mesh", RATE, unknown=True)
+GROWTH_ERROR = Column(
+    "growth_error",
+    r"\epsilon",
+    "half-width of the interval of growth: error by mesh; empty where it is not known",
+    RATE,
+    unknown=True,
+)
 TUBE = Column(
     "tube",
     "L",
-    "length of tube for a tenfold smaller (leaves: larger) displacement, ln(10) U/|growth|",
+    "length of tube within which a small displacement falls to a tenth (leaves: grows tenfold), ln(10) U/|growth|; "
+    "empty where it neither surely decays nor surely grows",
     POSITION,
     unknown=True,
 )
-TUBE_LEAST = Column("tube_least", r"L_\mathrm{min}", "the least by the interval of growth", POSITION, unknown=True)
-TUBE_MOST = Column("tube_most", r"L_\mathrm{max}", "the largest by it", POSITION, unknown=True)
+TUBE_LEAST = Column(
+    "tube_least",
+    r"L_\mathrm{min}",
+    "least length of tube within the interval of growth, ln(10) U/(|growth| + growth_error)",
+    POSITION,
+    unknown=True,
+)
+TUBE_MOST = Column(
+    "tube_most",
+    r"L_\mathrm{max}",
+    "largest length of tube within the interval of growth, ln(10) U/(|growth| - growth_error)",
+    POSITION,
+    unknown=True,
+)
 RE_MOST = Column(
     "Re_most",
     r"\mathrm{Re}_c",

@@ -108,7 +108,7 @@ def row_of(
     return row if Re is None else row | {RE.name: Re}
 
 
-def said_of(place: Text, stability: Stability) -> Message:
+def progress_line(place: Text, stability: Stability) -> Message:
     """A line of progress."""
     said = Message("{}  growth = {}", place, RATE(float(stability.growth[0].real)))
     return Message("{}  {}", said, stability.verdict.value)

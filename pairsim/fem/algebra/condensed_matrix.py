@@ -120,7 +120,7 @@ class CondensedMatrix:
         N, CM = _renumbered(constraints.N, place), _renumbered(sparse.csr_matrix(constraints.C @ constraints.M), place)
         self._free, self._direct, self._by_position = _on_one_pattern(N, CM)
         self._integrated = np.flatnonzero(constraints.integrated[order][self._equations.indices])
-        linear = sparse.csr_matrix(self._equations.T @ scene.linear_terms @ N)
+        linear = sparse.csr_matrix(self._equations.T @ scene.scalar_terms.matrix @ N)
         by_unknown = self._equations, self._free
         self._contributions = [
             _Contribution(n, phase.cell_jacobian(), *(_Dependence.of(matrix, a, b) for matrix in by_unknown))

@@ -12,8 +12,9 @@ import numpy as np
 
 from pairsim.fem.algebra import mesh_velocity
 from pairsim.fem.algebra.constraints import Constraints, Triplets, Unknowns
+from pairsim.fem.body import Body
 from pairsim.fem.meshes.geometry import Outline
-from pairsim.fem.scene import Body, Scene
+from pairsim.fem.scene import Scene
 from pairsim.physics.fields import DISPLACEMENT, MESH_VELOCITY, PRESSURE, PRESSURE_OF_SOLID, VELOCITY, Field
 from pairsim.runtime.arrays import Array, Indices
 

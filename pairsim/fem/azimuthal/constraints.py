@@ -23,9 +23,10 @@ from pairsim.fem.azimuthal.fields import (
 )
 from pairsim.fem.azimuthal.motion import ON_AXIS
 from pairsim.fem.azimuthal.phase import DisturbedPhase
+from pairsim.fem.body import Body
 from pairsim.fem.meshes.quadrature import CellQuadrature
 from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
-from pairsim.fem.scene import Body, Scene
+from pairsim.fem.scene import Scene
 from pairsim.runtime.arrays import Array, Flags, Indices
 
 

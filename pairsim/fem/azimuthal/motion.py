@@ -6,8 +6,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from pairsim.fem.azimuthal.nodal import derivative_along
+from pairsim.fem.body import Body
 from pairsim.fem.meshes.geometry import Outline
-from pairsim.fem.scene import Body
 from pairsim.runtime.arrays import Array
 
 ON_AXIS = 1e-12  # radius [D_c]

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from pairsim.runtime.arrays import Array, Indices
+from pairsim.runtime.errors import MeshFailure
 
 # Permutation of the nodes of gmsh's six-node triangle that restores the orientation of a mirrored cell.
 MIRRORED_CELL = np.array([0, 2, 1, 5, 4, 3])
@@ -153,3 +154,22 @@ def nodes_at(points: Array, wanted: Array) -> Indices:
         if len(column) and away.min() <= SAME:
             found[i] = column[away.argmin()]
     return found
+
+
+def match(points: Array, wanted: Array) -> Indices:
+    """Indices of the points at given positions.
+
+    Args:
+        points: Points, shape (n, 2).
+        wanted: Positions, shape (k, 2).
+
+    Returns:
+        Indices, shape (k,).
+
+    Raises:
+        MeshFailure: There is no point at a position.
+    """
+    index = nodes_at(points, wanted)
+    if index.min() < 0:
+        raise MeshFailure("a node of an outline is not one of the mesh")
+    return index

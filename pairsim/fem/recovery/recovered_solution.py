@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pairsim.fem.body import Body
 from pairsim.fem.recovery.enriched_nodes import remainder
 from pairsim.fem.recovery.enriched_residual import Additions, EnrichedUnknowns, physical
 from pairsim.fem.recovery.enriched_scene import EnrichedPhase, EnrichedScene
-from pairsim.fem.scene import Body
 from pairsim.runtime.arrays import Array
 
 

@@ -76,7 +76,7 @@ MOST_LISTED = 4  # number of followed values up to which an answer lists the zer
 
 
 class EndOfBranch(TypedDict):
-    """Where a branch of critical distances ends, as in run.json; see `End`."""
+    """Where a branch of critical distances ends, as in run.json; see `EndOfLine`."""
 
     branch: int
     reason: str

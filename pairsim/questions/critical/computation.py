@@ -36,7 +36,7 @@ from pairsim.solvers.curves.adaptation import AdaptiveBranch
 from pairsim.solvers.curves.branch import Point
 from pairsim.solvers.curves.critical import find_all, follow_all
 from pairsim.solvers.curves.curve import Distances
-from pairsim.solvers.curves.equilibrium_lines import Critical, End, Followed, Missed, Region
+from pairsim.solvers.curves.equilibrium_lines import Critical, EndOfLine, Followed, Missed, Region
 from pairsim.solvers.goals import CRITICAL
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.ends import Ended
@@ -88,7 +88,7 @@ def computation(case: CriticalCase, monitor: Monitor, workers: Workers) -> event
                         yield search.progress_of(each)
                     case Critical():
                         yield from search.events_of_zero(each)
-                    case End():
+                    case EndOfLine():
                         yield from search.events_of_end(each)
                     case Missed():
                         search.warnings.append(each.message)
@@ -169,7 +169,7 @@ class Search:
             where += f"  {self._followed.key} = {place.followed:.5g} {self._followed.unit}".rstrip()
         yield self._progress(Message("{}  d_cr = {}  {}", where, LENGTH(point.d, ".5f"), critical.kind))
 
-    def events_of_end(self, end: End) -> Iterator[events.Event]:
+    def events_of_end(self, end: EndOfLine) -> Iterator[events.Event]:
         """Take in the end of a branch; yields a note on it, unless it is the last value."""
         self.ends.append({"branch": end.branch, "reason": end.reason, "message": end.message})
         if end.reason != "range":

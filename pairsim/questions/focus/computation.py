@@ -12,7 +12,7 @@ from typing import Any, Self
 from pairsim.computing import events
 from pairsim.computing.branch_report import BranchReport
 from pairsim.computing.off_axis.columns import NAME
-from pairsim.computing.off_axis.rows import names_of_rows, row_of, said_of, warnings_of
+from pairsim.computing.off_axis.rows import names_of_rows, progress_line, row_of, warnings_of
 from pairsim.computing.problems import steady_problem
 from pairsim.computing.steady import Solutions, together, told
 from pairsim.computing.workers import Desk, FoundAt, Shared, Workers
@@ -136,11 +136,11 @@ class _Scenes:
         if isinstance(point, Ended):
             return point
         self._monitor.check()
-        stability, at = Stability.of(branch.solver), _said(self._case, scene, place)
+        stability, at = Stability.of(branch.solver), _where(self._case, scene, place)
         value = scene.betas[0] if self._case.key == BETA else place.value
         frame = disturbed_frame(value, branch.solver, stability) if self._case.fields else None
         row = row_of(scene, place.parameters, point, stability, place.scales) | {FOLLOWED.name: value}
-        return Rates(point, row, at, said_of(at, stability), stability.disturbance.converged, frame)
+        return Rates(point, row, at, progress_line(at, stability), stability.disturbance.converged, frame)
 
 
 def _solve_part(
@@ -167,7 +167,7 @@ def _last_events(solved: Sequence[Solutions], warnings: Sequence[Text]) -> Gener
     yield from chain.from_iterable(list(each.last_events({}))[1:] for each in solved[-1:])
 
 
-def _said(case: FocusCase, scene: FocusCase, place: Place) -> Text:
+def _where(case: FocusCase, scene: FocusCase, place: Place) -> Text:
     """Where a rate is computed, such as d = 0.1."""
     parameters = place.parameters
     if (followed := case.followed) is not None and column_of(case.key) is FOLLOWED:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Iterator, Sequence
 from contextlib import closing
 from dataclasses import replace
@@ -108,7 +107,6 @@ class Run:
         self._entries: dict[Entry[Any], Any] = {}
         self._remarks: list[Text] = []
         self._pending: Step | None = None  # its fields are not written
-        self._begun = time.perf_counter() - (old.wall if old else 0.0)
 
     def _adapt(self, adaptation: RunAdaptation | None) -> None:
         """Use the cells that follow from a coarse run, if there was one."""
@@ -154,8 +152,9 @@ class Run:
         """Take all steps, and find what the particles do at the end."""
         outcome = yield from self._march(transient)
         transient.close()  # its memory serves the quasi-steady solution
-        longest = max(SETTLES, time.perf_counter() - self._begun)
-        problem = replace(self.problem, monitor=self.problem.monitor.within(longest, "it was not found within {}"))
+        monitor = self.problem.monitor
+        longest = max(SETTLES, monitor.wall_time)
+        problem = replace(self.problem, monitor=monitor.within(longest, "it was not found within {}"))
         with transient.clock("quasi-steady"):
             self._entries |= settled_entry(self.case, problem, transient.gaps, outcome)
         yield from self._off_axis(outcome, transient.gaps, transient.counts.steps)
@@ -209,7 +208,8 @@ class Run:
             if (outcome := end_of(case, self.problem, step.t, transient.gaps, transient.cycles)) is not None:
                 return outcome
             self.problem.monitor.check()
-            if limits.wall_time is not None and (passed := time.perf_counter() - self._begun) > limits.wall_time:
+            passed = self.problem.monitor.wall_time
+            if limits.wall_time is not None and passed > limits.wall_time:
                 raise WallTime(f"{passed:.0f} s have passed", at=at_step(step.t, count), advice=ADVICE[WallTime])
             if count >= limits.max_steps:
                 message = f"{limits.max_steps} steps were taken"

@@ -69,7 +69,13 @@ FREQUENCY = Column(
 WAVE = (
     K,
     GROWTH,
-    Column("growth_error", r"\epsilon_\mathrm{Re}", "half-width of its interval: mesh, and rest of the series", RATE),
+    Column(
+        "growth_error",
+        r"\epsilon_\mathrm{Re}",
+        "half-width of the interval of growth: error by mesh and by the last term of the series in the rate of "
+        "change; in train.csv also by beads beyond the cell",
+        RATE,
+    ),
 )
 SPECTRUM = Columns(
     *WAVE,
@@ -85,9 +91,28 @@ TRAIN = Columns(
     *WAVE,
     Column("diffusion", "C", "long waves grow at -C k^2", RATE, half_width="diffusion_error"),
     Column("diffusion_error", r"\epsilon_C", "half-width of the interval of C", RATE),
-    Column("tube", "L", "length of tube for a tenfold smaller (clusters: larger) spread", LENGTH, unknown=True),
-    Column("tube_least", r"L_\mathrm{min}", "the least by the intervals of the rates", LENGTH, unknown=True),
-    Column("tube_most", r"L_\mathrm{max}", "the largest by them", LENGTH, unknown=True),
+    Column(
+        "tube",
+        "L",
+        "length of tube within which the spread of the distances falls to a tenth (clusters: grows tenfold); empty "
+        "where the train neither surely orders nor surely clusters",
+        LENGTH,
+        unknown=True,
+    ),
+    Column(
+        "tube_least",
+        r"L_\mathrm{min}",
+        "least length of tube within the intervals of the growth rates of all waves",
+        LENGTH,
+        unknown=True,
+    ),
+    Column(
+        "tube_most",
+        r"L_\mathrm{max}",
+        "largest length of tube within the intervals of the growth rates of all waves",
+        LENGTH,
+        unknown=True,
+    ),
     T_RELAX,
 )
 """The columns of train.csv, which has one row."""

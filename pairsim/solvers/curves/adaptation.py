@@ -1,9 +1,10 @@
 """Quasi-steady solutions on meshes that follow from the error wanted.
 
-A point at which the estimated error of a goal is too large is solved again on a mesh made for it, up to ROUNDS times.
-Where the scatter of the estimate prevails, in liquids that are not Newtonian only, cells become smaller where they
-contribute to it (`pairsim.fem.meshes.size_field`); where its signed part prevails all cells do. Meshes are kept by the
-distances for which meshes are made (`SteadyProblem.nominal`): neighbouring points share them.
+A point at which the estimated error of a goal is too large is solved again on a finer mesh, up to ROUNDS times. An
+estimate has a signed part, which is the sum of what the cells contribute, and a scatter, which is the root of the sum
+of their squares. Where the scatter prevails, in liquids that are not Newtonian only, those cells become smaller that
+contribute to it (`pairsim.fem.meshes.size_field`); where the signed part prevails all cells do. A mesh is made for
+certain distances (`SteadyProblem.nominal`), and the rounds at these are counted: neighbouring points share them.
 """
 
 from __future__ import annotations
@@ -34,14 +35,16 @@ from pairsim.solvers.steady.scene import Snapshot, SteadySolver
 
 # Constants without another origin were chosen.
 ROUNDS = 3
-HELPS = 0.9  # part of the error that a round may leave, or it was the last one at its distance
+HELPS = 0.9  # part of the error that a round may leave; if it leaves more, it was the last one at its distance
 AIM = 0.8  # part of the error allowed that a mesh is made for
 LEAST_ROOM = 0.2  # part of the error allowed that the ends of the tube must leave to the cells
-ORDER = 3.0  # in the cell size, of the signed part of the error in a Newtonian liquid; goals may have their own
+ORDER = 3.0  # order in the cell size of the signed part of the error in a Newtonian liquid; goals may have their own
 ELASTIC_ORDER = 4.5  # the same in a viscoelastic liquid; measured (docs/explanation/decisions.md)
 WIDENING_LEFT = 0.5  # power of the widening that is expected on finer cells; measured (docs/explanation/decisions.md)
 FACTORS = 1.15, 1.6  # bounds on the factor by which all cells become smaller in a round
-LESS_DISTORTED = 0.9  # part of the distortion of the cells in hand that those around a particle on its own must have
+# Around a particle on its own new cells are carried along with its shape only if their `liquid_distortion`, which is 1
+# where cells are as they were made, is at least this part of that of the present ones.
+LESS_DISTORTED = 0.9
 LEAST_COMMON = 0.8  # factor of the cells that contribute nothing to the scatter, in a second or third round
 
 Place = tuple[float, ...]
@@ -51,8 +54,9 @@ Place = tuple[float, ...]
 class AdaptiveBranch(Branch):
     """A branch whose points are solved on finer meshes until the estimated errors of its goals are small enough.
 
-    Errors are compared with the scale of a goal, such as the largest |dU| of the points so far. Where these do not do,
-    and cells can be adapted, coarse solutions at other distances tell how large dU is.
+    Errors are compared with the scale of a goal, such as the largest |dU| of the points so far. Where an error is too
+    large for these and cells can be adapted, solutions on coarse cells show how large dU is at other distances
+    (`pairsim.solvers.curves.scout`).
 
     Args:
         solver, sensitivities, goals: As for `Branch`. If a goal is asked for the distance at which it vanishes, zeros
@@ -62,7 +66,7 @@ class AdaptiveBranch(Branch):
         fixed: Settings of the mesh that the case fixes, of Np and max_size; where Np is fixed the mesh is not adapted.
 
     Attributes:
-        largest: Largest value known of each goal.
+        largest: Largest known value of each goal.
         rounds: Number of rounds at each of the distances for which meshes are made.
         unknowns: Unknowns of the meshes with which points were accepted, by the same distances.
     """
@@ -94,19 +98,19 @@ class AdaptiveBranch(Branch):
         return self.solver.problem
 
     def at(self, parameters: Parameters) -> Point | Ended:
-        """As `Branch.at`, on a mesh that keeps the error small where one was found."""
+        """As `Branch.at`, on a mesh on which the errors are small enough, if one was found."""
         if self._zeros_wanted:
             return super().at(parameters)
         found = self._kept(lambda _: self._begun_at(parameters))
         return self.completed(found) if isinstance(found, Point) else found
 
     def zero(self, left: float, right: float, guess: float) -> Point | None:
-        """A zero of dU as by `Branch.zero`, on a mesh that keeps the error of dU small where one was found."""
+        """A zero of dU, as of `Branch.zero`, on a mesh on which the error of dU is small enough, if one was found."""
         again = super().zero
         return self._kept(lambda last: again(left, right, last.d if last else guess))
 
     def improved(self, zero: Point) -> Point:
-        """The present zero on a mesh that keeps the error of dU small where one was found."""
+        """The present zero on a mesh on which the error of dU is small enough, if one was found."""
         if not self._missed(zero):
             return zero
         again = super().zero
@@ -127,7 +131,7 @@ class AdaptiveBranch(Branch):
                 raise ended.failure
 
     def allowed(self, goal: Goal, point: Point) -> Array:
-        """The largest errors of a goal at a point that are not too large, as far as its scale is known, (k,) or ()."""
+        """The largest errors of a goal that are allowed at a point, by what is known of its scale, shape (k,) or ()."""
         match goal.scale:
             case Scale.DISTANCE:
                 return np.asarray(self.wanted * abs(point.slope_at_rest) * point.d)
@@ -142,7 +146,7 @@ class AdaptiveBranch(Branch):
         return [goal for goal in self.goals if self._too_large(goal, point)] if np.isfinite(self.wanted) else []
 
     def _too_large(self, goal: Goal, point: Point) -> bool:
-        """Whether the error of a goal is too large at a point, of which its largest value may become known."""
+        """Whether the error of a goal is too large at a point; may find a new largest value of the goal."""
         self.largest[goal] = max(self._lasting[goal], _size(goal, point))
         if goal.creeps and point.arrested:  # where dU is creep no cells make it more exact
             return False
@@ -222,14 +226,14 @@ class AdaptiveBranch(Branch):
         return self.problem.nominal(point.gaps)
 
     def _improvable(self, point: Point) -> list[Goal]:
-        """The goals whose errors at a point are too large, and that finer cells may improve."""
+        """The goals whose errors at a point are too large, and may become smaller on finer cells."""
         missed = self._missed(point)
         if self.rounds[self._place(point)] >= ROUNDS:
             return []
         return [goal for goal in missed if self._mesh_helps(goal, point)]
 
     def _mesh_helps(self, goal: Goal, point: Point) -> bool:
-        """Whether finer cells may keep the error of a goal small, as far as other parts of the error leave room."""
+        """Whether finer cells may make the error of a goal small enough, beside the parts that are not by cells."""
         estimate, allowed, room = point.estimate[goal], self.allowed(goal, point), self._room(goal, point)
         regularised = estimate.regularisation_error
         # Coarse meshes overestimate what the ends do.
@@ -248,12 +252,12 @@ class AdaptiveBranch(Branch):
         return np.asarray(self.allowed(goal, point) - others[0] - others[1] - others[2])
 
     def _most(self, goal: Goal, point: Point) -> Array:
-        """The error that the cells of a finer mesh should leave, (k,)."""
+        """The error of a goal that the cells of a finer mesh are made for, (k,)."""
         least = np.maximum(LEAST_ROOM * self.allowed(goal, point), point.estimate[goal].regularisation_error / 2)
         return AIM * np.maximum(self._room(goal, point), least)
 
     def _factor(self, point: Point, most: Mapping[Goal, Array]) -> float:
-        """The factor by which all cells would have to be smaller to leave no more than `most` of each goal."""
+        """The factor by which all cells would have to be smaller for errors by cells of at most `most`."""
         order = ELASTIC_ORDER if point.parameters.liquid.has_memory else ORDER
         return max(_by_cells(point, {goal: each}) ** (1 / (goal.order or order)) for goal, each in most.items())
 
@@ -266,7 +270,7 @@ class AdaptiveBranch(Branch):
         return self._go_on(problem, point.parameters)
 
     def _finer(self, point: Point, most: Mapping[Goal, Array]) -> SteadyProblem | None:
-        """The problem with cells that should leave no more than `most` of each goal; None if all cells are fixed."""
+        """The problem with cells that are made for errors of at most `most`; None if all cells are fixed."""
         found = {goal: point.estimate[goal] for goal in most}
         irregular = all(
             each.cells is not None and (each.irregular >= each.by_all_cells).all() for each in found.values()
@@ -282,7 +286,7 @@ class AdaptiveBranch(Branch):
         return replace(self.problem, mesh=replace(mesh, **kept))
 
     def _sizes(self, point: Point, most: Mapping[Goal, Array]) -> SizeField:
-        """Cell sizes for a point."""
+        """Cell sizes that are made for errors of goals of at most `most` at a point."""
         found = {goal: point.estimate[goal] for goal in most}
         cells = reduce(CellIndicators.joined, (each.cells for each in found.values() if each.cells is not None))
         # Of the scatter, which has its share of the half-width and is widened with the rest of the cells' part.

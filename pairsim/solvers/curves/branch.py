@@ -1,4 +1,4 @@
-"""A branch of quasi-steady solutions: its meshes, points and zeros."""
+"""A branch of quasi-steady solutions: points at any parameters, with their errors, and zeros of dU."""
 
 from __future__ import annotations
 
@@ -33,14 +33,15 @@ BESIDE = 1.05
 # Logarithm of the ratio of parameters between known solutions. Closer ones are not kept: a solution takes much memory,
 # and a known one is only needed where the present one is far away. Chosen.
 SPACING = 0.05
-ZERO_TOLERANCE = 0.1  # part of the half-width of dU up to which it is zero; chosen
-# |dU| over its half-width, and part of a distance to the zero, up to which the slope of dU tells where it is. Chosen.
+ZERO_TOLERANCE = 0.1  # part of its half-width up to which dU counts as zero; chosen
+# Largest |dU| over its half-width, and largest step to the zero as a part of d, for which the slope of dU at a point is
+# enough to find the zero. Chosen.
 NEAR_ZERO, BESIDE_ZERO = 1.0, 0.02
-MOST_CORRECTIONS = 4  # solutions that are made to get below; chosen
+MOST_CORRECTIONS = 4  # solutions that are made to reach this tolerance; chosen
 NEWTON_PART = 0.1  # part of the half-width of a goal that Newton's method may leave, or it goes on; chosen
 MOST_STEPS = 6  # that it then takes; chosen
-# Part of a step that is then taken. Where the stress of a power law vanishes, what a step with the part w leaves of an
-# error is 1 - w/n, of alternating sign if w is 1; elsewhere it is 1 - w.
+# Part w of such a step that is taken. Where the stress of a power law of exponent n vanishes, a step multiplies an
+# error by 1 - w/n, which alternates its sign if w is 1; elsewhere by 1 - w.
 SHORTER = 0.7
 
 
@@ -66,8 +67,8 @@ class Point:
         distortion: Smallest ratio of a liquid cell's current to its reference Jacobian.
         by_particle: Derivatives of the velocities by size and softness of each particle, as of `by_each_particle`;
             empty unless requested.
-        complete: Whether all of this is known. Of a point that only decides what is computed next `t_relax`,
-            sensitivities and what moving adds beyond the first order are not.
+        complete: Whether all of this is known. A point that only decides what is computed next lacks `t_relax`,
+            sensitivities, and what moving adds beyond the first order.
     """
 
     parameters: Parameters
@@ -140,7 +141,7 @@ class Point:
 
     @property
     def slope_at_rest(self) -> float:
-        """Derivative of the dU of a pair by its distance where dU vanishes, to first order in the neglected terms."""
+        """Derivative of the dU of a pair by its distance where dU vanishes, to first order in what moving adds."""
         by_rate = np.diff(self.motion.by_rates, axis=0)[0, 0]
         return float(self.slopes[0] * (1 + by_rate / self.motion.centres_by_gaps[0, 0]))
 
@@ -227,8 +228,9 @@ class Branch:
             guess: First guess of the zero.
 
         Returns:
-            The zero, a complete point if zeros are a goal; otherwise it is not complete, and may be a point so near to
-            the zero that its slope tells where this is. None if none was found, and the previous solution is restored.
+            The zero. If distances of zeros are a goal it is a complete point; otherwise it is not complete, and may lie
+            beside the zero, so near that the slope of dU is enough to find it. None if no zero was found; the previous
+            solution is then restored.
 
         Raises:
             NoSteadyState, MeshFailure: As of `at`, with the previous solution restored.
@@ -318,7 +320,7 @@ class Branch:
         self.solver.recall(snapshot)
 
     def return_to(self, zero: Point, snapshot: Snapshot) -> None:
-        """Restore a stored zero, whose correction the next zero is expected to have, too."""
+        """Restore a stored zero; the next one is expected to have the same correction of dU."""
         self.recall(snapshot)
         self._at_zero = float(zero.correction[0])
 
@@ -370,7 +372,7 @@ class Branch:
         return self.completed(point) if solver.parameters.liquid.plastic.yield_stress else point
 
     def completed(self, point: Point) -> Point:
-        """A point with all that is known of it, the last one of this branch unless it is complete."""
+        """A complete point, of one that is complete already or is the last one of this branch."""
         if point.complete:
             return point
         first, solver, errors = self._first, self.solver, point.estimate[dU].half_width

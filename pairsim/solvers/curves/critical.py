@@ -10,7 +10,7 @@ from pairsim.runtime.message import Message
 from pairsim.runtime.others import NOBODY, Others
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.curve import Distances, EarlyZeros, Zero, find_zeros, trace
-from pairsim.solvers.curves.equilibrium_lines import Critical, End, Follower, Missed, Region
+from pairsim.solvers.curves.equilibrium_lines import Critical, EndOfLine, Follower, Missed, Region
 from pairsim.solvers.steady.continuation import where
 from pairsim.solvers.steady.ends import Ended
 
@@ -21,7 +21,7 @@ SCAN_TOL = 0.02  # its tolerance relative to the largest |dU|
 # two meshes: between two different zeros of the same slope there is one of the opposite slope.
 SAME = 0.1
 
-type Finding = Point | Critical | Missed | End | Ended
+type Finding = Point | Critical | Missed | EndOfLine | Ended
 """Results of a search for critical distances: a `Point` belongs to a curve that is searched for zeros, an `Ended` is
 the last one, and says why there are no more."""
 
@@ -113,7 +113,7 @@ def follow_all(
                     met = next((c for c in seen if c.branch != count and same_zero(found.point, c.point)), None)
                     if met is not None:
                         message = Message("branch {} is met at {}", met.branch, where(met.point.parameters))
-                        yield End(count, "met", message)
+                        yield EndOfLine(count, "met", message)
                         break
                     seen.append(found)
                 yield found

@@ -158,9 +158,9 @@ def trace(
 
 
 def find_zeros(branch: Branch, points: list[Point], known: Sequence[Zero] = ()) -> Iterator[Zero | Ended]:
-    """Find the zeros at all changes of sign of dU between the points of a curve, in ascending d.
+    """Find a zero wherever dU changes its sign between two neighbouring points of a curve, in ascending d.
 
-    Between two points whose signs are both uncertain there may be none.
+    Where the signs of both points are uncertain there may be none.
 
     Args:
         branch: The branch, at any solution.
@@ -180,7 +180,7 @@ def find_zeros(branch: Branch, points: list[Point], known: Sequence[Zero] = ()) 
 
 
 class EarlyZeros(list[Zero]):
-    """Zeros that are found before all points of a curve are known, each between two that are neighbours for sure."""
+    """Zeros that are found before all points of a curve are known, each between two points without others to come."""
 
     def __init__(self) -> None:
         self._searched = set[tuple[float, float]]()
@@ -211,8 +211,9 @@ def _changes_sign(a: Point, b: Point) -> bool:
 def _zero_between(branch: Branch, a: Point, b: Point) -> Zero | Ended | None:
     """The zero between two points at which dU has different signs.
 
-    Newton's method finds none where dU jumps between two meshes, or where its slope is rounding error. Then it is that
-    point whose interval of dU contains 0 or comes nearest to it; None where the intervals of both points contain 0.
+    Newton's method finds none where dU jumps between two meshes, or where the slope of dU is rounding error. The zero
+    is then that point whose interval of dU contains 0, or comes nearest to it; None where the intervals of both points
+    contain 0.
     """
     secant = (b.dU - a.dU) / (b.d - a.d)
     for _ in range(HALVINGS):

@@ -1,4 +1,4 @@
-"""The distances of a curve. Without numpy, so that the cost of a case can be told at once."""
+"""The distances of a curve. Without numpy, whose import would delay the estimate of what a case costs."""
 
 from __future__ import annotations
 

@@ -88,8 +88,8 @@ class Critical:
 
 
 @dataclass(frozen=True)
-class End:
-    """End of a line of critical distances.
+class EndOfLine:
+    """The end of a line of critical distances.
 
     Attributes:
         branch: Number of the line.
@@ -160,7 +160,7 @@ class Follower:
         tangent = np.array([gradient[1], -gradient[0]]) / np.linalg.norm(gradient)
         return _Pose(here, -tangent if tangent @ onwards < 0 else tangent, rows, self.branch.solver.snapshot)
 
-    def follow(self, number: int, start: Zero, forward: float) -> Iterator[Critical | Missed | End]:
+    def follow(self, number: int, start: Zero, forward: float) -> Iterator[Critical | Missed | EndOfLine]:
         """Follow one zero until it leaves the range of parameter or distance.
 
         Args:
@@ -181,7 +181,7 @@ class Follower:
             change, scene = pose.tangent @ pose.rows, self.branch.solver
             step = min(step, reach(scene, change, np.array([scene.parameters.gaps[0] * pose.tangent[0]])))
             taken = self._step(number, pose, change, step)
-            if isinstance(taken, End):
+            if isinstance(taken, EndOfLine):
                 yield taken
                 return
             point, kind, step = taken
@@ -197,12 +197,13 @@ class Follower:
             yield Critical(point, number, kind)
             if kind == "edge":
                 message = Message("the smallest or largest distance is reached at {}", where(scene.parameters))
-                yield End(number, "edge", message)
+                yield EndOfLine(number, "edge", message)
                 return
         last = where(self.branch.solver.parameters)
-        yield End(number, "lost", Message("the line of zeros has not ended after {} steps, at {}", MOST_STEPS, last))
+        message = Message("the line of zeros has not ended after {} steps, at {}", MOST_STEPS, last)
+        yield EndOfLine(number, "lost", message)
 
-    def _step(self, number: int, pose: _Pose, change: Array, step: float) -> End | tuple[Point, Kind, float]:
+    def _step(self, number: int, pose: _Pose, change: Array, step: float) -> EndOfLine | tuple[Point, Kind, float]:
         """Take one step from a zero, with `change` the derivative of y along the tangent, shape (n_y,).
 
         Returns:
@@ -211,7 +212,7 @@ class Follower:
         branch, scene, here, tangent = self.branch, self.branch.solver, pose.here, pose.tangent
         ahead = self.values[(self.values - here[1]) * np.sign(tangent[1]) > 1e-9]
         if not len(ahead):
-            return End(number, "range", Message("the last value is reached at {}", where(scene.parameters)))
+            return EndOfLine(number, "range", Message("the last value is reached at {}", where(scene.parameters)))
         wanted = ahead[np.argmin(np.abs(ahead - here[1]))]
         edge = self.most if tangent[0] > 0 else self.least
         kind: Kind
@@ -239,12 +240,12 @@ class Follower:
             step = length / 3
             if step < SHORTEST:
                 message = Message("the zero was not found beyond {}: {}", where(scene.parameters), why)
-                return End(number, "lost", message)
+                return EndOfLine(number, "lost", message)
 
     def _landed(self, here: Array, change: Array, before: Snapshot) -> Point | None:
-        """The critical distance at the first requested value that the step from `here` has passed, None without one.
+        """The critical distance at the first requested value that a step from `here` has passed; None without one.
 
-        Steps along which the distance changes much faster than the parameter cannot end at requested values.
+        Where the distance changes much faster than the parameter, steps are not made to end at requested values.
         """
         there, onwards = self._here(), self.branch.solver.snapshot
         passed = self.values[(self.values - here[1]) * (there[1] - self.values) > 0]
@@ -305,12 +306,22 @@ class Follower:
         return float(change @ scene.velocity_row() / np.exp(here[1]))
 
     def _beside(self, start: _Pose, at: Array, kind: Kind, most: float) -> Point | None:
-        """The zero near `at` as by `_from`, from the zero `start`; None if it is farther away than `most`."""
+        """The zero near `at`, found from the zero `start`; None if none is found within the distance `most` of `at`."""
         point = self._from(start.snapshot, (at - start.here) @ start.rows, at, kind)
         return point if point is not None and np.linalg.norm(self._here() - at) < max(most, 0.02) else None
 
     def _from(self, snapshot: Snapshot, change: Array, at: Array, kind: Kind) -> Point | None:
-        """The zero from a change of a stored solution, at the parameter of `at` or, for a fold, at its distance."""
+        """The zero at the parameter of `at` or, for a fold, at its distance, found from a stored solution.
+
+        Args:
+            snapshot: The stored solution.
+            change: What is added to it for a first guess, shape (n_y,).
+            at: Logarithms of distance and parameter near the zero, shape (2,).
+            kind: The kind of critical distance.
+
+        Returns:
+            The zero; None if it is not found.
+        """
         self.branch.recall(snapshot)
         line = np.array([1.0, 0.0] if kind == "wanted" else [0.0, 1.0])
         with suppress(MeshFailure, NoSteadyState):

@@ -12,7 +12,7 @@ import numpy as np
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.distances import WIDEST
 
-ORDER = 2.5  # with which the error of an interval falls with its width in log d; that of smooth curves is 4. Measured
+ORDER = 2.5  # power of its width in log d with which the error of an interval falls; 4 for smooth curves. Measured
 NEGLIGIBLE_DU = 1e-10  # |dU| that counts as zero [U_av]; of equal rigid spheres, up to 5e-15 was measured
 FINE = 64  # parts of an interval on which extrema and signs are looked for; chosen
 HALVINGS = 50  # of such a part, for a zero to rounding
@@ -53,12 +53,13 @@ class Region:
 class CurveInterpolant:
     """Cubic Hermite interpolant of one dU in log d, with an interval that holds between the points as well.
 
-    The slope of the discrete dU with the distance held is exact; that of the rest of dU, which motion and the estimate
-    of the error add, is the slope of a parabola through neighbouring points.
+    The slope of the discrete dU at held distances is exact. That of the rest of dU, which motion and the estimate of
+    the error add, is the slope of a parabola through neighbouring points.
 
-    The interpolation error is taken from points that an interpolant does not know: by how much a point, with its slope,
-    changes the interpolant of the others between its two neighbours. From the distance of these, the largest change by
-    the two points on either side is scaled to the width of an interval by the power `ORDER`.
+    The interpolation error is judged by leaving points out: by how much an interpolant through all other points differs
+    from this one between the two neighbours of the point that is left out. This difference is scaled by the power
+    `ORDER` from the distance of these neighbours to the width of an interval, and the largest one counts of the four
+    points that are nearest to the interval, two on each side.
 
     Args:
         d: Distances, ascending, shape (n,), n >= 2.
@@ -113,7 +114,7 @@ class CurveInterpolant:
 
     @cached_property
     def samples(self) -> tuple[Array, Array, Array]:
-        """Distances so close that extrema and signs are seen, and values and half-widths there; each of shape (m,)."""
+        """Distances close enough to see all extrema and signs, with values and half-widths there, (m,) each."""
         d = np.concatenate([*(np.geomspace(a, b, FINE, endpoint=False) for a, b in pairwise(self.d)), self.d[-1:]])
         return d, self.values(d), self.half_widths(d)
 
@@ -146,7 +147,7 @@ class CurveInterpolant:
         return Peak(float(d[top]), float(dU[top]), error, float(max(places[-1] - d[top], d[top] - places[0])))
 
     def regions(self, zeros: Sequence[float] = ()) -> list[Region]:
-        """Where dU is positive, negative, or not known to be either, in ascending distance.
+        """Ranges in which dU is positive, negative, or not known to be either, in ascending distance.
 
         Two regions of opposite signs meet at a zero, unless the distances between them at which the sign is not known
         are more than a factor `WIDEST` apart.

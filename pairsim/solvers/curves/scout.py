@@ -1,4 +1,8 @@
-"""How large a quantity is along a curve, from coarse solutions; and solutions carried over to other cells."""
+"""How large a quantity is elsewhere along a curve, from solutions on coarse cells, which are called scouts.
+
+Errors are compared with the largest |dU| of a curve, of which a case may ask for a single point. A scout begins with
+the solution of that point, which is carried over to its cells, and goes on to other distances.
+"""
 
 from __future__ import annotations
 
@@ -18,27 +22,27 @@ from pairsim.solvers.steady.first_solution import first_scene, try_from_other_me
 from pairsim.solvers.steady.scene import SteadySolver
 
 # Constants without another origin were chosen.
-ENOUGH = 3  # distances of a case from which on they tell the size of dU
-# Distances of the scout that tells it elsewhere [D_c]. Of ten peaks (beta .2 to .6, De 0 to 2) the largest dU at these
-# was 83 to 100 %.
+ENOUGH = 3  # number of distances of a case from which on the scout looks at some of these alone
+# Other distances at which it looks [D_c]. In ten cases (beta .2 to .6, De 0 to 2) the largest |dU| at these was 83 to
+# 100 % of the largest of the curve.
 SCALE_DISTANCES = 0.4, 0.2, 0.1
-SCALE_CELLS = 10  # of the scout on a half-circle
-SCALE_GROWTH = 0.3  # of its cells
-SCALE_SIZE = 0.35  # of its largest cells, relative to the smallest diameter
-STEP = 1.6  # largest ratio of distances in a step of it
+SCALE_CELLS = 10  # cells of a scout on a half-circle
+SCALE_GROWTH = 0.3  # growth of its cells
+SCALE_SIZE = 0.35  # size of its largest cells, relative to the smallest diameter
+STEP = 1.6  # largest ratio of the distances before and after one of its steps
 
 
 def largest_value(goal: Goal, known: SteadySolver, places: Sequence[tuple[float, ...]], enough: float) -> float:
-    """The largest |dU| of a curve, or of the curve that a single point lies on, from coarse solutions.
+    """About the largest value of a goal, such as |dU|, on the curve of a case, from solutions on coarse cells.
 
     Args:
         goal: dU, or another goal that is linear in the unknowns.
         known: A solver at a solution of the curve.
-        places: The distances of the case.
+        places: The distances of the case. Where these are few, other ones are looked at, too.
         enough: Value beyond which no larger one is looked for.
 
     Returns:
-        The largest |dU|, 0 if no solution was found on coarse cells.
+        The largest value that was found, 0 if there was no solution on coarse cells.
     """
     problem, parameters = known.problem, known.parameters
     here, wanted = parameters.gaps, {*places, parameters.gaps}
@@ -75,9 +79,9 @@ def largest_value(goal: Goal, known: SteadySolver, places: Sequence[tuple[float,
 
 
 def carried_over(problem: SteadyProblem, parameters: Parameters, known: SteadySolver) -> SteadySolver | None:
-    """The scene on other cells; None unless Newton's method converges from the interpolated solution.
+    """The solution on other cells; None unless Newton's method converges from the interpolated solution.
 
-    No continuation is tried then: it may take longer than what it is wanted for.
+    If it does not, no continuation is tried: that may take longer than what the solution is wanted for.
     """
     solver: SteadySolver | None = None
     with suppress(NoSteadyState, MeshFailure):
@@ -108,7 +112,7 @@ def _largest_anew(goal: Goal, problem: SteadyProblem, parameters: Parameters) ->
 
 
 def _moved(scout: SteadySolver, gaps: tuple[float, ...]) -> bool:
-    """Continue to other distances in steps of a given length; False where one fails, as shorter ones may take long."""
+    """Continue to other distances in steps of at most `STEP`; False if one fails, as shorter ones may take long."""
     here = np.array(scout.parameters.gaps)
     count = int(np.ceil(np.abs(np.log(np.divide(gaps, here))).max() / np.log(STEP)))
     for part in np.arange(1, count + 1) / count:

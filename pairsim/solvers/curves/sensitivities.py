@@ -20,8 +20,8 @@ from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.linearisation import Linearisation
 from pairsim.solvers.steady.motion import moving_residual, rate_terms
 
-CHANGE = 1e-3  # of a parameter, relative, in mixed differences; chosen
-PART = 0.1  # of the correction for motion, in differences along it; chosen
+CHANGE = 1e-3  # relative change of a parameter in mixed differences; chosen
+PART = 0.1  # part of the correction for motion that is added in differences along it; chosen
 ALL = ("Ca_e", "De", "xi", "beta", "difference")
 STIFFNESS = "stiffness"  # the difference of two moduli, which is asked for by name
 Line = Callable[[float], Parameters]
@@ -42,7 +42,7 @@ def sensitivities(
 
     If the values of the particles differ, their ratios are fixed and the derivative is with respect to the largest
     value. One adjoint for each velocity gives the derivatives at held distances with respect to all parameters (Giles
-    and Pierce 2000); to what moving adds in first order they are those of `_change_by_moving`.
+    and Pierce 2000). The derivatives of what moving adds in first order are those of `_changes_by_moving`.
 
     Args:
         at: The solution.
@@ -129,7 +129,8 @@ def _changes_by_moving(
 ) -> Array:
     """Derivatives along lines of what moving adds to the velocities in first order, V1 - V0 = -z . R_m, (lines, N).
 
-    With the correction c = -J^-1 R_m it is -z . d(J c + R_m), c held: the adjoint changes as the matrix does.
+    R_m is the part of the residual that rates of change add. As the adjoint z changes along a line with the matrix J,
+    the derivative is -z . d(J c + R_m), in which d is the derivative with the correction c = -J^-1 R_m held fixed.
 
     Args:
         at, adjoints, dU, motion: As of `sensitivities`.

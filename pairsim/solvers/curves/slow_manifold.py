@@ -10,11 +10,11 @@ velocities:
     second order:                                   V2 = dU(Y1) - z . R(Y1; Y1' g1, g1),
 
 where ' is the derivative along the motion. dU(Y1) = V1, as dU is linear in the unknowns; docs/explanation/numerics.md
-writes the rates g as time derivatives of d. Y0'' and Y1' follow from differences of the residual along the tangent and
-the factors in hand. Each term is smaller than the one before by about the part of the distance that the pair moves
-within t_relax. The second is added where it is smaller than the first, and its size is the estimate of what remains.
-Elsewhere the series says nothing: the first term is that at rates of at most d/t_relax, and what remains is at most
-half of dU.
+writes the rates g as time derivatives of d. Y0'' and Y1' follow from differences of the residual along the tangent,
+solved with the factors of J that are known. Each term is smaller than the one before by about the part of the distance
+that the pair moves within t_relax. The second term is added where it is smaller than the first one, and its size is the
+estimate of what remains. Elsewhere the series is of no use: the first term is then taken at rates of no more than
+d/t_relax, and what remains is taken to be at most half of dU.
 """
 
 from __future__ import annotations
@@ -39,11 +39,11 @@ from pairsim.solvers.steady.scene import SteadySolver
 # varepsilon = t_relax times the largest relative rate at which distance or dU change. In 25 scenes it was .04 to 4.6.
 BOUND = 4.0
 NEGLIGIBLE = 0.1  # part of the other errors of dU below which this bound is taken instead of the term; chosen
-MOST = 0.5  # part of dU that depends on the start where there is no slow manifold (measured in eight scenes: .15)
-STEP = 1e-2  # of differences along the motion, relative to the smallest distance; chosen
+MOST = 0.5  # bound on the part of dU that depends on the start if there is no slow manifold; .15 in eight scenes
+STEP = 1e-2  # step of differences along the motion, relative to the smallest distance; chosen
 PROBE = 1e-6  # least dU at which the first order is evaluated [U_av]; chosen
-# Bound on what a start from rest does over that to first order. Measured: .98 to 1.08 in three Newtonian runs, with a
-# polymer 1.8 at De 1, whose log c is far from that at rest.
+# Bound on the effect of a start from rest, over what it is to first order. Measured: .98 to 1.08 in three Newtonian
+# runs, and 1.8 with a polymer at De 1, whose log c is far from that at rest.
 REST, ELASTIC_REST = 1.1, 2.0
 
 
@@ -57,8 +57,8 @@ class SlowMotion:
         by_rates: Derivatives of the velocities to first order (rows) by the rates of the distances (columns), (N, N-1).
         centres_by_gaps: Derivatives of the distances between centres (rows) by those between surfaces (columns),
             (N-1, N-1).
-        from_rest: Bound on how much longer or shorter the distances between centres become after a start from rest with
-            the same distances between surfaces [D_c], (N-1,).
+        from_rest: Bound on how much longer or shorter the distances between centres are in the end if particles start
+            from rest at the same distances between surfaces [D_c], (N-1,).
     """
 
     U: Array
@@ -94,7 +94,7 @@ class FirstOrder:
         adjoints: The adjoints z of the solution.
         motion: The first order, with `remainder` and `from_rest` still 0.
         rates: g0, rates of the distances [U_av], shape (N-1,); None where the particles are at rest, or nearly so.
-        neglected: R(Y0; Y0' g0, g0) - R(Y0; 0, 0), which holding the distances drops, shape (n_y,).
+        neglected: R(Y0; Y0' g0, g0) - R(Y0; 0, 0), the terms that are left out where distances are held, shape (n_y,).
     """
 
     at: Linearisation
@@ -120,7 +120,7 @@ class FirstOrder:
         rates = np.linalg.solve(stretch, probe)
 
         def dropped(rates: Array) -> Array:
-            """What rates of the distances add to the residual, and holding them drops."""
+            """What rates of the distances add to the residual, which is left out where distances are held."""
             return rate_terms(at, rates @ tangents, rates)
 
         neglected = dropped(rates)
@@ -174,10 +174,10 @@ def centres_at(steady: SteadySolver, parameters: Parameters, y: Array) -> Array:
 def _from_rest(at: Linearisation, adjoints: Adjoints) -> Array:
     """The bound of `SlowMotion.from_rest`, (N-1,) [D_c].
 
-    To first order the deviation e of shapes and stresses from those of the solution obeys R' e + R_t e_t = 0, so that
-    its integral over all times follows from what the solution has more than the state at rest, and with the adjoints z
-    of the velocities the integral of what dU lacks is -z . R_t(Y0 - Y_rest). At rest spheres of the same distance
-    between their surfaces have another one between their centres, too.
+    To first order the deviation e of shapes and stresses from those of the solution obeys R' e + R_t e_t = 0. Its
+    integral over all times therefore follows from its first value, the difference of the state at rest and the
+    solution. With the adjoints z of the velocities, the integral of what dU lacks is -z . R_t(Y0 - Y_rest). Besides,
+    the centres of undeformed spheres have another distance than those of the solution if their surfaces have the same.
     """
     y, steady, parameters, fields = at.y, at.steady, at.parameters, at.steady.constraints.fields
     more, at_rest = np.zeros(len(y)), {field.unknowns: field.rest for field in parameters.liquid.transported}

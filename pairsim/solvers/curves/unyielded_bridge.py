@@ -1,4 +1,4 @@
-"""What unyielded liquid does to neighbours; whether it arrests them is told by `arrest.py`.
+"""Unyielded liquid between neighbours, and how it affects their relative velocity; `arrest.py` judges if it holds them.
 
 Where liquid that does not yield joins two particles, their distance changes by creep of the regularisation alone: dU
 vanishes as 1/m. So do the shear rates of unyielded liquid anywhere, but not dU at an ordinary zero of a curve, nor that
@@ -17,7 +17,7 @@ from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU
 from pairsim.solvers.steady.scene import SteadySolver
 
-APART = 10.0  # factor of the two values of m; chosen
+APART = 10.0  # ratio of the two values of m at which dU is compared; chosen
 
 
 @dataclass(frozen=True)
@@ -26,8 +26,8 @@ class UnyieldedBridge:
 
     Attributes:
         bridge: See `pairsim.fem.unyielded.bridges`, (N-1,).
-        creep: The exponent of 1/m by which dU at held distances falls over the last factor `APART` of m; NaN where no
-            bridge makes it worth asking, or where dU has two signs, (N-1,).
+        creep: The power of 1/m with which dU at held distances falls between m/`APART` and m, (N-1,). NaN where it was
+            not computed, as there is no bridge or the sign of dU is certain, or where dU has two signs.
         plug: Radius of the plug of the flow without particles [D_c]; 0 in liquids without a yield stress.
     """
 

@@ -14,8 +14,8 @@ import numpy as np
 
 from pairsim.fem.meshes.interpolation import interpolate
 from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
-from pairsim.fem.scene import poiseuille
 from pairsim.physics.fields import VELOCITY
+from pairsim.physics.poiseuille import poiseuille
 from pairsim.quantities.scales import FLOW_RATE
 from pairsim.runtime.arrays import Array, Indices
 from pairsim.solvers.steady.scene import SteadySolver
@@ -52,7 +52,8 @@ def end_effects(steady: SteadySolver, adjoints: Array, residual: Array) -> Array
         moved = x.copy()
         for at, _ in ends:
             found = next(inner) - _developed(steady, at)
-            found[:, 0] -= (scene.flow_rate[1] @ found[:, 0]) / FLOW_RATE * poiseuille(mesh.points[at])[:, 0]
+            mean = (scene.scalar_terms.flow_rate[1] @ found[:, 0]) / FLOW_RATE
+            found[:, 0] -= mean * poiseuille(mesh.points[at])[:, 0]
             for field, added in zip(fields, np.split(found, parts, axis=1), strict=True):
                 liquid.nodal(field.name, moved)[at] += added  # a view
         changes.append(-adjoints @ (steady.newton.reduce(moved) - residual))

@@ -288,7 +288,7 @@ def _flow_rate_defect(steady: SteadySolver, residual: Array) -> Array:
     if scene.periodic or scene.drive.flow == 0:
         return np.zeros(steady.constraints.size)
     x = steady.state()[1]
-    index, weight = scene.flow_rate
+    index, weight = scene.scalar_terms.flow_rate
     excess = scene.drive.flow * FLOW_RATE / float(weight @ x[index]) - 1
     for nodes in (scene.nodes.inlet, scene.nodes.outlet):
         x[scene.liquid.index("u", nodes)] *= 1 + excess

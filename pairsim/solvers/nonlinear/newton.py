@@ -131,7 +131,7 @@ class Newton:
     def restricted(self, local: list[Array], x: Array, g: float = 1.0) -> Array:
         """T R(x), with rows scaled by g = gamma dt, from the residuals of all phases (canonical vectors)."""
         reduced = self.constraints.T @ np.concatenate([*local, np.zeros(self.scene.size - self.scene.m)])
-        reduced += self.constraints.T @ (self.scene.linear_terms @ x + self.scene.load())
+        reduced += self.constraints.T @ (self.scene.scalar_terms.matrix @ x + self.scene.load())
         reduced[self.constraints.integrated] /= g
         return np.asarray(reduced)
 

@@ -1,1 +1,1 @@
-"""Long rows of equal particles, from solutions of short ones."""
+"""Motion of long rows and streams of particles, from solutions of short rows."""

@@ -1,11 +1,15 @@
-"""How particles come closer that are nearer than all rows of which a model is made.
+"""How fast particles come closer that are nearer to each other than those in any of the short rows of a model.
 
-The film between two soft particles that are pushed together is wide and flat: it resists more than that between
-spheres, the more the softer they are. How much is known from a pair whose particles come closer as the upstream one is
-smaller, solved down to small distances. Its relative velocity and the rate of its distance there, as parts of those at
-the least distance of the model, and by which part the upstream particle is slowed down and the other one not made
-faster, are taken for all pairs of these particles. (Rigid particles share it almost equally. Of soft ones with
-Ca_e = 0.1 the upstream one takes it all: both are slower in contact than by themselves.)
+The film of liquid between two soft particles that are pushed together is wide and flat. It resists more than that
+between two spheres, and the more the softer the particles are. How much it resists is known from one pair, which is
+solved down to distances below the least one of the short rows. Its upstream particle is smaller, and so faster, than
+the downstream one: the two come closer. What is found of this pair is taken for all pairs of such particles:
+
+- the relative velocity at each distance, as a part of that at the least distance of the short rows;
+- the rate of the distance between the surfaces, likewise;
+- which share of what the film takes off the relative velocity is a lower velocity of the upstream particle. The rest is
+  a higher velocity of the downstream one. (The shares of rigid particles are almost equal. Of soft particles with
+  Ca_e = 0.1 that of the upstream one is 1, so that both are slower in contact than by themselves.)
 """
 
 from __future__ import annotations
@@ -23,21 +27,21 @@ from pairsim.runtime.arrays import Array
 if TYPE_CHECKING:
     from pairsim.solvers.rows.model import Row
 
-ROUNDING = 1e-9  # of distances
-SHARE = 0.5  # of particles that are moved equally easily
+ROUNDING = 1e-9  # relative difference of distances that are the same
+SHARE = 0.5  # of each of two particles that are moved equally easily
 LEAST_POWER = 1.0  # of the distance, with which rates go to 0: that of a film between spheres
 
 
 @dataclass(frozen=True)
 class Closing:
-    """By which factor particles that come closer are slower than at the least distance of a model.
+    """By which factors films slow down particles that come closer.
 
     Attributes:
-        distances: Those that were solved, ascending [D_c], shape (m,).
-        factors: Rates of the distance there and relative velocities, as parts of those at the least distance of the
-            model, 1 from there on, shape (m, 2).
-        shares: Of what is taken off the relative velocity, the part by which the upstream particle is slower, (m,).
-        errors: Half-widths of the velocities there over the velocities, shape (m,).
+        distances: The distances at which the pair was solved, ascending [D_c], shape (m,).
+        factors: The rate of the distance (first column) and the relative velocity (second one) at each of them, as
+            parts of those at the least distance of the short rows, and 1 beyond it, shape (m, 2).
+        shares: The share of the upstream particle in what is taken off the relative velocity, from 0 to 1, shape (m,).
+        errors: Half-widths of the relative velocities, as parts of these, shape (m,).
     """
 
     distances: Array
@@ -47,11 +51,15 @@ class Closing:
 
     @classmethod
     def of(cls, rows: Sequence[Row], least: float) -> Self | None:
-        """That of rows of two particles that come closer, one of which is at the least distance of the model [D_c].
+        """The factors that solutions of one pair at several distances have.
+
+        Args:
+            rows: The solutions.
+            least: Least distance of the short rows, which is that of one of the solutions [D_c].
 
         Returns:
-            None where there are fewer than two up to there: where particles repel each other more than their sizes
-            push them.
+            None where the particles come closer in fewer than two of the solutions at this distance and below: they
+            then repel each other more strongly than the difference of their sizes drives them together.
         """
         above = [row for row in rows if row.gaps[0] > least * (1 + ROUNDING) and row.rates[0] < 0]
         below = sorted((row for row in rows if row.gaps[0] <= least * (1 + ROUNDING)), key=lambda row: -row.gaps[0])
@@ -72,20 +80,22 @@ class Closing:
 
     @property
     def faster(self) -> Self:
-        """The same with particles that come closer as much faster as they may be by the errors of these rows.
+        """The same with particles that come closer faster, by the half-widths of the velocities of the pair.
 
-        Most of it is what is left out of the series for how far shapes lag behind distances that change.
+        The larger part of these half-widths is by the terms that are left out of the series for how far shapes lag
+        behind distances that change.
         """
         return replace(self, factors=self.factors * (1 + self.errors)[:, None])
 
     def changed(self, U: Array, gaps: Array) -> Array:
-        """What films change of the velocities of the particles of a row or stream [U_av], shape (N,).
+        """By how much films change the velocities of the particles of a row or stream [U_av], shape (N,).
 
-        Each film slows down its upstream particle by its share, and makes the other one faster by what is left; of the
-        relative velocity that neighbours would have by all other films it leaves its factor.
+        Each film makes its upstream particle slower by its share, and the downstream one faster by the rest. The
+        relative velocity of these two is then its factor times what it would be if all films but this one acted.
 
         Args:
-            U: Velocities at the least distance of the model where particles are nearer [U_av], shape (N,).
+            U: Velocities without films; of particles that are nearer than the least distance of the short rows those at
+                that distance [U_av], shape (N,).
             gaps: Distances between facing surfaces from upstream [D_c], shape (N-1,).
         """
         full, left = 1 / self.factor(gaps)[:, 1] - 1, np.diff(U)
@@ -102,18 +112,25 @@ class Closing:
         return np.append(shares * q * left, 0.0) - np.append(0.0, (1 - shares) * q * left)
 
     def rates(self, dU: Array, rates: Array, gaps: Array) -> Array:
-        """Rates of the distances with films, where lengths change along with them, too [U_av], shape (N-1,).
+        """Rates of the distances between surfaces with films [U_av], shape (N-1,).
+
+        They differ from the relative velocities, as the lengths of the particles change with the distances. Between
+        particles that come closer the ratio of the two is that of the solved pair.
 
         Args:
             dU: Relative velocities with films [U_av], shape (N-1,).
-            rates: Rates of the distances with these, at lengths as at the least distance of the model [U_av], (N-1,).
+            rates: Rates of the distances at these velocities, if lengths changed as they do at the least distance of
+                the short rows [U_av], shape (N-1,).
             gaps: Distances between facing surfaces from upstream [D_c], shape (N-1,).
         """
         of_distance, of_dU = self.factor(gaps).T
         return np.where(dU < 0, rates * of_distance / of_dU, rates)
 
     def factor(self, gaps: Array) -> Array:
-        """The factors at distances, (n,) [D_c]; powers of these between and below the solved ones, (n, 2)."""
+        """The factors at distances, (n,) [D_c], shape (n, 2).
+
+        Between two solved distances, and below the least of them, they are proportional to a power of the distance.
+        """
         x, y, at = np.log(self.distances), np.log(self.factors), np.log(gaps)
         found = []
         for each in y.T:

@@ -11,10 +11,10 @@ TOUCHING = 1e-9  # distance beyond that of contact at which particles touch, whi
 
 
 def without_overlap(U: Array, gaps: Array, contact: float) -> Array:
-    """The nearest velocities at which no distance of contact shrinks [U_av], shape (N,).
+    """Velocities at which no particles that touch move into each other, shape (N,) [U_av].
 
-    They are those with the forces between particles that touch, which push but do not pull, if these move all particles
-    equally easily: an isotonic regression of the velocities of each row of particles that touch.
+    Particles that touch push each other apart, but do not pull. If these forces move all particles equally easily, the
+    velocities are the nearest ones that do not decrease along each row of particles that touch: an isotonic regression.
 
     Args:
         U: Velocities without these forces [U_av], shape (N,).

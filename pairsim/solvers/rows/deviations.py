@@ -1,11 +1,11 @@
-"""What particles change in a row that differ from the others in size or softness.
+"""How the velocities of a row change where its particles differ from each other in size or softness.
 
-The derivatives of all velocities by diameter and Ca_e of each particle are taken apart as velocities are
-(`pairsim.solvers.rows.model`): what its own size and softness do to a particle alone, what they do to it and to its
-neighbour in a pair, and what a third particle changes in that. Of second order are what the own size and softness do to
-a particle alone, and the sizes to a pair.
+The derivatives of all velocities by the diameter and the Ca_e of each particle are sums of parts, as velocities are
+(`pairsim.solvers.rows.model`): what its own size and softness do to a particle that is alone, what the sizes and moduli
+of a pair add to both of its velocities, and what those of three neighbours add to that. Terms of second order are those
+of the own size and softness of a particle that is alone, and of the sizes of a pair.
 
-Lengths of soft particles are in `pairsim.solvers.rows.stretch`.
+How the lengths of soft particles change is in `pairsim.solvers.rows.stretch`.
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ from pairsim.solvers.rows.stretch import Stretch
 if TYPE_CHECKING:
     from pairsim.solvers.rows.model import Row
 
-# Exponentials by the number of particles; of derivatives the slopes are not known, by which velocities are fitted, too.
+# Number of exponentials, by the number of particles. They are fewer than those of velocities, which are fitted to
+# slopes, too: the slopes of derivatives are not known.
 TERMS = {2: 6, 3: 6}  # chosen
 TERMS_OF_SECOND_ORDER = 4  # of the second derivatives of pairs; chosen
 
@@ -34,14 +35,16 @@ class Deviations:
     """Derivatives of the velocities of a row by the logarithms of diameter and Ca_e of its particles.
 
     Attributes:
-        alone: Those of a single particle by its own [U_av], shape (2,).
-        parts: What two, three, ... neighbours add, shape (m, k, k, 2) of the coefficients for k of them.
-        least: Smallest distance that was solved; derivatives at smaller ones are those at this one [D_c].
+        alone: Those of a single particle by its own diameter and Ca_e [U_av], shape (2,).
+        parts: What two, three, ... neighbours add to the derivatives of their velocities; the coefficients for k
+            neighbours have the shape (m, k, k, 2).
+        least: Smallest distance that was solved [D_c]; at smaller ones the derivatives are those at this one.
         alone_twice: Second derivatives of a single particle [U_av], shape (2, 2).
-        pairs_twice: What a pair adds to these, shape (m, 2, 2, 2, 2, 2) of the coefficients; None where it is not
+        pairs_twice: What a pair adds to these; the coefficients have the shape (m, 2, 2, 2, 2, 2). None where it is not
             known.
-        stretch: What they change of the lengths of soft particles; None where it is not known.
-        remainder: A change of the terms of first order by the size of what is left out; None where there is none.
+        stretch: How the lengths of soft particles change; None where it is not known, or particles are rigid.
+        remainder: To judge errors, a change of some terms of first order by as much as may be left out of the series;
+            None: no change.
         remainder_twice: Likewise of the terms of second order of pairs.
     """
 
@@ -92,20 +95,21 @@ class Deviations:
 
 
 def _windows(gaps: Array, parts: Array, count: int) -> tuple[Array, Array]:
-    """Distances and deviations of so many neighbours along a row, (w, count - 1) and (w, count, 2)."""
+    """Distances and deviations of each `count` neighbours along a row, shapes (w, count - 1) and (w, count, 2)."""
     return sliding_window_view(gaps, count - 1), np.moveaxis(sliding_window_view(parts, count, axis=0), 2, 1)
 
 
 def deviations(
     alone: Row, rows: Sequence[Row], unequal: Sequence[Row], rates: Sequence[Array], least: float
 ) -> Deviations:
-    """The derivatives that are nearest to those of short rows.
+    """Fit the derivatives to those of short rows.
 
     Args:
         alone: A single particle.
-        rows: Short rows; those without derivatives count as not there.
-        unequal: Short rows in which one particle differs, for what is of second order.
-        rates: Of two, three, ... neighbours, the rates of the terms of their velocities, of which the slowest are used.
+        rows: Short rows of equal particles; those whose derivatives are not known are left out.
+        unequal: Short rows in which one particle differs, from which the terms of second order follow.
+        rates: For two, three, ... neighbours, the rates at which the terms of their velocities decay with the
+            distances. Derivatives have those terms of these that decay most slowly.
         least: Smallest distance that was solved [D_c].
     """
     assert alone.by_particle is not None, "derivatives were asked for"
@@ -123,7 +127,7 @@ def deviations(
 
 
 def _with_second_order(first: Deviations, unequal: Sequence[Row], rates: Sequence[Array]) -> Deviations:
-    """Derivatives with those of second order, as far as these are known."""
+    """The derivatives of first order, with those of second order that are known."""
     second = {tuple(row.gaps.tolist()): _second_derivatives(row.gaps, unequal) for row in unequal}
     if () not in second:
         return first
@@ -142,8 +146,8 @@ def _with_second_order(first: Deviations, unequal: Sequence[Row], rates: Sequenc
 def _second_derivatives(gaps: Array, unequal: Sequence[Row]) -> Array:
     """Second derivatives of the velocities of a short row, shape (N, N, 2, N, 2); 0 where they are not known.
 
-    They are half the differences of the first ones of two rows, in which a particle is larger and smaller, or softer
-    and stiffer.
+    They are central differences of the first derivatives, between a row in which one particle is larger (or softer) and
+    one in which it is smaller (or stiffer) by the same part.
     """
     n = len(gaps) + 1
     found, known = np.zeros((n, n, 2, n, 2)), np.zeros((n, 2), bool)

@@ -1,16 +1,17 @@
 """How far the shapes of soft particles lag behind distances that change.
 
 Where two particles come closer or part, their lengths are not those of particles that are held at the same distance:
-they follow with a delay. The distance between their centres is longer by
+they follow with a delay. By this the distance between their centres is longer by
 
     lambda = tau (d_t - dU),
 
-in which dU is the rate of the distance between the centres and d_t that between the surfaces, so that d_t - dU is how
-fast lengths become shorter, and tau a relaxation time. Of pairs lambda is known to first order (`Row.lag`). The
-logarithm of tau is linear in that of the distance, in dU, and in their product. (Of pairs of soft particles with
-Ca_e = 0.1 at d = 0.04, tau is 1.20, 0.80, 0.68 and 0.63 D_c/U_av where dU is -0.0156, 0.0013, 0.0062 and 0.0114 U_av.
-Of six pairs that were not used, which differ by up to 12 % and come closer, lambda is right to 4e-4 D_c, and to 1e-3
-where they part at 0.035 to 0.042 U_av.)
+in which dU is the rate of the distance between the centres and d_t that of the distance between the surfaces, so that
+d_t - dU is the rate at which lengths become shorter, and tau is a relaxation time. For pairs that were solved lambda is
+known to first order in the rates (`Row.lag`). To these the logarithm of tau is fitted, as a linear function of the
+logarithm of the distance, of dU, and of the product of both. (Of pairs of soft particles with Ca_e = 0.1 at d = 0.04,
+tau is 1.20, 0.80, 0.68 and 0.63 D_c/U_av where dU is -0.0156, 0.0013, 0.0062 and 0.0114 U_av. Of six pairs that were
+not used, which differ by up to 12 % and come closer, lambda is right to 4e-4 D_c, and to 1e-3 where they part at 0.035
+to 0.042 U_av.)
 
 Particles that are held at first have no lag; it approaches lambda as 1 - exp(-t/tau).
 """
@@ -28,21 +29,21 @@ from pairsim.runtime.arrays import Array
 if TYPE_CHECKING:
     from pairsim.solvers.rows.model import Row
 
-ROUNDING = 1e-9  # of distances
-# Part of the largest rate at which lengths change among pairs, below which a pair says nothing; chosen.
+ROUNDING = 1e-9  # relative difference of distances that are the same
+# Rate at which lengths change, over the largest one of all pairs, below which a pair is not used; chosen.
 SLIGHT = 0.01
-ALL = 4  # coefficients
+ALL = 4  # number of coefficients, and so the least number of pairs
 
 
 @dataclass(frozen=True)
 class Lag:
-    """How far lengths lag behind.
+    """How far lengths lag behind distances that change.
 
     Attributes:
-        coefficients: Those of 1, log d, dU and dU log d in the logarithm of the relaxation time, shape (4,).
-        distances: The smallest and the largest distance of the pairs that say something of it [D_c]; beyond them it is
-            the same.
-        velocities: Likewise of their dU [U_av].
+        coefficients: The coefficients of 1, log d, dU and dU log d in the logarithm of the relaxation time, shape (4,).
+        distances: The smallest and the largest distance of the pairs to which it was fitted [D_c]. Beyond these the
+            relaxation time is that at the nearer one of them.
+        velocities: The smallest and the largest dU of these pairs, likewise [U_av].
     """
 
     coefficients: Array
@@ -51,14 +52,14 @@ class Lag:
 
     @classmethod
     def fitted(cls, pairs: Sequence[Row], least: float) -> Self | None:
-        """That of pairs.
+        """Fit the relaxation time to pairs.
 
         Args:
             pairs: Pairs of equal and of unequal particles.
-            least: Smallest distance of those that are used [D_c].
+            least: Smallest distance of the pairs that are used [D_c].
 
         Returns:
-            None where shapes do not change: those of rigid particles.
+            None where shapes do not change, as those of rigid particles, or too few pairs are known.
         """
         known = [
             (float(row.gaps[0]), float(row.dU[0]), float(row.rates[0] - row.dU[0]), float(row.lag[0]))
@@ -77,13 +78,13 @@ class Lag:
         return cls(found, (float(d.min()), float(d.max())), (float(dU.min()), float(dU.max())))
 
     def time(self, gaps: Array, dU: Array) -> Array:
-        """The relaxation times at distances [D_c] and relative velocities [U_av], [D_c/U_av]; (n,) each."""
+        """The relaxation times [D_c/U_av] at distances [D_c] and relative velocities [U_av], shape (n,) each."""
         return np.asarray(
             np.exp(_terms(np.clip(gaps, *self.distances), np.clip(dU, *self.velocities)) @ self.coefficients)
         )
 
     def at(self, gaps: Array, dU: Array, rates: Array) -> Array:
-        """How much longer distances between centres are than of particles that are held [D_c], shape (n,).
+        """lambda, by how much distances between centres are longer than those of held particles [D_c], shape (n,).
 
         Args:
             gaps: Distances between surfaces [D_c], shape (n,).
@@ -94,5 +95,5 @@ class Lag:
 
 
 def _terms(d: Array, dU: Array) -> Array:
-    """Of what the logarithm of the relaxation time is a sum, shape (n, 4)."""
+    """The functions of which the logarithm of the relaxation time is a linear combination, shape (n, 4)."""
     return np.stack([np.ones_like(d), np.log(d), dU, dU * np.log(d)], axis=-1)

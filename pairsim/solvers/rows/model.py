@@ -33,13 +33,15 @@ from pairsim.solvers.rows.lag import Lag
 from pairsim.solvers.rows.parts import SMALLEST, Remainder, slowest
 from pairsim.solvers.rows.stretch import Stretch
 
-RATES = np.geomspace(1.0, 8.0, 16)  # of the slowest exponential, which are tried [1/D_c]; chosen
-POWERS = {2: 6, 3: 4, 4: 2, 5: 1}  # how many more exponentials there are, by the number of particles; chosen
+RATES = np.geomspace(1.0, 8.0, 16)  # that are tried for the slowest exponential [1/D_c]; chosen
+# The rates of all exponentials are multiples of that of the slowest one: for k particles those whose multiples, one for
+# each distance, add up to no more than this number plus k - 1. Chosen.
+POWERS = {2: 6, 3: 4, 4: 2, 5: 1}
 TRUSTED = 1e-3  # least error of a solution, as a part of the largest |dU|; chosen
 SLOPES = 0.3 / RATES[-1]  # weight of slopes over that of values [D_c]; chosen
 FOLDS = 11  # chosen; without a common factor with the numbers of short rows, so that no distance is left out altogether
 FILM = 0.07  # c over the diameter; fitted to one pair, rigid at De 1.6, whose dU follows to 2 % from d = .04 to .005
-FARTHEST, PLACES = 1.6, 100  # largest distance, and number of those, at which it is known how terms fall off; chosen
+FARTHEST, PLACES = 1.6, 100  # largest distance and number of distances at which terms are compared; chosen
 LEAST_ERROR = 1e-12  # of the dU of a short row, by whose error it is weighted [U_av]; chosen
 
 
@@ -52,16 +54,17 @@ class Row:
         values: Three numbers for each particle, shape (N, 3): its velocity at held distances [U_av]; the distance from
             its centre to that of the next one less the distance of their surfaces, for the last particle from its
             centre to its front [D_c]; and what the motion of the particles adds to its velocity [U_av].
-        slopes: Derivatives by every distance of the first two or, by a model, of all, shape (N, N-1, 2 or 3); nan where
-            they are not known.
+        slopes: Derivatives of these numbers by every distance, shape (N, N-1, 2 or 3): of the first two where the row
+            was solved, of all three where it is that of a model; nan where they are not known.
         dU_error: Largest half-width of a relative velocity [U_av].
         by_particle: Derivatives of the velocities of particles that move (rows) by the logarithms of diameter and Ca_e
             of each particle (columns), shape (N, N, 2) [U_av]; None where they were not asked for.
         rear: Distance from the rear of the first particle to its centre [D_c].
         parts: Deviations of the logarithms of diameter and Ca_e of each particle from those of equal ones, shape
             (N, 2); None where all are equal.
-        lag: How much longer the distances between centres are than where particles are held at the same distances, as
-            shapes lag behind distances that change [D_c], shape (N-1,); None where they do not.
+        lag: By how much the distances between centres are longer than those of particles that are held at the same
+            distances between surfaces, as shapes lag behind distances that change [D_c], shape (N-1,); None where
+            they do not.
     """
 
     gaps: Array
@@ -74,10 +77,14 @@ class Row:
     lag: Array | None = None
 
     def followed(self, rear: float) -> Row:
-        """The same row with a particle far downstream, whose rear is so far from its centre [D_c].
+        """The same row with one more particle far downstream, which is not among its values.
 
-        Only so is what a particle changes in the second of the values of its neighbours, the last one included, nothing
-        once it is far from them.
+        The second value of the last particle then is that of the others: the distance to the next centre less that of
+        the surfaces. Without that particle it would lack the part that is upstream of the next centre, and would jump
+        by it where a particle is added, however far away.
+
+        Args:
+            rear: Distance from the rear of the additional particle to its centre [D_c].
         """
         ends = np.zeros_like(self.values)
         ends[-1, 1] = rear
@@ -95,7 +102,7 @@ class Row:
 
     @property
     def rates(self) -> Array:
-        """Rates of the distances, at which those between centres change as the velocities say [U_av], (N-1,)."""
+        """Rates of the distances between surfaces [U_av], (N-1,): those between centres then change at the rates dU."""
         return np.asarray(np.linalg.solve(np.eye(len(self.gaps)) + self.slopes[:-1, :, 1], self.dU))
 
 
@@ -105,21 +112,22 @@ type Waves = tuple[float, Array, Array]
 
 @dataclass(frozen=True)
 class RowModel:
-    """Values of rows of equal particles.
+    """The values of `Row` for rows of any number of equal particles.
 
     Attributes:
         alone: Values of a single particle, as of a `Row` that is `followed`: the second is its length, shape (q,).
-        rates: Of two, three, ... neighbours, the rates at which each term of what they add decays with every distance
-            [1/D_c], shape (m, k-1) for k of them.
-        coefficients: Those of the terms of two, three, ... in the values of each of them, shape (all m k, q).
-        least: Smallest distance that was solved; values at smaller ones are those at this one [D_c].
-        short: The rows that it was fitted to.
-        others: Models fitted to these rows with a part left out, whose differences from this one are half-widths.
-        deviations: What particles change that differ from the others; None where it was not asked for.
+        rates: For two, three, ... neighbours, the rates at which the m terms of what they add decay with each of their
+            distances [1/D_c], shape (m, k-1) for k neighbours.
+        coefficients: The coefficients of these terms in the values of each neighbour, those of two neighbours first,
+            shape (sum of all m k, q).
+        least: Smallest distance that was solved [D_c]; at smaller ones the values are those at this one.
+        short: The rows to which it was fitted.
+        others: Models fitted to these rows with a part left out, by whose differences from this one errors are judged.
+        deviations: How velocities change where particles differ from each other; None where it was not asked for.
         film: Distance c of films over the length of a particle (`pairsim.solvers.rows.films`).
-        closing: How particles come closer below `least`, in place of such films; None where it is not known.
+        closing: How fast particles come closer below `least`, in place of such films; None where it is not known.
         lag: How far shapes lag behind distances that change; None where it is not known.
-        remainder: A change of terms by the size of what is left out; None where there is none.
+        remainder: To judge errors, a change of some terms by as much as may be left out of the series; None: no change.
     """
 
     alone: Array
@@ -136,17 +144,23 @@ class RowModel:
 
     @property
     def variants(self) -> Sequence[RowModel]:
-        """Models by whose differences from this one it is judged what follows from velocities.
+        """Models by whose differences from this one the errors are judged of whatever follows from velocities.
 
-        Beside `others` they are the same one without films, whose c is known of one pair, or with these where films
-        are known of a pair of the same particles; and without what the most neighbours add to what fewer of them do, as
-        still more add something, too.
+        These are `others`, and this model with one change each:
 
-        Where particles may differ they are in place of the latter those in which what the most neighbours add is
-        changed by as much as still more of them may add (`_by_more_neighbours`); without the terms of second order of
-        some pairs, as these have terms of third order, too, and triplets of second; with pairs that come closer faster
-        by the errors of those that were solved; without the lag of shapes, which is known to first order; and with
-        lengths that change more.
+        - It has no films, as their c was fitted to one pair only. Where what films do is known from a solved pair
+          (`closing`), it has films with that c instead.
+        - What the largest number of neighbours adds is left out, as still more neighbours would add something, too.
+
+        Where particles may differ, the second change is replaced by several:
+
+        - What the largest number of neighbours adds is changed by as much as still more of them may add
+          (`_by_more_neighbours`).
+        - The terms of second order of some pairs are left out, as pairs have terms of third order, too, and three
+          neighbours have terms of second order.
+        - Particles come closer faster, by the errors of the solved pair.
+        - Shapes do not lag behind distances, as their lag is known to first order only.
+        - Lengths change more.
         """
         films = replace(self, film=0.0) if self.closing is None else replace(self, closing=None)
         if self.deviations is not None:
@@ -160,7 +174,7 @@ class RowModel:
         return found
 
     def _others_of_unequal(self, differ: Deviations) -> Iterator[RowModel]:
-        """Those of the `variants` that are of particles that may differ alone."""
+        """The `variants` that there are only where particles may differ."""
         of_equals, of_others = (self._by_more_neighbours(len(each) + 1) for each in (self.rates, differ.parts))
         for one, other in zip_longest(of_equals, of_others):
             yield replace(self, remainder=one, deviations=replace(differ, remainder=other))
@@ -175,12 +189,13 @@ class RowModel:
             yield replace(self, deviations=replace(differ, stretch=differ.stretch.steeper))
 
     def _by_more_neighbours(self, count: int) -> list[Remainder]:
-        """What more neighbours add than a number of them, as changes of what these do.
+        """Changes of what `count` neighbours add by what more than these may add; none of fewer than three.
 
-        It is taken to fall off with each particle as it does with the last one: all that is left out of a geometric
-        series of ratio q is q/(1 - q) of its last term. The ratio depends on the distance, and is that of rows of even
-        ones. (Measured of four rigid particles at De = 1 and soft ones in a Newtonian liquid, at distances of 0.06 to
-        0.19: they add .3 to .45 and .25 of what three do, which add .36 and .23 of what two do at 0.08.)
+        What neighbours add is taken to go on as a geometric series in their number. If `count` of them add q times what
+        one fewer adds, all larger numbers together add q/(1 - q) times what `count` of them do. The ratio q depends on
+        the distance, and is that of rows of even distances. (Measured at distances of 0.06 to 0.19: four rigid
+        particles at De = 1 add .3 to .45 of what three do, and four soft ones in a Newtonian liquid .25; at 0.08 three
+        add .36 and .23 of what two do.)
         """
         if count < 3:
             return []
@@ -190,7 +205,7 @@ class RowModel:
         return Remainder.phases(count, distances, ratios / (1 - ratios))
 
     def _added(self, count: int, distances: Array) -> Array:
-        """What a number of neighbours at even distances, (m,) [D_c], add to their velocities, shape (m, count)."""
+        """What `count` neighbours at even distances, (m,) [D_c], add to their velocities, shape (m, count) [U_av]."""
         sizes = [len(rates) * n for n, rates in enumerate(self.rates, 2)]
         part = np.split(self.coefficients, np.cumsum(sizes)[:-1])[count - 2]
         terms = np.exp(-np.outer(distances, self.rates[count - 2].sum(axis=1)))
@@ -212,15 +227,15 @@ class RowModel:
         return Row(gaps, values, slopes)
 
     def along(self, gaps: Array) -> tuple[Array, Array]:
-        """What a row of any length needs to move, without arrays of the square of its length.
+        """What the motion of a row follows from; unlike that of `row`, its memory grows in proportion to the row.
 
         Args:
             gaps: Distances between facing surfaces from upstream [D_c], shape (N-1,).
 
         Returns:
-            Velocities [U_av], shape (N,); and derivatives of the distances between centres (rows) by those between
-            surfaces (columns), a banded matrix as of `scipy.linalg.solve_banded`, shape (2 k + 1, N-1) for k off its
-            diagonal.
+            Velocities [U_av], shape (N,); and the derivatives of the distances between centres (rows) by those between
+            surfaces (columns), as a banded matrix for `scipy.linalg.solve_banded` with k diagonals on each side of the
+            main one, shape (2 k + 1, N-1).
         """
         n, left, width = len(gaps) + 1, self.coefficients, min(len(self.rates), len(gaps))
         U, stretch = np.full(n, self.alone[0] + self.alone[2]), np.zeros((2 * width + 1, len(gaps)))
@@ -241,19 +256,29 @@ class RowModel:
         return U, stretch
 
     def _terms(self, windows: Array, rates: Array) -> Array:
-        """The terms of neighbours at their distances, (w, k-1) [D_c], shape (w, m)."""
+        """The terms of each k neighbours along a row at their distances, (w, k-1) [D_c], shape (w, m)."""
         terms = np.exp(-np.maximum(windows, self.least) @ rates.T)
         if self.remainder is not None and self.remainder.count == windows.shape[1] + 1:
             terms = terms * self.remainder.factors(windows)
         return np.asarray(terms)
 
     def growth(self, d: float, k: Array) -> Array:
-        """Growth rates of waves in a long row of even distances, complex, (m,) [U_av/D_c]."""
+        """Complex growth rates of waves in a long row of even distances d [U_av/D_c], shape (m,).
+
+        Args:
+            d: The distance [D_c].
+            k: Phases between neighbours, shape (m,).
+        """
         dU, lengths = self.waves(d, k)
         return np.asarray((dU[:, 0] + dU[:, 2]) / (1 + lengths[:, 1]))
 
     def waves(self, d: float, k: Array) -> tuple[Array, Array]:
-        """Fourier components of the slopes of differences of neighbours' values, and of the slopes, each (m, q)."""
+        """How the values change in waves of the distances of a long even row; arguments as for `growth`.
+
+        Returns:
+            The change of the difference between the values of a particle and those of the one upstream of it, and the
+            change of the values of the latter, (m, q) each; for waves of the distances that are 1 between these two.
+        """
         middle = len(self.rates)
         slopes = self.row(np.full(2 * middle + 1, d)).slopes[middle : middle + 2]
         waves = np.exp(1j * np.outer(k, np.arange(2 * middle + 1) - middle))
@@ -262,14 +287,15 @@ class RowModel:
     def dU_errors(self, gaps: Array) -> Array:
         """Half-widths of the relative velocities of a row [U_av], shape (N-1,).
 
-        They are the sum of what leaving out a part of the short rows changes, and of the largest error of the short
-        rows nearby: those of at most as many particles whose smallest distance is next to that of this row.
+        Each is the sum of two parts: how much it changes where a part of the short rows is left out of the fit, and the
+        largest error of the short rows nearby, of at most as many particles, whose smallest distances are next to that
+        of this row.
         """
         changes = [other.row(gaps).dU - self.row(gaps).dU for other in self.others]
         return np.asarray(np.linalg.norm(changes, axis=0) + self.dU_error_nearby(gaps))
 
     def dU_error_nearby(self, gaps: Array) -> float:
-        """The largest error of a dU of the short rows nearby [U_av]."""
+        """The largest error of a relative velocity of the short rows nearby, as of `dU_errors` [U_av]."""
         few = [row for row in self.short if len(row.gaps) <= len(gaps)]
         narrowest = np.unique([row.gaps.min() for row in few])
         near = narrowest[max(np.searchsorted(narrowest, gaps.min(), "right") - 1, 0) :][:2]
@@ -277,11 +303,11 @@ class RowModel:
 
 
 def fitted(rows: Sequence[Row], trains: Sequence[Waves] = ()) -> RowModel:
-    """The model that is nearest to short rows and trains, of as many particles as the longest of the rows.
+    """Fit a model to short rows and trains; it has terms of as many neighbours as the longest row has particles.
 
     Args:
-        rows: Short rows, the first one of a single particle; those whose particles differ are for what these change
-            alone.
+        rows: Short rows, the first one of a single particle. From rows whose particles differ nothing but the effect of
+            these differences is taken.
         trains: Waves of infinite trains.
     """
     rear, unequal = rows[0].rear, [row for row in rows if row.parts is not None]
@@ -303,13 +329,13 @@ def fitted(rows: Sequence[Row], trains: Sequence[Waves] = ()) -> RowModel:
 def _of_unequal(
     models: Sequence[RowModel], alone: Row, parts: Sequence[Sequence[Row]], unequal: Sequence[Row]
 ) -> list[RowModel]:
-    """Models of equal particles with what particles change that differ.
+    """Models of equal particles, with how velocities change where particles differ.
 
     Args:
-        models: The models, of which the first one is made of all short rows.
+        models: The models, of which the first one was fitted to all short rows.
         alone: A single particle.
         parts: The short rows of each model.
-        unequal: Short rows in which one particle differs, and pairs that come closer of which both do.
+        unequal: Short rows in which one particle differs, and pairs that come closer, both of whose particles differ.
     """
     one_differs = [row for row in unequal if _differing(row) == 1]
     rates, least = models[0].rates, models[0].least
@@ -327,7 +353,7 @@ def _differing(row: Row) -> int:
 
 
 def _fitted(rates: Sequence[Array], alone: Row, rows: Sequence[Row], trains: Sequence[Waves]) -> tuple[float, RowModel]:
-    """What a model with terms of given rates misses of the velocities, and the model."""
+    """Fit a model whose terms have given rates; returns the mean square of what it misses of velocities, and it."""
     count, single = sum(each.size + len(each) for each in rates), alone.values[0]
     # With each coefficient as a quantity of its own, the values of a row are those that multiply the coefficients.
     basis, weights = RowModel(np.zeros(count), rates, np.eye(count)), [1 / row.dU_error for row in rows]
@@ -352,7 +378,7 @@ def _fitted(rates: Sequence[Array], alone: Row, rows: Sequence[Row], trains: Seq
 
 
 def _solution(matrix: Array, values: Array) -> tuple[Array, Array]:
-    """The solution of a problem of least squares, and the mean squares of what it misses."""
+    """The solution of a problem of least squares, and the mean square of what it misses of each column of values."""
     size = np.abs(matrix).max(axis=0)
     found = np.asarray(scipy.linalg.lstsq(matrix / size, values, cond=SMALLEST)[0] / size[:, None])
     return found, np.mean((matrix @ found - values) ** 2, axis=0)

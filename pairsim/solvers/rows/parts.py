@@ -1,4 +1,4 @@
-"""Sums of exponentials of the distances, of which what neighbours add is made, and what may be left out of them."""
+"""Sums of exponentials of the distances, the form of all that neighbours add, and what such a sum may leave out."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import scipy
 
 from pairsim.runtime.arrays import Array
 
-SMALLEST = 1e-5  # singular values that are left out, relative to the largest; chosen
+SMALLEST = 1e-5  # singular value, relative to the largest one, below which it is left out of a fit; chosen
 
 
 @dataclass(frozen=True)
@@ -18,24 +18,30 @@ class Parts:
     """What a number of neighbours add to derivatives of their velocities.
 
     Attributes:
-        rates: Those at which each term decays with every distance [1/D_c], shape (m, k-1) for k particles.
-        coefficients: Those of the terms, shape (m, ...).
+        rates: Rates at which each of m terms decays with each of the distances [1/D_c], shape (m, k-1) for k particles.
+        coefficients: The coefficients of the terms, shape (m, ...).
     """
 
     rates: Array
     coefficients: Array
 
     def at(self, windows: Array) -> Array:
-        """Their sums at distances of so many neighbours, (n, k-1) [D_c], shape (n, ...)."""
+        """The sums of the terms at distances of k neighbours, (n, k-1) [D_c], shape (n, ...)."""
         return np.tensordot(np.exp(-windows @ self.rates.T), self.coefficients, 1)
 
     def slopes(self, gaps: Array) -> Array:
-        """Their derivatives by the distance of pairs, (n,) [D_c], shape (n, ...)."""
+        """For pairs, the derivatives of these sums by the distance, at distances (n,) [D_c], shape (n, ...)."""
         return np.tensordot(-self.rates[:, 0] * np.exp(-gaps[:, None] * self.rates[:, 0]), self.coefficients, 1)
 
     @classmethod
     def fitted(cls, rates: Array, places: Array, values: Array) -> Parts:
-        """The parts, of the slowest rates, that are nearest to values at places."""
+        """Fit terms of given rates to values at some distances, by least squares.
+
+        Args:
+            rates: The rates of the terms [1/D_c], shape (m, k-1).
+            places: The distances, of k neighbours [D_c], shape (n, k-1).
+            values: The values there, shape (n, ...).
+        """
         terms = np.exp(-places @ rates.T)
         size = np.abs(terms).max(axis=0)
         fit = scipy.linalg.lstsq(terms / size, values.reshape(len(places), -1), cond=SMALLEST)[0] / size[:, None]
@@ -43,23 +49,24 @@ class Parts:
 
 
 def slowest(rates: Array, most: int) -> Array:
-    """So many of the rates of terms, (m, k-1), that decay most slowly."""
+    """Of the rates of terms, (m, k-1), those of the terms that decay most slowly, at most so many."""
     return np.asarray(rates[rates.sum(axis=1).argsort(kind="stable")[:most]])
 
 
 @dataclass(frozen=True)
 class Remainder:
-    """What may be left out of a series of terms, as a change of some of its last ones.
+    """What a series of terms may leave out, as a change of its last terms by which errors are judged.
 
-    A relative velocity has terms of `count + 1` sets of as many neighbours, and so has what is left out. They may
-    cancel each other in one row and not in the next. Therefore only those of one of these sets each are changed, where
-    the first particle is every `count + 1`th; with all `phases` each set has its turn.
+    Terms of `count` neighbours belong to each set of so many particles in succession. A relative velocity has those of
+    `count + 1` sets, and what is left out is of as many sets. Changes of all of these at once might cancel each other
+    in one row and not in the next. Therefore the terms of every `count + 1`th set along the row alone are changed. With
+    all of the `phases` each set is changed once.
 
     Attributes:
-        count: Neighbours of a term.
+        count: Number of neighbours of a term.
         phase: The first particle of the first set that is changed.
         distances: Mean distances of the neighbours, ascending [D_c], shape (m,).
-        parts: By which part of itself a term is made smaller there, shape (m,).
+        parts: By which part of itself a term becomes smaller at these distances, shape (m,).
     """
 
     count: int
@@ -69,12 +76,12 @@ class Remainder:
 
     @classmethod
     def phases(cls, count: int, distances: Array | None = None, parts: Array | None = None) -> list[Self]:
-        """Those that change each set of neighbours once; terms are left out altogether where no parts are given."""
+        """The changes of each set of neighbours in turn; where no `parts` are given, its terms are left out."""
         distances, parts = (np.ones(1) if each is None else each for each in (distances, parts))
         return [cls(count, phase, distances, parts) for phase in range(count + 1)]
 
     def factors(self, windows: Array) -> Array:
-        """Those of the terms of neighbours at their distances along a row, (w, count - 1) [D_c], shape (w, 1)."""
+        """The factors of the terms of each set along a row, at its distances (w, count - 1) [D_c], shape (w, 1)."""
         factors = np.ones(len(windows))
         chosen = slice(self.phase, None, self.count + 1)
         factors[chosen] -= np.interp(windows[chosen].mean(axis=1), self.distances, self.parts)

@@ -1,4 +1,4 @@
-"""A branch of quasi-steady solutions of short rows, of whose points no more is read than rows need."""
+"""A branch of quasi-steady solutions of short rows, whose points have no more than the model of rows needs."""
 
 from __future__ import annotations
 
@@ -17,19 +17,21 @@ from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.continuation import MOST_APART
 from pairsim.solvers.steady.relaxation import relaxation_time
 
-RECALLED = 1.0  # steps of a continuation that putting a known solution back takes; chosen
+RECALLED = 1.0  # how many steps of a continuation take as long as putting a known solution back; chosen
 
 
 class RowBranch(Branch):
-    """A branch of whose points the decay time is computed only where the velocities depend on it.
+    """A branch that computes the decay time of a point (`Point.t_relax`) only where the velocities depend on it.
 
-    Each row is continued from the known solution from which it takes the fewest steps, which are longer where distances
-    shrink, and shortest where one grows while another shrinks.
+    Each row is continued from that known solution from which it takes the fewest steps. Steps are longer where
+    distances shrink, and shortest where one distance grows while another one shrinks.
 
-    The decay time takes as many linear systems, one after another, as all else that is read of a row. It decides
-    whether the second order of what moving adds is so small that it is not computed, and what becomes of both orders
-    where no slow manifold is near. In a liquid with a memory it is at least that memory, by which mostly the second
-    order is computed anyway; where a slow manifold is near, velocities do not depend on it then.
+    The decay time is left out where it can be, as it needs as many linear systems, one after another, as all else that
+    is known of a row. It decides two things about what moving adds to the velocities (`FirstOrder.slow_motion`):
+    whether the second order is so small that it need not be computed, and what is made of both orders where no slow
+    manifold is near. In a liquid with a memory the decay time is at least that memory, which usually is long enough for
+    the second order to be computed. Then, if a slow manifold is near, velocities do not depend on the decay time any
+    more.
     """
 
     def completed(self, point: Point) -> Point:
@@ -45,7 +47,7 @@ class RowBranch(Branch):
         return replace(point, motion=motion, by_particle=by_particle, complete=True)
 
     def lag(self) -> Array | None:
-        """How much longer the distances between centres are of the last point than where particles are held.
+        """By how much the distances between centres at the last point are longer than those of held particles.
 
         Shapes lag behind distances that change: to first order the unknowns are Y0 - J^-1 R(Y0; Y0' g0, g0), as in
         `pairsim.solvers.curves.slow_manifold`.
@@ -70,7 +72,7 @@ class RowBranch(Branch):
 
 
 def _slow_motion(first: FirstOrder, error: float) -> SlowMotion:
-    """As `FirstOrder.slow_motion` at the decay time."""
+    """What `FirstOrder.slow_motion` gives for the decay time, which is computed only if the result depends on it."""
     least = first.slow_motion(_least_decay_time(first.at.parameters), inf)  # with a bound on the second order alone
     if least.remainder.max() > NEGLIGIBLE * error:
         motion = first.slow_motion(inf, error)
@@ -80,16 +82,16 @@ def _slow_motion(first: FirstOrder, error: float) -> SlowMotion:
 
 
 def _least_decay_time(parameters: Parameters) -> float:
-    """What the decay time of a row is at least: the longest memory of its liquid [D_c/U_av]."""
+    """A lower bound of the decay time of a row: the longest memory of its liquid [D_c/U_av]."""
     liquid = parameters.liquid
     return max((float(liquid.relaxation_time(mode)) for mode in liquid.modes), default=float(liquid.solvent.memory))
 
 
 def _steps(start: Parameters, end: Parameters) -> float:
-    """About how many steps lead from one set of distances to another, all on a straight line.
+    """About how many steps lead from one set of distances to another on a straight line.
 
-    A step changes none by more than a part of itself. On a line where some grow and others shrink it is small at both
-    ends.
+    A step changes no distance by more than a given part of it. Where some distances grow and others shrink, steps are
+    therefore short at both ends of the line.
     """
     changes = [log(after / before) for before, after in zip(start.gaps, end.gaps, strict=True)]
     longer, shorter = max(changes, default=0.0), -min(changes, default=0.0)

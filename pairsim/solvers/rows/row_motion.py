@@ -1,7 +1,8 @@
 """The motion of a long row along a tube: an ordinary differential equation for its distances.
 
-Nearer than any rows that were solved, films of liquid slow particles that come closer (`pairsim.solvers.rows.films`).
-Particles that touch travel on together until they would have to pull at each other (`pairsim.solvers.rows.contact`).
+Particles that come closer are slowed down by films of liquid where they are nearer to each other than those in any row
+that was solved (`pairsim.solvers.rows.films`). Particles that touch travel on together until forces would have to hold
+them together (`pairsim.solvers.rows.contact`).
 """
 
 from __future__ import annotations
@@ -18,11 +19,14 @@ from pairsim.solvers.rows.contact import without_overlap
 from pairsim.solvers.rows.films import changed_by_films
 from pairsim.solvers.rows.model import RowModel
 
-type Places = Callable[[Array | float], Array]  # of one time (N,), of m times (N, m)
+type Places = Callable[[Array | float], Array]
+"""Places of the particles as a function of time: of one time shape (N,), of m times (N, m) [D_c]."""
 
-TOLERANCE = 1e-8  # of the distances [D_c]; chosen
-STEP = 1e-5  # of differences of rates by distances [D_c]; they are exponentials of rates up to 48
-PIECES = 100  # of the way, in each of which the linearised rates are constant; chosen
+TOLERANCE = 1e-8  # error of a distance that is allowed to a time step [D_c]; chosen
+# Step of the distances in differences of their rates [D_c]. The rates are sums of exponentials, which decay with the
+# distances at up to 48 per D_c.
+STEP = 1e-5
+PIECES = 100  # parts of the time, in each of which the derivatives of the rates are taken as constant; chosen
 
 
 def move(model: RowModel, gaps: Array, contact: float, length: float, monitor: Monitor) -> tuple[Array, Places]:
@@ -36,7 +40,8 @@ def move(model: RowModel, gaps: Array, contact: float, length: float, monitor: M
         monitor: Ends the computation.
 
     Returns:
-        Times of the steps [D_c/U_av], shape (m,), and the places of the particles, without their lengths, at times.
+        Times of the steps [D_c/U_av], shape (m,), and the places of the particles as a function of time. Places are as
+        if particles had no length: neighbours are as far apart as their surfaces are.
     """
     start = np.cumsum([0.0, *gaps])
 
@@ -71,7 +76,7 @@ def propagator(model: RowModel, places: Places, end: float) -> Array:
 
 
 def _velocities(model: RowModel, gaps: Array, contact: float) -> Array:
-    """Velocities of the particles, as far as these change the distances, with the forces between those that touch."""
+    """Time derivatives of the places, as of `move`, with films and the forces between particles that touch [U_av]."""
     row = model.row(gaps)
     free = np.cumsum([row.U[0], *row.rates])
     return without_overlap(free + changed_by_films(model, gaps, row.rates, contact), gaps, contact)

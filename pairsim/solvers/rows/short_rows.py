@@ -22,25 +22,26 @@ from pairsim.solvers.steady.first_solution import coarser, first_scene
 from pairsim.solvers.trains.train import train_of
 
 # All constants were chosen.
-LEAST = 0.04  # smallest distance of short rows, unless a row has a smaller one [D_c]
-FARTHEST = {2: 1.6, 3: 0.9, 4: 0.45, 5: 0.3}  # largest distance of short rows of so many particles [D_c]
-COUNTS = {2: 14, 3: 4, 4: 3, 5: 2}  # how many distances of each gap
-MOST = 5  # particles of short rows
-MOST_BY_PARTICLE = 3  # particles up to which velocities are differentiated by each of them
-MOST_UNEQUAL, APART = 2, 0.02  # particles up to which one of them is changed in size; by this part, more and less
-# Pairs that come closer: the first particle is smaller and the second one larger by this part, about as neighbours that
-# meet of particles with a spread of as much; at which distances, over the smallest of short rows.
+LEAST = 0.04  # smallest distance of short rows, unless the row that is asked for has a smaller one [D_c]
+FARTHEST = {2: 1.6, 3: 0.9, 4: 0.45, 5: 0.3}  # largest distance of short rows, by the number of their particles [D_c]
+COUNTS = {2: 14, 3: 4, 4: 3, 5: 2}  # number of different distances, by the number of particles
+MOST = 5  # particles of the longest short rows
+MOST_BY_PARTICLE = 3  # particles of the longest rows whose velocities are differentiated by each particle
+MOST_UNEQUAL, APART = 2, 0.02  # particles of the longest rows in which one differs; part by which it is larger, smaller
+# In the pair that comes closer the first particle is smaller and the second one larger by the first number: neighbours
+# that meet in a stream differ by about as much, where this is the standard deviation of its diameters. The others are
+# distances of the pair, over the smallest distance of the short rows.
 CLOSING, CLOSING_DISTANCES = 0.05, (2.0, 1.5, 1.0, 0.75, 0.5, 0.35, 0.25)
-CHANGE = 0.01  # of the diameter of a rigid particle alone, by which its velocity is differentiated
-ALL = 3  # particles up to which all combinations of distances are solved
-FINE = 3  # particles up to which rows in a liquid with a memory have the cells of the problem
-COARSER = 2**0.5  # factor of the cells of rows of more
-FEWEST = 10  # of these on a half-circle, or as many as given
+CHANGE = 0.01  # relative change of the diameter of a rigid particle alone, in differences of its velocity
+ALL = 3  # particles of the longest rows of which all combinations of distances are solved
+FINE = 3  # particles of the longest rows that have the cells of the problem in a liquid with a memory
+COARSER = 2**0.5  # factor by which the cells of longer rows are larger
+FEWEST = 10  # cells on a half-circle that these have at least, if the problem has as many
 ROOM = 4.0  # length of tube beyond a row, both ends together [D_c]
 TRAINS = (0.06, 0.12, 0.24, 0.48)  # distances of infinite trains [D_c]
-CELL = 8  # particles in their cells
-LONGEST = 5  # rows of a chain that is one of several, about; chosen, as its first solution takes as long as one or two
-CROWDING = 3.0  # rate of the exponential of a distance in which these are extrema of a Chebyshev polynomial [1/D_c]
+CELL = 8  # particles in the cells of these
+LONGEST = 5  # about how many rows a chain has if it is one of several: its first solution takes as long as one or two
+CROWDING = 3.0  # c in exp(-c d), of which the values at the distances d are extrema of a Chebyshev polynomial [1/D_c]
 
 
 def solved(
@@ -55,12 +56,12 @@ def solved(
     """Solve rows of one number of particles.
 
     Args:
-        problem: That of a single particle; its tube is made longer where a row needs it.
-        alone: Materials of a single particle.
+        problem: The problem of a single particle; its tube is made longer where a row needs it.
+        alone: The parameters of a single particle, for its materials.
         places: Distances of each row, in the order in which they are solved [D_c].
         by_particle: Whether velocities are differentiated by size and softness of each particle.
         parts: As of `Row`.
-        beside: Distances of other rows with which these have tube and cells in common.
+        beside: Distances of other rows, which are to have the same length of tube and the same cells as these.
         coarse: Whether cells are larger by `COARSER` in a liquid with a memory.
 
     Raises:
@@ -87,9 +88,10 @@ def solved(
 
 
 def _by_size(problem: SteadyProblem, alone: Parameters) -> Array:
-    """The `by_particle` of a rigid particle alone, from two solutions, shape (1, 1, 2).
+    """`Row.by_particle` of a rigid particle alone, from solutions for two diameters, shape (1, 1, 2) [U_av].
 
-    Its mesh does not move, so that its diameter is none of the parameters by which a solution is differentiated.
+    Other rows have it from one solution, by a mesh that moves with the diameters. That of a rigid particle alone does
+    not move.
     """
     U = []
     for sign in (1, -1):
@@ -118,7 +120,8 @@ def _at(branch: RowBranch, parameters: Parameters) -> Row:
 def places_of(count: int, least: float) -> list[tuple[float, ...]]:
     """Distances at which short rows of so many particles are solved, from the largest down [D_c].
 
-    Of more than `ALL` particles these are a Latin hypercube: each combination of all distances but one is there once.
+    Of rows of up to `ALL` particles these are all combinations of the same distances; of longer ones they are a Latin
+    hypercube, in which each combination of all distances but one is there once.
     """
     if count == 1:
         return [()]
@@ -135,7 +138,7 @@ class Chain:
 
     Attributes:
         places, by_particle, parts, beside, coarse: As for `solved`.
-        may_end: Whether those after one that cannot be solved are not needed.
+        may_end: Whether it may end at a row that cannot be solved, without those after it.
     """
 
     places: Sequence[tuple[float, ...]]
@@ -152,16 +155,17 @@ class Chain:
             yield from solved(problem, alone, self.places, self.by_particle, self.parts, self.beside, self.coarse)
 
     def cut(self, longest: int = LONGEST) -> list[Chain]:
-        """The same rows as chains of about so many rows, each of which finds a first solution of its own."""
+        """The same rows as several chains of about so many rows; each of these finds a first solution of its own."""
         parts = max(round(len(self.places) / longest), 1)
         ends = [round(i * len(self.places) / parts) for i in range(parts + 1)]
         return [replace(self, places=self.places[a:b], beside=[*self.places, *self.beside]) for a, b in pairwise(ends)]
 
 
 def short_rows(least: float, most: int = MOST, by_particle: bool = False) -> Iterator[Chain]:
-    """All rows of which the model is made, the single particle first.
+    """All rows of equal particles to which the model is fitted, the single particle first.
 
-    What more than `FINE` particles add is small beside what fewer of them do, and so is what larger cells change in it.
+    In a liquid with a memory rows of more than `FINE` particles have larger cells: what so many neighbours add is small
+    beside what fewer of them do, and the error by the cells is a small part of that.
 
     Args:
         least: Smallest distance [D_c].
@@ -174,17 +178,25 @@ def short_rows(least: float, most: int = MOST, by_particle: bool = False) -> Ite
 
 
 def unequal_rows(soft: bool, least: float) -> Iterator[Chain]:
-    """Rows in which one particle differs, and pairs that come closer, by `unequal_places`."""
+    """The rows of `unequal_places`: those in which one particle differs, and the pair that comes closer."""
     for places, parts in unequal_places(soft, least):
         closing = len(parts) > 1 and bool(parts[:, 0].all())
         yield Chain(places, not closing, parts, may_end=closing)
 
 
 def unequal_places(soft: bool, least: float) -> Iterator[tuple[list[tuple[float, ...]], Array]]:
-    """Distances [D_c], and deviations as of `Row`, of rows in which one particle differs, or both of a pair.
+    """Distances and deviations of rows in which one particle differs, and of the pair that comes closer.
 
-    One is more and less: of a single particle the size and, where it is soft, the softness, and of two one of the
-    sizes. Both differ in a pair that comes closer, also below the least distance of short rows.
+    A single particle is larger and smaller and, where it is soft, softer and stiffer. Of two particles each in turn is
+    larger and smaller. In the pair that comes closer both particles differ; its distances go down to below the least
+    one of the short rows.
+
+    Args:
+        soft: Whether particles are soft.
+        least: Least distance of the short rows [D_c].
+
+    Yields:
+        Distances of the rows [D_c], and the deviations of their particles, as of `Row.parts`.
     """
     for count in range(1, MOST_UNEQUAL + 1):
         for i, kind, sign in product(range(count), range(2 if soft and count == 1 else 1), (1, -1)):
@@ -195,10 +207,14 @@ def unequal_places(soft: bool, least: float) -> Iterator[tuple[list[tuple[float,
 
 
 def train_at(problem: SteadyProblem, alone: Parameters, d: float) -> Waves | None:
-    """Waves of an infinite train to which it is fitted, too, of `TRAINS`; arguments as for `solved`.
+    """Waves of an infinite train, to which the model is fitted as well.
+
+    Args:
+        problem, alone: As for `solved`.
+        d: Distance of neighbours, one of `TRAINS` [D_c].
 
     Returns:
-        None where there is none: of very soft particles so near to each other.
+        The waves; None where the train has no steady state, as one of very soft particles so near to each other.
     """
     with suppress(NoSteadyState):
         return d, *train_of(problem, alone, CELL, d).spectrum.waves

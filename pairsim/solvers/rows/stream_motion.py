@@ -1,12 +1,13 @@
 """The motion of a stream of particles along a tube: a long row, whose particles may differ.
 
-Velocities at held distances are those of `pairsim.solvers.rows.model`; films of liquid between particles that come
-closer are those of `pairsim.solvers.rows.films`, and particles that touch those of `pairsim.solvers.rows.contact`.
-Where particles may differ the shapes of soft ones lag behind distances that change (`pairsim.solvers.rows.lag`).
-Work and memory grow in proportion to the number of particles.
+Velocities are those of the model of rows (`pairsim.solvers.rows.model`). Particles that come closer are slowed down by
+films of liquid (`pairsim.solvers.rows.films`; where they may differ, `pairsim.solvers.rows.closing`), and particles
+that touch push each other apart (`pairsim.solvers.rows.contact`). Where particles may differ, the shapes of soft ones
+lag behind distances that change (`pairsim.solvers.rows.lag`). Work and memory grow in proportion to the number of
+particles.
 
-Time steps are those of the method of Bogacki and Shampine (1989), with places that overlap after a step put back to
-contact: where particles touch, the right-hand side jumps, which no order of a method can follow.
+Time steps are those of the method of Bogacki and Shampine (1989). Particles that overlap after a step are put back into
+contact: where they touch the velocities jump, so that no method of higher order would be more exact.
 """
 
 from __future__ import annotations
@@ -27,9 +28,9 @@ from pairsim.solvers.rows.model import RowModel
 # Error of a step in a distance, and overlap of particles that meet in one, from which on it is repeated [D_c]; chosen:
 # contact is at 2e-3 by default.
 TOLERANCE, OVERLAP = 1e-5, 5e-4
-FIRST, SHORTEST = 0.1, 1e-4  # steps [D_c/U_av]; one as short as the latter is not repeated
-SOONEST = 0.3  # within which a lag is reached at the soonest [D_c/U_av]; chosen, as shorter times make short steps
-SAFETY, MOST_GROWTH, LEAST_GROWTH = 0.85, 3.0, 0.2  # of steps; chosen
+FIRST, SHORTEST = 0.1, 1e-4  # time steps [D_c/U_av]; one as short as the latter is not repeated
+SOONEST = 0.3  # least relaxation time of a lag [D_c/U_av]; chosen, as shorter ones would need short steps
+SAFETY, MOST_GROWTH, LEAST_GROWTH = 0.85, 3.0, 0.2  # factors of a step to the next one, or to its repetition; chosen
 
 
 @dataclass(frozen=True)
@@ -118,13 +119,16 @@ def _step(flow: _Velocities, state: Array, slope: Array, step: float) -> tuple[A
 class _Velocities:
     """Time derivatives of a stream, with the forces between particles that touch.
 
-    A state has the places of all particles and, where the shapes of soft ones lag behind, the lags l of all distances:
-    by how much those between centres are longer than of particles that are held. With the rates g of the distances of
-    shapes that do not lag, and the lag lambda to which l tends, of time tau (`pairsim.solvers.rows.lag`),
+    A state has the places of all particles, as if these had no length: neighbours are as far apart as their surfaces
+    are. Where the shapes of soft particles lag behind, it has the lags l of all distances, too: by how much the
+    distance between two centres is longer than that of held particles. Let g be the rates of the distances if shapes
+    did not lag behind, C' the derivative of the distance between two centres by that between their surfaces, and lambda
+    the lag to which l tends, with the relaxation time tau (`pairsim.solvers.rows.lag`). Then
 
         d_t = g + (l - lambda)/tau,    l_t = -C' (l - lambda)/tau,
 
-    so that C' d_t + l_t = dU. Of C' each distance has its own part alone in this, and tau/C' is at least `SOONEST`.
+    so that C' d_t + l_t = dU. What other distances change in that between two centres is left out here, and tau/C' is
+    taken to be at least `SOONEST`.
     """
 
     model: RowModel
@@ -133,7 +137,7 @@ class _Velocities:
 
     @property
     def lag(self) -> Lag | None:
-        """How far shapes lag behind, where that is looked at."""
+        """How far shapes lag behind; None where it is not known, or all particles are equal."""
         return None if self.parts is None else self.model.lag
 
     def held(self, places: Array) -> Array:
@@ -170,7 +174,7 @@ class _Velocities:
         return np.append(without_overlap(free, gaps, self.contact), left)
 
     def _of_unequal(self, gaps: Array, parts: Array) -> tuple[Array, Array]:
-        """As `RowModel.along`; where no rows were solved lengths go on as at the least distance that was."""
+        """As `RowModel.along` with the deviations `parts`; below the least distance that was solved all is as there."""
         differ = self.model.deviations
         assert differ is not None, "the model knows what particles change that differ"
         solved = np.maximum(gaps, self.model.least)

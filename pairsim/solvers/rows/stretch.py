@@ -1,13 +1,14 @@
-"""How the lengths of soft particles that differ change along with their distances.
+"""How the lengths of soft particles, which may differ, change along with their distances.
 
-The flow between two neighbours pulls at them as one tends to run away from the other, and pushes where it runs into it.
-Both become longer or shorter by it, the more the nearer they are, so that the distance between their surfaces changes
-at another rate than that between their centres. The ratio of both rates is found to be linear in the relative velocity
-of the two, whatever it comes from: their sizes or their neighbours. (Of pairs and triplets, Ca_e = 0.1, at distances
-of about 0.0725, it is 0.855, 0.890, 0.911, 1.028, 1.082, 1.102, 1.132 and 1.180 at relative velocities of -0.0180,
--0.0144, -0.0122, 0.0008, 0.0070, 0.0092, 0.0121 and 0.0175, of which three are of pairs, and three of equal particles.)
-Beside that it depends on their mean size a little. Where one particle runs hard into the other the ratio remains
-positive (`_positive`).
+Where one of two neighbours tends to run away from the other, the flow between them pulls at both; where it runs into
+the other, the flow pushes. Both become longer or shorter by this, and the more the nearer they are. Therefore the
+distance between their surfaces changes at another rate than that between their centres. The ratio of the two rates is
+found to be linear in the relative velocity of the neighbours, whether this comes from their sizes or from other
+particles. (Of pairs and triplets with Ca_e = 0.1, at distances of about 0.0725, it is 0.855, 0.890, 0.911, 1.028,
+1.082, 1.102, 1.132 and 1.180 at relative velocities of -0.0180, -0.0144, -0.0122, 0.0008, 0.0070, 0.0092, 0.0121 and
+0.0175, of which three are of pairs, and three of equal particles.) It also depends a little on the mean size of the
+two. Where one particle runs into the other so fast that the linear function would be negative, another one takes its
+place, which remains positive (`_positive`).
 """
 
 from __future__ import annotations
@@ -26,24 +27,24 @@ from pairsim.solvers.rows.parts import Parts
 if TYPE_CHECKING:
     from pairsim.solvers.rows.model import Row
 
-LINEAR = 0.5  # part of the ratio of equal particles down to which that of others is linear in what differs; chosen
+LINEAR = 0.5  # ratio of the rates, over that of equal particles, down to which it is a linear function; chosen
 QUANTILE = 1.96  # of a normal distribution, for half-widths
 
 
 @dataclass(frozen=True)
 class Stretch:
-    """What differing particles change of the derivatives of distances between centres by those between surfaces.
+    """How the derivatives of distances between centres by those between surfaces change where particles differ.
 
     Attributes:
-        distances: Those of pairs that were solved, ascending [D_c], shape (m,).
-        slopes: Derivatives of the ratio of the rates of the distances between surfaces and centres, by dU and by the
-            mean of the logarithms of both diameters, times the square of the distance, with which films go
-            [D_c^2/U_av, D_c^2], shape (m, 2).
-        scatter: Standard deviation of the first of them among pairs of which another particle is larger or smaller,
-            shape (m,).
-        outer: What a pair adds to the distances from the rear of the first particle to its centre and from the centre
-            of the second one to its front, by the logarithm of the diameter of each [D_c], shape (k, 2, 2) of the
-            coefficients.
+        distances: Distances of the pairs that were solved, ascending [D_c], shape (m,).
+        slopes: Derivatives of the ratio of the two rates, that of the distance between surfaces over that between
+            centres: by dU, and by the mean of the logarithms of both diameters. They are multiplied by the square of
+            the distance, as they grow about as its inverse [D_c^2/U_av, D_c^2], shape (m, 2).
+        scatter: Standard deviation of the derivative by dU, likewise multiplied, among pairs of which one or the other
+            particle is larger or smaller, shape (m,).
+        outer: What the presence of its neighbour adds, in a pair, to the distance from the rear of the first particle
+            to its centre, and to that from the centre of the second one to its front, differentiated by the logarithms
+            of both diameters [D_c]; the coefficients have the shape (k, 2, 2).
     """
 
     distances: Array
@@ -53,15 +54,16 @@ class Stretch:
 
     @classmethod
     def fitted(cls, equal: Sequence[Row], unequal: Sequence[Row], rates: Array) -> Self | None:
-        """That of pairs.
+        """Fit the changes to those of pairs.
 
         Args:
             equal: Pairs of equal particles.
-            unequal: Single particles and pairs of which one is larger or smaller, at some of the distances of these.
-            rates: Those of the terms of `outer`.
+            unequal: Single particles that are larger or smaller, and pairs of which one particle is, at some of the
+                distances of `equal`.
+            rates: Rates of the terms of `outer` [1/D_c].
 
         Returns:
-            None where lengths do not change: those of rigid particles.
+            None where lengths do not change, as those of rigid particles.
         """
         pairs = [row for row in unequal if len(row.gaps) == 1]
         places = sorted({float(row.gaps[0]) for row in pairs})
@@ -80,7 +82,7 @@ class Stretch:
 
     @property
     def steeper(self) -> Self:
-        """The same with what is not one number for all pairs at one end of its interval."""
+        """The same with derivatives by dU at the upper end of their interval, which their scatter among pairs gives."""
         return replace(self, slopes=self.slopes + QUANTILE * np.outer(self.scatter, [1.0, 0.0]))
 
     @cached_property
@@ -88,13 +90,16 @@ class Stretch:
         return PchipInterpolator(np.log(self.distances), self.slopes)
 
     def changed(self, of_equals: Array, gaps: Array, sizes: Array, faster: Array) -> Array:
-        """Derivatives of the distances between centres by those between surfaces.
+        """Derivatives of the distances between centres by those between surfaces, for particles that differ.
 
         Args:
-            of_equals: Those of equal particles, a banded matrix as of `RowModel.along`, shape (2 k + 1, N-1).
-            gaps: Distances between facing surfaces from upstream, none below the least solved one [D_c], shape (N-1,).
+            of_equals: The same for equal particles, a banded matrix as of `RowModel.along`, shape (2 k + 1, N-1).
+            gaps: Distances between facing surfaces from upstream, none below the least that was solved [D_c], (N-1,).
             sizes: Deviations of the logarithms of the diameters, shape (N,).
-            faster: Relative velocities beyond those of equal particles [U_av], shape (N-1,).
+            faster: Relative velocities less those of equal particles [U_av], shape (N-1,).
+
+        Returns:
+            A banded matrix of the shape of `of_equals`.
         """
         found, middle = of_equals.copy(), len(of_equals) // 2
         pairs = np.column_stack([sizes[:-1], sizes[1:]])
@@ -119,7 +124,7 @@ def _mean_size(pair: Row) -> float:
 
 
 def _positive(x: Array) -> Array:
-    """1 + x, and where that is below `LINEAR` what goes on smoothly and stays positive."""
+    """1 + x; below `LINEAR` a function that continues it with the same slope and stays positive."""
     return np.where(x > LINEAR - 1, 1 + x, LINEAR**2 / (2 * LINEAR - 1 - np.minimum(x, LINEAR - 1)))
 
 

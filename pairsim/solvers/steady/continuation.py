@@ -298,7 +298,7 @@ def ended(kind: str, at: Mapping[str, tuple[float, float]], target: Parameters, 
     """The end of a branch; not proven where the parameters wanted are within the error.
 
     Args:
-        kind: See `End`.
+        kind: See `EstimatedEnd`.
         at: Parameters at the end, each with its error on the mesh at hand, 0 where the parameter does not change.
         target: The parameters wanted.
         spread: What other meshes add to the errors, as a part of the parameter.

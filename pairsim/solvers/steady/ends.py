@@ -31,8 +31,8 @@ MARGIN = 1.25
 
 
 @dataclass(frozen=True)
-class End:
-    """The end of a branch of steady states on the way to other parameters.
+class EstimatedEnd:
+    """The end of a branch of steady states on the way to other parameters, as the last solutions before it show it.
 
     Attributes:
         kind: "fold", or "wrinkles" where the surface of a particle is compressed too much.
@@ -114,7 +114,7 @@ class SpentOnTheWay(BudgetSpent):
     way: Sequence[Passed] = ()
 
 
-def end_after(steady: SteadySolver, trail: Sequence[tuple[float, Snapshot]]) -> End | None:
+def end_after(steady: SteadySolver, trail: Sequence[tuple[float, Snapshot]]) -> EstimatedEnd | None:
     """The end of the branch that the last solutions show, None if they show none.
 
     Args:
@@ -131,9 +131,9 @@ def end_after(steady: SteadySolver, trail: Sequence[tuple[float, Snapshot]]) -> 
     tau, step = rates[-1][0], max((b[0] - a[0] for a, b in pairwise(rates)), default=0.0)
     fold = _fold(rates)
     if fold is not None and fold[0] - tau < FARTHEST_FOLD * step:
-        return End("fold", *fold)
+        return EstimatedEnd("fold", *fold)
     if least_compression(steady.bodies, steady.state()[0]) < MARGIN * UNSTABLE:
-        return End("wrinkles", tau, step)
+        return EstimatedEnd("wrinkles", tau, step)
     return None
 
 

@@ -2,7 +2,8 @@
 
 The scene is that of pyoomph_pair.py: a point at d .1, and a run from rest to t = 1. Each row is the median of three
 processes, the codes taking turns; seconds are the processor's, without loading of libraries and compilers. Those of
-pairsim contain meshes and scenes; pyoomph makes its mesh and its equations before it solves, which is kept apart.
+pairsim contain meshes and scenes; pyoomph makes its mesh and its equations before it solves, which is kept apart. With
+the medians goes their spread: half of what the longest process took more than the shortest one, over the median.
 Errors are relative to pairsim at N_p 80. README.md says how pyoomph and the earlier version are installed; where they
 are not, the meshes are left out that they have, too.
 """
@@ -117,7 +118,7 @@ def _part(cells: int, codes: Sequence[Code], repeats: int, exact: int) -> Part:
 
 
 def _rows(cells: int, codes: Sequence[Code], repeats: int, exact: int, folder: Path) -> list[Row]:
-    """Medians of dU and processor seconds, and the errors."""
+    """Medians of dU and processor seconds, the spread of the latter, and the errors."""
     places = {code.name: code.place for code in codes}
     asked = [(code, tol) for code in codes for tol in (0.0, *code.tolerances.get(cells, ()))]
     rows = []
@@ -129,11 +130,20 @@ def _rows(cells: int, codes: Sequence[Code], repeats: int, exact: int, folder: P
             raise Unavailable(f"{code.name} ended with exit code {failed.returncode}: {last}") from failed
         what = "run" if tol else "point"
         rows.append({"what": what, "by": code.name, "tol": tol, "seconds": seconds, "set_up": set_up, "dU": dU})
-    medians = pd.DataFrame(rows).groupby(["what", "by", "tol"], as_index=False).median()
+    medians = with_spread(pd.DataFrame(rows))
     truths = dict(_exact(sorted(set(medians["what"])), exact, folder))
     error = (100 * (medians["dU"] / medians["what"].map(truths) - 1)).abs()
     found: Any = medians.assign(cells=cells, error=error).to_dict("records")
     return list(found)
+
+
+def with_spread(measured: pd.DataFrame) -> pd.DataFrame:
+    """The medians of repetitions, with the spread of seconds and set-up together; it is NaN of one repetition."""
+    whole = measured.assign(whole=measured["seconds"] + measured["set_up"])
+    grouped = whole.groupby(["what", "by", "tol"], as_index=False)
+    medians, times = grouped.median(), grouped["whole"]
+    spread = (times.max()["whole"] - times.min()["whole"]) / (2 * medians["whole"])
+    return medians.drop(columns="whole").assign(spread=spread.where(times.size()["size"] > 1))
 
 
 def _exact(whats: Sequence[str], cells: int, folder: Path) -> Iterator[tuple[str, float]]:

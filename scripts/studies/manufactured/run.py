@@ -170,7 +170,7 @@ class Manufactured(Transient):
         """The full vector of exact nodal values, with p as its gauge has it."""
         u, p, c = (self.fields[name](self.places(t), t) for name in ("u", "p", "c"))
         x = self._vector(u=u, p=p, s=logarithm(c), eta=self._linear(displacement, t))
-        index, weight = self.scene.gauge
+        index, weight = self.scene.scalar_terms.gauge
         x[index] -= weight @ x[index] / weight.sum()
         return x
 

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.polynomial import legendre
 from scipy.interpolate import CubicSpline
 
+from pairsim.fem.body import Body
 from pairsim.fem.meshes.geometry import MeshSettings
-from pairsim.fem.scene import Body
 from pairsim.physics.solids import soft
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.problems import Problem
