@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from dataclasses import dataclass, field, replace
 
 import pytest
@@ -9,8 +10,11 @@ import pytest
 from pairsim.cases.case import SceneCase
 from pairsim.cases.run_case import Case
 from pairsim.computing.problems import problem_of, steady_problem
+from pairsim.fem.diagnostics import liquid_distortion
 from pairsim.physics.drive import PER_PARTICLE, Drive
 from pairsim.questions.curve import CurveCase
+from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.steady.scene import LEAST_STEADY, SteadySolver
 from pairsim.solvers.transient.start import steady_scene
 
 PAIR = {"beta": 0.4, "Ca_e": 0, "mesh": {"Np": 8}}
@@ -53,3 +57,15 @@ def test_what_each_particle_has_is_repeated_with_the_particles(pulled: Pull) -> 
     twice = steady_problem(CurveCase.model_validate(PAIR | {"d": [0.1], "beta": [0.4, 0.3]}), 0.1).repeated(2)
     assert twice.betas == (0.4, 0.3, 0.4, 0.3)
     assert twice.drive == replace(pulled, forces=(1.0, 2.0, 1.0, 2.0))
+
+
+@pytest.mark.parametrize(("d", "made_for"), [(1.2, 1.0), (6.0, 10**0.8), (7.0, 7.0), (8.0, 8.0)])
+def test_cells_around_pairs_far_apart_follow_the_distance_without_being_inverted(d: float, made_for: float) -> None:
+    """Those made for a distance of 10 are inverted at 8."""
+    case = CurveCase.model_validate({"beta": 0.2, "De": 0.1, "Ca_e": 0, "d": [d], "mesh": {"Np": 8}})
+    problem = steady_problem(case, d)
+    assert problem.nominal((d,)) == pytest.approx((made_for,))
+    steady = SteadySolver(problem, Parameters((d,), case.solid_models, case.liquid_model))
+    with closing(steady):
+        cells = steady.meshed.displaced(steady.h_star(steady.parameters))
+        assert liquid_distortion(steady.scene, cells) > LEAST_STEADY

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from contextlib import closing
 from dataclasses import replace
 
@@ -10,15 +11,16 @@ import pytest
 
 from pairsim.computing.case_files import parse_case
 from pairsim.computing.problems import steady_problem
-from pairsim.fem.meshes.size_field import AdaptedSizes
+from pairsim.fem.meshes.size_field import AdaptedSizes, SizeField
 from pairsim.questions.registry import QUESTIONS
+from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves import adaptation
 from pairsim.solvers.curves import branch as branch_module
 from pairsim.solvers.curves.adaptation import ROUNDS, AdaptiveBranch
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.scout import largest_value
 from pairsim.solvers.errors import estimate
-from pairsim.solvers.goals import CRITICAL, DP_PLUS, D, Goal, U, dU
+from pairsim.solvers.goals import CRITICAL, DP_PLUS, D, F, Goal, U, dU
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.ends import arrived
 from pairsim.solvers.steady.first_solution import first_scene
@@ -198,3 +200,43 @@ def test_no_cells_are_made_for_a_goal_that_three_rounds_would_not_do_for() -> No
 
     assert rounds(1e-6, DP_PLUS) == 0
     assert 1 <= rounds(0.1, DP_PLUS, D) <= ROUNDS
+
+
+def dragged(wanted: float) -> tuple[AdaptiveBranch, Parameters]:
+    """A branch with a sphere that is dragged through a viscoelastic liquid at rest, on coarse cells."""
+    keys = {"particles": 1, "beta": 0.4, "De": 0.2, "Ca_e": 0, "velocity": 1, "flow": 0, "length": 4, "mesh": {"Np": 8}}
+    case = parse_case(QUESTIONS["curve"], keys, "test")
+    first = Parameters((), case.solid_models, case.liquid_model)
+    return AdaptiveBranch(arrived(first_scene(steady_problem(case, np.inf), first)), goals=(F,), wanted=wanted), first
+
+
+def test_cells_become_smaller_where_they_count_for_a_force_if_a_round_of_all_would_not_do() -> None:
+    """Half-widths of .03 of the force are left by the first cells; all cells for .7 % have 20,000 unknowns."""
+    for wanted, most in ((0.02, 13_000), (0.004, 11_000)):
+        branch, first = dragged(wanted)
+        with closing(branch):
+            point = branch.at(first)
+            assert point.estimate[F].half_width <= wanted * point.values[F]
+            assert abs(point.values[F] - 7.4375) <= point.estimate[F].half_width
+            assert branch.solver.constraints.size < most
+            assert (branch.problem.mesh.sizes is None) == (wanted > 0.01)
+
+
+def test_a_round_that_misses_by_far_what_it_was_made_for_is_the_last_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As in a wake that no cells resolve, where rounds of ever more cells took a quarter of an hour."""
+    own_sizes, own_round, errors = AdaptiveBranch._sizes, AdaptiveBranch._refine, list[float]()
+
+    def too_large(self: AdaptiveBranch, point: Point, most: Mapping[Goal, Array]) -> SizeField:
+        return own_sizes(self, point, {goal: 4 * each for goal, each in most.items()})
+
+    def counted(self: AdaptiveBranch, point: Point, goals: Sequence[Goal]) -> bool:
+        errors.append(float(point.estimate[F].half_width[0]))
+        return own_round(self, point, goals)
+
+    monkeypatch.setattr(AdaptiveBranch, "_sizes", too_large)
+    monkeypatch.setattr(AdaptiveBranch, "_refine", counted)
+    branch, first = dragged(0.004)
+    with closing(branch):
+        left = branch.at(first).estimate[F].half_width
+        assert len(errors) == 1
+        assert 2 * 0.004 * 7.44 < left < adaptation.HELPS * errors[0], "it has helped"

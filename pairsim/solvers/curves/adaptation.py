@@ -42,6 +42,10 @@ ORDER = 3.0  # order in the cell size of the signed part of the error in a Newto
 ELASTIC_ORDER = 4.5  # the same in a viscoelastic liquid; measured (docs/explanation/decisions.md)
 WIDENING_LEFT = 0.5  # power of the widening that is expected on finer cells; measured (docs/explanation/decisions.md)
 FACTORS = 1.15, 1.6  # bounds on the factor by which all cells become smaller in a round
+# What a round of cells where they count, in place of all cells, may leave, or it was the last one: so much of the error
+# allowed, chosen, or the part of the error that smaller cells everywhere would leave.
+MISSED = 2.0
+HELPS_FAR = FACTORS[1] ** -ELASTIC_ORDER
 # Around a particle on its own new cells are carried along with its shape only if their `liquid_distortion`, which is 1
 # where cells are as they were made, is at least this part of that of the present ones.
 LESS_DISTORTED = 0.9
@@ -182,13 +186,14 @@ class AdaptiveBranch(Branch):
         while goals := self._improvable(point):
             coarser, fields, allowed = self.problem, dict(self._fields), {g: self.allowed(g, point) for g in goals}
             error = _worst(point, allowed)
+            may_leave = max(MISSED, HELPS_FAR * error) if self._far(point, goals) else HELPS * error
             if not self._refine(point, goals):
                 break
             point = self._again(solve, point, coarser)
             finer_error = _worst(point, allowed)
             if _by_chance(point, goals):
                 continue
-            if finer_error > HELPS * error:
+            if finer_error > may_leave:
                 self.rounds[self._place(point)] = ROUNDS
             if finer_error > error and self._go_on(coarser, point.parameters):
                 # Near the softest shapes the finer mesh may be close to wrinkles that the coarser one does not resolve.
@@ -261,6 +266,15 @@ class AdaptiveBranch(Branch):
         order = ELASTIC_ORDER if point.parameters.liquid.has_memory else ORDER
         return max(_by_cells(point, {goal: each}) ** (1 / (goal.order or order)) for goal, each in most.items())
 
+    def _far(self, point: Point, goals: Collection[Goal]) -> bool:
+        """Whether a round of smaller cells everywhere would not do for goals that ask for that.
+
+        That is so where a few cells do not resolve the stress, as in the wake of a moved particle. There cells become
+        smaller where they count; a round after which the error is far larger than it was made for is the last one.
+        """
+        most = {goal: self._most(goal, point) for goal in goals}
+        return any(goal.everywhere for goal in goals) and self._factor(point, most) > FACTORS[1]
+
     def _refine(self, point: Point, goals: Sequence[Goal]) -> bool:
         """Go on to a finer mesh for goals at a point; False if there is none."""
         problem = self._finer(point, {goal: self._most(goal, point) for goal in goals})
@@ -275,7 +289,8 @@ class AdaptiveBranch(Branch):
         irregular = all(
             each.cells is not None and (each.irregular >= each.by_all_cells).all() for each in found.values()
         )
-        if irregular and not self._fixed and not any(goal.everywhere for goal in most):
+        everywhere = any(goal.everywhere for goal in most)
+        if irregular and not self._fixed and (not everywhere or self._far(point, most)):
             self._fields[self._nominal(point)] = self._sizes(point, most)
             sizes = AdaptedSizes(tuple(self._fields.values()))
             return replace(self.problem, mesh=replace(self.problem.mesh, sizes=sizes))
