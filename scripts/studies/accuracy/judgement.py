@@ -27,7 +27,7 @@ FASTER = 50
 """So many times less than with the discretisation of the paper a run takes at least."""
 COLUMNS = ["kind", "study", "cells", "Np", "max_size", "wanted", "percent", "reference", "unknowns", "seconds"]
 COLUMNS += ["mean_seconds", "steps", "iterations", "factorisations", "step_seconds", "spread"]
-COLUMNS += [f"{cells}_{name}" for cells in ("graded", "equal") for name in ("unknowns", "seconds")]
+COLUMNS += ["graded_unknowns", "graded_seconds"]
 MOVING = {
     **dict.fromkeys(("beta", "De", "Ca_e", "d_0", "t"), "{:g}"),
     "d": "{:.4f}",
@@ -250,7 +250,7 @@ def files(results: pd.DataFrame, parts: Sequence[Part]) -> Mapping[Path, bytes]:
         fixed, steps = paper(results)[scene]
         for kind, look, label in (("run", "oC0", "transient"), ("point", "sC1", "quasi-steady point")):
             own = table[(table["study"] == f"{kind}-{scene}") & (table["percent"] > 0)]
-            _draw(axis, own[~own["cells"].isin(["paper", "equal"])], look, label)
+            _draw(axis, own[own["cells"] != "paper"], look, label)
         for marker, row, label in zip(
             "*P", (steps, fixed), ("one factorisation per step", "factorisation reused"), strict=True
         ):
