@@ -215,6 +215,7 @@ def statements(results: pd.DataFrame, parts: Sequence[Part]) -> dict[str, Judged
         found[f"runs take {FASTER} times less than the discretisation of the paper at equal error"] = Judged(
             tuple((each - FASTER, 0.0) for each in ratios), ", ".join(f"{each:.0f}" for each in ratios) + " times"
         )
+    if len(beside):
         found["a run ends on the curve of its case, within the half-widths of both"] = Judged(
             tuple((1 - each, 0.0) for each in beside["ratio"]),
             f"off by {beside['ratio'].max():.2f} of them at most, {len(beside)} runs",

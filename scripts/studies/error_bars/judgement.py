@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -41,7 +42,7 @@ def judged(results: pd.DataFrame) -> pd.DataFrame:
     table = table[table["ended"].isna()]
     error, by_two = table["error"].abs(), table["kind"] == "scenes"
     unknown = np.where(by_two, table["known"] > KNOWN * error, table["known"] > TRUTH * table["half_width"])
-    conditions = [by_two & (error < NEGLIGIBLE * table["peak"]), unknown, error <= table["half_width"]]
+    conditions: Any = [by_two & (error < NEGLIGIBLE * table["peak"]), unknown, error <= table["half_width"]]
     verdict = np.select(conditions, ["negligible", "undecided", "inside"], "outside")
     return table.assign(verdict=verdict, ratio=error / table["half_width"])
 

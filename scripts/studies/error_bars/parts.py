@@ -105,7 +105,8 @@ def by_meshes(results: Mapping[str, Any], gaps: int) -> Iterator[Row]:
     for mesh in (mesh for mesh in found if mesh not in (*TRUTHS, "peak")):
         error, known = (first + second) / 2 - found[mesh]["value"], (first - second).abs()
         table = found[mesh].assign(mesh=mesh, peak=found["peak"]["peak"], error=error, known=known)
-        yield from table.to_dict("records")
+        rows: Any = table.to_dict("records")
+        yield from rows
 
 
 def _gaps(result: Any, gaps: int) -> pd.DataFrame:
@@ -131,9 +132,10 @@ def in_time(results: Mapping[str, Any], at_times: Sequence[float]) -> Iterator[R
     true = at.pop("truth")
     for mesh, table in at.items():
         for quantity, name, half_width in _quantities(table):
-            rows = pd.DataFrame({"t": table["t"], "value": table[name], "half_width": table[half_width]})
-            rows = rows.assign(mesh=mesh, quantity=quantity, name=name)
-            yield from rows.assign(error=true[name] - table[name], known=true[half_width]).to_dict("records")
+            own = pd.DataFrame({"t": table["t"], "value": table[name], "half_width": table[half_width]})
+            own = own.assign(error=true[name] - table[name], known=true[half_width])
+            rows: Any = own.assign(mesh=mesh, quantity=quantity, name=name).to_dict("records")
+            yield from rows
 
 
 def _nearest(series: pd.DataFrame, at_times: Sequence[float]) -> pd.DataFrame:
@@ -144,7 +146,7 @@ def _nearest(series: pd.DataFrame, at_times: Sequence[float]) -> pd.DataFrame:
 def _quantities(table: pd.DataFrame) -> Iterator[tuple[str, str, str]]:
     """Quantities with their columns and those of their half-widths; rigid particles have no shape."""
     for goal in IN_TIME:
-        for column in table:
+        for column in map(str, table):
             found = re.fullmatch(rf"{goal.error_column}((_[LT]|_\d+)?)", column)
             if found and table[column].max() > 0:
                 yield goal.name, f"{goal.name}{found[1]}", column
