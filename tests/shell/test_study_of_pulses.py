@@ -49,7 +49,7 @@ def test_periods_in_a_liquid_with_a_memory_are_computed_on_two_meshes_but_the_sh
     for Ca_e in (0.0, 0.05):
         found = sorted((run.about["period"], run.about["level"]) for run in of_liquid if run.about["Ca_e"] == Ca_e)  # type: ignore[type-var]
         both = [(period, level) for period in (0.5, 2.0, 10.0, 20.0) for level in ("coarse", "fine")]
-        assert found == [(0.2, "coarse"), *both]
+        assert found == [(0.1, "coarse"), *both]
         assert all(run.case["time"]["end"] >= cases.FADED for run in of_liquid)
 
 
@@ -89,7 +89,7 @@ def test_a_finer_mesh_judges_the_half_width_of_a_coarser_one_and_says_which_sign
     assert found(-1.3e-4, 5e-6)[FINER].verdict == "does not hold"
     assert found(-1e-5, 5e-6)[signs].verdict == "holds"
     assert found(-1e-5, 5e-5)[signs].verdict == "within error"
-    shortest = {**coarse, "period": 0.2, "mean": -1e-6}
+    shortest = {**coarse, "period": 0.1, "mean": -1e-6}
     assert judged(coarse, {**row, "level": "fine", "mean": -1e-4}, shortest)[signs].verdict == "within error"
 
 

@@ -28,8 +28,8 @@ LEVELS: dict[str, dict[str, Any]] = {
 """Cells of pairs in a Giesekus liquid, which are those of these accuracies, and time steps, which are the same."""
 FIRST = 8  # parts of `giesekus` that come before cheaper ones
 GIESEKUS: dict[str, Any] = {**HELD, "De": 1.0, "dU_error": True, "length": 6}
-LONG, SHORT, SHORTEST = (10.0, 20.0, 2.0), 0.5, 0.2
-"""Periods, of which short ones take many cycles to become periodic. At the shortest one the drift is far below the
+LONG, SHORT, SHORTEST = (10.0, 20.0, 2.0), 0.5, 0.1
+"""Periods, of which short ones take many cycles to become periodic. At the shortest one the drift is below the
 half-widths of both meshes: the coarse one has it alone."""
 FADED = 6.0  # relaxation times after which the drift of a cycle is taken
 LEAST_CYCLES = 2
