@@ -28,7 +28,7 @@ from book.uses import off_axis, steady
 from studies.quantities import cases, judgement
 
 Run = Callable[..., int]
-OF_OTHERS = {overview.MARK}
+OF_OTHERS = {overview.MARK, overview.MARK_OF_HALF_WIDTHS}
 """Marks that no study fills."""
 
 
@@ -67,6 +67,9 @@ def squares(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Squares:
     index = tmp_path / "index.md"
     index.write_text("<!-- index -->\n<!-- end of index -->\n")
     monkeypatch.setattr(overview, "INDEX", index)
+    half_widths = tmp_path / "half-widths.md"
+    half_widths.write_text("<!-- half-widths-that-hold -->\n<!-- end of half-widths-that-hold -->\n")
+    monkeypatch.setattr(overview, "HALF_WIDTHS", half_widths)
     return found
 
 
@@ -266,10 +269,22 @@ def test_page_of_a_study_is_that_of_its_stored_results(name: str) -> None:
 
 
 @pytest.mark.slow
-def test_table_of_all_studies_is_that_of_their_stored_results() -> None:
-    text = overview.INDEX.read_text()
-    found = pages.markdown(overview.overview([study_of(name) for name in names()]))
-    assert pages.filled(text, {overview.MARK: found}) == text, "written by scripts/study all --page"
+def test_tables_of_all_studies_are_those_of_their_stored_results() -> None:
+    studies = [study_of(name) for name in names()]
+    for page, mark, table in (
+        (overview.INDEX, overview.MARK, overview.overview(studies)),
+        (overview.HALF_WIDTHS, overview.MARK_OF_HALF_WIDTHS, overview.half_widths(studies)),
+    ):
+        text = page.read_text()
+        assert pages.filled(text, {mark: pages.markdown(table)}) == text, "written by scripts/study all --page"
+
+
+def test_how_many_half_widths_hold_is_told_of_the_studies_that_state_it(squares: Squares) -> None:
+    other, held = squares.study, {"at least 95 % of dU are inside their half-widths": Judged(((0.05, 0.0),), "9 of 9")}
+    squares.study.stored.write_text("part,identity,code,computed,square\n1^2,6b86b273ff,law 1234,2026-11-30,1\n")
+    this = replace(other, statements=lambda *_: held)
+    table = overview.half_widths([other, this], squares.study.folder / "all.md")
+    assert table.to_numpy().tolist() == [["[`squares`](page.md)", *held, "holds", "9 of 9"]]
 
 
 @pytest.mark.slow

@@ -254,7 +254,7 @@ def test_scatter_of_an_unresolved_stress() -> None:
 
 @pytest.mark.slow
 def test_intervals_widen_where_cells_do_not_resolve_the_stress() -> None:
-    """An exponential PTT liquid at De 2; the truth is that of cells of .03 and .025 (scripts/studies/error_bars)."""
+    """An exponential PTT liquid at De 2; the truth is that of cells of .03 and .025."""
     pair = {"beta": 0.4, "De": 2, "Ca_e": 0, "liquid": {"law": "ptt-exp", "epsilon": 0.25}, "d": (0.2,)}
     found, estimate = solved(pair, Np=14, max_size=0.1, grading=1.0)
     corrected, error = float(estimate.corrected(found).dU[0]), float(estimate[dU].half_width[0])

@@ -31,9 +31,8 @@ from pairsim.solvers.solution import Solution
 from pairsim.solvers.steady.linearisation import Linearisation
 from pairsim.solvers.steady.scene import SteadySolver
 
-# Factors of the scatter in a half-width. Determined on twelve solutions without a memory, and on half of the other
-# scenes of scripts/studies/error_bars with the larger one of scatter and correction in place of their sum
-# (docs/explanation/error-estimate.md).
+# Factors of the scatter in a half-width. Determined on twelve solutions without a memory, and on 24 scenes at three
+# meshes each with the larger one of scatter and correction in place of their sum (docs/explanation/error-estimate.md).
 VISCOUS, ELASTIC = 3.0, 1.6
 # Error of what cancels between the parts of the estimate from the liquid and from soft particles, as a part of it.
 # Where spheres are far apart each part is a hundred times their sum. Determined on Newtonian curves of beta .4 (all of

@@ -13,13 +13,12 @@ from pairsim.solvers.errors.time_error import LEAST, SET_IN, TimeError
 from pairsim.solvers.goals import IN_TIME, Goal, dU
 from pairsim.solvers.stepping.step_size import extrapolation_weights
 
-# Widening of intervals, read off 73 quasi-steady solutions and six runs (study error_bars): before it was there, errors
-# were up to 1.4 and 1.9 half-widths, outside the intervals; with it all are inside, and so are those of two further
-# runs, which were not used.
+# Widening of intervals, read off 73 quasi-steady solutions and six runs: before it was there, errors were up to 1.4 and
+# 1.9 half-widths, outside the intervals; with it all are inside, and so are those of two further runs, which were not
+# used.
 RESOLVED = 1.1  # largest change of log c within a cell up to which half-widths are large enough without it
 # Power of that change over RESOLVED with which half-widths of quasi-steady solutions grow above it. With the power 1
-# one of twelve points (scripts/studies/error_bars) was off by 1.51 half-widths, at a change of 2.4, and one of thirteen
-# later ones by 1.04.
+# one of twelve points was off by 1.51 half-widths, at a change of 2.4, and one of thirteen later ones by 1.04.
 OF_POINTS = 2
 OF_RUNS = 3  # the power for runs, whose estimate has no scatter
 KNOWN = 3  # accepted values from which a goal is extrapolated over a remeshing

@@ -27,7 +27,7 @@ FASTER = 50
 """So many times less than with the discretisation of the paper a run takes at least."""
 COLUMNS = ["kind", "study", "cells", "Np", "max_size", "wanted", "percent", "reference", "unknowns", "seconds"]
 COLUMNS += ["mean_seconds", "steps", "iterations", "factorisations", "step_seconds", "spread"]
-COLUMNS += [f"{cells}_{name}" for cells in ("graded", "equal") for name in ("unknowns", "seconds")]
+COLUMNS += ["graded_unknowns", "graded_seconds"]
 MOVING = {
     **dict.fromkeys(("beta", "De", "Ca_e", "d_0", "t"), "{:g}"),
     "d": "{:.4f}",
@@ -215,6 +215,7 @@ def statements(results: pd.DataFrame, parts: Sequence[Part]) -> dict[str, Judged
         found[f"runs take {FASTER} times less than the discretisation of the paper at equal error"] = Judged(
             tuple((each - FASTER, 0.0) for each in ratios), ", ".join(f"{each:.0f}" for each in ratios) + " times"
         )
+    if len(beside):
         found["a run ends on the curve of its case, within the half-widths of both"] = Judged(
             tuple((1 - each, 0.0) for each in beside["ratio"]),
             f"off by {beside['ratio'].max():.2f} of them at most, {len(beside)} runs",
@@ -250,7 +251,7 @@ def files(results: pd.DataFrame, parts: Sequence[Part]) -> Mapping[Path, bytes]:
         fixed, steps = paper(results)[scene]
         for kind, look, label in (("run", "oC0", "transient"), ("point", "sC1", "quasi-steady point")):
             own = table[(table["study"] == f"{kind}-{scene}") & (table["percent"] > 0)]
-            _draw(axis, own[~own["cells"].isin(["paper", "equal"])], look, label)
+            _draw(axis, own[own["cells"] != "paper"], look, label)
         for marker, row, label in zip(
             "*P", (steps, fixed), ("one factorisation per step", "factorisation reused"), strict=True
         ):

@@ -82,21 +82,19 @@ def compared(path: Path, folder: Path) -> pd.DataFrame:
         result = KEPT.result(grid.question.name, each.case, folder)
         (cases / each.folder).symlink_to(Path(result.folder).resolve())
     table = study_table(file, grid, cases)
-    wanted = ["mesh.Np", "mesh.max_size", "mesh.grading", "mesh.row_grading", "accuracy", "time.fixed_step"]
+    wanted = ["mesh.Np", "mesh.max_size", "accuracy", "time.fixed_step"]
     return table.assign(**{name: np.nan for name in wanted if name not in table})
 
 
 def _rows(kind: str, study: str, table: pd.DataFrame) -> Iterator[Row]:
     """The rows of the discretisations of a study, with what tells their cells apart.
 
-    `equal`: arcs or cells across the tube are equal where `accuracy` grades them; `adapted`: the accuracy is kept by
-    adaptation; `paper`: the steps are fixed; `graded`: none of these. Beside adapted cells are those of the fewest
-    unknowns, graded and equal, that are as good; `inf` where none of the study are.
+    `adapted`: the accuracy is kept by adaptation; `paper`: the steps are fixed; `graded`: neither. Beside adapted cells
+    are the graded ones of the fewest unknowns that are as good; `inf` where none of the study are.
     """
-    equal = (table[["mesh.grading", "mesh.row_grading"]].astype(float) == 1).any(axis=1)
     adapted = table["accuracy"].notna() & ~table["accuracy"].isin([*SETTINGS])
-    conditions = [table["time.fixed_step"].notna(), adapted, equal]
-    table = table.assign(cells=np.select(conditions, ["paper", "adapted", "equal"], "graded"))
+    conditions = [table["time.fixed_step"].notna(), adapted]
+    table = table.assign(cells=np.select(conditions, ["paper", "adapted"], "graded"))
     for row in table.to_dict("records"):
         found: dict[str, Any] = {
             "kind": kind,
@@ -114,18 +112,15 @@ def _rows(kind: str, study: str, table: pd.DataFrame) -> Iterator[Row]:
             "factorisations": row.get("factorisations"),
         }
         if row["cells"] == "adapted":
-            for cells in ("graded", "equal"):
-                found |= _as_good(table[(table["cells"] == cells) & ~table["reference"]], cells, row["error"])
+            found |= _as_good(table[(table["cells"] == "graded") & ~table["reference"]], row["error"])
         yield found
 
 
-def _as_good(table: pd.DataFrame, cells: str, error: float) -> dict[str, float]:
-    """Unknowns and seconds of the fewest unknowns with no larger error; `inf` without, nothing of an empty table."""
-    if table.empty:
-        return {}
+def _as_good(table: pd.DataFrame, error: float) -> dict[str, float]:
+    """Unknowns and seconds of the fewest unknowns with no larger error; `inf` without."""
     good = table[table["error"] <= error].nsmallest(1, "unknowns")[["unknowns", "wall_time"]]
     unknowns, seconds = good.iloc[0] if len(good) else (math.inf, math.inf)
-    return {f"{cells}_unknowns": unknowns, f"{cells}_seconds": seconds}
+    return {"graded_unknowns": unknowns, "graded_seconds": seconds}
 
 
 def plain(study: Mapping[str, Any]) -> list[float]:

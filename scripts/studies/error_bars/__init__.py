@@ -1,4 +1,4 @@
-"""Whether the half-widths of dU hold its errors."""
+"""Whether half-widths hold errors on given meshes, coarse and fine, and in time."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from studies.error_bars.parts import parts
 
 STUDY = Study(
     folder=Path(__file__).parent,
-    shows="whether half-widths of dU hold its errors: on several meshes, at random, along curves and in time",
+    shows="whether half-widths hold the errors of dU on given meshes, coarse and fine, and of all quantities of runs",
     uses=tuple(dict.fromkeys((*steady(), *in_time(), *solvers("errors")))),
     parts=parts,
     statements=statements,

@@ -1,67 +1,66 @@
-"""Scenes in which dU_error is compared with the error: a part for each, with its coarse and its fine solutions.
+"""Scenes in which half-widths are compared with errors: a part for each, on all of its meshes.
 
-Scenes of four kinds, each with a file in `cases`:
+There are two kinds, each with a file in `cases`:
 
-- `scenes`: quasi-steady solutions on three meshes, beside two fine ones of different kinds, which give the truth, and
-  the curve that has the largest |dU|;
-- `runs`: the same for runs in time, at ten times;
-- `random`: curves of one point, drawn with seeds, with default settings and finely, which gives the truth; a single
-  particle has no dU: its velocity is compared;
-- `curves`: the same at all distances of curves in liquids that thin without a memory.
+- `scenes`: quasi-steady solutions on three given meshes, beside two finer ones of different kinds, which give the truth
+  without any half-width, and the curve that has the largest |dU|;
+- `runs`: all quantities of runs from rest at ten times, beside a finer run.
 """
 
 from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
-from book import draws, yaml_files
-from book.cases import Case
+from book import yaml_files
 from book.study import Part, Row, solved
 
+from pairsim.solvers.goals import IN_TIME
 from pairsim.sweeps.grid import SweepCase, grid_from
 
 CASES = Path(__file__).with_name("cases")
-KINDS = ("scenes", "random", "curves", "runs")
-FINE = ("fine.1", "fine.2")
-TIMES = 10
-"""Times at which runs are judged."""
-LIMIT = 1200.0  # wall time of a case [s]
+KINDS = ("scenes", "runs")
+TRUTHS = ("truth.1", "truth.2")
+TIMES = 10  # at which runs are judged
+LIMIT = 1800.0  # wall time of a case [s]
 
 
 def read(kind: str, quick: bool = False) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
-    """What all scenes of a kind have, the scenes by their names, and the meshes of each."""
+    """What all scenes of a kind have, the scenes by their names, and the meshes of each class of liquids."""
     content = yaml_files.read((CASES / "quick" if quick else CASES) / f"{kind}.yaml")
-    meshes = content.pop("meshes")
-    scenes = content.pop("scenes", {})
-    for draw in content.pop("draws", ()):
-        scenes |= draws.scenes(**draw)
-    return content, scenes, meshes
+    return content, content.pop("scenes"), content.pop("meshes")
+
+
+def class_of(scene: Mapping[str, Any]) -> str:
+    """The class of liquids by which a scene has its meshes."""
+    return "viscoelastic" if scene["De"] else "thinning" if "liquid" in scene else "newtonian"
 
 
 def cases(name: str, scene: Mapping[str, Any], meshes: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     """A scene on all meshes."""
-    liquid = "viscoelastic" if scene.get("De", 0) else "newtonian"
-    for kind, keys in meshes.get(liquid, meshes.get("any", {})).items():
-        case = {"name": f"{name}+{kind}", **scene, **keys}
-        if "any" in meshes:
-            yield case
-        elif "d" in scene:
+    for mesh, keys in meshes[class_of(scene)].items():
+        case = {"name": f"{name}+{mesh}", **scene, **keys}
+        if "d" in scene:
             places = sorted({*keys.get("d", ()), scene["d"]})
             yield case | {"d": places, "max_points": len(places)}
         else:
-            yield case | {"output.times": [round(scene["time"]["end"] * k / TIMES, 10) for k in range(1, TIMES + 1)]}
+            yield case | {"output.times": times(scene)}
+
+
+def times(scene: Mapping[str, Any]) -> list[float]:
+    """The times at which a run is judged, evenly up to its end."""
+    return [round(scene["time"]["end"] * k / TIMES, 10) for k in range(1, TIMES + 1)]
 
 
 def parts(quick: bool) -> list[Part]:
-    """All scenes, or one of each kind but curves on coarse meshes."""
+    """All scenes, or one of each kind on coarse meshes."""
     found = []
-    for kind in KINDS[:2] + KINDS[3:] if quick else KINDS:
+    for kind in KINDS:
         content, scenes, meshes = read(kind, quick)
         for name, scene in scenes.items():
             found.append(_part(kind, name, scene, {**content, "cases": [*cases(name, scene, meshes)]}))
@@ -80,12 +79,11 @@ def _rows(kind: str, name: str, content: Mapping[str, Any], scene: Mapping[str, 
         _mesh(case): solved(grid.question.name, case.case, folder.with_name(f"{folder.name}+{_mesh(case)}"), LIMIT)
         for case in grid.cases
     }
-    about: Row = {"kind": kind, "scene": name, "law": law_of(scene), "N": scene.get("particles", 2)}
-    about = {**about, "De": scene.get("De", 0.0), "soft": scene["Ca_e"] != 0}
+    about: Row = {"kind": kind, "scene": name, "law": law_of(scene), "De": scene["De"]}
     ended = [f"{mesh}: {each.reason or each.status}" for mesh, each in results.items() if each.status != "finished"]
     if ended:
         return [{**about, "ended": ", ".join(ended)}]
-    found = errors_of(results) if kind in ("scenes", "runs") else by_default(results["default"], results["fine"])
+    found = by_meshes(results, scene.get("particles", 2) - 1) if kind == "scenes" else in_time(results, times(scene))
     return [{**about, **row, "ended": None} for row in found]
 
 
@@ -95,44 +93,60 @@ def _mesh(case: SweepCase) -> str:
 
 def law_of(scene: Mapping[str, Any]) -> str:
     """The law of the liquid of a scene."""
-    liquid = scene.get("liquid", {})
-    usual = "giesekus" if scene.get("De", 0) else "newtonian"
-    return str(liquid.get("law", usual) if isinstance(liquid, Mapping) else liquid)
+    usual = "giesekus" if scene["De"] else "newtonian"
+    liquid = scene.get("liquid", usual)
+    return str(liquid["law"] if isinstance(liquid, Mapping) else liquid)
 
 
-def points(case: Case) -> pd.DataFrame:
-    """dU and what is said of it: the last point of a curve with a row for every gap, or a run at `TIMES`."""
-    if case.kind == "run":
-        nearest = [int((case.table["t"] - t).abs().argmin()) for t in case.parameters["output.times"]]
-        return case.table.iloc[nearest].rename(columns={"t": "at"}).reset_index(drop=True).assign(cancels=False)
-    last, gaps = case.table.iloc[-1], case.parameters["particles"] - 1
-    ends = [""] if gaps == 1 else [f"_{gap + 1}" for gap in range(gaps)]
-    table = pd.DataFrame({"at": range(1, gaps + 1), "dU": [last[f"dU_held{end}"] for end in ends]})
-    table["dU_correction"] = [last[f"dU_correction{end}"] for end in ends]
-    table["dU_error"] = [last[f"dU_error{end}"] - last[f"ends_error{end}"] for end in ends]  # all have the same tube
-    table["peak"] = [case.table[f"dU_held{end}"].abs().max() for end in ends]
-    return table.assign(cancels=not last["corrected"])
-
-
-def errors_of(results: Mapping[str, Any]) -> Iterator[Row]:
-    """The errors on every mesh that is not fine, and what is said of them."""
-    found = {mesh: points(Case(each)) for mesh, each in results.items()}
-    first, second = (found[mesh]["dU"] for mesh in FINE)
-    peak = found["peak"]["peak"] if "peak" in found else Case(results[FINE[0]]).peak
-    for mesh in (mesh for mesh in found if mesh not in (*FINE, "peak")):
-        table = found[mesh].reindex(columns=["at", "dU", "dU_correction", "dU_error", "cancels"])
-        table = table.rename(columns={"dU": "value", "dU_correction": "correction", "dU_error": "half_width"})
-        known, error = (first - second).abs(), (first + second) / 2 - table["value"]
-        rows: Any = table.assign(mesh=mesh, peak=peak, error=error, known=known).to_dict("records")
+def by_meshes(results: Mapping[str, Any], gaps: int) -> Iterator[Row]:
+    """The errors of dU of the gaps on every mesh whose half-width is judged, and how well each is known."""
+    found = {mesh: _gaps(result, gaps) for mesh, result in results.items()}
+    first, second = (found[mesh]["value"] for mesh in TRUTHS)
+    for mesh in (mesh for mesh in found if mesh not in (*TRUTHS, "peak")):
+        error, known = (first + second) / 2 - found[mesh]["value"], (first - second).abs()
+        table = found[mesh].assign(mesh=mesh, peak=found["peak"]["peak"], error=error, known=known)
+        rows: Any = table.to_dict("records")
         yield from rows
 
 
-def by_default(default: Any, fine: Any) -> Iterator[Row]:
-    """What default settings say at each distance and gap, and how far it is from the truth."""
-    peak = default.record.get("adaptation", {}).get("reference_dU")
-    about: Row = {"ends": Case(default).parameters["ends"], "mesh": "default", "peak": peak}
-    for said, true in zip(*(each.table.to_dict("records") for each in (default, fine)), strict=True):
-        values = [(key, key.replace("dU", "dU_error")) for key in said if re.fullmatch(r"dU(_\d+)?", key)]
-        for key, error in values or [("U_1", "U_error_1")]:
-            one: Row = {"d": said.get("d"), "at": key, "value": said[key], "half_width": abs(said[error])}
-            yield {**about, **one, "error": true[key] - said[key], "known": abs(true[error])}
+def _gaps(result: Any, gaps: int) -> pd.DataFrame:
+    """dU of the gaps at the last point of a curve, and its half-width without the ends: all have the same tube."""
+    last = result.table.iloc[-1]
+    ends = {"dU": ""} if gaps == 1 else {f"dU_{gap}": f"_{gap}" for gap in range(1, gaps + 1)}
+    rows = [
+        {
+            "quantity": "dU",
+            "name": name,
+            "value": last[f"dU_held{end}"],
+            "half_width": last[f"dU_error{end}"] - last[f"ends_error{end}"],
+            "peak": result.table[f"dU_held{end}"].abs().max(),
+        }
+        for name, end in ends.items()
+    ]
+    return pd.DataFrame(rows)
+
+
+def in_time(results: Mapping[str, Any], at_times: Sequence[float]) -> Iterator[Row]:
+    """The errors of all quantities of runs at some times, and the half-widths of the truth."""
+    at = {mesh: _nearest(result.table, at_times) for mesh, result in results.items()}
+    true = at.pop("truth")
+    for mesh, table in at.items():
+        for quantity, name, half_width in _quantities(table):
+            own = pd.DataFrame({"t": table["t"], "value": table[name], "half_width": table[half_width]})
+            own = own.assign(error=true[name] - table[name], known=true[half_width])
+            rows: Any = own.assign(mesh=mesh, quantity=quantity, name=name).to_dict("records")
+            yield from rows
+
+
+def _nearest(series: pd.DataFrame, at_times: Sequence[float]) -> pd.DataFrame:
+    """The rows that are nearest to some times."""
+    return series.iloc[[int((series["t"] - t).abs().argmin()) for t in at_times]].reset_index(drop=True)
+
+
+def _quantities(table: pd.DataFrame) -> Iterator[tuple[str, str, str]]:
+    """Quantities with their columns and those of their half-widths; rigid particles have no shape."""
+    for goal in IN_TIME:
+        for column in map(str, table):
+            found = re.fullmatch(rf"{goal.error_column}((_[LT]|_\d+)?)", column)
+            if found and table[column].max() > 0:
+                yield goal.name, f"{goal.name}{found[1]}", column

@@ -55,8 +55,8 @@ class Asked:
     def scenes(self, count: int) -> dict[str, dict[str, Any]]:
         """So many scenes in each liquid, by names such as "00-newtonian"; the liquids take turns."""
         ranges: dict[str, Any] = {"De": (0.1, 1.0), "Ca_e": (0.005, 0.1), "beta": (0.2, 0.6)}
-        drawn = draws.scenes(self.seed, count * len(LIQUIDS), "", LIQUIDS, particles=1, rigid=self.rigid, **ranges)
-        return {name.removesuffix("-N1"): scene | self.keys for name, scene in drawn.items()}
+        drawn = draws.scenes(self.seed, count * len(LIQUIDS), LIQUIDS, rigid=self.rigid, **ranges)
+        return {name: scene | self.keys for name, scene in drawn.items()}
 
 
 QUESTIONS = (
