@@ -11,7 +11,7 @@ system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar, TypedDict, cast
 
@@ -21,9 +21,8 @@ from pairsim.cases.case import SceneCase
 from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.followed_key import FollowedKey
 from pairsim.cases.keys import Key, Part
-from pairsim.cases.mistakes import Mistake
 from pairsim.cases.quantity_text import ValuesOrQuantities
-from pairsim.cases.values import Distance
+from pairsim.cases.values import Distance, Whole
 from pairsim.computing.question import InSweeps, Question, Tables, Value
 from pairsim.computing.result import Result
 from pairsim.quantities.kinds import LENGTH, VELOCITY
@@ -109,6 +108,7 @@ class CriticalCase(SceneCase):
 
     kind: ClassVar[str] = "critical"
 
+    particles: Whole = Field(2, ge=2, le=2, description="2: a critical distance is that of a pair")
     along: Annotated[dict[str, ValuesOrQuantities] | None, Key(check=_check_along)] = Field(
         None,
         description="what critical distances are followed over, with its values (a list or a range): Ca_e, De, a "
@@ -139,12 +139,6 @@ class CriticalCase(SceneCase):
         followed = self.followed
         along = () if followed is None else (followed.numbers(value).get("De", self.De) for value in followed.values)
         return (self.De, *along)
-
-
-def check(case: CriticalCase) -> Iterator[Mistake]:
-    """Yield the mistake of another number of particles."""
-    if case.n != 2:
-        yield Mistake("particles", case.n, "must be 2: a critical distance is that of a pair")
 
 
 def estimate(case: CriticalCase) -> Estimate:
@@ -239,7 +233,6 @@ def draw(folder: Path, out: Path, page: Page) -> list[Path]:
 QUESTION = Question(
     __name__,
     model=CriticalCase,
-    check=check,
     estimate=estimate,
     solve=solve,
     tables={"critical": Columns(CRITICAL_COLUMNS, STEADY, FOLLOWED), "way": WAY_COLUMNS},
