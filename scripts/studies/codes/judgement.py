@@ -19,7 +19,7 @@ from matplotlib.ticker import NullFormatter
 
 from studies.codes.parts import OWN, PEER
 
-WANTED = (("point", 0.15), ("point", 0.02), ("run", 0.1))
+WANTED = (("point", 1.2), ("point", 0.15), ("point", 0.02), ("run", 0.1))
 """Errors at which times are compared [%], which the table has of both codes."""
 NOISE = 0.1  # part of a processor time by which a median of three may be off where no spread is stored; chosen
 TITLES = {"point": "Quasi-steady point", "run": "Run to t = 1"}

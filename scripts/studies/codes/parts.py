@@ -98,7 +98,7 @@ def _pyoomph(python: Path, cells: int, tol: float) -> tuple[float, float, float]
 CODES = (
     Code(OWN, ("PAIRSIM_SOURCES", ROOT), (10, 14, 20, 28, 40), RUNS, _pairsim),
     Code(EARLIER, ("PAIRSIM_EARLIER", ROOT / "peer" / "pairsim-0.1"), (20, 28, 40, 56), RUNS, _pairsim),
-    Code(PEER, PYOOMPH, (20, 40, 80), {20: (1e-3, 3e-4, 1e-4)}, _pyoomph),
+    Code(PEER, PYOOMPH, (10, 20, 40, 80), {20: (1e-3, 3e-4, 1e-4)}, _pyoomph),
 )
 
 
