@@ -1,4 +1,4 @@
-"""The pressure drop read off inside the tube, as a functional whose adjoint is smooth, and what is outside."""
+"""The pressure drop read inside the tube, whose adjoint is smooth, and what the tube beyond the ends would add."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def beyond_the_ends(solution: Solution) -> float:
 
 
 def _beyond(solution: Solution, downstream: float) -> float:
-    """That beyond one of the ends."""
+    """The same beyond one end: downstream 1, upstream -1 [eta_0 U_av/D_c]."""
     found = _averages(solution, downstream, (0.0, APART, 2 * APART))
     readings = [average.value + solution.gradient * average.z for average in found]
     last, before = (nearer - farther for nearer, farther in pairwise(readings))
@@ -99,7 +99,7 @@ def _averages(solution: Solution, downstream: float, inwards: Sequence[float]) -
     Args:
         solution: The solution.
         downstream: 1 for the downstream end, -1 for the upstream one.
-        inwards: How far they are moved inwards, over their length.
+        inwards: How far each average is moved inwards, as a part of the length over which it is taken.
     """
     scene, x = solution.scene, solution.x
     mesh, positions = scene.liquid.six_node_mesh, scene.positions(x)

@@ -90,7 +90,7 @@ class AdaptiveBranch(Branch):
         single_cells_count = not solver.parameters.liquid.newtonian and np.isfinite(wanted)
         self._estimator = ErrorEstimator(goals if single_cells_count else ())
         self.largest = dict.fromkeys(goals, 0.0)
-        self._lasting = dict.fromkeys(goals, 0.0)  # those of points on their last meshes, and of coarse solutions
+        self._lasting = dict.fromkeys(goals, 0.0)  # without values on meshes that were replaced
         self._looked = dict.fromkeys(goals, 0.0)  # errors for which larger values were looked for
         self._fields: dict[tuple[float, ...], SizeField] = {}
         self.rounds: Counter[Place] = Counter()
@@ -167,7 +167,7 @@ class AdaptiveBranch(Branch):
         return bool((errors > self.allowed(goal, point)).any())
 
     def _is_looked_for(self, goal: Goal) -> bool:
-        """Whether coarse solutions tell its largest value: it decides nothing where the cells are given."""
+        """Whether coarse solutions at other distances tell its largest value; with given cells it decides nothing."""
         return goal.scouted and "Np" not in self._fixed
 
     def _kept[R: (Ended, None)](self, solve: Callable[[Point | None], Point | R]) -> Point | R:
