@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import errno
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from support.commands import Pairsim
 
-import pairsim
+import pairsim as api
 from pairsim.lab.rheometer.derivatives import Sheared, numbers_of, slopes
 from pairsim.lab.rheometer.law_fits import Fit, fits
 from pairsim.lab.rheometer.measured import Measured, of_liquid
@@ -178,6 +179,19 @@ def test_the_viscosity_of_a_solvent_that_moduli_do_not_show_stays_where_a_case_m
     assert best.liquid.xi >= 1e-4
 
 
+def test_a_case_is_made_of_modes_of_which_one_has_no_measurable_memory(pairsim: Pairsim, tmp_path: Path) -> None:
+    """The time of such a mode is anywhere below what the data show; it stays where a case may have it."""
+    thinning = LAWS["white-metzner"](n=0.5, Cu=0.5, weight=0.5)
+    written(tmp_path, Liquid(Newtonian(), 1e-4, 0.5, (thinning, replace(thinning, time=1e-9))))
+    files = ("--rheology", "flow.csv", "--spectrum", "moduli.csv", "--liquid", "white-metzner")
+    done = pairsim("units", *files, *EXPERIMENT, "-o", "case.yaml")
+    assert done.returncode == 0, done.stderr
+    modes = api.load(tmp_path / "case.yaml").liquid_model.modes
+    assert len(modes) == 2
+    assert modes[1].time < 0.1
+    assert modes[0].numbers["Cu"] == modes[1].numbers["Cu"]
+
+
 def test_a_fit_is_printed_before_its_liquid_is_refused_as_a_case(pairsim: Pairsim, tmp_path: Path) -> None:
     gel(tmp_path)
     done = pairsim("units", "--spectrum", "gel.csv", "--liquid", "oldroyd-b", *EXPERIMENT, "-o", "case.yaml")
@@ -232,7 +246,7 @@ def test_a_case_is_not_lost_with_its_picture(pairsim: Pairsim, flow: Path, monke
 def test_numbers_of_modes_stand_apart_from_their_names() -> None:
     law = {"law": "ptt-linear", "weight": 1, "epsilon": 1.574}
     modes = [{**law, "time": time} for time in (1, 0.1)]
-    found = pairsim.units(
+    found = api.units(
         tube="50um", particle="20um", flow_rate="1ul/min", viscosity="1Pa.s", relaxation="1ms",
         liquid={"law": "modes", "modes": modes},
     )  # fmt: skip
@@ -249,13 +263,13 @@ def test_numbers_of_modes_stand_apart_from_their_names() -> None:
     ],
 )  # fmt: skip
 def test_a_prefix_that_may_be_misread_is_said_at_once(quantities: dict[str, str], says: str) -> None:
-    found = pairsim.units(**{"tube": "50um", "particle": "20um", "flow_rate": "1ul/min", **quantities})
+    found = api.units(**{"tube": "50um", "particle": "20um", "flow_rate": "1ul/min", **quantities})
     assert str(found).startswith(f"note: {says}")
     assert f"# {says}" in found.case_file("case")
-    usual = pairsim.units(tube="50um", particle="20um", flow_rate="1ul/min", viscosity="1Pa.s", modulus="3 kPa")
+    usual = api.units(tube="50um", particle="20um", flow_rate="1ul/min", viscosity="1Pa.s", modulus="3 kPa")
     assert str(usual).startswith("beta ")
 
 
 def test_a_number_that_follows_from_a_misread_prefix_is_refused_with_it() -> None:
     with pytest.raises(InputError, match=r"that is Ca_e = 5.659e\+04; .*; modulus 3mPa is 0.003 Pa \(m is milli"):
-        pairsim.units(tube="50um", particle="20um", flow_rate="1ul/min", viscosity="1Pa.s", modulus="3mPa")
+        api.units(tube="50um", particle="20um", flow_rate="1ul/min", viscosity="1Pa.s", modulus="3mPa")

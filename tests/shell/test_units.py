@@ -155,6 +155,18 @@ def test_quantities_of_laws_become_their_numbers() -> None:
     assert parse_case(QUESTIONS["run"], thin.resolved(), "test").resolved() == thin.resolved()
 
 
+def test_a_time_constant_is_that_of_every_mode() -> None:
+    modes = [
+        {"law": "white-metzner", "n": 0.5, "weight": 1, "time": 1},
+        {"law": "white-metzner", "n": 0.6, "weight": 2, "time": 0.1},
+    ]
+    model = case(bench(time_constant="20 ms"), liquid={"law": "modes", "modes": modes}).liquid_model
+    assert [mode.numbers["Cu"] for mode in model.modes] == pytest.approx([0.02 * RATE] * 2)
+    with_solvent = {"law": "white-metzner", "n": 0.5, "solvent": {"law": "carreau", "n": 0.5}}
+    with pytest.raises(InputError, match=r"it would stand for liquid.Cu and liquid.solvent.Cu, which are to be given"):
+        case(bench(time_constant="20 ms"), liquid=with_solvent)
+
+
 def test_a_solvent_has_its_own_viscosity_at_rest() -> None:
     """eta_inf is over that, not over eta_0: the stress of the solvent is xi eta(gamma)."""
     liquid = {"law": "oldroyd-b", "solvent": {"law": "carreau", "n": 0.5, "Cu": 1}}

@@ -135,7 +135,8 @@ def _unknowns(law: type[Material], modes: int, data: Measured) -> dict[str, tupl
         found |= {"De": (*times, 1 / slow if modes > 1 else 1 / middle), "xi": (usual, 1.0, 0.1)}
     for i in range(2, modes + 1):  # over the time and weight of the first mode
         ratio = (slow / fast) ** ((i - 1) / modes)
-        found |= {f"time_{i}": (times[0] / times[1], 0.9, ratio), f"weight_{i}": (SMALLEST, 1e3, 0.5 ** (i - 1))}
+        shortest = max(times[0] / times[1], ConformationLaw.OF_MODE["time"].least)
+        found |= {f"time_{i}": (shortest, 0.9, ratio), f"weight_{i}": (SMALLEST, 1e3, 0.5 ** (i - 1))}
     for name, p in law.parameters().items():
         if p.dimension is not None and p.dimension.kind == TIME:
             found[name] = (*times, 1 / middle)
