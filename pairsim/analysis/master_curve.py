@@ -50,7 +50,7 @@ from pairsim.solvers.curves.arrest import arrested
 from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU, CurveInterpolant, Peak, Region
 
 if TYPE_CHECKING:
-    from pairsim.solvers.curves.branch import Point
+    from pairsim.solvers.curves.point import Point
 
 CLOSE = 1e-9  # relative difference of distances that is rounding; chosen
 

@@ -48,7 +48,7 @@ from pairsim.solvers import goals
 
 if TYPE_CHECKING:
     from pairsim.runtime.arrays import Array
-    from pairsim.solvers.curves.branch import Point
+    from pairsim.solvers.curves.point import Point
     from pairsim.solvers.steady.ends import Passed
 
 

@@ -73,6 +73,7 @@ def _check_length(case: SceneCase) -> Iterator[Mistake]:
 
 
 DIAMETER = Key(r"\beta", caption=1, required=True)
+COUNT = Key(caption=5)
 CAPILLARY = _number("Ca_e", caption=3, required=True)
 LENGTHS = Field(ge=0.1, le=1e4)
 NAME = Field(json_schema_extra={"pattern": values.NAME})
@@ -115,7 +116,7 @@ class SceneCase(Keys):
     name: Annotated[Annotated[str, NAME, AfterValidator(_named)] | None, Key(part=Part.REPORT, identity=False)] = Field(
         None, description="name of the folder for the results"
     )
-    particles: Annotated[values.Whole, Key(caption=5)] = Field(
+    particles: Annotated[values.Whole, COUNT] = Field(
         USUAL_COUNT, ge=0, le=50, description="number of particles on the axis"
     )
     xi: Annotated[values.Number, *_limits("xi"), XI] = Field(0.09, description="solvent viscosity over eta_0 (De > 0)")

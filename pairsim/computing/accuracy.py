@@ -15,8 +15,8 @@ from pairsim.computing.warnings import ErrorAt, above
 from pairsim.quantities.text import in_unit
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.message import Message, Said, Text
-from pairsim.solvers.curves.branch import Point
 from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU
+from pairsim.solvers.curves.point import Point
 from pairsim.solvers.goals import Goal, Scale
 from pairsim.solvers.steady.continuation import each_of
 
@@ -97,7 +97,7 @@ class _Accuracy:
             case Scale.LARGEST:
                 size = report.largest[goal] if largest is None else largest
                 sizes = [np.asarray(size)] * len(points)
-                looked_for = goal.scouted and "Np" not in case.fixed_cells
+                looked_for = goal.looked_for_with(case.fixed_cells)
                 whole = f"the largest |{goal.name}|" if looked_for or len(points) > 1 else f"|{goal.name}|"
                 what = f"{whole} ({in_unit(case.scales, goal.kind, size, digits=3)})"
         known = [(point, error_at(point, goal, each)) for point, each in zip(points, sizes, strict=True)]

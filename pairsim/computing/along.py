@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from pairsim.computing.steady import Solutions
     from pairsim.runtime.monitor import Monitor
     from pairsim.solvers.curves.adaptation import AdaptiveBranch
-    from pairsim.solvers.curves.branch import Point
+    from pairsim.solvers.curves.point import Point
     from pairsim.solvers.goals import Goal
     from pairsim.solvers.steady.ends import Ended
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from pairsim.solvers.curves.branch import Point
+    from pairsim.solvers.curves.point import Point
     from pairsim.solvers.steady.scene import SteadySolver
 
 

@@ -19,7 +19,7 @@ from pairsim.record.columns import POLYMER_HEALTH, STEADY_HEALTH, WAY_COLUMNS, Y
 from pairsim.record.run_entries import ADAPTATION, END_OF_BRANCH, SIZE, Entries, Entry
 from pairsim.runtime.message import Message, Text
 from pairsim.solvers.curves.adaptation import AdaptiveBranch
-from pairsim.solvers.curves.branch import Point
+from pairsim.solvers.curves.point import Point
 from pairsim.solvers.goals import Goal
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem

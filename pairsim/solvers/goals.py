@@ -9,7 +9,7 @@ goal. Its functions have names, by which goals go from one process to another.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import partial
@@ -113,6 +113,14 @@ class Goal:
     def error_column(self) -> str:
         """Name of the column of its half-width, without the suffix of a particle or gap."""
         return self.error or f"{self.name}_error"
+
+    def looked_for_with(self, fixed: Collection[str]) -> bool:
+        """Whether its largest value is looked for at other distances; with a fixed `Np` that would decide nothing.
+
+        Args:
+            fixed: Settings of the mesh that a case fixes.
+        """
+        return self.scouted and "Np" not in fixed
 
     def combined(self, count: int) -> Array:
         """The coefficients of its combination of the `count` functionals of its root, (k, count)."""

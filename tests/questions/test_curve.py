@@ -23,8 +23,9 @@ from pairsim.record.table_files import read_table
 from pairsim.record.xdmf import read_frame
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import NoSteadyState
-from pairsim.solvers.curves.branch import Branch, Point
+from pairsim.solvers.curves.branch import Branch
 from pairsim.solvers.curves.curve import Zero
+from pairsim.solvers.curves.point import Point
 
 CURVE = "beta: 0.4\nDe: 0\nCa_e: 0.1\nends: developed\nlength: auto\nmesh: {Np: 10}\nd: [0.3, 0.1]\n"
 PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": "auto", "mesh": {"Np": 8}}

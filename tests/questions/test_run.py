@@ -19,7 +19,7 @@ import pairsim
 from pairsim.fem.diagnostics import extents
 from pairsim.quantities.kinds import VELOCITY
 from pairsim.quantities.text import in_unit, with_error
-from pairsim.questions.run.computation import frames_until
+from pairsim.questions.run.ends import frames_until
 from pairsim.record.table_files import read_table
 from pairsim.record.xdmf import read_frame, read_times
 from pairsim.runtime.errors import NoSteadyState
@@ -248,7 +248,7 @@ def test_a_run_is_finished_without_its_quasi_steady_solution(stopped: bool, monk
         problem.monitor.check()
         raise NoSteadyState("the shapes end")
 
-    monkeypatch.setattr("pairsim.questions.run.computation.settled", settled)
+    monkeypatch.setattr("pairsim.questions.run.written.settled", settled)
     result = pairsim.run(YOUNG, **FEW, signals=True)
     why = "the quasi-steady solution at the last distances was interrupted" if stopped else "the shapes end"
     assert result.status == "finished"

@@ -14,7 +14,8 @@ from pairsim.analysis.unequal_pairs import Spread
 from pairsim.cases.identity import alike, identity_of
 from pairsim.computing.problems import steady_problem
 from pairsim.runtime.errors import InputError
-from pairsim.solvers.curves.branch import Branch, Point
+from pairsim.solvers.curves.branch import Branch
+from pairsim.solvers.curves.point import Point
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.ends import arrived
 from pairsim.solvers.steady.first_solution import first_scene

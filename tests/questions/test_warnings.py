@@ -24,7 +24,7 @@ from pairsim.computing.warnings import (
     unresolved_stress,
 )
 from pairsim.questions.registry import QUESTIONS
-from pairsim.questions.run.computation import end_of
+from pairsim.questions.run.ends import end_of
 from pairsim.questions.run.warnings import narrow_gap
 
 

@@ -26,7 +26,7 @@ from pairsim.quantities.kinds import FORCE, LENGTH, PURE, RATE, TIME, VELOCITY
 from pairsim.quantities.scales import Scales
 from pairsim.questions.critical import ENDS
 from pairsim.questions.registry import QUESTIONS
-from pairsim.questions.run.computation import end_of
+from pairsim.questions.run.ends import end_of
 from pairsim.questions.run.warnings import narrow_gap, unknown_run_error
 from pairsim.runtime.errors import BudgetSpent, MeshFailure, NewtonFailure, NoSteadyState
 from pairsim.runtime.message import Message, Text, in_units

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from pairsim.physics.solids import soft
-from pairsim.solvers.curves.branch import Point
+from pairsim.solvers.curves.point import Point
 from pairsim.solvers.parameters import Parameters
 
 

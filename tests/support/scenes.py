@@ -15,8 +15,9 @@ from pairsim.fem.meshes.geometry import Geometry, MeshSettings, Reference
 from pairsim.fem.meshes.meshing import liquid_mesh
 from pairsim.fem.scene import Scene
 from pairsim.physics.solids import soft
-from pairsim.solvers.curves.branch import Branch, Point
+from pairsim.solvers.curves.branch import Branch
 from pairsim.solvers.curves.curve import trace
+from pairsim.solvers.curves.point import Point
 from pairsim.solvers.nonlinear.newton import Newton
 from pairsim.solvers.problems import Problem
 from pairsim.solvers.steady.ends import arrived

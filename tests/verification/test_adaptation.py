@@ -17,7 +17,8 @@ from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves import adaptation
 from pairsim.solvers.curves import branch as branch_module
 from pairsim.solvers.curves.adaptation import ROUNDS, AdaptiveBranch
-from pairsim.solvers.curves.branch import Branch, Point
+from pairsim.solvers.curves.branch import Branch
+from pairsim.solvers.curves.point import Point
 from pairsim.solvers.curves.scout import largest_value
 from pairsim.solvers.errors import estimate
 from pairsim.solvers.goals import CRITICAL, DP_PLUS, D, F, Goal, U, dU

@@ -19,8 +19,9 @@ from pairsim.physics.solids import soft
 from pairsim.questions.curve import CurveCase
 from pairsim.questions.registry import QUESTIONS
 from pairsim.runtime.errors import NoSteadyState
-from pairsim.solvers.curves.branch import Branch, Point
+from pairsim.solvers.curves.branch import Branch
 from pairsim.solvers.curves.curve import Zero, find_zeros
+from pairsim.solvers.curves.point import Point
 from pairsim.solvers.curves.sensitivities import ALL
 from pairsim.solvers.nonlinear.newton import STEADY
 from pairsim.solvers.parameters import Parameters

@@ -11,7 +11,7 @@ from pairsim.computing.case_files import parse_case
 from pairsim.computing.problems import problem_of
 from pairsim.physics.pipe import Pipe
 from pairsim.questions.registry import QUESTIONS
-from pairsim.solvers.curves.branch import Point
+from pairsim.solvers.curves.point import Point
 from pairsim.solvers.goals import D_OF_EACH, U, dU
 from pairsim.solvers.stepping.step import Step
 from pairsim.solvers.transient.adaptation import AIM, RunAdaptation

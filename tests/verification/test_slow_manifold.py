@@ -14,7 +14,8 @@ import pairsim
 from pairsim.computing.case_files import parse_case
 from pairsim.computing.problems import steady_problem
 from pairsim.questions.registry import QUESTIONS
-from pairsim.solvers.curves.branch import Branch, Point
+from pairsim.solvers.curves.branch import Branch
+from pairsim.solvers.curves.point import Point
 from pairsim.solvers.curves.slow_manifold import REST, SlowMotion
 from pairsim.solvers.goals import CRITICAL
 from pairsim.solvers.parameters import Parameters

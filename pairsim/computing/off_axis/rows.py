@@ -34,7 +34,7 @@ from pairsim.quantities.scales import Scales
 from pairsim.record.column import Column, names_of, table_row
 from pairsim.record.columns import CA_E, DE, DISTANCE, NEWTON, U_ERROR, U
 from pairsim.runtime.message import Message, Text
-from pairsim.solvers.curves.branch import Point
+from pairsim.solvers.curves.point import Point
 from pairsim.solvers.focus.stability import Stability, Verdict
 from pairsim.solvers.parameters import Parameters
 

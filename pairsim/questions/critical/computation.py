@@ -33,10 +33,10 @@ from pairsim.record.columns import U as U_EACH
 from pairsim.runtime.message import Message, Text
 from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.curves.adaptation import AdaptiveBranch
-from pairsim.solvers.curves.branch import Point
 from pairsim.solvers.curves.critical import find_all, follow_all
 from pairsim.solvers.curves.curve import Distances
 from pairsim.solvers.curves.equilibrium_lines import Critical, EndOfLine, Followed, Missed, Region
+from pairsim.solvers.curves.point import Point
 from pairsim.solvers.goals import CRITICAL
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.ends import Ended

@@ -43,10 +43,11 @@ from pairsim.runtime.errors import RunFailure
 from pairsim.runtime.message import Message, Text
 from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.text import counted
-from pairsim.solvers.curves.branch import Branch, Point
+from pairsim.solvers.curves.branch import Branch
 from pairsim.solvers.curves.curve import EarlyZeros, Equilibrium, Zero, equilibria, find_zeros, trace
 from pairsim.solvers.curves.distances import between
 from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU, CurveInterpolant
+from pairsim.solvers.curves.point import Point
 from pairsim.solvers.curves.scout import ENOUGH
 from pairsim.solvers.goals import dU
 from pairsim.solvers.steady.ends import Ended

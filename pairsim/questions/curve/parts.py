@@ -21,8 +21,8 @@ from pairsim.record.fields_of_frame import steady_frame
 from pairsim.record.xdmf import FieldFrame
 from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.curves.adaptation import AdaptiveBranch
-from pairsim.solvers.curves.branch import Point
 from pairsim.solvers.curves.curve import Distances
+from pairsim.solvers.curves.point import Point
 from pairsim.solvers.curves.sensitivities import STIFFNESS
 from pairsim.solvers.goals import DP_PLUS, D, F, Goal, U, dU
 from pairsim.solvers.parameters import Parameters

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, cast
 
 from pydantic import Field
 
-from pairsim.cases.case import SceneCase
+from pairsim.cases.case import COUNT, SceneCase
 from pairsim.cases.checks import asked_by
 from pairsim.cases.estimate import Estimate, steady_estimate
 from pairsim.cases.followed_key import FollowedKey
@@ -146,7 +146,7 @@ class FocusCase(SceneCase):
 
     kind: ClassVar[str] = "focus"
 
-    particles: Annotated[Whole, Key(caption=5)] = Field(
+    particles: Annotated[Whole, COUNT] = Field(
         1, ge=1, le=MOST, description="number of particles on the axis; they are displaced one by one"
     )
     d: Annotated[PerGap[Distance] | None, Key(slug="d", check=_check_d)] = Field(

@@ -27,7 +27,7 @@ from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.others import found_by_all
 from pairsim.runtime.text import counted
 from pairsim.solvers import goals
-from pairsim.solvers.curves.branch import Point
+from pairsim.solvers.curves.point import Point
 from pairsim.solvers.focus.stability import Stability
 from pairsim.solvers.steady.ends import Ended
 

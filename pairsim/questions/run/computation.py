@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import replace
 from functools import partial
@@ -16,79 +16,50 @@ from pairsim.cases.run_case import Case
 from pairsim.computing import events
 from pairsim.computing.off_axis.beside import rates_beside
 from pairsim.computing.problems import problem_of
-from pairsim.fem.unyielded import bridges
 from pairsim.quantities.kinds import LENGTH, TIME, VELOCITY
-from pairsim.quantities.text import in_unit
 from pairsim.questions.run import QUESTION
+from pairsim.questions.run.ends import end_of, frames_until, milestones, moment
 from pairsim.questions.run.warnings import accuracy_of, warnings_of_run
+from pairsim.questions.run.written import cycles_entry, row_of, settled_entry, summary
 from pairsim.record.checkpoint import Checkpoint
 from pairsim.record.column import Column, names_of, table_row
 from pairsim.record.columns import (
     BRIDGE,
     CYCLE_COLUMNS,
-    DISTANCE,
-    DISTORTION,
-    DP,
-    DP_PLUS,
     DRIFT,
     DRIFT_ERROR,
-    DT,
-    DU,
-    DU_CORRECTION,
-    DU_DISCRETE,
     ERROR_COLUMNS,
     ESTIMATE_COLUMNS,
-    MESH,
-    NEWTON,
     POLYMER_HEALTH,
     RUN_HEALTH,
     STATE_COLUMNS,
-    TAYLOR,
     Q,
-    T,
-    U,
-    Z,
-    observed,
 )
 from pairsim.record.fields_of_frame import frame
 from pairsim.record.folder import plain
 from pairsim.record.run_entries import (
     ADAPTATION,
     CYCLES,
-    FACTORISATIONS,
     HOLD,
-    NEWTON_ITERATIONS,
-    REACHED,
-    REJECTED,
-    REMESHINGS,
-    SETTLED,
-    SIZE,
     START,
-    TIME_STEPS,
-    Entries,
     Entry,
-    WholeCycles,
 )
 from pairsim.runtime.errors import RunFailure, TooManySteps, WallTime
 from pairsim.runtime.message import Message, Text
 from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.signals import Stopped
 from pairsim.solvers.errors.run_errors import RunErrors
-from pairsim.solvers.goals import IN_TIME, dU
-from pairsim.solvers.problems import Problem
 from pairsim.solvers.stepping.step import Step, at_step
 from pairsim.solvers.transient.adaptation import RunAdaptation
 from pairsim.solvers.transient.cycles import Cycles
-from pairsim.solvers.transient.end import reason_to_end, settled, settled_branch
-from pairsim.solvers.transient.state import Counts, Extremes
+from pairsim.solvers.transient.end import settled_branch
+from pairsim.solvers.transient.state import Extremes
 from pairsim.solvers.transient.transient import Transient
 
 ADVICE = {
     WallTime: "a larger limits.wall_time",
     TooManySteps: "a larger limits.max_steps",
 }
-NEARLY_DUE = 1e-9  # part of a frame that may be missing by rounding when it is written
-HALF_WIDTHS = {goal: next(each for each in ERROR_COLUMNS if each.name == goal.error_column) for goal in IN_TIME}
 SAME = 1e-6  # relative change of distances below which rates off the axis are the same; chosen
 SETTLES = 10.0  # time for the settled state at the end of a run [s], at least: else what the run itself took; chosen
 
@@ -244,11 +215,11 @@ class Run:
         entries, seconds = dict[Entry[Any], Any](), dict[str, float]()
         errors, extremes = RunErrors.of(self.problem.liquid), Extremes()
         if (transient := self.transient) is not None:
-            entries = _summary(transient.counts, transient.history.t[0], transient.constraints.size)
+            entries = summary(transient.counts, transient.history.t[0], transient.constraints.size)
             seconds, errors, extremes = transient.clock.seconds, transient.run_errors, transient.extremes
         elif self.old is not None:
             state = self.old.state
-            entries = _summary(state.counts, state.history.t[0], state.history.y[0].size)
+            entries = summary(state.counts, state.history.t[0], state.history.y[0].size)
             seconds, errors, extremes = state.seconds, state.run_errors, state.extremes
         entries |= {START: self.case.start, HOLD: self.case.hold, **self._entries}
         done = transient or (self.old.state if self.old is not None else None)
@@ -264,133 +235,6 @@ class Run:
             yield from self._fields(transient)
 
 
-def milestones(case: Case) -> list[float]:
-    """Times that steps must land on: the output times and the end time, ascending."""
-    end, every = case.time.end, case.output.every
-    times = {t for t in case.output.times if 0 < t < end}
-    if every is not None:
-        times |= {k * every for k in range(1, math.ceil(end / every - 1e-9))}
-    return [*sorted(times), end]
-
-
-def frames_until(case: Case, t: float, gaps: Sequence[float]) -> int:
-    """How many of the `output.frames` are due at a time [D_c/U_av] and distances [D_c], N-1 values.
-
-    They are spread evenly over the way to what ends the run: its end time, contact or `max_gap`, of which the nearest
-    one counts. Unlike `milestones` they cost no steps. Where a run was stopped makes no difference to them.
-    """
-    output, limits = case.output, case.limits
-    if output.times or output.every is not None:
-        return 0
-    passed = t / case.time.end
-    for start, d in zip(case.gaps, gaps, strict=True):
-        passed = max(passed, (start - d) / (start - limits.min_gap))
-        if limits.max_gap is not None:
-            passed = max(passed, (d - start) / (limits.max_gap - start))
-    return int(output.frames * passed + NEARLY_DUE)
-
-
-def moment(t: float) -> Message:
-    """A time in words."""
-    return Message("t = {}", TIME(t, ".6g"))
-
-
-def end_of(
-    case: Case, problem: Problem, t: float, gaps: Sequence[float], cycles: Cycles | None = None
-) -> events.Outcome | None:
-    """The outcome of a run that has reached its end at a time, distances and cycles, else None."""
-    at, scales = moment(t), case.scales
-    match reason_to_end(problem, t, gaps, cycles):
-        case "contact":
-            message = Message("contact: the gap fell below {} at {}", in_unit(scales, LENGTH, problem.min_gap), at)
-            return events.Outcome("finished", "contact", message)
-        case "max_gap":
-            widest = in_unit(scales, LENGTH, problem.max_gap or 0.0)
-            return events.Outcome("finished", "max_gap", Message("the gap exceeded {} at {}", widest, at))
-        case "tube_too_short":
-            pace = (sum(gaps) - sum(case.gaps)) / t
-            least = math.ceil(case.cluster + max(pace, 0.0) * case.time.end + 2 * case.margin)
-            message = Message(
-                "the particles are only {} from the ends of the tube at {}; try a longer tube (--set length={}, enough "
-                "until the end at the present pace), or limits.max_gap",
-                LENGTH(problem.room(gaps), ".3g", named=True),
-                at,
-                least,
-            )
-            return events.Outcome("failed", "tube_too_short", message)
-        case "periodic":
-            known = f"cycles are periodic and the drift is known to accuracy: {case.accuracy}"
-            return events.Outcome("finished", "periodic", Message("{} at {}", known, at))
-        case "end":
-            return events.Outcome("finished", "end", "finished at " + at)
-        case None:
-            return None
-
-
-def settled_entry(case: Case, problem: Problem, gaps: tuple[float, ...], ended: events.Outcome) -> Entries:
-    """The quasi-steady solution at the last distances of a run [D_c], N-1 values, on the cells of its problem.
-
-    Returns the entry of run.json: dU with its error at every gap [U_av], the decay time of a disturbance [D_c/U_av],
-    how the run started and which part of dU `accuracy` allows as error; a message, if there is no such solution. Empty
-    for a single particle, held distances, a flow that varies, a run that ended early, and a polymer with a yield
-    stress.
-    """
-    if case.waveform is not None:
-        return {}
-    if case.n < 2 or ended.reason not in ("end", "max_gap") or case.hold or case.liquid_model.yielding is not None:
-        return {}
-    try:
-        point, creeps = settled(problem, gaps)
-    except RunFailure as failure:
-        return {SETTLED: {"message": failure.message}}
-    except Stopped:
-        return {SETTLED: {"message": "the quasi-steady solution at the last distances was interrupted"}}
-    if not math.isfinite(point.t_relax):
-        return {SETTLED: {"message": "disturbances of the quasi-steady state at the last distances do not decay"}}
-    # What a run without estimates tends to is the solution on its cells, without the estimate of their error.
-    left = 0 * point.correction if case.estimates_error else point.correction
-    dU, error = point.dUs - left, point.dU_errors + abs(left)
-    entry = {"d": list(point.gaps), "dU": dU.tolist(), "dU_error": error.tolist()}
-    entry |= {"creeps": True} if creeps else {}
-    entry |= {"held_together": True} if point.arrested else {}
-    return {SETTLED: entry | {"t_relax": point.t_relax, "start": case.start, "accuracy": case.error_wanted}}
-
-
-def cycles_entry(case: Case, cycles: Cycles) -> WholeCycles:
-    """What run.json says of cycles."""
-    assert case.waveform is not None, "there are no cycles"
-    part, ones = case.error_wanted, np.zeros(cycles.d.size)
-    entry = WholeCycles(
-        shape=case.waveform.shape,
-        cycle=cycles.cycle,
-        repeats=cycles.repeats,
-        U_av=case.unit_of_flow,
-        whole=cycles.count,
-        accuracy=part,
-    )
-    if cycles.count:
-        drift, errors = (np.asarray(each + ones).tolist() for each in (cycles.drift, cycles.error))
-        known = [each if math.isfinite(each) else None for each in errors]  # its estimate may have diverged
-        entry |= {"drift": drift, "drift_error": known, "dU_peak": cycles.peak}
-    if cycles.count > 1:
-        entry |= {"change": cycles.remaining, "periodic": cycles.are_periodic(part), "known": cycles.are_known(part)}
-    return entry
-
-
-def row_of(step: Step) -> dict[str, float]:
-    """The row of a step in series.csv."""
-    o = step.observation
-    values: dict[Column, Any] = {T: step.t, Z: step.z, DISTANCE: o.d, U: step.U, DU: step.dU, TAYLOR: o.D}
-    values |= {DP: o.dp, DP_PLUS: o.dp_plus, DT: step.dt, NEWTON: step.report.iterations}
-    values |= {MESH: step.mesh_id, DISTORTION: step.distortion, **observed(o)}
-    values |= {HALF_WIDTHS[goal]: each if goal.per else float(each[0]) for goal, each in step.half_widths.items()}
-    if step.scene.material.plastic.yield_stress:
-        values[BRIDGE] = bridges(step.scene, step.x, step.h)
-    if step.corrections:
-        values |= {DU_DISCRETE: step.dU_discrete, DU_CORRECTION: step.corrections[dU]}
-    return table_row(o.U.size, values)
-
-
 def _shown(step: Step, count: int) -> Message:
     """A line of progress for a step."""
     o, texts = step.observation, list[Text]([Message("t = {}", TIME(step.t))])
@@ -398,16 +242,3 @@ def _shown(step: Step, count: int) -> Message:
         texts += [Message("d = {}", LENGTH(o.d[0], ".5f")), Message("dU = {}", VELOCITY(o.dU[0], "+.4g"))]
     texts += [Message("dt = {}", TIME(step.dt, ".2g")), f"Newton {step.report.iterations}", f"step {count}"]
     return Message.joined("  ", texts)
-
-
-def _summary(counts: Counts, t: float, unknowns: int) -> dict[Entry[Any], Any]:
-    """Entries of run.json: time, unknowns and counts."""
-    return {
-        REACHED: t,
-        SIZE: unknowns,
-        TIME_STEPS: counts.steps,
-        REJECTED: counts.rejected,
-        NEWTON_ITERATIONS: counts.newton,
-        FACTORISATIONS: counts.factorisations,
-        REMESHINGS: counts.remeshings,
-    }

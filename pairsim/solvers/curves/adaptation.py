@@ -21,8 +21,9 @@ from pairsim.fem.diagnostics import liquid_distortion
 from pairsim.fem.meshes.size_field import MOST_FACTOR, AdaptedSizes, CellIndicators, SizeField
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
-from pairsim.solvers.curves.branch import BESIDE, Branch, Point
+from pairsim.solvers.curves.branch import BESIDE, Branch
 from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU
+from pairsim.solvers.curves.point import Point
 from pairsim.solvers.curves.scout import carried_over, found_anew, largest_value
 from pairsim.solvers.errors.estimate import ErrorEstimator
 from pairsim.solvers.goals import Goal, Scale
@@ -157,7 +158,7 @@ class AdaptiveBranch(Branch):
         errors = point.estimate[goal].half_width
         if goal.scale is Scale.LARGEST:
             error = float(errors.max(initial=0.0))
-            if self._is_looked_for(goal) and error > self.allowed(goal, point) and error > self._looked[goal]:
+            if goal.looked_for_with(self._fixed) and error > self.allowed(goal, point) and error > self._looked[goal]:
                 self._looked[goal] = error
                 found = largest_value(goal, self.solver, self._places, error / self.wanted)
                 self._lasting[goal] = max(self._lasting[goal], found)
@@ -165,10 +166,6 @@ class AdaptiveBranch(Branch):
             if self.largest[goal] <= NEGLIGIBLE_DU:
                 return False  # nothing to compare errors with: dU of equal rigid spheres in Newtonian liquids is 0
         return bool((errors > self.allowed(goal, point)).any())
-
-    def _is_looked_for(self, goal: Goal) -> bool:
-        """Whether coarse solutions at other distances tell its largest value; with given cells it decides nothing."""
-        return goal.scouted and "Np" not in self._fixed
 
     def _kept[R: (Ended, None)](self, solve: Callable[[Point | None], Point | R]) -> Point | R:
         """Solve for a point, and again on finer meshes while its errors are too large and become smaller.

@@ -8,9 +8,10 @@ import numpy as np
 
 from pairsim.runtime.message import Message
 from pairsim.runtime.others import NOBODY, Others
-from pairsim.solvers.curves.branch import Branch, Point
+from pairsim.solvers.curves.branch import Branch
 from pairsim.solvers.curves.curve import Distances, EarlyZeros, Zero, find_zeros, trace
 from pairsim.solvers.curves.equilibrium_lines import Critical, EndOfLine, Follower, Missed, Region
+from pairsim.solvers.curves.point import Point
 from pairsim.solvers.steady.continuation import where
 from pairsim.solvers.steady.ends import Ended
 

@@ -11,9 +11,10 @@ import numpy as np
 
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.runtime.others import NOBODY, Others, found_by_all
-from pairsim.solvers.curves.branch import Branch, Point
+from pairsim.solvers.curves.branch import Branch
 from pairsim.solvers.curves.distances import between
 from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU, CurveInterpolant
+from pairsim.solvers.curves.point import Point
 from pairsim.solvers.steady.ends import Ended
 from pairsim.solvers.steady.scene import Snapshot
 

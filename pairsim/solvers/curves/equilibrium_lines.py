@@ -19,8 +19,9 @@ from pairsim.physics.solids import Solid
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.runtime.message import Message, Text
-from pairsim.solvers.curves.branch import Branch, Point
+from pairsim.solvers.curves.branch import Branch
 from pairsim.solvers.curves.curve import Zero
+from pairsim.solvers.curves.point import Point
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.continuation import prepared, reach, where
 from pairsim.solvers.steady.scene import Snapshot

@@ -8,7 +8,8 @@ from math import inf, log
 import numpy as np
 
 from pairsim.runtime.arrays import Array
-from pairsim.solvers.curves.branch import Branch, Point
+from pairsim.solvers.curves.branch import Branch
+from pairsim.solvers.curves.point import Point
 from pairsim.solvers.curves.sensitivities import by_each_particle
 from pairsim.solvers.curves.slow_manifold import NEGLIGIBLE, FirstOrder, SlowMotion, centres_at
 from pairsim.solvers.goals import dU

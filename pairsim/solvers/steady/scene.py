@@ -321,9 +321,7 @@ class SteadySolver(MeshedSolver):
         self.newton.forget()
         self.linearised = None
 
-    def distorted(
-        self, parameters: Parameters | None = None, y: Array | None = None, least: float = LEAST_STEADY
-    ) -> bool:
+    def distorted(self, parameters: Parameters | None = None, y: Array | None = None) -> bool:
         """Whether a state, by default the solution, requires a new mesh, as the distortion is below the least."""
         parameters = parameters or self.parameters
         h, x = self.state_at(parameters, self.y if y is None else y)
@@ -333,8 +331,8 @@ class SteadySolver(MeshedSolver):
         gaps = diagnostics.gaps(self.bodies, h)
         distortion = self.distortion_of(h, x)
         if self.scene.moving:
-            distortion = self._shape_alone(distortion, parameters, least)
-        return needs_mesh(distortion, gaps, reference.geometry.gaps, least)
+            distortion = self._shape_alone(distortion, parameters, LEAST_STEADY)
+        return needs_mesh(distortion, gaps, reference.geometry.gaps, LEAST_STEADY)
 
     def folded(self, parameters: Parameters, y: Array) -> bool:
         """Whether a cell of the mesh is inverted in a state."""

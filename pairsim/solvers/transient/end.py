@@ -7,7 +7,8 @@ from contextlib import closing
 from dataclasses import replace
 from typing import Literal
 
-from pairsim.solvers.curves.branch import Branch, Point
+from pairsim.solvers.curves.branch import Branch
+from pairsim.solvers.curves.point import Point
 from pairsim.solvers.problems import Problem
 from pairsim.solvers.steady.ends import arrived
 from pairsim.solvers.steady.first_solution import first_scene
