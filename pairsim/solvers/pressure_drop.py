@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -44,10 +43,10 @@ class InnerDrop:
     @staticmethod
     def of(solution: Solution) -> InnerDrop:
         """Read off a solution; in an infinite tube it is that between the same two cross-sections."""
-        scene, total, apart = solution.scene, 0.0, 0.0
+        scene, ends, total, apart = solution.scene, _Ends(solution), 0.0, 0.0
         row = np.zeros(scene.size)
         for downstream in (-1.0, 1.0):
-            (average,) = _averages(solution, downstream, (0.0,))
+            average = ends.average(downstream)
             row[average.index] -= downstream * average.weights
             total -= downstream * average.value
             apart += downstream * average.z
@@ -64,13 +63,14 @@ def beyond_the_ends(solution: Solution) -> float:
     """
     if solution.scene.periodic:
         return 0.0
-    return sum(_beyond(solution, downstream) for downstream in (-1.0, 1.0))
+    ends = _Ends(solution)
+    return sum(_beyond(ends, solution.gradient, downstream) for downstream in (-1.0, 1.0))
 
 
-def _beyond(solution: Solution, downstream: float) -> float:
+def _beyond(ends: _Ends, gradient: float, downstream: float) -> float:
     """The same beyond one end: downstream 1, upstream -1 [eta_0 U_av/D_c]."""
-    found = _averages(solution, downstream, (0.0, APART, 2 * APART))
-    readings = [average.value + solution.gradient * average.z for average in found]
+    found = [ends.average(downstream, inwards) for inwards in (0.0, APART, 2 * APART)]
+    readings = [average.value + gradient * average.z for average in found]
     last, before = (nearer - farther for nearer, farther in pairwise(readings))
     left = last / before if before else 0.0
     return abs(last) * min(left, MOST_LEFT) / (1 - min(left, MOST_LEFT)) if 0 < left < 1 else 0.0
@@ -93,25 +93,28 @@ class _Average:
     weights: Array
 
 
-def _averages(solution: Solution, downstream: float, inwards: Sequence[float]) -> list[_Average]:
-    """Averages at one end.
+class _Ends:
+    """The lengths of tube near both ends of a solution over which its pressure is averaged."""
 
-    Args:
-        solution: The solution.
-        downstream: 1 for the downstream end, -1 for the upstream one.
-        inwards: How far each average is moved inwards, as a part of the length over which it is taken.
-    """
-    scene, x = solution.scene, solution.x
-    mesh, positions = scene.liquid.six_node_mesh, scene.positions(x)
-    quadrature, length = CellQuadrature(mesh), scene.reference.geometry.length
-    over = min(AVERAGED, MOST_AVERAGED * solution.free)
-    z = np.einsum("qa,ma->mq", quadrature.shapes, positions[mesh.cells, 0], optimize=True)
-    weights, index = quadrature.weights(positions), scene.liquid.index("p", mesh.vertices)
-    found = []
-    for moved in inwards:
-        t = np.clip((length / 2 - downstream * z) / over - moved, 0.0, 1.0)
-        averaged = weights * t**2 * (1 - t) ** 2
+    def __init__(self, solution: Solution) -> None:
+        scene = solution.scene
+        mesh, positions = scene.liquid.six_node_mesh, scene.positions(solution.x)
+        self._quadrature, self._half = CellQuadrature(mesh), scene.reference.geometry.length / 2
+        self._over = min(AVERAGED, MOST_AVERAGED * solution.free)
+        self._z = np.einsum("qa,ma->mq", self._quadrature.shapes, positions[mesh.cells, 0], optimize=True)
+        self._weights = self._quadrature.weights(positions)
+        self._index = scene.liquid.index("p", mesh.vertices)
+        self._p = solution.x[self._index]
+
+    def average(self, downstream: float, inwards: float = 0.0) -> _Average:
+        """The average at one end.
+
+        Args:
+            downstream: 1 for the downstream end, -1 for the upstream one.
+            inwards: How far it is moved inwards, as a part of the length over which it is taken.
+        """
+        t = np.clip((self._half - downstream * self._z) / self._over - inwards, 0.0, 1.0)
+        averaged = self._weights * t**2 * (1 - t) ** 2
         averaged /= averaged.sum() or np.nan  # of a diverged estimate, which may have no cells there
-        of_vertices = quadrature.integrals(averaged)
-        found.append(_Average(float(of_vertices @ x[index]), float((averaged * z).sum()), index, of_vertices))
-    return found
+        of_vertices = self._quadrature.integrals(averaged)
+        return _Average(float(of_vertices @ self._p), float((averaged * self._z).sum()), self._index, of_vertices)
