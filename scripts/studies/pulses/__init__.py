@@ -13,7 +13,10 @@ from studies.pulses.tables import blocks
 STUDY = Study(
     folder=Path(__file__).parent,
     shows="what flows that vary in time do to pairs, beside exact solutions, symmetries and the limit of slow pulses",
-    uses=(*dict.fromkeys((*steady(), *in_time(), "pairsim.questions.run.computation")),),
+    uses=(
+        *dict.fromkeys((*steady(), *in_time())),
+        *(f"pairsim.questions.run.{name}" for name in ("computation", "ends", "written")),
+    ),
     parts=parts,
     statements=statements,
     blocks=blocks,
