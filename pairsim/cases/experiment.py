@@ -238,9 +238,10 @@ class Experiment:
         for key in (key for key in DIMENSIONS if key in values and key != law.key):
             of = [each.key for each in follows if each.quantity.key == key]
             in_liquid = [place for place in of if place.startswith("liquid.")]
+            alike = {re.sub(r"\[\d+\]", "", place) for place in in_liquid}  # modes share a quantity of their law
             if not of:
                 yield wrong(key, f"must be left out: the laws of this case need no {key} ({DIMENSIONS[key].words})")
-            elif len(in_liquid) > 1:
+            elif len(alike) > 1:
                 places = " and ".join(in_liquid)
                 yield wrong(key, f"must be left out: it would stand for {places}, which are to be given")
         if law is ZERO_SHEAR and "solvent" in values and one(values, "solvent") > one(values, law.key):

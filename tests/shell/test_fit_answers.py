@@ -259,3 +259,14 @@ def test_a_prefix_that_may_be_misread_is_said_at_once(quantities: dict[str, str]
 def test_a_number_that_follows_from_a_misread_prefix_is_refused_with_it() -> None:
     with pytest.raises(InputError, match=r"that is Ca_e = 5.659e\+04; .*; modulus 3mPa is 0.003 Pa \(m is milli"):
         pairsim.units(tube="50um", particle="20um", flow_rate="1ul/min", viscosity="1Pa.s", modulus="3mPa")
+
+
+def test_modes_share_a_time_constant_which_a_solvent_of_another_law_does_not() -> None:
+    """As the fit of White-Metzner liquids of several modes has it."""
+    modes = [{"law": "white-metzner", "n": 0.6, "weight": 1, "time": time} for time in (1, 0.1)]
+    experiment = {"tube": "50um", "particle": "20um", "velocity": "5mm/s", "viscosity": "1Pa.s", "relaxation": "5ms"}
+    found = pairsim.units(**experiment, time_constant="20ms", liquid={"law": "modes", "modes": modes})
+    assert [mode.numbers["Cu"] for mode in found.case.liquid_model.modes] == [2.0, 2.0]
+    solvent = {"law": "carreau", "n": 0.5}
+    with pytest.raises(InputError, match=r"it would stand for .*Cu and .*Cu"):
+        pairsim.units(**experiment, time_constant="20ms", liquid={"law": "modes", "modes": modes, "solvent": solvent})

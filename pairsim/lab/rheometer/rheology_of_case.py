@@ -33,6 +33,7 @@ from pairsim.runtime.errors import Argument, InputError
 
 ROUNDED = 1e-4  # part of a number of four digits that is lost
 PLUS_MINUS = " +- "
+UNKNOWN = 10.0  # ratio of the ends of an interval from which on a number is said to be hardly known; chosen
 ALL = {of.key: of for law in LAWS.values() for of in dimensions_of(law).values() if of is not None}
 """What can be known of a liquid, by its key in the `physical` block."""
 
@@ -277,6 +278,12 @@ def _doubts(best: Fit, others: Sequence[Fit], data: Measured, noise: str, chosen
             yield f"these data yield: --liquid {better[0].law.name} describes them"
     if (xi := best.numbers.get("xi")) and np.isinf(xi.least):
         yield "these data do not show the viscosity of the solvent: --solvent holds a known one"
+    time, slowest = best.numbers.get("De"), float(min(x.min() for _, x, _ in data.curves))
+    if time is not None and time.value * slowest > 1 and time.most > UNKNOWN * time.least:
+        yield (
+            f"the relaxation time, {time.value:.3g} s, is hardly known, and longer than these data show, which begin "
+            f"at {slowest:.3g} 1/s; --relaxation holds a known one"
+        )
     alike = [fit.law for fit in as_good(best, others)] if described(best, data) and not viscous else []
     taken = f"{label} is taken, and {_and([law.label for law in alike])} {'fit' if alike[1:] else 'fits'} as well"
     choose = f"{taken}: --liquid {' or '.join(law.name for law in alike)} chooses one" if alike else ""
