@@ -94,7 +94,7 @@ class _Average:
 
 
 def _averages(solution: Solution, downstream: float, inwards: Sequence[float]) -> list[_Average]:
-    """Averages at one end.
+    """Averages of the pressure at one end of the tube, with a weight that vanishes at both ends of the length.
 
     Args:
         solution: The solution.
