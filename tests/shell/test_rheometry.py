@@ -121,6 +121,16 @@ def test_a_relaxation_time_that_data_do_not_show_is_told(longest: float, part: f
     assert ("hardly known, and longer than these data show, which begin at 0.1 1/s" in said) == warned, said
 
 
+@pytest.mark.parametrize(("ratio", "warned"), [(1.0, False), (0.8, True)])
+def test_a_flow_curve_and_moduli_of_two_liquids_are_told(ratio: float, warned: bool) -> None:
+    """The same liquid, and moduli of a thinner one."""
+    storage, loss = moduli(GIESEKUS, RATES)
+    more = {"frequency": RATES, "storage": noisy(ratio * storage, 3), "loss": noisy(ratio * loss, 4)}
+    data = flow_curve(GIESEKUS, 1.0, **more)
+    said = " ".join(sentences(fits(data, ["giesekus"]), data, chosen=True))
+    assert ("the files do not agree: at rest the viscosity is" in said) == warned, said
+
+
 @pytest.mark.parametrize("points", [6, 8, 11, 25])
 def test_a_yield_stress_is_told_however_few_points_there_are(points: int) -> None:
     rates = np.geomspace(1e-2, 1e3, points)
